@@ -15,14 +15,14 @@ LAYERS = (
     ("fsw/framework/xml", "xml", "Sequential XML parser on a static arena"),
     ("fsw/framework/descriptor", "descriptor", "Descriptors to a checked model"),
     ("fsw/framework/message", "message", "Octet blocks between components"),
-    ("fsw/framework/journal", "journal", "Records that outlive power cuts"),
+    ("fsw/framework/journal", "journal", "Records that survive power cuts"),
     ("fsw/framework/sdls", "sdls", "Authenticated telecommands"),
     ("fsw/framework/rtlink", "rtlink", "Data plane of real-time links"),
     ("fsw/framework/control", "control", "Elementary control functions"),
     ("fsw/framework/subsystem", "subsystem", "The generic subsystem: begin here"),
     ("pus/*", "pus", "Packets and ECSS PUS-C services"),
     ("fsw/canopen", "canopen", "CiA 301/402 master"),
-    ("fsw/drives", "drives", "What subsystems with drives have in common"),
+    ("fsw/drives", "drives", "Functions that subsystems with drives share"),
     ("fsw/supervisor", "supervisor", "Routing, permission, logs, links, errors"),
 )
 
@@ -152,7 +152,7 @@ def pages():
     made["api.html"] = shell(
         "api.html",
         "API reference",
-        f'<h1>API reference</h1><p class="sub">From the headers, which are the contract.</p><div class="cards">{cards}</div>'
+        f'<h1>API reference</h1><p class="sub">Made from the headers, which define the contracts.</p><div class="cards">{cards}</div>'
         f'<h2 id="names">All {len(places)} names</h2><div class="mono" style="columns:17em">{names}</div>',
     )
     return made

@@ -93,7 +93,7 @@ def parameters(subsystem, sizes):
         else:
             rows.append([*first, type_of(item, subsystem), "0", item["size"], unit(item), bounds(item), initially(subsystem, item), meaning(item)])
             kinds.append("")
-    return table(["parameter", "id", "type", "at", "octets", "unit", "range", "initially", "meaning"], rows, (3, 4), kinds)
+    return table(["parameter", "id", "type", "offset", "octets", "unit", "range", "initial value", "meaning"], rows, (3, 4), kinds)
 
 
 def enumerations(subsystem, _):
@@ -118,7 +118,7 @@ def layout(subsystem, fields, sizes, start=0):
         size = octets_of(item, sizes)
         rows.append([at, size, mono(item["name"]), type_of(item, subsystem), escape(item.get("unit") or "")])
         at += size
-    return table(["at", "octets", "value", "type", "unit"], rows, (0, 1))
+    return table(["offset", "octets", "value", "type", "unit"], rows, (0, 1))
 
 
 def refer(subsystem, name):
@@ -177,7 +177,7 @@ def structure(subsystem, item):
     off = "" if item["enabled"] else ", disabled at first"
     loop = f" of loop {item['loop']}" if item["loop"] else ""
     every = f"every {item['interval']} cycles{loop}, {item['period_us'] / 1e6:g} s{off}"
-    return f"<p>Structure <b>{item['id']}</b>: {every}; {at} octets</p>" + table(["at", "octets", "parameter", "sampled"], rows, (0, 1))
+    return f"<p>Structure <b>{item['id']}</b>: {every}; {at} octets</p>" + table(["offset", "octets", "parameter", "sampled"], rows, (0, 1))
 
 
 def ports(subsystem, title, items, sizes):
@@ -254,7 +254,7 @@ def mission_page(loaded):
     links = [[l["number"], mono(l["name"]), f"{l['from']}, port {l['producer_port']}", f"{l['to']}, port {l['consumer_port']}", "yes" if l["required"] else "no"] for l in content["links"]]
     buses = [[mono(b["name"]), b["bit_rate"] // 1000, b["data_bit_rate"] // 1000 or ""] for b in content["buses"]]
     body = (
-        f'<h1>{title}</h1><p class="sub">From the descriptors. Octets are big-endian; packets are CCSDS space packets with ECSS-E-ST-70-41C services. '
+        f'<h1>{title}</h1><p class="sub">Made from the descriptors. Octets are big-endian; packets are CCSDS space packets with ECSS-E-ST-70-41C services. '
         f"Interface {mono(content['interface_hash'])}, configuration {mono(content['configuration_hash'])}; mission time 0 is {content['epoch_tai']} TAI; "
         f"ground port {content['ground']['address']}:{content['ground']['port']}.</p>"
         + '<h2 id="subsystems">Subsystems</h2>' + table(["APID", "subsystem", "executable", "autostart"], members, (0,))
@@ -275,5 +275,5 @@ def pages(missions):
     made = [mission_page(loaded) for loaded in missions]
     cards = "".join(f'<a href="{file}"><b>{title}</b><span>{len(loaded.subsystems)} subsystems</span></a>' for (file, title, _), loaded in zip(made, missions))
     cards += f'<a href="{icd_messages.FILE}"><b>{icd_messages.TITLE}</b><span>every request and report, octet by octet</span></a>'
-    front = shell("icd.html", "Interface control", f'<h1>Interface control documents</h1><p class="sub">From the descriptors, one per mission, and from the catalogue of messages.</p><div class="cards">{cards}</div>')
+    front = shell("icd.html", "Interface control", f'<h1>Interface control documents</h1><p class="sub">Made from the descriptors, one document for each mission, and from the catalogue of messages.</p><div class="cards">{cards}</div>')
     return {"icd.html": front, icd_messages.FILE: icd_messages.page(), **{file: text for file, _, text in made}}

@@ -8,6 +8,7 @@ from page import escape, shell, table
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "pus" / "catalogue"
 FILE, TITLE = "icd-messages.html", "Messages of the packet services"
+# # Octets of a field by its coding, if the catalogue does not give its size.
 OCTETS = {"id": "4", "layout": "1", "text": "2 + n", "octets": "2 + n", "packet": "n", "rest": "the rest"} | {
     name: str(size) for name, size in catalogue.CODINGS.items()
 }
@@ -36,9 +37,9 @@ class _Rows:
 
     def field(self, entry, indent, depth):
         if "repeat" in entry:
-            least = "at least one" if entry["least"] else "or none"
+            least = "at least 1" if entry["least"] else "may be 0"
             size = "1" if self.direction == "TC" else "2"
-            self.rows.append([indent + _mono(entry["repeat"]), size, f"count, {least}; repeated that many times:"])
+            self.rows.append([indent + _mono(entry["repeat"]), size, f"count, {least}; the following fields are repeated that many times:"])
             self.add(entry["fields"], depth + 1)
         elif "choice" in entry:
             for number, case in entry["cases"].items():

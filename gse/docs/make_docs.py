@@ -99,7 +99,7 @@ def dead_links(out):
             if not file.exists():
                 yield f"{name}: {link} leads to no file"
             elif place and (target or name) in pages and place not in pages[target or name].anchors:
-                yield f"{name}: {link} leads to no such place"
+                yield f"{name}: {link} has an anchor that the page does not have"
 
 
 def main(arguments=None):

@@ -5,8 +5,8 @@ function searchWords(text) {
   return text.toLowerCase().match(/[a-z0-9]+/g) || [];
 }
 
-// Sections that contain all words of the question, best first. A word of the question matches each word that
-// begins with it; a match in a title scores 4 more, a match of the whole word 2 more.
+// Find the sections that contain all words of the question, best first. A word of the question matches each
+// word that begins with it; a match in a title scores 4 more, a match of the whole word 2 more.
 function searchFind(index, question) {
   var wanted = searchWords(question),
     scores = {},
@@ -30,8 +30,8 @@ function searchFind(index, question) {
     });
 }
 
-// Scores of the sections that also contain the next word. `before` contains the scores of the previous words;
-// null for the first word.
+// Compute the scores of the sections that also contain the next word. `before` contains the scores for the
+// previous words; null for the first word.
 function searchScore(index, wanted, before) {
   var best = {},
     scores = {};

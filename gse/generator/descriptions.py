@@ -13,8 +13,8 @@ FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptio
 LINE = re.compile(r"((?:(?:event|function) )?[A-Z0-9_.*]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
 # Words of the quantities =strategy and =hand, in the order of their numbers.
 STRATEGIES = ("ASCII", "SQLITE", "POSTGRESQL", "RING")
-# The statusword 0x6041 of CiA 402: states as (mask, value, name), and names of the flags. Bits 8, 14 and 15 are the maker's, 12 and 13 depend on
-# the mode of operation.
+# The statusword 0x6041 of CiA 402: states as (mask, value, name), and names of the flags. Bits 8, 14 and 15 are
+# manufacturer-specific; bits 12 and 13 depend on the mode of operation.
 STATUSWORD = {
     "name": "statusword",
     "state_bits": 7,

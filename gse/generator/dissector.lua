@@ -21,9 +21,9 @@ for name, row in pairs(FIELDS) do -- name -> type, label, words
 end
 pus.fields = by_name
 local wrong_crc = ProtoExpert.new("pus.crc.wrong", "Checksum is wrong", expert.group.CHECKSUM, expert.severity.ERROR)
-local malformed = ProtoExpert.new("pus.malformed", "Not as in the dictionary", expert.group.MALFORMED, expert.severity.ERROR)
+local malformed = ProtoExpert.new("pus.malformed", "Differs from the dictionary", expert.group.MALFORMED, expert.severity.ERROR)
 local unknown = ProtoExpert.new("pus.unknown", "Not in the dictionary", expert.group.UNDECODED, expert.severity.NOTE)
-local differs = ProtoExpert.new("pus.interface.differs", "Another interface flies", expert.group.PROTOCOL, expert.severity.WARN)
+local differs = ProtoExpert.new("pus.interface.differs", "The spacecraft has another interface", expert.group.PROTOCOL, expert.severity.WARN)
 pus.experts = { wrong_crc, malformed, unknown, differs }
 
 local crc_table = {}
@@ -82,7 +82,7 @@ local function size_of(items)
     return size
 end
 
-local function signed(range, octets) -- An exact number of at most seven octets.
+local function signed(range, octets) -- An exact number; `range` has at most seven octets.
     local value = 0
     for at = 0, octets - 1 do
         value = value * 256 + range(at, 1):uint()
@@ -289,7 +289,7 @@ local function problem_of(tvb, word, sequence, is_tc)
     elseif tvb(4, 2):uint() + 7 ~= size then
         return "length field does not give the size of the packet"
     elseif bit.rshift(sequence, 14) ~= 3 then
-        return "segmented"
+        return "packet is segmented"
     elseif word == 0 then
         return size ~= 18 and "spacecraft time packet: expected 18 octets" or nil
     elseif bit.band(word, 0x0800) == 0 then

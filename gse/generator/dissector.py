@@ -7,7 +7,7 @@ ENGINE = pathlib.Path(__file__).with_name("dissector.lua")
 LARGEST_WORD = (1 << 31) - 1  # Largest number of a value string in Wireshark's interface to Lua.
 KIND_OF = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64", "i16": "INT16", "i32": "INT32", "i64": "INT64",
            "f64": "DOUBLE", "id": "UINT32", "layout": "UINT8", "bits": "UINT16", "time": "DOUBLE", "reltime": "DOUBLE",
-           "position": "DOUBLE", "cds": "DOUBLE", "name": "STRING", "text": "STRING"}  # Others are octets.
+           "position": "DOUBLE", "cds": "DOUBLE", "name": "STRING", "text": "STRING"}  # All other kinds are octets.
 HEADER = {
     "type": ("UINT8", "Type", "type"), "apid": ("UINT16", "APID", "apid"), "sequence": ("UINT16", "Sequence count", None),
     "length": ("UINT16", "Length less 7", None), "service": ("UINT8", "Service", None), "subtype": ("UINT8", "Subtype", None),

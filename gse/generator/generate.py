@@ -74,7 +74,8 @@ def check_world(path):
 
 
 def check_buses(loaded, world, buses):
-    """Refuse the first bus of a mission with which mission and world have more than BUSES_MAX buses."""
+    """Refuse a mission that, together with its world, has more than BUSES_MAX buses. The error names the first bus
+    beyond this number."""
     listed = loaded.element.first("Buses")
     for bus in listed.children if listed else ():
         buses = buses | {bus.attributes["name"]}

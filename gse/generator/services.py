@@ -13,7 +13,7 @@ class Offer:
     """Name of a service, and for each attribute: type of the entries, maximum and default number.
 
     If a service needs several arrays for an attribute, `room` names them: attribute -> (member, type, entries for each),
-    and the service receives a <name>_room_t with pointers to them and both numbers."""
+    and the service receives a <name>_room_t with pointers to the arrays and the number of entries of each attribute."""
 
     name: str
     capacity: tuple

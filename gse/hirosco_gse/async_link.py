@@ -8,7 +8,7 @@ from .session import LinkLost
 
 
 class AsyncLink:
-    """A connection that gives a session what arrives, and sends what the session has queued."""
+    """A connection that passes received octets to a session, and sends the octets that the session has queued."""
 
     def __init__(self, reader, writer, session):
         self._reader, self._writer, self.session = reader, writer, session
@@ -19,7 +19,7 @@ class AsyncLink:
         return self._writer.get_extra_info("peername")[:2]
 
     def flush(self):
-        """Send what is queued."""
+        """Send the queued octets."""
         if self.session.outbox:
             self._writer.write(bytes(self.session.outbox))
             self.session.outbox.clear()
@@ -94,12 +94,13 @@ class AsyncDriver(WallClock):
 
     @staticmethod
     def _step(one, step):
-        """Result of a step of a procedure; its end goes to its future."""
+        """Perform a step of a procedure and return its result. When the procedure ends, its future gets the value or
+        the exception."""
         try:
             return step()
         except StopIteration as end:
             one.future.set_result(end.value)
-        except Exception as problem:  # It is raised where the value is awaited.
+        except Exception as problem:  # The exception is raised where the value is awaited.
             one.future.set_exception(problem)
         return None
 
@@ -121,7 +122,7 @@ class AsyncDriver(WallClock):
                 one.future.set_exception(LinkLost(str(self._lost)))
 
     async def close(self):
-        """Close the connection; what is under way ends with LinkLost."""
+        """Close the connection; procedures that have not ended get LinkLost."""
         self._link.close()
         self._receiver.cancel()
         await asyncio.gather(self._receiver, return_exceptions=True)

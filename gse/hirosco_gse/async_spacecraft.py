@@ -7,9 +7,10 @@
         await craft.do("state all PRE_OPERATIONAL")
         await asyncio.gather(craft.cmd("MANIPULATOR.TARE"), craft.wait_event("MANIPULATOR", "TARE_DONE"))
 
-Its calls, what they return and what they raise are those of Spacecraft; each that waits is to be awaited, and any number may wait at once.
-Telemetry is taken in all the time. A call whose task is cancelled no longer waits; what it has requested goes on, on board. A call whose
-words are wrong raises at once, before it is awaited."""
+It has the calls of Spacecraft, with the same return values and exceptions. A call that waits must be awaited; any
+number of calls may wait at the same time. Telemetry is received continuously. If the task of a call is cancelled, the
+call ends, but the requests that it has sent continue on board. A call with wrong words raises its exception at once,
+before it is awaited."""
 
 import asyncio
 
@@ -51,8 +52,8 @@ class AsyncSpacecraft(Spacecraft):
         return self._driver is not None and not self._driver.is_lost
 
     def join(self, *_):
-        """Not in this form."""
-        raise NotImplementedError("stepped time belongs to Spacecraft")
+        """Not supported: stepped time needs the class Spacecraft."""
+        raise NotImplementedError("stepped time needs the class Spacecraft, not AsyncSpacecraft")
 
     async def close(self):
         """Close the connection; calls under way end with LinkLost."""
@@ -78,7 +79,8 @@ class AsyncSpacecraft(Spacecraft):
         return await self._driver.run(procedure)
 
     async def live(self, *words):
-        """Send a line to the live port (docs/live.md); the simulated time [s] at which it acts. Raises LiveRefused, LinkLost."""
+        """Send a line to the live port (docs/live.md). Returns the simulated time [s] at which it acts. Raises
+        LiveRefused, LinkLost."""
         return (await self._ask(" ".join(map(str, words))))[0]
 
     async def _ask(self, line):

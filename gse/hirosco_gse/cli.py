@@ -48,7 +48,7 @@ def _parser():
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: continue until Ctrl-C")
     parser.add_argument("--cosimulation", help="script: UNIX socket of the scheduler (stepped time)")
-    parser.add_argument("--run", help="script: folder for operator.log (default: runs/latest, for reading only)")
+    parser.add_argument("--run", help="run folder (default: runs/latest); script writes operator.log only to a folder that is given")
     parser.add_argument("command", metavar="COMMAND", nargs="?", help="see below")
     parser.add_argument("words", metavar="WORD", nargs="*", help="arguments of the command")
     return parser

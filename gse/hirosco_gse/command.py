@@ -15,8 +15,8 @@ class UsageError(ValueError):
 
 @dataclass(frozen=True)
 class Command:
-    """A planned command: procedure(session, timeout_ns) is a generator; requests are those it starts with, `later` others that follow
-    if the answers to those are as expected, with their content as far as it is known."""
+    """A planned command. procedure(session, timeout_ns) is a generator. `requests` are the requests that it sends first. `later` are requests
+    that it sends if the answers to the first ones are as expected; they have the content that is known when the command is planned."""
 
     text: str
     procedure: object
@@ -25,7 +25,7 @@ class Command:
 
 
 def reply(verification, message):
-    """Decoded replies of one message."""
+    """The received packets of this message, each with its decoded content."""
     return [(packet, decoded) for packet, decoded in verification.replies if packet.message == message]
 
 

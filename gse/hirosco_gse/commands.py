@@ -425,7 +425,7 @@ def _raw(_dictionary, words):
     except ValueError as error:
         raise UsageError(f"raw: '{' '.join(words)}' is not hexadecimal; usage: raw HEX") from error
     if len(octets) < packets.PRIMARY_HEADER:
-        raise UsageError("raw: at least the 6 octets of a primary header are needed")
+        raise UsageError("raw: expected at least the 6 octets of a primary header")
     apid = int.from_bytes(octets[:2], "big") & 0x7FF
     request = Request(apid, octets[7] if len(octets) > 7 else 0, octets[8] if len(octets) > 8 else 0, text="raw")
 
@@ -439,7 +439,7 @@ def _raw(_dictionary, words):
 VERBS = {
     "ping": (_ping, "ping [SUBSYSTEM|all]", "TC[17,1] to one or all subsystems"),
     "cmd": (_cmd, "cmd SUBSYSTEM.FUNCTION [ARGUMENT=VALUE ...]", "perform a function; arrays as 0.5,-0.3"),
-    "state": (_state, "state SUBSYSTEM|all STATE", "ask for a state"),
+    "state": (_state, "state SUBSYSTEM|all STATE", "request a state"),
     "config": (_config, "config SUBSYSTEM CONFIGURATION", "select a configuration"),
     "reload": (_reload, "reload SUBSYSTEM", "reload its descriptor, at its next PRE_OPERATIONAL or OFFLINE"),
     "link": (_link, "link open|close LINK, link list", "real-time links"),
@@ -452,7 +452,7 @@ VERBS = {
     "status": (_status, "status", "processes, states and configurations of all subsystems"),
     "networks": (_networks, "networks", "real-time networks and their members"),
     "process": (_process, "process start|stop SUBSYSTEM", "start or stop a process"),
-    "stop": (_stop, "stop", "all subsystems to ERROR_OPERATIONAL, at once"),
+    "stop": (_stop, "stop", "bring all subsystems to ERROR_OPERATIONAL at once"),
     "shutdown": (_shutdown, "shutdown", "shut the mission down"),
     "raw": (_raw, "raw HEX", "send octets as they are"),
     **service_commands.VERBS,

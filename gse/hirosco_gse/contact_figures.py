@@ -72,7 +72,7 @@ def press_hold(run):
 def dynamic_transparency(run):
     """Error of the reflected torque below 10 Hz while the force changes in steps, relative to the changes of the external torque."""
     first, _ = segment(run, "press", "hold")
-    end = max(end for verb, _, end in run.segments() if verb == "press")  # There is at least the one found above.
+    end = max(end for verb, _, end in run.segments() if verb == "press")  # segment() has found at least one.
     external = _true(run, "CONTACT", "external_torque_nm")[first:end] * force_scale(run)
     error = _mean(_felt(run, first, end) - external, FAST)
     change = _mean(external - external.mean(axis=0), FAST)

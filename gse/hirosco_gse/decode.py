@@ -54,7 +54,7 @@ class _Decoder:
             self._warnings.append({"text": f"warning: {text}", "time": None, "warning": text})
 
     def with_warnings(self, found):
-        """These rows. The warnings that a row has caused precede it."""
+        """Yield these rows; the warnings that a row has caused precede it."""
         for row in found:
             yield from self._warnings
             self._warnings.clear()

@@ -56,7 +56,8 @@ class Field:
         return values.size_of(self.type, self.count)
 
     def decode(self, octets, offset):
-        """Value (a list of numbers; values.Word those that have a word) at the offset, and the offset after it."""
+        """Value (a list of numbers; a number that has a word is a values.Word) at the offset, and the offset after
+        it."""
         return _decode(self, octets, offset)
 
     def encode_text(self, text):
@@ -189,7 +190,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Function:
-    """A function of TC[8,1]; its wire id is its name."""
+    """A function of TC[8,1]; its id in the packet is its name."""
 
     name: str
     arguments: tuple = ()

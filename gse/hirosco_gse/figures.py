@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of a telepresence flight, computed from the raw logs: buses, truth and packets.
 
-Every function takes a Run and returns a dict of named figures; a figure that cannot be computed is None (a
-flight whose table requires it has then failed), and "why" names the reason.
+Every function takes a Run and returns a dict of named figures; a figure that cannot be computed is None, and "why"
+gives the reason. A flight whose table requires this figure has then failed.
 """
 
 import itertools
@@ -54,8 +54,8 @@ PRESS_BOUNDS = {
     "dynamic_transparency": ("<=", 0.07),
     "passivity_local_j": (">=", -1e-4),
 }
-# Bounds of the scenario press with an encoder of 16 bits. One count causes a torque spike by the damping, so
-# the stick oscillates within one count.
+# Bounds of the scenario press with an encoder of 16 bits. The damping turns one count into a torque spike, so the stick
+# oscillates within one count.
 COARSE_BOUNDS = {
     "press_hold_motion_rad": ("<=", 2e-4),
     "hold_force_ripple_nm": ("<=", 0.06),
@@ -356,7 +356,7 @@ def _torque_step(run, joint, at):
 
 
 def engagement_step(run):
-    """Step of the joint command at engagement, and the motion of the motor within 10 ms after it.
+    """Step of the joint command when a drive is enabled, and the motion of the motor within 10 ms after it.
 
     In position mode the command is on the bus; in torque mode the torque step is converted to a position step by
     the stiffness of the joint's control loop. A later motion is not a step, because the arm then follows the hand and its load.

@@ -65,8 +65,9 @@ class Database:
                 self.signals[int(found[1])][found[2]].when = {number for low, high in spans for number in range(int(low), int(high) + 1)}
 
     def problem_with(self, content, whose):
-        """Text if database and `content`, a dictionary or the facts of a run, are from different descriptors; otherwise None. The configuration
-        hash is compared, because devices and settings define identifiers and contents of frames, and the interface hash does not cover them."""
+        """Returns a warning if the database and `content`, which is a dictionary or the facts of a run, come from
+        different descriptors; otherwise None. The configuration hash is compared, because devices and settings define
+        identifiers and contents of frames, and the interface hash does not cover them."""
         wanted = str(content.get("configuration_hash") or "")
         if wanted.upper() in self.about.upper():
             return None

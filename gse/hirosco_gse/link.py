@@ -11,9 +11,9 @@ its connection.
     done <wake_ns|never> <octets sent> <local port> ->
     leave                                           ->
 
-The scheduler reports when `communication` begins to serve a connection and when the connection has ended. The socket is not asked, because
-the kernel reports both later. Telecommands wait until the connection is served. When the connection has ended, octets in transit are lost,
-and the operator connects again at once.
+The scheduler reports when `communication` begins to serve a connection and when the connection has ended. The state of
+the socket is not used, because the kernel reports both events later. Telecommands wait until the connection is served.
+When the connection has ended, octets in transit are lost, and the operator connects again at once.
 """
 
 import select
@@ -88,7 +88,8 @@ class WallClock:
         return time.monotonic_ns() - self._origin_ns
 
     def resume(self, procedure):
-        """Resume a procedure at the present time; the time at which it wants to be resumed without telemetry, None: never."""
+        """Resume a procedure at the present time. Returns the time at which it must be resumed even without telemetry;
+        None: never."""
         self._session.now_ns = max(self._session.now_ns, self._now())
         return procedure.send(None)
 
@@ -156,17 +157,17 @@ class StepClock:
         try:
             self._socket.sendall(line.encode("ascii") + b"\n")
         except OSError as error:
-            raise LinkLost(f"the scheduler is gone: {error.strerror}") from error
+            raise LinkLost(f"the connection to the scheduler was lost: {error.strerror}") from error
 
     def grant(self):
         """Wait for the grant. Returns (time_ns, octets, whether the connection is served). Raises LinkLost when the run is over."""
         try:
             line = self._lines.readline()
         except OSError as error:
-            raise LinkLost(f"the scheduler is gone: {error.strerror}") from error
+            raise LinkLost(f"the connection to the scheduler was lost: {error.strerror}") from error
         words = line.decode("ascii", "replace").split()
         if len(words) != 5 or words[0] != "grant":
-            raise LinkLost("the run has ended" if not line else f"unexpected word of the scheduler: {line!r}")
+            raise LinkLost("the run has ended" if not line else f"unexpected line of the scheduler: {line!r}")
         return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
 
     def moved(self, local_port):
@@ -192,8 +193,8 @@ class StepDriver:
     """Runs procedures within the grants of a StepClock."""
 
     def __init__(self, stream, session, clock, reconnect=None, report=lambda text: None, visits=None):
-        """reconnect(): opens another connection; None: a lost connection ends the procedure. report(text) is called at each
-        change of the connection. visits: what other users do at their times (visits.Visits)."""
+        """reconnect(): opens another connection; None: a lost connection ends the procedure. report(text) is called at
+        each change of the connection. visits: the actions of other users (visits.Visits)."""
         self._visits = visits
         self._stream, self._session, self._clock = stream, session, clock
         self._reconnect, self._report = reconnect, report
@@ -229,7 +230,7 @@ class StepDriver:
         self._is_served = is_served
 
     def _send(self):
-        """Octets sent; while the connection is not served, they wait."""
+        """Send the queued octets and return their number; while the connection is not served, they wait."""
         if not self._is_served:
             return 0
         try:

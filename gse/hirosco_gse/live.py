@@ -81,7 +81,7 @@ class LiveWorld:
         try:
             line = self._answers.readline()
         except OSError as error:
-            raise LinkLost(f"{self.run}: the simulator sends nothing: {error}") from error
+            raise LinkLost(f"{self.run}: the simulator sends no line: {error}") from error
         if not line:
             raise LinkLost(f"{self.run}: the flight has ended")
         return line.rstrip("\n")

@@ -152,7 +152,8 @@ class Catalogue:
         if entry["service"] in self._own_numbers:
             return []
         reader = _Reader(self, entry, data, None, None)
-        with contextlib.suppress(MessageProblem, ValueProblem, struct.error):  # The spacecraft refuses what has another form.
+        # The spacecraft refuses octets of another form.
+        with contextlib.suppress(MessageProblem, ValueProblem, struct.error):
             reader.group(entry["fields"])
         return reader.requests
 
@@ -415,7 +416,7 @@ class _Reader:
         return self.octets.take(self.octets.number(2))
 
     def mission_seconds(self, time_ns):
-        """Seconds of mission time; None for the time code 0, which means "no time"."""
+        """Seconds of mission time. None for the time code 0, which stands for "no time"."""
         return (time_ns - self.catalogue.dictionary.epoch_ns) / 1e9 if time_ns else None
 
 

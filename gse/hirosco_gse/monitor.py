@@ -121,7 +121,7 @@ class Monitor(App):
         elif message["kind"] == "hello":
             self._new_events.append(message)
 
-    # What is shown ------------------------------------------------------------------------------------------
+    # Contents of the views ----------------------------------------------------------------------------------
 
     def _link_rows(self):
         network = self.hub.network

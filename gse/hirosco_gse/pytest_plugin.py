@@ -7,8 +7,8 @@
         with pytest.raises(Rejected, match="PRE_OPERATIONAL"):
             spacecraft.cmd("MANIPULATOR.MOVE_TO", position=[0, 0], duration=1)
 
-The tests of a module share one connection. A module that starts its own flight redefines the fixture `spacecraft_run`, which gives the
-run folder; a conftest.py may import both fixtures instead of loading the plug-in.
+The tests of a module share one connection. A module that starts its own flight redefines the fixture `spacecraft_run`,
+which returns the run folder; a conftest.py may import both fixtures instead of loading the plug-in.
 """
 
 import pytest

@@ -2,10 +2,11 @@
 """Report of a run: python3 -m hirosco_gse.report RUN_DIR
 
 Completes run.json (figures, sha256 of the logs, versions) and writes report.html: verdict, figures with their bounds, and the page
-of the station with the recording of the run, all in one file that loads nothing. It uses the logs that exist: a run that crashed gets
-its report, too.
-Exit codes: 0 written, 1 not written, 3 written and the run has failed by its figures: a line for each, 4 not written and the run has figures
-with bounds, which then stay unknown.
+of the station with the recording of the run, all in one file that needs no other file. It uses the logs that exist: a run that
+crashed gets a report, too.
+
+Exit codes: 0 the report is written; 1 it is not written; 3 it is written, and the run has failed by its figures (a line
+for each is printed); 4 it is not written, and the run has figures with bounds, whose values are then unknown.
 """
 
 import base64
@@ -35,12 +36,12 @@ TEXTS = {
     "reflection_error_contour": ("Error of the reflected force, contour hold", ""),
     "hold_motion_rad": ("Joystick motion in the holds, peak to peak", "rad"),
     "contact_share": ("Contact kept while following and holding", ""),
-    "contact_force_max_n": ("Largest contact force for 15 N asked", "N"),
+    "contact_force_max_n": ("Largest contact force at a commanded force of 15 N", "N"),
     "brake_drop_rad": ("Motion of the arm when it leaves operation", "rad"),
     "engagement_step_rad": ("Step of the joint command at engagement", "rad"),
     "link_lost": ("Link samples lost", "samples"),
-    "unplug_reaction_s": ("Unplug to all drives out of operation", "s"),
-    "torque_limit_reaction_cycles": ("Torque limit to the command that leaves operation", "cycles"),
+    "unplug_reaction_s": ("Time from the unplug until no drive is in operation", "s"),
+    "torque_limit_reaction_cycles": ("Time from the exceeded torque limit to the command that ends operation", "cycles"),
     "free_drag_nm": ("Torque of the joystick in free space at 0.5 Hz, rms", "Nm"),
     "press_ripple_nm": ("Fast part of the torque of joint 2 from touch to follow, peak to peak", "Nm"),
     "passivity_local_j": ("Least energy put into the loop by hand and environment", "J"),
@@ -48,17 +49,17 @@ TEXTS = {
     "press_hold_motion_rad": ("Joystick motion, press and hold, peak to peak", "rad"),
     "hold_force_ripple_nm": ("Torque of the joystick, press and hold, standard deviation", "Nm"),
     "hold_contact_share": ("Contact kept, press and hold", ""),
-    "hold_force_peak": ("Largest contact force, of the force asked, press and hold", ""),
-    "hold_energy_j": ("Energy taken from the hand in 10 s of hold (< 0: given to it)", "J"),
+    "hold_force_peak": ("Largest contact force relative to the commanded force, press and hold", ""),
+    "hold_energy_j": ("Energy taken from the hand in 10 s of hold (negative: given to the hand)", "J"),
     "dynamic_transparency": ("Error of changes of the reflected force below 10 Hz", ""),
     "delay_hold_oscillation_rad": ("Joystick motion above 2.5 Hz, first hold, peak to peak", "rad"),
     "delay_after_follow_rad": ("Joystick motion above 2.5 Hz, hold after the follow, peak to peak", "rad"),
     "delay_reflection_error": ("Error of the reflected force, first hold", ""),
     "delay_contact_share": ("Contact kept in the holds, the smaller share", ""),
-    "delay_force_peak_n": ("Largest contact force for 15 N asked", "N"),
+    "delay_force_peak_n": ("Largest contact force at a commanded force of 15 N", "N"),
     "delay_end_error_m": ("Error of the tip at the end of the flight", "m"),
     "delay_free_drag_nm": ("Torque of the joystick in free space at 0.5 Hz, rms", "Nm"),
-    "tool_tracking_error": ("Error of the tool in free space, of its motion, lag removed", ""),
+    "tool_tracking_error": ("Error of the tool in free space relative to its motion, lag removed", ""),
     "tool_tracking_lag_s": ("Lag of the tool behind the joystick", "s"),
     "tool_force_free_n": ("Force reported in free space, rms", "N"),
     "tool_force_error": ("Error of the reported force, hold on the table", ""),
@@ -148,7 +149,7 @@ def _verdict(run, facts):
     if "figures_hold" in facts and not facts["figures_hold"]:
         return False, "flown to the end; not all figures hold"
     if code is None:
-        return not run.problems, "the run did not say how it ended"
+        return not run.problems, "run.json does not contain how the run ended"
     return True, "flown to the end" + ("; all figures hold" if facts.get("figures_hold") else "")
 
 
@@ -216,7 +217,7 @@ def _head(run, facts):
         cells.append(_cell(reproducible, f"{len(facts['sha256'])} logs, sha256 in run.json"))
     if "interface_hash" in facts:
         differs = mismatches(run)
-        about = "not that of this dictionary" if differs else "as this report's dictionary"
+        about = "differs from the dictionary of this report" if differs else "the same as in the dictionary of this report"
         cells.append(_cell(f"interface {str(facts['interface_hash'])[2:10]}", about, False if differs else None))
     return f'<div class="cell mission"><div><h1>{html.escape(title)}</h1><span>{html.escape(line)}</span></div></div>{"".join(cells)}'
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The operator of a scenario: the lines `<time s> operator <verb> ...` of a scenario file.
 
-Each line runs no earlier than its time, after the lines before it; it waits until its requests are verified
-unless it starts with `nowait`. Besides the commands of commands.py there are
+Each line is performed no earlier than its time, after the lines before it, and waits until its requests are verified.
+With `nowait` it does not wait. Besides the commands of commands.py there are
 
     nowait COMMAND ...                     send and continue; a failure is reported at the end of the script (not for commands
                                            whose first step is not a request, such as `at +60`)

@@ -116,7 +116,8 @@ def make_key(path):
 
 
 def next_session(path, check):
-    """Reserve the next session number of a key: it is on the disk before it is used. Several processes may do so. Raises SecurityError."""
+    """Reserve the next session number of a key. It is written to the disk before it is used. Several processes may call
+    this function at the same time. Raises SecurityError."""
     mark = f"{path}.sent"
     try:
         descriptor = os.open(mark, os.O_RDWR)

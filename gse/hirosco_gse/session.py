@@ -17,6 +17,7 @@ from .failures import Failure
 
 GROUND_USER = 1
 OUT_OF_RANGE = 0x0203
+# # Subtypes of ST[01] with which a verification ends.
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
 ENDED = 32  # Requests whose reports may still arrive in parts.
 ASKED = 0x4000  # Packets that are remembered until a script logs them.
@@ -66,11 +67,11 @@ class Verification:
     request_id: bytes
     sent_ns: int
     stages: list = field(default_factory=list)
-    failure: Failure = None  # The last one.
+    failure: Failure = None  # The last failure.
     failures: list = field(default_factory=list)  # A request of several instructions may have several.
     is_finished: bool = False
-    lost_ns: int = None  # When the connection ended before the end of verification arrived.
-    replies: list = field(default_factory=list)  # other reports to this user, since the request was sent
+    lost_ns: int = None  # Time at which the connection ended before the end of verification arrived.
+    replies: list = field(default_factory=list)  # Other reports to this user since the request was sent.
     whole: object = None  # The Verification of the long request of which this request contains a part.
 
 
@@ -78,8 +79,8 @@ class Session:
     """State of one ground user."""
 
     def __init__(self, dictionary, first_sequence=None, source=GROUND_USER, protect=bytes):
-        """first_sequence None: every APID starts at a random count, as interactive users must. protect: octets of a packet as
-        they go over the link (sdls.Sender)."""
+        """first_sequence None: every APID starts at a random count, as interactive users must. protect(packet) returns
+        the octets that are sent for a packet (sdls.Sender)."""
         self.dictionary = dictionary
         self.source = source
         self._protect = protect
@@ -209,7 +210,7 @@ class Session:
         if packet.subtype in FINAL_SUBTYPES:
             verification.is_finished = True
             is_of_instruction = packet.subtype == 4 and verification.failure.instruction > 0
-            if is_of_instruction:  # Reports of other instructions and of the end may follow, or none.
+            if is_of_instruction:  # Reports of other instructions and of the end may follow, or no further report.
                 self._forget_refused()
             else:
                 del self._open[packet.data[:4]]

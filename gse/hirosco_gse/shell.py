@@ -141,5 +141,5 @@ class Shell:
                 try:
                     self._line(text)
                 except KeyboardInterrupt:
-                    self._show("gse: no longer waited for; the spacecraft may carry it out")
+                    self._show("gse: the wait was ended; the spacecraft may still perform the command")
                 self._show_events()

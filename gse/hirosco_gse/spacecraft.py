@@ -58,7 +58,7 @@ def _plain(value):
 
 
 def _text(value):
-    """A value as the operator's commands take it."""
+    """A value in the form that the operator's commands accept."""
     if isinstance(value, (list, tuple)):
         return ",".join(map(_text, value))
     return str(value).lower() if isinstance(value, bool) else str(value)
@@ -138,10 +138,12 @@ class Spacecraft:
         return commands.plan(_words(words), self.dictionary)
 
     def do(self, *words, timeout_s=None):
-        """Perform a command of `gse`, given as one line or as words; the lines of its answer, each a dict with "text"."""
+        """Perform a command of `gse`, given as one line or as words. Returns the lines of its answer, each a dict with
+        "text"."""
         return self._perform(self.plan(*words), timeout_s)
 
-    # Each call below is one procedure that `run` runs, so that it is the same in AsyncSpacecraft, whose `run` is to be awaited.
+    # Each call below is one procedure that `run` performs. AsyncSpacecraft therefore has the same calls; there `run`
+    # must be awaited.
 
     def _perform(self, command, timeout_s, result=lambda rows: rows):
         def performing():
@@ -157,24 +159,25 @@ class Spacecraft:
         return self._perform(self._call(function, arguments), timeout_s, lambda rows: None)
 
     def send(self, function, **arguments):
-        """Send SUBSYSTEM.FUNCTION without waiting; its session.Verification, which `finish` waits for."""
+        """Send SUBSYSTEM.FUNCTION without waiting. Returns its session.Verification, for which `finish` waits."""
         return self.send_request(self._call(function, arguments).requests[0])
 
     def send_request(self, request):
-        """Send a session.Request without waiting; its session.Verification."""
+        """Send a session.Request without waiting. Returns its session.Verification."""
         def sending():
             verification = self.session.send(request)
-            yield from self.session.wait_until(0)  # The driver sends what is queued.
+            yield from self.session.wait_until(0)  # The driver sends the queued octets.
             return verification
 
         return self.run(sending())
 
     def finish(self, verification, timeout_s=None):
-        """Wait for the completion of a request; its verification. Raises Rejected."""
+        """Wait for the completion of a request, and return its verification. Raises Rejected."""
         return self.run(self.session.finish(verification, self._ns(timeout_s)))
 
     def tc(self, subsystem, service, subtype, *, timeout_s=None, **fields):
-        """Perform any request of the standard, with its fields by name; the fields of its answer, {} without one."""
+        """Perform any request of the standard, with its fields by name. Returns the fields of its answer; {} if it has
+        no answer."""
         entry = self.dictionary.catalogue.find("TC", service, subtype)
         data = self.dictionary.catalogue.encode("TC", service, subtype, fields)
         request = Request(self.dictionary.subsystem(subsystem).apid, service, subtype, data, f"TC[{service},{subtype}] to {subsystem}")
@@ -221,7 +224,7 @@ class Spacecraft:
             try:
                 return (yield from self.session.wait_for(reported, self._ns(timeout_s), f"the wanted value of {key}"))[0]
             except TimedOut as problem:
-                raise TimedOut(f"{problem}; the last was {self.values[key][1] if key in self.values else 'not reported'}") from problem
+                raise TimedOut(f"{problem}; the last value was {self.values[key][1] if key in self.values else 'not reported'}") from problem
 
         return self.run(waiting())
 
@@ -256,7 +259,8 @@ class Spacecraft:
         return self.run(self.session.wait_state(self.dictionary.subsystem(subsystem).apid, state.upper(), self._ns(timeout_s)))
 
     def wait_event(self, subsystem, event, timeout_s=None):
-        """Wait for the first event of this name since the connection that no earlier call has returned; its values."""
+        """Wait for the first event of this name since the connection was made that no earlier call has returned.
+        Returns its values."""
         source = self.dictionary.subsystem(subsystem)
 
         def waiting():
@@ -268,7 +272,8 @@ class Spacecraft:
     # The simulated world of a flight by the wall clock ------------------------------------------------------
 
     def live(self, *words):
-        """Send a line to the live port (docs/live.md); the simulated time [s] at which it acts. Raises LiveRefused, LinkLost."""
+        """Send a line to the live port (docs/live.md). Returns the simulated time [s] at which it acts. Raises
+        LiveRefused, LinkLost."""
         self._world = self._world or live.LiveWorld(self.place.run)
         return self._world.ask(" ".join(map(str, words)))[0]
 
@@ -281,11 +286,11 @@ class Spacecraft:
         return self.live("fault", *words)
 
     def pause(self):
-        """Simulated time stands still from now on."""
+        """Pause simulated time."""
         return self.live("pause")
 
     def resume(self):
-        """Simulated time continues."""
+        """Let simulated time continue."""
         return self.live("resume")
 
     def step(self, seconds):
@@ -295,5 +300,5 @@ class Spacecraft:
         return began
 
     def speed(self, factor):
-        """Pace of simulated time: 0.1 to 100 times the wall clock; 0: as fast as possible."""
+        """Set the pace of simulated time: 0.1 to 100 times the wall clock; 0: as fast as possible."""
         return self.live("speed", factor)

@@ -109,7 +109,7 @@ def beyond_limits(request, dictionary):
             if any(not ((low is None or value >= low) and (high is None or value <= high)) for value in numbers):
                 unit = f" {item.unit}" if item.unit else ""
                 limits = " and ".join(filter(None, (f"at least {low:g}" if low is not None else "", f"at most {high:g}" if high is not None else "")))
-                words.append(f"{item.name} is {values.to_text(found)}{unit}, allowed is {limits}{unit}")
+                words.append(f"{item.name} is {values.to_text(found)}{unit}, expected {limits}{unit}")
     except (struct.error, IndexError, KeyError, AttributeError, ValueError):
         pass  # The user has given raw octets that do not decode.
     return "; ".join(words)

@@ -52,7 +52,7 @@ VERIFICATION = {
 
 
 class Reader:
-    """Big-endian fields in order; struct.error when there are too few octets."""
+    """Reads big-endian fields in order. Raises struct.error if there are too few octets."""
 
     def __init__(self, octets):
         self.octets, self.offset = octets, 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of a flight in which a joystick leads the tool of an arm: what the tool does, and what the hand feels."""
+"""Figures of a flight in which a joystick leads the tool of an arm: motion of the tool, and torques on the hand."""
 
 import numpy as np
 
@@ -118,7 +118,7 @@ def left_alone(run):
     """True motion of the tool while the arm is in operation without the hand, beginning 0.5 s after the loss of the hand."""
     cycles = [cycle for cycle, values, hand in _values(run) if np.ravel(values["STATE"])[0] == OPERATIONAL and np.ravel(hand["STATE"])[0] == NO_HAND]
     if len(cycles) < 2:
-        raise Missing("the arm never held without a hand")
+        raise Missing("the arm was never in operation without a hand")
     tool = _truth(run, "CONTACT", "tip_m")[cycles[0] + 1000 : cycles[-1]]
     return {"tool_left_alone_m": float(np.ptp(tool, axis=0).max())}
 

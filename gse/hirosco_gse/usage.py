@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every command of `gse` with its forms, what it does and an example: for --help, completion and the shell.
+"""Every command of `gse` with its forms, a description and an example: for --help, completion and the shell.
 
 A usage is a list of forms, separated by `, `. In a form, words in lower case are typed as they are, words in upper case stand for a
 name or a value, `|` separates alternatives, brackets enclose what may be left out, and `...` repeats the word before it.
@@ -10,7 +10,7 @@ from . import commands
 CONSOLE = {
     "hk": ("hk [-f] [SUBSYSTEM], " + commands.VERBS["hk"][1], "show housekeeping as it arrives (-f: until Ctrl-C), or manage its reports"),
     "events": ("events [-f] [SUBSYSTEM]", "show events and state transitions as they arrive (-f: until Ctrl-C)"),
-    "monitor": ("monitor, " + commands.VERBS["monitor"][1], "a live view of the flight in the terminal, or limits of parameters, watched on board"),
+    "monitor": ("monitor, " + commands.VERBS["monitor"][1], "show the flight in the terminal, or manage limits of parameters that are monitored on board"),
     "shell": ("shell", "commands at a prompt, over one connection, with history and completion; `help` and `exit` there"),
     "permissions": ("permissions", "permitted requests by mode and state, from the dictionary"),
     "hand": (
@@ -26,11 +26,11 @@ CONSOLE = {
         "fault kill|hang|resume PROCESS",
         "cause a fault in a flight with TIME=real (docs/scenarios.md)",
     ),
-    "pause": ("pause", "simulated time stands still, in a flight with TIME=real"),
-    "resume": ("resume", "simulated time continues"),
+    "pause": ("pause", "pause simulated time, in a flight with TIME=real"),
+    "resume": ("resume", "let simulated time continue"),
     "step": ("step SECONDS", "let this simulated time pass"),
     "speed": ("speed FACTOR", "pace of simulated time: 0.1 to 100 times the wall clock; 0: as fast as possible"),
-    "record": ("record [RUN]", "print the scenario that repeats a flight with what was done at its live port"),
+    "record": ("record [RUN]", "print the scenario that repeats a flight with the lines that its live port received"),
     "replay": ("replay [RUN] [--http-port PORT]", "show a run on the web page of the station, with a time line, until Ctrl-C"),
     "decode": (
         "decode FILE|-, decode HEX ...",
@@ -96,7 +96,7 @@ EXAMPLES = {
 
 
 def table():
-    """Command -> (usage, what it does)."""
+    """Command -> (usage, description)."""
     return {**{name: (usage, about) for name, (_, usage, about) in commands.VERBS.items()}, **CONSOLE}
 
 

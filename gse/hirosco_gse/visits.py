@@ -5,7 +5,7 @@
     <time s> ground send HEX [NAME]      send octets of telecommands on that connection
     <time s> ground hang-up [NAME]       close it
 
-NAME tells connections apart that are open at the same time.
+NAME distinguishes connections that are open at the same time.
 
 The operator performs these lines in its grants, also while its own script waits. COMMUNICATION polls its connections every 10 ms. A
 line is performed LEAD_NS before the time at which the packet log shows its effect, so that the same poll finds it as in the recorded flight.
@@ -61,7 +61,7 @@ class Visits:
 
     @property
     def next_ns(self):
-        """When the next line is due; None: there is none."""
+        """Time at which the next line is due; None: there is none."""
         return self._lines[0].time_ns if self._lines else None
 
     def act(self, now_ns):
@@ -79,7 +79,8 @@ class Visits:
             named = f" {visit.name}" if visit.name else ""
             raise VisitError(f"ground {visit.verb}{named} at {visit.time_ns / 1e9:.4f} s: there is no connection; `ground connect{named}` comes first")
         elif visit.verb == "send":
-            with contextlib.suppress(OSError):  # The spacecraft may have closed it, as in the flight recorded.
+            # The spacecraft may have closed the connection, as in the recorded flight.
+            with contextlib.suppress(OSError):
                 stream.sendall(visit.octets)
         else:
             self._hang_up(visit.name)
@@ -98,7 +99,7 @@ class Visits:
 
 
 def _drain(stream):
-    """Read what the spacecraft sends, so that it does not find the connection full."""
+    """Read and discard the octets that the spacecraft sends, so that the connection never fills up."""
     with contextlib.suppress(OSError):
         while stream.recv(65536):
             pass
@@ -119,7 +120,7 @@ def _effects(run):
     with (run / "packets.log").open(encoding="ascii") as log:
         found = packet_log.parse_packets(log, run / "packets.log")
     for time_ns, direction, packet, raw in found:
-        if direction == "TC":  # None: not a telecommand, so the operator has not sent it.
+        if direction == "TC":  # `None` is octets that are not a telecommand; the operator does not send such octets.
             if packet is None or (packet.user < ON_BOARD and (packet.apid, packet.sequence) not in own):
                 yield time_ns, "send", raw, None if packet is None else packet.user
         elif packet.apid == COMMUNICATION_APID and packet.message == (5, 1):

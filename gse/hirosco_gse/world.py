@@ -16,7 +16,7 @@ from . import urdf
 class WorldError(Exception):
     """There is no world, or it cannot be read."""
 
-MESH_OCTETS = 4_000_000  # of one file; each page gets all meshes of the world.
+MESH_OCTETS = 4_000_000  # Maximum of one mesh file; each page receives all meshes of the world.
 
 
 @dataclass

@@ -5,7 +5,7 @@
     make new-robot URDF=my-arm.urdf                  all files are named after the robot of the URDF
     make new-robot URDF=my-arm.urdf NAME=arm7        .. or after this name
     make new-robot URDF=my-arm.urdf TOOL=flange      the tool is this link, not the last one of the file
-    make new-robot URDF=my-arm.urdf START=0,-1.5,1   the arm starts in this pose, not in one that suits motions
+    make new-robot URDF=my-arm.urdf START=0,-1.5,1   the arm starts in this pose, not in the computed one
     make new-robot URDF=my-arm.urdf BASE=free        the base flies freely, without gravity; else it is fixed
     make new-robot URDF=my-arm.urdf APID=40          with this APID instead of the first free one
 
@@ -162,7 +162,7 @@ def attributes(values):
 
 
 def eds_of(joint):
-    """EDS of a drive that is strong enough."""
+    """EDS of the drive of a joint, whose largest torque depends on the effort of the joint."""
     return "joint-drive.eds" if joint.effort <= 40.0 else "joint-drive-large.eds"
 
 
@@ -192,7 +192,7 @@ def world(robot, names, start, base):
 
 
 def gains_of(joint):
-    """Proportional and derivative gain of its loop."""
+    """Proportional and derivative gain of the control loop of a joint."""
     kp, kd = (LINEAR_KP, LINEAR_KD) if joint.is_prismatic else (KP, KD)
     return kp * joint.effort, kd * joint.effort
 

@@ -101,12 +101,12 @@ def check_name(name):
         name,
         f"2 to {NAME_MAX} lower-case letters, digits and single _, a letter first, like gripper or star_tracker",
     )
-    expect(name not in RESERVED, "NAME", name, "a name that is no word of C and no program of the project")
+    expect(name not in RESERVED, "NAME", name, "a name that is neither a keyword of C nor a program of the project")
 
 
 def check_names_of_c(name):
     """Refuse a name whose types and functions exist in the project: the new ones would clash, or the wrong ones would be used without a warning."""
-    expect(not STANDARD_TYPES.fullmatch(name), "NAME", name, f"a name that is no type of C: {name}_t is one")
+    expect(not STANDARD_TYPES.fullmatch(name), "NAME", name, f"a name that is not a type of C: {name}_t is one")
     clash = re.compile(rf"\b({name}_({'|'.join(NAMED_AFTER)})|{name.upper()}_({'|'.join(MACROS_AFTER)}))\b")
     sources = [path for layer in ("base", "osal", "pus", "fsw", "launcher") for path in (ROOT / layer).rglob("*.[ch]")]
     for path in sorted(sources, key=lambda path: (path.suffix != ".h", path)):  # Headers first: they contain the declaration.

@@ -110,7 +110,7 @@ def composed(outer, inner):
 
 
 def parallel(mass, arm):
-    """Inertia of a point mass at a distance."""
+    """Inertia of a point mass, with `arm` as the vector to it."""
     square = sum(x * x for x in arm)
     return [[mass * ((square if i == k else 0.0) - arm[i] * arm[k]) for k in range(3)] for i in range(3)]
 
@@ -145,7 +145,7 @@ def mass_of(link):
 
 
 class _Chain:
-    """Walks from the root to the tool."""
+    """Follows the joints of a robot from the root to the tool."""
 
     def __init__(self, path, document, tool):
         self.path, self.tool = path, tool

@@ -34,7 +34,7 @@ fetch_debian_source() {
         apt-get "$@" update
         apt-get "$@" source --tar-only --download-only "$package"
     ) || {
-        echo "setup: the source package $1, which holds $4, cannot be fetched; is there a network?" >&2
+        echo "setup: the source package $1, which contains $4, cannot be fetched; is there a network?" >&2
         exit 1
     }
     for archive in "$work/$1"_*.orig.tar.*; do

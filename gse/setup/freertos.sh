@@ -17,7 +17,7 @@ archive_sha256=b7824fb42660c16e1b3b573eef99c2fe5c5cba6294a631c309084635f6bfcbb0
 work=$(pwd)/build/setup/freertos
 cached=${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/hirosco/$crate-$archive_sha256.tar.gz
 
-# A package that depends on the crate alone: empty packages take the place of what the crate depends on.
+# A package that depends only on the crate. Empty packages replace the dependencies of the crate, which are not needed.
 write_package() {
     mkdir -p "$work/src"
     : >"$work/src/lib.rs"
@@ -36,7 +36,7 @@ write_package() {
 fetch() {
     write_package
     (cd "$work" && cargo fetch --quiet) || {
-        echo "setup: the crate $crate, which holds FreeRTOS, cannot be fetched; is there a network?" >&2
+        echo "setup: the crate $crate, which contains FreeRTOS, cannot be fetched; is there a network?" >&2
         exit 1
     }
     archive=$(find "${CARGO_HOME:-$HOME/.cargo}/registry/cache" -name "$crate-$version.crate" | head -n 1)

@@ -14,7 +14,7 @@ build_from_registry() {
     if command -v cargo >/dev/null; then
         echo "setup: building the peer $peer (once, up to some minutes)"
         cargo build --release --quiet --manifest-path "build/peers/$peer/Cargo.toml" ||
-            echo "setup: $peer cannot be built; what needs it is skipped"
+            echo "setup: $peer cannot be built; everything that needs it is skipped"
     else
         echo "setup: there is no cargo; $peer is skipped"
     fi
@@ -38,7 +38,7 @@ if [ -n "$missing" ]; then
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq || true
     for name in $missing; do
         $as_root env DEBIAN_FRONTEND=noninteractive apt-get install --no-install-recommends -y -qq "$name" \
-            </dev/null >/dev/null || echo "setup: $name cannot be installed; what needs it is skipped"
+            </dev/null >/dev/null || echo "setup: $name cannot be installed; everything that needs it is skipped"
     done
 fi
 

@@ -3,9 +3,9 @@
 
     python3 gse/vm/microvm.py [--seconds N] [--cans N] [--memory MB] [--out FOLDER] [-- COMMAND]
 
-The guest has the tree at the same path and may write anywhere; only the output folder is kept, which the
-guest finds in $OUT. Exit code: that of the command; 124 time limit, 125 the micro-VM did not start, 130 Ctrl-C.
-It always emulates and never opens /dev/kvm. It removes all its files, however it ends."""
+The guest has the tree at the same path and may write anywhere; only the output folder, whose path in the guest is $OUT, is kept.
+Exit code: that of the command; 124 time limit, 125 the micro-VM did not start, 130 Ctrl-C. It always emulates the processor and
+never opens /dev/kvm. It removes its temporary files when it ends; the next run removes those of a run that was killed."""
 
 import argparse
 import fcntl
@@ -293,7 +293,7 @@ def main():
     options = parse(sys.argv[1:])
     command = " ".join(options.command).strip() or os.environ.get("VM_COMMAND", "").strip() or None
     if command is None and not (sys.stdin.isatty() and sys.stdout.isatty()):
-        print("vm: a shell needs a terminal; for one command say: make vm CMD='...'", file=sys.stderr)
+        print("vm: a shell needs a terminal; to run one command: make vm CMD='...'", file=sys.stderr)
         return 2
     seconds = options.seconds or (SECONDS if command else None)
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -308,7 +308,7 @@ def main():
         print("vm: ended by Ctrl-C", file=sys.stderr)
         return INTERRUPTED
     if outcome.limit:
-        print(f"vm: ended after its time limit of {seconds:g} s; more by SECONDS=", file=sys.stderr)
+        print(f"vm: ended after its time limit of {seconds:g} s; SECONDS= sets a longer one", file=sys.stderr)
     return outcome.code
 
 

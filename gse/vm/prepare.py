@@ -101,7 +101,7 @@ def unpack(package, folder):
                     archive.extract(member, folder)
     kernels = sorted((folder / "boot").glob("vmlinuz-*"))
     if not kernels:
-        raise Unavailable(f"{package.name} holds no boot/vmlinuz; remove build/vm and run again: make build/setup/vm")
+        raise Unavailable(f"{package.name} contains no boot/vmlinuz; remove build/vm and run again: make build/setup/vm")
     return kernels[0], kernels[0].name.removeprefix("vmlinuz-")
 
 
@@ -134,7 +134,7 @@ def dependencies(modules, wanted):
         if name in built_in:
             continue
         if name not in path_of:
-            raise Unavailable(f"the kernel {modules.name} has no module {name}; the micro-VM needs one that has")
+            raise Unavailable(f"the kernel {modules.name} has no module {name}; the micro-VM needs a kernel with it")
         paths |= {path_of[name], *needs[path_of[name]]}  # modules.dep lists the whole chain
     return sorted(paths)
 

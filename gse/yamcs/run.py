@@ -60,7 +60,7 @@ def render(out, mission, ground_port, http_port, station=STATION):
 
 
 def lacking(mission):
-    """Text that says what is missing and what to do; empty if nothing is missing."""
+    """Text that names what is missing and the next step; empty if nothing is missing."""
     missions = sorted(path.name.removesuffix(".xtce.xml") for path in GENERATED.glob("*.xtce.xml"))
     if mission not in missions:
         return f"--mission {mission}: expected one of {', '.join(missions) or 'none yet'}; `make` makes build/generated/MISSION.xtce.xml"
@@ -150,9 +150,8 @@ def serve(out, lock):
     asked = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: asked.append(number))
-    # In a session of its own the server does not receive the Ctrl-C of the terminal. It inherits the lock, so
-    # that the folder stays
-    # locked if this process is killed.
+    # In its own session the server does not receive the Ctrl-C of the terminal. It inherits the lock, so that the
+    # folder stays locked if this process is killed.
     server = subprocess.Popen(command(out), start_new_session=True, pass_fds=[lock.fileno()])
     while server.poll() is None and not asked:
         time.sleep(0.1)

@@ -10,7 +10,7 @@ class View extends HTMLElement {
     frame.style = "border:0;width:100%;height:calc(100vh - 120px)";
     const words = document.createElement("p");
     words.style = "margin:4px 16px";
-    words.textContent = "The page of make gse, which must run for it: @STATION@";
+    words.textContent = "This view shows the page of make gse, which must be running: @STATION@";
     this.replaceChildren(words, frame);
   }
 }

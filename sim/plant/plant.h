@@ -4,12 +4,10 @@
 /// Bodies, joints and contacts live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
 /// and joysticks are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
 ///
-/// Joints     An element Drive of the world moves its joint by a rotor and an elastic gear; its end stops act
-///            on the rotor. A joint without a Drive has no friction: the caller's torque acts on it; limits
-///            stop it at once.
+/// Joints     A Drive of the world moves its joint by a rotor and an elastic gear; its end stops act on the
+///            rotor. Other joints have no friction, follow the caller's torque and stop hard at their limits.
 /// Wheels     A wheel is modelled as an angular momentum about an axis of its link, without a body.
-/// Indices    plant_joint computes the index of a joint; contacts, springs and joysticks have those of the
-///            world.
+/// Indices    Of joints: plant_joint; of contacts, springs and joysticks: those in the world.
 /// Units      For a prismatic joint, read m, N and kg where names contain rad, Nm and kgm2.
 /// Ownership  plant_create allocates, plant_destroy frees. The world outlives the plant. Any number of plants
 ///            may exist in one process; one thread steps a given plant.

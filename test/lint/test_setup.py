@@ -334,7 +334,7 @@ def test_everything_missing_is_reported_at_once(index, fresh_venv):
     done = subprocess.run(["sh", "gse/setup/setup.sh", "pytest"], cwd=place, env=environment_of(index, index="no network"), capture_output=True,
                           text=True, check=False)
     assert done.returncode == 1
-    for said in ("install --no-install-recommends -y libcmocka-dev \n", "    other==2.0\n", "which holds Unity, cannot be fetched", "make setup"):
+    for said in ("install --no-install-recommends -y libcmocka-dev \n", "    other==2.0\n", "which contains Unity, cannot be fetched", "make setup"):
         assert said in done.stderr, done.stderr
     assert not {"build", "run", "unit", "pytest"} & {path.name for path in (place / "build" / "setup").iterdir()}
 

@@ -27,9 +27,9 @@ def _parser():
     parser.add_argument("--http-port", type=int, help=f"port of the page (default: the first free from {PORT})")
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
     parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder, or this recording of a run; no flight is started or followed")
-    parser.add_argument("--read-only", action="store_true", help="pages command nothing: no telecommand, no hand, no fault, no pace")
+    parser.add_argument("--read-only", action="store_true", help="pages cannot send telecommands, move the hand, cause faults or change the pace")
     parser.add_argument("--framed-by", type=_origin, default=FRAMED_BY, metavar="ORIGIN",
-                        help=f"page of this machine that may show this one in a frame, or none (default {FRAMED_BY}, that of make yamcs)")
+                        help=f"page of this machine that may show the page of the station in a frame, or none (default {FRAMED_BY}, the page of make yamcs)")
     parser.add_argument("--fly", nargs=argparse.REMAINDER, help="start this command if no flight answers")
     return parser
 

@@ -42,7 +42,7 @@ class BusTap:
         self._rest, self._since = b"", None
 
     def feed(self, octets):
-        """Take what the live port has sent."""
+        """Process octets that the live port has sent."""
         *lines, self._rest = (self._rest + octets).split(b"\n")
         for line in lines:
             if not line.startswith(b"frame "):

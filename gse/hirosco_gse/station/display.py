@@ -26,7 +26,7 @@ class Display:
         self.enabled = set()  # (subsystem, structure) that this station has enabled for its pages.
         self._seen, self._status_seen, self._asked, self._other_reports = {}, {}, {}, set()
 
-    # What the telemetry says --------------------------------------------------------------------------------
+    # Reports ------------------------------------------------------------------------------------------------
 
     def saw_report(self, apid, structure):
         """A report of a structure has arrived."""
@@ -38,10 +38,11 @@ class Display:
         self._status_seen[apid] = time.monotonic()
 
     def saw_other(self, apid):
-        """A report with the id of the display structure has arrived that another station has defined differently; it cannot be decoded."""
+        """A report with the id of the display structure has arrived, but another station has defined this structure
+        with other parameters; the report cannot be decoded."""
         self._other_reports.add(apid)
 
-    # What is enabled ----------------------------------------------------------------------------------------
+    # Structures that the station enables --------------------------------------------------------------------
 
     def keep(self):
         """Create or enable the display housekeeping of each member that does not send it."""
@@ -98,7 +99,7 @@ class Display:
 
         return done
 
-    # Which structures there are -----------------------------------------------------------------------------
+    # States of the structures -------------------------------------------------------------------------------
 
     def ask(self, name):
         """Publish which housekeeping structures of a subsystem are enabled. Raises UsageError."""

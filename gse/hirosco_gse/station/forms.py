@@ -136,7 +136,7 @@ def _check(field, word):
     try:
         value = float(word) if field.get("type") in REALS else int(word, 0)
     except ValueError:
-        return  # The command line says what is wrong with it.
+        return  # The command line reports this error.
     unit = f" {field['unit']}" if field["unit"] else ""
     if value < field.get("min", value):
         raise UsageError(f"{_label(field)}: {word}{unit} is below {field['min']}{unit}")

@@ -56,7 +56,7 @@ def _shapes(robot, link):
 
 
 def _robot(robot, braked=frozenset()):
-    """`braked`: joints (`robot.joint`) of drives with a holding brake."""
+    """Content of a robot. `braked`: joints (`robot.joint`) of drives with a holding brake."""
     return {
         "name": robot.name,
         "root": robot.root,

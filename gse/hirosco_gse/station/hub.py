@@ -36,7 +36,7 @@ PATIENCE_NS = 20_000_000_000  # For reports other than those of verification, in
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1
 RETRY_S = 0.5
-HAND_S = 1.0  # A page whose last `aim` is longer ago has left the hand.
+HAND_S = 1.0  # If the last `aim` of a page is older, the page no longer holds the hand.
 LEAVE_S = 2.0  # A page that the user reloads connects again within this time.
 COUNT_S = 1.0  # Between two messages with the counts of packets.
 GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
@@ -49,12 +49,12 @@ class Call:
     """A command of a browser: its procedure while it is under way, its telecommands and its result."""
 
     def __init__(self, number, text, procedure, seconds, line="", at_end=None):
-        """line: words of the command line; at_end(call): called when it is over."""
+        """line: words of the command line; at_end(call): called when the command has ended."""
         self.number, self.text, self.procedure, self.seconds, self.line, self.at_end = number, text, procedure, seconds, line, at_end
         self.verifications, self.is_over = [], False
         self.words = self.code = None
-        self.is_unknown = False  # It is over, and the spacecraft has not said whether it was carried out.
-        self.is_silent = False  # No report at all has come for a while.
+        self.is_unknown = False  # The command has ended, and the spacecraft has not reported whether it was performed.
+        self.is_silent = False  # No report has arrived for SILENT_NS.
         self.answer, self.rows = [], []
 
     def look(self, now_ns):
@@ -88,7 +88,7 @@ class _WebSession(Session):
     def advance(self, packet_ns):
         """Telemetry of this time has arrived."""
         if not self.is_time_known and packet_ns > self.now_ns:
-            self.slipped_ns += packet_ns - self.now_ns  # No request has waited for this.
+            self.slipped_ns += packet_ns - self.now_ns  # No request has waited during this time.
             for verification in self._open.values():
                 verification.sent_ns = packet_ns
         self.is_time_known = True
@@ -109,7 +109,8 @@ class Hub:
     patience_ns = PATIENCE_NS
 
     def __init__(self, run, publish, user=None, is_read_only=False, **given):
-        """user: id in the packets, None: a WEB user that no other station has; is_read_only: pages are told that they command nothing; given: what place.Place.of shall not take from the run folder."""
+        """user: id in the packets, None: a WEB user that no other station has; is_read_only: the pages show that they
+        cannot send commands; given: arguments of place.Place.of that replace the values of the run folder."""
         self.run, self.publish = pathlib.Path(run), publish
         self._user, self._given, self.is_read_only = user, given, is_read_only
         self.identity = None
@@ -119,7 +120,7 @@ class Hub:
         self.dictionary = self.session = self.flight = self.world = None
         self.link = {"kind": "link", "is_live": False, "text": "no flight yet"}
         self.hand = {"kind": "hand", "page": None, "other": None}
-        self._aims = (None, 0.0)  # Page that aims the hand, and when it did last.
+        self._aims = (None, 0.0)  # Page that aims the hand, and the time of its last `aim`.
         self.pace = {"kind": "pace", "is_there": False, "is_paused": False, "speed": 1.0}
         self._numbers = itertools.count(1)
         self._begin(None)
@@ -358,7 +359,7 @@ class Hub:
             raise UsageError("no flight")
         return self.forms.text(form, values)
 
-    # What the station asks for ------------------------------------------------------------------------------
+    # Requests of the station --------------------------------------------------------------------------------
 
     def _ask_all(self):
         """Procedure: states, mode and links after a connection is made."""
@@ -376,7 +377,8 @@ class Hub:
     # Telemetry ----------------------------------------------------------------------------------------------
 
     def _count(self, packet, subsystem):
-        """Received and lost packets of a subsystem; a gap in the message type counters of packets to all, or to the user that is this station alone, is a loss."""
+        """Count received and lost packets of a subsystem. A gap in the message type counters is a loss. Only the
+        counters of reports to all users, and of reports to a user that this station does not share, are used."""
         row = self.counts["rows"].setdefault(subsystem, {"received": 0, "lost": 0})
         row["received"] += 1
         if packet.counter and packet.user in (EVERYBODY, self.identity.number if self.identity and self.identity.is_own else EVERYBODY):
@@ -494,7 +496,8 @@ class Hub:
     # The simulated world ------------------------------------------------------------------------------------
 
     async def live(self, line, page=None):
-        """Send a line to the live port; the result as a message. page: number of the page that gives it."""
+        """Send a line to the live port. Returns the result as a message. page: number of the page that sends the
+        line."""
         words = line.split()
         is_hand = words[:1] == ["hand"]
         owner = self._hand_owner(page)

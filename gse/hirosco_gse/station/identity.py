@@ -20,7 +20,8 @@ class Identity:
 
     @classmethod
     def claim(cls, dictionary, port):
-        """A user of this mission at this ground port. If all are taken, the first is shared; a mission without such users has only CLI."""
+        """A user of this mission at this ground port. If all are taken, the first one is shared. In a mission without
+        such users the station uses the user CLI."""
         users = [(user["id"], user["name"]) for user in dictionary.content["users"] if user["name"].startswith(PREFIX)]
         for number, name in users:
             held = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -31,7 +32,7 @@ class Identity:
         return cls(*users[0], False) if users else cls(GROUND_USER, "CLI", False)
 
     def release(self):
-        """Another station may take the user."""
+        """Release the user, so that another station may take it."""
         if self._held:
             self._held.close()
             self._held = None

@@ -22,7 +22,9 @@ from ..critical import is_critical
 from .forms import script_of
 from .hub import Hub
 
-QUEUE = 400  # Messages that wait for a slow browser; then the oldest housekeeping is dropped, and the page is told how much.
+# Messages that wait for a slow browser. If there are more, the oldest housekeeping is dropped, and the page gets the
+# number of dropped messages.
+QUEUE = 400
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 READS = ("structures", "plan", "forms", "script", "watch")
@@ -40,9 +42,9 @@ class _Browser:
     def __init__(self, socket):
         self.socket = socket
         self.waiting = []
-        self.bus = None  # Its frames are on the page.
-        self.has_truth = False  # The simulator's truth moves the robot of the page.
-        self.dropped = self._told = 0  # Dropped messages, and those of them that the page knows of.
+        self.bus = None  # Bus whose frames the page shows.
+        self.has_truth = False  # The page shows the robot with the true state of the simulator.
+        self.dropped = self._told = 0  # Dropped messages, and how many of them were reported to the page.
         self.number = next(_NUMBERS)
         self._wake = asyncio.Event()
 
@@ -61,7 +63,7 @@ class _Browser:
         self._wake.set()
 
     async def send(self):
-        """Send what waits, until the connection ends."""
+        """Send the waiting messages until the connection ends."""
         while True:
             await self._wake.wait()
             self._wake.clear()
@@ -76,8 +78,8 @@ class Station:
     """The web application: hub and browsers."""
 
     def __init__(self, run, page, replayed=None, is_read_only=False, framed_by="'none'"):
-        """replayed: folder or recording of a run that is replayed; then no flight is followed. is_read_only: pages command nothing. framed_by: origin of
-        the page that may show this one in a frame."""
+        """replayed: folder or recording of a run that is replayed; then no flight is followed. is_read_only: pages
+        cannot send commands. framed_by: origin of the page that may show the page of the station in a frame."""
         self.hub = Hub(run, self.publish, is_read_only=is_read_only)
         self.browsers = set()
         self._replayed, self._recorded = replayed, (None, b"")
@@ -117,7 +119,7 @@ class Station:
         known = (self._host, self._host.replace("127.0.0.1", "localhost"))
         origin = request.headers.get("Origin")
         if request.host not in known or origin is not None and origin != f"http://{request.host}":
-            raise web.HTTPForbidden(text="this station serves its own page only")
+            raise web.HTTPForbidden(text="this station accepts requests of its own page only")
         response = await handler(request)
         if not response.prepared:
             response.headers.update(self._headers)
@@ -159,7 +161,8 @@ class Station:
         try:
             async for message in socket:
                 if message.type == WSMsgType.TEXT:
-                    if message.data.startswith('{"do":"ask"'):  # It lasts; the page may ask for more meanwhile.
+                    # The answer takes time; meanwhile the page may send other requests.
+                    if message.data.startswith('{"do":"ask"'):
                         tasks.add(task := asyncio.create_task(self._ask(message.data, browser)))
                         task.add_done_callback(tasks.discard)
                         continue

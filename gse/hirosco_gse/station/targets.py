@@ -48,7 +48,7 @@ def _operational_partner(session, subsystem, open_links):
 
 
 def _barrier(session, subsystem, state, target, open_links):
-    """Why the spacecraft would refuse a legal target, in words; or None."""
+    """Why the spacecraft would refuse a target that the state machine permits, in words; None if it would not."""
     is_up = target in (PRE, SAFE, OPERATIONAL) and target > state
     mode = session.mode
     if is_up and mode and not _is_permitted(session.dictionary, subsystem, state, target, mode):

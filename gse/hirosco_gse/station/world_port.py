@@ -51,7 +51,8 @@ class WorldPort:
         return answer
 
     async def ask(self, line):
-        """(simulated time [s] at which the line acts, whether simulated time is paused). Raises LiveRefused, LinkLost."""
+        """Send a line. Returns (simulated time [s] at which it acts, whether simulated time is paused). Raises
+        LiveRefused, LinkLost."""
         live.octets_of(line)
         async with self._turn:
             try:
@@ -154,7 +155,8 @@ class Taps:
         self._run = self._dictionary = self._mismatches = None
 
     def move_to(self, run, dictionary, mismatches):
-        """Follow the buses of another run. mismatches: words by APID about subsystems that fly another interface; it may grow."""
+        """Follow the buses of another run. mismatches: for each APID whose subsystem flies another interface, the words
+        about it; entries may be added later."""
         self._run, self._dictionary, self._mismatches = run, dictionary, mismatches
 
     def watch(self, names):

@@ -6,10 +6,10 @@ import * as THREE from "three";
 
 import { LOOK, shape } from "./body.js";
 
-const TURNS_PER_S = 0.5; // Of a wheel at its largest momentum.
+const TURNS_PER_S = 0.5; // Rotation that is drawn for a wheel at its largest momentum.
 const NEAR = 0.9,
   FULL = 0.99; // Shares of the largest momentum.
-const LONGEST_S = 0.5; // A longer step of time is a jump of a replay.
+const LONGEST_S = 0.5; // A longer step of time is a jump of a replay [s].
 const UP = new THREE.Vector3(0, 1, 0);
 
 // Box around the shapes of a link, in its frame.
@@ -148,7 +148,7 @@ export class Actuators {
     if (this.wheels.length) this.colours(token);
   }
 
-  // What the actuators do, in words; empty if the world has none.
+  // Present state of the actuators in words; empty if the world has none.
   words() {
     const firing = this.thrusters.filter(({ isOpen }) => isOpen).map(({ name }) => name);
     const wheels = this.wheels.map(({ name, share }) => `${name} ${(share * 100).toFixed(0)} %`);

@@ -6,7 +6,7 @@ import { clock, el, number, show, svg, symbol, text } from "./dom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0]; // 0: as fast as possible
 const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
-const EPOCH_TAI_S = 378691200; // From the epoch of TAI, 1958-01-01, to that of a Date, 1970-01-01.
+const EPOCH_TAI_S = 378691200; // Seconds from the epoch of TAI, 1958-01-01, to the epoch of Date, 1970-01-01.
 const causeOf = (separator, item, end) => (item.cause ? `${separator}${item.cause}${end}` : "");
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
 const SYMBOL = { HIGH: "critical", MEDIUM: "serious", LOW: "caution" };
@@ -89,7 +89,7 @@ class Bar extends HTMLElement {
       {
         class: "stop",
         id: "stop-all",
-        title: "Everything to ERROR_OPERATIONAL (Ctrl Shift S)",
+        title: "Bring all subsystems to ERROR_OPERATIONAL (Ctrl Shift S)",
         onclick: () => store.command("stop"),
       },
       octagon(),
@@ -112,7 +112,7 @@ class Bar extends HTMLElement {
         "div",
         {
           class: "cell power-cell",
-          title: "Electrical power that the states need, of that which the mission has",
+          title: "Electrical power: needed by the present states / available",
         },
         el("div", { class: "two" }, el("span", { class: "hint" }, "Power"), this.power),
       ),

@@ -7,6 +7,7 @@ import { el, text } from "./dom.js";
 
 const LIST_MS = 250;
 
+// // Button that opens a command in the tab Command.
 const prepare = (line, word) =>
   el("button", { "aria-label": line, onclick: () => store.tell("again", line) }, word);
 
@@ -168,7 +169,7 @@ export class Board {
   async upload(words) {
     const file = this.file.files[0];
     if (!file || !this.as.value.trim()) {
-      text(this.said, "a file and its name or path on board are needed");
+      text(this.said, "choose a file, and give its name or path on board");
       return;
     }
     const answer = await store.ask({
@@ -176,6 +177,6 @@ export class Board {
       words: words(this.as.value.trim()),
       data: await octetsOf(file),
     });
-    text(this.said, answer.refused ?? "under way; see the commands");
+    text(this.said, answer.refused ?? "sent; the list of commands shows its progress");
   }
 }

@@ -44,8 +44,8 @@ export function shape(about, look) {
   return mesh;
 }
 
-// Mesh of a <visual> of the URDF: a shape or the triangles of an STL file. `looks` without a stand is that of
-// a ghost, which has no colours.
+// Mesh of a <visual> of the URDF: a shape or the triangles of an STL file. `looks` without `stand` are those
+// of the ghost, the desired position, which is drawn without colours.
 function visual(about, looks) {
   const isGhost = !looks.stand;
   const look =

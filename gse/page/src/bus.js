@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tab Bus: load, errors and decoded frames of one bus. While this tab is open, the simulator sends them from
-// a listen-only tap.
+// Tab Bus: load, errors and decoded frames of one bus. While this tab is open, the simulator sends the frames
+// from a listen-only tap.
 
 import { store } from "./store.js";
 import { el, symbol, text } from "./dom.js";
@@ -123,7 +123,7 @@ export class Bus {
     put(
       load,
       said?.load === null || said?.load === undefined ? null : `${(said.load * 100).toFixed(0)} %`,
-      "usual stuffing",
+      "with average bit stuffing",
     );
     put(
       tx,
@@ -134,7 +134,7 @@ export class Bus {
           ? "error warning"
           : "error active",
     );
-    put(lost, this.counter("RECEIVE_OVERRUNS"), "overruns of our receiver");
+    put(lost, this.counter("RECEIVE_OVERRUNS"), "overruns of the flight software");
     put(off, this.counter("BUS_OFF"), "since start");
     if (said?.frames) this.list(said);
   }

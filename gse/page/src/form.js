@@ -5,7 +5,7 @@
 import { store } from "./store.js";
 import { el, lights, text } from "./dom.js";
 
-const ARMED_MS = 10000;
+const ARMED_MS = 10000; // Time for which a critical command stays armed.
 const FOUND_MAX = 60,
   RECENT_MAX = 6;
 const AS_TYPED = { fields: [], kind: "as typed" }; // Form of a command whose words the user has typed.

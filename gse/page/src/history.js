@@ -2,7 +2,8 @@
 // History of reports in typed arrays. An hour of a recording has 180 000 rows; a row becomes an object only
 // when it is shown.
 
-const POINTS_MOST = 20000; // Rows that are evaluated for a line whose value is computed from several columns.
+// Largest number of rows that are evaluated for a line whose value is computed from several columns.
+const POINTS_MOST = 20000;
 
 export class History {
   // tables: tables of a recording. rename: function that gives the name of a leaf in a row. gap: time without
@@ -84,7 +85,7 @@ export class History {
   }
 
   // Values of lines between two times in the format of uPlot. If there are more than two rows for each of
-  // `pixels`, only the least and the greatest value in each pixel.
+  // `pixels`, only the least and the greatest value in each pixel are returned.
   drawn(lines, range, pixels) {
     const first = Math.max(0, after(this.t, range[0]) - 1),
       end = Math.min(this.length, after(this.t, range[1]) + 1);

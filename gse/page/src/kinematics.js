@@ -107,10 +107,10 @@ export function placedByTruth(robot, row, names) {
   };
 }
 
-// The same in a row of telemetry, which contains the joints of the lead robot only: the one that the
-// subsystem moves. `base` is the pose of its base that telemetry reports, x, y, z and w, x, y, z. What
-// telemetry does not contain is that of the truth, or of the start without a truth: `truth` has the members
-// row and names, or is null.
+// Configuration of a robot in a row of telemetry. The row contains only the joints of the lead robot, which
+// the subsystem moves. `base` is the pose of its base that telemetry reports, x, y, z and w, x, y, z. Values
+// that telemetry does not contain are taken from the truth, or from the start if there is no truth. `truth`
+// has the members row and names, or is null.
 export function placedByTelemetry(robot, row, isLead, base, truth) {
   const known = placedByTruth(robot, truth?.row, truth?.names ?? {});
   if (!isLead) return { ...known, brakes: null };

@@ -169,7 +169,7 @@ class Log extends HTMLElement {
                       "button",
                       {
                         class: "again",
-                        title: "Prepare it again",
+                        title: "Open this command in the tab Command",
                         onclick: () => store.tell("again", call.line),
                       },
                       call.text,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reader of the recording of a run (hirosco_gse/recording.py).
 
-const NONE = -(2 ** 31);
+const NONE = -(2 ** 31); // The smallest 32-bit integer stands for "not a number".
 
 class Reader {
   constructor(octets) {

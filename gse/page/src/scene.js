@@ -15,7 +15,7 @@ import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
 const TRACE_S = 6;
 const STALE_PERIODS = 3,
-  STALE_MS = 200; // A robot without reports is covered within a second.
+  STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
 // Without a graphics processor: time between two pictures; share of the pixels of each axis that is drawn
 // while the scene moves; time after which a scene at rest is drawn with all pixels.
 const SOFTWARE_MS = 50,
@@ -111,12 +111,12 @@ class Scene extends SceneMarks {
     } catch {
       this.canvas.hidden = true;
       this.veil.hidden = false;
-      text(this.veil.firstChild, "This browser draws no 3D: values and curves only");
+      text(this.veil.firstChild, "This browser cannot draw the 3D view: only values and curves are shown");
       store.on("film", ({ row }) => this.tell(row));
       return;
     }
     store.on("hello", () => {
-      this.isWatching = false; // The station forgets it with the connection.
+      this.isWatching = false; // The station forgets the request when the connection ends.
       this.build();
       this.mark("telemetry");
       if (!store.replay) this.watch();
@@ -322,8 +322,8 @@ class Scene extends SceneMarks {
     return store.replay ? store.replay.truthAt(time) : (this.truth?.now() ?? null);
   }
 
-  // Joint positions, base and brakes of a robot in a row of telemetry or truth. What telemetry does not
-  // contain is that of the truth.
+  // Joint positions, base and brakes of a robot in a row of telemetry or truth. Values that telemetry does
+  // not contain are taken from the truth.
   where(robot, row, truth) {
     const { replay } = store;
     if ((replay ?? this).which !== "truth")

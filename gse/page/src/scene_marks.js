@@ -185,8 +185,8 @@ export class SceneMarks extends HTMLElement {
     }
   }
 
-  // Telemetry does not report whether the spring is hooked to the tip. It is drawn so if the tip is close to
-  // the hook, above it, and the force pulls it down.
+  // Telemetry does not report whether the spring is hooked to the tip. It is drawn hooked if the tip is close
+  // to the hook, above it, and the force pulls it down.
   drawSprings(tip) {
     for (const spring of this.springs) {
       const { hook } = spring,

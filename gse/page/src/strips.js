@@ -342,7 +342,7 @@ class Strips extends HTMLElement {
       {
         "aria-pressed": "false",
         "aria-label": "Hold the view",
-        title: "Hold the view, not the data",
+        title: "Hold the view; data are still received",
         onclick: () => this.hold(),
       },
       "❚❚",
@@ -360,7 +360,7 @@ class Strips extends HTMLElement {
         "div",
         { class: "head" },
         this.title_,
-        el("span", { class: "hint" }, "drag to zoom, double click back"),
+        el("span", { class: "hint" }, "drag to zoom, double click to zoom out"),
         this.pause,
         this.add,
       ),

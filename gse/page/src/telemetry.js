@@ -88,7 +88,7 @@ export class Row {
         class: "chart",
         "aria-pressed": "false",
         "aria-label": `Chart of ${this.line.title}`,
-        title: "Into the strip charts",
+        title: "Add to the strip charts, or remove from them",
         onclick: () => store.tell("chart", this.line),
       },
       "∿",
@@ -213,7 +213,7 @@ class Section {
         ? `${rate}, ${report.count} reports`
         : store.states.get(this.name)?.configuration === "-"
           ? "needs a configuration"
-          : "not heard yet",
+          : "no report received yet",
     );
     text(this.toggle, isOn ? "Disable" : "Enable");
     this.toggle.setAttribute("aria-label", `${isOn ? "Disable" : "Enable"} ${this.name} ${this.id}`);

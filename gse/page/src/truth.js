@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulator's truth: its last row in a flight, with poses of the bases between two rows, and what of a
-// world only the truth contains.
+// The simulator's truth: its last row in a flight, with poses of the bases between two rows; and the parts of
+// a world that only the truth contains.
 
 import { posesBetween } from "./kinematics.js";
 import { store } from "./store.js";
@@ -50,7 +50,7 @@ export function reportedBase() {
   return null;
 }
 
-// What of a world telemetry does not contain, in words.
+// Parts of a world that telemetry does not contain, in words.
 export function notReported(world, lead) {
   const others = world.robots.filter((robot) => robot !== lead);
   const found = [];

@@ -13,7 +13,7 @@ const RANGE_RAD = 0.35;
 const AIM_MS = 20,
   AIM_S = 0.03;
 const IDLE_MS = 2000;
-const ANSWER_MS = 1000; // A hand whose line has no answer for so long is given back.
+const ANSWER_MS = 1000; // If a line of the hand has no answer for this time, the hand is given back.
 const FIELD = 80; // Radius of the round field in units of its drawing.
 const CEILING_NM = 1.5;
 const TRACE_MS = 2000;
@@ -101,7 +101,8 @@ class Hand {
       this.field.setPointerCapture(event.pointerId);
       this.from = { x: event.clientX, y: event.clientY, aim: [...this.aim] };
     });
-    // Raw movements do not wait for the next picture of the page. They are for secure pages only.
+    // Raw pointer movements arrive before the page draws its next frame. Browsers provide them to secure
+    // pages only.
     const moved = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
     this.field.addEventListener(moved, (event) => {
       if (!this.aim || !this.from) return;
@@ -157,7 +158,7 @@ class Hand {
     const at = this.position() ?? [0, 0];
     this.aim = [...at];
     this.at = performance.now();
-    this.note = "This flight is no longer that of its scenario alone.";
+    this.note = "From now on this flight differs from its scenario.";
     this.draw();
   }
 
@@ -317,7 +318,7 @@ class Hand {
             : (this.note ??
               (state === "OPERATIONAL"
                 ? "moves the robot"
-                : `${source} is ${state ?? "not heard"}: leads nowhere`));
+                : `${source} is ${state ?? "not reported"}: the hand has no effect`));
     text(this.words, why);
     const xy = ([a, b], scale) => [a * scale, -b * scale];
     const [x, y] = xy(position, FIELD / RANGE_RAD);
@@ -371,16 +372,16 @@ const KEYS = [
   ["Esc", "disarm, give the hand back"],
   ["H", "take the hand, give it back"],
   ["Arrows, Shift", "move the hand, fine"],
-  ["Space", "pause and resume the world"],
+  ["Space", "pause or resume simulated time"],
   [".", "step 0.1 s"],
-  ["[ ]", "speed of simulated time"],
-  ["A", "the HIGH events were seen"],
+  ["[ ]", "change the speed of simulated time"],
+  ["A", "acknowledge the HIGH events"],
   ["E C B", "events, commands, bus"],
-  ["V", "view of the scene"],
-  ["T", "simulator’s truth or telemetry"],
+  ["V", "change the view of the scene"],
+  ["T", "move the robot by the simulator’s truth or by telemetry"],
   ["P", "find a parameter"],
-  ["L", "from the replay to the flight"],
-  ["?", "these keys"],
+  ["L", "return from the replay to the flight"],
+  ["?", "show these keys"],
   ["Ctrl Shift S", "STOP ALL"],
 ];
 

@@ -30,7 +30,7 @@ static void hold(@name@_t* const own)
     end_move(own, PUS_FAILURE_ABORTED);
 }
 
-/// The actuators are switched on or off.
+/// Abort the motion: called when the actuators are switched on or off.
 static void abandon(void* const self)
 {
     hold(self);
@@ -52,7 +52,7 @@ static status_t move(@name@_t* const own, const @name@_move_arguments_t* const a
     own->is_under_way         = true;
     parameter_unlock(subsystem_dictionary(own->generic));
     own->move_token = call_token;
-    return STATUS_BUSY; // Until subsystem_function_done.
+    return STATUS_BUSY; // The function ends with subsystem_function_done.
 }
 
 static status_t perform(void* const self, const subsystem_function_t* const function)

@@ -25,7 +25,7 @@ typedef struct {           // All fields are private.
     uint32_t move_token; ///< Token of the MOVE under way; 0: none.
 } @name@_t;
 
-/// Once, before the generic subsystem runs. Pointers are kept.
+/// Initialise the subsystem. Must be called once, before the generic subsystem runs. The pointers are kept.
 void @name@_init(@name@_t* own, subsystem_t* generic, const flow_resolver_t* resolver);
 /// Callbacks for the generic subsystem; their context is the @name@_t.
 const subsystem_callbacks_t* @name@_callbacks(void);

@@ -367,7 +367,7 @@ def test_the_end_of_the_run_is_a_lost_link(dictionary, tmp_path):
     clock = StepClock(tmp_path / "cosim", 1)
     server.accept()[0].close()
     driver = StepDriver(None, Session(dictionary, 0), clock)
-    with pytest.raises(LinkLost, match="run has ended|scheduler is gone"):
+    with pytest.raises(LinkLost, match="run has ended|connection to the scheduler was lost"):
         driver.run(Session(dictionary, 0).wait_until(1))
     server.close()
 

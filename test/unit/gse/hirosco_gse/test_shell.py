@@ -109,9 +109,9 @@ def test_colours_are_for_terminals(monkeypatch, is_terminal, variables, is_red):
 
 
 @pytest.mark.parametrize(("words", "limits"), [
-    (["cmd", "MANIPULATOR.MOVE_TO", "POSITION=9,0", "DURATION=2"], "POSITION is [9, 0] rad, allowed is at least -2.8 and at most 2.8 rad"),
-    (["cmd", "MANIPULATOR.MOVE_TO", "POSITION=0,nan", "DURATION=0.05"], "DURATION is 0.05 s, allowed is at least 0.1 and at most 600 s"),
-    (["set", "MANIPULATOR.TORQUE_LIMIT", "30,41"], "TORQUE_LIMIT is [30, 41] Nm, allowed is at least 0.1 and at most 40 Nm"),
+    (["cmd", "MANIPULATOR.MOVE_TO", "POSITION=9,0", "DURATION=2"], "POSITION is [9, 0] rad, expected at least -2.8 and at most 2.8 rad"),
+    (["cmd", "MANIPULATOR.MOVE_TO", "POSITION=0,nan", "DURATION=0.05"], "DURATION is 0.05 s, expected at least 0.1 and at most 600 s"),
+    (["set", "MANIPULATOR.TORQUE_LIMIT", "30,41"], "TORQUE_LIMIT is [30, 41] Nm, expected at least 0.1 and at most 40 Nm"),
     (["cmd", "MANIPULATOR.TARE"], "(at octet 9) [0x0203]"),
 ])
 def test_a_value_out_of_range_is_named_with_its_limits(dictionary_path, capsys, words, limits):

@@ -138,7 +138,7 @@ def test_states_events_and_values_are_waited_for(crafts, dictionary):
     assert craft.wait_event("MANIPULATOR", "TARE_DONE") == {"OFFSET": [1.0, 0.25]}
     with pytest.raises(TimedOut, match="the last event was TARE_DONE of MANIPULATOR"):
         craft.wait_event("MANIPULATOR", "TARE_DONE", 0.05)
-    with pytest.raises(TimedOut, match=r"the last was \[1.0, 2.5\]"):
+    with pytest.raises(TimedOut, match=r"the last value was \[1.0, 2.5\]"):
         craft.wait_value("MANIPULATOR.DES_POSITION", lambda value: value[0] == 9, 0.05)
 
 
