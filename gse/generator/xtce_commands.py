@@ -92,7 +92,7 @@ def command(system, name, assignments, arguments, entries, description, alias, i
     holder = element(
         "CommandContainer", element("EntryList", *entries), element("BaseContainer", containerRef=f"{root}/pus_tc"), name=name
     )
-    words = "wrongly sent, it can endanger the spacecraft or delete what it has stored"
+    words = "if it is sent by mistake, it can endanger the spacecraft or delete data that are stored on board"
     significance = element("DefaultSignificance", consequenceLevel="critical", reasonForWarning=words) if is_critical else None
     system.commands.append(
         element(
@@ -275,7 +275,7 @@ def management(system, subsystem, catalogue):
     selected = system.type("Argument", "configuration", lambda made: xt.enumeration("Argument", made, configurations, 16))
     for name, subtype, arguments, words in (
         ("REQUEST_STATE", 1, [("target", target, "state to reach")], "request a state"),
-        ("SELECT_CONFIGURATION", 3, [("configuration", selected, "configuration to have")], "select a configuration"),
+        ("SELECT_CONFIGURATION", 3, [("configuration", selected, "configuration to select")], "select a configuration"),
         ("REPORT_STATUS", 4, [], "report state, phase, configuration and hashes"),
         ("RELOAD", 6, [], "read the descriptor again"),
     ):

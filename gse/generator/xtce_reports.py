@@ -119,7 +119,7 @@ def container(name, entries, base=None, restrictions=(), description=None, perio
 def _meaning(word):
     """Description of an entry that the catalogue describes by its place only."""
     if "__" in word:
-        return "serves to find the entries behind it"
+        return "determines the position of the entries after it"
     if word in ("n", "n1", "n2", "n3", "nfa"):
         return "number of groups"
     return "groups, as many as the number before them" if word.endswith("_groups") else word.replace("_", " ")

@@ -11,7 +11,7 @@ from xtce_types import element
 MANAGEMENT, LINKS = 129, 130
 TRANSITION, STATUS, LINK_TRANSITION = 2, 5, 10
 OF_SUBSYSTEM = {  # Field of TM[129,2] or TM[129,5] -> what it is.
-    "state": "state of the subsystem", "phase": "phase of its state", "configuration": "configuration that it has", "cause": "cause of its last change of state",
+    "state": "state of the subsystem", "phase": "phase of its state", "configuration": "selected configuration", "cause": "cause of its last change of state",
     "target": "state that was requested last",
 }
 NONE = {0: "NONE"}
