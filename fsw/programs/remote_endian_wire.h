@@ -8,10 +8,9 @@
 ///     program:  done   frames sent on its buses, deliveries by receiver, its next wake time
 ///     proxy: grant  time, deliveries to it, frames received on its buses
 ///
-/// done and grant alternate until one end closes the stream. If the frames do not fit a message, further
-/// messages of its kind follow, which contain only frames. A message consists of its size in octets (u32),
-/// its kind (u8) and its content; numbers are big-endian. Messages of the mission and link frames do not use
-/// the stream, but inherited sockets.
+/// done and grant alternate until one end closes the stream. Frames that do not fit into a message follow in
+/// further messages of its kind. A message consists of its size in octets (u32), its kind (u8) and its
+/// content; numbers are big-endian. Messages of the mission and link frames use inherited sockets instead.
 ///
 /// Ownership  The caller places remote_endian_wire_t.
 /// Context    One task.
