@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slices of retrievals and copies.
+// Each step performs a slice of the retrievals and of the copy.
 #include "base/assertion.h"
 #include "pus/st01/st01_verification.h"
 #include "pus/st15/st15_internal.h"
 
-/// Remaining packets and octets of a step.
+/// Packets and octets that the present step may still use.
 typedef struct {
     uint16_t packets; ///< Packets that may still be sent or copied.
     uint32_t octets;  ///< Octets that may still be read.
@@ -20,15 +20,15 @@ static budget_t budget_of(const pus_storage_t* const storage)
     return (budget_t){.packets = storage->config.packets_per_step, .octets = storage->config.octets_per_step};
 }
 
-/// Selects the packets before an address that were stored in a range of times.
+/// A window selects the packets before an address whose storage times are in a range.
 typedef struct {
     uint64_t end;
     uint64_t from_ns;
     uint64_t to_ns;
 } window_t;
 
-/// Read the next packet in a window. STATUS_OK; STATUS_BUSY (the packet is outside of the window, or the
-/// rest of the block is damaged: continue); STATUS_EMPTY (no more); STATUS_IO.
+/// Read the next packet in a window. STATUS_OK; STATUS_BUSY (the packet is outside of the window, or the rest
+/// of the block is damaged: continue); STATUS_EMPTY (no further packet); STATUS_IO.
 static status_t next_in(pus_packet_store_t* const log, const window_t* const window, uint64_t* const cursor,
                         budget_t* const budget, pus_stored_packet_t* const out_packet)
 {
@@ -52,8 +52,8 @@ static status_t next_in(pus_packet_store_t* const log, const window_t* const win
 
 // ---- Retrieval ----
 
-/// The store to be served next: the next one after `last_served` among those with the lowest priority number.
-/// store_count if no store can send.
+/// Returns the store that sends next: among the stores with the lowest priority number, the next one after
+/// `last_served`. store_count if no store can send.
 static uint8_t next_store(const pus_storage_t* const storage)
 {
     const uint8_t count = storage->config.store_count;
@@ -69,7 +69,7 @@ static uint8_t next_store(const pus_storage_t* const storage)
     return best;
 }
 
-/// Store the position of a retrieval after a packet was sent, or skipped if `packet` is null.
+/// Note the position of a retrieval after a packet was sent, or was skipped (`packet` is null).
 static void advance(pus_store_t* const store, const uint64_t cursor, const pus_stored_packet_t* const packet)
 {
     pus_store_state_t* const state = &store->state;
@@ -92,7 +92,7 @@ static void pause(pus_storage_t* const storage, pus_store_t* const store)
     if (store->state.retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) {
         store->state.retrieval     = (uint8_t)PUS_RETRIEVAL_NONE;
         store->is_moved            = true;
-        storage->is_checkpoint_due = true; // Store the end of the retrieval at once.
+        storage->is_checkpoint_due = true; // So that the end of the retrieval is stored at once.
     }
 }
 
@@ -110,7 +110,7 @@ static void serve(pus_storage_t* const storage, const uint8_t number, budget_t* 
     } else if (state->is_seeking) {
         window.from_ns = state->open_tag_ns;
     } else {
-        // An open retrieval sends all packets that follow.
+        // An open retrieval sends all packets from the cursor on.
     }
     pus_stored_packet_t packet;
     const status_t status = next_in(&store->log, &window, &cursor, budget, &packet);
@@ -132,7 +132,7 @@ static void serve(pus_storage_t* const storage, const uint8_t number, budget_t* 
     case STATUS_EMPTY:
         pause(storage, store);
         break;
-    default: // The medium failed; the next step tries again.
+    default: // The medium failed: the next step tries again.
         store->is_waiting = true;
         break;
     }
@@ -200,6 +200,6 @@ void st15_copy(pus_storage_t* const storage, const uint64_t now_ns)
     } else if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
         end_copy(storage, status, now_ns);
     } else {
-        // Later steps continue.
+        // Later steps continue the copy.
     }
 }

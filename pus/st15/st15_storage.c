@@ -8,7 +8,7 @@
 
 #define PRINTABLE_FIRST 0x21U
 #define PRINTABLE_LAST 0x7EU
-#define STATE_SIZE 79U // Size of a persistent record [octets].
+#define STATE_SIZE 79U // Size of the persistent record of a store [octets].
 
 uint32_t st15_blocks_of(const uint32_t size)
 {
@@ -133,7 +133,7 @@ status_t pus_storage_restore(pus_storage_t* const storage, const uint32_t key, c
     return is_good ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Make the log of a store consistent with its state.
+/// Set up the log of a store according to its state.
 static void adopt(pus_storage_t* const storage, const uint8_t number)
 {
     pus_store_t* const store             = &storage->stores[number];
@@ -219,9 +219,10 @@ status_t pus_storage_start(pus_storage_t* const storage)
         } else if ((store->log.counters.damaged > 0U) && (result == STATUS_OK)) {
             result = STATUS_CHECKSUM;
         } else {
-            // All packets can be read, or the status of another store is returned.
+            // All packets can be read, or `result` already has the status of another store.
         }
-        // Packets that were not on the medium at the power cut are lost.
+        // The last packets before a power cut may not be on the medium: they are lost, and positions after
+        // them move back.
         const uint64_t head = pus_packet_store_head(&store->log);
         state->open_cursor  = lesser(state->open_cursor, head);
         state->range_cursor = lesser(state->range_cursor, head);
@@ -232,7 +233,7 @@ status_t pus_storage_start(pus_storage_t* const storage)
 
 // ---- Storage ----
 
-/// Round a time to the resolution of the wire, so that ground can specify this time exactly.
+/// Round a time to the resolution on the wire, so that a request can contain exactly this time.
 static uint64_t time_on_wire(const uint64_t time_ns)
 {
     uint8_t octets[PUS_TIME_SIZE];
@@ -266,7 +267,8 @@ static void sync_stores(pus_storage_t* const storage, const uint64_t now_ns)
     if ((now_ns - storage->synced_ns) >= storage->config.sync_interval_ns) {
         storage->synced_ns = now_ns;
         for (uint8_t i = 0U; i < storage->config.store_count; i++) {
-            (void)pus_packet_store_sync(&storage->stores[i].log); // Counts failures; repeated later.
+            // The store counts a failure; a later sync tries again.
+            (void)pus_packet_store_sync(&storage->stores[i].log);
         }
     }
 }

@@ -24,25 +24,26 @@
 /// Port that sends retrieved packets.
 typedef struct {
     void* context;
-    /// `packet` is copied. STATUS_OK, or any other status: refused, try again later.
+    /// Send a packet, which is copied. STATUS_OK, or any other status: the packet was refused, try again
+    /// later.
     status_t (*send)(void* context, uint8_t virtual_channel, const uint8_t* packet, size_t size);
 } pus_retrieval_port_t;
 
 typedef struct {
-    pus_app_process_t* process;       ///< Sends reports of completion; its epoch is used.
+    pus_app_process_t* process;       ///< Sends reports of completion; times are relative to its epoch.
     const medium_t* media;            ///< One for each store.
     uint8_t store_count;              ///< 1..PUS_STORES_MAX.
     uint16_t blocks_of_store;         ///< Blocks of the largest store, >= PUS_STORE_BLOCKS_MIN.
-    pus_store_block_t* blocks;        ///< store_count x blocks_of_store.
+    pus_store_block_t* blocks;        ///< store_count x blocks_of_store entries.
     uint16_t entries_of_selection;    ///< 1..PUS_SELECTION_ENTRIES_MAX.
-    pus_selection_entry_t* entries;   ///< store_count x entries_of_selection.
-    pus_selection_entry_t* candidate; ///< entries_of_selection.
+    pus_selection_entry_t* entries;   ///< store_count x entries_of_selection entries.
+    pus_selection_entry_t* candidate; ///< entries_of_selection entries.
     const uint16_t* apids;            ///< Processes whose reports may be selected, each once.
     uint16_t apid_count;
     uint8_t virtual_channels; ///< Number of virtual channels, numbered from 0.
     pus_retrieval_port_t port;
-    uint16_t packets_per_step;            ///< Most packets that a step sends or copies, >= 1.
-    uint32_t octets_per_step;             ///< A step ends when it has read so many octets, >= 1.
+    uint16_t packets_per_step;            ///< Largest number of packets that a step sends or copies, >= 1.
+    uint32_t octets_per_step;             ///< A step ends when it has read this number of octets, >= 1.
     uint64_t sync_interval_ns;            ///< Time between syncs of stored packets; 0: in each step.
     uint64_t checkpoint_interval_ns;      ///< Time between checkpoints of retrievals; 0: in each step.
     const pus_persistence_t* persistence; ///< Null: without persistent records.
@@ -64,10 +65,10 @@ typedef struct { // Private: the persistent data of a store.
     uint8_t retrieval; // pus_retrieval_t.
     uint8_t priority;
     uint32_t generation;
-    uint64_t tail; // Tail after the last deletion.
+    uint64_t tail; // Address of the oldest packet after the last deletion.
     uint64_t open_tag_ns;
     bool is_seeking;      // The open retrieval has not reached its start time tag yet.
-    uint64_t open_cursor; // Addresses.
+    uint64_t open_cursor; // Addresses of the next packets, and of the end of the range.
     uint64_t range_cursor;
     uint64_t range_end;
     uint64_t from_ns;
@@ -81,7 +82,7 @@ typedef struct { // Private, except `log.counters` and `sent`.
     uint32_t sent;   ///< Packets retrieved and sent.
     bool is_failed;  // The medium could not be read at the start.
     bool is_moved;   // The retrieval has continued since the last checkpoint.
-    bool is_waiting; // In this step the port refused, or there is no packet to send.
+    bool is_waiting; // In this step the port has refused a packet, or there is no packet to send.
 } pus_store_t;
 
 typedef struct { // Private: the copy in progress.
@@ -129,10 +130,10 @@ void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8
                          uint64_t now_ns);
 /// Send and copy a slice; sync stores and store checkpoints when they are due.
 void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
-/// Time of the next step that has work [ns of the run]: now_ns or earlier if there is work now, or the port
-/// was busy; UINT64_MAX if there is none until a report is stored or a request arrives.
+/// Time of the next step that has work [ns of the run]: now_ns or earlier if there is work now, or if the
+/// port was busy; UINT64_MAX if there is no work until a report is stored or a request arrives.
 uint64_t pus_storage_due_ns(const pus_storage_t* storage, uint64_t now_ns);
-/// Entry of the service for a dispatcher. It has no step: call pus_storage_step once per cycle.
+/// Entry of the service for a dispatcher. It has no `step`: the caller calls pus_storage_step once per cycle.
 pus_service_t pus_storage_service(pus_storage_t* storage);
 
 #endif // PUS_ST15_ST15_STORAGE_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[17] test: TM[17,2] answers TC[17,1], are-you-alive. TM[17,4] {APID u16} answers TC[17,3] {APID u16},
-/// on-board connection test, which is available only with a port.
+/// the on-board connection test, which is only available with a port.
 #ifndef PUS_ST17_ST17_TEST_H
 #define PUS_ST17_ST17_TEST_H
 
@@ -10,9 +10,9 @@
 
 typedef struct {
     void* context;
-    /// Begin a connection test with `apid`. PUS_LATER: end it with pus_test_connected and
-    /// pus_verify_completed, or with pus_verify_failed. PUS_DONE: connected at once; the service sends the
-    /// report.
+    /// Begin a connection test with `apid`. PUS_LATER: the port ends the test later with pus_test_connected
+    /// and pus_verify_completed, or with pus_verify_failed. PUS_DONE: the connection exists; the service
+    /// sends the report.
     pus_reply_t (*connect)(void* context, uint16_t apid, const pus_token_t* token, uint64_t now_ns);
 } pus_test_port_t;
 

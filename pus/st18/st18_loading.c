@@ -5,11 +5,11 @@
 
 #include <string.h>
 
-#define PART_HEAD 12U // Size of the head of a record: id 8, size u16, checksum u16 [octets].
+#define PART_HEAD 12U // Octets before the code in a record: id (8), size (2), checksum (2).
 #define PART_DATA (PUS_RECORD_MAX - PART_HEAD)
-#define PARTS 3U          // Number of parts of the largest code.
-#define KEYS_EACH 4U      // Keys of one procedure.
-#define ENGINE_KEY 65535U // Key of the record that contains whether the engine is stopped.
+#define PARTS 3U          // Largest number of parts of one code.
+#define KEYS_EACH 4U      // Number of keys that are reserved for one procedure.
+#define ENGINE_KEY 65535U // Key of the record of the engine: running or stopped.
 
 uint32_t procedures_detail(const uint8_t* const id)
 {
@@ -27,7 +27,7 @@ pus_procedure_t* procedures_find(const pus_procedures_t* const self, const uint8
     return NULL;
 }
 
-/// Find a free entry. Null if all are in use.
+/// Returns a free entry, or null if all are in use.
 static pus_procedure_t* find_free(const pus_procedures_t* const self)
 {
     for (uint16_t i = 0U; i < self->config.capacity; i++) {
@@ -92,7 +92,7 @@ static status_t erase_parts(const pus_procedures_t* const self, const pus_proced
     return result;
 }
 
-/// Store all parts, or none.
+/// Store all parts. If one cannot be stored, erase them all.
 static pus_failure_t save(pus_procedures_t* const self, const pus_procedure_t* const procedure)
 {
     if (self->config.persistence == NULL) {
@@ -168,7 +168,7 @@ status_t pus_procedures_restore(pus_procedures_t* const self, const uint32_t key
 
 // ---- Loading ----
 
-/// Find an entry for new code of this size.
+/// Find an entry for new code of this size. PUS_FAILURE_NONE, or the failure.
 static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* const id, const size_t size,
                              pus_procedure_t** const out_place)
 {
@@ -186,7 +186,7 @@ static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* 
                        self->config.capacity);
 }
 
-/// Complete the loading of a procedure whose code is in `place`.
+/// Complete the loading of a procedure, whose code is already in `place`.
 static pus_failure_t complete_loading(pus_procedures_t* const self, pus_procedure_t* const place,
                                       const uint8_t* const id, const size_t size)
 {
@@ -212,7 +212,7 @@ pus_failure_t procedures_load(pus_procedures_t* const self, const uint8_t* const
     if (failure.code != PUS_FAILURE_NONE) {
         return failure;
     }
-    FSW_ASSERT((place != NULL) && (octets != NULL)); // The format has been checked.
+    FSW_ASSERT((place != NULL) && (octets != NULL)); // The dispatcher has checked the format.
     if (crc16_ccitt(octets, size) != checksum) {
         return pus_failure(PUS_FAILURE_DATA_CHECKSUM, crc16_ccitt(octets, size));
     }
@@ -250,10 +250,10 @@ pus_failure_t procedures_load_file(pus_procedures_t* const self, const uint8_t* 
     }
     failure = prepare(self, id, size, &place);
     if (failure.code == PUS_FAILURE_NONE) {
-        FSW_ASSERT(place != NULL); // `prepare` has found an entry, because there is no failure.
+        FSW_ASSERT(place != NULL); // `prepare` has returned no failure, so it has found an entry.
         failure = failure_of_file(files->read(files->context, file, 0U, place->code, size));
     }
-    (void)files->close(files->context, file); // Nothing was written.
+    (void)files->close(files->context, file); // No data was written, so the status does not matter.
     return (failure.code == PUS_FAILURE_NONE) ? complete_loading(self, place, id, size) : failure;
 }
 

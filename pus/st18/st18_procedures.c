@@ -56,7 +56,7 @@ static const uint8_t* read_id(pus_request_t* const request)
     return octet_read_octets(&request->reader, PUS_NAME_SIZE);
 }
 
-/// Find the procedure that a request names. The procedure must be active if `is_active`, else inactive.
+/// Find the procedure with this id. It must be active if `is_active`, else inactive.
 static pus_failure_t find(const pus_procedures_t* const self, const uint8_t* const id, const bool is_active,
                           pus_procedure_t** const out_procedure)
 {
@@ -138,7 +138,7 @@ static pus_reply_t activate_for_one_step(void* const context, pus_request_t* con
     const pus_reply_t reply      = begin(self, request, id);
     if (reply.kind == PUS_LATER) {
         const pus_procedure_t* const procedure = procedures_find(self, id);
-        FSW_ASSERT(procedure != NULL); // It has just been begun.
+        FSW_ASSERT(procedure != NULL); // `begin` has found it.
         procedures_run_of(self, procedure)->suspension = (pus_hold_t){.is_wanted = true};
     }
     return reply;
@@ -181,7 +181,7 @@ static pus_reply_t stop_and_unload(void* const self, pus_request_t* const reques
     return stop_at(self, request, true);
 }
 
-/// Find an active procedure. The procedure must be suspended if `is_held`, else running.
+/// Find an active procedure. It must be suspended if `is_held`, else running.
 static pus_failure_t find_run(const pus_procedures_t* const self, const uint8_t* const id, const bool is_held,
                               pus_procedure_t** const out_procedure)
 {
@@ -263,7 +263,7 @@ static pus_reply_t abort_one(void* const context, pus_request_t* const request)
     return reply_of(self, failure);
 }
 
-/// Abort the active procedures.
+/// Abort all active procedures.
 static void abort_all(pus_procedures_t* const self, const uint64_t now_ns)
 {
     self->now_ns = now_ns;
@@ -282,7 +282,8 @@ static pus_reply_t abort_and_report(void* const context, pus_request_t* const re
     pus_procedures_t* const self = context;
     pus_list_target_t target     = pus_list_answer(request, 18U);
     pus_list_report_t list;
-    target.request = NULL; // The request cannot be executed again: it aborts the procedures only once.
+    // The answer is not attached to the request, because a second execution would abort procedures again.
+    target.request = NULL;
     pus_request_perform(request);
     abort_all(self, request->now_ns);
     pus_list_report_begin(&list, &target, NULL, 0U);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// ST[18] on-board control procedures, all 20 messages: loading, running, suspending (status "held"). The
-/// engine that implements pus/core/procedure_port.h defines the language of procedures. Rules, observation
-/// and refusals: docs/services/st18.md.
+/// ST[18] on-board control procedures, all 20 messages: loading, running, suspending ("held" in the status).
+/// The engine that implements pus/core/procedure_port.h defines the language of procedures. Rules,
+/// observation and refusals: docs/services/st18.md.
 ///
 /// Loaded code and the status of the engine (running or stopped) are persistent; after a restart all
 /// procedures are inactive.
@@ -18,9 +18,11 @@
 #include "pus/core/requester.h"
 #include "pus/core/service.h"
 
-#define PUS_PROCEDURE_CODE_MAX 16384U     ///< Largest code [octets].
-#define PUS_PROCEDURE_ARGUMENTS_MAX 1024U ///< Values communicated to a procedure [octets].
+#define PUS_PROCEDURE_CODE_MAX 16384U ///< Largest code [octets].
+/// Largest size of the values communicated to a procedure [octets].
+#define PUS_PROCEDURE_ARGUMENTS_MAX 1024U
 #define PUS_PROCEDURE_NONE UINT16_MAX
+/// Characters of the text in an observation event.
 #define PUS_OBSERVATION_TEXT 45U
 
 typedef enum {
@@ -62,7 +64,7 @@ typedef struct {
 typedef struct { // Private: a loaded procedure.
     uint8_t id[PUS_NAME_SIZE];
     bool in_use;
-    bool was_aborted;  // The last request to abort all has aborted it.
+    bool was_aborted;  // The last request to abort all procedures has aborted this one.
     uint8_t parts;     // One bit for each record of the procedure that was restored.
     uint8_t level;     // pus_observability_t.
     uint16_t size;     // Size of the code [octets].
@@ -75,12 +77,12 @@ typedef struct { // Private: a loaded procedure.
 typedef enum {
     PUS_WAITS_NOT,
     PUS_WAITS_TIME,
-    PUS_WAITS_PORT, // The port has to take a request.
+    PUS_WAITS_PORT, // The port must take a request.
     PUS_WAITS_VERIFICATION,
     PUS_WAITS_PARAMETERS
 } pus_waiting_t;
 
-typedef struct { // Private: the step at which a procedure is to be stopped or suspended.
+typedef struct { // Private: the step at which a procedure must stop or be suspended.
     bool is_wanted;
     uint16_t step; // 0: the next step.
 } pus_hold_t;
@@ -94,11 +96,11 @@ typedef struct {        // Private: a slot of the engine.
     pus_hold_t suspension;
     pus_token_t token; // Token of the request that activated the procedure.
     pus_waiting_t waiting;
-    uint64_t until;      // Cycle.
+    uint64_t until;      // Cycle in which the wait ends.
     uint32_t request_id; // Id of the request for whose end the procedure waits.
     pus_call_t call;
     pus_answer_t answer;
-    uint16_t communicated; // Octets in `values` that the procedure has not taken.
+    uint16_t communicated; // Octets in `values` that the procedure has not taken yet.
     uint8_t values[PUS_PROCEDURE_ARGUMENTS_MAX];
     uint8_t taken[PUS_PROCEDURE_ARGUMENTS_MAX];
 } pus_procedure_run_t;
@@ -106,19 +108,20 @@ typedef struct {        // Private: a slot of the engine.
 typedef struct {
     pus_app_process_t* process;
     pus_procedure_port_t engine;
-    pus_requester_t* requester; ///< Only this service uses it.
+    pus_requester_t* requester; ///< Requester that no other service uses.
     pus_telemetry_port_t telemetry;
     pus_event_port_t events;
     const pus_file_port_t* files;         ///< Null: procedures cannot be loaded by reference.
     const pus_persistence_t* persistence; ///< Null: without persistent records.
     pus_procedure_t* procedures;
-    pus_procedure_run_t* runs;    ///< One for each slot of the engine.
-    uint16_t capacity;            ///< Number of entries of `procedures`, 1..16383.
-    uint32_t budget;              ///< Units of the engine for a procedure in a cycle.
-    uint16_t calls;               ///< Most steps, events and requests of a procedure in a cycle, >= 1.
-    uint64_t cycle_ns;            ///< [ns], >= 1.
-    uint32_t verification_cycles; ///< Longest wait for the end of a request.
-    uint16_t observation_event;   ///< 0: none.
+    pus_procedure_run_t* runs; ///< One entry for each slot of the engine.
+    uint16_t capacity;         ///< Number of entries of `procedures`, 1..16383.
+    uint32_t budget;           ///< Units of the engine that a procedure may use in a cycle.
+    /// Largest number of steps, events and requests of a procedure in a cycle, >= 1.
+    uint16_t calls;
+    uint64_t cycle_ns;            ///< Length of a cycle [ns], >= 1.
+    uint32_t verification_cycles; ///< Longest wait for the end of a request [cycles].
+    uint16_t observation_event;   ///< Event that reports observations; 0: none.
     uint16_t failure_event;
 } pus_procedures_config_t;
 
@@ -146,7 +149,8 @@ pus_service_t pus_procedures_service(pus_procedures_t* self);
 /// (no room). A procedure is loaded when all its records have been restored.
 MUST_USE status_t pus_procedures_restore(pus_procedures_t* self, uint32_t key, const uint8_t* octets,
                                          size_t size);
-/// Evaluate a report: if a procedure waits for this verification report, the procedure gets its answer.
+/// Evaluate a report. If a procedure waits for this verification report, it becomes the answer to the
+/// procedure.
 void pus_procedures_observe(pus_procedures_t* self, const pus_tm_t* tm);
 /// Continue running procedures. `cycle` may jump forward.
 void pus_procedures_step(pus_procedures_t* self, uint64_t now_ns, uint32_t cycle);

@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-#define OBSERVATION_SIZE 60U // Auxiliary data of an observation [octets].
-#define OWN_EVENT_SIZE 10U   // Auxiliary data of an event that a procedure raises [octets].
+#define OBSERVATION_SIZE 60U // Size of the auxiliary data of an observation [octets].
+#define OWN_EVENT_SIZE 10U   // Size of the auxiliary data of an event that a procedure raises [octets].
 #define NS_PER_S 1e9
 #define NS_PER_MS 1000000U
 
@@ -102,7 +102,7 @@ pus_reply_t procedures_activate(pus_procedures_t* const self, const pus_request_
     return pus_later();
 }
 
-/// Make a procedure inactive, and end its request with this failure, or successfully.
+/// Make a procedure inactive, and complete its request; the request has failed if `failure` has a code.
 static void release(pus_procedures_t* const self, pus_procedure_t* const procedure,
                     const pus_failure_t failure)
 {
@@ -122,7 +122,8 @@ void procedures_end(pus_procedures_t* const self, pus_procedure_t* const procedu
     procedures_report(self, procedure, PUS_OBSERVE_PROCEDURE, what, 0U);
     release(self, procedure, pus_failure(PUS_FAILURE_ABORTED, 0U));
     if (unloads) {
-        (void)procedures_unload(self, procedure); // A failed erasure is counted; the procedure stays loaded.
+        // If the erasure fails, it is counted, and the procedure stays loaded.
+        (void)procedures_unload(self, procedure);
     }
 }
 
@@ -243,7 +244,7 @@ static void raise_own(const pus_procedures_t* const self, const pus_procedure_t*
     set_result(run, PUS_FAILURE_NONE, 0U);
 }
 
-/// Take parameters that were communicated. True if there were any.
+/// Pass the communicated parameters to the procedure. False: there are none.
 static bool take_parameters(const pus_procedures_t* const self, const pus_procedure_t* const procedure,
                             pus_procedure_run_t* const run)
 {
@@ -264,7 +265,7 @@ static bool want_parameters(const pus_procedures_t* const self, const pus_proced
     if (take_parameters(self, procedure, run)) {
         return true;
     }
-    run->answer = (pus_answer_t){.kind = PUS_ANSWER_MISSING}; // Until parameters arrive.
+    run->answer = (pus_answer_t){.kind = PUS_ANSWER_MISSING}; // This answer is valid until parameters arrive.
     return wait_for(self, run, PUS_WAITS_PARAMETERS);
 }
 
@@ -309,7 +310,7 @@ static void check_waiting(pus_procedures_t* const self, const pus_procedure_t* c
     } else if (run->waiting == PUS_WAITS_PARAMETERS) {
         (void)take_parameters(self, procedure, run);
     } else {
-        // The procedure waits for a time or for a report.
+        // The procedure waits for a time or for a verification report.
     }
     const bool is_over = self->cycle >= run->until;
     if (is_over && (run->waiting == PUS_WAITS_VERIFICATION)) {
@@ -355,7 +356,7 @@ void pus_procedures_step(pus_procedures_t* const self, const uint64_t now_ns, co
     FSW_ASSERT(self != NULL);
     const pus_persistence_t* const store = self->config.persistence;
     const uint32_t budget                = self->config.budget;
-    uint32_t excess                      = 0U; // Units used beyond the share: the next procedures have less.
+    uint32_t excess                      = 0U; // Units used beyond the share; the next procedures get less.
     bool unloads                         = false;
     self->cycle += (uint32_t)(cycle - self->last_cycle);
     self->last_cycle = cycle;

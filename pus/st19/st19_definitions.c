@@ -44,7 +44,7 @@ static uint16_t* bucket_of(const event_action_t* const self, const uint16_t apid
     return &self->config.buckets[hash & (self->config.bucket_count - 1U)];
 }
 
-/// Pointer to the index (of the bucket or of the definition before) that refers to this definition; it
+/// Pointer to the index (of the bucket or of the definition before) that refers to the definition; it
 /// contains NONE if there is no such definition.
 uint16_t* event_action_place(const event_action_t* const self, const uint16_t apid, const uint16_t event)
 {
@@ -61,7 +61,7 @@ void event_action_enter(event_action_t* const self, const uint16_t slot, const d
 {
     definition_t* const definition = &self->config.definitions[slot];
     uint16_t* place                = &self->free;
-    while (*place != slot) { // The slot is the first free one, except when records are restored.
+    while (*place != slot) { // The slot is the first free one, except while records are restored.
         place = &self->config.definitions[*place].next;
     }
     *place                 = definition->next;
@@ -75,7 +75,7 @@ void event_action_enter(event_action_t* const self, const uint16_t slot, const d
     self->count++;
 }
 
-/// Drop the requests that wait for the port.
+/// Drop the requests of a definition that wait for the port.
 void event_action_drop_waiting(event_action_t* const self, definition_t* const definition)
 {
     self->counters.dropped += definition->waiting;
@@ -126,7 +126,7 @@ status_t event_action_erase(const event_action_t* const self, const uint16_t slo
     return (status == STATUS_NOT_FOUND) ? STATUS_OK : status;
 }
 
-/// Write the persistent record of a definition, enabled or not.
+/// Write the persistent record of a definition, with this status.
 status_t event_action_put(event_action_t* const self, const uint16_t slot, const bool is_enabled)
 {
     const definition_t* const definition = &self->config.definitions[slot];

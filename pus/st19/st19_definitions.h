@@ -10,22 +10,24 @@
 typedef pus_event_action_t event_action_t;
 typedef pus_event_action_definition_t definition_t;
 
-/// Identifier of a definition in failures.
+/// Identifier of a definition in a failure.
 uint32_t event_action_key(uint16_t apid, uint16_t event);
-/// Pointer to the index that refers to the definition, in its list; it contains NONE if there is none.
+/// Pointer to the index in its list that refers to the definition; the index is NONE if there is no such
+/// definition.
 uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
 /// Set the content of a free definition.
 void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);
 /// Remove the definition whose index is at `place`.
 void event_action_leave(event_action_t* self, uint16_t* place);
-/// Drop the requests that wait for the port, and count them.
+/// Drop the requests of a definition that wait for the port, and count them.
 void event_action_drop_waiting(event_action_t* self, definition_t* definition);
-/// Copy the request to `out_octets` (PUS_PACKET_MAX). Returns its size.
+/// Copy the request of a definition to `out_octets` (PUS_PACKET_MAX). Returns its size.
 size_t event_action_request(const definition_t* definition, uint8_t* out_octets);
+/// True if the octets are a well-formed request that a definition may have.
 bool event_action_is_request(const uint8_t* octets, size_t size);
 
 /// Store a definition with this status; store the status of the function; erase the record of a definition.
-/// Returns the status of the port; a record that does not exist counts as erased.
+/// Statuses of the port; if there is no record to erase, STATUS_OK.
 MUST_USE status_t event_action_put(event_action_t* self, uint16_t slot, bool is_enabled);
 MUST_USE status_t event_action_put_function(event_action_t* self);
 MUST_USE status_t event_action_erase(const event_action_t* self, uint16_t slot);

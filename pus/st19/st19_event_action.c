@@ -52,7 +52,7 @@ void pus_event_action_observe(event_action_t* const self, const uint16_t apid, c
         return;
     }
     self->counters.observed++;
-    // If other requests wait, this one waits behind them, so that the order of the events is kept.
+    // If other requests wait, this one waits after them, so that the order of the events is kept.
     if ((self->queue_count > 0U) || !release(self, &self->config.definitions[slot])) {
         wait(self, slot);
     }
@@ -147,7 +147,8 @@ static pus_failure_t add(event_action_t* const self, const definition_t* const c
     return io_failure(status);
 }
 
-/// The failure for which a definition is refused, checked before room is allocated for its request.
+/// Returns the failure for which a definition is refused. It is called before blocks are allocated for the
+/// request.
 static pus_failure_t check(const event_action_t* const self, const definition_t* const content,
                            const uint32_t offset, const uint8_t* const octets, const size_t size)
 {
@@ -176,7 +177,7 @@ static pus_failure_t add_one(event_action_t* const self, octet_reader_t* const r
     const status_t framed =
         pus_packet_frame(&reader->octets[reader->position], octet_reader_left(reader), &size);
     const uint8_t* const octets = octet_read_octets(reader, size);
-    FSW_ASSERT((framed == STATUS_OK) && (octets != NULL)); // The format has been checked.
+    FSW_ASSERT((framed == STATUS_OK) && (octets != NULL)); // The dispatcher has checked the format.
     const pus_failure_t failure = check(self, &content, offset, octets, size);
     if (failure.code != (uint16_t)PUS_FAILURE_NONE) {
         return failure;
@@ -196,7 +197,7 @@ static pus_reply_t add_definitions(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// Read a key and find its definition. PUS_FAILURE_NONE, or the failure if there is none.
+/// Read a key and find its definition. PUS_FAILURE_NONE, or the failure if there is no such definition.
 static pus_failure_t find(const event_action_t* const self, octet_reader_t* const reader,
                           uint16_t** const out_place)
 {
@@ -294,7 +295,8 @@ static pus_reply_t set_statuses(event_action_t* const self, pus_request_t* const
                                 const bool is_enabled)
 {
     const uint8_t count = octet_read_u8(&request->reader);
-    for (uint16_t i = 0U; (count == 0U) && (i < self->config.definition_count); i++) { // N = 0: all.
+    // N = 0 means all definitions.
+    for (uint16_t i = 0U; (count == 0U) && (i < self->config.definition_count); i++) {
         const status_t status =
             self->config.definitions[i].in_use ? set_status(self, i, is_enabled) : STATUS_OK;
         if (status != STATUS_OK) {
@@ -324,7 +326,7 @@ static pus_reply_t disable(void* const object, pus_request_t* const request)
 
 // ---- Reports ----
 
-/// Write the entry of the definition at or after the cursor.
+/// Write the entry of the first definition at or after the cursor that the report includes.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     event_action_t* const self = object;

@@ -8,11 +8,11 @@
 
 #include <string.h>
 
-#define HANDLE 0x8000U // Bit that only handles of definitions have, not those of the dictionary.
+#define HANDLE 0x8000U // This bit is set in the handles of definitions, but not in those of the dictionary.
 #define APID_SHIFT 21U
 #define LAYOUT_SHIFT 16U
 #define LAYOUT_MASK 0x1FU
-#define RECORD_SIZE 6U // Memory id, address, type.
+#define RECORD_SIZE 6U // Memory id (1), address (4), type (1) [octets].
 
 void pus_parameter_definitions_init(pus_parameter_definitions_t* const definitions,
                                     const pus_parameter_definitions_config_t* const config)
@@ -106,13 +106,14 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
 
 // ---- Definitions ----
 
-/// Change an entry while the guard is locked, so that no other loop reads it meanwhile.
+/// Change an entry while the guard is locked, so that no other loop reads the entry meanwhile.
 static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,
                 const pus_parameter_place_t* const wanted)
 {
     osal_mutex_t* const guard = definitions->config.guard;
     if (guard != NULL) {
-        (void)osal_mutex_lock(guard); // Cannot fail: a task that dies ends the process.
+        // This cannot fail: a task that dies ends the process, so no other task is left to lock the mutex.
+        (void)osal_mutex_lock(guard);
     }
     *place = *wanted;
     if (guard != NULL) {
@@ -120,7 +121,7 @@ static void put(const pus_parameter_definitions_t* const definitions, pus_parame
     }
 }
 
-/// Store the record of a definition, and then apply the definition.
+/// Store the record of a definition; if this succeeds, apply the definition.
 static pus_failure_t store_definition(const pus_parameter_definitions_t* const definitions,
                                       pus_parameter_place_t* const place,
                                       const pus_parameter_place_t* const wanted)
@@ -141,7 +142,8 @@ static pus_failure_t store_definition(const pus_parameter_definitions_t* const d
     return pus_no_failure();
 }
 
-/// Check id, PTC and PFC of a definition. PUS_FAILURE_NONE, or the failure.
+/// Check id, PTC and PFC of a definition; `place`: octet offset of the definition. Returns PUS_FAILURE_NONE,
+/// or the failure.
 static pus_failure_t check_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
                               const uint8_t ptc, const uint16_t pfc, const size_t place)
 {
@@ -168,7 +170,7 @@ static pus_failure_t define(void* const context, octet_reader_t* const reader, c
     octet_reader_t memory_reader                         = *reader;
     memory_target_t target                               = {0};
     pus_parameter_place_t* place                         = place_of(definitions, id);
-    (void)octet_read_octets(reader, is_object ? 5U : 1U); // Memory and base.
+    (void)octet_read_octets(reader, is_object ? 5U : 1U); // Memory id, and base id of an object.
     const uint32_t address = octet_read_u32(reader);
     const uint8_t ptc      = octet_read_u8(reader);
     const uint16_t pfc     = octet_read_u16(reader);

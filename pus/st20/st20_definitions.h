@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Parameters of ST[20] that are defined by a place in memory, by TC[20,4] (address) and [20,5] (object and
-/// offset), and the parameter port that provides them and those of the dictionary.
+/// offset), and the parameter port that gives access to these parameters and to those of the dictionary.
 ///
 /// The id of such a parameter has the APID of the process and is not in the dictionary; its layout bits are
-/// the scalar type that PTC and PFC define. The value is in memory in the byte order of the machine. A second
-/// definition replaces the first. Permitted are PTC 3 (unsigned) and 4 (signed) with PFC 4, 12, 14 and 16 (8,
-/// 16, 32 and 64 bits), PTC 5 (real) with PFC 1 and 2, and PTC 1 (boolean, one octet) with PFC 0. Definitions
-/// are persistent records (key: parameter id).
+/// the scalar type that PTC and PFC define. The value is in memory in the byte order of the machine. A new
+/// definition of the same id replaces the earlier one. The permitted types are PTC 3 (unsigned) and 4
+/// (signed) with PFC 4, 12, 14 and 16 (8, 16, 32 and 64 bits), PTC 5 (real) with PFC 1 and 2, and PTC 1
+/// (boolean, one octet) with PFC 0. Definitions are persistent records (key: parameter id).
 ///
 /// Ownership  The caller places the structure and its array `places`.
 /// Context    The loop of the process.
@@ -28,10 +28,10 @@ typedef struct { // Private.
 } pus_parameter_place_t;
 
 typedef struct {
-    uint16_t apid;             ///< APID of ids that may be defined.
+    uint16_t apid;             ///< APID in the ids that may be defined.
     pus_parameter_port_t port; ///< Port to the parameters of the dictionary.
     const pus_memory_t* memories;
-    const pus_memory_state_t* states; ///< States of ST[06]: a parameter in protected memory is not set.
+    const pus_memory_state_t* states; ///< States of ST[06]: a parameter in protected memory cannot be set.
     uint8_t memory_count;
     pus_parameter_place_t* places;
     uint16_t capacity;                    ///< <= 1024.
@@ -46,7 +46,8 @@ typedef struct { // Private.
 
 void pus_parameter_definitions_init(pus_parameter_definitions_t* definitions,
                                     const pus_parameter_definitions_config_t* config);
-/// The functions for ST[20] (pus_parameters_define). Failures of `define`: PUS_FAILURE_ACCESS (the id is in
+/// Functions of the definitions for ST[20] (pus_parameters_define). Failures of `define`: PUS_FAILURE_ACCESS
+/// (the id is in
 /// the dictionary), PUS_FAILURE_UNKNOWN_ID (id of another APID, no such memory or object),
 /// PUS_FAILURE_OUT_OF_RANGE (PTC, PFC), PUS_FAILURE_ADDRESS, PUS_FAILURE_TABLE_FULL, PUS_FAILURE_IO (the
 /// record cannot be stored).

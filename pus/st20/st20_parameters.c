@@ -34,7 +34,7 @@ static uint16_t code_of_find(const status_t status)
     return (status == STATUS_FORBIDDEN) ? PUS_FAILURE_ACCESS : PUS_FAILURE_UNKNOWN_ID;
 }
 
-/// Perform or refuse the instruction for one id of a request for values.
+/// Accept or refuse the instruction for one id of a request for values.
 static void decide(pus_parameters_t* const parameters, pus_request_t* const request,
                    const uint16_t instruction, const uint32_t id, const status_t status, const bool is_good)
 {
@@ -49,8 +49,8 @@ static void decide(pus_parameters_t* const parameters, pus_request_t* const requ
 }
 
 /// Read the ids of a request. Without a writer: refuse each id that cannot be reported or does not fit, and
-/// accept the others. With a writer: write {id, value} of the accepted ids. Returns the size of their source
-/// data [octets].
+/// accept the others. With a writer: write {id, value} for each accepted id. Returns the size of the source
+/// data of the accepted ids [octets].
 static size_t report_or_write_values(pus_parameters_t* const parameters, pus_request_t* const request,
                                      octet_writer_t* const writer)
 {
@@ -72,10 +72,10 @@ static size_t report_or_write_values(pus_parameters_t* const parameters, pus_req
             octet_write_u32(writer, id);
             const size_t end = writer->position + size;
             port->read(port->context, handle, writer);
-            FSW_ASSERT(writer->position == end); // The port must write the size that it has reported.
+            FSW_ASSERT(writer->position == end); // The port must write exactly the size that it has reported.
             parameters->counters.read++;
         } else {
-            // The id was refused in the pass without a writer.
+            // The pass without a writer has refused this id.
         }
     }
     return most - room;
@@ -100,8 +100,8 @@ static pus_reply_t report_values(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-/// Size of the value that follows an id: that of the parameter; if it is unknown, that of the type in the
-/// layout bits of the id; 0 if they are not a scalar type.
+/// Size of the value that follows an id: the size of the parameter. If the parameter is unknown: the size of
+/// the type in the layout bits of the id; 0 if this is not a scalar type.
 static uint16_t size_of_value(const pus_parameters_t* const parameters, const uint32_t id,
                               uint16_t* const out_handle, status_t* const out_status)
 {
@@ -125,7 +125,8 @@ static bool format_set(void* const self, octet_reader_t* const reader)
         const uint32_t id   = octet_read_u32(reader);
         const uint16_t size = size_of_value(parameters, id, &handle, &status);
         const bool is_open  = !reader->failed && (size == 0U);
-        // After a value of unknown size the next values cannot be delimited: `execute` refuses the rest.
+        // The end of a value of unknown size cannot be found, so the next values cannot be read: `execute`
+        // refuses the rest.
         (void)octet_read_octets(reader, is_open ? octet_reader_left(reader) : size);
         if (is_open) {
             return true;
@@ -171,7 +172,7 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
 {
     pus_parameters_t* const parameters = self;
     const uint8_t count                = octet_read_u8(&request->reader);
-    bool is_open                       = false; // An instruction could not be delimited.
+    bool is_open                       = false; // The end of the value of an instruction could not be found.
     for (uint16_t i = 1U; i <= count; i++) {
         uint16_t handle            = 0U;
         status_t status            = STATUS_NOT_FOUND;
@@ -182,7 +183,7 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
         if (status != STATUS_OK) {
             refuse(parameters, request, i, code_of_find(status), id);
         } else {
-            FSW_ASSERT(value != NULL); // The format has been checked.
+            FSW_ASSERT(value != NULL); // `has_format` has checked the format.
             set_one(parameters, request, i, id, handle, value, size);
         }
     }
@@ -270,7 +271,7 @@ static pus_reply_t report_definitions(void* const self, pus_request_t* const req
         const uint32_t id = octet_read_u32(&list);
         if (port->find(port->context, id, &handle, &size) == STATUS_OK) {
             const pus_parameter_code_t code = pus_parameter_code_of(id);
-            // These values are reported for a parameter of the dictionary, which has no memory address.
+            // These zeros are reported for a parameter of the dictionary, which has no memory address.
             uint8_t memory_id = 0U;
             uint32_t address  = 0U;
             if (parameters->definer.locate != NULL) {

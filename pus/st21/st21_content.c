@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-// Key of a record: this bit, slot << 16, and the number of the part.
+// The key of a record consists of this bit, slot << 16, and the number of the part.
 #define KEY_PART 0x01000000U
 #define SLOT_SHIFT 16U
 #define PART_MASK 0xFFFFU
@@ -85,7 +85,7 @@ size_t sequences_read_entry(pus_block_chain_reader_t* const reader, uint8_t* con
     return size;
 }
 
-/// Check a content. PUS_FAILURE_NONE, or the first failure with its offset.
+/// Check the content of a sequence. PUS_FAILURE_NONE, or the first failure with its octet offset.
 static pus_failure_t check(sequences_t* const self, const sequence_t* const sequence)
 {
     uint8_t count                   = 0U;
@@ -110,8 +110,10 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
                                : pus_failure(PUS_FAILURE_OUT_OF_RANGE, sequence->content.size - reader.left);
 }
 
-// ---- Persistent records: parts of a content, each after identifier and size of the whole content ----
+// ---- Persistent records ----
 
+/// Number of records of a content. Each record has the identifier and the size of the whole content, and a
+/// part of the content.
 static uint32_t parts_of(const uint32_t size)
 {
     return (size + (PUS_SEQUENCE_PIECE - 1U)) / PUS_SEQUENCE_PIECE;
@@ -145,7 +147,8 @@ static status_t put_parts(sequences_t* const self, const uint16_t slot)
             port->put(port->context, PUS_SERVICE_SEQUENCES, KEY_PART | ((uint32_t)slot << SLOT_SHIFT) | part,
                       self->octets, PUS_SEQUENCE_RECORD_HEAD + size);
         if (status != STATUS_OK) {
-            (void)erase_parts(self, slot, part); // If this fails, a restart discards the incomplete sequence.
+            // If the erasure also fails, a restart discards the incomplete sequence.
+            (void)erase_parts(self, slot, part);
             return status;
         }
     }
@@ -168,7 +171,7 @@ status_t sequences_unload(sequences_t* const self, const uint16_t slot)
     return status;
 }
 
-/// Part of a sequence in a record.
+/// Part of the content of a sequence, in a record.
 typedef struct {
     uint64_t id;
     uint32_t expected; // Size of the whole content [octets].
@@ -327,7 +330,7 @@ static pus_reply_t reply_of_open(const status_t status)
     }
 }
 
-/// Read a file of `size` octets and append it to the content.
+/// Read a file of `size` octets, and append the octets to the content.
 static pus_reply_t read_file(sequences_t* const self, const uint16_t slot, const uint32_t file,
                              const uint32_t size)
 {
@@ -358,6 +361,6 @@ pus_reply_t sequences_load_file(sequences_t* const self, const uint64_t id, cons
     if (reply.kind == PUS_DONE) {
         reply = end(self, *out_slot, 0U, read_file(self, *out_slot, file, size));
     }
-    (void)port->close(port->context, file); // Nothing was written.
+    (void)port->close(port->context, file); // No data was written, so the status does not matter.
     return reply;
 }

@@ -24,7 +24,7 @@ static uint64_t ns_of(const int64_t delay)
            (((ticks % PUS_TIME_TICKS_PER_S) * NS_PER_S) / PUS_TIME_TICKS_PER_S);
 }
 
-/// Make a sequence due at this uptime, after sequences that are due at the same time already.
+/// Make a sequence due at this uptime, after the sequences that are already due at the same time.
 static void set_due(sequences_t* const self, const uint16_t slot, const uint64_t uptime_ns)
 {
     pus_sorted_index_insert(&self->due, slot, uptime_ns, self->serial);
@@ -206,7 +206,7 @@ static pus_reply_t abort_all(void* const object, pus_request_t* const request)
 
 // ---- Reports ----
 
-// One packet has room for the list of all sequences: there are at most 255.
+// The list of all sequences fits into one packet, because there are at most 255.
 static pus_reply_t report_status(void* const object, pus_request_t* const request)
 {
     const sequences_t* const self = object;
@@ -246,7 +246,7 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// Write the entry at this offset of the content.
+/// Write the entry at the offset of the cursor in the content.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     sequences_t* const self          = object;
@@ -267,7 +267,7 @@ static bool write_entry(void* const object, pus_report_cursor_t* const cursor, o
 
 static pus_reply_t report_content(void* const object, pus_request_t* const request)
 {
-    static const pus_report_cursor_t first = {.first = 1U}; // Offset 1: after the count.
+    static const pus_report_cursor_t first = {.first = 1U}; // Offset of the first entry, after the count.
     sequences_t* const self                = object;
     const pus_report_entries_t entries     = {.self = self, .write = write_entry};
     uint8_t front[sizeof(uint64_t)];

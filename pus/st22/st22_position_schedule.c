@@ -4,12 +4,12 @@
 #include "base/assertion.h"
 #include "generated/pus/st22_request_formats.h"
 
-#define FIELD_BITS 48U // Bits of a position and of an offset.
+#define FIELD_BITS 48U // Size of a position and of an offset [bits].
 #define FIELD_MASK ((1ULL << FIELD_BITS) - 1U)
 #define SIGN (1ULL << (FIELD_BITS - 1U))
 #define ANGLE_BITS 16U
 #define ANGLE_MASK 0xFFFFU
-#define RECORD_SIZE 12U // Size of offset and pending change [octets].
+#define RECORD_SIZE 12U // Size of the record: offset and pending change [octets].
 
 static bool read_position(octet_reader_t* const reader, uint64_t* const out_tag)
 {
@@ -37,11 +37,12 @@ uint64_t pus_position_schedule_now(pus_position_schedule_t* const self)
     const uint64_t position = self->port.read(self->port.context);
     const uint32_t orbit    = (uint32_t)(position >> ANGLE_BITS);
     if (self->is_pending && (orbit < self->orbit)) {
-        self->orbit = orbit; // The count of the source has decreased: the next orbit has another count.
+        // The count of the source has decreased, so the next orbit is the one after the present count.
+        self->orbit = orbit;
     }
     if (self->is_pending && (orbit > self->orbit)) {
         self->is_pending = false;
-        self->offset     = self->number - (self->orbit + 1U); // Modulo 2^32, as the sum below.
+        self->offset     = self->number - (self->orbit + 1U); // Modulo 2^32, like the sum below.
     }
     return ((uint64_t)(uint32_t)(orbit + self->offset) << ANGLE_BITS) | (position & ANGLE_MASK);
 }
@@ -72,7 +73,8 @@ static pus_reply_t set_orbit_number(void* const object, pus_request_t* const req
 {
     pus_schedule_t* const schedule      = object;
     pus_position_schedule_t* const self = schedule->self;
-    (void)pus_position_schedule_now(self); // A pending orbit number is in force if its orbit has begun.
+    // If the orbit of a pending orbit number has begun, this puts the number into force.
+    (void)pus_position_schedule_now(self);
     self->is_pending = true;
     self->orbit      = (uint32_t)(self->port.read(self->port.context) >> ANGLE_BITS);
     self->number     = octet_read_u32(&request->reader);

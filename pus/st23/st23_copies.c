@@ -6,18 +6,18 @@
 #include <string.h>
 
 enum {
-    SUSPEND         = 16, // The subtype of the same request for a path is OF_PATH higher.
+    SUSPEND         = 16, // The same request for a repository path has the subtype + OF_PATH.
     RESUME          = 17,
     ABORT           = 18,
     OF_PATH         = 3,
     STATUS_REPORT   = 23,
-    INTERVAL_RECORD = 4 // [octets]
+    INTERVAL_RECORD = 4 // Size of the record of the reporting interval [octets].
 };
 
 #define QUARTERS 4U
 #define PERCENT 100U
 
-/// True if a copy belongs to this life, so that requests can name it.
+/// True if a request of this life has started the copy, so that other requests can name it.
 static bool is_active(const pus_file_copy_t* const copy)
 {
     return copy->status < PUS_FILE_COPY_FREE;
@@ -74,7 +74,7 @@ static uint32_t key_of(const pus_files_t* const files, const pus_file_copy_t* co
 
 // ---- Beginning ----
 
-/// Content of TC 14 and TC 15.
+/// Content of TC[23,14] or TC[23,15].
 typedef struct {
     uint16_t id;
     st23_place_t source;
@@ -83,7 +83,7 @@ typedef struct {
 } copy_request_t;
 
 /// Read the paths of a request and check that its source exists and its target does not. A reply other than
-/// PUS_DONE is that of the request.
+/// PUS_DONE ends the request with this reply.
 static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* const request,
                                      copy_request_t* const out_wanted)
 {
@@ -115,12 +115,12 @@ static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* co
     } else if (status == STATUS_NOT_FOUND) {
         status = STATUS_OK;
     } else {
-        // The status of the store is returned.
+        // Keep the status of the store.
     }
     return st23_reply_of(files, status, out_wanted->target.name_offset);
 }
 
-/// The temporary name of a target: no request can have it, because it begins with a dot.
+/// Compose the temporary name of a target. No request can have this name, because it begins with a dot.
 static void name_part(pus_file_copy_t* const copy)
 {
     copy->part = copy->target;
@@ -184,7 +184,7 @@ static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const 
     if (has_part) {
         (void)store->remove_file(store->context, copy->part.text);
     }
-    // Otherwise the next life would search for a temporary file that does not exist.
+    // Without the erasure, the next life would look for a temporary file that does not exist.
     (void)st23_forget(files, key_of(files, copy));
     copy->status = PUS_FILE_COPY_FREE;
 }
@@ -313,7 +313,8 @@ static void report_status(pus_files_t* const files, const uint64_t now_ns)
     (void)pus_tm_post(files->config.process, &writer); // The process counts lost reports.
 }
 
-/// The first report is sent one interval after the first step with reports enabled.
+/// Send the status report if it is due. The first one is sent one interval after the first step in which
+/// reports are enabled.
 static void report_if_due(pus_files_t* const files, const uint64_t now_ns, const uint32_t cycle)
 {
     if (files->interval == 0U) {
@@ -332,12 +333,12 @@ static void report_if_due(pus_files_t* const files, const uint64_t now_ns, const
 
 // ---- Copying ----
 
-/// Create the partial file. STATUS_OK, or the status of the store.
+/// Create the temporary file. STATUS_OK, or the status of the store.
 static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* const copy)
 {
     const pus_file_store_t* const store = &files->config.store;
     status_t status                     = store->make_file(store->context, copy->part.text, copy->size);
-    if (status == STATUS_EXISTS) { // An earlier life has left the file.
+    if (status == STATUS_EXISTS) { // A copy of an earlier life has left the file.
         (void)store->remove_file(store->context, copy->part.text);
         status = store->make_file(store->context, copy->part.text, copy->size);
     }
@@ -346,7 +347,8 @@ static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* cons
     return status;
 }
 
-/// Copy one slice. STATUS_OK; STATUS_TRUNCATED (the source has become shorter), or the status of the store.
+/// Copy one slice. STATUS_OK; STATUS_TRUNCATED (the source has become shorter since the request), or the
+/// status of the store.
 static status_t copy_slice(pus_files_t* const files, pus_file_copy_t* const copy)
 {
     const pus_file_store_t* const store = &files->config.store;
@@ -408,21 +410,23 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     }
     if (status != STATUS_OK) {
         fail_copy(files, copy, status, now_ns);
-        (void)st23_commit(files); // If this fails, the record has no effect.
+        // If the commit fails, the record stays and the next life removes the temporary file, if there is
+        // one.
+        (void)st23_commit(files);
     } else if (is_whole) {
         files->counters.copied++;
         copy->is_begun = false; // The temporary file has become the target.
         end_copy(files, copy, pus_no_failure(), files->config.process, now_ns);
-        (void)st23_commit(files); // If this fails, the record has no effect.
+        (void)st23_commit(files); // If it fails, the record has no effect: there is no temporary file.
     } else {
-        // The copy continues.
+        // Later steps continue the copy.
     }
 }
 
 static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
 {
     forget(files, copy, true);
-    (void)st23_commit(files); // If this fails, the record has no effect.
+    (void)st23_commit(files); // If the commit fails, the next life tries again.
     files->counters.removed++;
 }
 
@@ -432,7 +436,7 @@ static bool has_turn(const pus_file_copy_t* const copy)
            (copy->status == PUS_FILE_COPY_LEFT);
 }
 
-/// The next copy in turn that has work; null if there is none.
+/// Returns the next copy in turn that has work; null if there is none.
 static pus_file_copy_t* next_copy(pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.copy_count; i++) {
@@ -457,7 +461,7 @@ void st23_step_copies(pus_files_t* const files, const uint64_t now_ns, const uin
         } else if (has_more) {
             step_copy(files, copy, now_ns);
         } else {
-            // The copy is on hold or free.
+            // The copy is suspended, or the entry is free.
         }
     }
     report_if_due(files, now_ns, cycle);

@@ -12,7 +12,7 @@ enum {
 };
 
 #define COPIES_MAX 255U
-#define INTERVAL_SIZE 4U // Size of its record [octets].
+#define INTERVAL_SIZE 4U // Size of the record of the reporting interval [octets].
 
 void pus_files_init(pus_files_t* const files, const pus_files_config_t* const config)
 {
@@ -108,7 +108,7 @@ bool st23_is_locked(const pus_files_t* const files, const pus_file_path_t* const
     return false;
 }
 
-/// Find the lock of a path, or a free lock if `path` is null; null if there is none.
+/// Returns the lock of a path or, if `path` is null, a free lock; null if there is none.
 static pus_file_lock_t* find_lock(const pus_files_t* const files, const pus_file_path_t* const path)
 {
     for (size_t i = 0U; i < files->config.lock_count; i++) {
@@ -127,7 +127,7 @@ static uint32_t key_of(const pus_files_t* const files, const pus_file_lock_t* co
     return ST23_KEY_LOCK + (uint32_t)(lock - files->config.locks);
 }
 
-/// Take a free lock for a path. Statuses of `put`.
+/// Take a free lock for a path, and store its record. Statuses of `put`.
 static status_t take_lock(const pus_files_t* const files, pus_file_lock_t* const lock,
                           const pus_file_path_t* const path)
 {
@@ -146,8 +146,8 @@ static status_t release_lock(const pus_files_t* const files, pus_file_lock_t* co
     return lock->is_used ? STATUS_IO : STATUS_OK;
 }
 
-/// Delete the restored locks of files that do not exist, because a power cut prevented their creation. Called
-/// in the first step.
+/// Called in the first step: delete each restored lock whose file does not exist, because a power cut
+/// prevented the creation of the file.
 static void drop_unused_locks(const pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.lock_count; i++) {
@@ -157,7 +157,7 @@ static void drop_unused_locks(const pus_files_t* const files)
         lock->is_restored    = false;
         if (is_unsure && (st23_look(files, &lock->path, false, &about) == STATUS_NOT_FOUND)) {
             (void)release_lock(files, lock);
-            (void)st23_commit(files); // If this fails, the next life deletes the lock.
+            (void)st23_commit(files); // If the commit fails, the next life deletes the lock.
         }
     }
 }
@@ -184,7 +184,7 @@ static pus_reply_t lock_file(void* const self, pus_request_t* const request)
     } else if (status == STATUS_OK) {
         status = take_lock(files, lock, &place.path);
     } else {
-        // The status of the store is returned.
+        // Keep the status of the store.
     }
     return st23_reply_of(files, status, place.name_offset);
 }
@@ -219,7 +219,7 @@ static status_t make_locked_file(const pus_files_t* const files, const pus_file_
     const pus_file_store_t* const store = &files->config.store;
     pus_file_about_t about;
     if (store->describe(store->context, path->text, &about) == STATUS_OK) {
-        return STATUS_EXISTS; // An existing file is never locked, not even for a short time.
+        return STATUS_EXISTS; // An existing file must not be locked, not even for a short time.
     }
     status_t status = take_lock(files, lock, path);
     if (status == STATUS_OK) {

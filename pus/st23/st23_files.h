@@ -3,9 +3,9 @@
 /// Requests, copies, persistent records and refusals: docs/services/st23.md. Paths are those of
 /// pus/core/file_path.h.
 ///
-/// A step copies `slices` slices, one of each copy in turn. A copy is written under a name that no request
-/// can have, synced, and renamed at the end, so that the target is either complete or absent. A search reads
-/// one directory per step.
+/// A step copies `slices` slices; the copies in progress take turns. A copy is written under a name that no
+/// request can have, synced, and renamed at the end, so that the target is either complete or absent. A
+/// search reads one directory per step.
 ///
 /// Ownership  The caller places the lists of the configuration, which must exist as long as the service.
 /// Context    One loop.
@@ -21,7 +21,7 @@
 
 typedef struct { // Private.
     bool is_used;
-    bool is_restored; // Restored from a record: its file may not exist.
+    bool is_restored; // The lock was restored from a record: its file may not exist.
     pus_file_path_t path;
 } pus_file_lock_t;
 
@@ -29,26 +29,26 @@ typedef enum {
     PUS_FILE_COPY_PENDING,
     PUS_FILE_COPY_RUNNING,
     PUS_FILE_COPY_ON_HOLD,
-    PUS_FILE_COPY_FREE, ///< The entry has no copy.
-    PUS_FILE_COPY_LEFT  ///< A partial file of an earlier life has to be removed.
+    PUS_FILE_COPY_FREE, ///< There is no copy in this entry.
+    PUS_FILE_COPY_LEFT  ///< A temporary file of an earlier life must be removed.
 } pus_file_copy_status_t;
 
 typedef struct { // Private.
     pus_file_copy_status_t status;
     uint16_t id;
     bool is_begun;    // The file `part` may exist.
-    uint8_t quarters; // Quarters of the copy whose end was reported.
+    uint8_t quarters; // Number of quarters of the copy whose end was reported.
     pus_token_t token;
     uint64_t size;
     uint64_t done;
     pus_file_path_t source;
     pus_file_path_t target;
-    pus_file_path_t part; // Name of the target until it is complete.
+    pus_file_path_t part; // Temporary name of the target until the copy is complete.
 } pus_file_copy_t;
 
 typedef struct { // Private.
     bool is_used;
-    bool is_summary; // The request is TC 12, not TC 7.
+    bool is_summary; // The request is TC[23,12], not TC[23,7].
     pus_token_t token;
     pus_file_path_t root;
     pus_file_path_t folder;             // Folder of the search.
@@ -61,7 +61,7 @@ typedef struct { // Private.
 
 typedef struct {
     pus_file_store_t store;
-    pus_app_process_t* process; ///< Sends the reports of steps.
+    pus_app_process_t* process; ///< Process that sends the reports of steps.
     pus_file_lock_t* locks;
     size_t lock_count;
     pus_file_copy_t* copies;
@@ -75,7 +75,7 @@ typedef struct {
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.
     pus_files_config_t config;
-    size_t next_copy; // Copy that is served next.
+    size_t next_copy; // Index of the copy whose turn is next.
     size_t next_search;
     uint32_t interval; // Interval of the status report [cycles]; 0: none.
     uint32_t reported_cycle;
@@ -87,8 +87,9 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
         uint32_t copied;  ///< Copies completed.
         uint32_t aborted; ///< Copies aborted by request.
         uint32_t failed;  ///< Copies and searches that failed, because the store failed.
-        uint32_t removed; ///< Partial files of an earlier life that were removed.
-        uint32_t skipped; ///< Files and directories left out of searches: their path is not possible in PUS.
+        uint32_t removed; ///< Temporary files of an earlier life that were removed.
+        /// Files and directories that searches left out, because their path is not a PUS path.
+        uint32_t skipped;
     } counters;
 } pus_files_t;
 
@@ -96,7 +97,8 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
 void pus_files_init(pus_files_t* files, const pus_files_config_t* config);
 /// Restore a persistent record. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
 MUST_USE status_t pus_files_restore(pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
-/// Copy, search, report; call once per cycle. `cycle` counts minimum sampling intervals and may jump forward.
+/// Copy, search and report; to be called once per cycle. `cycle` counts minimum sampling intervals and may
+/// jump
 void pus_files_step(pus_files_t* files, uint64_t now_ns, uint32_t cycle);
 /// True if the next step has work other than the status report.
 bool pus_files_is_busy(const pus_files_t* files);

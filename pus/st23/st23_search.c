@@ -9,12 +9,12 @@ enum {
     SUMMARY = 13
 };
 
-enum { // Object types of the summary.
+enum { // Object types in the summary.
     DIRECTORY = 0,
     FILE_TYPE = 1
 };
 
-#define TEXT_SIZE_FIELD 2U // Before a text [octets].
+#define TEXT_SIZE_FIELD 2U // Size of the length field before a text [octets].
 
 static pus_reply_t begin_search(pus_files_t* const files, pus_request_t* const request,
                                 const pus_file_path_t* const root, const char* const pattern)
@@ -67,7 +67,7 @@ pus_reply_t st23_summarise(void* const self, pus_request_t* const request)
     return begin_search(files, request, &root, NULL);
 }
 
-/// Send the found paths. False: the process cannot take the report now.
+/// Report the paths that were found. False: the process cannot take the report now.
 static bool send(const pus_files_t* const files, pus_file_search_t* const search, const uint64_t now_ns)
 {
     octet_writer_t writer = pus_tm_begin(files->config.process, PUS_SERVICE_FILES,
@@ -86,7 +86,7 @@ static bool send(const pus_files_t* const files, pus_file_search_t* const search
     return true;
 }
 
-/// Room for entries in a report, that is, without path, pattern and count.
+/// Octets in a report for entries, that is, without path, pattern and count.
 static size_t room_of(const pus_file_search_t* const search)
 {
     const size_t pattern = search->is_summary ? 0U : (TEXT_SIZE_FIELD + strlen(search->pattern));
@@ -116,11 +116,11 @@ static bool add(const pus_files_t* const files, pus_file_search_t* const search,
     return true;
 }
 
-/// What a search does after an entry.
+/// Where the search continues after an entry.
 typedef enum {
-    PASSED,  ///< It continues with the next entry.
-    ENTERED, ///< It continues in the entry, a directory.
-    WAITING  ///< It repeats the entry later: the process cannot take the report now.
+    PASSED,  ///< With the next entry.
+    ENTERED, ///< In the entry, which is a directory.
+    WAITING  ///< With the same entry in a later step: the process cannot take the report now.
 } passage_t;
 
 static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
@@ -139,13 +139,14 @@ static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
         search->after[0] = '\0';
         return ENTERED;
     } else {
-        // The entry does not match, or has been added.
+        // The entry does not match, or it has been added.
     }
     (void)memcpy(search->after, entry->name, sizeof search->after);
     return PASSED;
 }
 
-/// Continue after a directory that has been searched. False: it was the first one.
+/// Continue in the parent folder of a directory that was searched. False: the directory is the root of the
+/// search.
 static bool leave(pus_file_search_t* const search)
 {
     if (pus_file_path_is_same(&search->folder, &search->root)) {
@@ -176,7 +177,8 @@ static void step_search(pus_files_t* const files, pus_file_search_t* const searc
     status_t status =
         store->list(store->context, search->folder.text, search->after, entries, PUS_FILE_BATCH, &count);
     const bool is_below = !pus_file_path_is_same(&search->folder, &search->root);
-    if ((status == STATUS_NOT_FOUND) && is_below) { // The directory was removed meanwhile.
+    // Another request or program has removed the directory meanwhile.
+    if ((status == STATUS_NOT_FOUND) && is_below) {
         status = STATUS_OK;
         count  = 0U;
     }

@@ -11,19 +11,19 @@
 #include <stdio.h>
 #include <string.h>
 
-#define DEPTH_MAX 3U // Maximum depth of lists in lists.
-#define WORD_MAX 32U // Characters of a name or type.
+#define DEPTH_MAX 3U // Largest depth of nested lists.
+#define WORD_MAX 32U // Largest number of characters of a name or type, NUL included.
 
 /// A list that is being decoded.
 typedef struct {
     const char* body;
-    unsigned left; ///< Remaining entries, the present one included.
+    unsigned left; ///< Number of remaining entries, the present one included.
 } list_t;
 
 typedef struct {
     octet_reader_t reader;
     bool as_json;
-    bool needs_glue; ///< There is an earlier item in this list or object.
+    bool needs_glue; ///< An item comes before the next one in this list or object, so a separator is needed.
     char* text;
     size_t capacity;
     size_t length;
@@ -200,7 +200,8 @@ static const char* close_entry(decoder_t* const decoder, const char* const next)
     return next;
 }
 
-/// Copy the characters up to any of `ends` (or the end). Returns the text after this separator.
+/// Copy the characters up to one of `ends`, or up to the end of the text. Returns the text after the
+/// separator.
 static const char* take_word(const char* from, const char* const ends, char* const word, char* const out_end)
 {
     size_t length = 0U;

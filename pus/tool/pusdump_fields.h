@@ -8,8 +8,7 @@
 #include <stdint.h>
 
 /// Write the fields as `name=value name=[..]`, or as a JSON object, NUL-terminated. False if the data does
-/// not match the layout exactly, or if the text does not fit the buffer. `layout` is a result of
-/// message_layout.
+/// not match the layout exactly, or if the text does not fit the buffer. `layout` comes from message_layout.
 bool dump_fields(const char* layout, const uint8_t* data, size_t size, bool as_json, char* text,
                  size_t capacity);
 

@@ -6,15 +6,17 @@
 #include <string.h>
 
 #define PACKET_MAX 65542U // Largest possible space packet [octets].
-#define LINE_MAX 262144U  // Characters of a line, a packet with a space after each digit included.
-#define PEEK_MAX 16U      // Octets that are read to recognize the format.
+// Largest number of characters of a line; enough for a packet with a space after each digit.
+#define LINE_MAX 262144U
+#define PEEK_MAX 16U // Octets from which the format is recognized.
 #define PLACE_MAX 32U
 
 /// State of a stream while it is read.
 typedef struct {
     FILE* stream;
     const dump_style_t* style;
-    uint8_t peeked[PEEK_MAX]; // First octets, read to recognize the format and to be read again.
+    // First octets of the stream, from which the format was recognized; they are read again as input.
+    uint8_t peeked[PEEK_MAX];
     size_t peeked_count;
     size_t peeked_next;
     unsigned long malformed;
@@ -54,7 +56,7 @@ static bool read_line(input_t* const input, char* const line, bool* const out_is
     }
     while ((octet != EOF) && (octet != '\n')) {
         if (length < (LINE_MAX - 1U)) {
-            line[length] = (octet == '\0') ? '?' : (char)octet; // A NUL would end the line.
+            line[length] = (octet == '\0') ? '?' : (char)octet; // A NUL would end the line too early.
             length++;
         } else {
             *out_is_cut = true;
@@ -72,7 +74,7 @@ static int digit_of(const char character)
     return (found != NULL) ? (int)((found - digits) % 16) : -1;
 }
 
-/// Read octets from a text of hexadecimal digits. Returns null, or the error.
+/// Convert a text of hexadecimal digits to octets. Returns null, or the error.
 static const char* read_hex(const char* text, uint8_t* const octets, size_t* const out_size)
 {
     size_t digits = 0U;
@@ -129,7 +131,8 @@ static void dump_line(input_t* const input, char* const line, const bool is_cut,
     const char* const wrong = read_hex((rest != NULL) ? rest : line, octets, &size);
     dump_packet_read(octets, size, &packet);
     if ((wrong != NULL) || is_cut) {
-        packet.problem[0] = '\0'; // Report only the problem of the line, not those of incomplete octets.
+        // Report only the problem of the line, not the problems of a packet that is not complete.
+        packet.problem[0] = '\0';
         dump_packet_add_problem(&packet, "%s", is_cut ? "line too long" : wrong);
     }
     if ((format == DUMP_LOG) && (rest == NULL)) {

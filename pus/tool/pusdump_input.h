@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reads packets from a file: lines of hexadecimal digits, lines of a packet log, or packets back to back.
+/// Reads packets from a file that has lines of hexadecimal digits, lines of a packet log, or packets without
+/// separators.
 #ifndef PUS_TOOL_PUSDUMP_INPUT_H
 #define PUS_TOOL_PUSDUMP_INPUT_H
 
@@ -8,10 +9,10 @@
 #include <stdio.h>
 
 typedef enum {
-    DUMP_AUTO,  ///< The format is recognized: binary if the file does not begin like text, else lines.
+    DUMP_AUTO,  ///< The format is recognized: binary if the file does not begin with text, else lines.
     DUMP_HEX,   ///< Lines: one packet each, in hexadecimal digits; spaces between digits are ignored.
     DUMP_LOG,   ///< Lines: `<time> TC|TM <hex>`.
-    DUMP_BINARY ///< Packets back to back.
+    DUMP_BINARY ///< Packets without separators.
 } dump_format_t;
 
 /// Print every packet of a stream. Empty lines and lines that begin with '#' are skipped. Returns the number

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The messages known to pusdump: names, layouts of their fields, words for failure codes.
+/// The messages that pusdump knows: their names, the layouts of their fields, and words for failure codes.
 #ifndef PUS_TOOL_PUSDUMP_MESSAGES_H
 #define PUS_TOOL_PUSDUMP_MESSAGES_H
 

@@ -67,7 +67,7 @@ static uint64_t read_cds(octet_reader_t* const reader, const uint8_t p_field)
     } else if ((p_field & 3U) == 2U) {
         time_ns += read_number(reader, 4U) / 1000U;
     } else {
-        // The time code has no field below the millisecond.
+        // The time code has no field for less than a millisecond.
     }
     return time_ns;
 }
@@ -103,11 +103,12 @@ static bool check_primary(dump_packet_t* const packet, const uint16_t word0, con
     const unsigned seq_flags = word1 >> 14U;
     const bool is_too_long   = stated > PUS_PACKET_MAX;
     if (stated != packet->size) {
-        dump_packet_add_problem(packet, "length field says %zu octets, %zu are there", stated, packet->size);
+        dump_packet_add_problem(packet, "length field says %zu octets, the packet has %zu", stated,
+                                packet->size);
     } else if (is_too_long) {
         dump_packet_add_problem(packet, "%zu octets, largest packet is %u", stated, PUS_PACKET_MAX);
     } else {
-        // The length is right.
+        // The length field is right.
     }
     if (version != PUS_PACKET_VERSION) {
         dump_packet_add_problem(packet, "packet version %u, not 0", version);
@@ -145,12 +146,12 @@ static void read_secondary(dump_packet_t* const packet, octet_reader_t* const re
         } else if (status == STATUS_TRUNCATED) {
             dump_packet_add_problem(packet, "ends within the time");
         } else {
-            // There is a time.
+            // The packet has a time.
         }
     }
 }
 
-/// Read a packet of APID 0, which has no secondary header, but rate, time and status.
+/// Read a packet of APID 0: it has no secondary header, but rate, time and status.
 static void read_spacecraft_time(dump_packet_t* const packet, octet_reader_t* const reader)
 {
     (void)octet_read_u8(reader);
@@ -199,7 +200,7 @@ void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packe
     } else if (out_packet->apid == PUS_APID_TIME) {
         read_spacecraft_time(out_packet, &reader);
     } else {
-        // Without a secondary header there are no further fields.
+        // A packet without a secondary header has no further fields.
     }
     const bool is_read = !reader.failed && (out_packet->is_tc || out_packet->has_time);
     const size_t left  = octet_reader_left(&reader);
@@ -209,7 +210,7 @@ void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packe
         out_packet->data_size = left - PUS_CRC_SIZE;
         out_packet->data      = octet_read_octets(&reader, out_packet->data_size);
     } else {
-        // The data cannot be delimited: `data` stays null.
+        // The data have no known end: `data` stays null.
     }
     check_crc(out_packet);
 }

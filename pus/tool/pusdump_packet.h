@@ -30,12 +30,12 @@ typedef struct {
     uint16_t user;    ///< Source of a request, or destination of a report.
     uint64_t time_ns; ///< Time since the epoch of its time code.
     uint8_t p_field;
-    const uint8_t* data; ///< Application or source data; null if it cannot be delimited.
+    const uint8_t* data; ///< Application or source data; null if their end is not known.
     size_t data_size;
     char problem[PROBLEM_MAX]; ///< Empty if the packet is well-formed.
 } dump_packet_t;
 
-/// Read a packet from `octets`. Never fails; see `problem`.
+/// Read a packet from `octets`. It never fails; `problem` describes all errors.
 void dump_packet_read(const uint8_t* octets, size_t size, dump_packet_t* out_packet);
 /// Append an error to the description.
 void dump_packet_add_problem(dump_packet_t* packet, const char* format, ...)
@@ -43,7 +43,8 @@ void dump_packet_add_problem(dump_packet_t* packet, const char* format, ...)
 /// True if the time code counts from 1958-01-01.
 bool dump_packet_is_tai(const dump_packet_t* packet);
 
-/// Absolute time of any CUC (up to 4 + 3 octets) or CDS code. STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID.
+/// Read an absolute time, any CUC (up to 4 + 3 octets) or CDS code. STATUS_OK, STATUS_TRUNCATED,
+/// STATUS_INVALID.
 MUST_USE status_t dump_time_read(octet_reader_t* reader, uint8_t* out_p_field, uint64_t* out_time_ns);
 
 #endif // PUS_TOOL_PUSDUMP_PACKET_H

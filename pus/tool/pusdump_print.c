@@ -9,8 +9,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#define FIELDS_MAX 262144U // Characters for the fields of a packet; no packet needs so many.
-#define HEX_MAX 64U        // Octets of a malformed packet that are shown.
+#define FIELDS_MAX 262144U // Characters for the fields of a packet; no packet needs more.
+#define HEX_MAX 64U        // Largest number of octets of a malformed packet that are printed.
 #define NS_PER_S ((uint64_t)1000000000)
 #define S_PER_DAY ((uint64_t)86400)
 #define DAYS_TO_1958 ((uint64_t)715085) // Days from 0000-03-01 to 1958-01-01.
@@ -48,7 +48,7 @@ static void print_seconds(const uint64_t time_ns)
     (void)printf("%" PRIu64 ".%09" PRIu64, time_ns / NS_PER_S, time_ns % NS_PER_S);
 }
 
-/// Calendar date and time of day on the TAI scale, from nanoseconds since 1958-01-01.
+/// Print the calendar date and the time of day on the TAI scale, from nanoseconds since 1958-01-01.
 static void print_calendar(const uint64_t time_ns)
 {
     const uint64_t seconds    = time_ns / NS_PER_S;
@@ -127,7 +127,7 @@ static void print_text(const dump_style_t* const style, const dump_packet_t* con
         (void)printf("  data=");
         print_hex(packet->data, packet->data_size);
     } else {
-        // The packet has no data.
+        // The packet has no data to print.
     }
     (void)printf("\n");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One line per packet on standard output, as text or as a JSON object.
+/// Prints one line per packet on standard output, as text or as a JSON object.
 #ifndef PUS_TOOL_PUSDUMP_PRINT_H
 #define PUS_TOOL_PUSDUMP_PRINT_H
 
@@ -11,7 +11,8 @@ typedef struct {
     bool has_epoch;
 } dump_style_t;
 
-/// Print one packet. `log_time`: time of its line in a packet log, or null. `place`: "line 12", "octet 300".
+/// Print one packet. `log_time`: time of its line in a packet log, or null. `place` in the input, for example
+/// "line 12" or "octet 300".
 void dump_print(const dump_style_t* style, const dump_packet_t* packet, const char* log_time,
                 const char* place);
 

@@ -377,9 +377,9 @@ def malformed():
     yield with_checksum(good[:6] + b"\x1f" + good[7:]), "PUS version 1"
     yield with_checksum(report[:6] + b"\x10" + report[7:]), "PUS version 1"
     yield with_checksum(bytes([good[0] & ~0x08]) + good[1:]), "no secondary header"
-    yield with_checksum(good[:5] + b"\x07" + good[6:]), "length field says 14 octets, 13 are there"
-    yield with_checksum(good[:5] + b"\x05" + good[6:]), "length field says 12 octets, 13 are there"
-    yield good + b"\0", "length field says 13 octets, 14 are there"
+    yield with_checksum(good[:5] + b"\x07" + good[6:]), "length field says 14 octets, the packet has 13"
+    yield with_checksum(good[:5] + b"\x05" + good[6:]), "length field says 12 octets, the packet has 13"
+    yield good + b"\0", "length field says 13 octets, the packet has 14"
     yield good[:-1] + bytes([good[-1] ^ 1]), "checksum"
     yield with_checksum(report[:13] + b"\x50" + report[14:]), "time code 0x50"
     for size in range(1, len(good)):
