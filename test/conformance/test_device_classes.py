@@ -71,7 +71,7 @@ def _table(tmp_path, **sheets):
     return device_class.header(tmp_path)
 
 
-def test_flight_finds_what_the_sheets_say(tmp_path):
+def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
     counts = _sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020])])
     degrees = CODES + _sheet(DRIVE | RPM | LIMITS | {(0x6076, 0): (7, "1000")}, [(0x1400, "$NODEID+0x200", 1, [0x60400010, 0x60710010])])
     text = _table(tmp_path, valves=VALVES, gyro=GYRO, tracker=TRACKER, counts=counts, degrees=degrees)

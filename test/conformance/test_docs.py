@@ -173,7 +173,7 @@ def test_layer_graph_is_that_of_the_code(docs):
 
 
 def test_interface_control_document_agrees_with_the_dictionary(docs):
-    """Ids, and the offsets of structures as Python's struct computes them."""
+    """The document has the ids of the dictionary, and the offsets of structures that Python's struct computes."""
     content = json.loads((ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
     text = page(docs, "icd-rokviss.html")
     for subsystem in content["subsystems"]:

@@ -134,7 +134,7 @@ def test_housekeeping_states_and_events_are_those_of_the_packets(run, messages):
     assert len(events) >= 2
 
 
-def test_the_schema_of_housekeeping_tells_units(folder):
+def test_the_schema_of_housekeeping_has_units(folder):
     with (folder / "run.mcap").open("rb") as stream:
         summary = make_reader(stream).get_summary()
     channel = next(one for one in summary.channels.values() if one.topic == "/manipulator/housekeeping_4711")

@@ -23,8 +23,8 @@ REFERENCE_S = 1e-4
 BASE_RAD, JOINT_RAD = 1e-5, 1e-4  # Bounds over 20 s; for prismatic joints in m.
 EXTRAPOLATED = 5e-7  # Bound on the rest without the error of first order.
 WEAK, EARTH = (0.08, -0.05, -0.5), (0.5, -0.3, -9.81)
-STIFF = (-1e6, -2e3)  # Of a mimic joint in the reference: stiffness and damping per inertia.
-OMEGA, DAMPING = 4.0, 0.5  # Of the motion of each joint, per inertia that the joint carries.
+STIFF = (-1e6, -2e3)  # Stiffness and damping per inertia of a mimic joint in the reference.
+OMEGA, DAMPING = 4.0, 0.5  # Frequency and damping of the motion of each joint, per inertia that it carries.
 
 
 @pytest.fixture(scope="session")
@@ -293,7 +293,7 @@ def test_elastic_drives_move_a_chain_as_in_the_reference(probe, tmp_path):
 
 BODY = {"mass": 350.0, "inertia": numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])}
 ROTORS = [((1, 1, 1), 1.0, 0.05, 0.5), ((-1, 1, 1), -1.0, 0.04, 0.8), ((-1, -1, 1), 0.0, -0.04, 0.3), ((1, -1, 1), 2.0, 0.03, 1.1)]
-ROTOR_KG, ROTOR_KGM2 = 1.0, 0.019  # About its axis; half of it about the other axes.
+ROTOR_KG, ROTOR_KGM2 = 1.0, 0.019  # Mass, and moment about the axis; half of it about the other axes.
 RATE, SECONDS = (0.02, -0.03, 0.04), 20.0
 
 
@@ -322,7 +322,7 @@ def wheels_of_the_plant(probe, folder, step_us):
 
 
 def wheels_of_the_reference():
-    """The same with rotors as separate bodies on hinges."""
+    """Rows of the reference, in which the rotors are separate bodies on hinges."""
     rotors = "".join(f'<body><joint name="w{number}" type="hinge" axis="{axis[0]} {axis[1]} {axis[2]}"/>'
                      f'<inertial pos="0 0 0" mass="{ROTOR_KG}" fullinertia="{full(rotor_inertia(axis))}"/></body>'
                      for number, (axis, *_) in enumerate(ROTORS))

@@ -37,7 +37,7 @@ from yamcs_server import MISSION, PATIENCE_S, Yamcs, plain, until
 pytestmark = pytest.mark.long
 APID = 16  # The manipulator.
 PACKETS_OF_EACH = 5  # Number of packets of each structure that are compared.
-TAI_1970_S, LEAP_S = 378_691_200, 37  # From 1958 to 1970; UTC behind TAI.
+TAI_1970_S, LEAP_S = 378_691_200, 37  # Seconds from 1958 to 1970; seconds by which UTC is behind TAI.
 LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, after that of all reports of the flight.
 DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find other entries.
 SERVICE = re.compile(r"/ST\d\d/")
@@ -210,8 +210,7 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
 
 
 def test_it_starts_ends_and_starts_again_in_one_folder(place, flight):
-    """By the command of `make yamcs`, with mission and port of the run folder; a second instance in the
-    folder is refused."""
+    """The command of `make yamcs` starts it, with mission and port of the run folder; a second instance in the folder is refused."""
     words = [sys.executable, ROOT / "gse/yamcs/run.py", "--run", flight.folder, "--out", place / "twice", "--http-port"]
     for _ in range(2):
         server = subprocess.Popen([*words, str(flying.free_port())], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

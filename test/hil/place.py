@@ -87,7 +87,7 @@ class Place:
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
         """Run a shell command as root of the place, in the project's folder, with $OUT; return a Result.
 
-        `cans`: emulated CAN controllers on one bus, can0 and on; only the micro-VM has them, so the command
+        `cans`: number of emulated CAN controllers (can0, can1 ...) on one bus; only the micro-VM has them, so the command
         runs there.
         `memory` [MB] is that of the micro-VM."""
         raise NotImplementedError

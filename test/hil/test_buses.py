@@ -71,8 +71,7 @@ def test_candump_recorded_the_same_frames(group, flown, bus, least):
 
 @pytest.mark.parametrize("bus", reports.REPORTS)
 def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
-    """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: flight reacts as on
-    shared memory."""
+    """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: the flight software reacts as on shared memory."""
     group.check("vcan_flight_is_seen_by_candump")
     seen = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
     assert reports.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
@@ -91,7 +90,7 @@ def test_a_flood_leaves_no_drive_in_operation(group):
 
 
 def test_a_flood_is_counted(group):
-    """Frames that flight could not send, receive or interpret, by its housekeeping reports before and during
+    """Frames that the flight software could not send, receive or interpret, by its housekeeping reports before and during
     the flood."""
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")

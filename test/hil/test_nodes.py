@@ -75,9 +75,9 @@ def test_over_tipc(tipc, case):
 
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
-def test_repeats_over_tipc_give_one_sum(place):
-    """Fewer repetitions than the twenty of the other forms (test/mission/test_mission_lives.py), because the
-    micro-VM is slow."""
+def test_repetitions_over_tipc_have_one_checksum(place):
+    """The test repeats the flight fewer times than the twenty of the other forms (test/mission/test_mission_lives.py),
+    because the micro-VM is slow."""
     command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {places.PYTHON} {PROGRAM} tipc repeats_give_one_sum"
     place.group("repeats-tipc", command, GROUP_SECONDS).check("repeats_give_one_sum")
 

@@ -212,7 +212,7 @@ def test_lives_are_those_of_a_native_program(folder, name):
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("name", MEMBERS)
 def test_repeats_give_one_sum(folder, name):
-    """Stops, kills, hangs and restarts, twenty times: each log has one checksum."""
+    """Stops, kills, hangs and restarts, twenty times: each log has the same checksum every time."""
     path, sums = lives.scenario(folder / f"repeats-{name}.scn"), set()
     for number in range(REPEATS):
         flight = lives.fly(folder / f"repeat-{name}-{number}", path, "--remote-endian", name)

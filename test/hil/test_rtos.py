@@ -107,7 +107,7 @@ def test_three_processors_fly_one_mission(folder, native, board):
 
 @pytest.fixture(scope="module")
 def house(folder):
-    """A copy of the tree with the mission of three subsystems, as docs/porting.md tells, and with all programs for it."""
+    """A copy of the tree with the mission of three subsystems, as docs/porting.md describes, and with all programs for it."""
     make("remote-endian")
     boards_built = [f"{board}/flight" for board in (M7, M3)]
     root = copy_of_tree(folder / "house", ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "s390x/bin", *boards_built))

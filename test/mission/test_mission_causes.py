@@ -24,10 +24,10 @@ def test_shutdown_and_autostart_are_no_plans(folder, form):
     assert flight.code == 0, flight.told()
     up = {3: REQUEST, 4: REQUEST, 5: REQUEST}
     ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
-    assert {state: ground[state] for state in up} == up  # SAFE_OPERATIONAL was reported with cause plan
+    assert {state: ground[state] for state in up} == up  # Before decision 0041, SAFE_OPERATIONAL had the cause PLAN here.
     for member in (MANIPULATOR, JOYSTICK):
         down = _causes(flight, member, BEGIN_S)
-        assert down[4] == SHUTDOWN  # was reported with cause plan
+        assert down[4] == SHUTDOWN  # Before decision 0041 the cause was PLAN.
         assert set(down.values()) == {SHUTDOWN}
 
 
@@ -40,4 +40,4 @@ def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
     assert _causes(flight, JOYSTICK, BEGIN_S)[6] == OWN_ERROR
     assert _causes(flight, MANIPULATOR, BEGIN_S)[6] == NETWORK
     for member in (MANIPULATOR, JOYSTICK):
-        assert _causes(flight, member, BEGIN_S)[0] == PLAN  # was reported with cause shutdown
+        assert _causes(flight, member, BEGIN_S)[0] == PLAN  # Before decision 0041 the cause was SHUTDOWN.

@@ -70,7 +70,7 @@ def _advance(world, seconds):
 
 
 def _visit(flight, world):
-    """A page commands; then its station stands still for some seconds of simulated time and is killed. Returns what the page heard."""
+    """A page sends commands; then its station is stopped for some seconds of simulated time and killed. Returns the messages that the page received."""
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
     with contextlib.closing(stations.Station(flight)) as station:
         heard = stations.ask(station.address, ["ping JOYSTICK", "cmd MANIPULATOR.RAISE EVENT=9"])
@@ -152,7 +152,7 @@ def test_every_line_is_recorded_with_who_gave_it(flight):
 
 
 def test_what_persons_do_is_marked_in_the_log_of_the_operator(flight):
-    """With the time and the name of the client; of many lines that aim the hand, the first one."""
+    """A mark has the time and the name of the client; of many lines that aim the hand, only the first one is marked."""
     marks = [step for step in map(json.loads, flight.read("operator.log").splitlines()) if step["verb"] == "live"]
     assert [mark["time"] for mark in marks] == sorted(mark["time"] for mark in marks)
     recorded, aimer = [], None

@@ -99,7 +99,7 @@ def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, obje
     assert _refusals(flight)[0] == (0x12, 4, object_, found), flight.told()
 
 
-def test_a_sheet_that_changed_after_the_build_is_told_with_both_hashes(house):
+def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(house):
     """The change is reported before any process starts: the programs contain the classes of another data
     sheet."""
     sheet = house / "descriptors/devices/gyro.eds"

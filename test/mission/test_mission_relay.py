@@ -19,7 +19,7 @@ def fly(folder, delay_ms, form="image", seed=1, *options, report="no"):
 
 
 def holds(flight):
-    """Expect that the run has judged itself as good: its exit code is 0, no figure is missing, and the report
+    """Expect that the run has succeeded: its exit code is 0, no figure is missing, and the report
     shows each figure."""
     facts = flight.facts
     assert facts["figures_missing"] == {}

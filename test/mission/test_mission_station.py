@@ -27,7 +27,7 @@ PICTURE = flying.ROOT / "docs" / "images" / "telepresence.png"
 FILM = flying.ROOT / "docs" / "images" / "telepresence.webp"
 FILM_S = [20 + n * 0.25 for n in range(40)] + [43 + n * 0.25 for n in range(24)]  # contour, then spring
 REPORT_OCTETS = 1_200_000
-SEND = "station-work button.go"  # The time line has such a button, too: that of a replay, hidden in a flight.
+SEND = "station-work button.go"  # The time line has a button of this class, too, which is hidden in a flight.
 SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
 TABS = {("laptop", "dark"): "Telemetry", ("laptop", "light"): "On-board", ("tablet", "dark"): "Command", ("tablet", "light"): "Bus",
         ("phone", "dark"): "Operate", ("phone", "light"): "Operate"}
@@ -290,7 +290,7 @@ def test_the_hand_moves_the_stick(page, flight):
     assert " hand aim " in flight.read("live.scn")
 
 
-def test_time_stands_still_at_the_wish_of_the_page(page):
+def test_the_page_pauses_simulated_time(page):
     page.click("[aria-label='Pause the world (Space)']")
     page.wait_for_selector("[aria-label='Pause the world (Space)'][aria-pressed='true']")
     page.click("[aria-label='Pause the world (Space)']")
@@ -299,7 +299,7 @@ def test_time_stands_still_at_the_wish_of_the_page(page):
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 @pytest.mark.parametrize("size", SIZES)
-def test_everybody_can_use_the_page(page, theme, size, hangar):
+def test_the_page_is_accessible(page, theme, size, hangar):
     page.set_viewport_size(dict(zip(("width", "height"), SIZES[size])))
     tab = TABS[size, theme]
     page.evaluate("tab => document.getElementById(`work-${tab}`).click()", tab)
@@ -366,7 +366,7 @@ def test_only_the_present_state_is_marked(page):
 
 
 def test_a_lost_link_is_shown(page, flight):
-    """This test ends the flight, so it is the last one with it."""
+    """This test ends the flight, so it is the last one that uses the flight."""
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
     page.wait_for_selector(".slot.critical:has-text('Link lost')")
@@ -413,7 +413,7 @@ def test_the_flight_that_has_ended_is_replayed(page, address, flight):
 
 
 def test_the_player_plays_and_seeks(page):
-    """Continues on the page of the test before."""
+    """This test continues on the page of the test before."""
     page.evaluate("station.replay.seek(1)")
     page.click("station-player button[aria-label='Play (Space)']")
     until(page, "station.store.time > 1.05")

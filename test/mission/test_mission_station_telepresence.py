@@ -12,14 +12,14 @@ SCENARIO = [*flying.bring_up(0.2), "3600 operator shutdown"]
 # Pixels from the centre of the field, to the right and down, above the contour; the lowest presses with more than 20 N.
 ABOVE_PIXELS = (-15, 25)
 LOWEST_PIXELS = 70
-# A gamepad as Chromium gives it to a page; pad.rumbles has what it was asked to play.
+# A gamepad as Chromium presents it to a page; pad.rumbles lists the effects that the page has played on it.
 PAD = """() => {
     const pad = window.pad = {index: 1, id: "pad", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons: [], rumbles: []};
     pad.vibrationActuator = {playEffect: (kind, effect) => { pad.rumbles.push({kind, ...effect}); return Promise.resolve("complete"); }};
     Object.defineProperty(navigator, "getGamepads", {value: () => [null, pad], configurable: true});
 }"""
-RANGE_RAD, DEAD_ZONE = 0.35, 0.08  # Of the page: what a full deflection is, and what counts as none.
-# What ends the control of the hand by the page -> what the page says.
+RANGE_RAD, DEAD_ZONE = 0.35, 0.08  # Angle of a full deflection on the page, and the share of a deflection that counts as none.
+# Code that makes the page lose the control of the hand -> message of the page.
 LOSSES = {
     "window.dispatchEvent(new Event('blur'))": "the window lost the focus",
     "document.querySelector('.field').dispatchEvent(new PointerEvent('pointercancel'))": "the pointer was lost",
@@ -56,14 +56,14 @@ def page(flight):
 
 
 class Drag:
-    """A drag of the page's joystick: to a place above the contour, then down by one pixel at each look until the finger presses, and back."""
+    """A drag of the page's joystick: to a place above the contour, then down by one pixel at each check until the finger presses, and back."""
 
     def __init__(self, page):
         self.page = page
         self.down, self.jitter = 0, 0.0
 
     def presses(self, force_n):
-        """Whether the page shows a contact force of so many newtons; moves the hand on otherwise."""
+        """True if the page shows a contact force above this number of newtons; otherwise the hand is moved further down."""
         if self.page.evaluate("window.station.scene.force ?? 0") > force_n:
             return True
         self.take()
@@ -72,7 +72,7 @@ class Drag:
         return False
 
     def is_free(self):
-        """Whether the page draws no force; moves the hand back to the centre otherwise."""
+        """True if the page draws no force; otherwise the hand is moved back to the centre."""
         if self.page.evaluate("!window.station.scene.shaft.visible"):
             return True
         self.take()
@@ -80,18 +80,18 @@ class Drag:
         return False
 
     def move(self, down):
-        """Move the pointer; each call by another fraction of a pixel, because only a pointer that moves keeps the hand."""
+        """Move the pointer. Each call adds another fraction of a pixel, because the page keeps the hand only while the pointer moves."""
         self.jitter = 0.2 - self.jitter
         self.page.mouse.move(self.centre[0] + ABOVE_PIXELS[0], self.centre[1] + down + self.jitter)
 
     def is_held(self):
-        """Whether the pointer drags the hand; takes the hand otherwise."""
+        """Take the hand. Returns True if the pointer now drags it."""
         self.take()
         self.move(ABOVE_PIXELS[1])
         return self.page.evaluate("Boolean(document.querySelector('station-work').hand.from)")
 
     def take(self):
-        """Take the hand and press the button of the mouse, if the page has given the hand back since."""
+        """Take the hand and press the button of the mouse again if the page has given the hand back."""
         page = self.page
         if not page.evaluate("Boolean(document.querySelector('station-work').hand.aim)"):
             page.mouse.up()

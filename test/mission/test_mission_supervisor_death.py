@@ -21,13 +21,13 @@ from hirosco_gse import packets
 
 STEP_S = 0.0005
 BOOT_S = 0.050  # Boot time of the supervisor if its mission does not define one.
-FOUND_S = 0.031  # The promised step, 20 ms, and the step of a member.
+FOUND_S = 0.031  # Time until a hang is detected: the announced step (10 ms), 20 ms, and a step of a member.
 BRINGING_UP_S = (0.1, 1.5)
 BUSY_S = (2.0, 3.8)
 END_S = 4.4
 TICK_S = 0.010  # Steps of the supervisor are at most this far apart.
-APART_S = 0.2  # Between two points of one flight.
-FLIGHTS, LONG_FLIGHTS = 6, 500  # With two points each.
+APART_S = 0.2  # Least time between two points of one flight.
+FLIGHTS, LONG_FLIGHTS = 6, 500  # Numbers of flights, each with two points.
 CALLS, LONG_CALLS = 8, 300
 PARTS = 20  # Number of tests of a long campaign.
 RESTARTED = bytes.fromhex("0014")
@@ -149,7 +149,7 @@ def _assert_each_request_ends_once(flight):
     requests, ends, restarted = {}, {}, 0
     for _, direction, raw in flight.packets:
         if direction == "TC" and raw[6] & 0x08:
-            identity = raw[:4] + raw[9:11]  # With the source of each.
+            identity = raw[:4] + raw[9:11]  # APID, sequence count and source of the request.
             requests[identity] = requests.get(identity, 0) + 1
         elif direction == "TM" and raw[7] == 1 and raw[8] in (2, 4, 7, 8, 10):
             identity = raw[21:25] + raw[11:13]

@@ -37,7 +37,7 @@ class TestFlight:
         assert found["unplugs"] == 2
         assert found["unplug_members_reported"] is True
 
-    def test_figures_rest_on_enough(self, fleet, form, seed):
+    def test_figures_are_computed_from_enough_data(self, fleet, form, seed):
         found, _ = fleet.computed(form=form, seed=seed)
         assert found["latency_forward_significance"] >= 20
         assert found["latency_back_significance"] >= 20

@@ -2,8 +2,8 @@
 """A ground station of a flying mission, for tests of its services: requests by the catalogue, reports
 decoded, all recorded.
 
-    answer = station.ask("SUPERVISOR", 11, 18)                  completes, and is the fields of its answer TM[11,19]
-    station.do("SUPERVISOR", 11, 1)                             completes
+    answer = station.ask("SUPERVISOR", 11, 18)                  must complete; the fields of its answer TM[11,19]
+    station.do("SUPERVISOR", 11, 1)                             must complete
     station.refuse(0x0209, "SUPERVISOR", 11, 4, sub_schedule_id=1, n=[...])
 
 The mission flies in stepped time as fast as it can; no test depends on its speed. Every request that

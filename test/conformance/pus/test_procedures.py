@@ -13,7 +13,7 @@ NOTE, WARNING = 15, 16  # Events that procedures raise.
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE, TABLE_FULL, DATA_CHECKSUM = 0x0201, 0x0202, 0x0203, 0x0204, 0x0205, 0x020D
 ABORTED, PROCEDURE = 0x0405, 0x040A
 STARTED, ENDED, FAILED, STOPPED, HELD, RESUMED, STEP, SENT, RECEIVED = 1, 2, 3, 4, 6, 7, 8, 9, 10
-SLOTS, CALLS, CYCLE_S = 8, 8, 0.01  # Of the supervisor.
+SLOTS, CALLS, CYCLE_S = 8, 8, 0.01  # Procedures at once, calls in a cycle, and cycle of the supervisor.
 STEPS = "for number = 1, 60000 do step(number) wait(0.02) end"
 ENDLESS = "while true do end"
 

@@ -170,8 +170,7 @@ def case_lives_are_those_of_the_image():
 
 
 def case_repeats_give_one_sum():
-    """Stops, kills, hangs and restarts, repeated LIVES_REPEATS times on one computer and on two: each log has
-    one checksum."""
+    """Stops, kills, hangs and restarts, repeated LIVES_REPEATS times on one computer and on two: each log has the same checksum every time."""
     path, sums = lives.scenario(OUT / "repeats.scn"), set()
     for options in (("--transport", METHOD), NODES):
         for _ in range(REPEATS):
