@@ -119,7 +119,7 @@ def test_the_canonical_text_depends_on_the_content_only(tmp_path):
 
 
 def test_the_hash_is_fnv_1a():
-    """Vectors of its authors."""
+    """The test vectors are those of the authors of FNV-1a."""
     assert source.fnv64(b"") == 0xCBF29CE484222325
     assert source.fnv64(b"a") == 0xAF63DC4C8601EC8C
     assert source.fnv64(b"foobar") == 0x85944171F73967E8

@@ -14,7 +14,7 @@ from hirosco_gse.spacecraft import Spacecraft
 from spacecraft import Spacecraft as Simulated
 from spacecraft import failure, success
 
-OWN = {"connect", "close", "join", "is_connected", "run", "live", "step"}  # What touches a connection.
+OWN = {"connect", "close", "join", "is_connected", "run", "live", "step"}  # Methods that use a connection.
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def fly(dictionary_path, tmp_path):
         one.close()
 
 
-def test_only_what_touches_a_connection_is_written_anew():
+def test_only_methods_that_use_a_connection_are_written_anew():
     public = {name for name, _ in inspect.getmembers(Spacecraft) if not name.startswith("_")}
     assert {name for name in vars(AsyncSpacecraft) if not name.startswith("_")} == OWN and public > OWN
 

@@ -89,7 +89,7 @@ def test_files_complete_paths(dictionary, tmp_path, monkeypatch):
     ("zsh", ["-f", "-i"], 'PS1="ready> "; autoload -U compinit; compinit -u -D; eval "$(gse completion zsh)"; echo set""up\n'),
 ])
 def test_a_shell_completes_at_tab(shell, options, begin, dictionary_path, tmp_path):
-    """A state, then a function with an argument that contains a character at which bash splits words."""
+    """The shell completes a state, then a function with an argument that contains a character at which bash splits words."""
     if not shutil.which(shell):
         pytest.skip(f"{shell} is not installed")
     (tmp_path / "gse").write_text(

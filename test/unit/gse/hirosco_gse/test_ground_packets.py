@@ -29,7 +29,7 @@ def test_tc_equals_independent_encoder():
 
 
 def test_known_packets():
-    """Worked examples made by other implementations."""
+    """The packets are worked examples of other implementations."""
     assert packets.build_tc(100, 25, 17, 1).hex() == "1864c01900062f11010001ebe6"
     # CUC 4+3 with another P-field (agency epoch): the error contains the P-field.
     with pytest.raises(packets.PacketError, match="P-field"):

@@ -36,7 +36,7 @@ def test_run_json_is_complete(written):
 
 
 @pytest.mark.parametrize(("flown", "known", "is_told"), [("0x1A", "0x1a", False), ("0x1A", "0x1B", True), (None, "0x1B", False), ("0x1A", None, False)])
-def test_a_flight_with_other_device_classes_than_the_dictionary_is_told(flown, known, is_told):
+def test_a_flight_with_other_device_classes_than_the_dictionary_is_reported(flown, known, is_told):
     run = types.SimpleNamespace(facts={"device_classes_hash": flown}, dictionary=types.SimpleNamespace(content={"device_classes_hash": known}),
                                 reports_of=lambda kind: [])
     assert report.mismatches(run) == ([f"the flight had device classes {flown}, the dictionary has those of {known}: run make"] if is_told else [])
@@ -78,7 +78,7 @@ def test_the_page_of_the_station_and_the_recording_are_inside(flight_folder, dic
     assert b"DEVICE_LOST" in whole and b'"hello"' in whole
 
 
-def test_without_a_built_page_the_next_step_is_said(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
+def test_without_a_built_page_the_next_step_is_printed(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(report, "PAGE", tmp_path / "none")
     for path in flight_folder.iterdir():
         shutil.copy(path, tmp_path)

@@ -103,7 +103,7 @@ def test_telemetry_places_the_lead_robot_and_the_truth_what_it_does_not_contain(
 
 
 def test_an_attitude_turns_by_the_shorter_way_between_two_reports(modules):
-    """A quarter turn about z from -45 to 45 degrees; the second report is the same attitude with the other sign. Bases are interpolated one by one."""
+    """The attitude makes a quarter turn about z, from -45 to 45 degrees; the quaternion of the second report has the other sign. Bases are interpolated one by one."""
     half = 2 ** -0.5
     found = told(modules, f"""
         const c = Math.cos(Math.PI / 8), s = Math.sin(Math.PI / 8);
@@ -116,7 +116,7 @@ def test_an_attitude_turns_by_the_shorter_way_between_two_reports(modules):
 
 
 def test_what_is_no_whole_recording_is_refused(modules):
-    """Not compressed, without its end, with a damaged head; the last one is whole."""
+    """The recordings are not compressed, have no end or have a damaged head; only the last one is whole."""
     head = b'{"tables": [{"rows": 2, "per": 1, "leaves": []}]}'
     whole = gzip.compress(struct.pack("<I", len(head)) + head + bytes(8))
     files = [b"no recording", whole[:40], gzip.compress(struct.pack("<I", len(head)) + head + bytes(7)), gzip.compress(b"\2\0\0\0{]"), whole]

@@ -124,7 +124,7 @@ def test_a_mesh_that_cannot_be_drawn_is_left_out(tmp_path, mesh, monkeypatch):
 
 
 def test_the_page_gets_wheels_thrusters_and_the_joints_with_a_brake(tmp_path):
-    """A servo drive, whose data sheet has no holding brake, is not among them."""
+    """A servo drive, whose data sheet has no holding brake, is not among these joints."""
     (tmp_path / "r.urdf").write_text(URDF, encoding="utf-8")
     path = tmp_path / "w.xml"
     path.write_text("""<World name="w" step="500us" gravity="0 0 0"><Robot name="r" urdf="r.urdf" base="free"/>

@@ -163,7 +163,7 @@ def test_a_request_of_the_catalogue_has_the_octets_of_its_encoder(mission, case)
         ("tc 200,1", {}, "no form"),
     ],
 )
-def test_what_is_missing_or_out_of_range_is_said(dictionary, identity, values, words):
+def test_values_that_are_missing_or_out_of_range_are_reported(dictionary, identity, values, words):
     with pytest.raises(UsageError, match=words):
         Forms(dictionary).text(identity, values)
 

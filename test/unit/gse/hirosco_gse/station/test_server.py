@@ -135,7 +135,7 @@ def test_a_station_that_is_read_only_commands_nothing(place, spacecraft):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "null", '{"do": "fly"}', '{"do": "command"}', '{"do": "live", "line": "time\\npause"}'])
-def test_orders_that_are_none_are_refused(place, text):
+def test_invalid_orders_are_refused(place, text):
     async def story(page, _):
         await page.socket.send_str(text)
         return await page.until(lambda message: "refused" in message)
@@ -284,7 +284,7 @@ def test_only_the_page_of_the_station_is_served(place):
 
 
 def test_a_slow_browser_loses_housekeeping_only():
-    """It is told how many messages were dropped before it receives the rest."""
+    """The browser receives the number of dropped messages before the rest."""
     sent = []
 
     class Socket:
@@ -333,7 +333,7 @@ def test_requestable_states_are_those_of_the_documentation():
         ("NOMINAL", TELEPRESENCE, {"ROBOT_STATE", "HAND_POSITION"}, 5, 5, 6, None),
     ],
 )
-def test_barred_states_say_by_what(dictionary, mode, configuration, links, state, partner, target, reason):
+def test_barred_states_have_the_condition_that_bars_them(dictionary, mode, configuration, links, state, partner, target, reason):
     session = Session(dictionary)
     session.mode = mode
     session.configurations[MANIPULATOR] = configuration

@@ -196,7 +196,7 @@ def test_the_pace_that_others_set_is_followed(place):
 
 
 @pytest.mark.parametrize(("words", "pace"), [("ok 1.0", (1.0, None)), ("ok 1.0 paused speed 0.5", (0.5, None)), ("ok 1.0 speed 0 hand station-WEB", (0.0, "station-WEB"))])
-def test_answers_of_the_live_port_tell_pace_and_hand(words, pace):
+def test_answers_of_the_live_port_have_pace_and_hand(words, pace):
     answer_words = words.split()
     assert live.pace_of(answer_words) == pace and live.taken(answer_words) == (1.0, "paused" in words)
 
