@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths and hangs in wall-clock time: how fast they are detected and repaired, and how long the others wait.
+"""Deaths and hangs in wall-clock time: how fast they are detected and repaired, and how long other components wait.
 
     hang_found_*          a stopped joystick, until the supervisor raises PROCESS_HUNG; baseline: 40 ms
     hang_others_wait_*    the longest round trip of a ping of the manipulator around it; baseline: 50 ms
@@ -50,7 +50,7 @@ class Round:
             raise
 
     def bring_up(self):
-        """Both members in PRE_OPERATIONAL, with a configuration."""
+        """Bring both members to PRE_OPERATIONAL, with a configuration."""
         for name in ("JOYSTICK", "MANIPULATOR"):
             self.station.do(name, 17, 1)
             self.station.command("state", name, "PRE_OPERATIONAL")

@@ -2,7 +2,7 @@
 """The report of a flight of the scenario telepresence: the time to make it, including the start of Python,
 and its size.
 
-The baselines are the promised limits: 3 s and 1.2 MB."""
+The baselines are the required limits: 3 s and 1.2 MB."""
 
 import json
 import pathlib

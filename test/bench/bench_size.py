@@ -173,7 +173,8 @@ def report_ram():
 BOARD = pathlib.Path("build/mps2-an500")
 SECTION = re.compile(r" (\.[\w.$]+)?\s+0x([0-9a-f]+)\s+0x([0-9a-f]+) (\S+)$")
 SYSTEM = ("osal_common", "osal_freertos", "foreign", "c", "gcc", "m")  # Port, kernel and C library.
-# The bound is 128 KiB of text and 96 KiB of RAM; until it is kept, no figure may grow (docs/porting.md tells by what it is missed).
+# The bound is 128 KiB of text and 96 KiB of RAM; until it is kept, no figure may grow (docs/porting.md gives the
+# reasons why it is missed).
 ALLOWED_BOARD_TEXT = 146500
 ALLOWED_BOARD_RAM = 322000
 

@@ -48,7 +48,7 @@ FOLDER = ROOT / "runs" / "bench-station"
 STARTS, CLIENTS, HOUR_S, SEEKS = 3, 5, 3600, 40
 WATCHED_S, HAND_S, SETTLED_S = 60.0, 10.0, 3.0
 MOVED_RAD = 0.02
-KEPT_PACE = 0.95  # Of the wall clock.
+KEPT_PACE = 0.95  # Share of the wall clock's pace.
 SCENARIO = ["0.0 hand rest", *flying.bring_up(0.2), "1.5 hand circle 0.15 0.5 1 600 1", "3600 operator shutdown"]
 HOUSEKEEPING, SYNC = (3, 25), 0x080
 # Notes for each drawing of the scene the report that it shows, whether the robot has come to its positions, and when the

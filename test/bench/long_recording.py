@@ -9,16 +9,16 @@ import numpy as np
 from hirosco_gse import recording
 from recorded import Reader
 
-NOISE = 1e-6  # What numbers that are not integers differ by between two repetitions, so that they compress as those of a flight.
+NOISE = 1e-6  # Deviation of numbers that are not integers between two repetitions, so that they compress like those of a flight.
 
 
 def _later(rows, by_s):
-    """Rows of the head whose first word is their time, by this much later."""
+    """Shift rows of the head, whose first word is their time, to a later time."""
     return [[row[0] + by_s, *row[1:]] for row in rows]
 
 
 def _noisy(numbers, count):
-    """Rows of a leaf, repeated with noise where they are no integers."""
+    """Repeat the rows of a leaf, with noise on numbers that are not integers."""
     found = np.concatenate([numbers] * count)
     known = found[np.isfinite(found)]
     if not len(known) or not (known % 1).any():

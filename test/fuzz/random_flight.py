@@ -28,8 +28,8 @@ from hirosco_gse.dictionary import Dictionary  # noqa: E402
 from message_values import Values  # noqa: E402
 
 MISSION = "rokviss"
-INNER_SEQUENCE = 16001  # Of requests inside of requests: above those of the others.
-DRAWS = 4  # Values of each request of the catalogue.
+INNER_SEQUENCE = 16001  # First sequence count of embedded requests, above those of all other requests.
+DRAWS = 4  # Number of sets of values for each request of the catalogue.
 SUPERVISOR, COMMUNICATION = 1, 2
 OFFLINE, RESTS = 0, (3, 4, 5)
 CONFIGURATION, LINKS = "TELEPRESENCE", ("HAND_POSITION", "ROBOT_STATE")
@@ -37,11 +37,11 @@ SHUTDOWN = (131, 5)
 SIZES = {"u8": 1, "u16": 2, "u32": 4}
 PROGRAM = ROOT / "build/random-flight/image"
 PATIENCE_S = 6 * 3600
-LONGEST_S = 100000  # Of simulated time: the flight shuts itself down earlier.
+LONGEST_S = 100000  # Limit of simulated time; the flight shuts itself down earlier.
 
 
 class Drawn(Values):
-    """Values that exist in the mission more often than not."""
+    """Draws values, most of which exist in the mission."""
 
     def value(self, entry, field):
         kind = self.catalogue.kinds.get(field["kind"], {"coding": None})
@@ -147,7 +147,7 @@ def all_requests(dictionary, content):
 
 
 def write_pool(path):
-    """The pool of a mission; the number of its entries."""
+    """Write the pool of a mission. Returns the number of its entries."""
     source = ROOT / f"build/generated/{MISSION}.json"
     dictionary, content = Dictionary.load(source), json.loads(source.read_text())
     ordered = script(dictionary)
@@ -170,7 +170,7 @@ def prepare_programs(program):
 
 
 def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATIENCE_S):
-    """Counts of the flight. Raises AssertionError with the reason and the last telecommands. `fault` plants one of
+    """Fly. Returns the counts of the flight. Raises AssertionError with the reason and the last telecommands. `fault` plants one of
     test/fuzz/flight/faults.c; `keep` keeps the folder of the flight; a flight that lasts longer than `patience_s` is
     stopped."""
     pool, result, folder = out / "pool", out / f"{seed}.json", out / f"{seed}"

@@ -15,7 +15,7 @@ from hirosco_gse.dictionary import Dictionary
 SANITIZED = random_flight.ROOT / "build/sanitize/random-flight/image"
 COUNT = 2000
 SEED = 1
-COMPARED = 1500  # Reports; the library reads some 300 in a second.
+COMPARED = 1500  # Number of reports that are compared; the library reads about 300 in a second.
 LONG_COUNT, LONG_FLIGHTS = 20000, 50
 
 pytestmark = pytest.mark.skipif(not random_flight.PROGRAM.exists(), reason="not built: make random-flight")
@@ -77,7 +77,7 @@ def test_a_planted_fault_is_found(tmp_path, fault, found):
         assert " TC 18" in str(caught.value), "the last telecommands"
 
 
-def test_a_flight_that_does_not_end_is_stopped_and_told(tmp_path, monkeypatch):
+def test_a_flight_that_does_not_end_is_stopped_and_reported(tmp_path, monkeypatch):
     def run(words, timeout, **_):
         raise subprocess.TimeoutExpired(words, timeout, output=b"the flight begins\n")  # As subprocess.run: octets.
 

@@ -8,7 +8,7 @@ then the nearest. They run in name spaces of their own (processes, /tmp, /dev/sh
 not own. If all pass, and with --fly, the tests in FLIGHTS run with the programs of the copy. A mutant that does not build, or
 that gives the same object code, is replaced by another one. Sources that no C test links are not drawn but listed.
 
-Prints the survivors and the score of each folder. equivalent.txt holds mutants that no test can tell from the original, each with
+Prints the survivors and the score of each folder. equivalent.txt holds mutants that no test can distinguish from the original, each with
 its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in a folder with ten mutants or more.
 
 universalmutator (PyPI) is no alternative: its rules do not handle assertions, clang-format and which tests link a file."""

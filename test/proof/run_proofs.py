@@ -36,12 +36,12 @@ FLAGS = ["--function", "proof", "--bounds-check", "--pointer-check", "--pointer-
          "--div-by-zero-check", "--undefined-shift-check", "--unwinding-assertions", "--slice-formula", "-D_POSIX_C_SOURCE=200809L"]
 COMPILER = ["gcc", "-D_POSIX_C_SOURCE=200809L"]
 INCLUDES = ["-I.", "-Ibuild"]
-# For the search of ways to reach the statements: no checks but those.
+# Options of the search for values that reach the statements; it makes no other checks.
 REACHING = ["--function", "proof", "--no-standard-checks", "--slice-formula", "-DPROOF_REACHED", "-D_POSIX_C_SOURCE=200809L"]
 MEMORY = 6_000_000 * 1024
 REQUIRED = ("Proves", "Bounds", "Replaced", "Sources", "Options", "Fault")
 OPTIONAL = ("Quick", "Reduced")
-PATIENCE_S = 900 # Of the processor, for one run.
+PATIENCE_S = 900 # Limit of processor time for one run.
 HOLDS, FAILS = 0, 10
 
 
@@ -119,7 +119,7 @@ class Proof:
                 str(self.path), *COMMON, *(place(path) for path in self.sources)]
 
     def digest(self):
-        """Of all that the result depends on."""
+        """Digest of everything on which the result depends."""
         files = [str(self.path), *COMMON, *self.sources]
         listed = subprocess.run([*COMPILER, "-MM", *INCLUDES, *files], cwd=ROOT, capture_output=True, text=True, check=False)
         if listed.returncode != 0:
@@ -131,7 +131,7 @@ class Proof:
         return digest.hexdigest()
 
     def stale(self):
-        """Why the proof does not fit the sources any more, as a list; without running it."""
+        """Reasons for which the proof no longer fits the sources; they are found without running it."""
         folder = OUT / self.name / "fits"
         for fault in self.faults:
             self.copies(folder, fault)
@@ -141,7 +141,7 @@ class Proof:
 
 
 class Result:
-    """What CBMC said."""
+    """Output of one run of CBMC."""
 
     def __init__(self, code, text, seconds):
         self.code, self.text, self.seconds = code, text, seconds
@@ -162,7 +162,7 @@ def set_limits():
 
 
 def used_s():
-    """Time of the processor that ended children have used."""
+    """Processor time that ended child processes have used."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 
