@@ -7,6 +7,7 @@ reports."""
 import pathlib
 import re
 
+import sheet
 from source import STATES, DescriptorError
 
 FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptions.txt"
@@ -26,6 +27,15 @@ STATUSWORD = {
               "12": "MODE_BIT_12", "13": "MODE_BIT_13", "14": "MAKER_BIT_14", "15": "MAKER_BIT_15"},
 }
 BITS = {"=statusword": STATUSWORD}
+# Emergency codes of CiA 301 and CiA 402 by name. Those of a manufacturer are in the data sheets of the devices.
+EMERGENCIES = {
+    0x0000: "NO_ERROR", 0x1000: "GENERIC_ERROR", 0x2310: "OVER_CURRENT", 0x3210: "OVER_VOLTAGE", 0x3220: "UNDER_VOLTAGE", 0x4210: "DEVICE_TEMPERATURE",
+    0x4310: "DRIVE_TEMPERATURE", 0x7305: "POSITION_SENSOR", 0x8110: "CAN_OVERRUN", 0x8120: "ERROR_PASSIVE", 0x8130: "HEARTBEAT_LOST",
+    0x8140: "RECOVERED_FROM_BUS_OFF", 0x8210: "PDO_LENGTH", 0x8240: "SYNC_LENGTH", 0x8250: "PROCESS_DATA_MISSING", 0x8311: "EXCESS_TORQUE",
+    0x8611: "FOLLOWING_ERROR",
+}
+# Codes of BUS_WARNING with node 0: conditions of a bus, + 0x100 on channel B, + 0x1000 for each further bus of the subsystem.
+BUS_CONDITIONS = ("ERROR_WARNING", "ERROR_PASSIVE", "BUS_OFF", "OVERRUN", "TRANSMIT_TIMEOUT", "RESTARTED", "MISSING")
 HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
 
 
@@ -50,7 +60,7 @@ def _add(item, line, words):
     if quantity in BITS:
         item["bits"] = BITS[quantity]
     elif quantity in words:
-        item["words"] = {"name": quantity[1:], "numbers": words[quantity]}
+        item["words"] = words[quantity]
     elif quantity != "-" and not item.get("unit") and "enumeration" not in item:
         item["kind" if quantity.startswith("#") else "quantity"] = quantity.removeprefix("#")
     if warning is not None:
@@ -69,6 +79,27 @@ def _occasions(subsystem, lines, words, kind, members):
                 _add(value, next((lines[name] for name in names if name in lines), None), words)
 
 
+def emergencies(subsystem, folder=sheet.FOLDER):
+    """Names of the emergency codes of a subsystem's devices: those of CiA, and those of the data sheets, which precede. Devices may use a code
+    for different things."""
+    own = {}
+    types = {device["type"] for configuration in subsystem["configurations"] for device in configuration["devices"]}
+    for place in sorted(folder / f"{name}.eds" for name in types):
+        for code, _, text in sheet.load(place).emergencies if place.exists() else ():
+            word = re.sub(r"[^A-Z0-9]+", "_", text.upper()).strip("_")
+            own.setdefault(code, []).append(word)
+    return EMERGENCIES | {code: "_OR_".join(dict.fromkeys(names)) for code, names in own.items()}
+
+
+def bus_conditions(subsystem):
+    """Names of the conditions of the subsystem's buses."""
+    ends = [[end for device in one["devices"] for end in device["endnodes"]] for one in subsystem["configurations"]]
+    buses = max((len({end["bus"] for end in part if "bus" in end}) for part in ends), default=0)
+    channels = 1 + any("redundantBus" in end for part in ends for end in part)
+    return {0x1000 * bus + 0x100 * channel + code: name + (f"_OF_BUS_{bus + 1}" if buses > 1 else "") + ("_ON_CHANNEL_B" if channel else "")
+            for bus in range(buses) for channel in range(channels) for code, name in enumerate(BUS_CONDITIONS, 1)}
+
+
 def describe(dictionary, lines):
     """Add descriptions, quantities and warning limits to parameters or their fields, to events and to functions. Returns the dictionary."""
     words = {
@@ -76,7 +107,11 @@ def describe(dictionary, lines):
         "=strategy": dict(enumerate(STRATEGIES)), "=switch": {0: "OFF", 1: "ON"}, "=hand": dict(enumerate(HAND)),
         "=apid": {subsystem["apid"]: subsystem["name"] for subsystem in dictionary["subsystems"]}, "=channel": {0: "A", 1: "B"},
     }
+    words = {quantity: {"name": quantity[1:], "numbers": numbers} for quantity, numbers in words.items()}
     for subsystem in dictionary["subsystems"]:
+        codes = emergencies(subsystem)
+        words["=emergency"] = {"name": f"emergency_{subsystem['name']}", "numbers": codes}
+        words["=bus"] = {"name": f"bus_{subsystem['name']}", "numbers": codes | bus_conditions(subsystem)}
         for parameter in subsystem["parameters"]:
             for leaf in parameter.get("fields", [parameter]):
                 name = parameter["name"] if leaf is parameter else f"{parameter['name']}.{leaf['name']}"

@@ -10,10 +10,12 @@ local KINDS = { UINT8 = "uint8", UINT16 = "uint16", UINT32 = "uint32", UINT64 = 
 
 local pus = Proto("pus", "PUS of mission " .. MISSION.name)
 local fields, by_name = {}, {}
-for name, row in pairs(FIELDS) do -- name -> type, label, words
+for name, row in pairs(FIELDS) do -- name -> type, label, words, mask, bits of the word of a flag
     local make, words = ProtoField[KINDS[row[1]]], row[3] and WORDS[row[3]]
-    if words then
-        fields[name] = make("pus." .. name, row[2], base.DEC, words)
+    if row[5] then
+        fields[name] = make("pus." .. name, row[2], row[5], nil, row[4])
+    elseif words then
+        fields[name] = make("pus." .. name, row[2], base.DEC, words, row[4])
     else
         fields[name] = make("pus." .. name, row[2])
     end
@@ -43,6 +45,15 @@ local function checksum(range)
     return crc
 end
 
+-- Add a field, and the parts of a word of bits below it.
+local function add(tree, name, range, ...)
+    local item = tree:add(fields[name], range, ...)
+    for _, part in ipairs(BITS[name] or {}) do
+        item:add(fields[part], range)
+    end
+    return item
+end
+
 -- A reader of the data field [at, stop) of one packet; it raises an error text if octets are missing.
 local Reader = {}
 Reader.__index = Reader
@@ -68,7 +79,7 @@ function Reader:items(tree, items)
             end
         else
             for _ = 1, item[3] do
-                tree:add(fields[item[1]], self:range(SIZES[item[2]]))
+                add(tree, item[1], self:range(SIZES[item[2]]))
             end
         end
     end
@@ -306,7 +317,7 @@ local function secondary(tree, tvb, is_tc)
     tree:add(fields.service, tvb(7, 1))
     tree:add(fields.subtype, tvb(8, 1))
     if is_tc then
-        tree:add(fields.ack, tvb(6, 1), bit.band(tvb(6, 1):uint(), 0xF))
+        add(tree, "ack", tvb(6, 1), bit.band(tvb(6, 1):uint(), 0xF))
         tree:add(fields.source, tvb(9, 2))
     else
         tree:add(fields.counter, tvb(9, 2))

@@ -8,10 +8,14 @@ LARGEST_WORD = (1 << 31) - 1  # Largest number of a value string in Wireshark's 
 KIND_OF = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64", "i16": "INT16", "i32": "INT32", "i64": "INT64",
            "f64": "DOUBLE", "id": "UINT32", "layout": "UINT8", "bits": "UINT16", "time": "DOUBLE", "reltime": "DOUBLE",
            "position": "DOUBLE", "cds": "DOUBLE", "name": "STRING", "text": "STRING"}  # All other kinds are octets.
-HEADER = {
+WORDED = ("UINT8", "UINT16", "INT8", "INT16", "INT32")  # Types that may have a value string in Wireshark, with numbers of any size.
+SIZES = {"UINT8": 1, "UINT16": 2, "UINT32": 4}
+HEADER = {  # field -> type, label, words; of a part of a word also its mask, and of a flag the bits of the word.
     "type": ("UINT8", "Type", "type"), "apid": ("UINT16", "APID", "apid"), "sequence": ("UINT16", "Sequence count", None),
     "length": ("UINT16", "Length less 7", None), "service": ("UINT8", "Service", None), "subtype": ("UINT8", "Subtype", None),
-    "ack": ("UINT8", "Acknowledgement flags", None), "source": ("UINT16", "Source", "user"), "counter": ("UINT16", "Message counter", None),
+    "ack": ("UINT8", "Acknowledgement flags", None), "ack.acceptance": ("BOOL", "Acceptance", None, 1, 8),
+    "ack.start": ("BOOL", "Start", None, 2, 8), "ack.progress": ("BOOL", "Progress", None, 4, 8), "ack.completion": ("BOOL", "Completion", None, 8, 8),
+    "source": ("UINT16", "Source", "user"), "counter": ("UINT16", "Message counter", None),
     "destination": ("UINT16", "Destination", "user"), "time": ("DOUBLE", "Mission time [s]", None), "crc": ("UINT16", "Checksum", None),
     "message": ("STRING", "Message", None), "event": ("STRING", "Event", None), "octets": ("OCTETS", "Octets", None),
 }
@@ -62,6 +66,7 @@ class _Tables:
         apids = {one["apid"]: one["name"] for one in dictionary["subsystems"]}
         self.words = {"type": {0: "TM", 1: "TC"}, "apid": apids, "user": {0: "all", **{one["id"]: one["name"] for one in dictionary["users"]}}}
         self.fields = dict(HEADER)
+        self.bits = {"ack": [name for name in HEADER if name.startswith("ack.")]}
         self.parameters, self.structures, self.events, self.functions = {}, {}, {}, {}
         for subsystem in dictionary["subsystems"]:
             self._subsystem(subsystem)
@@ -84,6 +89,7 @@ class _Tables:
             "LAYOUTS": {entry["code"]: name for name, entry in dictionary["types"].items()},
             "WORDS": dict(sorted(self.words.items())),
             "FIELDS": dict(sorted(self.fields.items())),
+            "BITS": dict(sorted(self.bits.items())),
             "PARAMETERS": self.parameters, "STRUCTURES": self.structures, "EVENTS": self.events, "FUNCTIONS": self.functions,
             "CATALOGUE": {"kinds": kinds, "messages": self.messages},
         }
@@ -117,10 +123,27 @@ class _Tables:
         if numbers and max(numbers.values()) <= LARGEST_WORD and one["type"] != "UINT64":
             words = f"{owner['name']}.{one['enumeration']}"
             self.words[words] = {number: word for word, number in numbers.items()}
+        elif "words" in one and one["type"] in WORDED:
+            words = one["words"]["name"]
+            self.words[words] = {int(number): word for number, word in one["words"]["numbers"].items()}
         unit = f" [{one['unit']}]" if one.get("unit") else ""
         place = place.lower()
         self.fields[place] = (one["type"], f"{place.rpartition('.')[2].upper()}{unit}", words)
+        if "bits" in one:
+            self._bits(place, one["type"], one["bits"])
         return [place, one["type"], one.get("count", 1)]
+
+    def _bits(self, place, kind, about):
+        """Register the parts of a word of bits: its state, of which each mask leaves some bits open, and its flags."""
+        mask = 0
+        for one, _, _ in about["states"]:
+            mask |= one
+        self.words[about["name"]] = {number: name for number in range(mask + 1) if not number & ~mask
+                                     for one, value, name in about["states"] if number & one == value}
+        self.fields[f"{place}.state"] = (kind, "State", about["name"], mask)
+        flags = {f"{place}.{name.lower()}": (1 << int(bit), name) for bit, name in about["flags"].items()}
+        self.fields |= {flag: ("BOOL", name, None, only, 8 * SIZES[kind]) for flag, (only, name) in flags.items()}
+        self.bits[place] = [f"{place}.state", *flags]
 
     def _parameter(self, owner, parameter):
         place = f"{owner['name']}.{parameter['name']}"

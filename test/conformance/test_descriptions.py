@@ -155,6 +155,29 @@ def test_words_that_make_a_request_harmless_are_those_of_its_first_field(line, w
         catalogue.private(folder)
 
 
+def test_emergency_codes_have_the_names_of_the_standards_and_of_the_data_sheets(tmp_path):
+    header = (ROOT / "fsw/canopen/network.h").read_text(encoding="utf-8")
+    found = re.findall(r"  NETWORK_BUS_(\w+) += (?:FLOW_CAN_\w+|\d),?", header)
+    assert [name.removeprefix("BUS_") for name in descriptions.BUS_CONDITIONS] == found
+    flown = {int(code, 16) for code in re.findall(r"\{(0x\w+)U, EMERGENCY_", (ROOT / "fsw/canopen/emergency.c").read_text(encoding="utf-8"))}
+    assert len(flown) > 10 and flown <= set(descriptions.EMERGENCIES)
+    content = json.loads((ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
+    events = {event["name"]: event for one in content["subsystems"] if one["name"] == "MANIPULATOR" for event in one["events"]}
+    codes = {name: events[name]["parameters"][1]["words"]["numbers"] for name in ("DRIVE_FAULT", "BUS_WARNING")}
+    assert (codes["DRIVE_FAULT"]["65281"], codes["DRIVE_FAULT"]["29445"]) == ("TORQUE_SENSOR", "POSITION_SENSOR")
+    assert codes["BUS_WARNING"][str(0x100 + 3)] == "BUS_OFF_ON_CHANNEL_B" and "259" not in codes["DRIVE_FAULT"]
+    ends = [{"endnodes": [{"bus": name}]} for name in ("one", "two")]
+    assert descriptions.bus_conditions({"configurations": [{"devices": ends[:1]}, {"devices": ends}]})[0x1000 + 3] == "BUS_OFF_OF_BUS_2"
+    for name, text in (("a", "Torque sensor"), ("b", "Lamp, left"), ("c", "Torque sensor")):
+        (tmp_path / f"{name}.eds").write_text(f"[Comments]\nLines=1\nLine1=EMCY 0xFF01 HIGH {text}\n", encoding="utf-8")
+
+    def named(*types):
+        return descriptions.emergencies({"configurations": [{"devices": [{"type": one} for one in types]}]}, tmp_path)
+
+    assert named("a", "c")[0xFF01] == "TORQUE_SENSOR" and named("a", "b", "stream")[0xFF01] == "TORQUE_SENSOR_OR_LAMP_LEFT"
+    assert named("stream") == descriptions.EMERGENCIES
+
+
 def test_functions_and_requests_that_are_critical_are_so_in_the_database():
     tree = ET.parse(ROOT / "build" / "generated" / "rokviss.xtce.xml").getroot()
     critical = {one.get("name") for one in tree.iter(f"{SPACE}MetaCommand") if one.find(f"{SPACE}DefaultSignificance") is not None}

@@ -12,8 +12,10 @@ import xml.etree.ElementTree as ET
 from hirosco_gse import packets, pcap, telemetry
 from hirosco_gse.dictionary import Field
 from hirosco_gse.messages import Catalogue
+from hirosco_gse.values import Bits
 
 
+STATE_MASK = 0x6F  # Of the statusword of CiA 402.
 PROBLEMS = {"pus.malformed", "pus.crc.wrong", "pus.interface.differs"}
 
 
@@ -80,6 +82,9 @@ class Expected:
         if packet.apid:
             self._add("apid", packet.apid)
             self._add("source" if packet.direction == "TC" else "destination", packet.user)
+        if packet.direction == "TC":
+            for bit, name in enumerate(("acceptance", "start", "progress", "completion")):
+                self._add(f"ack.{name}", bool(packet.raw[6] >> bit & 1))
         if packet.direction == "TM" and packet.apid:
             self._add("time", (packet.time_ns - self.dictionary.epoch_ns) / 1e9)
             decoded = telemetry.decode(packet, self.dictionary, self.configurations)
@@ -121,6 +126,14 @@ class Expected:
         else:
             numbers = {word: number for number, word in (getattr(item, "words", None) or {}).items()}
             self._add(place, numbers.get(value, value))
+            if isinstance(getattr(item, "words", None), Bits):
+                self._bits(place, item.words.about, int(value))
+
+    def _bits(self, place, about, number):
+        """The parts of a word of bits."""
+        self._add(f"{place}.state", number & STATE_MASK)
+        for bit, name in about["flags"].items():
+            self._add(f"{place}.{name.lower()}", bool(number >> int(bit) & 1))
 
     def _function(self, packet):
         owner = self.dictionary.subsystem_of_apid(packet.apid)
