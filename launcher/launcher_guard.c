@@ -18,8 +18,7 @@ static void start(guard_t* const guard)
     const osal_process_start_t how = {.arguments = guard->arguments, .processor = -1, .outlives = true};
     if ((guard->arguments[0] == NULL) || (osal_process_start(&guard->process, &how) != STATUS_OK)) {
         osal_console_complain("hirosco: this run has no guard: if its launcher is killed, its names and "
-                              "interfaces are not removed "
-                              "before the next run");
+                              "interfaces are not removed before the next run");
         return;
     }
     guard->starts++;
@@ -33,6 +32,7 @@ void guard_start(guard_t* const guard, const char* const program, const int opti
     text_t text = text_in(guard->identity, sizeof guard->identity);
     text_add(&text, "hirosco-");
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
+    // With more options than fit, the list of arguments stays empty, and `start` reports that there is no guard.
     if (option_count < ((int)GUARD_ARGUMENTS_MAX - OWN_ARGUMENTS)) {
         guard->arguments[0] = program;
         guard->arguments[1] = "guard";
@@ -91,6 +91,7 @@ static run_state_t* wait_for_end(osal_shm_t* const shm, const char* const identi
         }
     } while (is_alive);
     osal_process_release(&owner);
+    // The launcher may have created the run state after the last look-up and before it ended.
     return (run == NULL) ? run_of(shm, identity) : run;
 }
 

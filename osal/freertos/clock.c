@@ -130,6 +130,7 @@ static void sleep_until(const uint64_t until_ns)
 void osal_clock_open_real(osal_clock_t* const clock, const uint64_t origin_ns)
 {
     FSW_ASSERT(clock != NULL);
+    // This system has no virtual memory, and the alarm timer wakes each task at its own time.
     *clock = (osal_clock_t){.mode       = OSAL_CLOCK_REAL,
                             .origin_ns  = origin_ns,
                             .attributes = {.is_memory_locked = true, .is_slack_minimal = true}};
@@ -176,6 +177,7 @@ status_t osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,
         FSW_ASSERT(clock->scheduler != NULL);
         return osal_lockstep_wait(clock->scheduler, clock->participant, clock->life, wake_ns, &clock->grant);
     }
+    // Sockets do not end the wait: the pipes of the wire can only be read by a call that waits (wire.c).
     const bool is_limited = (wake_ns < (OSAL_CLOCK_NEVER - clock->origin_ns));
     sleep_until(is_limited ? (clock->origin_ns + wake_ns) : OSAL_CLOCK_NEVER);
     return STATUS_OK;

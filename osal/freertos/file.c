@@ -149,6 +149,7 @@ status_t osal_file_write(osal_file_t* const file, const void* const octets, cons
 {
     open_file_t* const entry = entry_of(file);
     FSW_ASSERT((octets != NULL) || (size == 0U));
+    // Each append begins at the present end, because another handle may have extended the file.
     const int32_t end = entry->appends ? semihosting_size(entry->handle) : 0;
     if (entry->appends && (end >= 0)) {
         entry->position = (uint32_t)end;
@@ -177,7 +178,7 @@ status_t osal_file_read_at(osal_file_t* const file, const uint64_t offset, void*
 {
     open_file_t* const entry = entry_of(file);
     FSW_ASSERT((octets != NULL) || (size == 0U));
-    if (offset > (uint64_t)INT32_MAX) {
+    if (offset > (uint64_t)INT32_MAX) { // Semihosting reports sizes of at most 31 bits.
         return STATUS_TRUNCATED;
     }
     size_t done = 0U;

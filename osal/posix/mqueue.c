@@ -23,7 +23,7 @@ static status_t status_of(const int error)
     case EACCES:
     case EPERM:
         return STATUS_DENIED;
-    // The functions above exclude a size of 0, so EINVAL means a size beyond the limit of the system.
+    // The callers refuse a wrong name and a size of 0, so EINVAL means a size beyond the limit of the system.
     case EINVAL:
     case EMFILE:
     case ENFILE:
@@ -81,6 +81,7 @@ status_t osal_mqueue_send(osal_mqueue_t* const queue, const uint8_t* const octet
 {
     FSW_ASSERT((queue != NULL) && ((octets != NULL) || (size == 0U)));
     struct stat about = {0};
+    // A queue without a name still takes messages, but the receiver, which has restarted, does not read them.
     if ((fstat(queue->descriptor, &about) == 0) && (about.st_nlink == 0U)) {
         return STATUS_CLOSED;
     }

@@ -39,8 +39,8 @@ static bool make_raw(const int descriptor, const speed_t speed)
     }
     cfmakeraw(&line);
     line.c_cflag &= (tcflag_t) ~(PARENB | CSTOPB | CRTSCTS);
-    line.c_cflag |= CLOCAL | CREAD | CS8;
-    line.c_cc[VMIN]  = 1U; // With 0, "no data" and "hung up" could not be distinguished.
+    line.c_cflag |= CLOCAL | CREAD | CS8; // CLOCAL: the carrier signal of a modem is ignored.
+    line.c_cc[VMIN]  = 1U;                // With 0, "no data" and "hung up" could not be distinguished.
     line.c_cc[VTIME] = 0U;
     return (cfsetispeed(&line, speed) == 0) && (cfsetospeed(&line, speed) == 0) &&
            (tcsetattr(descriptor, TCSANOW, &line) == 0) && (tcflush(descriptor, TCIFLUSH) == 0);

@@ -45,6 +45,7 @@ typedef struct { // Private, except `counters`: read-only, for telemetry.
     } counters;
 } pus_time_t;
 
+/// Begin with the rate of the configuration.
 void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
 /// Restore the persistent record. STATUS_OK; STATUS_NOT_FOUND (key other than 0), STATUS_INVALID: the rate
 /// does not change.
