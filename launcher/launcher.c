@@ -361,6 +361,7 @@ void launcher_fly(launcher_t* const launcher)
     unsigned stops_seen    = 0U;
     launcher->last_wall_ns = osal_clock_monotonic_ns();
     launcher_start_all(launcher);
+    // A failure before or during the start ends the loop; after the death of a process the run continues.
     while (launcher->exit_code != 1 || launcher->is_broken) {
         osal_process_t* processes[LAUNCHER_CHILDREN_MAX];
         size_t count = 0U;

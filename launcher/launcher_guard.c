@@ -32,7 +32,7 @@ void guard_start(guard_t* const guard, const char* const program, const int opti
     text_t text = text_in(guard->identity, sizeof guard->identity);
     text_add(&text, "hirosco-");
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
-    // With more options than fit, the list of arguments stays empty, and `start` reports that there is no guard.
+    // With more options than fit, the list stays empty, and `start` reports that there is no guard.
     if (option_count < ((int)GUARD_ARGUMENTS_MAX - OWN_ARGUMENTS)) {
         guard->arguments[0] = program;
         guard->arguments[1] = "guard";

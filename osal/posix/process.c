@@ -207,6 +207,7 @@ status_t osal_process_start(osal_process_t* const process, const osal_process_st
                ((start->descriptors != NULL) || (start->descriptor_count == 0U)));
     int outcome[2] = {-1, -1};
     *process       = (osal_process_t){.id = 0, .descriptor = -1};
+    // A successful exec closes the pipe, so the parent reads no octets; otherwise the child writes its errno.
     if (pipe2(outcome, O_CLOEXEC) != 0) {
         return status_of_start(errno);
     }
@@ -218,7 +219,8 @@ status_t osal_process_start(osal_process_t* const process, const osal_process_st
     int error = (id < 0) ? errno : 0;
     (void)close(outcome[1]);
     if (id > 0) {
-        error               = read_outcome(outcome[0]);
+        error = read_outcome(outcome[0]);
+        // Until the parent has reaped the child, its id cannot belong to another process.
         process->descriptor = (error == 0) ? open_pidfd(id) : -1;
         if ((error == 0) && (process->descriptor < 0)) {
             error = (errno == ESRCH) ? EIO : errno;

@@ -88,6 +88,7 @@ static void add_sample(pus_statistic_t* const statistic, const uint64_t bits, co
         statistic->minimum_ns = time_ns;
     }
     statistic->samples++;
+    // Welford's method: it needs no sum of squares, whose difference would lose digits.
     const double distance = value - statistic->mean;
     statistic->mean += distance / statistic->samples;
     statistic->squares += distance * (value - statistic->mean);
@@ -155,6 +156,7 @@ static pus_reply_t report_statistics(const pus_statistics_t* const self,
 void pus_statistics_step(pus_statistics_t* const self, const uint64_t now_ns, const uint32_t cycle)
 {
     FSW_ASSERT(self != NULL);
+    // The difference modulo 2^32 extends the count of the caller to 64 bits.
     self->cycle += (uint32_t)(cycle - self->last_cycle);
     self->last_cycle = cycle;
     if (!self->is_started) {
