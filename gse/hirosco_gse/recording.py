@@ -275,9 +275,8 @@ def _phases(run):
     return found
 
 
-def make(run, about=None):
-    """Octets of the recording of a run (hirosco_gse.run.Run); `about` is passed on to the page."""
-    tables = _Tables()
+def head_of(run, about=None, tables=None):
+    """Head of the recording of a run: all but the columns of its tables, which go to `tables`."""
     head = {"hello": None, "about": about, "end": run.count * runs.CYCLE_US / 1e6, "phases": _phases(run)}
     if run.dictionary is not None:
         told, commands = _Telemetry(run), _Commands(run)
@@ -287,10 +286,18 @@ def make(run, about=None):
                 commands.send(time_ns / 1e9, packet)
             elif packet is not None and packet.service == 1 and "error" not in decoded_of[id(packet)]:
                 commands.verify(time_ns / 1e9, packet, decoded_of[id(packet)])
-        told.put(tables)
+        if tables:
+            told.put(tables)
         last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9
         head.update(hello=hello(run.dictionary, str(run.folder), as_lists(run.world) if run.world else None), end=max(head["end"], last),
                     states=told.states, events=told.events, modes=told.modes, links=told.links, commands=commands.as_lists())
+    return head
+
+
+def make(run, about=None):
+    """Octets of the recording of a run (hirosco_gse.run.Run); `about` is passed on to the page."""
+    tables = _Tables()
+    head = head_of(run, about, tables)
     head["truth"] = _truth(run, tables)
     text = json.dumps({**head, "tables": tables.described}, separators=(",", ":"), default=float).encode()
     return gzip.compress(b"".join([struct.pack("<I", len(text)), text, *tables.parts]), 6, mtime=0)

@@ -246,8 +246,34 @@ def _style(text, folder):
     return re.sub(r'url\("?(?:\./)?([\w.-]+\.woff2)"?\)', inside, text)
 
 
+def _table(title, heads, rows):
+    """A panel with a table of texts."""
+    lines = "".join("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
+    return (f'<section class="panel"><div class="head"><h2>{title}</h2></div><div class="scroll" tabindex="0" role="group" aria-label="{title}">'
+            f'<table><tr>{"".join(f"<th>{one}</th>" for one in heads)}</tr>{lines}</table></div></section>')
+
+
+def _outcome(lights):
+    """Outcome of a command by its last lights."""
+    return "failed" if "f" in lights else "done" if lights.endswith("d") else "not known"
+
+
+def _lists(run):
+    """Events, commands and states of a run as tables, for a report without the page that draws film and charts."""
+    head = recording.head_of(run)
+    commands = [(f"{row['time']:.3f}", row["text"], _outcome(row["lights"][-1][1]), row.get("words", ""))
+                for row in head.get("commands", ())]
+    events = [(f"{seconds:.3f}", name, severity, event, text) for seconds, name, severity, event, text in head.get("events", ())]
+    states = [(f"{seconds:.3f}", name, state, cause or "") for seconds, name, state, _, _, cause in head.get("states", ())]
+    return (f'<section class="panel next"><p>{html.escape(NEXT_STEP.format(run.folder))}</p></section>'
+            + _table("Events", ("s", "subsystem", "severity", "event", "values"), events)
+            + _table("Commands", ("s", "command", "completion", "reason"), commands)
+            + _table("States", ("s", "subsystem", "state", "cause"), states))
+
+
 def page(run, facts, built=None):
-    """Text of report.html. built: folder of the page of the station, if not that of this tree; without a page the report has no film and no charts."""
+    """Text of report.html. built: folder of the page of the station, if not that of this tree; without a page the report has tables of events,
+    commands and states instead of film and charts."""
     built = built or PAGE
     is_whole = (built / "station.js").exists()
     name = html.escape(run.folder.resolve().name)
@@ -261,14 +287,15 @@ def page(run, facts, built=None):
     else:
         source = ROOT / "gse" / "page" / "src" / "station.css"
         style = "".join(line for line in source.read_text(encoding="utf-8").splitlines(True) if not line.startswith("@import"))
-        main = f'<section class="panel"><p class="reason">{html.escape(NEXT_STEP.format(run.folder))}</p></section>'
+        main = _lists(run)
         log = foot = scripts = ""
+    classes = "replay report" if is_whole else "replay report plain"
     policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; font-src data:; img-src data:"
     return "".join([
         '<!DOCTYPE html>\n<html lang="en" data-theme="light"><head><meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
         '<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">',
-        f'<title>Run {name}</title><style>{style}</style></head><body class="replay report">\n',
+        f'<title>Run {name}</title><style>{style}</style></head><body class="{classes}">\n',
         f'<header>{_head(run, facts)}<div class="cell"><button id="theme" aria-label="Light or dark" title="Light or dark">☀</button></div></header>\n',
         f'<div class="body"><main aria-label="Flight">{main}</main><aside aria-label="Figures and log">',
         f'<section class="panel figures"><div class="head"><h2>Figures and their bounds</h2></div><div class="scroll" tabindex="0" role="group" '

@@ -86,6 +86,12 @@ def test_without_a_built_page_the_next_step_is_printed(flight_folder, dictionary
     assert f"make report OUT={tmp_path}" in capsys.readouterr().out
     page = (tmp_path / "report.html").read_text()
     assert f"make report OUT={tmp_path}" in page and "16 of 16 figures hold" in page
+    assert 'class="reason"' not in page  # It cuts what is longer than one line.
+    cells = [re.findall("<td>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", page)]
+    assert any("DEVICE_LOST" in row and "HIGH" in row for row in cells)
+    assert any(row[1:3] == ["MANIPULATOR", "OPERATIONAL"] for row in cells if len(row) == 4)
+    assert any(row[1] == "set parameter values: MANIPULATOR" for row in cells if len(row) == 4)
+    assert [report._outcome(lights) for lights in ("dddd", "dfee", "ddwe")] == ["done", "failed", "not known"]
 
 
 @pytest.mark.parametrize(
