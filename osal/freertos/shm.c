@@ -195,7 +195,7 @@ status_t osal_shm_each(const char* const prefix, void (*visit)(void* context, co
             (blocks[i].size > 0U) && (strncmp(blocks[i].name, prefix, strlen(prefix)) == 0);
         (void)memcpy(name, blocks[i].name, sizeof name);
         (void)xTaskResumeAll();
-        if (is_listed) { // The other tasks run again, because `visit` may take long, and may remove the block.
+        if (is_listed) { // The other tasks run during `visit`, which may remove the block.
             visit(context, name);
         }
     }
