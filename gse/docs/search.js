@@ -6,7 +6,7 @@ function searchWords(text) {
 }
 
 // Find the sections that contain all words of the question, best first. A word of the question matches each
-// word that begins with it; a match in a title scores 4 more, a match of the whole word 2 more.
+// word that begins with it: this scores 1, a match in a title 4 more, a match of the whole word 2 more.
 function searchFind(index, question) {
   var wanted = searchWords(question),
     scores = {},
@@ -52,6 +52,7 @@ function searchScore(index, wanted, before) {
   return scores;
 }
 
+// Show the question and the sections that it finds.
 function searchShow(question) {
   var results = document.getElementById("results");
   var found = searchFind(searchIndex, question);

@@ -71,8 +71,8 @@ TABLE = {
 }
 REPORT_OCTETS = 4000
 NESTING = 3  # structures within the structure of a parameter
-CONFIGURATION_LOOPS = 2
-SERVICES = 16
+CONFIGURATION_LOOPS = 2  # Most loops of a configuration.
+SERVICES = 16  # Most services of a subsystem.
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
 HIGH_EVENT_HEAD = 27  # Octets of a stored report without its auxiliary data.

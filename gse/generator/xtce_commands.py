@@ -29,7 +29,7 @@ if (subtype.rawValue == %d) return true;
 return [%s].indexOf(Number(subtype.rawValue)) < 0 ? null : String(failure_code.value);
 """
 SUPERVISOR = "SUPERVISOR"
-METHOD_ANY = 0xFF
+METHOD_ANY = 0xFF  # Transfer method of a link: any that both ends offer.
 LINK_REQUEST = ">IHHHHHIIBIHBBI"
 
 

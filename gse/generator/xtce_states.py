@@ -10,14 +10,15 @@ from xtce_types import element
 
 MANAGEMENT, LINKS = 129, 130
 TRANSITION, STATUS, LINK_TRANSITION = 2, 5, 10
-OF_SUBSYSTEM = {  # Field of TM[129,2] or TM[129,5] -> what it is.
+OF_SUBSYSTEM = {  # Field of TM[129,2] or TM[129,5] -> description of the parameter.
     "state": "state of the subsystem", "phase": "phase of its state", "configuration": "selected configuration", "cause": "cause of its last change of state",
     "target": "state that was requested last",
 }
 NONE = {0: "NONE"}
-LOST, LOST_ALARM = "lost_packets", 0
+LOST, LOST_ALARM = "lost_packets", 0  # Name of the parameter; Yamcs raises an alarm if it is greater.
 ALL_USERS = 0  # Destination of reports without a request.
 GAP_MAX = 1000  # A larger jump, or a counter that falls back, is a restart of its subsystem.
+# The algorithm in JavaScript that Yamcs runs for each report. It keeps the last counter of each type of report.
 COUNT_LOST = """
 if (!apid || !service || !subtype || !counter || !destination) return;
 if (typeof counters_of_reports === 'undefined') { counters_of_reports = {}; packets_lost = 0; }

@@ -26,7 +26,7 @@ from .spacecraft import Spacecraft
 
 SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
 EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out"
-LISTEN_S = 2.0
+LISTEN_S = 2.0  # Time for which `hk` and `events` receive reports without -f.
 PATIENCE_S = 10.0  # a script may be started together with the mission
 
 

@@ -21,7 +21,7 @@ _embedded_counts = itertools.count()
 METHOD_ANY = 0xFF  # Transfer method of a link: any that both ends offer.
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
-LINK_DEADLINE_MS = 1000
+LINK_DEADLINE_MS = 1000  # Time in which a link must open.
 STATUS = Request(SUPERVISOR_APID, 131, 8, text="status")
 
 

@@ -15,10 +15,10 @@ from . import run as runs
 from .figures_common import HOLD_LEAST_US, HOLD_US, SETTLED_US, Missing, filled, force_scale, position_scale, segment, setting, telecommanded
 from .run import CYCLE_US, ENABLE_OPERATION, OPERATION_ENABLED, STATE_MASK
 
-CIRCLE_PERIODS = 4
-ROWS_LEAST = 1000
+CIRCLE_PERIODS = 4  # Most periods of the circle that are evaluated.
+ROWS_LEAST = 1000  # Fewest cycles of a fit.
 SIGNIFICANT = 6.0  # standard deviations
-SMALLEST_TORQUE_NM = 2.0
+SMALLEST_TORQUE_NM = 2.0  # A joint with a smaller external torque is not evaluated.
 BRAKE_WATCH_US, ENGAGE_WATCH_US, UNPLUG_WATCH_US = 500_000, 10_000, 1_000_000
 FORWARD_LAGS, LOOP_LAGS = range(-3, 30), range(12)
 BACK_LAGS, DAMPING_LAGS = range(-3, 8), range(50)

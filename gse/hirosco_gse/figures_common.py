@@ -5,7 +5,7 @@ import numpy as np
 
 from .run import CYCLE_US
 
-HOLD_US, SETTLED_US, HOLD_LEAST_US = 10_000_000, 2_000_000, 5_000_000
+HOLD_US, SETTLED_US, HOLD_LEAST_US = 10_000_000, 2_000_000, 5_000_000  # Evaluated time of a hold, time before it, least time.
 
 
 class Missing(Exception):

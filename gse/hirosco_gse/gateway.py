@@ -10,7 +10,7 @@ from .sdls import SecurityError
 from .session import LinkLost
 
 PORT = 10025
-CHUNK = 65536
+CHUNK = 65536  # Octets of one read.
 
 
 def _hang_up(*streams):

@@ -11,7 +11,7 @@ SERVICE = 13
 REPORT_PARTS, REQUEST_PARTS, ABORTED = (1, 2, 3), (9, 10, 11), 16
 HEAD = struct.Struct(">HH")  # Transaction and part number, from 1.
 PART_MAX = packets.PACKET_MAX - packets.TC_HEADER - HEAD.size - packets.CRC_SIZE
-FIRST, MIDDLE, LAST = range(3)
+FIRST, MIDDLE, LAST = range(3)  # Indices in REPORT_PARTS and REQUEST_PARTS.
 
 
 def is_part(packet):

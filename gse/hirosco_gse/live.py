@@ -11,12 +11,12 @@ from . import visits
 from .link import LinkLost
 from .session import SessionError
 
-ANSWER_S = 5.0
-POLL_S = 0.001
+ANSWER_S = 5.0  # Longest wait for an answer.
+POLL_S = 0.001  # Between two requests for the simulated time.
 PACES = ("pause", "resume", "step", "speed")
 VERBS = ("hand", "fault", *PACES)
 REPORTS = ("frame", "columns", "truth", "dropped")
-REPORTS_MAX = 100_000
+REPORTS_MAX = 100_000  # Reports that wait for the caller; then the oldest is dropped.
 LINE_MAX = 500
 ACTORS = ("hand", "fault", "operator", "ground")
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .packet_log import LogError
 
-LCM_SYNC = 0xEDA1DA01
+LCM_SYNC = 0xEDA1DA01  # First octets of an event.
 _LCM_HEADER = struct.Struct(">IQQII")
 _HEX = np.full(256, 255, np.uint8)
 for _digit in range(16):

@@ -14,8 +14,8 @@ from fractions import Fraction
 from . import packets, values
 from .values import ValueProblem
 
-FRACTION = 1 << 24
-ANGLE = 1 << 16
+FRACTION = 1 << 24  # Units of a relative time in a second.
+ANGLE = 1 << 16  # Units of a position in an orbit.
 NUMBERS = {"u8": (1, False), "u16": (2, False), "u32": (4, False), "u64": (8, False)}
 NUMBERS |= {"i16": (2, True), "i32": (4, True), "i64": (8, True)}
 LAYOUTS = tuple(values.FORMATS)  # In the order of their codes.

@@ -17,7 +17,7 @@ TC_HEADER, TM_HEADER, PRIMARY_HEADER, CRC_SIZE = 11, 21, 6, 2
 TIME_PACKET = 18  # Spacecraft time packet: APID 0, no secondary header; rate, time and status.
 PACKET_MAX = 4096
 LARGE_MAX = 65542  # Limit of the length field; packets longer than PACKET_MAX are transferred by ST[13].
-FRACTION = 1 << 24
+FRACTION = 1 << 24  # Units of the fraction of a time in a second.
 
 
 class PacketError(ValueError):

@@ -22,10 +22,10 @@ from .station.about import hello
 from .station.geometry import as_lists
 from .station.hub import lights_of
 
-TRUTH_HZ = 50
+TRUTH_HZ = 50  # Rows of the truth in a second of the recording.
 GROUND_USERS = 0x8000  # Users with a smaller number are on the ground.
-FINEST = 1_000_000
-WIDEST = 2**31 - 2
+FINEST = 1_000_000  # Factor by which numbers that are not whole are multiplied.
+WIDEST = 2**31 - 2  # Largest integer in a column.
 NONE = -(2**31)
 FINAL = (2, 4, 7, 8, 10)  # Subtypes of ST[01] with which a verification ends.
 

@@ -20,15 +20,15 @@ from . import world as worlds
 from .dictionary import Dictionary, DictionaryError
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CYCLE_US = 500
-SYNC = 0x080
+CYCLE_US = 500  # Cycle of the control loop.
+SYNC = 0x080  # Identifier of SYNC.
 NO_DEVICE = worlds.Device("", "", "", 0)
 JOINT_TORQUE_NM = 0.01  # Units of the words in a Run, to which the units of the devices are converted.
 STICK_TORQUE_NM = 1e-4
 POSITION_RAD = 1e-6
-STATE_MASK = 0x6F
+STATE_MASK = 0x6F  # Bits of the state in a statusword.
 OPERATION_ENABLED = 0x27
-ENABLE_OPERATION = 0x0F
+ENABLE_OPERATION = 0x0F  # Controlword.
 
 
 def scene(truth):

@@ -15,8 +15,8 @@ from . import large, packets, telecommands, telemetry
 from .dictionary import STATES, SUPERVISOR_APID
 from .failures import Failure
 
-GROUND_USER = 1
-OUT_OF_RANGE = 0x0203
+GROUND_USER = 1  # Source id of telecommands of the command line.
+OUT_OF_RANGE = 0x0203  # Failure code of a value outside its limits.
 # # Subtypes of ST[01] with which a verification ends.
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
 ENDED = 32  # Requests whose reports may still arrive in parts.

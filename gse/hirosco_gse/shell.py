@@ -19,8 +19,8 @@ from .session import LinkLost, SessionError
 
 HISTORY = "hirosco_gse_history"
 HISTORY_MAX = 1000
-POLL_S = 0.05
-SHOWN_EVENTS = 20
+POLL_S = 0.05  # Period of receiving telemetry while the prompt waits.
+SHOWN_EVENTS = 20  # Most events that are shown before a prompt.
 LEAVE = ("exit", "quit")
 
 

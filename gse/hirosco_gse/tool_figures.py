@@ -6,8 +6,8 @@ import numpy as np
 from .figures_common import Missing, force_scale, segment, setting
 from .run import CYCLE_US
 
-RAMP_US, STILL_US = 2_000_000, 4_000_000
-LAGS = range(0, 400, 4)
+RAMP_US, STILL_US = 2_000_000, 4_000_000  # Time at both ends of the circle, and of the hold, for the figures.
+LAGS = range(0, 400, 4)  # Lags that are tried [cycles].
 OPERATIONAL, NO_HAND = 5, 1
 
 BOUNDS = {

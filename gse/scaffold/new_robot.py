@@ -3,7 +3,7 @@
 """Create a mission for an arm from its URDF: descriptor, world, mission and scenario, which fly without changes and without C.
 
     make new-robot URDF=my-arm.urdf                  all files are named after the robot of the URDF
-    make new-robot URDF=my-arm.urdf NAME=arm7        .. or after this name
+    make new-robot URDF=my-arm.urdf NAME=arm7        all files have this name
     make new-robot URDF=my-arm.urdf TOOL=flange      the tool is this link, not the last one of the file
     make new-robot URDF=my-arm.urdf START=0,-1.5,1   the arm starts in this pose, not in the computed one
     make new-robot URDF=my-arm.urdf BASE=free        the base flies freely, without gravity; else it is fixed
@@ -46,8 +46,8 @@ PORTS = """
         <ParamRef name="POSITION" type="DOUBLE" count="2" unit="rad"/>
       </Requires>
     </RTLinkService>"""
-SEED, POSES = 1, 400
-LOAD_MAX = 0.5
+SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
+LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
 
 def text(values):
@@ -56,6 +56,7 @@ def text(values):
 
 
 def hexadecimal(value, digits):
+    """A number with 0x and this number of digits."""
     return f"0x{value:0{digits}X}"
 
 
@@ -175,6 +176,7 @@ def places(robot):
 
 
 def world(robot, names, start, base):
+    """Words of the template of the world. Joints with equal values share a drive type."""
     types, drives = {}, []
     for number, (joint, (bus, node)) in enumerate(zip(robot.joints, places(robot)), 1):
         effort = joint.effort
@@ -227,6 +229,7 @@ def device(joint, place, number, mode):
 
 
 def configuration(robot, number, name, mode, initial, is_led=False):
+    """A configuration of the descriptor; `mode` is that of CiA 402, `is_led`: a joystick leads the tool."""
     devices = (device(joint, place, i, mode) for i, (joint, place) in enumerate(zip(robot.joints, places(robot)), 1))
     initials = "".join(f'\n    <Initial parameter="CONTROL" field="{field}" value="{value}"/>' for field, value in initial.items())
     template = (TEMPLATES / "configuration.xml").read_text(encoding="utf-8").rstrip("\n")
@@ -263,6 +266,7 @@ def model_of(robot):
 
 
 def of_drives(robot):
+    """Lists with a value for the drive of each joint."""
     drives = [drive_of(joint) for joint in robot.joints]
     keys = {"rotor": "rotorInertia", "stiffness": "stiffness", "coulomb": "coulomb", "viscous": "viscous"}
     return {name: [drive[key] for drive in drives] for name, key in keys.items()}
@@ -289,6 +293,7 @@ def prismatic(robot):
 
 
 def descriptor(robot, names, base):
+    """Words of the template of the descriptor."""
     count = len(robot.joints)
     lists = limits_of(robot) | model_of(robot) | of_drives(robot)
     lists |= {"tool": robot.tool[0], "tool_rpy": urdf.rpy_of(robot.tool[1]), "gravity": GRAVITY[base]}

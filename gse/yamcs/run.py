@@ -31,11 +31,11 @@ from hirosco_gse import packets
 from hirosco_gse.place import LATEST, LOOPBACK, Place, mission_of
 
 USER, STATUS_TC, STATUS_TM = "YAMCS", (129, 4), (129, 5)
-ANSWER_S = 3.0
+ANSWER_S = 3.0  # Longest wait for the answers to TC[129,4].
 FIRST_PORT, PORTS = 8080, 10
 STATION = "http://127.0.0.1:8090/"
 ENDED = (0, 128 + signal.SIGINT, 128 + signal.SIGTERM, -signal.SIGINT, -signal.SIGTERM)
-END_S = 60
+END_S = 60  # Longest wait for the end of the server.
 
 
 def render(out, mission, ground_port, http_port, station=STATION):

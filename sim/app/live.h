@@ -26,9 +26,9 @@
 #include <stdint.h>
 
 #define LIVE_CLIENTS_MAX 8U
-#define LIVE_HOLD_NS 500000000ULL
-#define LIVE_LET_GO_NS 5000000000ULL
-#define LIVE_SPEED_MAX 100.0
+#define LIVE_HOLD_NS 500000000ULL    ///< Time without a line after which the hand holds.
+#define LIVE_LET_GO_NS 5000000000ULL ///< Time without a line after which the hand lets go.
+#define LIVE_SPEED_MAX 100.0         ///< Simulated time per wall-clock time.
 
 typedef struct {
     const char* folder; ///< Run folder: live.port and live.scn are written there.

@@ -17,6 +17,7 @@ __attribute__((format(printf, 2, 3))) static void add(row_t* const row, const ch
     va_start(arguments, format);
     const int more = vsnprintf(&row->text[row->size], LIVE_ROW_OCTETS - row->size, format, arguments);
     va_end(arguments);
+    // A text that does not fit completely is left out.
     const size_t room = LIVE_ROW_OCTETS - 1U - row->size;
     row->size += ((more > 0) && ((size_t)more <= room)) ? (size_t)more : 0U;
 }

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define CHANNEL_SHIFT 16U ///< Position of the number of a device's value in the key of its noise.
-#define LOSS_CHANNEL 15U
+#define LOSS_CHANNEL 15U  // Key of the random number that decides whether a pose is lost.
 
 unsigned sensor_values(const world_sensor_kind_t kind)
 {

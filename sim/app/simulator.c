@@ -43,8 +43,8 @@ struct simulator {
     bool is_truth_broken;
     bool is_latched[WORLD_LATCHES_MAX]; // State of each latch that was written to the truth log last.
     faults_t faults;
-    fault_world_t world;
-    live_t* live; // Null: there is no live port.
+    fault_world_t world; // Targets of faults, by their names.
+    live_t* live;        // Null: there is no live port.
     power_unit_t supply;
     socketcand_t* tools;
     bool tools_in_step;
@@ -112,14 +112,16 @@ static void run_faults(simulator_t* const simulator, const uint64_t until_ns)
     }
 }
 
+/// Submit the frames of the tools. With tools_in_step, each frame allows simulated time to advance by one
+/// quantum.
 static void run_tools(simulator_t* const simulator)
 {
-    const unsigned submitted = socketcand_receive(simulator->tools);
-    const uint64_t bought_ns = submitted * simulator->tool_quantum_ns;
+    const unsigned submitted  = socketcand_receive(simulator->tools);
+    const uint64_t allowed_ns = submitted * simulator->tool_quantum_ns;
     if (submitted != 0U) {
         const uint64_t from_ns =
             (simulator->tool_credit_ns > simulator->time_ns) ? simulator->tool_credit_ns : simulator->time_ns;
-        simulator->tool_credit_ns = from_ns + bought_ns;
+        simulator->tool_credit_ns = from_ns + allowed_ns;
     }
 }
 
@@ -133,6 +135,8 @@ static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
     devices_end_step(simulator->devices, simulator->time_ns, end_ns);
 }
 
+/// Perform one step: waiting frames, faults and buses up to the end of the step, then the plant, which moves
+/// with the commands that the devices have received in this step. The logs contain the state at the end.
 static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 {
     if (simulator->live != NULL) {

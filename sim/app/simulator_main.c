@@ -24,10 +24,10 @@
 
 #define EXIT_USAGE 2
 #define NS_PER_S 1000000000U
-#define TOOL_WAIT_MS 100U
+#define TOOL_WAIT_MS 100U // Longest wait for a tool before the end of the run is checked.
 #define COSIMULATION_PORT_PATIENCE_MS                                                                        \
-    200000U ///< Longer than the launcher waits for simulated time to advance.
-#define REAL_PRIORITY 80
+    200000U              ///< Longer than the launcher waits for simulated time to advance.
+#define REAL_PRIORITY 80 // Priority SCHED_FIFO of a run by the wall clock.
 #define NO_LIMIT UINT64_MAX
 
 typedef enum {
@@ -40,8 +40,8 @@ typedef struct {
     simulator_config_t simulator;
     process_faults_t processes;
     pace_t pace;
-    bool is_stepped;
-    bool is_free;
+    bool is_stepped;           ///< --time stepped, the default.
+    bool is_free;              ///< --free-run.
     bool waits_for_wall_clock; ///< Simulated time of the scheduler does not pass the wall clock.
     const char* scheduler_name;
     unsigned participant;
@@ -385,7 +385,7 @@ static int parse(options_t* const options, const int count, char* arguments[])
         }
     }
     if (optind < count) {
-        (void)argument_refuse("?", arguments[optind], "only options");
+        (void)argument_refuse("?", arguments[optind], "options only; the simulator has no other arguments");
         return EXIT_USAGE + 1;
     }
     return check_options(options) ? 0 : (EXIT_USAGE + 1);
@@ -400,6 +400,7 @@ static void save_logs(const int signal_number)
         // NOLINTNEXTLINE(bugprone-signal-handler,cert-sig30-c): the program ends anyway.
         simulator_flush(dying_simulator);
     }
+    // The signal then ends the process as it does without this handler.
     (void)signal(signal_number, SIG_DFL);
     (void)raise(signal_number);
 }
@@ -453,14 +454,14 @@ static void run(simulator_t* const simulator, const options_t* const options, os
     uint64_t now_ns     = 0U;
     uint64_t wake_ns    = 0U;
     uint64_t flush_ns   = NS_PER_S;
-    const bool is_free  = options->pace == PACE_NONE;
+    const bool is_paced = options->pace != PACE_NONE;
     pace_control_t pace = {.speed = 1.0};
     if (options->waits_for_wall_clock) {
         pace_control_open(&pace, options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
     }
     while ((now_ns < options->end_ns) && (osal_process_stop_count() == 0U) &&
            (simulator_failure(simulator) == NULL)) {
-        if (is_free) {
+        if (!is_paced) {
             if (!simulator_may_step(simulator, TOOL_WAIT_MS)) {
                 continue;
             }

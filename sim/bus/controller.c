@@ -3,8 +3,8 @@
 
 #include <stddef.h>
 
-#define TRANSMIT_STEP 8U
-#define RECEIVE_LIMIT 255U
+#define TRANSMIT_STEP 8U   // Increase of the transmit error counter for an error.
+#define RECEIVE_LIMIT 255U // Maximum of the receive error counter.
 #define AFTER_PASSIVE 127U // Count of an error-passive receiver after a success.
 
 // data[1] of a SocketCAN controller report.

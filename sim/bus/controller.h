@@ -15,9 +15,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define CONTROLLER_WARNING 96U
-#define CONTROLLER_PASSIVE 128U
-#define CONTROLLER_BUS_OFF 256U
+#define CONTROLLER_WARNING 96U         ///< Error count of the state error warning.
+#define CONTROLLER_PASSIVE 128U        ///< Error count of the state error-passive.
+#define CONTROLLER_BUS_OFF 256U        ///< Transmit error count of the state bus-off.
 #define CONTROLLER_RECOVERY_BITS 1408U ///< Recessive bits that end bus-off: 128 times 11.
 
 typedef enum {

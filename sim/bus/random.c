@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/bus/random.h"
 
-#define TWO_POWER_MINUS_53 1.1102230246251565e-16
+#define TWO_POWER_MINUS_53 1.1102230246251565e-16 // Converts 53 random bits to a number in [0, 1).
 
 void bus_random_seed(bus_random_t* const random, const uint64_t seed)
 {

@@ -11,11 +11,11 @@
 #define VELOCITY_GAIN 60.0
 #define MNM 1e-3
 #define PER_MILLE 1000.0
-#define STANDSTILL_RAD_S 0.02
+#define STANDSTILL_RAD_S 0.02    // Below this speed of the motor a ramp has ended.
 #define RAMP_LIMIT_NS 200000000U // After this time the brake is applied even if the motor still moves.
-#define HOT_CELSIUS 80.0
-#define COOL_CELSIUS 75.0
-#define TENTH 0.1
+#define HOT_CELSIUS 80.0         // From this temperature EMCY 0x4310 is present.
+#define COOL_CELSIUS 75.0        // Below this temperature the error has ended.
+#define TENTH 0.1                // Unit of temperature objects [degC].
 
 typedef struct {
     object_t* target_position;

@@ -9,7 +9,7 @@
 #include <strings.h>
 
 #define LINE_MAX_OCTETS 512U
-#define GROWTH 64U
+#define GROWTH 64U // Number of entries by which an array grows.
 
 #define OBJECT_TYPE_VAR 0x7
 #define OBJECT_TYPE_ARRAY 0x8

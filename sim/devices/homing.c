@@ -7,7 +7,7 @@
 #define METHOD_NEGATIVE_STOP (-1)
 #define METHOD_POSITIVE_STOP (-2)
 #define METHOD_HERE_OLD 35 // Number of the same method in editions before 37.
-#define METHOD_HERE 37
+#define METHOD_HERE 37     // The present position is the home position.
 
 #define BIT_START 0x0010U
 #define BIT_HALT 0x0100U

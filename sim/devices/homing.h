@@ -17,7 +17,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define HOMING_STALL_NS 20000000U
+#define HOMING_STALL_NS 20000000U ///< Time at the torque limit that counts as an end stop.
 
 typedef enum {
     HOMING_IDLE, ///< Not started, or interrupted.

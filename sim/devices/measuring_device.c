@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define NS_PER_US 1000U
-#define INVALID 1U
+#define INVALID 1U // Status of values that are not valid.
 #define ERRORS_MAX 8U
 
 typedef struct {

@@ -14,7 +14,7 @@
 #define HEARTBEAT_ID 0x700U
 #define SDO_REQUEST_ID 0x600U
 #define SDO_ANSWER_ID 0x580U
-#define ALL_NODES 0U
+#define ALL_NODES 0U // Node id of an NMT command to all nodes.
 
 #define NMT_START 1U
 #define NMT_STOP 2U

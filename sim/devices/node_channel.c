@@ -2,7 +2,7 @@
 // selection of the channel that the node uses, and search for the master.
 #include "sim/devices/node_internal.h"
 
-#define OBJECT_REDUNDANCY 0x2000U
+#define OBJECT_REDUNDANCY 0x2000U // Bdefault, Ttoggle, Ntoggle, Ctoggle.
 #define NS_PER_MS 1000000U
 
 void node_find_channels(node_t* const node)

@@ -7,7 +7,7 @@
 
 #define RECEIVE_BASE 0x1400U
 #define TRANSMIT_BASE 0x1800U
-#define MAPPING_OFFSET 0x200U
+#define MAPPING_OFFSET 0x200U // Distance of the mapping parameters from the communication parameters.
 #define COB_ID_BITS 0x1FFFFFFFU
 #define NS_PER_MS 1000000U
 

@@ -22,7 +22,7 @@
 
 #define POWER_UNIT_RELAYS_MAX 4U
 #define POWER_UNIT_PULSE_NS 10000000U ///< Length of a pulse with exponent 0.
-#define POWER_UNIT_LATCH_NS 20000000U
+#define POWER_UNIT_LATCH_NS 20000000U ///< Shortest pulse that moves a relay.
 
 struct power_unit;
 

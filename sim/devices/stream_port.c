@@ -21,7 +21,7 @@
 #define DEPTH 8U ///< Messages of a queue; the flight software expects this number.
 #define RECEIVED_OCTETS 512U
 #define QUEUE_MAGIC 0x464C4F57U // As in flow_shm.c.
-#define QUEUE_ENDED 0x454E4445U
+#define QUEUE_ENDED 0x454E4445U // Replaces QUEUE_MAGIC when the owner removes the queue.
 #define QUEUE_KIND 1U
 
 typedef struct { // Layout of a queue in shared memory.

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define OCTETS 2U
+#define OCTETS 2U // Objects of eight outputs or inputs each.
 #define OCTET_BITS 8U
 #define TIME_NS 10000000U // Unit of the longest time of the outputs.
 

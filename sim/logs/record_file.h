@@ -19,16 +19,16 @@ typedef struct {
     int descriptor; ///< -1: not open.
     bool is_broken; ///< A write has failed.
     uint64_t size;  ///< Size of the file: whole records.
-    size_t used;
+    size_t used;    ///< Octets in the buffer.
     uint8_t octets[RECORD_FILE_BUFFER];
 } record_file_t;
 
 /// Create or overwrite the file. False: it cannot be created; record_file_close may still be called.
 bool record_file_open(record_file_t* file, const char* path);
-/// Returns a place for one record of up to `octets`, at most RECORD_FILE_BUFFER. The caller writes the record
-/// and calls record_file_add.
+/// Returns a place for one record of up to `octets` octets, at most RECORD_FILE_BUFFER. The caller writes the
+/// record there and calls record_file_add.
 uint8_t* record_file_room(record_file_t* file, size_t octets);
-/// Add the record of `octets` that the caller has written there.
+/// Add the record that the caller has written to this place; `octets` is its size.
 void record_file_add(record_file_t* file, size_t octets);
 /// Pass buffered records to the operating system.
 void record_file_flush(record_file_t* file);

@@ -6,14 +6,14 @@
 #define REACH_MARGIN_M 0.01
 #define HALVINGS 40U ///< Halvings of a few centimetres: the error is far below the resolution of any encoder.
 
-/// Contact with one part of the contour: direction away from the contour, depth of the finger in it. Without
-/// contact (depth 0 or less) the direction is zero.
+/// Contact with one part of the contour: direction away from the contour, and depth of the finger in it. The
+/// direction is only valid with contact (depth above 0).
 typedef struct {
     plane_t normal;
     double depth_m;
 } touch_t;
 
-#define SHAPES 2U
+#define SHAPES 2U // Flat part and bump of the contour.
 
 bool scene_reachable(const scene_t* const scene, const plane_t tip)
 {

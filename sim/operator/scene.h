@@ -25,8 +25,8 @@ typedef struct {
     double contour_friction;      ///< Coulomb coefficient.
     double hook_m[2];             ///< x, z of the spring's hook at rest.
     double cable_m;               ///< Rest length of the cable, straight down from the hook.
-    double spring_stiffness_n_m;  ///< Stiffness beyond the preload.
-    double spring_preload_n;      ///< The force reaches it over the first spring_preload_m.
+    double spring_stiffness_n_m;  ///< Stiffness of the spring, whose force adds to the preload.
+    double spring_preload_n;      ///< Preload; it rises from 0 over the first spring_preload_m.
     double spring_preload_m;
 } scene_t;
 

@@ -136,8 +136,9 @@ void mimics_step(plant_t* const plant, const double dt_s)
         force[i] = plant->mimic[i].force;
         start[i] = error_of(plant, &plant->mimic[i]);
     }
-    // The first trial step uses the forces of the last step; each of the others adds a little to one force.
-    // Row i then has the response of mimic i to each force, and the change of its error that is wanted.
+    // The first trial step uses the forces of the last step. Each further trial step increases one of them
+    // slightly. Row i then contains the response of mimic i to each force, and in the last column the
+    // change that reduces its error.
     step(plant, force, dt_s, error);
     for (size_t k = 0U; k < count; k++) {
         const double more = PROBE * (1.0 + fabs(force[k]));

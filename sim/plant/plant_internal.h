@@ -46,8 +46,8 @@ typedef struct {
     unsigned robot;
     unsigned body;
     double axis[3]; ///< In the body.
-    double given_nms
-        [3]; ///< Momentum, in the world: that at the start, plus what its link has given to it since.
+    /// Momentum in the axes of the world: that at the start, plus what its link has given to it since.
+    double given_nms[3];
 } mounted_wheel_t;
 
 typedef struct {
@@ -158,8 +158,8 @@ void robots_add_load(plant_t* plant, const load_t* load);
 /// read last.
 double joint_position(const joint_t* joint, double before);
 
-/// Check before a step of dt_s that no body has or gets an absurd speed, for which ODE would end the program
-/// by an assertion. If a body has or gets one, set the failure and return false.
+/// Check before a step of dt_s that no body has or gets a speed above the limits of soundness.c: ODE would end
+/// the program by an assertion. If a body has or gets one, set the failure and return false.
 bool plant_is_sound(plant_t* plant, double dt_s);
 
 /// Find the mimics of all robots. Statuses of plant_create.

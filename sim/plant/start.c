@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define NS_PER_S 1.0e9
-#define STEP_S 1e-3
+#define STEP_S 1e-3 // Largest step of the integration back to time 0.
 #define NUMBERS 12U ///< Numbers of a state: the rows of the rotation, and the rate in the body.
 
 static void cross(const double a[3], const double b[3], double out[3])

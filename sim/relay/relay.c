@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define TWO_POWER_MINUS_53 1.1102230246251565e-16
+#define TWO_POWER_MINUS_53 1.1102230246251565e-16 // Converts 53 random bits to a number in [0, 1).
 #define LINK_STEP 0xD1B54A32D192ED03ULL ///< Difference of the seeds of two links; odd, so all are different.
 
 void relay_init(relay_t* const relay, const uint64_t seed, const relay_law_t* const law)

@@ -248,7 +248,7 @@ static status_t place_root(builder_t* const builder)
 }
 
 /// Find the leader of a mimic, and check it.
-static status_t lead(const builder_t* const builder, const urdf_joint_t* const joint)
+static status_t set_leader(const builder_t* const builder, const urdf_joint_t* const joint)
 {
     robot_model_t* model  = builder->model;
     const size_t follower = robot_model_joint(model, joint->name);
@@ -286,7 +286,7 @@ static status_t assemble(builder_t* const builder)
     status = (status == STATUS_OK) ? place_links(builder) : status;
     for (size_t i = 0U; (i < builder->urdf.joint_count) && (status == STATUS_OK); i++) {
         const urdf_joint_t* joint = &builder->urdf.joint[i];
-        status                    = (joint->leader_name[0] != '\0') ? lead(builder, joint) : STATUS_OK;
+        status                    = (joint->leader_name[0] != '\0') ? set_leader(builder, joint) : STATUS_OK;
     }
     for (size_t i = 0U; (i < builder->model->joint_count) && (status == STATUS_OK); i++) {
         const robot_joint_t* joint = &builder->model->joint[i];

@@ -5,9 +5,9 @@
 #include <string.h>
 
 #define FAR_M 1e4
-#define FULL_TURNS 1e3 // rad
-#define HEAVIEST 1e7   // kg, kgm2
-#define TRIANGLE_SLACK 1e-6
+#define FULL_TURNS 1e3      // rad
+#define HEAVIEST 1e7        // kg, kgm2
+#define TRIANGLE_SLACK 1e-6 // Relative tolerance for rounded moments of inertia.
 
 typedef enum {
     IN_NOTHING,

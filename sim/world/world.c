@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define LEVELS 3U
+#define LEVELS 3U       // Largest depth of elements in a world.
 #define PERIODS_MAX 1e3 // Most periods of a ripple per turn of a motor.
 
 typedef struct kind kind_t;

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define STALL_MAX_NS 1e11
-#define HALF_TURN_RAD 3.1416
+#define HALF_TURN_RAD 3.1416 // Largest angle between two frames, rounded up.
 
 const field_t world_latch_fields[WORLD_LATCH_FIELDS] = {
     NAME(world_latch_t, "name", name),

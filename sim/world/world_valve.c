@@ -56,7 +56,7 @@ status_t world_valve_take(world_t* const world, const element_t* const element)
 {
     world_valve_t* valve = &world->valve[world->valve_count];
     if (world->valve_count == WORLD_VALVES_MAX) {
-        return element_refuse(element, element->name, "at most 32 of them");
+        return element_refuse(element, element->name, "at most 32 valves");
     }
     const status_t status = element_take(element, valve_fields, COUNT_OF(valve_fields), valve);
     valve->line           = element->line;

@@ -16,8 +16,8 @@ from aiohttp import web
 from ..place import LOOPBACK, ROOT, default_port
 from .server import Station
 
-PORT = 8090
-PORTS = 20
+PORT = 8090  # First port that is tried for the page.
+PORTS = 20  # Number of ports that are tried.
 FRAMED_BY = "http://127.0.0.1:8080"
 
 

@@ -7,8 +7,7 @@ import collections
 
 from ..frame_length import classic_us, fd_us
 
-ERROR = 0x20000000
-ERRORS_KEPT = 20
+ERRORS_KEPT = 20  # Newest error frames that a page shows.
 _CONTROLLER = {0x01: "receive buffer overflow", 0x02: "transmit buffer overflow", 0x04: "receive errors: error warning", 0x08: "transmit errors: error warning",
                0x10: "receive errors: error passive", 0x20: "transmit errors: error passive", 0x40: "error active again"}
 _CLASSES = ((0x001, "TX_TIMEOUT", "caution", "a frame was not sent in time"), (0x002, "ARBITRATION", "informative", "arbitration lost"),
@@ -49,7 +48,7 @@ class BusTap:
                 self.dropped += int(line.split()[1]) if line.startswith(b"dropped ") else 0
                 continue
             identifier, _, data = line[line.rfind(b" ") + 1 :].partition(b"#")
-            if len(identifier) == 8 and identifier[:1] in b"2367":
+            if len(identifier) == 8 and identifier[:1] in b"2367":  # Error frame of SocketCAN: bit 0x20000000 is set.
                 self._take_error(line, int(identifier, 16), bytes.fromhex(data.decode()))
             else:
                 self._newest[identifier] = line, data

@@ -12,9 +12,9 @@ from ..dictionary import STATES, DictionaryError
 from ..session import SessionError
 
 ID = 9003  # housekeeping structure of the station
-PERIOD_US = 50_000
+PERIOD_US = 50_000  # Period of the housekeeping for the pages.
 DISPLAY_STATES = STATES[3:7]
-PATIENCE_S = 1.5
+PATIENCE_S = 1.5  # Time without a report after which the housekeeping is requested again.
 
 
 class Display:

@@ -8,9 +8,9 @@ from .. import commands
 from ..dictionary import SUPERVISOR_APID
 from ..session import SessionError
 
-POLL_S = 1.0  # Between two requests, and the least simulated time between them.
+POLL_S = 1.0  # Time between two requests; simulated time must have advanced by half of it.
 IDLE_S = 10.0  # Time between two requests while no link is open.
-ROLES = {"producer": ("sent",), "consumer": ("received", "lost", "late")}  # Who counts what.
+ROLES = {"producer": ("sent",), "consumer": ("received", "lost", "late")}  # Counters that each end of a link has.
 COUNTERS = ("sent", "received", "lost", "late")
 
 
@@ -22,6 +22,7 @@ class Network:
         self.open = set()  # Names.
         self.message = None
         self._rows = {}  # name -> row
+        # Wall-clock time and mission time of the last request, and whether its answer has not arrived yet.
         self._asked_at, self._asked_s, self._is_asking = 0.0, None, False
 
     def keep(self):

@@ -11,9 +11,9 @@ from ..link import LinkLost
 from ..place import ROOT
 from .bus_tap import BusTap
 
-ANSWER_S = 2.0
-SHOW_S = 0.25
-RETRY_S = 0.5
+ANSWER_S = 2.0  # Longest wait for an answer.
+SHOW_S = 0.25  # Between two messages about a bus.
+RETRY_S = 0.5  # Between two attempts to connect.
 TRUTH_HZ = 20
 
 
@@ -118,7 +118,7 @@ class Truth:
         self._run = run
 
     def watch(self, is_wanted):
-        """Follow the true state from now on, or no longer."""
+        """Begin to follow the true state, or end it."""
         if is_wanted and self._task is None:
             self._task = asyncio.create_task(self._follow())
         elif not is_wanted and self._task is not None:

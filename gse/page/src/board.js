@@ -5,7 +5,7 @@
 import { store } from "./store.js";
 import { el, text } from "./dom.js";
 
-const LIST_MS = 250;
+const LIST_MS = 250; // Period of checking whether the tab is open.
 
 // // Button that opens a command in the tab Command.
 const prepare = (line, word) =>

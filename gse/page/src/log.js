@@ -5,7 +5,7 @@ import { store } from "./store.js";
 import { el, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
-const SHOWN = 120;
+const SHOWN = 120; // Most entries that the log shows.
 const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];
 
 class Log extends HTMLElement {

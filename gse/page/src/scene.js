@@ -13,7 +13,7 @@ import { el, number, text } from "./dom.js";
 import { place, placedByTelemetry, placedByTruth, poses, tipForce, tipOf } from "./kinematics.js";
 import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
-const TRACE_S = 6;
+const TRACE_S = 6; // Length of the trace of the tip.
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
 // Without a graphics processor: time between two pictures; share of the pixels of each axis that is drawn

@@ -3,8 +3,8 @@
 // messages.
 
 const EVENTS_KEPT = 10000;
-const HISTORY_S = 600;
-const RETRY_MS = 500;
+const HISTORY_S = 600; // Time for which reports are stored.
+const RETRY_MS = 500; // Between two attempts to connect.
 const LEAST_PERIOD_MS = 350; // Shortest period that freshness uses: faster reports may arrive in groups.
 
 class Store {

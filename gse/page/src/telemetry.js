@@ -5,10 +5,10 @@
 import { store } from "./store.js";
 import { el, flagsOf, number, show, svg, text, wordOf } from "./dom.js";
 
-const REFRESH_MS = 200;
+const REFRESH_MS = 200; // Between two updates of the tables.
 const NEAR = 0.1; // Share of the range that counts as near a limit.
 const SYMBOL = { live: "normal", late: "caution", stale: "stale", never: "off" };
-const WIDTH = 74;
+const WIDTH = 74; // Width of a gauge in units of its drawing.
 
 // Gauge of a value between its limits: the mark is at the left for `share` 0, the lower limit, and at the
 // right for 1.

@@ -9,14 +9,14 @@ import { Board } from "./board.js";
 import { Bus } from "./bus.js";
 import { Fastest, Telemetry } from "./telemetry.js";
 
-const RANGE_RAD = 0.35;
+const RANGE_RAD = 0.35; // Largest angle of the joystick that the page commands.
 const AIM_MS = 20,
   AIM_S = 0.03;
-const IDLE_MS = 2000;
+const IDLE_MS = 2000; // Time without input after which the hand is given back.
 const ANSWER_MS = 1000; // If a line of the hand has no answer for this time, the hand is given back.
 const FIELD = 80; // Radius of the round field in units of its drawing.
-const CEILING_NM = 1.5;
-const TRACE_MS = 2000;
+const CEILING_NM = 1.5; // Felt torque of the full arc and of the strongest rumble.
+const TRACE_MS = 2000; // Length of the trace of the stick.
 const DEAD_ZONE = 0.08; // Deflection of a gamepad's stick that counts as zero.
 const RUMBLE_MS = 60,
   TOUCH_NM = 0.05;

@@ -102,7 +102,7 @@ static void more_valves_than_the_world_can_hold_are_refused(void)
                                  (i == 16U) ? "</ValveBox>\n" BOX("B2", "3") : "", i, (i % 16U) + 1U);
     }
     (void)snprintf(&text[used], sizeof text - used, "</ValveBox>\n");
-    expect_refusal(text, 32U, "at most 32 of them");
+    expect_refusal(text, 32U, "at most 32 valves");
 }
 
 int main(void)
