@@ -158,8 +158,9 @@ void robots_add_load(plant_t* plant, const load_t* load);
 /// read last.
 double joint_position(const joint_t* joint, double before);
 
-/// Check before a step of dt_s that no body has or gets a speed above the limits of soundness.c: ODE would end
-/// the program by an assertion. If a body has or gets one, set the failure and return false.
+/// Check before a step of dt_s that no body has or gets a speed above the limits of soundness.c: for such a
+/// speed ODE would end the program by an assertion. If a body has or gets one, set the failure and return
+/// false.
 bool plant_is_sound(plant_t* plant, double dt_s);
 
 /// Find the mimics of all robots. Statuses of plant_create.
