@@ -94,8 +94,8 @@ def test_a_loop_performs_the_services_that_it_names():
     assert loop.loop_of(bare).services == []
 
 
-@pytest.mark.parametrize("services, says", [("17 8", r"service 8 cannot have a <Loop> of its own: functions act on devices"), ("17 17", "some of 17 20"),
-                                            ("9", "some of 17 20")])
+@pytest.mark.parametrize("services, says", [("17 8", r"service 8 cannot have a <Loop> of its own: functions act on devices"), ("17 17", "of 17 20"),
+                                            ("9", "of 17 20")])
 def test_services_that_cannot_have_a_loop_are_refused(services, says):
     (element,) = container({"name": "SLOW", "samplingTime": "4ms", "priority": "5", "services": services}).children
     with pytest.raises(DescriptorError, match=says):
@@ -114,7 +114,7 @@ def test_a_service_has_one_loop():
 def dictionary():
     leaf = {"name": "TORQUE", "unit": "Nm"}
     return {"modes": [{"id": 3, "name": "FLY"}],
-            "subsystems": [{"name": "ARM", "apid": 16, "events": [{"name": "HOT", "parameters": [{"name": "AXIS"}]}],
+            "subsystems": [{"name": "ARM", "apid": 16, "configurations": [], "events": [{"name": "HOT", "parameters": [{"name": "AXIS"}]}],
                             "functions": [{"name": "MOVE", "arguments": [{"name": "TIME"}]}],
                             "parameters": [{"name": "STATE"}, {"name": "MODE"}, {"name": "JOINTS", "fields": [leaf, {"name": "COUNT"}]}]}]}
 

@@ -59,7 +59,7 @@ def test_other_times_are_refused(text):
     (lambda e: e.unsigned("number", 1, 9), "a number from 1 to 9"),
     (lambda e: e.flag("flag"), "true or false"),
     (lambda e: e.word("word", ["A", "B"]), "one of A B"),
-    (lambda e: e.words("words", ["A", "B"]), "some of A B, each once, with one space between"),
+    (lambda e: e.words("words", ["A", "B"]), "one or more words, each once, separated by single spaces, of A B"),
     (lambda e: e.lower_identifier("lower"), "a lower-case identifier of at most 32 characters")])
 def test_a_wrong_value_is_refused_with_what_is_expected(ask, expected):
     with pytest.raises(DescriptorError) as refused:
