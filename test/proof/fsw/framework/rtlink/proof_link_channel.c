@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a consumer takes a sample only from a frame of its own link and of the epoch of its own opening,
 //     newer than its last; all others leave its sample as it was. So a producer of another epoch is never
-//     heard. That each opening has an epoch of its own is not proved here. No received octet leads outside
-//     the payload.
+//     heard (fsw/supervisor/proof_link_manager.c proves that each opening has an epoch of its own). No
+//     received octet leads outside the payload.
 // Bounds: any consumer of datagrams without play-out buffer, with a payload of 1..16 octets; received
 //     frames of 0..48 octets; no decimation; counters at 0; one frame.
 // Replaced: crc32_iso returns any value; shared memory, sockets and play-out buffers are not used.
