@@ -3,9 +3,9 @@
 
 from generator import sheet
 
-PDOS = ((0x1800, 0x1A00), (0x1400, 0x1600))  # Parameters and mappings: those of the device, those of the master.
+PDOS = ((0x1800, 0x1A00), (0x1400, 0x1600))  # Communication and mapping parameters of the TPDOs, and of the RPDOs.
 IDENTIFIER_MASK = 0x7FF
-MAPPING_GROUPS = {0x1600 >> 9, 0x1A00 >> 9}
+MAPPING_GROUPS = {0x1600 >> 9, 0x1A00 >> 9}  # Groups of 512 objects that contain mapping parameters.
 
 
 def mapping_of(dictionary, bus, node):
@@ -25,7 +25,7 @@ def mapping_of(dictionary, bus, node):
 
 def layout(device, *objects, mapping=None):
     """(identifier less the node id, octets, offset and numpy type of each object) of the PDO of a sheet with these objects;
-    None without one. `mapping`: objects of the mapping with other values than the sheet's."""
+    None if there is no such PDO. `mapping`: objects of the mapping whose values differ from those of the sheet."""
     values = device.defaults(0) | (mapping or {})
     for parameters, mappings in PDOS:
         for number in range(4):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`gse shell`: commands at a prompt, over one connection, with history and completion. Needs no packages.
 
-While the prompt waits, a thread takes in telemetry, so that the spacecraft need not wait for this user; events of that time are shown
+While the prompt waits, a thread receives telemetry, so that the spacecraft need not wait for this user; events of that time are shown
 before the next prompt.
 """
 
@@ -72,7 +72,7 @@ class Shell:
 
     @contextlib.contextmanager
     def _listening(self):
-        """Take in telemetry in a thread. A lost link is reported by the next command."""
+        """Receive telemetry in a thread. A lost link is reported by the next command."""
         is_over = threading.Event()
 
         def listen():

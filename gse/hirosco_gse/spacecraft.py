@@ -19,11 +19,11 @@ Every call returns when its result is known, and raises otherwise:
 
     UsageError, DictionaryError    no such name, or a value that does not fit; nothing was sent
     Rejected                       the spacecraft refused the request or failed to perform it, with the reason in words
-    TimedOut                       an expected report did not come within the time, which is that of the wall clock
+    TimedOut                       an expected report did not come within timeout_s of wall-clock time
     LinkLost                       no connection, or the spacecraft has closed it
     live.LiveRefused               the simulator refused a line of the live world
 
-A Spacecraft has one connection and belongs to one thread; several may command the same flight. Telemetry is taken in while a call waits,
+A Spacecraft has one connection and belongs to one thread; several may command the same flight. Telemetry is received while a call waits,
 so events and states between two calls are known at the end of the second call. A program that must not block uses the same calls as
 `await craft.cmd(...)`, several at once: async_spacecraft.AsyncSpacecraft. A scenario in stepped time runs the same procedures with
 link.StepDriver within the grants of the scheduler.
@@ -45,7 +45,7 @@ def merged(parts):
     whole = dict(parts[0])
     for part in parts[1:]:
         for name, value in part.items():
-            if isinstance(value, list) and name.startswith("n"):
+            if isinstance(value, list) and name.startswith("n"):  # Names of repetitions begin with n.
                 whole[name] = whole[name] + value
     return whole
 
@@ -213,7 +213,7 @@ class Spacecraft:
         head, _, field = name.partition(".")
         found = subsystem.parameter(head)
         if found.fields:
-            found.field(field)
+            found.field(field)  # Raises DictionaryError if there is no such field.
         key = f"{subsystem.name}.{name}"
 
         def reported():

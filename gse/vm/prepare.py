@@ -23,11 +23,12 @@ DEPMOD = ["/sbin/depmod", "--basedir"]
 PACKAGE = "linux-image-amd64"
 XZ_MAGIC = b"\xfd7zXZ\x00"
 
-# Loaded at boot, with their dependencies; the others are loaded on request.
+# Modules that init.sh loads at boot, and modules that the guest can load later; each with its dependencies.
 AT_BOOT = ["virtio_pci", "9pnet_virtio", "9p", "overlay", "can", "can-raw", "vcan", "vxcan", "tipc"]
 ON_DEMAND = ["virtio_console", "can-gw", "can-bcm", "can-isotp", "can-dev", "kvaser_pci", "veth", "dummy", "sch_netem",
              "udp_tunnel", "ip6_udp_tunnel", "gcm", "ghash-generic", "ctr", "cmac"]
 LISTINGS = ["modules.builtin", "modules.builtin.modinfo", "modules.order"]
+# Files of the package that are unpacked.
 UNPACKED = re.compile(r"\./(boot/vmlinuz-[^/]+|lib/modules/[^/]+/(modules\.(builtin|builtin\.modinfo|order)|"
                       r"kernel/(net|lib|crypto|fs/(9p|overlayfs|netfs|fscache)|drivers/(virtio|net/can|char))/.*\.ko|"
                       r"kernel/drivers/net/(veth|dummy)\.ko))$")

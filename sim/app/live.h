@@ -49,7 +49,7 @@ MUST_USE status_t live_open(const live_config_t* config, live_t** out_live);
 /// Take the lines that have arrived; they act at `now_ns`, the start of the next step, which must not be
 /// earlier than in the last call.
 void live_take(live_t* live, uint64_t now_ns);
-/// Send a frame of bus `name` to the clients that have asked for frames of this bus. The port is not a node
+/// Send a frame of bus `name` to the clients that have requested frames of it. The port is not a node
 /// of the bus: it does not acknowledge frames.
 void live_frame(live_t* live, const char* name, const osal_can_frame_t* frame);
 /// At the end of a step: send the octets that wait, and the true state to the clients for which it is due.

@@ -95,8 +95,8 @@ object_t* node_object(const node_t* node, uint16_t index, uint8_t subindex);
 /// variable.
 object_t* node_object_named(const node_t* node, const char* name, uint8_t subindex);
 uint8_t node_id(const node_t* node);
-/// SYNCs received since the node became operational, and the time of the last one; without one the time at
-/// which it became operational.
+/// Returns the SYNCs received since the node became operational. *out_last_ns is the time of the last one, or
+/// the time at which the node became operational if none was received.
 uint32_t node_syncs(const node_t* node, uint64_t* out_last_ns);
 /// Index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);

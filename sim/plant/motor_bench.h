@@ -17,7 +17,7 @@ typedef struct { // Read-only for others.
     const plant_drive_t* drive;
     plant_rotor_t rotor;
     double contact_rad;      ///< Angle above which the output touches the object.
-    double stiffness_nm_rad; ///< Stiffness of the elastic object; 0: none.
+    double stiffness_nm_rad; ///< Stiffness of the elastic object; 0: there is no object.
     double output_torque_nm; ///< Gear torque on the output, as the drive's torque sensor measures it.
 } motor_bench_t;
 

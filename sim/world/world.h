@@ -93,7 +93,7 @@ typedef struct {
     double stop_stiffness;   ///< Stiffness of the end stops, which act on the rotor [Nm/rad].
     double stop_damping;     ///< [Nms/rad]
     unsigned encoder_counts; ///< Counts per turn of the motor.
-    double ripple;           ///< Amplitude of a periodic torque of motor and gear [Nm]; 0: none.
+    double ripple;           ///< Amplitude of the periodic torque of motor and gear [Nm]; 0: no such torque.
     double ripple_periods;   ///< Periods per turn of the motor; 0 means 2.
     bool has_torque_sensor;
     double friction_spread;  ///< Largest relative difference of the friction of a drive.
@@ -102,7 +102,7 @@ typedef struct {
     double torque_offset;    ///< Largest offset: drawn from +- this [Nm].
     double torque_drift;     ///< Largest drift: drawn from +- this [Nm/s].
     double torque_range;     ///< Readings saturate at +- this [Nm]; 0: there is no sensor.
-    double torque_ripple;    ///< Amplitude of a periodic error [Nm]; 0: none.
+    double torque_ripple;    ///< Amplitude of the periodic error [Nm]; 0: no such error.
     double torque_periods;
 } world_drive_type_t;
 

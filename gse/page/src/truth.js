@@ -36,7 +36,7 @@ export class LiveTruth {
 }
 
 // Pose x, y, z, w, x, y, z of the base of the robot that telemetry of any subsystem reports as BASE_POSITION
-// and BASE_ATTITUDE; null without them.
+// and BASE_ATTITUDE; null if there is no such report.
 export function reportedBase() {
   for (const leaves of store.values.values()) {
     const of = (name) => {

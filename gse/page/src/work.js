@@ -248,7 +248,7 @@ class Hand {
     this.say();
   }
 
-  // Send the aim; if it is asked for again before the answer, send the present aim after the answer.
+  // Send the aim. If this function is called again before the answer, send the present aim after the answer.
   async say() {
     this.isChanged = true;
     if (this.isAsking) {

@@ -22,7 +22,7 @@ typedef struct {           // All fields are private.
     @name@_parameters_t parameters;
     double value;        ///< Commanded angle of both devices [rad].
     bool is_under_way;   ///< The value has not arrived yet.
-    uint32_t move_token; ///< Token of the MOVE under way; 0: none.
+    uint32_t move_token; ///< Token of the MOVE that is performed; 0: there is none.
 } @name@_t;
 
 /// Initialise the subsystem. Must be called once, before the generic subsystem runs. The pointers are kept.
