@@ -172,7 +172,7 @@ static void names_and_addresses(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_open(&other, other_address, OSAL_CAN_NODE));
     other_address[65] = '\0';
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_create(other_address));
-    other_address[64] = '\0'; // The longest that is accepted.
+    other_address[64] = '\0'; // The longest address that is accepted.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(other_address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_destroy(other_address));
 }
@@ -198,7 +198,7 @@ static void a_frame_passes_if_it_matches_one_filter(void)
     }
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
     TEST_ASSERT_EQUAL_UINT32(2U, node.filtered);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&node, NULL, 0U)); // Error frames only.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_filter(&node, NULL, 0U)); // Without filters only error frames pass.
     for (size_t i = 0U; i < 5U; i++) {
         const osal_can_frame_t frame = {.id = ids[i]};
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
@@ -210,7 +210,7 @@ static void a_frame_passes_if_it_matches_one_filter(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_filter(&node, NULL, 0U));
 }
 
-/// All bits of the identifier, that of error frames too.
+/// The test uses all bits of the identifier, also the bit of error frames.
 static void a_mask_may_have_any_bit(void)
 {
     osal_can_frame_t out;

@@ -27,10 +27,10 @@ static void real_time_counts_from_its_origin(void)
     TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) <= osal_clock_monotonic_ns() - wall.origin_ns);
     TEST_ASSERT_TRUE(osal_clock_monotonic_ns() >= before_ns);
     osal_clock_open_real(&wall, before_ns + 3600000U * MS);
-    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&wall)); // The time has not begun.
+    TEST_ASSERT_EQUAL_UINT64(0U, osal_clock_now_ns(&wall)); // The origin is in the future, so the time is 0.
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_messages_due(&wall));
     TEST_ASSERT_EQUAL_UINT32(0U, osal_clock_octets_due(&wall));
-    osal_clock_deliver(&wall, 3U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U); // No effect, no fault.
+    osal_clock_deliver(&wall, 3U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U); // The call has no effect.
 }
 
 /// Times after the origin may be later than the origin itself.
@@ -69,14 +69,14 @@ static void a_wait_is_never_early(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, NULL, 0U));
         TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, 0U, NULL, 0U)); // Past.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, 0U, NULL, 0U)); // The wake time has passed.
 }
 
 static void the_monotonic_clock_never_goes_back(void)
 {
     uint64_t before_ns      = osal_clock_monotonic_ns();
     const uint64_t begin_ns = before_ns;
-    for (uint32_t i = 0U; (i < 20000U) || (before_ns == begin_ns); i++) { // It advances, too.
+    for (uint32_t i = 0U; (i < 20000U) || (before_ns == begin_ns); i++) { // The time also advances.
         const uint64_t now_ns = osal_clock_monotonic_ns();
         TEST_ASSERT_TRUE(now_ns >= before_ns);
         before_ns = now_ns;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program learns from its console. posix/test_console.c reads what appears there.
+// What a program can query about its console. posix/test_console.c reads the text that appears on it.
 #include "osal/include/osal/console.h"
 
 #include "base/assertion.h"

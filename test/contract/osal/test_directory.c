@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tree of files as every port with a file store keeps it. posix/test_directory.c is about links, special
-// files and permissions.
+// A tree of files, for each port with a file store. posix/test_directory.c tests links, special files and
+// permissions.
 #include "osal/include/osal/directory.h"
 
 #include "osal/include/osal/file.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files as every port with a file store keeps them. posix/test_file.c is about permissions, full disks and
-// signals.
+// Files, for each port with a file store. posix/test_file.c tests permissions, full disks and signals.
 #include "osal/include/osal/file.h"
 
 #include "osal/include/osal/directory.h"
@@ -14,7 +13,7 @@
 static char folder[64];
 static bool has_folders;
 static char path[96];
-static char nowhere[96]; // In a folder that does not exist.
+static char nowhere[96]; // A path in a folder that does not exist.
 
 void setUp(void)
 {
@@ -83,7 +82,7 @@ static void read_in_parts_up_to_the_end(void)
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_write(&file, "x", 1U)); // Open for reading only.
     osal_file_close(&file);
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof part, &size)); // Closed.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof part, &size)); // The file is closed.
 }
 
 static void load_has_bounds(void)
@@ -91,7 +90,7 @@ static void load_has_bounds(void)
     char content[10];
     size_t size = 7U;
     put("0123456789", osal_file_create);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, 10U, &size)); // Fits exactly.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, 10U, &size)); // The content fits exactly.
     TEST_ASSERT_EQUAL(10U, size);
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_file_load(path, content, 9U, &size));
     TEST_ASSERT_EQUAL(0U, size);
@@ -123,7 +122,7 @@ static void update_reads_and_writes_anywhere(void)
     char part[8];
     uint64_t size = 9U;
     osal_file_t file;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // Made.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // The file is made.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names(path));
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_sync_names(nowhere));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
@@ -134,7 +133,7 @@ static void update_reads_and_writes_anywhere(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write_at(&file, 1U, "bc", 2U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write_at(&file, 1U, "", 0U));
     osal_file_close(&file);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // Kept.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // The content is kept.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
     TEST_ASSERT_EQUAL_UINT64(8U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read_at(&file, 0U, part, 8U));

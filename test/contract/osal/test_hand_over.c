@@ -37,7 +37,8 @@ static void each_end_counts_what_the_other_has_announced(void)
     TEST_ASSERT_EQUAL_UINT32(2U, osal_hand_over_due(&device));
     osal_hand_over_take(&flight, 3U);
     TEST_ASSERT_EQUAL_UINT32(2U, osal_hand_over_due(&flight));
-    osal_hand_over_take(&flight, 9U); // More than was announced: left from an earlier connection.
+    // More octets than were announced: the rest is from an earlier connection.
+    osal_hand_over_take(&flight, 9U);
     TEST_ASSERT_EQUAL_UINT32(0U, osal_hand_over_due(&flight));
     TEST_ASSERT_EQUAL_UINT32(2U, osal_hand_over_due(&device));
 }

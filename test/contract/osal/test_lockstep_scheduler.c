@@ -66,8 +66,9 @@ static void delivery_wakes_later_participants_now_and_earlier_ones_in_the_next_t
     osal_grant_t grant = next_is(scheduler, 2U, 0U);
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
     TEST_ASSERT_EQUAL_UINT32(7U, grant.octets);
-    osal_lockstep_deliver(scheduler, 2U, 2U, OSAL_LOCKSTEP_ANY_LIFE, 1U,
-                          0U); // To itself: in the next time step, before its requested wake time.
+    osal_lockstep_deliver(
+        scheduler, 2U, 2U, OSAL_LOCKSTEP_ANY_LIFE, 1U,
+        0U); // The delivery to itself wakes it in the next time step, before its requested wake time.
     osal_lockstep_done(scheduler, 2U, 10U * STEP_NS);
     grant = next_is(scheduler, 0U, STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(3U, grant.messages);
@@ -89,7 +90,7 @@ static void next_time_step_is_on_the_grid_when_now_is_not(void)
     osal_lockstep_done(scheduler, 1U, 2U * STEP_NS + 123U);
     (void)next_is(scheduler, 1U, 2U * STEP_NS + 123U);
     osal_lockstep_deliver(scheduler, 1U, 0U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
-    osal_lockstep_done(scheduler, 1U, 1U); // Long past.
+    osal_lockstep_done(scheduler, 1U, 1U); // The wake time passed long ago.
     (void)next_is(scheduler, 0U, 3U * STEP_NS);
     osal_lockstep_done(scheduler, 0U, OSAL_LOCKSTEP_NEVER);
     (void)next_is(scheduler, 1U, 3U * STEP_NS);
@@ -100,7 +101,7 @@ static void expected_participant_holds_time_until_it_joins_or_ends(void)
     unsigned participant = 0U;
     osal_grant_t grant;
     osal_lockstep_t* const scheduler = table(2U);
-    osal_lockstep_expect(scheduler, 1U, 1U, 0U); // Present: no effect.
+    osal_lockstep_expect(scheduler, 1U, 1U, 0U); // The participant is present, so the call has no effect.
     (void)next_is(scheduler, 0U, 0U);
     osal_lockstep_expect(scheduler, 5U, 1U, 0U);
     osal_lockstep_deliver(scheduler, 0U, 5U, OSAL_LOCKSTEP_ANY_LIFE, 4U, 0U);
@@ -129,9 +130,10 @@ static void deliveries_to_absent_or_ended_participants_are_dropped(void)
     osal_lockstep_end(scheduler, 1U, OSAL_LOCKSTEP_ANY_LIFE);
     TEST_ASSERT_FALSE(osal_lockstep_is_present(scheduler, 1U));
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_stream_port(scheduler, 1U));
-    osal_lockstep_done(scheduler, 1U, 0U); // Joins again.
+    osal_lockstep_done(scheduler, 1U, 0U); // The participant joins again.
     osal_lockstep_done(scheduler, 9U, 0U);
-    osal_lockstep_end(scheduler, 0U, OSAL_LOCKSTEP_ANY_LIFE); // While it holds the grant.
+    // The participant ends while it holds the grant.
+    osal_lockstep_end(scheduler, 0U, OSAL_LOCKSTEP_ANY_LIFE);
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(scheduler, 1U, 0U).messages);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(scheduler, 9U, 0U).messages);
@@ -216,7 +218,7 @@ static void a_succession_is_one_operation(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, osal_lockstep_presence(scheduler, 1U, &life));
     TEST_ASSERT_EQUAL_UINT32(2U, life);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 3U, 0U);
-    osal_lockstep_end(scheduler, 1U, 1U); // Its process was seen to die: known already.
+    osal_lockstep_end(scheduler, 1U, 1U); // The end of this process was already known.
     osal_lockstep_done(scheduler, 0U, 20U * STEP_NS);
     TEST_ASSERT_EQUAL(STATUS_BUSY, osal_lockstep_next(scheduler, &participant, &grant));
     TEST_ASSERT_EQUAL_UINT(1U, participant);
@@ -224,7 +226,7 @@ static void a_succession_is_one_operation(void)
     grant = next_is(scheduler, 1U, 11U * STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(5U, grant.messages);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
-    osal_lockstep_set_succession(scheduler, 1U, 0U); // From here on an end counts.
+    osal_lockstep_set_succession(scheduler, 1U, 0U); // From here on, an end has no successor.
     (void)next_is(scheduler, 0U, 20U * STEP_NS);
     osal_lockstep_kill(scheduler, 1U, 2U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));

@@ -58,10 +58,10 @@ static void a_life_begins_at_its_instant_and_not_before(void)
     osal_lockstep_expect(scheduler, SECOND, 3U, 2000U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 3U));
     osal_lockstep_done(scheduler, FIRST, 1500U);
-    (void)next_is(FIRST, 1500U); // Time continues until the instant.
+    (void)next_is(FIRST, 1500U); // Time continues until the instant at which the life begins.
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 3U, 2U, 5U);
     osal_lockstep_done(scheduler, FIRST, 2000U);
-    awaited_is(SECOND); // The first of the order does not run at that instant either.
+    awaited_is(SECOND); // The first participant does not run at that instant either.
     osal_lockstep_done(scheduler, SECOND, 0U);
     (void)next_is(FIRST, 2000U);
     osal_lockstep_done(scheduler, FIRST, 5000U);
@@ -96,7 +96,8 @@ static void deliveries_and_ends_of_another_life_have_no_effect(void)
     osal_lockstep_dismiss(scheduler, SECOND, 1U);
     osal_lockstep_kill(scheduler, SECOND, 1U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
-    osal_lockstep_expect(scheduler, SECOND, 3U, 0U); // One life at a time.
+    // A participant can have only one life at a time, so the call has no effect.
+    osal_lockstep_expect(scheduler, SECOND, 3U, 0U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
     osal_lockstep_done(scheduler, FIRST, 4000U);
     awaited_is(SECOND);
@@ -109,7 +110,7 @@ static void a_start_that_fails_is_seen_at_its_instant(void)
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
     osal_lockstep_expect(scheduler, THIRD, 2U, 2000U);
-    osal_lockstep_done(scheduler, THIRD, 0U); // Joins, and dies before its first grant.
+    osal_lockstep_done(scheduler, THIRD, 0U); // It joins, and dies before its first grant.
     osal_lockstep_end(scheduler, SECOND, 2U);
     osal_lockstep_end(scheduler, THIRD, 2U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
@@ -138,7 +139,7 @@ static void grants_due_during_a_suspension_follow_it(void)
     osal_lockstep_done(scheduler, SECOND, 500U);
     (void)next_is(FIRST, 0U);
     osal_lockstep_suspend(scheduler, SECOND);
-    osal_lockstep_suspend(scheduler, THIRD); // Absent: no effect.
+    osal_lockstep_suspend(scheduler, THIRD); // It is absent, so the call has no effect.
     osal_lockstep_deliver(scheduler, FIRST, SECOND, OSAL_LOCKSTEP_ANY_LIFE, 3U, 0U);
     osal_lockstep_done(scheduler, FIRST, 1000U);
     (void)next_is(FIRST, 1000U);
@@ -149,10 +150,11 @@ static void grants_due_during_a_suspension_follow_it(void)
     TEST_ASSERT_EQUAL_UINT32(3U, next_is(SECOND, 1000U).messages); // Its turn was still to come.
     osal_lockstep_suspend(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 10000U);
-    (void)next_is(SECOND, 10000U); // Past the time at which the first one wanted to wake.
+    (void)next_is(SECOND, 10000U); // The time at which FIRST wanted to wake has passed.
     osal_lockstep_resume(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 20000U);
-    (void)next_is(FIRST, 10500U); // Its turn had passed: in the next time step.
+    // The turn of FIRST in that instant has passed: it wakes in the next time step.
+    (void)next_is(FIRST, 10500U);
 }
 
 static void a_suspended_participant_ends_as_any_other(void)
@@ -166,7 +168,7 @@ static void a_suspended_participant_ends_as_any_other(void)
     osal_lockstep_done(scheduler, FIRST, 3000U);
     awaited_is(SECOND);
     osal_lockstep_done(scheduler, SECOND, 0U);
-    (void)next_is(SECOND, 1000U); // Not suspended any more.
+    (void)next_is(SECOND, 1000U); // It is no longer suspended.
 }
 
 static void a_participant_can_be_suspended_only_after_its_life_has_begun(void)
@@ -188,7 +190,7 @@ static void a_participant_can_be_suspended_only_after_its_life_has_begun(void)
     (void)next_is(FIRST, 2000U);
     osal_lockstep_suspend(scheduler, SECOND);
     osal_lockstep_done(scheduler, FIRST, 3000U);
-    (void)next_is(FIRST, 3000U); // The other one has had no grant yet.
+    (void)next_is(FIRST, 3000U); // The other participant has had no grant yet.
     TEST_ASSERT_EQUAL_UINT64(2000U, osal_lockstep_begin_ns(scheduler, SECOND));
 }
 
@@ -206,7 +208,7 @@ static void the_holder_is_reported(void)
 
 #define PLACES OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-/// Every place has a life 1, which has joined at 0 and wakes in each time step.
+/// Each place has a life 1 that joined at time 0 and wakes in each time step.
 static void take_all_places(void)
 {
     for (unsigned i = 0U; i < PLACES; i++) {
@@ -217,7 +219,7 @@ static void take_all_places(void)
     }
 }
 
-/// One time step, in which all but one (PLACES: all) have their turn in order, once.
+/// Run one time step, in which all places except one (PLACES: none) have their turn once, in order.
 static void run_time_step(uint64_t now_ns, unsigned without)
 {
     for (unsigned i = 0U; i < PLACES; i++) {
@@ -264,7 +266,8 @@ static void one_place_too_many_is_a_coding_error(void)
     run_time_step(0U, PLACES);
 }
 
-/// Each in turn: the others keep order and time, the next life gets nothing of the ended one.
+/// Restart one place after the other: the others keep order and time, and the next life gets no deliveries of
+/// the ended one.
 static void a_place_that_was_freed_is_taken_again(void)
 {
     take_all_places();
@@ -290,7 +293,8 @@ static void a_place_that_was_freed_is_taken_again(void)
     run_time_step(now_ns, PLACES);
 }
 
-/// All but one are expected at one instant and fail before it: each ends there, and the one continues.
+/// All places except one are expected at one instant and fail before it: each life ends at that instant, and
+/// the one place continues.
 static void all_places_may_fail_to_begin_at_once(void)
 {
     for (uint32_t life = 1U; life <= 3U; life++) {
@@ -315,7 +319,7 @@ static void all_places_may_fail_to_begin_at_once(void)
 
 // ---- Streams ----
 
-/// THIRD has a stream to SECOND, which serves it; both rest.
+/// THIRD has a stream that SECOND serves; both wait.
 static void open_stream(void)
 {
     (void)next_is(FIRST, 0U);
@@ -325,7 +329,8 @@ static void open_stream(void)
     osal_lockstep_done(scheduler, FIRST, 2000U);
     (void)next_is(SECOND, 0U);
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
-    osal_lockstep_serve_stream(scheduler, THIRD, 4712U, SECOND); // Another one.
+    // The stream has another port, so the call has no effect.
+    osal_lockstep_serve_stream(scheduler, THIRD, 4712U, SECOND);
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
     osal_lockstep_serve_stream(scheduler, THIRD, 4711U, SECOND);
     TEST_ASSERT_EQUAL_UINT16(4711U, osal_lockstep_served_port(scheduler, THIRD));
@@ -343,7 +348,7 @@ static void a_stream_ends_with_the_life_of_its_server(void)
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_stream_port(scheduler, THIRD));
     osal_lockstep_done(scheduler, FIRST, 5000U);
     const osal_grant_t grant = next_is(THIRD, 2000U); // In the same instant: its turn was still to come.
-    TEST_ASSERT_EQUAL_UINT32(0U, grant.octets);       // Deliveries under way are lost.
+    TEST_ASSERT_EQUAL_UINT32(0U, grant.octets);       // Deliveries that were not yet reported are lost.
     TEST_ASSERT_EQUAL_UINT32(1U, grant.messages);
     osal_lockstep_set_stream_port(scheduler, THIRD, 4712U);
     osal_lockstep_done(scheduler, THIRD, OSAL_LOCKSTEP_NEVER);
@@ -360,7 +365,7 @@ static void a_server_that_cuts_a_stream_wakes_its_participant(void)
     osal_lockstep_done(scheduler, FIRST, 5000U);
     (void)next_is(SECOND, 2000U);
     osal_lockstep_cut_stream(scheduler, THIRD, 0U);
-    osal_lockstep_cut_stream(scheduler, THIRD, 4712U); // No such stream.
+    osal_lockstep_cut_stream(scheduler, THIRD, 4712U); // There is no such stream, so the call has no effect.
     TEST_ASSERT_EQUAL_UINT16(4711U, osal_lockstep_served_port(scheduler, THIRD));
     osal_lockstep_deliver(scheduler, SECOND, THIRD, OSAL_LOCKSTEP_ANY_LIFE, 0U, 7U);
     osal_lockstep_cut_stream(scheduler, THIRD, 4711U);

@@ -73,7 +73,7 @@ static void limits_are_reached_and_reported(void)
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_mqueue_send(&sender, octets, 1U));
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_mqueue_receive(&receiver, octets, OCTETS - 1U, &size));
-    for (unsigned i = 0U; i < 4U; i++) { // The refused call took nothing.
+    for (unsigned i = 0U; i < 4U; i++) { // The call that was refused took no message.
         TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_receive(&receiver, octets, OCTETS, &size));
         TEST_ASSERT_EQUAL_UINT64(OCTETS, size);
     }
@@ -91,7 +91,8 @@ static void the_minimum_queue_is_always_granted_and_an_excessive_one_never(void)
     osal_mqueue_close(&other);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mqueue_remove(name));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, osal_mqueue_create(&other, name, 1000000U, 1000000U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name)); // The refused call leaves no name.
+    // The call that was refused leaves no name.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name));
 }
 
 static void names_that_exist_and_do_not(void)

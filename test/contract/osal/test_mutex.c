@@ -67,7 +67,7 @@ static void lock_it(void)
     (void)osal_mutex_lock(&never_created);
 }
 
-/// Some systems do nothing for a mutex of zeros and others fail: here it is an error everywhere.
+/// On some systems a mutex of zeros works, on others it fails: this layer treats it as an error on all.
 static void a_mutex_that_was_not_created_is_not_locked(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(lock_it));

@@ -60,7 +60,7 @@ static void pause_us(osal_clock_t* const clock, const uint64_t us)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, osal_clock_now_ns(clock) + (1000U * us), NULL, 0U));
 }
 
-/// Looks for the block again and again, with a priority above that of its creator.
+/// Looks for the block again and again, with a higher priority than its creator.
 static void look(void* context)
 {
     osal_clock_t clock;
@@ -115,12 +115,12 @@ static void names_that_exist_and_do_not(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(name));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&one, name, 1U));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_shm_create(&two, name, 1U));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_open(&two, name)); // The smallest there is.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_open(&two, name)); // The smallest shared memory.
     TEST_ASSERT_EQUAL_UINT64(1U, osal_shm_size(&two));
     osal_shm_close(&two);
     TEST_ASSERT_NULL(osal_shm_address(&two));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name));
-    ((uint8_t*)osal_shm_address(&one))[0] = 1U; // The mapping outlives the name.
+    ((uint8_t*)osal_shm_address(&one))[0] = 1U; // The mapping is valid after the removal of the name.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&two, name, 1U));
     TEST_ASSERT_EQUAL_HEX8(0U, ((uint8_t*)osal_shm_address(&two))[0]);
     osal_shm_close(&one);

@@ -53,7 +53,7 @@ static void count_when_told(void* context)
     osal_event_signal(&own->done);
 }
 
-/// Each waits until it is told to continue, so none ends before all have begun.
+/// Each task waits for a signal to continue, so no task ends before all have begun.
 static void several_tasks_run_at_the_same_time_each_with_its_own_context(void)
 {
     for (size_t i = 0U; i < TASKS; i++) {
@@ -70,7 +70,7 @@ static void several_tasks_run_at_the_same_time_each_with_its_own_context(void)
     }
 }
 
-/// It starts with and without the permission for its priority.
+/// The task starts with and without the permission for its priority.
 static void a_task_starts_with_every_priority(void)
 {
     for (int priority = 0; priority <= 99; priority += 33) {

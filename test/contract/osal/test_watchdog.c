@@ -62,13 +62,14 @@ static void the_whole_period_may_pass_before_it_is_fed(void)
 static void a_stopped_one_does_nothing(void)
 {
     osal_watchdog_stop();
-    osal_watchdog_feed(); // Does not start it.
+    osal_watchdog_feed(); // The call does not start the watchdog.
     pause_ms(3U * PERIOD_MS);
     osal_watchdog_stop();
     TEST_ASSERT_FALSE(osal_watchdog_has_reset());
 }
 
-/// The program begins anew after a reset. Then it ends here, else it would be reset again and again.
+/// After a reset the program begins again; in this second start it must end here, otherwise the board would
+/// be reset again and again.
 static void no_test_was_reset(void)
 {
     TEST_ASSERT_FALSE_MESSAGE(osal_watchdog_has_reset(), "a test before was reset by the watchdog");

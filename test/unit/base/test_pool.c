@@ -108,8 +108,8 @@ static void refuses_pointers_that_are_not_its_blocks(void)
     TEST_ASSERT_FALSE(pool_owns(&pool, &stranger));
 }
 
-/// A multiplication computes the index of a block; its rounding must be correct up to the last of very many
-/// blocks.
+/// The index of a block is computed by a multiplication, whose rounding must be correct up to the last of
+/// very many blocks.
 static void finds_each_of_very_many_blocks(void)
 {
     enum {
@@ -151,17 +151,18 @@ static void warns_at_75_percent_and_falls_back_at_65(void)
     }
     TEST_ASSERT_FALSE(pool.stats.warning);
     TEST_ASSERT_FALSE(pool_poll_warning(&pool));
-    blocks[14] = take(); // 15 of 20 blocks.
+    blocks[14] = take(); // 15 of 20 blocks are taken.
     TEST_ASSERT_TRUE(pool.stats.warning);
     TEST_ASSERT_TRUE(pool_poll_warning(&pool));
     TEST_ASSERT_FALSE(pool_poll_warning(&pool));
-    TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, blocks[14])); // 14 of 20: within the hysteresis.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      pool_release(&pool, blocks[14])); // 14 of 20 blocks are taken: within the hysteresis.
     TEST_ASSERT_TRUE(pool.stats.warning);
     blocks[14] = take();
     TEST_ASSERT_FALSE(pool_poll_warning(&pool));
     TEST_ASSERT_EQUAL_UINT32(1U, pool.stats.warnings);
     TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, blocks[14]));
-    TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, blocks[13])); // 13 = 65 %.
+    TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, blocks[13])); // 13 blocks are 65 %.
     TEST_ASSERT_FALSE(pool.stats.warning);
     blocks[13] = take();
     blocks[14] = take();
@@ -247,7 +248,7 @@ static void self_test_finds_a_damaged_list(void)
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[7].holders   = 0U;
     const pool_t whole = pool;
-    pool.free_block    = storage + 1; // This pointer and the index name different blocks.
+    pool.free_block    = storage + 1; // The pointer and the index refer to different blocks.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     pool = whole;
     pool.stats.taken++;

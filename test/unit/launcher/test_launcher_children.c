@@ -83,8 +83,9 @@ static int set_up(void** state)
     launcher.program_folder     = "bin/";
     launcher.options.seed       = 7U;
     launcher.options.is_stepped = true;
-    launcher.scheduler          = (osal_lockstep_t*)&run; // Only whether there is one.
-    run.is_stepped              = true;
+    // The launcher only checks whether there is a scheduler.
+    launcher.scheduler = (osal_lockstep_t*)&run;
+    run.is_stepped     = true;
     (void)strcpy(run.identity, "hirosco-9");
     (void)strcpy(run.folder, "runs/x");
     (void)strcpy(launcher.world_path, "w.xml");
@@ -138,7 +139,7 @@ static void expect_names(const char* const* const names)
 
 // ---- Runs ----
 
-static void an_image_has_no_other_processes_but_archive_and_operator(void** state)
+static void a_run_of_an_image_has_archive_and_operator_as_further_processes(void** state)
 {
     (void)state;
     launcher.options.is_image = true;
@@ -192,7 +193,7 @@ static void each_component_is_a_process_on_its_computer(void** state)
     assert_int_equal(3U, launcher.children[5].participant);
 }
 
-/// With a clock of its own, a process begins without the beat of its earlier life.
+/// A process with its own clock must not have the beat of its earlier life.
 static void processes_with_their_own_clocks_know_its_origin(void** state)
 {
     (void)state;
@@ -220,7 +221,7 @@ static void real_devices_need_no_simulator_and_what_cannot_start_fails_the_run(v
     (void)state;
     launcher.options.bus = LAUNCH_BUS_CAN;
     expect_value(__wrap_launcher_enter_computer, computer, 0U);
-    will_return(__wrap_launcher_enter_computer, false); // The reason is given there.
+    will_return(__wrap_launcher_enter_computer, false); // The function itself has given the reason.
     expect_value(__wrap_launcher_enter_computer, computer, 1U);
     will_return(__wrap_launcher_enter_computer, true);
     expect_string(__wrap_osal_process_start, words, "component 1");
@@ -239,7 +240,7 @@ static void real_devices_need_no_simulator_and_what_cannot_start_fails_the_run(v
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(an_image_has_no_other_processes_but_archive_and_operator, set_up),
+        cmocka_unit_test_setup(a_run_of_an_image_has_archive_and_operator_as_further_processes, set_up),
         cmocka_unit_test_setup(an_image_without_a_scenario_has_no_operator, set_up),
         cmocka_unit_test_setup(each_component_is_a_process_on_its_computer, set_up),
         cmocka_unit_test_setup(processes_with_their_own_clocks_know_its_origin, set_up),

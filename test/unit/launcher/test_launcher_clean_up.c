@@ -157,7 +157,7 @@ static void a_tool_has_run_to_its_end(void** state)
     static const osal_process_result_t killed = {.has_ended = true, .was_signalled = true, .code = 0};
     (void)state;
     expect_poll(&runs, STATUS_OK);
-    expect_poll(&good, STATUS_IO); // Not known.
+    expect_poll(&good, STATUS_IO); // The process is not known.
     expect_poll(&good, STATUS_OK);
     assert_true(run_tool(true));
     assert_int_equal(0, launcher.tool_code);
@@ -188,7 +188,7 @@ static void expect_removal(const char* const what, const unsigned number)
     expect_string(__wrap_osal_shm_remove, name, name);
 }
 
-/// Names that killed programs have left are removed, and those of the run itself.
+/// Names that killed programs have left are removed, and so are the names of the run itself.
 static void expect_names_removed(void)
 {
     expect_string(__wrap_osal_shm_each, prefix, "/hirosco-9.remote");
@@ -206,12 +206,12 @@ static void expect_names_removed(void)
     expect_string(__wrap_launcher_remove_computers, identity, "hirosco-9");
 }
 
-/// The logs are merged before run.json is written; the report, if one was asked for, is made from both.
+/// The logs are merged before run.json is written; the report, if the options request one, is made from both.
 static void a_report_is_made_only_if_asked_for(void** state)
 {
     static const osal_process_result_t good = {.has_ended = true};
     (void)state;
-    launcher.child_count       = 1U; // It has ended.
+    launcher.child_count       = 1U; // The child has ended.
     launcher.ground.descriptor = -1;
     for (unsigned i = 0U; i < 2U; i++) {
         launcher.options.has_report = (i == 1U);
@@ -228,7 +228,7 @@ static void a_report_is_made_only_if_asked_for(void** state)
     }
 }
 
-/// The exit code of the report tells whether its figures hold.
+/// The exit code of the report program says whether the figures are within their bounds.
 static void figures_that_fail_are_the_result_of_the_run(void** state)
 {
     static const osal_process_result_t good   = {.has_ended = true};
@@ -295,8 +295,8 @@ static void a_scheduler_that_is_gone_is_no_scheduler(void** state)
     assert_int_equal(0U, launcher.last_simulated_ns);
 }
 
-/// Remains of a launcher that was killed are removed before a run is prepared; those of one that lives are
-/// not.
+/// The remains of a launcher that was killed are removed before a run is prepared; the names of a launcher
+/// that still runs are kept.
 static void remains_of_a_killed_launcher_are_swept(void** state)
 {
     static const launch_options_t none = {

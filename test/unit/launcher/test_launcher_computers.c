@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The on-board computers of a run: which component is on which, the commands that make their network, and
-// what is refused. Tools and the operating system are mocked.
+// The on-board computers of a run: which component is on which, the commands that make their network, and the
+// missions that are refused. Tools and the operating system are mocked.
 #include "launcher/launcher_internal.h"
 
 #include "fsw/framework/rtlink/agreement.h"
@@ -16,7 +16,7 @@
 static launcher_t launcher;
 static run_state_t run;
 
-/// The words of the command, behind `env PATH=...`.
+/// The words of the command after `env PATH=...`.
 bool __wrap_launcher_run_tool(launcher_t* self, const arguments_t* arguments, const char* name)
 {
     char words[512];
@@ -151,7 +151,7 @@ static void a_mission_on_one_computer_is_refused_two(void** state)
     assert_non_null(strstr(launcher.reason, "m.xml"));
 }
 
-/// A second veth, whose ends delay frames, if a link goes between the computers.
+/// If a link connects the computers, a second veth delays the frames at both ends.
 static void a_delay_between_computers_is_a_network_of_its_own(void** state)
 {
     (void)state;

@@ -84,7 +84,7 @@ static void a_changed_sheet_is_refused_with_both_hashes(void** state)
     assert_non_null(strstr(launcher.reason, "run make"));
 }
 
-static void a_sheet_that_cannot_be_read_is_told(void** state)
+static void a_sheet_that_cannot_be_read_is_reported(void** state)
 {
     (void)state;
     expect_any(__wrap_osal_file_open_read, path);
@@ -99,7 +99,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(missing_sheets_are_no_error, set_up),
         cmocka_unit_test_setup(a_changed_sheet_is_refused_with_both_hashes, set_up),
-        cmocka_unit_test_setup(a_sheet_that_cannot_be_read_is_told, set_up),
+        cmocka_unit_test_setup(a_sheet_that_cannot_be_read_is_reported, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

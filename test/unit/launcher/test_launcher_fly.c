@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run from its start to its end: what it does about the ends of its processes, the orders of the
-// supervisor, requests to end, and a time that stands still. Each wait of the launcher returns after a step
-// of the test.
+// A run from its start to its end: its reaction to the end of a process, to the orders of the supervisor, to
+// requests to end, and to simulated time that stands still. Each wait of the launcher returns after a step of
+// the test.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
@@ -245,7 +245,7 @@ static int set_up(void** state)
     is_paused                       = false;
     simulated_ns                    = S_NS;
     launcher.run                    = &run;
-    launcher.scheduler              = (osal_lockstep_t*)&run; // Opaque.
+    launcher.scheduler              = (osal_lockstep_t*)&run; // The launcher does not read it.
     launcher.options.is_stepped     = true;
     launcher.child_count            = 3U;
     run.component_count             = 2U;
@@ -373,7 +373,7 @@ static void a_duration_asks_the_mission_to_shut_down_once(void** state)
     expect_progress("  21.0 s flown, 1.0 x real time   \n");
     expect_progress("  26.0 s flown, 1.0 x real time   \n");
     expect_progress("  31.0 s flown, 1.0 x real time   \n");
-    expect_wait(3U, pass_a_second, 0U); // Thirty seconds later it is abandoned.
+    expect_wait(3U, pass_a_second, 0U); // 30 s later the launcher ends the run.
     launcher_fly(&launcher);
     assert_true(launcher.is_ended_by_user);
     assert_string_equal("the mission did not shut down in time and was ended; see console.log",
@@ -403,7 +403,7 @@ static void a_mission_whose_operator_has_left_is_shut_down(void** state)
 static void a_time_that_stands_still_ends_the_run(void** state)
 {
     (void)state;
-    for (unsigned i = 0U; i < 4U; i++) { // Slow, but it moves.
+    for (unsigned i = 0U; i < 4U; i++) { // Simulated time is slow, but it advances.
         expect_wait(3U, pass_twenty_seconds, 0U);
     }
     expect_wait(3U, time_stands_still, 0U);
@@ -455,7 +455,7 @@ static void an_error_of_the_holder_itself_is_at_a_determined_instant(void** stat
     assert_false(launcher.is_undetermined);
 }
 
-static void the_end_of_another_than_the_holder_is_not(void** state)
+static void the_end_of_a_process_without_the_grant_is_not_at_a_determined_instant(void** state)
 {
     (void)state;
     expect_wait(3U, end_by_itself, 0U);
@@ -466,7 +466,7 @@ static void the_end_of_another_than_the_holder_is_not(void** state)
     assert_true(launcher.is_undetermined);
 }
 
-static void a_signal_from_outside_is_not_either(void** state)
+static void a_signal_from_outside_is_not_at_a_determined_instant(void** state)
 {
     (void)state;
     expect_wait(3U, end_from_outside, 0U);
@@ -477,11 +477,11 @@ static void a_signal_from_outside_is_not_either(void** state)
     assert_true(launcher.is_undetermined);
 }
 
-static void a_kill_at_an_instant_of_the_scenario_is(void** state)
+static void a_kill_by_the_scenario_is_at_a_determined_instant(void** state)
 {
     (void)state;
     expect_wait(3U, end_from_outside, 0U);
-    expect_look(9U, OSAL_LOCKSTEP_ABSENT); // The simulator has ended the life before it killed the process.
+    expect_look(9U, OSAL_LOCKSTEP_ABSENT); // The simulator has ended the life, and then killed the process.
     expect_end(ARM + 1U, 1U);
     expect_wait(2U, finish, 0U);
     fly();
@@ -525,7 +525,7 @@ static void a_life_that_is_over_is_asked_to_end_and_then_killed(void** state)
 {
     (void)state;
     expect_wait(3U, order_the_next_life,
-                0U); // A participant of the scheduler has a second to end on its own.
+                0U); // A participant of the scheduler has one second to end by itself.
     expect_wait(3U, pass_a_second, 0U);
     expect_stop(false);
     expect_wait(3U, pass_a_second, 0U);
@@ -561,9 +561,9 @@ int main(void)
         cmocka_unit_test_setup(a_time_that_stands_still_ends_the_run, set_up),
         cmocka_unit_test_setup(a_pause_of_an_hour_does_not_end_the_run, set_up),
         cmocka_unit_test_setup(an_error_of_the_holder_itself_is_at_a_determined_instant, set_up),
-        cmocka_unit_test_setup(the_end_of_another_than_the_holder_is_not, set_up),
-        cmocka_unit_test_setup(a_signal_from_outside_is_not_either, set_up),
-        cmocka_unit_test_setup(a_kill_at_an_instant_of_the_scenario_is, set_up),
+        cmocka_unit_test_setup(the_end_of_a_process_without_the_grant_is_not_at_a_determined_instant, set_up),
+        cmocka_unit_test_setup(a_signal_from_outside_is_not_at_a_determined_instant, set_up),
+        cmocka_unit_test_setup(a_kill_by_the_scenario_is_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(a_supervisor_that_dies_is_started_again, set_up),
         cmocka_unit_test_setup(an_operator_that_fails_ends_the_mission, set_up),
         cmocka_unit_test_setup(a_life_that_is_over_is_asked_to_end_and_then_killed, set_up),

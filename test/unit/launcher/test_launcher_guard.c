@@ -175,7 +175,7 @@ static void a_guard_that_was_killed_is_started_again(void** state)
     guard_stop(&guard);
 }
 
-static void a_run_without_a_guard_is_told(void** state)
+static void a_run_without_a_guard_is_reported(void** state)
 {
     static char word[] = "x";
     char* many[GUARD_ARGUMENTS_MAX];
@@ -213,7 +213,7 @@ static void a_launcher_that_has_cleaned_up_needs_no_guard(void** state)
     (void)state;
     run.is_cleaned_up = 1U;
     expect_watch(55, STATUS_OK);
-    will_return(__wrap_run_state_attach, STATUS_NOT_FOUND); // Not made yet.
+    will_return(__wrap_run_state_attach, STATUS_NOT_FOUND); // The launcher has not created it yet.
     will_return(__wrap_osal_process_is_alive, true);
     will_return(__wrap_run_state_attach, STATUS_OK);
     will_return(__wrap_osal_process_is_alive, true);
@@ -222,7 +222,7 @@ static void a_launcher_that_has_cleaned_up_needs_no_guard(void** state)
     assert_int_equal(0, guard_watch(&launcher, &options, "bin/", "hirosco-55"));
 }
 
-/// Its children die with it; the guard waits for them, then cleans up.
+/// The children of the launcher are killed with it; the guard waits for their end and then cleans up.
 static void a_launcher_that_was_killed_is_cleaned_up_after(void** state)
 {
     (void)state;
@@ -237,9 +237,9 @@ static void a_launcher_that_was_killed_is_cleaned_up_after(void** state)
             will_return(__wrap_osal_process_is_alive, true);
             will_return(__wrap_osal_process_is_alive, false);
         } else if (i == 5U) {
-            expect_watch(505, STATUS_NOT_FOUND); // It has ended already.
+            expect_watch(505, STATUS_NOT_FOUND); // The process has already ended.
         } else {
-            // A place without a process is not looked at.
+            // The guard skips entries without a process.
         }
         expect_function_call(__wrap_osal_process_release);
     }
@@ -256,7 +256,7 @@ static void a_child_that_does_not_end_is_waited_for_thirty_seconds(void** state)
     will_return(__wrap_run_state_attach, STATUS_OK);
     expect_function_call(__wrap_osal_process_release);
     expect_watch(303, STATUS_OK);
-    will_return_count(__wrap_osal_process_is_alive, true, 1500); // 30 s of 20 ms each.
+    will_return_count(__wrap_osal_process_is_alive, true, 1500); // 30 s in waits of 20 ms.
     expect_function_calls(__wrap_osal_process_release, RUN_PROCESSES_MAX);
     expect_clean_up(&run);
     assert_int_equal(1, guard_watch(&launcher, &options, "bin/", "hirosco-55"));
@@ -277,7 +277,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_guard_that_was_killed_is_started_again, set_up),
-        cmocka_unit_test_setup(a_run_without_a_guard_is_told, set_up),
+        cmocka_unit_test_setup(a_run_without_a_guard_is_reported, set_up),
         cmocka_unit_test_setup(a_launcher_that_has_cleaned_up_needs_no_guard, set_up),
         cmocka_unit_test_setup(a_launcher_that_was_killed_is_cleaned_up_after, set_up),
         cmocka_unit_test_setup(a_child_that_does_not_end_is_waited_for_thirty_seconds, set_up),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of memory and descriptors of the processes, and what is noted when one ends. Programs, console and
-// processes are mocked.
+// Limits of memory and descriptors of the processes, and what is recorded when a process ends. Programs,
+// console and processes are mocked.
 #include "launcher/launcher_internal.h"
 
 #include <setjmp.h>
@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#define REMOTE 1U ///< The component whose program is that of another processor.
+#define REMOTE 1U ///< The component whose program is for another processor.
 
 static launcher_t launcher;
 static osal_process_result_t result_to_come;
@@ -104,7 +104,8 @@ static void without_a_limit_it_is_derived_from_the_program_and_printed(void** st
     expect_program("bin/gripper", 9999999U, STATUS_INVALID); // A script.
     expect_string(__wrap_osal_console_say, line, "m.xml:10: ARM has no memoryKiB: limited to 11490");
     assert_true(launcher_set_limits(&launcher, "m.xml"));
-    assert_int_equal(11490U, launcher.memory_limit_kib[0]); // A quarter more than 1000 and 8192 KiB.
+    // A quarter more than 1000 KiB for the program and 8192 KiB for the rest.
+    assert_int_equal(11490U, launcher.memory_limit_kib[0]);
     assert_int_equal(500U, launcher.memory_limit_kib[1]);
 }
 
@@ -113,7 +114,7 @@ static void native_components_only_are_limited(void** state)
     child_t child              = {.is_component = true, .component = 0U};
     osal_process_start_t start = {.processor = -1};
     (void)state;
-    launcher.memory_limit_kib[0] = 5000000U; // More octets than 32 bits.
+    launcher.memory_limit_kib[0] = 5000000U; // In octets this is more than 32 bits can hold.
     launcher_limit(&launcher, &child, &start);
     assert_int_equal(5120000000ULL, start.memory_limit_bytes);
     assert_int_equal(128U, start.descriptor_limit);
@@ -132,7 +133,7 @@ static void an_end_is_reported_once_it_is_known(void** state)
 {
     child_t child = {.name = "arm", .is_alive = false};
     (void)state;
-    assert_false(launcher_has_ended(&launcher, &child)); // Not even asked for.
+    assert_false(launcher_has_ended(&launcher, &child)); // The child has not been asked to end.
     child.is_alive = true;
     will_return(__wrap_osal_process_poll, STATUS_NOT_OURS);
     assert_false(launcher_has_ended(&launcher, &child));
@@ -157,7 +158,7 @@ static void the_peak_of_all_lives_is_kept(void** state)
     }
 }
 
-/// A component that ended badly may have been near its limit.
+/// A component that has failed may have been near its limit.
 static void the_memory_of_a_component_that_failed_is_printed(void** state)
 {
     static const osal_process_result_t ends[] = {{.has_ended = true, .was_signalled = true},
@@ -173,7 +174,7 @@ static void the_memory_of_a_component_that_failed_is_printed(void** state)
         will_return(__wrap_osal_process_poll, STATUS_OK);
         assert_true(launcher_has_ended(&launcher, &child));
     }
-    child.is_component = false; // It has no limit.
+    child.is_component = false; // This child has no limit.
     will_return(__wrap_osal_process_poll, STATUS_OK);
     assert_true(launcher_has_ended(&launcher, &child));
 }

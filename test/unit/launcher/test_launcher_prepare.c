@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run has before its first process: its folder, the port of the ground, and what each missing part is
-// called. The other files of the launcher, shared memory and the socket are mocked; mission and folder are
-// real.
+// What the launcher prepares before the first process of a run: the folder and the port of the ground; and
+// the reason that it gives if a part is missing. The other files of the launcher, shared memory and the
+// socket are mocked; mission and folder are real.
 #define _GNU_SOURCE
 #include "launcher/launcher_internal.h"
 
@@ -31,7 +31,7 @@ status_t __wrap_osal_shm_each(const char* prefix, void (*visit)(void* context, c
     assert_string_equal("/hirosco-", prefix);
     assert_non_null(visit);
     assert_null(context);
-    return STATUS_OK; // Nothing is left of others.
+    return STATUS_OK; // No objects of other runs are left.
 }
 
 bool __wrap_launcher_set_limits(launcher_t* self, const char* mission_path)
@@ -105,7 +105,7 @@ void __wrap_osal_shm_close(osal_shm_t* shm)
     function_called();
 }
 
-/// Mission, world, scenario and programs are there; folders of runs as the test says.
+/// Mission, world, scenario and programs exist; each test says which folders of runs exist.
 bool __wrap_osal_file_exists(const char* path)
 {
     if ((strncmp(path, "runs/", 5U) == 0) && (strstr(path, "/run.json") == NULL)) {
@@ -138,7 +138,7 @@ osal_lockstep_t* __wrap_osal_lockstep_create(void* memory, uint64_t step_ns, boo
     assert_ptr_equal(&run, memory);
     assert_int_equal(RUN_STEP_NS, step_ns);
     check_expected(is_shared);
-    return (osal_lockstep_t*)&run; // Opaque.
+    return (osal_lockstep_t*)&run; // The launcher does not read it.
 }
 
 void* __wrap_osal_shm_address(const osal_shm_t* shm)
@@ -197,7 +197,7 @@ static int tear_down(void** state)
             (void)rmdir(path);
         }
     }
-    return rmdir(folder); // Nothing else was made.
+    return rmdir(folder); // Nothing else was created in it.
 }
 
 static void prepare_fails(const char* const reason)
@@ -236,7 +236,7 @@ static void expect_made(const char* const path, const status_t status)
     will_return(__wrap_osal_directory_create, status);
 }
 
-/// The first that is free, named by scenario, form and seed.
+/// The first folder that does not exist, named by scenario, form and seed.
 static void a_folder_that_is_not_given_is_named_by_the_run(void** state)
 {
     (void)state;
@@ -345,7 +345,7 @@ static void prepare_stepped(const char* const scenario, const char* const links)
     assert_ptr_equal(&run, launcher.scheduler);
 }
 
-/// The number of participants follows from the mission, which is read by the first preparation.
+/// The number of participants depends on the mission, which the first preparation reads.
 static void read_the_mission(void)
 {
     begin_in_the_folder();

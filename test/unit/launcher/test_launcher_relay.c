@@ -250,7 +250,8 @@ static void a_frame_is_passed_on_in_the_turn_before_it_is_due(void** state)
     assert_int_equal(0U, waits);
 }
 
-/// Both links in the order of their due times, with the losses and the counts of the law.
+/// The frames of both links are passed on in the order of their due times; the losses and counts are those of
+/// the second relay_t.
 static void frames_of_all_links_follow_the_law(void** state)
 {
     size_t expected = 0U;
@@ -342,7 +343,7 @@ static void an_announced_frame_is_waited_for(void** state)
     assert_int_equal(0U, run.is_lossy);
 }
 
-/// Each of 50 tries waits 100 ms, whatever the number of links.
+/// Each of the 50 waits takes 100 ms, independent of the number of links.
 static void an_announced_frame_that_does_not_arrive_is_noted(void** state)
 {
     (void)state;

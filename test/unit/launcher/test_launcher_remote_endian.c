@@ -165,7 +165,7 @@ static void each_subsystem_on_a_board_needs_its_program_and_the_emulator(void** 
     assert_false(launcher_check_remote_endian(&launcher));
 }
 
-static void lists_of_boards_that_make_no_sense_are_refused(void** state)
+static void invalid_lists_of_boards_are_refused(void** state)
 {
     static const char* const values[] = {"JOYSTICK", "ARM:mps2", "ARM:mps2-an5000",
                                          "ARM:mps2-an500:", ",ARM"};
@@ -198,7 +198,7 @@ static void lists_of_boards_that_make_no_sense_are_refused(void** state)
     assert_false(launcher_check_remote_endian(&launcher));
 }
 
-static void the_proxy_of_a_board_is_told_which_one(void** state)
+static void the_proxy_gets_the_name_of_its_board(void** state)
 {
     static const char* const expected[] = {"bin/proxy",  "--run",     "/hirosco-1.run", "--component",
                                            "3",          "--program", M3_GRIPPER,       "--runner",
@@ -218,8 +218,8 @@ int main(void)
         TEST(subsystems_that_share_memory_and_unknown_ones_are_refused),
         TEST(a_native_program_is_started_itself_and_another_by_its_proxy),
         TEST(each_subsystem_on_a_board_needs_its_program_and_the_emulator),
-        TEST(lists_of_boards_that_make_no_sense_are_refused),
-        TEST(the_proxy_of_a_board_is_told_which_one),
+        TEST(invalid_lists_of_boards_are_refused),
+        TEST(the_proxy_gets_the_name_of_its_board),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

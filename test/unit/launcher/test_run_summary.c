@@ -64,7 +64,8 @@ void setUp(void)
                                                              .rtos          = ""};
     launcher.mission.interface_hash     = 0x0123456789ABCDEFULL;
     launcher.mission.configuration_hash = 1U;
-    launcher.scheduler                  = (osal_lockstep_t*)&run; // Only whether there is one.
+    // Only the existence of a scheduler matters.
+    launcher.scheduler = (osal_lockstep_t*)&run;
     TEST_ASSERT_TRUE(run_summary_reserve(&launcher));
     TEST_ASSERT_NOT_EQUAL(0, access(path_of("run.json"), F_OK)); // Reserved room is not the file.
 }
@@ -75,7 +76,7 @@ void tearDown(void)
     for (unsigned i = 0U; i < 3U; i++) {
         (void)unlink(path_of(names[i]));
     }
-    TEST_ASSERT_EQUAL(0, rmdir(run.folder)); // Nothing else is left.
+    TEST_ASSERT_EQUAL(0, rmdir(run.folder)); // The folder has no other files.
 }
 
 static void the_summary_of_a_run_is_this(void)
@@ -130,7 +131,7 @@ static void expect_without(const char* const words)
     TEST_ASSERT_NULL_MESSAGE(strstr(written(), words), words);
 }
 
-/// Each of these alone, and none of them.
+/// Each of these conditions alone, and none of them.
 static void what_makes_a_run_not_reproducible(void)
 {
     static uint32_t* const counts[] = {&run.is_intruded, &launcher.lost_frames, &launcher.external_frames,
@@ -205,7 +206,7 @@ static void what_only_some_runs_have_is_told_by_those(void)
     expect("\"relay\": {\"round_trip_ms\": 100, \"network\": true}");
 }
 
-/// Less than a millisecond of wall-clock time has no factor.
+/// If less than a millisecond of wall-clock time has passed, there is no speed factor.
 static void a_run_of_no_time_has_no_factor(void)
 {
     launcher.first_wall_ns = 1U;
@@ -223,7 +224,7 @@ static void a_summary_that_cannot_be_written_is_reported(void)
     TEST_ASSERT_FALSE(run_summary_write(&launcher));
     TEST_ASSERT_EQUAL(0, rmdir(path_of("run.json")));
     static char name[9000];
-    (void)memset(name, 'x', sizeof name - 1U); // More than there is room for.
+    (void)memset(name, 'x', sizeof name - 1U); // Longer than the buffer of the name.
     launcher.child_count      = 1U;
     launcher.children[0].name = name;
     TEST_ASSERT_FALSE(run_summary_write(&launcher));

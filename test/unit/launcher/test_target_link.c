@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The serving side of the wire to a board, with pipes and sockets of this machine. The test is the program.
+// The serving side of the wire to a board, with pipes and sockets of this machine. The test acts as the
+// program.
 #include "launcher/target_link.h"
 
 #include "base/octets.h"
@@ -15,9 +16,10 @@
 static target_link_t link;
 static run_state_t run;
 static remote_endian_carrier_t carrier;
-static osal_socket_t message; ///< Inherited by the component; closed by the link once it has adopted it.
-static osal_socket_t partner; ///< Of another component.
-static status_t send_status;  ///< STATUS_OK: the system sends.
+/// Inherited by the component; once the link has adopted it, the link closes it.
+static osal_socket_t message;
+static osal_socket_t partner; ///< Message socket of another component.
+static status_t send_status;  ///< Status of each send; STATUS_OK: the system sends.
 static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
 
 status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
@@ -91,7 +93,7 @@ static void put_datagram(const uint32_t socket, const osal_address_t to, const c
     put_record(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS + strlen(text));
 }
 
-/// Read exactly so many octets as the program.
+/// Read exactly `size` octets, as the program.
 static void get(uint8_t* const octets, const size_t size)
 {
     size_t done = 0U;
@@ -103,7 +105,7 @@ static void get(uint8_t* const octets, const size_t size)
     }
 }
 
-/// Read a record as the program; the octets of its content.
+/// Read a record, as the program. Returns the octets of its content.
 static size_t get_record(const uint8_t kind)
 {
     get(record, TARGET_WIRE_HEADER_OCTETS);
@@ -132,7 +134,7 @@ static osal_address_t address_of(const osal_socket_t* const socket)
     return local;
 }
 
-/// Take what the program has sent; no octet of the stream is among it.
+/// Process the records that the program has sent; they contain no octets of the stream.
 static status_t take(void)
 {
     uint8_t octets[16];
@@ -148,7 +150,7 @@ static void adopt(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
 }
 
-/// A message to the program has arrived.
+/// Let a message to the program arrive.
 static void send_to_program(const char* const text)
 {
     const osal_address_t to = address_of(&message);
@@ -183,14 +185,14 @@ static void octets_of_the_stream_arrive_in_both_directions(void)
     TEST_ASSERT_EQUAL_MEMORY(&many[TARGET_WIRE_STREAM_MAX], record, 100U);
 }
 
-#define PIECES 16U ///< Together more than a pipe holds.
+#define PIECES 16U ///< Number of pieces, which together are more than a pipe holds.
 #define PIECE_OCTETS (TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_STREAM_MAX)
 
 static uint8_t pieces[PIECES * TARGET_WIRE_STREAM_MAX];
 static uint8_t arrived[PIECES * PIECE_OCTETS];
 static size_t arrived_count;
 
-/// Read as the program until all pieces have arrived, or none for a while.
+/// Read, as the program, until all pieces have arrived or no piece arrives for a while.
 static void read_the_pieces(void* const context)
 {
     (void)context;
@@ -328,7 +330,7 @@ static void a_datagram_that_is_lost_is_counted(void)
     TEST_ASSERT_EQUAL_UINT32(0U, target_link_lost(&link));
     send_status = STATUS_FULL;
     put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "lost");
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take()); // The program continues, as a native one.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take()); // The program continues, like a native one.
     send_status = STATUS_OK;
     TEST_ASSERT_EQUAL_UINT32(1U, target_link_lost(&link));
     put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "good");
@@ -353,16 +355,16 @@ static void what_is_no_record_of_a_program_is_refused(void)
     uint8_t content[16] = {0U};
     adopt();
     octets_put_u32(content, STRANGER);
-    refuse(TARGET_WIRE_ADOPT, content, 4U); // Not inherited.
+    refuse(TARGET_WIRE_ADOPT, content, 4U); // The socket was not inherited.
     octets_put_u32(content, UINT32_MAX);
     refuse(TARGET_WIRE_ADOPT, content, 4U);
     refuse(TARGET_WIRE_ADOPT, content, 3U);
     octets_put_u32(content, STRANGER);
-    refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS); // No such socket.
+    refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS); // There is no such socket.
     refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS - 1U);
     refuse(TARGET_WIRE_WAIT, content, 8U);
     refuse(TARGET_WIRE_WAIT, content, 7U);
-    refuse(TARGET_WIRE_WAITED, content, 0U); // Only to the program.
+    refuse(TARGET_WIRE_WAITED, content, 0U); // Only the serving process may send this record.
     refuse(0U, content, 1U);
     static const uint8_t empty[] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
     put(empty, sizeof empty);

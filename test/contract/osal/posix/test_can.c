@@ -31,7 +31,7 @@ void tearDown(void)
     (void)osal_can_destroy(address);
 }
 
-/// A second process sends as fast as the ring takes frames: nothing lost, torn or out of order.
+/// A second process sends as fast as the ring accepts frames: no frame is lost, torn or out of order.
 static void two_processes_exchange_every_frame_in_order(void)
 {
     const uint32_t count = 200000U;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// osal/can.h over SocketCAN, on virtual interfaces of the test's own. If the kernel has none or does not
-// permit them, only what holds in that case is tested; test/hil runs this program again on a kernel that has
-// them.
+// osal/can.h over SocketCAN, on virtual interfaces that the test makes. If the kernel has no virtual
+// interfaces or does not permit them, only the behaviour without them is tested; test/hil runs this program
+// again on a kernel that has them.
 #define _GNU_SOURCE
 #include "osal/include/osal/can.h"
 
@@ -17,7 +17,7 @@
 
 #define LABEL "osal can test"
 #define BOUND_NS 20000000000ULL
-#define FLOOD_FRAMES 8000U // More than the receive buffer holds.
+#define FLOOD_FRAMES 8000U // More frames than the receive buffer holds.
 #define BURST_FRAMES 100U  // Divides FLOOD_FRAMES; less than the kernel queues before the sockets.
 #define FD_FLAGS (OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS)
 
@@ -76,7 +76,7 @@ static void command(const char* what, const char* interface, const char* how)
 {
     char line[96];
     (void)snprintf(line, sizeof line, "ip link %s %s %s", what, interface, how);
-    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool of another project.
+    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): runs the tool `ip`.
 }
 
 // ---- On any kernel ----
@@ -91,7 +91,7 @@ static void names_that_no_interface_has(void)
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_make(names[i], true, LABEL));
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_remove(names[i]));
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_claim(names[i], &claim));
-        osal_can_interface_release(&claim); // Nothing to release.
+        osal_can_interface_release(&claim); // The claim was not granted, so the release has no effect.
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       osal_can_interface_make(first, true, "a label of more characters than there may be"));
@@ -160,7 +160,7 @@ static void frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
     for (size_t i = 0U; i < 5U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
         assert_same(&frames[i], &out);
-        // The two clocks are read one after the other.
+        // The two clocks cannot be read at the same time.
         TEST_ASSERT_TRUE((out.time_ns + 1000000U) >= before_ns);
         TEST_ASSERT_TRUE(out.time_ns <= osal_clock_monotonic_ns());
     }
@@ -206,7 +206,7 @@ static void filters_hold_in_the_kernel_and_let_error_frames_through(void)
     osal_can_close(&two);
 }
 
-/// A mask may also have the bit of error frames, which the kernel uses for another purpose.
+/// A mask may also have the bit of error frames, which has another meaning for the kernel.
 static void a_mask_may_have_any_bit(void)
 {
     osal_can_t one;
@@ -263,9 +263,9 @@ static void a_receiver_is_informed_that_its_interface_was_deleted(void)
     osal_can_close(&can);
 }
 
-/// A socket whose frames none reads drops them when its buffer is full; each is counted. A second receiver
-/// reads each burst before the next is sent: on a loaded machine the kernel's queue before the sockets (1 000
-/// frames) would drop frames that no socket can count.
+/// A socket from which no program reads drops frames when its buffer is full, and counts each. A second
+/// receiver reads each burst before the next is sent: on a loaded machine the kernel's queue before the
+/// sockets (1 000 frames) would drop frames that no socket can count.
 static void overruns_are_counted(void)
 {
     osal_can_t one;
@@ -292,7 +292,7 @@ static void overruns_are_counted(void)
     frame.id = 0x7FFU; // The count comes with the next frame.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&one, &frame));
     while ((receive_within(&two, &out) == STATUS_OK) && (out.id != 0x7FFU)) {
-        received++; // Late ones.
+        received++; // Frames that arrive late.
     }
     TEST_ASSERT_TRUE(received >= OSAL_CAN_RING_FRAMES);
     TEST_ASSERT_TRUE(two.overruns > 0U);
@@ -315,14 +315,15 @@ static void counted_ends_receive_all_announced_frames(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_create(counted_address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame)); // No end is open to receive it.
+    // No node has opened the bus, so no end receives the frame.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, counted_address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
     for (unsigned i = 0U; i < 100U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, (i == 50U) ? &report : &frame));
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &frame));
     }
-    for (unsigned i = 0U; i < 100U; i++) { // This test does not wait: the ends do.
+    for (unsigned i = 0U; i < 100U; i++) { // The test itself does not wait between the frames: the ends wait.
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
         assert_same((i == 50U) ? &report : &frame, &out);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&wire, &out));
@@ -389,7 +390,7 @@ static void counted_ends_that_lose_their_interface_are_counted(void)
     osal_can_close(&wire);
 }
 
-/// Like real controllers, the interface delivers later than it was ordered to send.
+/// Like a real controller, the interface delivers a frame some time after the program has sent it.
 static void a_counted_end_does_not_receive_frames_sent_before_it_opened(void)
 {
     char line[96];
@@ -400,7 +401,7 @@ static void a_counted_end_does_not_receive_frames_sent_before_it_opened(void)
     const osal_can_frame_t before = frame_of(0x711U, 1U, 0U);
     const osal_can_frame_t after  = frame_of(0x712U, 1U, 0U);
     (void)snprintf(line, sizeof line, "tc qdisc replace dev %s root netem delay 5ms", first);
-    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): a tool of another project.
+    TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): runs the tool `tc`.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(counted_address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&wire, counted_address, OSAL_CAN_WIRE));
     for (unsigned i = 0U; i < 4U; i++) {
@@ -432,8 +433,8 @@ static void an_announced_frame_that_does_not_arrive_is_counted_as_lost(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, other_end, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // After its patience.
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // At once.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // Returns after OSAL_CAN_PATIENCE_MS.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // Returns immediately.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
     TEST_ASSERT_EQUAL_UINT32(2U, counts.lost);
     osal_can_close(&node);

@@ -28,8 +28,8 @@ void tearDown(void)
 }
 
 /// Each cycle works for half its period. Absolute sleep compensates for that, and for any delay of the
-/// machine; relative sleep would be 100 periods late at the end. So the best of the last wakes must be on the
-/// grid.
+/// machine; relative sleep would be 100 periods late at the end. Therefore at least one of the last wake-ups
+/// must be on time.
 static void sleep_on_a_grid(osal_socket_t* const* sockets, size_t socket_count)
 {
     const uint64_t period_ns = MS;
@@ -39,7 +39,8 @@ static void sleep_on_a_grid(osal_socket_t* const* sockets, size_t socket_count)
         const uint64_t wake_ns = begin_ns + (i * period_ns);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, sockets, socket_count));
         const uint64_t late_ns = osal_clock_now_ns(&wall) - wake_ns;
-        TEST_ASSERT_TRUE(late_ns < UINT64_MAX / 2U); // Never early.
+        // A wake-up before its time would give a difference that wraps.
+        TEST_ASSERT_TRUE(late_ns < UINT64_MAX / 2U);
         least_late_ns = ((i > 100U) && (late_ns < least_late_ns)) ? late_ns : least_late_ns;
         while (osal_clock_now_ns(&wall) < (wake_ns + (period_ns / 2U))) {
         }
@@ -99,7 +100,7 @@ static void real_wait_is_never_early_with_sockets(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, wake_ns, sockets, 1U));
         TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) >= wake_ns);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, 0U, sockets, 1U)); // Past.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, 0U, sockets, 1U)); // The wake time has passed.
     osal_socket_close(&quiet);
     osal_socket_close(&other);
 }
@@ -154,7 +155,7 @@ static void signals_of_others_do_not_shorten_a_wait(void)
 
 static void stop_signal_ends_a_real_wait_once(void)
 {
-    osal_process_catch_stop(); // A second call opens nothing more.
+    osal_process_catch_stop(); // The second call has no effect.
     const unsigned before = osal_process_stop_count();
     TEST_ASSERT_EQUAL(0, raise(SIGTERM));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, OSAL_CLOCK_NEVER, NULL, 0U));

@@ -31,7 +31,8 @@ void tearDown(void)
 {
 }
 
-/// Run `speak` in `count` children whose `descriptor` is one pipe; collect it. Wait status of the last.
+/// Run `speak` in `count` children, whose `descriptor` is one pipe, and collect their output. Returns the
+/// wait status of the last child.
 static int listen_to(int descriptor, int count, void (*speak)(int number))
 {
     int ends[2];
@@ -54,7 +55,7 @@ static int listen_to(int descriptor, int count, void (*speak)(int number))
     output[output_size] = '\0';
     (void)close(ends[0]);
     while (wait(&how) > 0) {
-        // All of them.
+        // Wait for all children; `how` is the status of the last.
     }
     return how;
 }
@@ -139,7 +140,7 @@ static void a_slow_reader_does_not_stop_the_caller(void)
         }
         (void)fcntl(STDOUT_FILENO, F_SETFL, O_NONBLOCK);
         while (write(STDOUT_FILENO, block, sizeof block) > 0) {
-            // Until it is full.
+            // Fill the pipe.
         }
         (void)fcntl(STDOUT_FILENO, F_SETFL, 0);
         osal_console_say("lost");

@@ -74,7 +74,7 @@ static void a_partner_that_leaves_is_reported_and_may_come_back(void)
     size_t size   = 0U;
     open_fifo();
     osal_device_close(&writer);
-    errno = EINTR; // Left by an earlier call: success does not clear errno.
+    errno = EINTR; // An error of an earlier call: a successful call does not clear errno.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_device_read(&reader, &octet, 1U, &size));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_open(&writer, path, OSAL_DEVICE_WRITE));
     errno = EINTR;
@@ -129,7 +129,7 @@ static void a_device_that_takes_no_more_is_full(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_device_write(&writer, (const uint8_t*)"x", 1U, &size));
 }
 
-/// Without privilege, and without a free descriptor: tested in a child.
+/// A child has no privilege, or no free descriptor.
 static int refusals_of_a_stranger(void)
 {
     const struct rlimit none = {0U, 0U};

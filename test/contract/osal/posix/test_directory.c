@@ -15,8 +15,8 @@
 
 #define PATH_SIZE 512U
 
-static char base[64];    // Holds the root, and a secret beside it.
-static char outside[96]; // The secret.
+static char base[64];    // Folder that contains the root and, outside of it, a secret file.
+static char outside[96]; // Path of the secret file.
 static osal_directory_t root;
 static osal_directory_about_t about;
 
@@ -80,7 +80,7 @@ static void names_come_in_order_and_in_parts(void)
     TEST_ASSERT_EQUAL_STRING("z", entries[6].name);
     TEST_ASSERT_FALSE(entries[6].is_directory);
     const char* after = "";
-    for (size_t i = 0U; i < 4U; i++) { // Two at a time.
+    for (size_t i = 0U; i < 4U; i++) { // Read two entries with each call.
         static char last[OSAL_NAME_SIZE];
         TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_list(&root, "", after, entries, 2U, &count));
         TEST_ASSERT_EQUAL_UINT64((i < 3U) ? 2U : 1U, count);
@@ -96,7 +96,7 @@ static void names_come_in_order_and_in_parts(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_list(&root, "..", "", entries, 2U, &count));
 }
 
-/// Every call with a path that no file may have.
+/// Each call must refuse a path that no file may have.
 static void expect_refused(const char* path, status_t expected)
 {
     osal_directory_entry_t entries[2];
@@ -137,7 +137,7 @@ static void links_and_special_files_are_treated_as_absent(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_open_read(&file, outside));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, content, sizeof content, &size));
     osal_file_close(&file);
-    TEST_ASSERT_EQUAL_UINT64(6U, size); // Untouched.
+    TEST_ASSERT_EQUAL_UINT64(6U, size); // The file outside of the root has not changed.
     TEST_ASSERT_EQUAL_MEMORY("secret", content, 6U);
 }
 

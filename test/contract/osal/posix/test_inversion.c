@@ -16,13 +16,13 @@
 #define WORK_NS 50000000ULL
 
 typedef struct {
-    bool is_plain; ///< A lock of the system without inheritance.
+    bool is_plain; ///< The lock is one of the system without inheritance.
     osal_mutex_t mutex;
     pthread_mutex_t plain;
-    osal_event_t held;    ///< Low to first: it has the lock.
-    osal_event_t go;      ///< First to low: unlock.
-    osal_event_t working; ///< Middle to first: it runs.
-    osal_event_t waiting; ///< High to first: its next action is to lock.
+    osal_event_t held;    ///< From low to first: low has the lock.
+    osal_event_t go;      ///< From first to low: unlock.
+    osal_event_t working; ///< From middle to first: middle runs.
+    osal_event_t waiting; ///< From high to first: high locks next.
     uint32_t place;
     uint32_t high_place;
     uint32_t middle_place;
@@ -97,7 +97,7 @@ static void play(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&high, run_high, NULL, 30));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.waiting, UINT32_MAX));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&middle, run_middle, NULL, 20));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // High sleeps on the lock.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // High sleeps on the lock now.
     osal_event_signal(&scene.go);
     osal_task_join(&high);
     osal_task_join(&middle);

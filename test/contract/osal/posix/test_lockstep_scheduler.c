@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The invariants when participants with a process each end, are killed at any moment, or the run is closed.
-// test_lockstep_scheduler_forms.c shows that all forms give one sequence.
+// The rules of the scheduler when participants end, are killed at any moment, or the run is closed; each
+// participant has a process of its own. test_lockstep_scheduler_forms.c shows that all forms give the same
+// sequence of grants.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -18,7 +19,8 @@
 
 #define STEP_NS 500U
 #define PARTICIPANTS 6U
-#define DELIVERIES 60U ///< In one grant: most of its time then passes under the lock.
+/// Deliveries in one grant: so many that the grant spends most of its time under the lock.
+#define DELIVERIES 60U
 #define PATIENCE_NS 20000000000ULL
 
 void setUp(void)
@@ -105,7 +107,7 @@ static void delivery_from_outside_wakes_a_sleeping_run(void)
     const pid_t sleeper              = child(sleep_for_ever, scheduler, 1U);
     await_presence(scheduler, 1U);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
-    TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // It got the grant.
+    TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // The next participant got the grant.
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
 
@@ -118,7 +120,8 @@ typedef struct {
 
 static record_t* record;
 
-/// Calls the scheduler as often as possible, so that a kill finds it anywhere: asleep, in the lock, between.
+/// Calls the scheduler as often as possible, so that a kill meets it at any point: asleep, inside the lock,
+/// or between.
 static void hammer(osal_lockstep_t* scheduler, unsigned participant)
 {
     osal_grant_t grant;
@@ -174,7 +177,7 @@ static void a_kill_at_any_moment_never_stops_time(void)
     for (uint64_t round = 0U; (round < 1500U) && is_going; round++) {
         const uint64_t dice = scramble(round);
         (void)usleep((useconds_t)((dice >> 8U) % 1000U));
-        // Half of them while they hold the grant.
+        // Kill half of them while they hold the grant.
         const unsigned running = __atomic_load_n(&record->inside, __ATOMIC_RELAXED);
         const unsigned victim  = ((dice % 2U) == 0U) ? running : (unsigned)(scramble(dice) % PARTICIPANTS);
         (void)kill(ids[victim], SIGKILL);

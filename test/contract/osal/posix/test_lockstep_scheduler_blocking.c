@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// No call that waits gives up the grant: each is tried by a participant within its grant, for something that
-// comes in wall-clock time or never, while another participant wants to run. Until the grant is given back,
-// simulated time stands still and the other one does not run. test/hil runs this program again on a kernel
-// with virtual CAN interfaces.
+// No call that waits gives up the grant: a participant makes each call during its grant and waits for an
+// event that happens in wall-clock time or never, while another participant wants to run. Until the grant is
+// given back, simulated time stands still and the other one does not run. test/hil runs this program again on
+// a kernel with virtual CAN interfaces.
 #define _GNU_SOURCE
 #include "osal/include/osal/can.h"
 #include "osal/include/osal/can_interface.h"
@@ -194,7 +194,7 @@ static void use_directory(void)
     osal_directory_close(&root);
 }
 
-/// A console that is not read: the call waits, but for a limited time.
+/// No program reads the console: the call waits, but for a limited time.
 static void say_to_a_sleeping_reader(void)
 {
     static char block[4096];
@@ -202,7 +202,7 @@ static void say_to_a_sleeping_reader(void)
     const int kept = dup(STDOUT_FILENO);
     TEST_ASSERT_EQUAL(0, pipe2(ends, O_NONBLOCK));
     while (write(ends[1], block, sizeof block) > 0) {
-        // Until it is full.
+        // Fill the pipe.
     }
     (void)fflush(stdout);
     TEST_ASSERT_EQUAL(STDOUT_FILENO, dup2(ends[1], STDOUT_FILENO));
@@ -259,7 +259,7 @@ static void wait_for_an_announced_frame(void)
     }
 }
 
-/// Calls that never block by their contract: all of them with nothing to receive, or no room.
+/// Calls that never block according to their contract; each has nothing to receive or no room to send.
 static void use_sockets_and_queues(void)
 {
     const char* const name = named("/osal-blocking.");

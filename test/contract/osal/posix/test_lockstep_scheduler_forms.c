@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One random programme of participants is run three times: by a plain model of the rules written here, by the
-// scheduler in one loop, and by the scheduler with a process per participant. The three sequences of grants
-// must be the same.
+// The same random actions of participants are run three times: by a plain model of the rules in this file, by
+// the scheduler in one loop, and by the scheduler with a process per participant. The three sequences of
+// grants must be the same.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -29,7 +29,7 @@ typedef struct {
 
 typedef struct { // Shared by the processes of a run. Written only within a grant.
     uint32_t length;
-    uint32_t is_gone[PARTICIPANTS]; ///< It has ended, and may be started again.
+    uint32_t is_gone[PARTICIPANTS]; ///< The participant has ended, and may be started again.
     step_t steps[TRACE_MAX];
 } trace_t;
 
@@ -42,7 +42,7 @@ typedef struct {
         uint32_t octets;
     } deliveries[DELIVERIES_MAX];
     bool is_end;
-    unsigned restarted; ///< 0: no participant.
+    unsigned restarted; ///< Participant that is started again; 0: none.
 } decision_t;
 
 void setUp(void)
@@ -69,7 +69,7 @@ static uint64_t wake_for(uint64_t dice, unsigned participant, uint64_t now_ns)
     case 1U:
         return now_ns;
     case 2U:
-        return now_ns + (dice % 3000U); // Off the grid.
+        return now_ns + (dice % 3000U); // This time is not a multiple of the time step.
     case 3U:
         return (participant == 0U) ? (now_ns + STEP_NS) : OSAL_LOCKSTEP_NEVER;
     default:
@@ -77,7 +77,7 @@ static uint64_t wake_for(uint64_t dice, unsigned participant, uint64_t now_ns)
     }
 }
 
-/// The actions of a participant in a grant depend only on what it received in it.
+/// The actions of a participant in a grant depend only on what the grant reports.
 static decision_t decide(uint64_t seed, const trace_t* trace, unsigned participant, const osal_grant_t* grant)
 {
     uint64_t dice           = scramble(seed ^ ((uint64_t)participant << 56U) ^ grant->now_ns);
@@ -115,10 +115,10 @@ static void note(trace_t* trace, unsigned participant, const osal_grant_t* grant
 
 typedef struct {
     bool is_here;
-    bool is_counting; ///< Expected or joined.
+    bool is_counting; ///< The participant is expected or has joined.
     bool is_joining;
     uint64_t asked_ns;
-    uint64_t called_ns; ///< By a delivery.
+    uint64_t called_ns; ///< Time at which a delivery wakes the participant.
     uint32_t messages;
     uint32_t octets;
 } place_t;
@@ -286,7 +286,8 @@ static void live(uint64_t seed, uint32_t length, trace_t* trace, osal_lockstep_t
 {
     uint64_t wake_ns = first_wake(seed, participant);
     osal_grant_t grant;
-    (void)usleep((useconds_t)(scramble((uint64_t)getpid()) % 400U)); // Joins come in any order.
+    // The participants join in any order of wall-clock time.
+    (void)usleep((useconds_t)(scramble((uint64_t)getpid()) % 400U));
     while (osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns, &grant) == STATUS_OK) {
         if (trace->length == length) {
             osal_lockstep_close(scheduler);
@@ -332,7 +333,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
             (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
             (void)close(request[0]);
             if (order != 0U) {
-                (void)close(request[1]); // Only participant 0 orders restarts: with it, the pipe ends.
+                (void)close(request[1]); // Only participant 0 orders restarts: when it ends, the pipe ends.
             }
             live(seed, length, trace, scheduler, order, request[1]);
         }
@@ -342,7 +343,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
     }
     (void)close(request[0]);
     while (wait(NULL) > 0) {
-        // All of them.
+        // Wait for all participants.
     }
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
@@ -397,7 +398,7 @@ static void time_never_goes_back_and_orders_rise_within_an_instant(void)
         }
         restarts += trace.is_gone[1];
     }
-    TEST_ASSERT_TRUE(restarts > 0U); // The programmes contain ends.
+    TEST_ASSERT_TRUE(restarts > 0U); // The random actions contain ends of participants.
 }
 
 int main(void)

@@ -82,7 +82,7 @@ static void a_participant_that_returns_to_an_ended_life_is_refused(void)
     osal_grant_t grant = {0U, 0U, 0U};
     osal_lockstep_expect(scheduler, FIRST, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));
-    osal_lockstep_suspend(scheduler, FIRST); // It held the grant, and loses it.
+    osal_lockstep_suspend(scheduler, FIRST); // The suspended participant held the grant, and loses it.
     uint32_t grants = 0U;
     TEST_ASSERT_EQUAL_UINT(OSAL_LOCKSTEP_PARTICIPANTS_MAX, osal_lockstep_holder(scheduler, &grants));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_wait(scheduler, FIRST, 1U, 0U, &grant));

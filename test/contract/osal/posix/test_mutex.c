@@ -71,7 +71,7 @@ static void the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process(vo
     while (__atomic_load_n(&shared->check, __ATOMIC_ACQUIRE) == 0U) {
         (void)usleep(100U);
     }
-    const pid_t waiter = fork(); // It sleeps on the lock when the holder dies, or is just about to.
+    const pid_t waiter = fork(); // The waiter sleeps on the lock when the holder dies, or is about to sleep.
     if (waiter == 0) {
         const status_t first = osal_mutex_lock(&shared->mutex);
         osal_mutex_unlock(&shared->mutex);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Network namespaces. The test makes the one that is entered, and a child process keeps it; without the
-// permission, the refusal is tested.
+// Network namespaces. The test makes the namespace that it enters, and a child process keeps it. If the user
+// has no permission for that, the test checks the refusal.
 #define _GNU_SOURCE
 #include "osal/include/osal/network.h"
 
@@ -39,7 +39,7 @@ static ino_t stack_now(void)
     return facts.st_ino;
 }
 
-/// A child in a namespace of its own. False without the permission.
+/// Start a child in a namespace of its own. False if this is not permitted.
 static bool make_namespace(void)
 {
     int ready[2];
@@ -84,7 +84,8 @@ static void a_socket_belongs_to_where_it_was_opened(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&here, &address));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_network_enter(&home, place));
     TEST_ASSERT_TRUE(before != stack_now());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&there, address, 0U)); // The same port: another computer's.
+    // The port is free, because it belongs to another network stack.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&there, address, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_network_leave(&home));
     TEST_ASSERT_EQUAL(before, stack_now());
     osal_socket_close(&here);

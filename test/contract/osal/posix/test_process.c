@@ -38,7 +38,7 @@ static int hold_on(void)
     return pause(); // Until a signal ends it.
 }
 
-/// Bit i of the exit code: descriptor 3 + i is open.
+/// Exit code in which bit i is set if descriptor 3 + i is open.
 static int show_descriptors(void)
 {
     int code = 0;
@@ -54,7 +54,7 @@ static int show_memory_limit(const char* expected)
     return ((getrlimit(RLIMIT_AS, &limit) == 0) && (limit.rlim_cur == strtoull(expected, NULL, 10))) ? 0 : 1;
 }
 
-/// 0 if descriptors up to this number, and no higher ones, are available.
+/// Exit code 0 if descriptors up to this number are available, and no higher ones.
 static int show_descriptor_limit(int limit)
 {
     int last = 0;
@@ -64,12 +64,12 @@ static int show_descriptor_limit(int limit)
         next = open("/dev/null", O_RDONLY | O_CLOEXEC);
     }
     for (int i = 3; i <= last; i++) {
-        (void)close(i); // Sanitizers check at the end.
+        (void)close(i); // Closed because sanitizers check open descriptors at the end.
     }
     return (last == (limit - 1)) ? 0 : 1;
 }
 
-/// Have this many MiB in memory.
+/// Use this number of MiB of memory.
 static int take_memory(size_t mebibytes)
 {
     uint8_t* const octets = malloc(mebibytes << 20U);
@@ -98,7 +98,7 @@ static int show_processor(void)
     return 101;
 }
 
-/// 0 if the signals have the states that a program expects.
+/// Exit code 0 if the signals have the states that a program expects.
 static int show_signals(void)
 {
     sigset_t blocked;
@@ -130,7 +130,8 @@ static int catch_stop(void)
     do {
         (void)osal_process_wait_any(NULL, 0U, LONG_MS);
     } while (osal_process_stop_count() == 0U);
-    const bool is_taken = (osal_process_wait_any(NULL, 0U, 10U) == STATUS_TIMEOUT); // It ends one wait only.
+    // A stop signal ends only one wait.
+    const bool is_taken = (osal_process_wait_any(NULL, 0U, 10U) == STATUS_TIMEOUT);
     return (is_taken ? 50 : 90) + (int)osal_process_stop_count();
 }
 
@@ -313,7 +314,7 @@ static void end_reports_the_memory_that_was_needed(void)
     TEST_ASSERT_TRUE(more > least);
 }
 
-static volatile uint8_t large[3U << 20U]; // Needs no room in the file.
+static volatile uint8_t large[3U << 20U]; // Static zeros: they need memory, but no room in the file.
 
 static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
 {
@@ -326,11 +327,11 @@ static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
     TEST_ASSERT_EQUAL_UINT64(0U, octets);
     const int file = mkstemp(name);
     TEST_ASSERT_TRUE(file >= 0);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets)); // Empty.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets)); // The file is empty.
     char words[100] = "#!/bin/sh\n";
     TEST_ASSERT_EQUAL_INT(sizeof words, write(file, words, sizeof words));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_process_loaded_size(name, &octets));
-    // Its first octets: a header without the parts that it names.
+    // The file has only the first octets: a header without the parts to which it refers.
     const int self = open(SELF, O_RDONLY | O_CLOEXEC);
     TEST_ASSERT_EQUAL_INT(sizeof words, read(self, words, sizeof words));
     TEST_ASSERT_EQUAL_INT(sizeof words, pwrite(file, words, sizeof words, 0));
@@ -340,7 +341,7 @@ static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
     (void)unlink(name);
 }
 
-/// Counted round the permitted processors, which may be fewer than exist.
+/// The number wraps at the number of permitted processors, which may be fewer than the machine has.
 static void child_is_pinned_to_one_of_our_processors(void)
 {
     cpu_set_t set;
@@ -389,7 +390,7 @@ static void child_begins_with_ordinary_signals(void)
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
 }
 
-/// A child in the role of a parent, and a process that watches what it has started.
+/// Start a child that is itself a parent, and watch the process that it has started.
 static osal_process_t start_parent(const char* role, osal_process_t* out_grandchild)
 {
     int report[2];
@@ -414,7 +415,8 @@ static void child_dies_with_its_parent(void)
     osal_process_result_t result;
     osal_process_t parent = start_parent("parent", &grandchild);
     TEST_ASSERT_TRUE(osal_process_is_alive(&grandchild));
-    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&grandchild, &result)); // Not our child.
+    // The process is not a child of this program.
+    TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&grandchild, &result));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 10U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_process_stop(&parent, true));
     (void)result_of(&parent);
@@ -447,7 +449,7 @@ static void watch_needs_a_process(void)
     for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
         (void)memset(&process, 1, sizeof process);
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, none[i]));
-        TEST_ASSERT_EQUAL_INT32(0, process.id); // No process is ended by mistake.
+        TEST_ASSERT_EQUAL_INT32(0, process.id); // So no later call ends another process by mistake.
         TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
         TEST_ASSERT_FALSE(osal_process_is_alive(&process));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The line is a pseudo-terminal: its far end is the instrument.
+// The line is a pseudo-terminal, whose other end represents the instrument.
 #define _GNU_SOURCE
 #include "osal/include/osal/serial.h"
 
@@ -38,7 +38,7 @@ void tearDown(void)
     (void)close(far);
 }
 
-/// All of `size` octets from the line, however they are cut.
+/// Read `size` octets from the line, in as many pieces as they arrive.
 static void expect(const uint8_t* const octets, const size_t size)
 {
     uint8_t seen[1024];
@@ -75,7 +75,8 @@ static void every_octet_passes_unchanged_both_ways(void)
         held += (size_t)size;
     }
     TEST_ASSERT_EQUAL_HEX8_ARRAY(all, seen, sizeof all);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&line, seen, sizeof seen, &held)); // No echo.
+    // The line does not echo.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&line, seen, sizeof seen, &held));
 }
 
 static void bit_rates_of_the_contract(void)
@@ -95,10 +96,11 @@ static void octets_received_before_opening_are_discarded(void)
     uint8_t octet = 0U;
     size_t size   = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_serial_open(&line, path, 9600U));
-    osal_device_t keeper = line; // Keeps the line open.
+    osal_device_t keeper = line; // A second handle keeps the line open.
     TEST_ASSERT_EQUAL(3, write(far, "old", 3U));
     line = (osal_device_t)OSAL_DEVICE_CLOSED;
-    if (osal_serial_open(&line, path, 9600U) == STATUS_OK) { // Refused without privilege: the line is in use.
+    // Without privilege the call is refused, because the line is in use.
+    if (osal_serial_open(&line, path, 9600U) == STATUS_OK) {
         TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&line, &octet, 1U, &size));
         TEST_ASSERT_EQUAL(3, write(far, "new", 3U));
         expect((const uint8_t*)"new", 3U);

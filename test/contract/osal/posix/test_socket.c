@@ -87,7 +87,8 @@ static void udp_datagrams_have_limits(void)
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 5000U));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size)); // Whole, after the drop.
+    // The datagram after the dropped one arrives whole.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(10U, size);
 }
 
@@ -123,7 +124,7 @@ static void udp_datagram_stays_until_the_next_receive(void)
     TEST_ASSERT_EQUAL(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
-    a.is_kept = false; // The process has died, and another one has its socket.
+    a.is_kept = false; // As if the process had died, and its successor had the socket.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
     TEST_ASSERT_EQUAL(1U, in[0]);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&a, &from, in, sizeof in, &size));
@@ -255,7 +256,7 @@ static void local_streams_have_names(void)
     osal_address_t peer = {1U, 1U};
     uint8_t in[8];
     size_t size = 0U;
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path)); // Nothing there.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path)); // No socket listens on the path.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_local_listen(&a, path));
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_local_listen(&b, path));
     TEST_ASSERT_EQUAL(STATUS_OK, connect_local(&b, path));
@@ -267,10 +268,11 @@ static void local_streams_have_names(void)
     osal_socket_close(&a);
     osal_socket_close(&b);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_stream_receive(&c, in, sizeof in, &size));
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path)); // The path is left, without a listener.
+    // The path still exists, but no socket listens.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, connect_local(&b, path));
     memset(long_path, 'x', sizeof long_path);
     (void)memcpy(long_path, "/tmp/", 5U);
-    long_path[100] = '\0'; // The longest that is accepted.
+    long_path[100] = '\0'; // The longest path that is accepted.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_local_listen(&a, long_path));
     osal_socket_close(&a);
     TEST_ASSERT_EQUAL(0, unlink(long_path));
@@ -292,14 +294,14 @@ static void adopted_sockets_are_as_good_as_opened_ones(void)
     int ends[2];
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&a, any_port, 0U));
     const int copy = dup(osal_socket_descriptor(&a));
-    TEST_ASSERT_EQUAL(0, fcntl(copy, F_SETFL, 0)); // Blocking, as a parent may leave it.
+    TEST_ASSERT_EQUAL(0, fcntl(copy, F_SETFL, 0)); // The socket blocks, as a parent may leave it.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_adopt(&b, copy));
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_udp_receive(&b, &from, in, sizeof in, &size));
     TEST_ASSERT_TRUE((fcntl(copy, F_GETFD) & FD_CLOEXEC) != 0);
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, 9999));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, -1));
     TEST_ASSERT_EQUAL(0, pipe(ends));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, ends[0])); // Not a socket.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_socket_adopt(&c, ends[0])); // The descriptor is not a socket.
     TEST_ASSERT_FALSE(osal_socket_is_open(&c));
     (void)close(ends[0]);
     (void)close(ends[1]);
@@ -338,7 +340,7 @@ static void wait_times_out_though_signals_interrupt_it(void)
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_socket_wait_readable(&a, 30U));
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
     osal_socket_close(&b);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 30U)); // The end can be read.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&a, 30U)); // The end of the stream is readable.
 }
 
 int main(void)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIPC of this kernel. A kernel without it returns STATUS_UNSUPPORTED, and nothing else can be tested; `make
-// test-hil` runs this on one that has it.
+// TIPC of this kernel. If the kernel has no TIPC, the test only checks STATUS_UNSUPPORTED; `make test-hil`
+// runs it on a kernel with TIPC.
 #include "osal/include/osal/tipc.h"
 #include "unity.h"
 
@@ -107,7 +107,8 @@ static void a_name_without_a_socket_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_tipc_send(&sender, name(INSTANCE), octets, 10U));
 }
 
-/// A receiver that does not read: datagrams without room come back. Nothing is lost between the two counts.
+/// A receiver that does not read: datagrams without room come back. The delivered and the returned datagrams
+/// are together all that were sent.
 static void messages_that_a_slow_receiver_has_no_room_for_are_returned(void)
 {
     unsigned sent     = 0U;
@@ -179,7 +180,7 @@ static void names_that_come_and_go_are_reported(void)
     osal_tipc_event_t event      = {false, 0U};
     open_pair(OSAL_TIPC_MESSAGE);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_watch_open(&watch, type));
-    expect_event(true, INSTANCE); // It existed before.
+    expect_event(true, INSTANCE); // The name existed before the watch.
     osal_socket_close(&sender);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_open(&sender, OSAL_TIPC_MESSAGE, &other, OSAL_TIPC_NODE));
     expect_event(true, OTHER);

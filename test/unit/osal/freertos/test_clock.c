@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of 2 kHz on the timers of the board, beside a tick of the kernel of 1 kHz. Times are counts of the
+// The loop of 2 kHz on the timers of the board, next to a tick of the kernel of 1 kHz. Times are counts of
+// the
 // free-running timer (40 ns), read from its register; on the emulated board they follow from the
 // instructions.
 #include "osal/include/osal/clock.h"
@@ -40,7 +41,7 @@ static void work_until(const uint64_t end_ns)
     }
 }
 
-/// Loop for CYCLES periods, of which a part is worked.
+/// Run the loop for CYCLES periods, and work during a part of each.
 static void loop(const uint64_t worked_ns)
 {
     const uint64_t begin_ns   = ((osal_clock_now_ns(&wall) / PERIOD_NS) + 2U) * PERIOD_NS;
@@ -57,7 +58,7 @@ static void loop(const uint64_t worked_ns)
         work_until(wake_ns + worked_ns);
     }
     TEST_ASSERT_TRUE_MESSAGE(longest_counts <= LATE_COUNTS, "a wait was late");
-    TEST_ASSERT_TRUE(latest_of_second <= LATE_COUNTS); // It has not drifted.
+    TEST_ASSERT_TRUE(latest_of_second <= LATE_COUNTS); // The loop has not drifted.
 }
 
 static void the_period_holds_in_counts_of_the_timer(void)
@@ -112,7 +113,8 @@ static void a_late_cycle_does_not_move_the_grid(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, begin_ns, NULL, 0U));
     work_until(begin_ns + PERIOD_NS + (PERIOD_NS / 2U));
     const uint32_t before = counts();
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, begin_ns + PERIOD_NS, NULL, 0U)); // Past: at once.
+    // The time has passed, so the call returns at once.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, begin_ns + PERIOD_NS, NULL, 0U));
     TEST_ASSERT_TRUE((counts() - before) < LATE_COUNTS);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(&wall, begin_ns + (2U * PERIOD_NS), NULL, 0U));
     const uint32_t late = counts() - (uint32_t)((begin_ns + (2U * PERIOD_NS)) / BOARD_CLOCK_NS);

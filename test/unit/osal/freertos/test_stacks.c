@@ -54,7 +54,7 @@ static void the_stacks_of_all_tasks_are_listed(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&tasks[i], run, NULL, 10));
     }
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, osal_task_start(&more, run, NULL, 10));
-    vTaskDelay(2U); // Each has used its stack.
+    vTaskDelay(2U); // Each task has used its stack by then.
     const size_t count = port_stacks(stacks);
     TEST_ASSERT_EQUAL(PORT_STACKS_MAX, count);
     TEST_ASSERT_EQUAL(PORT_STARTED_MAX, count_of(count, "task"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A program that hangs is reset by the watchdog of the board. The program runs twice: in its first life a
-// task hangs, in its second it looks what happened.
+// task hangs, in its second life it checks what happened.
 #include "osal/include/osal/watchdog.h"
 
 #include "osal/freertos/board.h"
@@ -13,7 +13,7 @@
 
 extern volatile uint32_t port_reset_note[2];
 
-static volatile uint32_t initialised = 7U; ///< A reset gives it its first value again.
+static volatile uint32_t initialised = 7U; ///< A reset initialises it again.
 static volatile uint32_t zero;
 
 void setUp(void)
@@ -31,14 +31,15 @@ static void hang(void* const context)
     }
 }
 
-/// Does not return.
+/// Hang: it does not return.
 static void live_and_hang(void)
 {
     osal_task_t task;
     initialised = 8U;
     zero        = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_watchdog_start(PERIOD_MS));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, hang, NULL, 50)); // Above this task, which feeds.
+    // It has a higher priority than this task, which feeds the watchdog.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, hang, NULL, 50));
     for (;;) {
         osal_watchdog_feed();
     }
@@ -47,14 +48,16 @@ static void live_and_hang(void)
 static void the_watchdog_has_reset_the_board(void)
 {
     TEST_ASSERT_TRUE(osal_watchdog_has_reset());
-    TEST_ASSERT_EQUAL_UINT32(0U, port_reset_note[0]); // The note is taken: a next start is told no reset.
+    // The note is cleared, so that a later start does not report this reset.
+    TEST_ASSERT_EQUAL_UINT32(0U, port_reset_note[0]);
 }
 
 static void the_program_begins_anew(void)
 {
     TEST_ASSERT_EQUAL_UINT32(7U, initialised);
     TEST_ASSERT_EQUAL_UINT32(0U, zero);
-    TEST_ASSERT_TRUE(osal_clock_monotonic_ns() < (PERIOD_MS * NS_PER_MS)); // Counted from the reset.
+    // The clock has counted since the reset.
+    TEST_ASSERT_TRUE(osal_clock_monotonic_ns() < (PERIOD_MS * NS_PER_MS));
 }
 
 static void the_watchdog_does_not_run_before_it_is_started(void)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program's side of the wire, on the board. The pipes are mocked: what is read and written is kept here.
+// The program's side of the wire, on the board. The pipes are mocked: the test records what is read and
+// written.
 #include "osal/freertos/wire.h"
 
 #include "base/octets.h"
@@ -22,7 +23,7 @@ static size_t arriving_at;
 static char paths[2][32];
 static unsigned opened;
 static unsigned lines;
-static char line[LINE_MAX]; ///< The last that was printed.
+static char line[LINE_MAX]; ///< The line that was printed last.
 
 int __wrap_semihosting_open(const char* path, semihosting_mode_t mode);
 void __wrap_semihosting_close(int handle);
@@ -81,7 +82,7 @@ void tearDown(void)
 {
     uint8_t octet;
     size_t size = 0U;
-    if (wire_is_open()) { // Take what is left of a test.
+    if (wire_is_open()) { // Read the rest of an earlier test.
         while (wire_stream_receive(&octet, 1U, &size) == STATUS_OK) {
         }
     }
@@ -148,7 +149,7 @@ static void a_datagram_without_room_is_counted_and_told(void)
         arrive_datagram(TARGET_WIRE_DATAGRAM_MAX);
     }
     arrive(TARGET_WIRE_WAITED, "", 0U);
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, wire_datagram_wait(NUMBER + 1U, 0U)); // Takes all.
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, wire_datagram_wait(NUMBER + 1U, 0U)); // The call takes all records.
     unsigned received = 0U;
     while (wire_datagram_receive(NUMBER, &from, octets, sizeof octets, &size) == STATUS_OK) {
         TEST_ASSERT_EQUAL_UINT(TARGET_WIRE_DATAGRAM_MAX, size);
