@@ -29,6 +29,8 @@ canopen_cia402_state_t canopen_cia402_state(const uint16_t statusword)
     }
 }
 
+/// Returns the controlword of the next transition towards SWITCHED ON or OPERATION ENABLED. A fault reset is
+/// a rising edge, so the bit is sent in every second cycle.
 static uint16_t towards_power(const canopen_cia402_state_t state, const bool is_enable_wanted,
                               const bool may_reset, const uint16_t previous)
 {
@@ -81,6 +83,7 @@ bool canopen_cia402_is_at_goal(const canopen_cia402_state_t state, const canopen
     case CIA402_GOAL_DISABLED:
     case CIA402_GOAL_QUICK_STOP:
     default:
+        // // In these states the drive has no torque.
         return (state == CIA402_SWITCH_ON_DISABLED) || (state == CIA402_FAULT) || (state == CIA402_NOT_READY);
     }
 }

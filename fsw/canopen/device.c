@@ -86,6 +86,7 @@ void canopen_device_follow_mapping(canopen_device_t* const device, canopen_mappi
 
 // ---- Commissioning ----
 
+/// Append an access to the list of the present step.
 static void ask(canopen_device_t* const device, uint16_t* const count, const canopen_setting_t setting)
 {
     FSW_ASSERT(*count < DEVICE_IDENTIFY_MAX);
@@ -102,6 +103,7 @@ static void ask_number(canopen_device_t* const device, uint16_t* const count, co
             .index = index, .subindex = subindex, .octets = 4U, .kind = SETTING_VERIFY, .value = value});
 }
 
+/// Append the accesses that verify the mapping of a PDO.
 static void ask_mapping(canopen_device_t* const device, uint16_t* const count, const uint16_t object,
                         const canopen_profile_pdo_t* const pdo)
 {
@@ -116,6 +118,7 @@ static void ask_mapping(canopen_device_t* const device, uint16_t* const count, c
     }
 }
 
+/// Append the accesses of the first step: identity, torques and units.
 static void ask_identity(canopen_device_t* const device, uint16_t* const count)
 {
     const canopen_device_profile_t* const profile = device->profile;
@@ -356,6 +359,7 @@ static uint8_t axis_of(const canopen_profile_entry_t* const entry)
     return (entry->word >= PROFILE_STATUSWORD) ? entry->place : 0U;
 }
 
+/// Store the received value of an entry of a transmit PDO.
 static void take_entry(canopen_device_t* const device, const canopen_profile_entry_t* const entry,
                        const uint32_t value)
 {
@@ -385,6 +389,7 @@ static void take_entry(canopen_device_t* const device, const canopen_profile_ent
     }
 }
 
+/// Returns the present value of an entry of a receive PDO.
 static uint32_t give_entry(const canopen_device_t* const device, const canopen_profile_entry_t* const entry)
 {
     const canopen_cia402_axis_t* const axis = &device->axes[axis_of(entry)];
@@ -442,9 +447,8 @@ static void take_process_data(void* const context, const uint16_t cob, const uin
     uint8_t number                 = 0U;
     while (!device->transmit[number].is_valid || (device->transmit[number].cob != cob)) {
         number++;
-        FSW_ASSERT(number <
-                   // The master routes only identifiers of this device to this function.
-                   device->profile->transmit_count);
+        // The master routes only identifiers of this device to this function.
+        FSW_ASSERT(number < device->profile->transmit_count);
     }
     const canopen_profile_pdo_t* const pdo = &device->profile->transmit[number];
     if (length != canopen_device_profile_pdo_octets(pdo)) {

@@ -105,6 +105,8 @@ static uint8_t value_of(canopen_device_profile_t* const profile, const canopen_p
     return (uint8_t)(profile->value_count - 1U);
 }
 
+/// Returns the object with this mapping value (index, subindex, bits); null if the data sheet does not allow
+/// it.
 static const canopen_profile_object_t* find_object(const canopen_device_profile_t* const profile,
                                                    const uint32_t mapping)
 {
@@ -119,6 +121,7 @@ static const canopen_profile_object_t* find_object(const canopen_device_profile_
     return NULL;
 }
 
+/// Set entry `number` (1..) of a PDO to the object with this mapping value.
 static status_t set_entry(canopen_device_profile_t* const profile, canopen_profile_pdo_t* const pdo,
                           const bool is_transmit, const uint8_t number, const uint32_t mapping)
 {

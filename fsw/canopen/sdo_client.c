@@ -38,6 +38,7 @@ void canopen_sdo_client_reset(canopen_sdo_client_t* const client)
     client->has_request = false;
 }
 
+/// Prepare a request that contains the address of the object.
 static void address_request(canopen_sdo_client_t* const client, const uint8_t command)
 {
     (void)memset(client->request, 0, SDO_FRAME_OCTETS);
@@ -271,6 +272,7 @@ void canopen_sdo_client_answer(canopen_sdo_client_t* const client, const uint8_t
     const bool is_initiate =
         (client->phase == SDO_INITIATE_DOWNLOAD) || (client->phase == SDO_INITIATE_UPLOAD);
     const bool is_addressed = is_initiate || (specifier == ABORT);
+    // // An answer that arrives before its request was sent is a late one of an earlier transfer.
     if ((client->phase == SDO_IDLE) || client->has_request ||
         (is_addressed && !names_our_object(client, octets))) {
         client->counters.unasked++;

@@ -12,6 +12,7 @@ static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const 
     return false;
 }
 
+/// True if an end node marks the end of each record.
 static bool is_framed(const descriptor_endnode_t* const endnode)
 {
     const bool is_stream = (endnode->type == DESCRIPTOR_ENDNODE_TCP) ||

@@ -44,6 +44,7 @@ void drives_init(drives_t* const drives, subsystem_t* const generic, const flow_
     }
 }
 
+/// Change the activity; a change aborts all commanded motions.
 static void enter(drives_t* const drives, const drives_activity_t activity)
 {
     const bool is_new = (activity != drives->activity);
@@ -307,6 +308,8 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
     return status;
 }
 
+/// Set the number of SYNCs after which a device is lost: the deadline for devices, but at least
+/// LOST_AFTER_SYNCS.
 static void set_patience(drives_t* const drives, const descriptor_configuration_t* const configuration)
 {
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
@@ -386,6 +389,7 @@ status_t drives_hardware_deinit(void* const self)
         for (uint8_t i = 0U; i < drives->bus_count; i++) {
             canopen_network_reset_nodes(&drives->buses[i].network);
         }
+        // // The reset frame needs a cycle on the bus before the buses are closed.
         drives->is_closing = true;
         return STATUS_BUSY;
     }

@@ -104,6 +104,7 @@ static bool is_one_of(const int* const modes, const int mode)
     return false;
 }
 
+/// Returns the message about a setting that canopen_device_profile_map has refused with `status`.
 static const char* says_of(const status_t status)
 {
     if (status == STATUS_FORBIDDEN) {

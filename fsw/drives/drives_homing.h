@@ -14,8 +14,9 @@
 /// Start or end the search of all axes whose devices are in mode homing. STATUS_OK; STATUS_NOT_FOUND (no
 /// device is in that mode).
 status_t drives_home(drives_t* drives, bool is_wanted);
-/// Result of the search. STATUS_BUSY; STATUS_OK (all axes have found their references); STATUS_INVALID (the
-/// drive *out_node reports an error); STATUS_EMPTY (not started, or an axis is not in operation).
+/// Returns the result of the search. STATUS_BUSY; STATUS_OK (all axes have found their references);
+/// STATUS_INVALID (the drive *out_node reports an error); STATUS_EMPTY (not started, or an axis is not in
+/// operation).
 status_t drives_homing(drives_t* drives, uint8_t* out_node);
 
 #endif // FSW_DRIVES_DRIVES_HOMING_H

@@ -86,6 +86,7 @@ static int answered(lua_State* const state, const int status, const lua_KContext
     }
 }
 
+/// Charge a call of the host and interrupt the procedure; `answered` continues it after the call.
 static int ask(lua_State* const state, const pus_call_kind_t kind)
 {
     procedure_slot_t* const slot = procedure_slot_of(state);

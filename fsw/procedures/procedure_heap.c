@@ -67,8 +67,8 @@ void procedure_heap_init(procedure_heap_t* const heap, uint64_t* const memory, c
         .memory = memory, .map = map, .blocks = (uint32_t)PROCEDURE_BLOCKS(size), .refused = 0U};
     (void)memset(map, (int)TAKEN, heap->blocks);
     uint32_t block = 0U;
-    for (uint8_t order = PROCEDURE_ORDERS; order > 0U;
-         order--) { // Largest blocks first, so that each begins at a multiple of its size.
+    // The largest blocks come first, so that each begins at a multiple of its size.
+    for (uint8_t order = PROCEDURE_ORDERS; order > 0U; order--) {
         const uint32_t length = 1U << (order - 1U);
         if ((heap->blocks - block) >= length) {
             insert(heap, block, (uint8_t)(order - 1U));
@@ -135,6 +135,7 @@ void procedure_heap_give(procedure_heap_t* const heap, void* const block, const 
     uint32_t place = block_of(heap, block);
     uint8_t order  = order_of(size);
     heap->used -= octets_of(order);
+    // Join the block with its other half as long as that is free.
     uint32_t buddy = place ^ (1U << order);
     while ((order < (PROCEDURE_ORDERS - 1U)) && (buddy < heap->blocks) && (heap->map[buddy] == order)) {
         extract(heap, buddy, order);

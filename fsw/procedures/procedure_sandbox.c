@@ -33,6 +33,7 @@ void procedure_slot_bind(lua_State* const state, procedure_slot_t* const slot)
 // Variants of functions of the language that do not call the procedure, do not run long without a charge,
 // and do not return addresses.
 
+/// Make the text of a value; of values that have an address, the text is the name of the type.
 static int make_text(lua_State* const state, const int status, const lua_KContext context)
 {
     (void)status;

@@ -19,6 +19,7 @@ typedef struct {
 
 static communication_program_t storage;
 
+/// Announce octets to the operator that takes part in the scheduler.
 static void sent(void* const context, const uint16_t peer_port, const uint32_t octets)
 {
     component_runtime_t* const runtime = (component_runtime_t*)context;

@@ -237,6 +237,7 @@ static void link_delivered(void* const context, const uint16_t link, const uint3
     }
 }
 
+/// True if the process of a life has ended.
 static bool has_ended(const run_component_t* const one, const uint32_t life)
 {
     return (__atomic_load_n(&one->found_life, __ATOMIC_ACQUIRE) == life) &&
@@ -277,6 +278,7 @@ CAPACITY_CHECK(sockets_fit, COMPONENT_RUNTIME_SOCKETS_MAX >= (1U + CAPACITY_SUBS
 
 // ---- Opening a runtime ----
 
+/// Write the error text of the runtime. Returns `status`.
 static status_t fail(component_runtime_t* const runtime, const char* const what, const status_t status)
 {
     text_t text = text_in(runtime->error, sizeof runtime->error);

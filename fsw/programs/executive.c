@@ -33,6 +33,7 @@ typedef struct { // All storage that the program itself needs, in addition to it
 
 static executive_t storage;
 
+/// Print an error text of the program. Returns 1, the exit status.
 static int complain(const char* const executable, const char* const what)
 {
     char line[COMPONENT_RUNTIME_ERROR_MAX + 64U];
@@ -72,6 +73,7 @@ static const char* take_runtime(run_state_t* const run, const unsigned component
                : storage.runtime.error;
 }
 
+/// Attach to the run and its scheduler, and load the descriptors. Returns null, or the error text.
 static const char* open_run(const char* const name, const unsigned component,
                             osal_lockstep_t** const out_scheduler)
 {
@@ -184,6 +186,7 @@ static status_t loop(const char* const executable, const component_instance_t* c
         if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
             return status;
         }
+        // Feed the watchdog only here, so that a step that hangs stops the feeding.
         osal_watchdog_feed();
         if (runtime->clock.mode == OSAL_CLOCK_REAL) {
             run_state_wake(runtime->run, runtime->component, osal_clock_now_ns(&runtime->clock));
@@ -230,8 +233,8 @@ int executive_run(const int argument_count, char* const arguments[], const char*
         return complain(executable, "cannot start the tasks of its loops");
     }
     note_attributes(executable);
-    run_state_beat(storage.runtime.run, storage.runtime.component, 0U,
-                   OSAL_LOCKSTEP_NEVER); // The promise of the earlier life is not valid.
+    // The promise of the earlier life is not valid.
+    run_state_beat(storage.runtime.run, storage.runtime.component, 0U, OSAL_LOCKSTEP_NEVER);
     start_watchdog(executable);
     const status_t status = loop(executable, &instance);
     osal_watchdog_stop();

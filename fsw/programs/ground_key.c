@@ -70,6 +70,8 @@ static bool load_key(const char* const path, uint8_t key[SDLS_KEY_OCTETS], char 
     return fail(error, path, "", "cannot read the key of the ground link; `gse key make FILE` makes one");
 }
 
+/// Open and lock the mark, the file PATH.received. It stores the last session, so that a recorded session is
+/// not accepted again.
 static bool open_mark(ground_key_t* const self, const char* const path, char error[GROUND_KEY_ERROR_MAX])
 {
     char name[PATH_MAX_OCTETS];

@@ -18,6 +18,7 @@ static status_t complain(component_runtime_t* const runtime, const char* const p
     return status;
 }
 
+/// Replace the sync of a medium if the program must not wait for the disk: the system writes later.
 static status_t leave_to_system(void* const context)
 {
     (void)context;

@@ -72,6 +72,7 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
             status                = (waited == STATUS_TIMEOUT) ? STATUS_OK : STATUS_CLOSED;
         }
     }
+    // Both directions use the same buffer: it is free for the answer now.
     wire->received = 0U;
     return status;
 }

@@ -54,9 +54,10 @@ static status_t socket_address(const run_state_t* const run, const flow_endnode_
 {
     const char* const colon = strrchr(name, ':');
     const char* const port  = (colon != NULL) ? colon : "";
-    const bool is_own       = (colon == name);
-    text_t text             = text_in(out_address->address, sizeof out_address->address);
-    text_t counts           = text_in(out_address->counts, sizeof out_address->counts);
+    // ":PORT" names the socket of the flight software, "HOST:PORT" that of the device.
+    const bool is_own = (colon == name);
+    text_t text       = text_in(out_address->address, sizeof out_address->address);
+    text_t counts     = text_in(out_address->counts, sizeof out_address->counts);
     if (run->has_simulator) {
         add_ipv4(&text, is_own ? OSAL_IPV4_OF_FLIGHT(run->instance) : OSAL_IPV4_OF_DEVICES(run->instance));
         text_add(&text, port);

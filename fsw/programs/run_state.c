@@ -72,6 +72,7 @@ void run_state_beat(run_state_t* const block, const unsigned component, const ui
                     const uint64_t wake_ns)
 {
     FSW_ASSERT((block != NULL) && (component < MISSION_SUBSYSTEMS_MAX));
+    // A reader that reads the new promise also reads its step.
     __atomic_store_n(&block->beats[component].step_ns, now_ns, __ATOMIC_RELAXED);
     __atomic_store_n(&block->beats[component].wake_ns, wake_ns, __ATOMIC_RELEASE);
 }
@@ -123,6 +124,7 @@ status_t run_state_note_flow(run_state_t* const block, const char* const name)
         if ((state == FLOW_NOTED) && (strcmp(flow->name, name) == 0)) {
             return STATUS_OK;
         }
+        // Several components note flows at the same time: the place is reserved before the name is written.
         if ((state == FLOW_FREE) && __atomic_compare_exchange_n(&flow->is_taken, &state, FLOW_TAKEN, false,
                                                                 __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)) {
             (void)memcpy(flow->name, name, strlen(name) + 1U);

@@ -66,6 +66,7 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
         status = check(host, model, &error);
     }
     if (status == STATUS_OK) {
+        // The old descriptor provides the memory for the next load.
         descriptors->exchange(descriptors->context, host->in_force);
         host->in_force  = model;
         *out_descriptor = model;

@@ -77,6 +77,8 @@ static status_t start_process(void* const context, const uint16_t apid, const ui
     const unsigned index = (unsigned)(component - runtime->run->components);
     // No promise is valid before the first step.
     run_state_beat(runtime->run, index, 0U, OSAL_LOCKSTEP_NEVER);
+    // The order matters: who reads the new life also reads its link floor, and the launcher starts the
+    // process only when the scheduler expects it.
     __atomic_store_n(&component->link_floor, link_floor, __ATOMIC_RELAXED);
     __atomic_store_n(&component->life, component->life + 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
@@ -126,6 +128,7 @@ static bool is_running(void* const context, const uint16_t apid)
     return (component != NULL) && is_alive((const component_runtime_t*)context, component);
 }
 
+/// Returns the time until which a component must have made a step; 0 if it hangs.
 static uint64_t promise_of(void* const context, const uint16_t apid)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
@@ -161,9 +164,8 @@ static void finished(void* const context)
     const component_runtime_t* const runtime = (const component_runtime_t*)context;
     __atomic_store_n(&runtime->run->is_finished, 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {
-        osal_lockstep_close(
-            // The scheduler is closed within this step, so that the run ends at a defined simulated time.
-            runtime->clock.scheduler);
+        // The scheduler is closed within this step, so that the run ends at a defined simulated time.
+        osal_lockstep_close(runtime->clock.scheduler);
     }
 }
 
@@ -226,6 +228,7 @@ static void no_link(void* const context, const uint8_t* const frame, const size_
     (void)size;
 }
 
+/// Check that the supervisor's descriptor fits this program. If not, the runtime contains the error text.
 static bool is_fitting(component_runtime_t* const runtime)
 {
     char path[RUN_PATH_MAX];
@@ -243,6 +246,8 @@ static bool is_fitting(component_runtime_t* const runtime)
     return fits;
 }
 
+/// Load the descriptor of a subsystem; it is valid until the next call. The supervisor's own is already
+/// loaded.
 static status_t load_descriptor(void* const context, const uint16_t index,
                                 const subsystem_descriptor_t** const out_descriptor)
 {
@@ -305,6 +310,7 @@ static bool keep_checkpoint(void* const context, const checkpoint_t* const check
 
 #define FIRST_STORE 2U ///< Medium number of the first packet store; the journal's media are 0 and 1.
 
+/// Guard a medium of the journal: the writes of an incomplete step are undone after a restart.
 static medium_t guard_journal(void* const context, const unsigned number, const medium_t medium)
 {
     return supervisor_undo_open(&storage.journal_media[number], (checkpoint_t*)context, (uint8_t)number,
@@ -319,6 +325,7 @@ static void guard_stores(checkpoint_t* const checkpoint)
     }
 }
 
+/// Copy an arrived frame to the checkpoint.
 static void note_arrival(void* const context, const uint8_t* const frame, const size_t size)
 {
     checkpoint_t* const checkpoint = (checkpoint_t*)context;

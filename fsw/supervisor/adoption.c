@@ -28,7 +28,7 @@ static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
     return rings;
 }
 
-// ---- Members ----
+// ---- Subsystems ----
 
 static void keep_members(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
@@ -236,6 +236,7 @@ static void take(supervisor_t* const supervisor, const checkpoint_state_t* const
     supervisor->own     = state->own;
     leave_own(supervisor);
     supervisor_ground_resume(supervisor);
+    // // If the endpoint has outlived the component (image), its channels continue by themselves.
     if (!supervisor->config.is_endpoint_kept) {
         take_messages(supervisor, state);
     }
@@ -324,7 +325,9 @@ void supervisor_adoption_reopen(supervisor_t* const supervisor)
     if (supervisor->checkpoint_damage != ADOPTION_NOTHING) {
         return;
     }
-    // These requests may be lost, because the peers may expect other sequence numbers.
+    // message_probe sends a SYNC only to a peer that has uncredited frames: these requests are such frames.
+    // They may be lost, because the peers may expect other sequence numbers, so they are repeated after the
+    // SYNC.
     ask_members(supervisor);
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         message_probe(supervisor->config.endpoint, supervisor->mission->subsystems[i].apid);

@@ -42,6 +42,7 @@ void supervisor_raise_u16_u16(supervisor_t* const supervisor, const uint16_t eve
     (void)subsystem_raise(&supervisor->subsystem, event_id, octets, writer.position);
 }
 
+/// Returns the index of a plan in the mission; PLAN_BUILT_IN for null.
 static uint16_t number_of(const supervisor_t* const supervisor, const mission_plan_t* const plan)
 {
     return (plan != NULL) ? (uint16_t)(plan - supervisor->mission->plans) : PLAN_BUILT_IN;
@@ -124,6 +125,7 @@ static uint16_t secure_network(supervisor_t* const supervisor, const failure_t* 
 
 // ---- Layer 2 ----
 
+/// Returns a run of the plan for a failure, with all members of the real-time network.
 static plan_run_t run_for(supervisor_t* const supervisor, const failure_t* const failure)
 {
     plan_run_t run   = {.severity = failure->severity,
@@ -149,6 +151,7 @@ static void report_overruled(supervisor_t* const supervisor, const plan_run_t* c
     (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_PLAN_OVERRULED, octets, writer.position);
 }
 
+/// Start the plan of a failure, unless a plan of the same or a higher severity concerns the subsystem.
 static void start_plan(supervisor_t* const supervisor, const plan_run_t* const wanted)
 {
     plan_run_t ended;
@@ -209,11 +212,14 @@ void supervisor_error_run_plans(supervisor_t* const supervisor)
 
 // ---- Events ----
 
+/// React to an event of severity HIGH: secure the network (layer 1), then start the plan (layer 2).
 static void handle_high(supervisor_t* const supervisor, const failure_t* const failure)
 {
     const plan_run_t wanted         = run_for(supervisor, failure);
     const plan_run_t* const present = supervisor_plan_runner_of(&supervisor->plans, failure->apid);
-    const bool is_new               = (present == NULL) || (present->severity < failure->severity);
+    // // NETWORK_SHUT_DOWN is not repeated for a failure that a running plan covers, unless it leads to
+    // orders.
+    const bool is_new      = (present == NULL) || (present->severity < failure->severity);
     const uint16_t ordered = secure_network(supervisor, failure, wanted.members, wanted.member_count);
     if ((wanted.member_count > 1U) && (is_new || (ordered > 0U))) {
         supervisor_raise_u16_u16(supervisor, SUPERVISOR_EVENT_NETWORK_SHUT_DOWN,
@@ -315,6 +321,7 @@ void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t
         descriptor_mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
     const bool is_named = (plan != NULL) && (plan->apid == SUPERVISOR_APID);
     handle_finding(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
+    // // The run exists now: its later actions leave out the dead process.
     supervisor_plan_runner_mark_lost(&supervisor->plans, apid);
 }
 
@@ -349,6 +356,7 @@ static bool needs_reaction(const supervisor_t* const supervisor, const own_event
     return is_layer_1 || (plan_of_finding(supervisor, severity, event->subject, event->event_id) != NULL);
 }
 
+/// True if an equal event is already stored for the end of the step.
 static bool is_noted(const supervisor_t* const supervisor, const own_event_t* const event)
 {
     for (uint16_t i = 0U; i < supervisor->own_event_count; i++) {

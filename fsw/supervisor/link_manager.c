@@ -54,6 +54,7 @@ static void end_session(supervisor_t* const supervisor, link_session_t* const se
     session->step = SESSION_FREE;
 }
 
+/// Returns the link with this number if both ends have agreed on it; otherwise null.
 static link_edge_t* accepted_of(supervisor_t* const supervisor, const uint16_t link)
 {
     const bool is_link = (link >= 1U) && (link <= MISSION_LINKS_MAX);
@@ -145,7 +146,8 @@ static void forget_link(supervisor_t* const supervisor, const uint16_t link,
     }
 }
 
-/// Abort a session: close each end that is open or has accepted.
+/// Abort a session: close each end that is open or has accepted. `failed` is the APID of an end that has
+/// nothing to close; 0: there is none.
 static void give_up(supervisor_t* const supervisor, link_session_t* const session, const uint16_t failed,
                     const uint16_t code, const uint32_t detail)
 {
@@ -333,6 +335,7 @@ pus_rtlink_port_t supervisor_link_manager_port(supervisor_t* const supervisor)
 
 // ---- Answers of subsystems ----
 
+/// Returns the session that waits for the answer of this end to this transaction; null if there is none.
 static link_session_t* session_asking(supervisor_t* const supervisor, const uint16_t apid,
                                       const uint32_t transaction)
 {
@@ -394,6 +397,7 @@ static void member_refuses(supervisor_t* const supervisor, const uint16_t apid,
             ((uint32_t)refused->reason << 8U) | (uint32_t)refused->field);
 }
 
+/// Continue to open a link. The producer opens first, because its end creates the shared memory.
 static void member_opened(supervisor_t* const supervisor, link_session_t* const session, const uint16_t apid)
 {
     if ((session->step == SESSION_OPEN_PRODUCER) && (apid == session->ends.producer_apid)) {
@@ -426,6 +430,8 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
         supervisor->closings[link - 1U] = is_producer ? ends->consumer_apid : ends->producer_apid;
         return;
     }
+    // // While a link is being closed, the report of the first end removes the edge, and that of the second
+    // one ends the session.
     const bool had_edge = supervisor_link_graph_remove(&supervisor->graph, link);
     if ((session->step == SESSION_CLOSING) && !had_edge) {
         drop_link(supervisor, link);

@@ -79,6 +79,7 @@ bool supervisor_output_commit_is_running(const supervisor_t* const supervisor,
                : (entry->presumed == PRESUMED_RUNNING);
 }
 
+/// Perform an order to a process.
 static void carry_out(supervisor_t* const supervisor, const uint8_t* const octets, const size_t size)
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
@@ -141,6 +142,8 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
         } else {
             // The output was performed.
         }
+        // // Only outputs before the first one that is left count, because the next life skips outputs from
+        // the front.
         supervisor->performed += is_left ? 0U : 1U;
         if (supervisor->config.checkpoint != NULL) {
             supervisor_checkpoint_note_performed(supervisor->config.checkpoint, supervisor->performed);

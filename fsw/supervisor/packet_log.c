@@ -41,6 +41,7 @@ static void encode_header(uint8_t out_header[RECORD_HEADER], const uint64_t numb
     out_header[RECORD_HEADER - 1U] = direction;
 }
 
+/// Add the line of a record in the format ASCII.
 static void add_line(text_t* const text, const uint8_t* const record, const size_t size)
 {
     octet_reader_t reader   = octet_reader(record, size);
@@ -246,6 +247,7 @@ static void finish_write(packet_log_t* const log)
     log->slowest_ns                   = (job->took_ns > log->slowest_ns) ? job->took_ns : log->slowest_ns;
     if (job->status == STATUS_OK) {
         take_piece(log);
+        // // The file replaces the ring again when it has taken all waiting records quickly enough.
         const bool is_quick = ((log->now_ns - job->since_ns) < SLOW_NS);
         if (job->is_rest && is_quick && (log->strategy != log->wanted)) {
             log->strategy     = log->wanted;
@@ -316,7 +318,8 @@ static void start_job(packet_log_t* const log, const packet_log_job_kind_t kind,
     }
 }
 
-static void write_for_loop(void* const context)
+/// The task of the writer: performs each job that the supervisor's loop has prepared.
+static void run_writer(void* const context)
 {
     packet_log_t* const log = (packet_log_t*)context;
     status_t status         = STATUS_OK;
@@ -432,6 +435,7 @@ void supervisor_packet_log_append(packet_log_t* const log, const uint64_t time_n
 
 // ---- Selection ----
 
+/// Open the file of a strategy and use it from now on. After a failure the old file stays in use.
 static status_t select_file(packet_log_t* const log, const packet_log_strategy_t strategy)
 {
     osal_file_t file     = {-1};
@@ -516,7 +520,7 @@ status_t supervisor_packet_log_start_writer(packet_log_t* const log)
     FSW_ASSERT((log != NULL) && !log->has_writer);
     osal_event_create(&log->ordered);
     osal_event_create(&log->done);
-    const status_t status = osal_task_start(&log->writer, write_for_loop, log, 0);
+    const status_t status = osal_task_start(&log->writer, run_writer, log, 0);
     log->has_writer       = (status == STATUS_OK);
     return status;
 }

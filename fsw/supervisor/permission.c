@@ -23,6 +23,7 @@ static uint16_t mission_link_of_ends(const supervisor_t* const supervisor, const
     return (link != NULL) ? link->number : 0U;
 }
 
+/// Returns the selector of a request; it is empty if the request has none.
 static selector_t selector_of(const supervisor_t* const supervisor, const pus_tc_t* const tc)
 {
     selector_t selector   = {.text = {0}, .has_text = false, .number = 0U};
@@ -110,6 +111,7 @@ static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t 
     return pus_failure(PUS_FAILURE_RESOURCES, needed_w - available_w);
 }
 
+/// Check a request for a state: power, links, and the states of the other members of the network.
 static pus_failure_t check_state_request(supervisor_t* const supervisor, const pus_tc_t* const tc)
 {
     registry_entry_t* const target = supervisor_registry_find(supervisor, tc->apid);
@@ -120,6 +122,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     }
     const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
     if (!is_up) {
+        // // A subsystem may not leave its network while another member is OPERATIONAL.
         return (wanted <= STATE_PRE_OPERATIONAL)
                    ? check_members(supervisor, tc->apid, STATE_OPERATIONAL, false)
                    : pus_failure(PUS_FAILURE_NONE, 0U);
@@ -132,6 +135,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
         failure = check_links(supervisor, target);
     }
     if ((failure.code == PUS_FAILURE_NONE) && (wanted == STATE_OPERATIONAL)) {
+        // // A member that is in ERROR_OPERATIONAL, or whose state is unknown, forbids OPERATIONAL.
         failure = check_members(supervisor, tc->apid, STATE_ERROR_OPERATIONAL, true);
     }
     return failure;

@@ -14,8 +14,8 @@
 #define STATE_OPERATIONAL 5U
 #define STATE_ERROR_OPERATIONAL 6U
 
-/// True for requests that are always permitted: for reports and reads, of the test service, to close a link,
-/// and to shut the mission down.
+/// True for requests that are always permitted: requests for reports and reads, requests of the test service,
+/// to close a link, and to shut the mission down.
 static bool is_harmless(const uint8_t service, const uint8_t subtype)
 {
     // Service, and a bit set of its subtypes: 1 << subtype.

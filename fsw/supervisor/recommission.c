@@ -79,8 +79,8 @@ static void report_end(supervisor_t* const supervisor, registry_entry_t* const e
                           octets, writer.position);
 }
 
-/// True if such a request is permitted now. Missing links, failed partners and unknown states
-/// may still change; any other refusal ends the recommissioning.
+/// True if a request is permitted now. Missing links, failed partners and unknown states may still change;
+/// any other refusal ends the recommissioning.
 static bool may_pass(supervisor_t* const supervisor, registry_entry_t* const entry, const uint8_t subtype,
                      const uint8_t* const octets, const size_t size)
 {
@@ -99,19 +99,20 @@ static bool may_pass(supervisor_t* const supervisor, registry_entry_t* const ent
     return failure.code == PUS_FAILURE_NONE;
 }
 
+/// Order a state, once for each rest state that is reached.
 static void order(supervisor_t* const supervisor, registry_entry_t* const entry, const state_t state)
 {
     const uint8_t octets[1] = {(uint8_t)state};
     if ((entry->recommission.ordered != state) &&
         may_pass(supervisor, entry, PUS_MANAGEMENT_REQUEST_STATE, octets, sizeof octets)) {
-        (void)supervisor_order_state(supervisor, entry->mission->apid, state,
-                                     PUS_CAUSE_REQUEST); // Request the same properties as before.
+        (void)supervisor_order_state(supervisor, entry->mission->apid, state, PUS_CAUSE_REQUEST);
         entry->recommission.ordered = state;
         entry->recommission.has_left_offline =
             entry->recommission.has_left_offline || (state != STATE_OFFLINE);
     }
 }
 
+/// Order the earlier configuration, or end the recommissioning if there was none.
 static void configure(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     const uint16_t wanted                   = entry->recommission.configuration;

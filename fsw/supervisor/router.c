@@ -8,7 +8,7 @@
 #define DIAGNOSTIC_REPORT 26U
 #define APID_MASK 0x07FFU                // Mask of the APID in the first word of a packet.
 #define REQUEST_PATIENCE_NS 100000000ULL ///< Longest time in which a running subsystem takes a packet.
-#define NO_PACKETS_LIMIT (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
+#define INTAKE_PACKETS_MAX (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// Report when the ring begins to replace the selected strategy of the packet log, and when this ends; each
 /// once.
@@ -115,6 +115,8 @@ static void reject(supervisor_t* const supervisor, const pus_tc_t* const tc,
     }
 }
 
+/// True if a request comes from the right component: ground users send through `communication`, and on-board
+/// users are the components themselves.
 static bool is_known_user(const supervisor_t* const supervisor, const uint16_t source, const uint16_t from)
 {
     if (!is_ground(source)) {
@@ -166,6 +168,7 @@ static status_t deliver_request(supervisor_t* const supervisor, const pus_tc_t* 
     return status;
 }
 
+/// Log and check a request, then send it to its addressee or refuse it.
 static void route_request(supervisor_t* const supervisor, const uint16_t from, const uint8_t* const packet,
                           const size_t size)
 {
@@ -349,7 +352,7 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
     const message_filter_t filter = {&intake, may_receive};
     uint16_t from                 = 0U;
     status_t status               = STATUS_OK;
-    for (unsigned i = 0U; (i < NO_PACKETS_LIMIT) && (status != STATUS_EMPTY); i++) {
+    for (unsigned i = 0U; (i < INTAKE_PACKETS_MAX) && (status != STATUS_EMPTY); i++) {
         status                = take_one(supervisor, &filter, &from);
         intake.is_ground_held = intake.is_ground_held || (status == STATUS_BUSY);
         if (status == STATUS_OK) {
@@ -358,7 +361,7 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
             *taken = (uint16_t)(*taken + 1U);
         }
     }
-    // Processes control frames even of peers whose packets must wait.
+    // Process the control frames of all peers, also of those whose packets must wait.
     message_take_control(supervisor->config.endpoint);
 }
 
@@ -418,8 +421,8 @@ status_t supervisor_router_send(void* const context, const uint8_t* const packet
         supervisor_pending_report(&supervisor->own, SUPERVISOR_APID, tm.destination, &verification);
     }
     if (is_for_ground) {
-        supervisor_ground_send(supervisor, tm.apid, packet, size,
-                               NULL); // If it cannot be sent, it is at least in the log.
+        // A report that cannot be sent is at least in the log.
+        supervisor_ground_send(supervisor, tm.apid, packet, size, NULL);
     }
     if ((tm.service == PUS_SERVICE_MANAGEMENT) && (tm.subtype == PUS_MANAGEMENT_STATUS)) {
         send_heartbeat(supervisor, packet, size);

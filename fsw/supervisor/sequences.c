@@ -82,6 +82,7 @@ static bool is_in_shutdown_group(const registry_entry_t* const entry)
            (entry->process == PROCESS_RUNNING);
 }
 
+/// Order the subsystems of the group to a state; only those in the state `only_from` (STATE_COUNT: all).
 static void order_group(supervisor_t* const supervisor, const state_t only_from, const state_t target)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
@@ -93,6 +94,7 @@ static void order_group(supervisor_t* const supervisor, const state_t only_from,
     }
 }
 
+/// True if a subsystem of the group is OPERATIONAL or, with is_operational false, not OFFLINE.
 static bool is_any_in(const supervisor_t* const supervisor, const bool is_operational)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
@@ -108,7 +110,7 @@ static bool is_any_in(const supervisor_t* const supervisor, const bool is_operat
 
 static void enter_step(supervisor_t* const supervisor, const unsigned step)
 {
-    // The request was answered in the previous step.
+    // Time since the order of the previous step: a request that is older was sent before that order.
     const uint64_t passed_ns  = supervisor->now_ns - supervisor->shutdown_ns;
     supervisor->shutdown_step = step;
     supervisor->shutdown_ns   = supervisor->now_ns;

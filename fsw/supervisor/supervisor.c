@@ -153,6 +153,7 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     supervisor_pending_init(&supervisor->own);
     supervisor_output_commit_init(supervisor);
     init_component(supervisor);
+    // The adoption comes first: the data of the predecessor say how the log continues.
     supervisor_adoption_begin(supervisor);
     const status_t status = supervisor_packet_log_open(
         &supervisor->log, config->log_folder, (packet_log_strategy_t)supervisor->log_strategy,
@@ -166,6 +167,7 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     return status;
 }
 
+/// Perform the checks that are due every 10 ms.
 static void tick(supervisor_t* const supervisor)
 {
     supervisor_registry_watch(supervisor);
@@ -214,6 +216,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     supervisor_router_take_in(supervisor);
     supervisor_link_manager_settle(supervisor);
     supervisor_adoption_report(supervisor);
+    // The messages taken in may have returned credit, so waiting reports can be sent now.
     supervisor_ground_flush(supervisor);
     supervisor_ground_report(supervisor);
     const uint64_t component_wake_ns = subsystem_step(&supervisor->subsystem, now_ns);

@@ -135,6 +135,7 @@ static void write_parameters(octet_writer_t* const writer, const subsystem_descr
     }
 }
 
+/// Store the definition of a structure in the form that supervisor_telemetry_cache_define reads.
 static void learn_structure(telemetry_directory_t* const directory,
                             const subsystem_descriptor_t* const descriptor, const uint16_t configuration,
                             const descriptor_structure_t* const structure)
@@ -187,8 +188,8 @@ void supervisor_telemetry_directory_define(const telemetry_directory_t* const di
         const telemetry_structure_t* const structure = &directory->structures[i];
         octet_reader_t content = octet_reader(&directory->content[structure->offset], structure->size);
         if ((structure->apid == apid) && (structure->configuration == configuration)) {
+            // The cache counts definitions for which it has no room.
             (void)supervisor_telemetry_cache_define(cache, apid, HOUSEKEEPING_REPORT, structure->id,
-                                                    // The cache counts definitions for which it has no room.
                                                     &content);
         }
     }

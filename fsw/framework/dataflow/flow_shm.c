@@ -174,8 +174,8 @@ status_t flow_shm_step(flow_shm_t* const flow, const uint64_t now_ns)
 void flow_shm_close(flow_shm_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
-    if (flow->link.is_open && flow->setup.is_writer &&
-        is_alive(&flow->shm)) { // Otherwise a successor already uses the name.
+    // If the memory is marked as ended, a successor already uses the name.
+    if (flow->link.is_open && flow->setup.is_writer && is_alive(&flow->shm)) {
         end_region(&flow->shm);
         (void)osal_shm_remove(flow->address);
     }

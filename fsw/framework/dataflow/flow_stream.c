@@ -29,6 +29,7 @@ static status_t connect(flow_stream_t* const flow)
     if (status == STATUS_OK) {
         status = osal_tcp_connect_begin(&flow->socket, to);
     }
+    // In stepped time, wait for the result, so that it does not depend on wall-clock time.
     if ((status == STATUS_BUSY) && osal_hand_over_is_open(&flow->counts) &&
         (osal_socket_wait_writable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS) == STATUS_OK)) {
         status = osal_tcp_connect_result(&flow->socket);

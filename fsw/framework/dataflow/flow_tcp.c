@@ -107,6 +107,7 @@ static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const 
         if (osal_tcp_accept(&flow->listener, &arrived, &from) != STATUS_OK) {
             return;
         }
+        // The place comes first, because a client that is ended for it returns its quota.
         const unsigned place  = take_place(flow, user);
         const bool is_granted = (quota_take(flow->quota) == STATUS_OK);
         if (!is_granted || (place == flow->capacity)) {
@@ -158,6 +159,7 @@ static offer_t offer(flow_tcp_t* const flow, const flow_tcp_user_t* const user, 
     client->held -= start;
     if (start > 0U) {
         (void)memmove(client->buffer, &client->buffer[start], client->held);
+        // The next step begins with the client after this one.
         flow->first = (index + 1U) % flow->capacity;
     }
     if (taken == FLOW_TCP_BUSY) {

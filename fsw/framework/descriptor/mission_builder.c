@@ -80,6 +80,7 @@ void descriptor_mission_builder_end(source_t* const source)
     if (descriptor_mission_builder_of(source)->scope != NULL) {
         mission->configuration_hash = source->hash;
     } else {
+        // Without a scope the names in rules and plans stay unresolved, so the model offers none.
         mission->rule_count   = 0U;
         mission->plan_count   = 0U;
         mission->action_count = 0U;

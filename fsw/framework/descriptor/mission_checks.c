@@ -11,11 +11,13 @@ typedef char ports_fit[(MISSION_PORTS_MAX >= DESCRIPTOR_PORTS_MAX) ? 1 : -1];
 
 // ---- Elements ----
 
+/// Begin a subsystem of the mission: no power of a state has been read yet.
 static void begin_listed(source_t* const source)
 {
     descriptor_mission_builder_of(source)->power_seen = 0U;
 }
 
+/// Read the power of a subsystem in a state.
 static void take_power(source_t* const source)
 {
     mission_builder_t* const builder     = source->builder;
@@ -31,6 +33,7 @@ static void take_power(source_t* const source)
     }
 }
 
+/// Check that one mode is the initial one, and that the fallback mode exists.
 static void end_modes(source_t* const source)
 {
     mission_descriptor_t* const mission = source->item;

@@ -20,6 +20,7 @@ void descriptor_source_say(source_t* const source, const char* const pattern, co
 void descriptor_source_refuse(source_t* const source, const uint32_t line, const char* const pattern,
                               const char* const one, const char* const other, const uint32_t number)
 {
+    // Only the first error of a file is reported.
     source->is_reporting = (source->status == STATUS_OK);
     if (source->is_reporting) {
         source->status = STATUS_INVALID;
@@ -310,6 +311,7 @@ static status_t on_start(void* const context, const xml_element_t* const element
     if (source->status == STATUS_OK) {
         read_element(source, row);
     }
+    // The attributes are valid only during this call.
     source->element = NULL;
     return source->status;
 }

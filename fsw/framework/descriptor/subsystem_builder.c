@@ -94,7 +94,7 @@ const char* descriptor_subsystem_builder_values(source_t* const source, const ch
     } else if (!is_within) {
         descriptor_source_wrong(source, attribute, "numbers within min and max");
     } else {
-        // Every name has been converted.
+        // The numbers are valid.
     }
     return descriptor_source_keep(source, values);
 }

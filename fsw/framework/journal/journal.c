@@ -51,6 +51,7 @@ static void note_erased(journal_t* const journal, const journal_slot_t* const sl
     journal_index_remove(journal->configuration.slots, journal->slot_count, slot);
 }
 
+/// Count a failure. Returns STATUS_IO.
 static status_t failed(journal_t* const journal)
 {
     journal->stats.failed++;
@@ -118,6 +119,7 @@ static status_t empty_medium(const medium_t* const medium)
     return (status == STATUS_OK) ? medium->sync(medium->context) : status;
 }
 
+/// Empty a medium and write the head of a generation.
 static status_t begin_generation(const medium_t* const medium, const uint32_t generation)
 {
     const status_t status = empty_medium(medium);
@@ -280,6 +282,7 @@ static status_t close_transaction(journal_t* const journal)
     return STATUS_OK;
 }
 
+/// True if the log is longer than twice its live records and the slack.
 static bool is_wasteful(const journal_t* const journal)
 {
     const uint64_t live = JOURNAL_HEAD_SIZE + (uint64_t)journal->stats.live;

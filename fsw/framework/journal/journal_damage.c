@@ -63,14 +63,14 @@ typedef struct {
 /// True if a successful commit reached further than the valid part.
 static bool is_cut(const journal_survey_t surveys[2], const valid_t* const valid)
 {
-    bool is = false;
+    bool is_found = false;
     for (size_t i = 0U; i < 2U; i++) {
         const journal_mark_t* const mark = &surveys[i].mark;
         const bool is_behind             = !valid->is_there || (mark->generation > valid->generation) ||
                                ((mark->generation == valid->generation) && (mark->offset > valid->end));
-        is = is || (surveys[i].has_mark && is_behind);
+        is_found = is_found || (surveys[i].has_mark && is_behind);
     }
-    return is;
+    return is_found;
 }
 
 status_t journal_assess(const medium_t media[2], const journal_survey_t surveys[2], const size_t last,

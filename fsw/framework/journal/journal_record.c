@@ -166,16 +166,16 @@ status_t journal_read_record(const medium_t* const medium, journal_place_t* cons
 }
 
 /// Returns the offset in the buffer where a record may begin that lies at or after `place` and ends at
-/// `end` at the latest; `size` - 19 if there is none.
+/// `end` at the latest. If there is none, returns the first offset that leaves no room for an empty record:
+/// the search continues there.
 static size_t candidate_in(const uint8_t* const buffer, const size_t size, const journal_place_t* const place,
                            const uint64_t end)
 {
     const uint64_t left = end - place->offset;
-    const uint64_t sequence =
-        // Between `place` and here, at most this number of records has room.
-        place->sequence + (left / JOURNAL_RECORD_SIZE(0U));
-    size_t at         = 0U;
-    bool is_candidate = false;
+    // Between `place` and the end, at most this number of records has room.
+    const uint64_t sequence = place->sequence + (left / JOURNAL_RECORD_SIZE(0U));
+    size_t at               = 0U;
+    bool is_candidate       = false;
     while (!is_candidate && ((at + JOURNAL_RECORD_SIZE(0U)) <= size)) {
         const journal_record_t record = record_in(&buffer[at]);
         const uint32_t found          = octets_u32_at(&buffer[at + SEQUENCE]);
@@ -200,6 +200,7 @@ status_t journal_find_record(const medium_t* const medium, const uint64_t end, j
         const size_t at = candidate_in(buffer, size, place, end);
         *out_record     = record_in(buffer);
         if (at > 0U) {
+            // The next round reads from the candidate, so that the whole record is in the buffer.
             place->offset += (uint32_t)at;
         } else {
             const size_t covered = JOURNAL_OCTETS_AT + (size_t)out_record->size;

@@ -459,8 +459,8 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
     FSW_ASSERT(channel != NULL);
     if (((channel->position.taken - channel->position.acknowledged) >= (MESSAGE_WINDOW / 2U)) ||
         (channel->position.unacknowledged >= (MESSAGE_WINDOW_OCTETS / 2U))) {
-        (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL,
-                         0U); // If this frame is not sent, the next receive sends it again.
+        // If this frame is not sent, the next receive sends it again.
+        (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL, 0U);
     }
 }
 

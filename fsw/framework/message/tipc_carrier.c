@@ -85,6 +85,7 @@ void message_tipc_carrier_take_hints(message_tipc_carrier_t* const carrier,
             if (carrier->peers[i].component != event.instance) {
                 continue;
             }
+            // While the name was withdrawn, frames to the peer may have been lost.
             if (event.is_published && carrier->peers[i].is_withdrawn) {
                 message_probe(endpoint, carrier->peers[i].component);
             }

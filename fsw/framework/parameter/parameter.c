@@ -335,6 +335,7 @@ static bool read_unlocked(const parameter_dictionary_t* const dictionary,
         return false;
     }
     put_values(entry, writer);
+    // Read all values before the guard is read again.
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
     if (__atomic_load_n(&dictionary->guard, __ATOMIC_RELAXED) != guard) {
         return false;

@@ -94,6 +94,7 @@ static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* con
     rtlink_frame_pack(header, words);
     const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
     __atomic_store_n(&slot->guard, guard + 1U, __ATOMIC_RELAXED);
+    // A reader that sees a changed word must also see the odd guard.
     __atomic_thread_fence(__ATOMIC_RELEASE);
     for (size_t i = 0U; i < HEADER_WORDS; i++) {
         __atomic_store_n(&slot->words[i], words[i], __ATOMIC_RELAXED);
@@ -276,6 +277,7 @@ static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_
     for (size_t i = 0U; i < words; i++) {
         out_words[i] = __atomic_load_n(&slot->words[i], __ATOMIC_RELAXED);
     }
+    // Read all words before the guard is read again.
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
     if (__atomic_load_n(&slot->guard, __ATOMIC_RELAXED) != before) {
         return false;

@@ -155,6 +155,7 @@ status_t sdls_look(sdls_receiver_t* const self, sdls_session_t* const session, c
     if (content > (sizeof session->packet - session->held)) {
         return refuse(self, SDLS_REFUSED_PARTS);
     }
+    // The MAC is checked before the receiver uses the number and the part of the frame.
     if (!is_authentic(self, session, octets, content)) {
         return refuse(self, SDLS_REFUSED_FORGED);
     }

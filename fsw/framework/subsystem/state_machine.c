@@ -17,7 +17,9 @@ enum {
 #define TARGET_NONE TARGET_COUNT
 
 typedef enum {
+    // The request is refused.
     NO,
+    // The request is refused, because a transition is running.
     BUSY,
     DONE,          ///< The machine is already in that state.
     GO,            ///< Go towards the state, one transition after the other.

@@ -137,6 +137,7 @@ static void call(void (*const callback)(void*), void* const self)
     }
 }
 
+/// Perform one cycle: sense, links, entry action, control, emit, housekeeping.
 static void run_cycle(subsystem_t* const subsystem)
 {
     const subsystem_callbacks_t* const callbacks = subsystem->config.callbacks;
@@ -166,6 +167,7 @@ static void run_cycle(subsystem_t* const subsystem)
     }
 }
 
+/// React once if the supervisor has been silent for too long.
 static void watch_supervisor(subsystem_t* const subsystem)
 {
     const bool is_silent =
@@ -249,6 +251,7 @@ uint64_t subsystem_step(subsystem_t* const subsystem, const uint64_t now_ns)
 {
     FSW_ASSERT(subsystem != NULL);
     subsystem->now_ns = now_ns;
+    // The loops come before the main loop too, so that it sends the reports that they have finished.
     (void)subsystem_step_loops(subsystem);
     const uint64_t own_ns = step_own_loop(subsystem);
     // Called last, because the configuration may have changed.

@@ -45,12 +45,12 @@ subsystem_link_t* subsystem_link_slot(subsystem_t* const subsystem, const descri
     if (same != NULL) {
         return (same->port->id == port->id) ? same : NULL;
     }
-    uint16_t readers      = 0U;
-    subsystem_link_t* its = subsystem_link_of(subsystem, port->id);
-    if (!port->is_provided && (its != NULL)) {
-        return its;
+    uint16_t readers       = 0U;
+    subsystem_link_t* link = subsystem_link_of(subsystem, port->id);
+    if (!port->is_provided && (link != NULL)) {
+        return link;
     }
-    for (; its != NULL; its = subsystem_link_next(subsystem, its, port->id)) {
+    for (; link != NULL; link = subsystem_link_next(subsystem, link, port->id)) {
         readers++;
     }
     return (readers < SUBSYSTEM_PORT_LINKS) ? free_link(subsystem) : NULL;

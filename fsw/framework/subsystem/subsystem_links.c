@@ -27,6 +27,7 @@ static uint8_t methods_of(const subsystem_t* const subsystem, const descriptor_p
     return (uint8_t)(methods & subsystem->config.link_methods & reaching);
 }
 
+/// Write the terms that this subsystem offers for a port.
 static void describe_port(const subsystem_t* const subsystem, const descriptor_port_t* const port,
                           const uint16_t link, rtlink_terms_t* const out_terms)
 {
@@ -39,6 +40,7 @@ static void describe_port(const subsystem_t* const subsystem, const descriptor_p
     out_terms->max_age_us    = port->stale_us;
 }
 
+/// Returns the number of the lowest method in a set.
 static uint8_t method_number(const uint8_t methods)
 {
     uint8_t number = 0U;
@@ -452,7 +454,8 @@ void subsystem_link_datagram(subsystem_t* const subsystem, const uint8_t* const 
     FSW_ASSERT((subsystem != NULL) && (frame != NULL));
     for (size_t i = 0U; i < SUBSYSTEM_LINKS; i++) {
         subsystem_link_t* const link = &subsystem->links[i];
-        const bool is_addressee      = link->is_used && !link->is_producer && (size >= 6U) &&
+        // Octets 4 and 5 of a frame are its link id (link_frame.h).
+        const bool is_addressee = link->is_used && !link->is_producer && (size >= 6U) &&
                                   (link->link == (uint16_t)(((uint16_t)frame[4] << 8U) | frame[5]));
         if (is_addressee) {
             (void)rtlink_consumer_deliver(&link->consumer, frame, size);

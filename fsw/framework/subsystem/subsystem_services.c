@@ -101,10 +101,9 @@ size_t subsystem_sample_auxiliary(subsystem_t* const subsystem, const descriptor
         const descriptor_parameter_t* const parameter = &subsystem->descriptor->parameters[index];
         if (parameter_read(&subsystem->dictionary, parameter->id, &writer) != STATUS_OK) {
             for (uint32_t k = 0U; k < parameter->wire_size; k++) {
-                octet_write_u8(&writer,
-                               // A parameter that is not published is filled with zeros, so that the ground
-                               // can decode the rest.
-                               0U);
+                // A parameter that is not published is filled with zeros, so that the ground can decode the
+                // rest.
+                octet_write_u8(&writer, 0U);
             }
         }
     }
@@ -367,6 +366,7 @@ static void read_status(void* const context, pus_subsystem_status_t* const out_s
                                                                   .cycle              = subsystem->cycle};
 }
 
+/// True if the descriptor or the configuration may be changed: no device is in use.
 static bool may_change(const subsystem_t* const subsystem)
 {
     const state_phase_t phase = subsystem->machine.phase;

@@ -121,6 +121,7 @@ static bool needs_event(const state_action_t action)
            (action == ACTION_SOFTWARE_DEINIT);
 }
 
+/// Report the end of an action to the state machine, and release what its end makes invalid.
 static void end_action(subsystem_t* const subsystem, const state_action_t action,
                        const state_outcome_t outcome)
 {
@@ -204,6 +205,7 @@ void subsystem_after_change(subsystem_t* const subsystem)
         end_pending(subsystem, has_failed ? PUS_FAILURE_STEP : PUS_FAILURE_NONE,
                     (uint32_t)subsystem->machine.state);
     }
+    // In OFFLINE no cycle is planned: the first cycle after it is due at once.
     subsystem->next_cycle_ns =
         (subsystem->machine.state == STATE_OFFLINE) ? subsystem->now_ns : subsystem->next_cycle_ns;
 }

@@ -67,6 +67,7 @@ static void command_velocity(actuators_t* const own, canopen_cia402_axis_t* cons
     canopen_cia402_axis_command_velocity(axis, own->parameters.velocity[place], 0.0);
 }
 
+/// Read the state of an axis, and command its next position or its velocity.
 static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place,
                        const int mode)
 {

@@ -79,6 +79,7 @@ static double friction_of(const arm_setup_t* const setup, const unsigned joint, 
            (drives->viscous[joint] * speed_rad_s);
 }
 
+/// Let the differences at engagement decay.
 static void fade(arm_control_t* const control, const arm_setup_t* const setup)
 {
     const double share =
@@ -146,10 +147,9 @@ void arm_control_comply(arm_control_t* const control, const arm_setup_t* const s
 {
     FSW_ASSERT((control != NULL) && (setup != NULL) && (desired != NULL));
     const unsigned joint_count = setup->model->joint_count;
-    arm_motion_t motion =
-        // Desired velocities and accelerations at the measured positions, because a force may have moved the
-        // tool away from its path.
-        *desired;
+    // Use the desired velocities and accelerations at the measured positions, because a force may have moved
+    // the tool away from its path.
+    arm_motion_t motion = *desired;
     for (unsigned i = 0U; i < joint_count; i++) {
         motion.position_rad[i] = control->link_rad[i];
     }

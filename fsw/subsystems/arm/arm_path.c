@@ -16,7 +16,9 @@
 // Tolerance of the check of speeds: the duration of a motion is such that the peak speed of a joint equals
 // its limit.
 #define SPEED_MARGIN 1.001
+// Steps of the check of a line.
 #define CHECK_STEPS 400U
+// Steps of the check in one cycle, so that it does not delay the control.
 #define CHECK_STEPS_CYCLE 10U
 
 static double larger(const double a, const double b)
@@ -151,6 +153,7 @@ static void tool_goal(arm_path_t* const path, const control_motion_point_t* cons
     out_twist->angular_rad_s = arm_times(path->turn_rad, point->velocity);
 }
 
+/// Check that the tool is near its line, and the joints within their limits.
 static arm_refusal_t check_motion(const arm_model_t* const model, const arm_limits_t* const limits,
                                   const arm_motion_t* const motion, const arm_twist_t* const error)
 {

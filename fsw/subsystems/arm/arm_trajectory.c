@@ -14,6 +14,7 @@
 
 #define LINE_MIN_S 0.1
 #define BLEND_MIN_S 0.05
+// Factor by which the duration of a line that is too short grows in each round of planning.
 #define GROWTH 1.05
 
 #define TWO_PI 6.2831853071795865

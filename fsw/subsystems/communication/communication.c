@@ -27,6 +27,7 @@ static unsigned connected_from(const communication_t* const self, const unsigned
     return client;
 }
 
+/// True if a client is the operator that takes part in the scheduler.
 static bool is_participant(const communication_t* const self, const unsigned client)
 {
     osal_address_t peer   = {0U, 0U};
@@ -101,6 +102,7 @@ static void note_source(communication_t* const self, const uint8_t* const packet
     }
 }
 
+/// Take the first packet from a client's octets and pass it to the supervisor (framer of flow_tcp.h).
 static size_t frame(void* const context, const unsigned client, const uint8_t* const octets,
                     const size_t size)
 {
@@ -129,6 +131,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
         self->is_uplink_full = true; // The supervisor's inbox is full: the packet stays in the buffer.
         return FLOW_TCP_BUSY;
     }
+    // The session advances only now, because a packet that stays in the buffer is checked again.
     communication_ground_security_accept(&self->security, client);
     self->parameters.counters.tc_received++;
     if (is_valid(unit.packet, unit.size)) {
@@ -141,6 +144,7 @@ static size_t frame(void* const context, const unsigned client, const uint8_t* c
     return unit.taken;
 }
 
+/// Returns how many octets of a client may be read: from the participant only those that it has announced.
 static size_t allowance(void* const context, const unsigned client)
 {
     const communication_t* const self = (const communication_t*)context;
@@ -247,8 +251,8 @@ bool communication_take_in(communication_t* const self, const uint32_t octets_du
     const bool is_awaited =
         (port != 0U) ? is_expected(self, port, client != NO_CLIENT) : is_disconnecting(self);
     if (client == NO_CLIENT) {
-        self->outstanding =
-            (before == NO_CLIENT) ? self->outstanding : 0U; // The participant has closed its connection.
+        // If the participant has closed its connection, no more octets of it are expected.
+        self->outstanding = (before == NO_CLIENT) ? self->outstanding : 0U;
         return is_awaited;
     }
     self->outstanding -= flow_tcp_octets_in(&self->flow, client) - of_client;
@@ -279,6 +283,7 @@ static void queue_for(communication_t* const self, const unsigned client, const 
     }
 }
 
+/// Queue a report for the clients to which its destination belongs.
 static void report(void* const context, const uint8_t* const packet, const size_t size)
 {
     communication_t* const self = (communication_t*)context;
@@ -407,6 +412,7 @@ static void update_status(void* const context)
     communication_ground_security_publish(&self->security, &self->parameters.security);
     self->parameters.status.queued = (uint16_t)((queued < UINT16_MAX) ? queued : UINT16_MAX);
     parameter_unlock(dictionary);
+    // The next dropped report is announced only after all queues were empty.
     self->is_drop_reported = self->is_drop_reported && (queued > 0U);
     communication_ground_security_report(&self->security, self->generic);
     report_misuse(self);

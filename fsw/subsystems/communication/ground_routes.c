@@ -29,6 +29,7 @@ void communication_ground_routes_init(communication_ground_routes_t* const route
     (void)memset(routes, 0, sizeof *routes);
 }
 
+/// Note that a client uses a user id. If no place is free, the last one is used again.
 static void note_user(communication_ground_routes_t* const routes, const uint16_t user, const uint32_t client)
 {
     size_t place = GROUND_USERS;

@@ -49,6 +49,7 @@ static status_t next_packet(const uint8_t* const octets, const size_t size,
     return ((status == STATUS_OK) || (status == STATUS_TRUNCATED)) ? status : STATUS_CLOSED;
 }
 
+/// Count a refused frame. STATUS_CLOSED if its end is unknown, or after too many refused frames.
 static status_t refused(communication_ground_security_t* const self, const unsigned client,
                         const size_t taken)
 {

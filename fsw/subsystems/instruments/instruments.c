@@ -98,6 +98,7 @@ static void control(void* const self)
     const bool have_arrived           = is_on && are_there && own->is_under_way;
     own->is_under_way                 = is_on && !are_there;
     parameter_unlock(subsystem_dictionary(own->generic));
+    // Raised after the unlock, because an event that samples parameters takes the lock.
     if (have_arrived) {
         (void)subsystem_raise(own->generic, INSTRUMENTS_EVENT_ARRIVED, NULL, 0U);
     }

@@ -42,6 +42,7 @@ static bool read_robot(joystick_t* const joystick)
     return is_fresh;
 }
 
+/// Take the torque of a fresh sample; while samples are missing, the torque decays.
 static void take_felt_torque(joystick_t* const joystick)
 {
     if (!read_robot(joystick)) {

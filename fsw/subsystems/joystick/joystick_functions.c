@@ -29,8 +29,8 @@ void joystick_display_step(joystick_t* const joystick, const double period_s)
     if (!joystick->display.is_active) {
         return;
     }
-    // A ceiling of zero makes the torque zero; the display still lasts for its duration, with any rate above
-    // 0.
+    // If the ceiling is zero, the torque is zero, but the display still ends after its duration: any positive
+    // rate is suitable.
     const double rate = gains->torque_ceiling / gains->ramp_time;
     joystick_force_display_step(&joystick->display, period_s, (rate > 0.0) ? rate : 1.0);
     if (!joystick->display.is_active) {

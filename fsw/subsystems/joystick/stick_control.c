@@ -27,6 +27,7 @@ void joystick_stick_control_sense(joystick_stick_control_t* const control,
     control->is_started = true;
 }
 
+/// Command a torque minus the damping, limited to the ceiling, and count the limitation.
 static void command_torque(joystick_stick_control_t* const control, const joystick_control_t* const gains,
                            const unsigned axis, const double torque_nm, const double damping_nms_rad)
 {

@@ -201,6 +201,7 @@ static const double* angles_to_follow(manipulator_t* const manipulator,
                                                        .external_nm = control->observer.external_nm,
                                                        .hand_rad    = hand,
                                                        .paid_j      = manipulator->paid_j};
+    // The arm does not follow yet: begin again from the present sample.
     if (manipulator->drives.activity != DRIVES_ENGAGED) {
         manipulator_arm_yield_reset(&manipulator->yield, &sample);
         return hand;

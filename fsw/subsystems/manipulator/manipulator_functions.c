@@ -130,6 +130,7 @@ void manipulator_parameter_set(void* const self, const uint32_t parameter_id)
     if (parameter_id == MANIPULATOR_PARAMETER_DES_POSITION) {
         go_to_parameter(manipulator);
     }
+    // The identification begins again with the new model or the new assumptions.
     if ((parameter_id == MANIPULATOR_PARAMETER_MODEL) ||
         (parameter_id == MANIPULATOR_PARAMETER_IDENTIFICATION)) {
         manipulator_take_model(manipulator);

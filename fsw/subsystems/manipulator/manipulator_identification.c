@@ -206,7 +206,8 @@ static void keep(manipulator_arm_identification_t* const identification)
     }
 }
 
-/// Return to the older of the earlier estimates. True if updates were discarded.
+/// Return to the older of the earlier estimates, because later updates may contain the torque of the
+/// contact that was detected now. True if updates were discarded.
 static bool go_back(manipulator_arm_identification_t* const identification)
 {
     const bool is_changed   = (identification->age > 0U);

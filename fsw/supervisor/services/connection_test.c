@@ -56,6 +56,7 @@ static void observe_connection(supervisor_t* const supervisor, const pus_tm_t* c
         (tm->destination != PUS_USER_SUPERVISOR)) {
         return;
     }
+    // One report answers all tests of its application.
     for (size_t i = 0U; i < SPACECRAFT_CONNECTIONS; i++) {
         spacecraft_connection_t* const test = &supervisor->spacecraft.connections.tests[i];
         test->is_answered                   = test->is_answered || (test->apid == tm->apid);

@@ -204,6 +204,7 @@ uint64_t spacecraft_step(struct supervisor* const supervisor, const uint64_t now
 void spacecraft_observe(struct supervisor* const supervisor, const pus_tm_t* const tm,
                         const uint8_t* const packet, const size_t size)
 {
+    // The known structures come first, because the cache reads this report by them.
     follow_configuration(supervisor, tm->apid);
     supervisor_telemetry_cache_observe(&supervisor->spacecraft.cache, tm);
     for (size_t i = 0U; i < BINDINGS; i++) {
