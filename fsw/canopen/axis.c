@@ -33,7 +33,7 @@ void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* const axis, const canop
 void canopen_cia402_axis_observe(canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
-    // // An axis that has left operation by itself is not switched on again.
+    // An axis that has left operation by itself is not switched on again.
     if (axis->goal == CIA402_GOAL_ENABLED) {
         if (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED) {
             axis->was_enabled = true;
@@ -87,7 +87,7 @@ static double to_units(canopen_cia402_axis_t* const axis, const double value, co
         axis->limited++;
         return -limit;
     }
-    // // The caller's conversion to an integer cuts off the fraction: the half rounds to the nearest unit.
+    // The caller's conversion to an integer cuts off the fraction: the half rounds to the nearest unit.
     return units + ((units < 0.0) ? -0.5 : 0.5);
 }
 
@@ -106,7 +106,7 @@ static int16_t torque_units(canopen_cia402_axis_t* const axis, const double torq
         axis->limited++;
         return 0;
     }
-    // // With the half that to_units adds, 32766 is the largest number that stays within the INT16.
+    // With the half that to_units adds, 32766 is the largest number that stays within the INT16.
     const double by_axis = axis->scale.torque_max_nm / axis->scale.torque_nm;
     return (int16_t)to_units(axis, torque_nm, axis->scale.torque_nm, (by_axis < 32766.0) ? by_axis : 32766.0);
 }

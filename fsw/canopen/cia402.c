@@ -83,7 +83,7 @@ bool canopen_cia402_is_at_goal(const canopen_cia402_state_t state, const canopen
     case CIA402_GOAL_DISABLED:
     case CIA402_GOAL_QUICK_STOP:
     default:
-        // // In these states the drive has no torque.
+        // In these states the drive has no torque.
         return (state == CIA402_SWITCH_ON_DISABLED) || (state == CIA402_FAULT) || (state == CIA402_NOT_READY);
     }
 }

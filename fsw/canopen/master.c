@@ -126,7 +126,7 @@ static void take_heartbeat(canopen_master_t* const master, canopen_master_node_t
     }
     if (state == NMT_STATE_BOOT_UP) {
         node->boots++;
-        // // A node that has rebooted does not answer a request that it received before.
+        // A node that has rebooted does not answer a request that it received before.
         canopen_sdo_client_reset(&node->sdo);
     }
     node->has_heartbeat = true;

@@ -389,7 +389,7 @@ status_t drives_hardware_deinit(void* const self)
         for (uint8_t i = 0U; i < drives->bus_count; i++) {
             canopen_network_reset_nodes(&drives->buses[i].network);
         }
-        // // The reset frame needs a cycle on the bus before the buses are closed.
+        // The reset frame needs a cycle on the bus before the buses are closed.
         drives->is_closing = true;
         return STATUS_BUSY;
     }

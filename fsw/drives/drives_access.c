@@ -165,7 +165,7 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
         object.is_read
             ? canopen_sdo_client_upload(client, object.index, object.subindex)
             : canopen_sdo_client_download(client, object.index, object.subindex, octets, object.length);
-    // // The client of the node is busy: the request waits.
+    // The client of the node is busy: the request waits.
     if (status != STATUS_OK) {
         return STATUS_FULL;
     }

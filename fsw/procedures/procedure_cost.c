@@ -195,7 +195,7 @@ static void charge_list(procedure_slot_t* const slot, const size_t size, const u
     if (size > slot->largest) {
         slot->largest = (uint32_t)size;
         procedure_charge(slot, price);
-    } else {
+    } else { // A list was rebuilt: procedure_cost.h explains why that is charged only beyond the grace.
         slot->used += (uint32_t)price;
         slot->grace += (uint32_t)price;
         slot->spent += (slot->grace > PROCEDURE_GRACE) ? (uint32_t)price : 0U;
@@ -249,7 +249,7 @@ bool procedure_may_take(procedure_slot_t* const slot, const void* const block, c
         case LUA_TFUNCTION:
             charge_function(slot, after);
             return true;
-        case 0U:
+        case 0U: // A list of values, or a stack.
             break;
         default:
             procedure_charge(slot, OBJECT);

@@ -236,7 +236,7 @@ static void take(supervisor_t* const supervisor, const checkpoint_state_t* const
     supervisor->own     = state->own;
     leave_own(supervisor);
     supervisor_ground_resume(supervisor);
-    // // If the endpoint has outlived the component (image), its channels continue by themselves.
+    // If the endpoint has outlived the component (image), its channels continue by themselves.
     if (!supervisor->config.is_endpoint_kept) {
         take_messages(supervisor, state);
     }

@@ -217,7 +217,7 @@ static void handle_high(supervisor_t* const supervisor, const failure_t* const f
 {
     const plan_run_t wanted         = run_for(supervisor, failure);
     const plan_run_t* const present = supervisor_plan_runner_of(&supervisor->plans, failure->apid);
-    // // NETWORK_SHUT_DOWN is not repeated for a failure that a running plan covers, unless it leads to
+    // NETWORK_SHUT_DOWN is not repeated for a failure that a running plan covers, unless it leads to
     // orders.
     const bool is_new      = (present == NULL) || (present->severity < failure->severity);
     const uint16_t ordered = secure_network(supervisor, failure, wanted.members, wanted.member_count);
@@ -321,7 +321,7 @@ void supervisor_error_member_lost(supervisor_t* const supervisor, const uint16_t
         descriptor_mission_find_plan(supervisor->mission, DESCRIPTOR_HIGH, SUPERVISOR_APID, event_id);
     const bool is_named = (plan != NULL) && (plan->apid == SUPERVISOR_APID);
     handle_finding(supervisor, DESCRIPTOR_HIGH, apid, is_named ? event_id : SUPERVISOR_EVENT_PROCESS_LOST);
-    // // The run exists now: its later actions leave out the dead process.
+    // The run exists now: its later actions leave out the dead process.
     supervisor_plan_runner_mark_lost(&supervisor->plans, apid);
 }
 

@@ -161,7 +161,7 @@ bool supervisor_ground_backlog_next(const ground_backlog_t* const backlog, const
             continue;
         }
         const uint32_t stamp = line->entries[line->head].stamp;
-        // // Stamps wrap: `stamp` is older than `first` if the difference is small.
+        // Stamps wrap: `stamp` is older than `first` if the difference is small.
         if (!is_found || ((first - stamp) < (UINT32_MAX / 2U))) {
             is_found = true;
             first    = stamp;

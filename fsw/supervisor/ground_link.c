@@ -107,7 +107,7 @@ static void wait_for_ground(supervisor_t* const supervisor, const uint16_t apid,
 void supervisor_ground_send(supervisor_t* const supervisor, const uint16_t apid, const uint8_t* const packet,
                             const size_t size, uint8_t* const block)
 {
-    // // While reports wait, a new one joins them, so that the order is kept.
+    // While reports wait, a new one joins them, so that the order is kept.
     if (!supervisor_ground_backlog_is_empty(&supervisor->ground_backlog) ||
         (send_by_class(supervisor, pus_class_of(packet, size), packet, size) == STATUS_FULL)) {
         wait_for_ground(supervisor, apid, packet, size, block);

@@ -430,7 +430,7 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
         supervisor->closings[link - 1U] = is_producer ? ends->consumer_apid : ends->producer_apid;
         return;
     }
-    // // While a link is being closed, the report of the first end removes the edge, and that of the second
+    // While a link is being closed, the report of the first end removes the edge, and that of the second
     // one ends the session.
     const bool had_edge = supervisor_link_graph_remove(&supervisor->graph, link);
     if ((session->step == SESSION_CLOSING) && !had_edge) {

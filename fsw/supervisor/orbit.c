@@ -15,7 +15,7 @@ static uint64_t position_change(const uint64_t age_ns, const uint32_t period_ms)
     if (period_ms == 0U) {
         return 0U;
     }
-    // // The period is below 2^52 ns, so a shift by 12 bits does not overflow; the divisor supplies the other
+    // The period is below 2^52 ns, so a shift by 12 bits does not overflow; the divisor supplies the other
     // 4 bits.
     const uint64_t period_ns = (uint64_t)period_ms * NS_PER_MS;
     const uint64_t orbits    = age_ns / period_ns;

@@ -142,7 +142,7 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
         } else {
             // The output was performed.
         }
-        // // Only outputs before the first one that is left count, because the next life skips outputs from
+        // Only outputs before the first one that is left count, because the next life skips outputs from
         // the front.
         supervisor->performed += is_left ? 0U : 1U;
         if (supervisor->config.checkpoint != NULL) {

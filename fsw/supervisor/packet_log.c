@@ -247,7 +247,7 @@ static void finish_write(packet_log_t* const log)
     log->slowest_ns                   = (job->took_ns > log->slowest_ns) ? job->took_ns : log->slowest_ns;
     if (job->status == STATUS_OK) {
         take_piece(log);
-        // // The file replaces the ring again when it has taken all waiting records quickly enough.
+        // The file replaces the ring again when it has taken all waiting records quickly enough.
         const bool is_quick = ((log->now_ns - job->since_ns) < SLOW_NS);
         if (job->is_rest && is_quick && (log->strategy != log->wanted)) {
             log->strategy     = log->wanted;

@@ -91,7 +91,7 @@ void supervisor_pending_report(pending_table_t* const table, const uint16_t apid
                                const pus_verification_t* const verification)
 {
     FSW_ASSERT((table != NULL) && (apid != 0U) && (verification != NULL));
-    // // A refusal of one instruction does not end a request that has several.
+    // A refusal of one instruction does not end a request that has several.
     const bool is_part  = (verification->subtype == 4U) && (verification->failure.instruction != 0U);
     const bool is_final = !is_part && pus_verification_is_final(verification);
     for (size_t i = 0U; i < PENDING_MAX; i++) {
@@ -132,7 +132,7 @@ bool supervisor_pending_take(pending_table_t* const table, const uint16_t apid, 
     for (size_t i = 0U; i < PENDING_MAX; i++) {
         if (table->entries[i].apid == apid) {
             take_out(table, i, out_token);
-            // // The refusals of a refused request were reported, so there is nothing to end.
+            // The refusals of a refused request were reported, so there is nothing to end.
             if (table->entries[i].stage != PENDING_REFUSED) {
                 return true;
             }

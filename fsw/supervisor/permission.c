@@ -122,7 +122,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
     }
     const bool is_up = (wanted > target->state) && (target->state <= STATE_OPERATIONAL);
     if (!is_up) {
-        // // A subsystem may not leave its network while another member is OPERATIONAL.
+        // A subsystem may not leave its network while another member is OPERATIONAL.
         return (wanted <= STATE_PRE_OPERATIONAL)
                    ? check_members(supervisor, tc->apid, STATE_OPERATIONAL, false)
                    : pus_failure(PUS_FAILURE_NONE, 0U);
@@ -135,7 +135,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
         failure = check_links(supervisor, target);
     }
     if ((failure.code == PUS_FAILURE_NONE) && (wanted == STATE_OPERATIONAL)) {
-        // // A member that is in ERROR_OPERATIONAL, or whose state is unknown, forbids OPERATIONAL.
+        // A member that is in ERROR_OPERATIONAL, or whose state is unknown, forbids OPERATIONAL.
         failure = check_members(supervisor, tc->apid, STATE_ERROR_OPERATIONAL, true);
     }
     return failure;

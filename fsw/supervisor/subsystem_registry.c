@@ -229,11 +229,11 @@ static void process_lost(supervisor_t* const supervisor, registry_entry_t* const
     entry->is_order_pending = false;
     supervisor_registry_end_pending(supervisor, apid);
     supervisor_raise_u16(supervisor, event_id, apid);
-    // // The reaction needs the links of the subsystem; therefore they are removed after it.
+    // The reaction needs the links of the subsystem; therefore they are removed after it.
     supervisor_error_member_lost(supervisor, apid, event_id);
     supervisor_link_manager_member_lost(supervisor, apid);
     if (apid == COMMUNICATION_APID) {
-        // // The ground cannot command now, so the autostart brings `communication` up again.
+        // The ground cannot command now, so the autostart brings `communication` up again.
         supervisor->autostart_step = 0U;
     }
     restart(supervisor, entry);

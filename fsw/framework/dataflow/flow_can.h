@@ -84,8 +84,8 @@ MUST_USE status_t flow_can_open(flow_can_t* flow, const flow_resolver_t* resolve
 void flow_can_close(flow_can_t* flow);
 /// True from flow_can_open to flow_can_close, also while the interface is missing.
 bool flow_can_is_open(const flow_can_t* flow);
-/// Call in each cycle before receiving: opens the bus again after a loss, with a back-off from 10 ms to 1
-/// s. Frames on the bus in the meantime are lost; health starts as ACTIVE.
+/// Call in each cycle before receiving: opens the bus again after a loss, with a back-off of 10 ms to 1 s.
+/// Frames on the bus in the meantime are lost; health starts as ACTIVE.
 void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 
 /// Queue a classic data frame, 0..8 octets, 11-bit identifier.

@@ -10,6 +10,7 @@
 
 // ---- Parameters ----
 
+/// Returns the octets that a parameter occupies in MEMORY_PARAMETERS: each one begins at a multiple of 8.
 static uint32_t occupied(const parameter_entry_t* const entry)
 {
     const uint32_t size = entry->definition->memory_size;
@@ -115,7 +116,7 @@ static status_t find_component_object(void* const context, const uint32_t base_i
     return STATUS_NOT_FOUND;
 }
 
-/// The octets are read and not used: the read access is the scrubbing.
+/// Scrub octets: a read makes the hardware correct an error, so the values are not used.
 static void scrub_component(void* const context, const uint32_t address, const size_t size)
 {
     const volatile uint8_t* const octets = (const uint8_t*)context + address;

@@ -245,7 +245,7 @@ void arm_path_stop(arm_path_t* const path, const arm_model_t* const model, const
                    const arm_motion_t* const motion)
 {
     FSW_ASSERT((path != NULL) && (model != NULL) && (limits != NULL) && (motion != NULL));
-    if (path->trajectory != NULL) {
+    if (path->trajectory != NULL) { // Progress is its time, which slows down from the normal rate to rest.
         const control_motion_point_t now = {.position = path->elapsed_s, .velocity = 1.0};
         path->is_slowing                 = true;
         control_motion_brake(&path->progress, &now, 1.0 / braking_duration_s(model, limits, motion));

@@ -47,7 +47,7 @@ void joystick_remote_contact_feel(const joystick_remote_t* const gains,
         }
         bound(gains, robot->normal, shown);
         control_planar_torque(robot->jacobian, shown, out_felt_nm);
-    } else {
+    } else { // In a singular pose, torques determine no force: they are passed on unchanged.
         out_felt_nm[0] = robot->external_torque[0];
         out_felt_nm[1] = robot->external_torque[1];
     }
