@@ -8,7 +8,7 @@
 ///
 /// Ownership  The caller places canopen_master_t; the flow is borrowed.
 /// Context    One task. Never blocks.
-/// Time       An argument. O(frames received + nodes).
+/// Time       The caller passes the time. O(frames received + nodes).
 /// Errors     Each function lists its statuses.
 #ifndef FSW_CANOPEN_MASTER_H
 #define FSW_CANOPEN_MASTER_H

@@ -12,7 +12,7 @@
 ///
 /// Ownership  The caller places canopen_network_t and each device; they must not be moved.
 /// Context    One task. Never blocks.
-/// Time       An argument. O(devices + frames).
+/// Time       The caller passes the time. O(devices + frames).
 /// Errors     Each function lists its statuses. Those that take several cycles return STATUS_BUSY until done.
 #ifndef FSW_CANOPEN_NETWORK_H
 #define FSW_CANOPEN_NETWORK_H

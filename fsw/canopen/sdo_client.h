@@ -6,7 +6,7 @@
 ///
 /// Ownership  The caller places canopen_sdo_client_t; the data of a transfer lies inside it.
 /// Context    One task.
-/// Time       An argument; O(1).
+/// Time       The caller passes the time. O(1).
 /// Errors     See canopen_sdo_client_result.
 #ifndef FSW_CANOPEN_SDO_CLIENT_H
 #define FSW_CANOPEN_SDO_CLIENT_H

@@ -12,7 +12,7 @@
 ///
 /// Ownership  The caller places stream_device_t, which must not be moved; descriptor and resolver outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
-/// Time       An argument. O(fields + octets), bounded in each call.
+/// Time       The caller passes the time. O(fields + octets), bounded in each call.
 /// Errors     Each function lists its statuses.
 #ifndef FSW_DEVICES_STREAM_DEVICE_H
 #define FSW_DEVICES_STREAM_DEVICE_H

@@ -99,8 +99,7 @@ void drives_init(drives_t* drives, subsystem_t* generic, const flow_resolver_t* 
 /// class, or bus); statuses of canopen_network_add, canopen_network_open and canopen_network_boot.
 status_t drives_hardware_init(void* self);
 /// Open the buses in order to send frames in a state in which they are closed; the devices keep their NMT
-/// states.
-/// Statuses of drives_hardware_init, except STATUS_BUSY.
+/// states. Statuses of drives_hardware_init, except STATUS_BUSY.
 status_t drives_borrow(drives_t* drives);
 /// Close the buses if they were borrowed and HARDWARE_INIT was not entered meanwhile.
 void drives_give_back(drives_t* drives);

@@ -14,7 +14,7 @@
 #include "fsw/drives/drives.h"
 #include "pus/st02/st02_device_access.h"
 
-#define DRIVES_SUPPLY_EXPONENT 2U
+#define DRIVES_SUPPLY_EXPONENT 2U          ///< Exponent of the pulse duration (ST[02]).
 #define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< Time that a sent frame needs to leave the controller.
 
 /// True if the instruction is a switch or a pulse.

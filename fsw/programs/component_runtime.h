@@ -22,8 +22,8 @@
 #define COMPONENT_RUNTIME_SOCKETS_MAX OSAL_CLOCK_SOCKETS_MAX
 #define COMPONENT_RUNTIME_ERROR_MAX 512U
 
-/// Where a program has its descriptors from: files (descriptor_files.h), or constants that were compiled into
-/// it (compiled_descriptors.h).
+/// Source of a program's descriptors: files (descriptor_files.h), or constants that were compiled into it
+/// (compiled_descriptors.h).
 typedef struct {
     void* context;
     /// Get the mission and the descriptor of component `index` of the run. Null, or the error text.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The supervisor: a subsystem that controls the others. It routes and logs every packet, checks
-/// permissions, monitors subsystems, processes and real-time networks, and reacts to errors (paper, 4.3).
+/// permissions, monitors subsystems, processes and real-time networks, and reacts to errors (section 4.3 of
+/// the paper that docs/glossary.md names).
 ///
 ///     spacecraft services   services/*.c
 ///     supervision           router.c, error_handling.c, link_manager.c, sequences.c, mission_service.c

@@ -16,6 +16,7 @@
 
 #define MONITORING_FMON_MEMBERS 16U ///< Parameter monitoring definitions in a functional one.
 #define MONITORING_TRANSITIONS 32U  ///< Transitions in one TM[12,12].
+/// Initial value of the maximum transition reporting delay [cycles].
 #define MONITORING_DELAY_CYCLES 1000U
 
 typedef struct { // Private, except `monitoring.counters`.

@@ -2,15 +2,15 @@
 /// Control law of an arm: computes the commands of the drives from sensors and desired motion.
 ///
 /// Each cycle calls arm_control_sense, then _hold (actuators off: engaging causes no step), _step or _comply.
-///
 ///     motor target  th_d = q_d + tau / K + offset       tau: inverse dynamics of the desired motion
 ///     feed-forward  u_ff = tau + J a_d + friction(v_d)
 ///     torque        u    = u_ff + bias + Kp (th_d - th) + Kd (v_d - v)
 ///     compliant     u    = u_ff(q) + G (t_j - torque)
 ///                   t_j  = tau(q) + bias + Jac^T (Kt e + Dt (t_d - t)) - Dj v
 ///
-/// offset, bias: differences from the model at engagement, which decay. e: displacement of the tool to its
-/// desired pose; t: velocity of the tool.
+/// q, v, a: link; th: motor; _d: desired; K: stiffness; J: rotor inertia; Jac: Jacobian of the tool; e: from
+/// the tool to its desired pose; t: velocity of the tool; Kp, Kd, Kt, Dt, Dj, G: parameter CONTROL. offset,
+/// bias: differences from the model at engagement, which decay.
 ///
 /// Ownership  The caller places arm_control_t.
 /// Context    One task. O(joints).

@@ -6,8 +6,8 @@
 ///
 /// a is the acceleration of a tracker of the link angles with the bandwidth of the low-pass: both have the
 /// same lag. h: gravity, centrifugal and Coriolis torques. The environment is assumed to act by a force at
-/// the tool, without a moment; no force is estimated in directions in which no joint has a lever arm of 1
-/// cm. While the actuators are off, the zero of the sensors is learned, up to a limit: if the arm then
+/// the tool, without a moment; no force is estimated in directions in which no joint has a lever arm of
+/// 1 cm. While the actuators are off, the zero of the sensors is learned, up to a limit: if the arm then
 /// touches an object, only the part of the force beyond the limit is estimated.
 ///
 /// Ownership  The caller places arm_force_t.

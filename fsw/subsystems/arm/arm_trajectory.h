@@ -3,8 +3,6 @@
 ///
 /// Straight lines in joint space connect the points; near a point the velocities change from those of one
 /// line to those of the next, smooth to the second derivative, and the joints pass the point within the
-/// Straight lines in joint space connect the points; near a point the velocities change from those of one
-/// line to those of the next, smooth to the second derivative, and the joints pass the point within the
 /// distance `blend`. No joint exceeds its speed or acceleration, and no joint leaves the range of its points.
 /// The plan begins with the shortest durations of the lines; each round lengthens by 5 % the lines whose
 /// blends overlap or pass too far from their point.

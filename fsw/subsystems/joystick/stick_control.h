@@ -2,7 +2,9 @@
 /// Torque of the force-reflecting joystick: the external torque of the robot, and damping that grows in
 /// contact.
 ///
-///     u = s_f r - (b0 + b1 s) v        s: 0 in free space .. 1 in contact; rises fast, falls slowly
+///     u = s_f r - (b0 + b1 s) v        r: torque of the robot; s_f: force scale; v: velocity; b0, b1:
+///                                      damping in free space, and its increase in contact;
+///                                      s: 0 in free space .. 1 in contact; rises fast, falls slowly
 ///
 /// The damping keeps the control loop through the robot stable; it can be small in free space, but must be
 /// larger in contact. The larger torque determines s for both axes, because the external torque of a joint

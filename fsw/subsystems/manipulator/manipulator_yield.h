@@ -2,7 +2,8 @@
 /// Computes the angle that the arm follows if the link to the hand has a delay. The hand then reacts to a
 /// contact too late, so the arm itself limits the force and the energy that it gives to the environment:
 ///
-///     force limit  ds/dt = G (F - F_limit), s >= 0: the arm yields by s along the normal of the contact
+///     force limit  ds/dt = G (F - F_limit), s >= 0: the arm yields by s along the normal of the contact;
+///                  F: force along the normal
 ///     passivity    a step that would give away more energy than came from the hand is shortened along the
 ///                  torque
 ///
