@@ -76,7 +76,7 @@ def force_of(run, joints, torque):
 
 
 def segment(run, verb, before):
-    """(first, end) cycle of the first segment `verb` that comes later than a segment of one of `before`."""
+    """(first, end) cycle of the first segment `verb`; if `before` is not None, of the first one after a segment `before`."""
     seen = before is None
     for name, first, end in run.segments():
         if name == verb and seen:
@@ -86,7 +86,7 @@ def segment(run, verb, before):
 
 
 def filled(cycles, name, start, end):
-    """Words of a PDO in a window. A missing word is replaced by the one before; longer gaps raise Missing."""
+    """Words of a PDO in a window. A missing word is replaced by the one before. Raises Missing if more than one in a thousand is missing."""
     seen = cycles.seen[start:end]
     if not len(seen) or seen.mean() < 0.999:
         raise Missing(f"PDOs are missing between {start * CYCLE_US / 1e6:.1f} and {end * CYCLE_US / 1e6:.1f} s")

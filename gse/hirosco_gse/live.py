@@ -111,7 +111,7 @@ class LiveWorld:
 
 
 def _timed(path):
-    """(time in s, line) of each line of a scenario that has one."""
+    """(time in s, line) of each line of a scenario that begins with a time and an actor."""
     for text in path.read_text(encoding="utf-8").splitlines():
         words = text.split()
         if len(words) >= 3 and words[1] in ACTORS:

@@ -114,7 +114,7 @@ class Run:
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
         channels = self._read(logs.read_lcm, "truth.lcm") or {}
         if "CUT" in channels:
-            self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its bound")
+            self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its maximum size")
         try:
             truth_log.check(channels)
             self.truth = decode_truth(channels)
@@ -192,6 +192,7 @@ class Run:
     def _pdo(self, device, torque_nm, **objects):
         """Words of the PDO that has these objects, by their names: positions in POSITION_RAD, torques in `torque_nm`."""
         found, factors = None, {}
+        # Objects of a second axis are 0x800 higher.
         words = {"position": POSITION_RAD, "torque": torque_nm}
         kinds = {name: "position" if index % 0x800 in (0x64, 0x7A) else "torque" if index % 0x800 in (0x71, 0x77, 0xB2) else None
                  for name, index in objects.items()}

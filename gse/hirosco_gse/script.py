@@ -11,11 +11,11 @@ With `nowait` it does not wait. Besides the commands of commands.py there are
                                            `try nowait` is not checked
     expect-refusal CODE COMMAND ...        the command must be refused with this failure code: a number, or a name that the
                                            descriptor of the addressee has
-    wait-state SUBSYSTEM STATE SECONDS     until the subsystem has reported the state
-    wait-event SUBSYSTEM EVENT SECONDS     until the event is received (or was received, not yet awaited)
-    expect-event SUBSYSTEM EVENT           the event must have been received, not yet awaited
+    wait-state SUBSYSTEM STATE SECONDS     wait until the subsystem has reported the state
+    wait-event SUBSYSTEM EVENT SECONDS     wait until the event is received; an event that no earlier line has awaited counts, too
+    expect-event SUBSYSTEM EVENT           the event must have been received, and no earlier line has awaited it
     expect-state SUBSYSTEM STATE           the subsystem's last report must be this state
-    end                                    the operator leaves; later lines are not run
+    end                                    the operator leaves; later lines are not performed
 """
 
 import pathlib

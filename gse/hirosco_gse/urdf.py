@@ -63,7 +63,7 @@ class Link:
 
 @dataclass
 class Joint:
-    """Connects the link `child` to `parent`; `axis` has length 1. `limit` has those of lower, upper, velocity and effort that are given."""
+    """Connects the link `child` to `parent`; `axis` has length 1. `limit` contains lower, upper, velocity and effort, as far as the file gives them."""
 
     name: str
     kind: str
