@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process that the scheduler kills to get its lock: only a participant that is seen twice stopped while
-// it holds the lock. The lock and the processes are mocked.
+// The process that the scheduler kills to get its lock: it must be a participant that two checks find stopped
+// while it holds the lock. The lock and the processes are mocked.
 #include "osal/posix/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -79,7 +79,7 @@ static void expect_timeout(const int32_t holder, const char state)
     }
 }
 
-/// Make a call that needs the lock and finally gets it.
+/// Make a call that needs the lock and gets it in the end.
 static void lock_and_unlock(void)
 {
     will_return(__wrap_osal_mutex_lock_within, STATUS_OK);

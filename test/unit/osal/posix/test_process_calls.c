@@ -22,7 +22,7 @@
 #include <cmocka.h>
 
 #define MS 1000000ULL
-#define DESCRIPTOR 0 // The smallest there is.
+#define DESCRIPTOR 0 // The lowest descriptor.
 #define COUNT(table) (sizeof(table) / sizeof((table)[0]))
 
 typedef struct {
@@ -169,7 +169,7 @@ static void a_child_keeps_named_descriptors_only_also_with_an_old_kernel(void** 
     assert_int_equal(0, getrlimit(RLIMIT_NOFILE, &before));
     const struct rlimit few = {200U, before.rlim_max};
     assert_int_equal(0, setrlimit(RLIMIT_NOFILE, &few));
-    const int first = dup(STDERR_FILENO); // The lowest that is free.
+    const int first = dup(STDERR_FILENO); // The lowest free descriptor.
     const int last  = dup2(STDERR_FILENO, 199);
     const int kept  = dup2(STDERR_FILENO, 100);
     assert_true((first >= 3) && (last == 199) && (kept == 100));
@@ -223,7 +223,7 @@ static void signals_that_the_parent_ignores_end_the_child(void** state)
     }
 }
 
-/// For a program whose standard input is closed, descriptor 0 is an ordinary one.
+/// In a program whose standard input is closed, descriptor 0 is valid.
 static void a_process_is_looked_at_also_with_closed_standard_input(void** state)
 {
     const osal_process_t self = {.id = (int32_t)getpid(), .descriptor = DESCRIPTOR};
@@ -267,7 +267,7 @@ static void an_interrupted_look_for_the_end_is_repeated(void** state)
     assert_false(result.has_ended);
     will_return(__wrap_wait4, -ECHILD);
     assert_int_equal(STATUS_NOT_OURS, osal_process_poll(&process, &result));
-    process.id = 0; // A process that is only watched, by its descriptor.
+    process.id = 0; // This process is only watched, by its descriptor.
     assert_int_equal(STATUS_NOT_OURS, osal_process_poll(&process, &result));
     process = (osal_process_t){.id = 1, .descriptor = -1};
     assert_int_equal(STATUS_NOT_OURS, osal_process_poll(&process, &result));

@@ -67,7 +67,7 @@ int __wrap_socketpair(int domain, int type, int protocol, int* out_pair)
     assert_int_equal(AF_UNIX, domain);
     assert_int_equal(SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, type);
     assert_int_equal(0, protocol);
-    out_pair[0] = 0; // The lowest descriptors. They stay in place if no pair is made.
+    out_pair[0] = 0; // The lowest descriptors. They must not be used if no pair is made.
     out_pair[1] = 1;
     return answer(mock_type(int));
 }
@@ -419,7 +419,7 @@ static void a_deferred_datagram_is_removed_by_the_next_call(void** state)
     will_return(__wrap_recvmsg, 5); // No datagram was held back.
     receive(STATUS_OK, 5U);
     expect_value(__wrap_recv, capacity, 1);
-    will_return(__wrap_recv, -EBADF); // The next call reports it.
+    will_return(__wrap_recv, -EBADF); // The next call reports this error.
     will_return(__wrap_recvmsg, -EBADF);
     receive(STATUS_IO, 0U);
 }
@@ -529,7 +529,8 @@ static void each_kind_of_socket_has_its_options(void** state)
     }
     will_return(__wrap_socket, DESCRIPTOR);
     will_return(__wrap_bind, 0);
-    assert_int_equal(STATUS_OK, osal_udp_open(&sock, somewhere, 0U)); // The system's own buffer size.
+    // A size of 0 keeps the buffer size of the system.
+    assert_int_equal(STATUS_OK, osal_udp_open(&sock, somewhere, 0U));
     expect_options(0U, NULL);
     will_return(__wrap_socket, DESCRIPTOR);
     will_return(__wrap_bind, 0);

@@ -96,13 +96,13 @@ static void the_sequence_wraps_after_16384(void)
 
 static void posted_reports_wait_and_keep_their_order(void)
 {
-    bench.refusals = 2U; // The first post, and the flush before the second.
+    bench.refusals = 2U; // The port refuses the first post, and the flush before the second.
     TEST_ASSERT_EQUAL(STATUS_OK, post(1U));
     TEST_ASSERT_EQUAL(STATUS_OK, post(2U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(2U, bench.process.counters.kept);
     bench.refusals = 1U;
-    TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // A later report does not overtake those that wait.
+    TEST_ASSERT_EQUAL(STATUS_FULL, send(99U)); // A later report must not overtake the reports that wait.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_FULL, pus_app_process_flush(&bench.process));
     TEST_ASSERT_EQUAL(STATUS_OK, post(3U)); // The kept reports are sent first.
@@ -116,7 +116,7 @@ static void posted_reports_wait_and_keep_their_order(void)
     }
 }
 
-/// Post a report of `size` octets of data. The port refuses it and all reports that are kept before it.
+/// Post a report of `size` octets of data. The port refuses this report and all kept reports before it.
 static status_t post_refused(const uint8_t service, const uint8_t subtype, const uint16_t destination,
                              const size_t size)
 {
@@ -133,7 +133,7 @@ static status_t post_refused(const uint8_t service, const uint8_t subtype, const
 
 static void a_full_ring_drops_and_counts_samples_and_takes_new_ones_later(void)
 {
-    // Reports without a request of the ground.
+    // Reports that do not answer a request of the ground.
     const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U);
     const unsigned firm  = PUS_FIRM_SIZE / KEPT(2U);
     for (unsigned round = 1U; round <= 2U; round++) {
@@ -262,7 +262,8 @@ static void an_answer_has_room_however_many_unrequested_reports_wait(void)
 {
     while (post_refused(5U, 2U, 0U, 2U) == STATUS_OK) {
     }
-    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(129U, 7U, PUS_USER_SUPERVISOR, 3U)); // LOW.
+    // An event of severity LOW.
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(129U, 7U, PUS_USER_SUPERVISOR, 3U));
     TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, PUS_TM_DATA_MAX));
     TEST_ASSERT_FALSE(pus_app_process_may_answer(&bench.process));
@@ -273,7 +274,7 @@ static void an_answer_has_room_however_many_unrequested_reports_wait(void)
 static void a_request_is_accepted_while_its_verification_has_room(void)
 {
     const size_t needed = PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS;
-    // The room that is then left is exactly the room needed.
+    // The remaining room is exactly the room that is needed.
     const size_t data = PUS_FIRM_SIZE - needed - KEPT(0U);
     TEST_ASSERT_TRUE(pus_app_process_has_firm_room(&bench.process));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data));
@@ -283,7 +284,7 @@ static void a_request_is_accepted_while_its_verification_has_room(void)
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 4U, 0U, data + 1U));
     TEST_ASSERT_FALSE(pus_app_process_may_answer(&bench.process));
     TEST_ASSERT_FALSE(pus_app_process_has_firm_room(&bench.process));
-    for (unsigned i = 0U; i < 8U; i++) { // The longest report: a step that failed.
+    for (unsigned i = 0U; i < 8U; i++) { // The longest verification report: a step has failed.
         TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 6U, 1U, 4U + 2U + 8U));
     }
     TEST_ASSERT_TRUE(KEPT(4U + 2U + 8U) <= PUS_FIRM_REPORT);
@@ -294,7 +295,7 @@ static void post_of_event(const uint8_t service, const uint8_t subtype, const ui
 {
     octet_writer_t writer = begin(service, subtype, 0U);
     octet_write_u16(&writer, event_id);
-    octet_write_u8(&writer, (uint8_t)PUS_SEVERITY_HIGH); // Place of the severity in a notice.
+    octet_write_u8(&writer, (uint8_t)PUS_SEVERITY_HIGH); // Position of the severity in a notice.
     bench.refusals = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_post(&bench.process, &writer));
     bench.refusals = 0U;
@@ -303,8 +304,8 @@ static void post_of_event(const uint8_t service, const uint8_t subtype, const ui
 static void an_event_that_waits_is_kept_until_it_is_sent(void)
 {
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
-    post_of_event(1U, 7U, 7U); // Not an event, whatever its octets are.
-    post_of_event(5U, 2U, 7U); // keeps_event reports HIGH events only.
+    post_of_event(1U, 7U, 7U); // This report is not an event, although its octets look like one.
+    post_of_event(5U, 2U, 7U); // pus_app_process_keeps_event only reports HIGH events.
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(5U, 4U, 7U);
     post_of_event(129U, 7U, 8U); // The notice of another event,
@@ -391,7 +392,7 @@ static void a_report_of_another_process_gets_new_numbers_and_keeps_its_time(void
     TEST_ASSERT_EQUAL_UINT8(1U, tm.data[0]);
     (void)begin(5U, 1U, 0U); // A report that is never sent.
     bench.refusals = 1U;
-    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_forward(&bench.process, packet, size)); // Kept.
+    TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_forward(&bench.process, packet, size)); // The report is kept.
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.discarded);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
     TEST_ASSERT_EQUAL_UINT16(3U, bench_report(3U).sequence);

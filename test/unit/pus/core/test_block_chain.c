@@ -85,7 +85,7 @@ static void chains_share_the_blocks(void)
     TEST_ASSERT_EQUAL(
         STATUS_OK, pus_block_chain_append(&chains, &other, &octets[other.size], 3U * PUS_BLOCK_CHAIN_BLOCK));
     expect_content(&other, OCTETS, OCTETS);
-    pus_block_chain_free(&chains, &one); // The chain is empty.
+    pus_block_chain_free(&chains, &one); // The chain is already empty.
 }
 
 int main(void)

@@ -22,7 +22,7 @@
 
 #include <string.h>
 
-static uint64_t room[1024]; // For the tables of every service.
+static uint64_t room[1024]; // Memory for the tables of every service.
 static pus_requester_t requester;
 static pus_block_chains_t chains;
 
@@ -47,7 +47,7 @@ static void expect_bounds(void (*const begin)(void), const uint64_t least, const
         value = inside[i];
         TEST_ASSERT_FALSE_MESSAGE(assertion_fails(begin), "a permitted value was asserted");
         value = outside[i];
-        if (value != ((i == 0U) ? UINT64_MAX : 0U)) { // A value beyond the bound exists.
+        if (value != ((i == 0U) ? UINT64_MAX : 0U)) { // There is a value beyond the bound.
             TEST_ASSERT_TRUE_MESSAGE(assertion_fails(begin), "a value out of bounds was accepted");
         }
     }
@@ -371,7 +371,7 @@ static void begin_event_action_with_definitions(void)
     begin_event_action((uint16_t)value, 1U);
 }
 
-/// Hash tables have a number of lists that is a power of two.
+/// Hash tables must have a number of buckets that is a power of two.
 static void expect_powers_of_two(void (*const begin)(void))
 {
     for (uint32_t count = 0U; count <= 64U; count++) {
@@ -431,7 +431,7 @@ static void services_that_keep_requests(void)
         TEST_ASSERT_TRUE(assertion_fails(begins[i]));
         value = 1U;
         TEST_ASSERT_FALSE(assertion_fails(begins[i]));
-        value = 65535U; // The number that means "no definition".
+        value = 65535U; // This number means "no definition".
         TEST_ASSERT_TRUE(assertion_fails(begins[i]));
     }
 }

@@ -92,7 +92,7 @@ static uint16_t first_of(const uint64_t* const dues)
 
 static void the_sorted_index_agrees_with_a_plain_table(void)
 {
-    static uint64_t dues[CAPACITY]; // 0: not in the heap.
+    static uint64_t dues[CAPACITY]; // Due cycles; 0: the entry is not in the heap.
     uint32_t state = 1U;
     memset(dues, 0, sizeof dues);
     for (unsigned i = 0U; i < 20000U; i++) {

@@ -72,7 +72,7 @@ static void entries_are_split_into_as_many_packets_as_needed(void)
 static void lost_reports_fail_the_request(void)
 {
     begin(NULL, 0U);
-    bench.refusals = 100U; // No report of this class is kept.
+    bench.refusals = 100U; // The process keeps no report of this class.
     for (unsigned i = 0U; i < 3U; i++) {
         (void)octet_write_space(pus_list_report_entry(&list, 3500U), 3500U);
     }
@@ -91,7 +91,7 @@ enum {
 static unsigned executions;
 static bool was_whole;
 
-/// Answer with a list of one entry in each packet, after one refused instruction.
+/// Answer with a list that has one entry in each packet, after one instruction was refused.
 static pus_reply_t answer(void* const self, pus_request_t* const request)
 {
     (void)self;
@@ -141,7 +141,7 @@ static void reports_that_the_port_refuses_are_sent_later_before_the_request_ends
         // The port is full after this number of reports, for three steps.
         bench_start();
         serve_list();
-        bench.accepts = 3U + sent; // TM[1,1], TM[1,4], TM[1,3].
+        bench.accepts = 3U + sent; // TM[1,1], TM[1,4] and TM[1,3] come before the list.
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "x", 1U));
         TEST_ASSERT_EQUAL_UINT64(3U + sent, bench.count);
         TEST_ASSERT_EQUAL(sent == (unsigned)PACKETS, was_whole);
@@ -154,7 +154,7 @@ static void reports_that_the_port_refuses_are_sent_later_before_the_request_ends
         bench_step(TEST_NOW_NS, 3U);
         EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);
         expect_whole_list(3U);
-        expect_failure(8U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U); // The refused instruction.
+        expect_failure(8U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 1U); // One of the instructions was refused.
         TEST_ASSERT_FALSE(pus_dispatcher_is_answering(&bench.dispatcher));
         bench_step(TEST_NOW_NS, 4U);
         TEST_ASSERT_EQUAL_UINT64(9U, bench.count);
@@ -189,7 +189,7 @@ static void a_request_without_data_is_also_postponed(void)
     TEST_ASSERT_EQUAL_UINT(2U, executions);
 }
 
-/// The reports of acceptance and start wait, too: the list continues after them.
+/// The reports of acceptance and start wait, too; the list continues after them.
 static void a_list_waits_for_reports_queued_before_it(void)
 {
     serve_list();
@@ -199,7 +199,7 @@ static void a_list_waits_for_reports_queued_before_it(void)
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_TRUE(pus_app_process_is_waiting(&bench.process));
     TEST_ASSERT_TRUE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
-    TEST_ASSERT_EQUAL_UINT(1U, executions); // The list is not tried again.
+    TEST_ASSERT_EQUAL_UINT(1U, executions); // The list is not executed again.
     bench.refusals = 0U;
     TEST_ASSERT_FALSE(pus_dispatcher_resume(&bench.dispatcher, TEST_NOW_NS));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 12, 9, 12, 9, 12, 9, 12, 9, 12, 9, 1, 8);

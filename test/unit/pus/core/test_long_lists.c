@@ -18,7 +18,7 @@ void tearDown(void)
 {
 }
 
-/// The answer to a request without data is ENTRIES entries of `size` octets behind `prefix` octets.
+/// The answer to a request without data is ENTRIES entries of `size` octets after `prefix` octets.
 static void expect_filled_packets(const uint8_t subtype, const size_t prefix, const size_t size)
 {
     const size_t each    = (PUS_TM_DATA_MAX - prefix - 2U) / size;

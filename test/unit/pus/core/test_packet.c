@@ -6,7 +6,8 @@
 
 #include <string.h>
 
-// TC[17,1] of APID 100, sequence 25, all acknowledgements, source 1; made by an independent implementation.
+// TC[17,1] of APID 100, sequence 25, all acknowledgements, source 1; composed by an independent
+// implementation.
 static const uint8_t golden_tc[13] = {0x18, 0x64, 0xC0, 0x19, 0x00, 0x06, 0x2F,
                                       0x11, 0x01, 0x00, 0x01, 0xEB, 0xE6};
 
@@ -18,7 +19,7 @@ void tearDown(void)
 {
 }
 
-/// Put the correct checksum at the end.
+/// Write the correct checksum at the end.
 static void sign(uint8_t* const packet, const size_t size)
 {
     const uint16_t crc = crc16_ccitt(packet, size - 2U);
@@ -51,7 +52,7 @@ static void a_golden_request_is_decoded_and_encoded(void)
 static void a_packet_nested_in_a_request_is_kept_unchanged(void)
 {
     // TC[11,4] of the same source: sub-schedule 1, one activity whose time has another code, with the request
-    // above.
+    // above in it.
     static const uint8_t golden[36] = {0x18, 0x64, 0xC0, 0x48, 0x00, 0x1D, 0x2F, 0x0B, 0x04,
                                        0x00, 0x01, 0x01, 0x01, 0x2F, 0x00, 0x00, 0x00, 0x2A,
                                        0x80, 0x00, 0x00, 0x18, 0x64, 0xC0, 0x19, 0x00, 0x06,
@@ -187,7 +188,8 @@ static void the_largest_packet_passes_and_the_next_does_not(void)
 
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, PUS_PACKET_MAX - 1U, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
-    for (size_t capacity = 0U; capacity < PUS_TC_MIN; capacity++) { // Not enough room for the headers.
+    // There is not enough room for the headers.
+    for (size_t capacity = 0U; capacity < PUS_TC_MIN; capacity++) {
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tc_encode(&tc, packet, capacity, &size));
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, pus_tm_encode(&tm, packet, capacity, &size));
         TEST_ASSERT_EQUAL_UINT64(0U, size);
@@ -286,7 +288,7 @@ static void acknowledgement_flags_have_the_bits_of_the_standard(void)
     TEST_ASSERT_EQUAL_HEX8(0x2U, PUS_ACK_START);
     TEST_ASSERT_EQUAL_HEX8(0x4U, PUS_ACK_PROGRESS);
     TEST_ASSERT_EQUAL_HEX8(0x8U, PUS_ACK_COMPLETION);
-    // Acceptance only, made by an independent implementation: 21 in the seventh octet.
+    // Acceptance only, composed by an independent implementation: 21 in the seventh octet.
     static const uint8_t golden[13] = {0x18, 0x64, 0xC0, 0x19, 0x00, 0x06, 0x21,
                                        0x11, 0x01, 0x00, 0x01, 0x24, 0x4E};
     pus_tc_t tc;

@@ -70,7 +70,7 @@ static status_t reopen(const uint16_t limit, const bool is_circular, const uint6
     return pus_packet_store_open(&store, GENERATION, limit, is_circular, tail);
 }
 
-/// Expect this packet next at the cursor.
+/// Expect that this packet is the next one at the cursor.
 static void expect_packet(uint64_t* const cursor, const unsigned index, const size_t size)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_next(&store, cursor, &found));
@@ -117,7 +117,7 @@ static void packets_are_read_unchanged(void)
     expect_packet(&cursor, 9U, SMALL);
     cursor = 0U;
     expect_packet(&cursor, 0U, 1U);
-    // `found` was just read from the store.
+    // `found` is the packet that was just read from the store.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_append(&store, 1U, found.packet, found.size));
     TEST_ASSERT_EQUAL_UINT32(7U, store.counters.stored);
 }
@@ -153,7 +153,8 @@ static void a_circular_store_overwrites_its_oldest_block(void)
     expect_content(29U, 40U, LARGE);
     TEST_ASSERT_EQUAL_UINT32(28U, store.counters.overwritten);
     TEST_ASSERT_EQUAL_UINT32(0U, store.counters.refused);
-    uint64_t late = before; // A reader whose position was overwritten continues with the oldest packet.
+    // If the position of a reader was overwritten, the reader continues with the oldest packet.
+    uint64_t late = before;
     expect_packet(&late, 29U, LARGE);
     TEST_ASSERT_TRUE(recorded.image[0].size <= (3U * PUS_STORE_BLOCK));
 }
@@ -163,7 +164,7 @@ static void a_bounded_store_takes_no_more(void)
     pus_packet_store_change(&store, 2U, false);
     fill(1U, 8U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_FULL, append(9U, LARGE));
-    TEST_ASSERT_EQUAL(STATUS_OK, append(9U, 200U)); // There is room for this one.
+    TEST_ASSERT_EQUAL(STATUS_OK, append(9U, 200U)); // There is room for one more packet.
     TEST_ASSERT_EQUAL(STATUS_FULL, append(10U, 200U));
     TEST_ASSERT_EQUAL_UINT32(2U, store.counters.refused);
     TEST_ASSERT_EQUAL_UINT16(2U, pus_packet_store_blocks_used(&store));
@@ -185,7 +186,7 @@ static void content_is_deleted_up_to_a_time(void)
         expect_content(time + 1U, 12U, LARGE);
         TEST_ASSERT_EQUAL_UINT16(3U - (time / 4U), pus_packet_store_blocks_used(&store));
     }
-    pus_packet_store_cut(&store, 0U); // Before the tail there is nothing to remove.
+    pus_packet_store_cut(&store, 0U); // No packet is before the tail, so none is removed.
     expect_content(12U, 12U, LARGE);
     pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 12U));
     expect_nothing();
@@ -213,7 +214,7 @@ static void times_are_found_without_reading_the_rest(void)
     TEST_ASSERT_EQUAL_UINT64(pus_packet_store_head(&store), pus_packet_store_seek(&store, 0U, 0U, 0U));
 }
 
-/// The clock jumps far ahead and back: packets in between are found by the times that they have.
+/// The clock jumps far ahead and back; packets in between are found by their storage times.
 static void times_need_not_increase(void)
 {
     pus_packet_store_change(&store, CAPACITY, false);
@@ -225,7 +226,8 @@ static void times_need_not_increase(void)
     expect_packet(&cursor, 14U, LARGE);
     cursor = pus_packet_store_find(&store, 1002U);
     expect_packet(&cursor, 1002U, LARGE);
-    pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 500U)); // Up to the first later one.
+    // The deletion ends at the first later packet.
+    pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 500U));
     TEST_ASSERT_EQUAL_UINT64(1000U, pus_packet_store_oldest_ns(&store));
     pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 1002U));
     TEST_ASSERT_EQUAL_UINT64(1003U, pus_packet_store_oldest_ns(&store));
@@ -265,7 +267,7 @@ static void a_store_is_recovered(void)
     const uint64_t tail = pus_packet_store_find_after(&store, 25U);
     TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, tail));
     expect_content(26U, 30U, LARGE);
-    TEST_ASSERT_EQUAL(STATUS_OK, reopen(2U, true, tail)); // A smaller size drops the oldest.
+    TEST_ASSERT_EQUAL(STATUS_OK, reopen(2U, true, tail)); // A smaller store drops its oldest packets.
     expect_content(26U, 30U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_open(&store, GENERATION + 1U, 3U, true, 0U));
     expect_nothing(); // The record belongs to another store.
@@ -331,7 +333,7 @@ static void spoil(const size_t place)
 static void damage_loses_the_rest_of_its_block(void)
 {
     fill(1U, 12U, LARGE);
-    spoil(FIRST_AT + AROUND + LARGE + 100U); // The second packet.
+    spoil(FIRST_AT + AROUND + LARGE + 100U); // Damage the second packet.
     uint64_t cursor = 0U;
     expect_packet(&cursor, 1U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_CHECKSUM, pus_packet_store_next(&store, &cursor, &found));
@@ -339,7 +341,7 @@ static void damage_loses_the_rest_of_its_block(void)
     TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged);
     cursor = pus_packet_store_find(&store, 2U);
     expect_packet(&cursor, 5U, LARGE);
-    spoil(FIRST_AT); // A size larger than any.
+    spoil(FIRST_AT); // The size becomes larger than any record.
     TEST_ASSERT_EQUAL_UINT64(0U, pus_packet_store_oldest_ns(&store));
     pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 3U));
     expect_content(5U, 12U, LARGE);
@@ -353,8 +355,9 @@ static void a_damaged_header_ends_the_chain(void)
 {
     fill(1U, 12U, LARGE);
     static image_t image; // Too large for the stack of a board.
-    image                        = recorded.image[0];
-    static const size_t places[] = {0U, 4U, 8U, 15U, 19U}; // Magic, generation, number, checksum.
+    image = recorded.image[0];
+    // Octets of the magic number, the generation, the block number and the checksum.
+    static const size_t places[] = {0U, 4U, 8U, 15U, 19U};
     for (size_t i = 0U; i < (sizeof places / sizeof places[0]); i++) {
         recorded.image[0] = image;
         spoil(PUS_STORE_BLOCK + places[i]);
@@ -362,10 +365,11 @@ static void a_damaged_header_ends_the_chain(void)
         expect_content(9U, 12U, LARGE);
         TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The damaged header hides the block before it.
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 2U * (uint64_t)PUS_STORE_BLOCK));
-        // The packets of that block were deleted before.
+        // The packets of that block were already deleted.
         TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
     }
-    static const size_t closings[] = {20U, 30U, 33U, 50U, 55U}; // Here the records of the block decide.
+    // Octets of the closing: the records of the block decide.
+    static const size_t closings[] = {20U, 30U, 33U, 50U, 55U};
     for (size_t i = 0U; i < (sizeof closings / sizeof closings[0]); i++) {
         recorded.image[0] = image;
         spoil(PUS_STORE_BLOCK + closings[i]);
@@ -377,7 +381,8 @@ static void a_damaged_header_ends_the_chain(void)
 static void a_failing_medium_does_not_affect_other_media(void)
 {
     fill(1U, 4U, LARGE);
-    for (unsigned call = 1U; call <= 5U; call++) { // Closing, sync, header, sync, record.
+    // The five calls are closing, sync, header, sync and record.
+    for (unsigned call = 1U; call <= 5U; call++) {
         recorded.calls     = 0U;
         recorded.fail_from = call;
         TEST_ASSERT_EQUAL(STATUS_IO, append(5U, LARGE));
@@ -391,7 +396,7 @@ static void a_failing_medium_does_not_affect_other_media(void)
         recorded.calls     = 0U;
         recorded.fail_from = call;
         TEST_ASSERT_EQUAL(STATUS_FULL, append(13U, LARGE));
-        expect_content(5U, 12U, LARGE); // One block is given up, not one for each attempt.
+        expect_content(5U, 12U, LARGE); // Only one block is given up, not one for each attempt.
     }
     recorded.failure   = STATUS_IO;
     recorded.calls     = 0U;
@@ -415,7 +420,7 @@ static void a_medium_that_fails_at_the_start_is_reported(void)
     fill(1U, 6U, LARGE);
     memset(&recorded.image[0].octets[recorded.image[0].size], 0xFF, 8300U);
     recorded.image[0].size += 8300U; // Octets that are not a record follow them.
-    spoil(30U);                      // So the first block is read completely, too.
+    spoil(30U);                      // Therefore the first block is also read completely.
     // Size, two headers, the records of both blocks and the octets after them, three writes that wipe, a
     // sync.
     for (unsigned call = 1U; call <= 16U; call++) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A packet store whose power is cut at every write. Whatever part of the unsynced data is missing or torn,
-// the recovered packets are a sequence without a gap that contains all synced packets, and no deleted packet
-// reappears.
+// A packet store whose power is cut at every write. For each part of the unsynced data that may be missing or
+// torn, the recovered packets are a sequence without a gap that contains all synced packets, and no deleted
+// packet reappears.
 #include "pus/core/packet_store.h"
 
 #include "test/support/recorded_media.h"
@@ -11,7 +11,7 @@
 
 #define CAPACITY 3U
 #define LIMIT 2U
-#define PACKETS 14U // Three and a half blocks, in a store of two.
+#define PACKETS 14U // Packets for three and a half blocks, in a store of two blocks.
 #define MORE 3U     // Packets stored after the cut.
 #define GENERATION 9U
 
@@ -75,7 +75,7 @@ static void read_all(unsigned* const out_first, unsigned* const out_last)
     TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
 }
 
-/// Open the media again after a power cut, use them, and cut the power again with everything synced.
+/// Open the media again after a power cut, use the store, sync everything, and cut the power again.
 static void judge(const unsigned synced, const unsigned oldest)
 {
     unsigned first = 0U;
@@ -100,7 +100,7 @@ static void judge(const unsigned synced, const unsigned oldest)
     TEST_ASSERT_EQUAL_UINT(last + MORE, again);
 }
 
-/// Begin of the writes since the last sync before operation `end`.
+/// First operation after the last sync before operation `end`.
 static size_t begin_of(const operation_t* const operations, const size_t end)
 {
     size_t begin = end;
@@ -110,7 +110,7 @@ static size_t begin_of(const operation_t* const operations, const size_t end)
     return begin;
 }
 
-/// Perform the first `size` octets of a write of the flight.
+/// Perform only the first `size` octets of a recorded write.
 static void apply(const operation_t* const operation, const size_t size, image_t images[2])
 {
     image_t* const image = &images[operation->medium];
@@ -127,7 +127,7 @@ static void apply(const operation_t* const operation, const size_t size, image_t
 static void fly(const unsigned sync_every)
 {
     static const size_t torn[] = {0U, 13U, 700U, SIZE_MAX};
-    unsigned oldest_of[PACKETS + 1U]; // The oldest packet in the store after this number of packets.
+    unsigned oldest_of[PACKETS + 1U]; // Oldest packet in the store after this number of packets.
     recorded_clear(empty);
     open_store();
     for (unsigned i = 1U; i <= PACKETS; i++) {
@@ -141,8 +141,8 @@ static void fly(const unsigned sync_every)
     memcpy(&flight, &recorded, sizeof flight);
     oldest_of[0] = 1U;
     recorded_copy(durable, empty);
-    size_t settled  = 0U; // Operations that are in `durable`.
-    unsigned synced = 0U; // Packets in `durable`.
+    size_t settled  = 0U; // Number of operations that `durable` contains.
+    unsigned synced = 0U; // Number of packets that `durable` contains.
     for (size_t end = 0U; end < flight.count; end++) {
         const size_t begin      = begin_of(flight.operations, end);
         const unsigned in_doubt = (unsigned)(end - begin);

@@ -36,7 +36,7 @@ static void parameters_are_found(void)
     uint64_t bits = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0xFEDCU, bits);
-    scalar.id = SCALAR_UNKNOWN; // The parameter no longer exists.
+    scalar.id = SCALAR_UNKNOWN; // There is no parameter with this id.
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_scalar_sample(&port, &scalar, &bits));
     TEST_ASSERT_EQUAL_HEX64(0U, bits);
     scalar.id = SCALAR_ID(VALUE_INT16, 5U);

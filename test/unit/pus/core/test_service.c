@@ -144,7 +144,7 @@ static void without_flags_only_failures_are_reported(void)
 static void each_instruction_is_checked_independently(void)
 {
     served.instructions = 4U;
-    served.faulty       = 0x5U; // Instructions 1 and 3.
+    served.faulty       = 0x5U; // Instructions 1 and 3 are faulty.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 4, 1, 8);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 100U);
@@ -338,7 +338,7 @@ static status_t fail_to_keep(void* const context)
     return STATUS_IO;
 }
 
-/// A failure that has an event is reported as that event, whatever the records contain.
+/// A failure that has an event is reported as that event, independent of the records.
 static void a_request_whose_effect_is_not_stored_is_not_completed(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
@@ -358,7 +358,8 @@ static void a_request_whose_effect_is_not_stored_is_not_completed(void)
     expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);
 }
 
-/// The performer of a continuing request completes it; a request of which all parts were refused is complete.
+/// The performer of a request that continues completes it; a request whose instructions were all refused is
+/// complete.
 static void a_request_whose_effect_cannot_be_stored_ends_once(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};

@@ -38,7 +38,7 @@ static bool is_before(const uint16_t one, const uint16_t other)
            ((nodes[one].tag == nodes[other].tag) && (nodes[one].serial < nodes[other].serial));
 }
 
-/// First slot in the order that is not before (tag, serial), found by comparing all slots.
+/// First slot in the order that is at or after (tag, serial), found by comparing all slots.
 static uint16_t search(const uint64_t tag, const uint64_t serial)
 {
     uint16_t found = PUS_SORTED_INDEX_NONE;

@@ -108,7 +108,7 @@ void tearDown(void)
 {
 }
 
-/// Report 2 is TM[130,2] with the offers of exactly these ports.
+/// Expect that report 2 is TM[130,2] with the offers of exactly these ports.
 static void expect_offers(const uint8_t* const ports, const uint16_t count)
 {
     octet_reader_t reader = bench_data(2U);
@@ -130,7 +130,7 @@ static void all_or_some_offers_are_reported(void)
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, some, sizeof some));
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 2, 1, 7);
-    expect_offers((const uint8_t[]){1, 3}, 2U); // In the order of the table.
+    expect_offers((const uint8_t[]){1, 3}, 2U); // The offers are in the order of the table.
 }
 
 static void unknown_ports_are_refused_alone_and_no_offers_are_an_empty_list(void)
@@ -161,7 +161,7 @@ static void more_entries_than_a_report_holds_fail_the_request(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "\0", 1U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_TABLE_FULL, 0U, PUS_TM_DATA_MAX);
-    static const uint8_t one[] = {1, 0, 2}; // One of the entries still fits.
+    static const uint8_t one[] = {1, 0, 2}; // One of the entries still fits into the packet.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, one, sizeof one));
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 9, 1, 7);
@@ -193,7 +193,7 @@ static void status_carries_ends_properties_and_counters(void)
     }
 }
 
-/// TC[130,3] as a manager writes it.
+/// Compose TC[130,3] as a manager does.
 static size_t write_request(uint8_t* const octets, const size_t capacity)
 {
     const pus_link_request_t request = {
@@ -254,7 +254,7 @@ static void a_refused_link_names_reason_and_field(void)
     reader = octet_reader(bench_report(2U).data, 26U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_link_refuse_read(&reader, &read));
     bench_clear();
-    seen.reply = pus_later(); // A manager that has to query the members before it answers.
+    seen.reply = pus_later(); // The manager must query the members before it answers.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, octets, size));
     EXPECT_MESSAGES(1, 1, 1, 3);
     bench_clear();
