@@ -3,6 +3,7 @@
 #include "launcher/launcher_internal.h"
 
 #include "fsw/programs/ground_key.h"
+#include "generated/device_classes.h"
 #include "launcher/launcher_relay.h"
 #include "launcher/run_summary.h"
 #include "fsw/framework/rtlink/agreement.h"
@@ -456,15 +457,18 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     return is_written || launcher_fail(launcher, "cannot write ", path);
 }
 
-/// Write mission, world and port to files that ground tools read.
+/// Write mission, world, device classes and port to files that ground tools read.
 static bool write_ground_files(launcher_t* const launcher)
 {
     char digits[16];
-    text_t text = text_in(digits, sizeof digits);
+    char classes[24];
+    text_t text = text_in(classes, sizeof classes);
+    text_add_hex(&text, DEVICE_CLASSES_HASH, 16U);
+    text = text_in(digits, sizeof digits);
     text_add_unsigned(&text, launcher->run->ground_port);
     return write_line(launcher, "/ground.mission", launcher->options.mission) &&
            write_line(launcher, "/ground.world", launcher->options.world) &&
-           write_line(launcher, "/ground.port", digits) &&
+           write_line(launcher, "/ground.classes", classes) && write_line(launcher, "/ground.port", digits) &&
            ((launcher->run->key[0] == '\0') ||
             write_line(launcher, "/ground.key-file", launcher->run->key)) &&
            (run_summary_reserve(launcher) ||

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ground port, mission and key of a flight, from the files that the launcher writes into the run folder."""
 
+import contextlib
 import os
 import pathlib
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from dataclasses import dataclass
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 10015
+CLASSES = "device classes"
 DEFAULT_MISSION = "rokviss"
 LATEST = ROOT / "runs" / "latest"
 
@@ -70,3 +72,15 @@ class Place:
         run = pathlib.Path(run or LATEST)
         port = port or default_port(run)
         return cls(run, host, port, key or default_key(run, host, port), pathlib.Path(dictionary or default_dictionary(run)))
+
+
+def compare_classes(place, session):
+    """Compare the hash of the device classes of a flight, from the launcher's file, with that of the session's dictionary. If they differ,
+    session.mismatches says so under CLASSES. A flight on another host or port is not compared: its file is not here."""
+    known = session.dictionary.content.get("device_classes_hash")
+    if not known or place.host != LOOPBACK or place.port != default_port(place.run):
+        return
+    with contextlib.suppress(OSError, ValueError):
+        flown = (place.run / "ground.classes").read_text(encoding="ascii").strip()
+        if int(flown, 0) != int(known, 0):
+            session.mismatches[CLASSES] = f"the flight has device classes {flown}, the dictionary has those of {known}: run make"

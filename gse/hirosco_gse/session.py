@@ -95,7 +95,7 @@ class Session:
         self.mode = None
         self.asked = collections.deque(maxlen=ASKED)  # (APID, sequence count) of each packet of a request, in order.
         self.malformed = []
-        self.mismatches = {}  # APID -> error text: the flying interface differs from that of the dictionary
+        self.mismatches = {}  # APID, or CLASSES -> error text: what flies differs from the dictionary
         self._awaited = collections.Counter()  # (APID, name of the event) -> events that wait_event has returned
         self._splitter = packets.Splitter()
         self._first = first_sequence

@@ -34,7 +34,7 @@ import shlex
 
 from . import commands, link, live, sdls, telemetry
 from .dictionary import Dictionary
-from .place import LOOPBACK, Place
+from .place import LOOPBACK, Place, compare_classes
 from .session import GROUND_USER, LinkLost, Request, Session, TimedOut
 
 TIMEOUT_S = 20.0
@@ -80,6 +80,7 @@ class Spacecraft:
         self._sender = sdls.Sender(self.place.key) if self.place.key else None
         self.session = Session(self.dictionary, first_sequence, user, self._sender or bytes)
         self.session.listeners.append(self._take)
+        compare_classes(self.place, self.session)
         self.values = {}  # SUBSYSTEM.PARAMETER[.FIELD] -> (mission time [s], last value) of housekeeping
         self._stream = self._driver = self._world = None
 

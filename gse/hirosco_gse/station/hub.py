@@ -18,7 +18,7 @@ from .. import commands, sdls, telemetry, world
 from ..async_link import AsyncLink
 from ..command import UsageError
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
-from ..place import DEFAULT_PORT, LOOPBACK, Place, world_of
+from ..place import CLASSES, DEFAULT_PORT, LOOPBACK, Place, compare_classes, world_of
 from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
 from . import display
 from .about import hello
@@ -157,6 +157,7 @@ class Hub:
         self.session.listeners.append(self._listen)
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
         self.world_port.move_to(run, f"station-{self.identity.name or self.identity.number}")
+        compare_classes(place, self.session)
         self.taps.move_to(run, dictionary, self.session.mismatches)
         self.truth.move_to(run)
         try:
@@ -164,6 +165,7 @@ class Hub:
         except (world.WorldError, AttributeError, TypeError, ValueError):
             self.world = None
         self.publish(self.hello())
+        self._say_mismatch(CLASSES, CLASSES)
 
     async def serve(self):
         """Follow the run folder until cancelled."""
@@ -447,7 +449,7 @@ class Hub:
             self.publish_targets()
 
     def _say_mismatch(self, apid, subsystem):
-        """Publish once, and in each snapshot, that the interface hash of a subsystem differs from the dictionary."""
+        """Publish once, and in each snapshot, that a subsystem's interface hash, or that of the device classes, differs from the dictionary."""
         words = self.session.mismatches.get(apid)
         if words and subsystem not in self.mismatches:
             self.mismatches[subsystem] = {"kind": "mismatch", "subsystem": subsystem, "words": words}

@@ -3,6 +3,7 @@
 // the reason that it gives if a part is missing. The other files of the launcher, shared memory and the
 // socket are mocked; mission and folder are real.
 #define _GNU_SOURCE
+#include "generated/device_classes.h"
 #include "launcher/launcher_internal.h"
 
 #include "fsw/framework/rtlink/agreement.h"
@@ -187,8 +188,8 @@ static int set_up(void** state)
 
 static int tear_down(void** state)
 {
-    static const char* const names[] = {"storage/mission", "storage",     "ground.mission",
-                                        "ground.world",    "ground.port", "run.json.part"};
+    static const char* const names[] = {"storage/mission", "storage",        "ground.mission", "ground.world",
+                                        "ground.port",     "ground.classes", "run.json.part"};
     char path[96];
     (void)state;
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
@@ -296,6 +297,13 @@ static void the_first_port_that_is_free_is_that_of_the_ground(void** state)
     assert_non_null(fgets(line, sizeof line, file));
     assert_int_equal(0, fclose(file));
     assert_string_equal("10017\n", line);
+    char classes[32];
+    (void)snprintf(path, sizeof path, "%s/ground.classes", folder);
+    FILE* const hash = fopen(path, "r");
+    assert_non_null(hash);
+    assert_non_null(fgets(classes, sizeof classes, hash));
+    assert_int_equal(0, fclose(hash));
+    assert_true(strtoull(classes, NULL, 0) == DEVICE_CLASSES_HASH);
     assert_string_equal("udp", launcher.options.transport);
     assert_int_equal(launcher.mission.subsystem_count, run.component_count);
     assert_null(launcher.scheduler); // Each process has a clock of its own.

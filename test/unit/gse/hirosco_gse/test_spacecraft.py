@@ -160,6 +160,17 @@ def test_connecting_again_closes_the_earlier_connection(crafts):
     assert len(simulated.received) == 2
 
 
+@pytest.mark.parametrize(("flown", "port", "is_told"), [("0x01", 0, True), (None, 0, False), ("known", 0, False), ("", 0, False), ("0x01", 1, False)])
+def test_other_device_classes_are_told_when_a_flight_is_joined(tmp_path, dictionary_path, flown, port, is_told):
+    known = dictionary_module.Dictionary.load(dictionary_path).content["device_classes_hash"]
+    (tmp_path / "ground.port").write_text("10020\n", encoding="ascii")
+    if flown is not None:
+        (tmp_path / "ground.classes").write_text((known if flown == "known" else flown) + "\n", encoding="ascii")
+    craft = Spacecraft(tmp_path, port=port, dictionary=dictionary_path)
+    told = [f"the flight has device classes 0x01, the dictionary has those of {known}: run make"] if is_told else []
+    assert list(craft.session.mismatches.values()) == told
+
+
 def test_without_a_link(crafts, dictionary_path):
     with pytest.raises(LinkLost, match="no link"):
         Spacecraft(port=1, dictionary=dictionary_path).connect()

@@ -269,6 +269,17 @@ def test_the_first_telemetry_ends_no_request(dictionary):
         next(waiting)
 
 
+def test_the_page_hears_that_other_device_classes_fly(place, spacecraft):
+    (place / "latest" / "ground.classes").write_text("0x01\n", encoding="ascii")
+
+    async def story(page, station):
+        told = await page.until(lambda message: message["kind"] == "mismatch")
+        return told["subsystem"], told["words"]
+
+    subsystem, words = visit(place, story)
+    assert subsystem == "device classes" and words.startswith("the flight has device classes 0x01, ")
+
+
 def test_the_page_hears_that_another_interface_flies(place, spacecraft):
     """Each subsystem is reported once, also to a page that connects later."""
     def other(packet):
