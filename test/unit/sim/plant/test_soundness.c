@@ -110,7 +110,7 @@ static void a_torque_that_is_nan_is_reported_with_its_joint(void)
     run(0.001);
     expect_words("link r.upper gets a rate of");
     expect_words("nan");
-    expect_words("look at its joint shoulder,");
+    expect_words("check its joint shoulder,");
     expect_words("at 0.0100 s");
 }
 
