@@ -15,7 +15,7 @@ void tearDown(void)
 {
 }
 
-/// All nine reports of a token with these acknowledgement flags.
+/// Send all nine reports of a token with these acknowledgement flags.
 static void report_everything(const uint8_t ack)
 {
     const pus_token_t token = {.request_id = 0x1810C019U, .source = TEST_SOURCE, .ack = ack};

@@ -14,7 +14,7 @@
 #define UNKNOWN 0xFFU  ///< Device or CPDU that does not exist.
 #define RESTING 0xFEU  ///< Device that may not be accessed now.
 #define PICKY 0xFDU    ///< Device that accepts nothing.
-#define BROKEN 0x50U   ///< Device whose every action fails after its begin.
+#define BROKEN 0x50U   ///< Device on which each action fails after it has begun.
 #define REFUSING 0x51U ///< Device that refuses to begin.
 #define SILENT 0x52U   ///< Device that never answers.
 #define CROWDED 0x53U  ///< Device that can never begin.
@@ -28,8 +28,8 @@ static struct {
     unsigned abandoned; ///< Number of actions abandoned.
     unsigned left[OPERATIONS];
     bool is_open[OPERATIONS];
-    pus_device_action_t actions[OPERATIONS]; ///< The last of each slot,
-    uint8_t data[OPERATIONS][64];            ///< with its data
+    pus_device_action_t actions[OPERATIONS]; ///< Last action of each slot.
+    uint8_t data[OPERATIONS][64];            ///< Data of the last action of each slot.
     uint8_t protocol[OPERATIONS][PUS_DEVICE_PROTOCOL_SIZE];
 } devices;
 static uint64_t now_ns;
@@ -246,7 +246,7 @@ static void registers_are_dumped_but_those_that_fail(void)
     u32(UNKNOWN);
     u32(2U);
     request(5U);
-    bench.refusals = 2U; // The failed step and the registers are refused.
+    bench.refusals = 2U; // The report of the failed step and the report of the registers are refused.
     step();
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3);
     step();
@@ -317,7 +317,7 @@ static void the_most_pulses_of_a_request_continue_over_many_steps(void)
     }
     request(4U);
     step();
-    TEST_ASSERT_TRUE(devices.begun < 100U); // The pulses are not all given in one step.
+    TEST_ASSERT_TRUE(devices.begun < 100U); // One step does not give all pulses.
     for (unsigned i = 0U; i < 100U; i++) {
         step();
     }
@@ -479,11 +479,11 @@ static void commissioning_stops_at_a_device_that_does_not_answer(void)
     step();
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 6, 2, 9, 1, 6, 2, 9, 1, 8);
     expect_failure(6U, 8U, PUS_FAILURE_NO_ANSWER, 1U, SILENT);
-    TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other action had not been started.
+    TEST_ASSERT_EQUAL_UINT(1U, devices.abandoned); // The other action had not begun.
     TEST_ASSERT_EQUAL_UINT32(2U, access.counters.timed_out);
 }
 
-/// The request came in parts and is well-formed.
+/// The request was transferred in parts and is well-formed.
 static void a_request_longer_than_a_packet_is_refused(void)
 {
     static uint8_t octets[5000];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnostic structures, and functional reporting definitions over both kinds of structure.
+// Diagnostic structures, and functional reporting definitions with both kinds of structures.
 #include "test/unit/pus/fixtures/parameters.h"
 #include "test/unit/pus/fixtures/records.h"
 #include "test/unit/pus/fixtures/reports.h"
@@ -157,7 +157,7 @@ static void diagnostic_structures_have_identifiers_of_their_own(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 12, 1, 7);
 }
 
-/// Begin a request about a definition of one APID with `count` entries.
+/// Begin a request about a definition with `count` entries of one APID.
 static void begin_entries(const unsigned id, const unsigned count)
 {
     begin();
@@ -264,7 +264,8 @@ static void applied_definitions_switch_their_structures(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
     run(8U);
-    EXPECT_MESSAGES(3, 25, 3, 25, 3, 25, 3, 25); // Every 2 cycles; diagnostic 6 is off.
+    // The reports come every 2 cycles; diagnostic structure 6 is disabled.
+    EXPECT_MESSAGES(3, 25, 3, 25, 3, 25, 3, 25);
     apply(2U, 40U);
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
     begin_entries(41U, 1U);
@@ -401,7 +402,7 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     request(39U);
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
-    start(NULL); // Without a store of records.
+    start(NULL); // There is no store of records.
     create(40U);
     list(1U, 40U);
     request(39U);

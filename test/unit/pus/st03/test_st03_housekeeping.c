@@ -34,7 +34,7 @@ void tearDown(void)
 {
 }
 
-/// Step this many cycles; the values read are those of the cycle, counted from 1.
+/// Step this number of cycles. The values read show the number of the cycle, counted from 1.
 static void run(const unsigned cycles)
 {
     for (unsigned i = 0U; i < cycles; i++) {
@@ -109,7 +109,7 @@ static void missed_cycles_are_sampled_late_and_the_interval_is_kept(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
     run(3U);
-    cycle += 4U; // The step after the gap is cycle 8 of the first interval, 2 of the second.
+    cycle += 4U; // The step after the gap is cycle 8 of the first interval, cycle 2 of the second.
     run(1U);
     TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
     expect_report(0U, 5U, 2U, 4U, 4U);
@@ -169,7 +169,7 @@ static void definitions_are_checked(void)
     static const uint32_t ids[]    = {P_U8, P_U8, P_UNKNOWN, P_SECRET, P_LARGE};
     pus_hk_set_definition_t set    = {.repetitions = 2U, .parameter_count = 1U, .parameters = ids};
     pus_hk_definition_t definition = {.id = 1U, .interval = 2U, .parameter_count = 2U, .parameters = ids};
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // The same parameter twice.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // The same parameter is listed twice.
     definition.parameter_count = 5U;
     // The first wrong parameter determines the failure.
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
@@ -182,13 +182,14 @@ static void definitions_are_checked(void)
     definition.parameters = &ids[3];
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, pus_hk_add(&hk, &definition));
     definition.parameters = &ids[4];
-    // More octets than a sample buffer holds.
+    // The values have more octets than a sample buffer.
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_hk_add(&hk, &definition));
     definition.parameter_count = 0U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // No parameter to report.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // The structure has no parameter.
     definition.set_count = 1U;
     definition.sets      = &set;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition)); // More samples than cycles.
+    // The set has more samples than the interval has cycles.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
     const pus_hk_set_definition_t sets[] = {{2U, 1U, &ids[2]}, {2U, 1U, &ids[3]}};
     definition.interval                  = 2U;
     definition.set_count                 = 2U;
@@ -241,7 +242,7 @@ static void a_structure_is_created_reported_enabled_and_deleted(void)
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
 
     run(4U);
-    TEST_ASSERT_EQUAL_UINT64(4U, bench.count); // Created disabled.
+    TEST_ASSERT_EQUAL_UINT64(4U, bench.count); // The structure is created disabled.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(5U, one, sizeof one));
     bench_clear();
     run(4U);
@@ -280,12 +281,12 @@ static void creation_is_refused_as_a_whole(void)
 {
     uint8_t data[sizeof create_9];
     memcpy(data, create_9, sizeof data);
-    data[5] = 0U; // The interval.
+    data[5] = 0U; // The interval is 0.
     expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 2U);
-    data[5] = 1U; // Fewer cycles than samples.
+    data[5] = 1U; // The interval has fewer cycles than samples.
     expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 12U);
     data[5]  = 4U;
-    data[13] = 0U; // No sample.
+    data[13] = 0U; // The set has no sample.
     expect_not_created(data, sizeof data, PUS_FAILURE_OUT_OF_RANGE, 12U);
     data[13] = 2U;
     put_id(&data[15], P_U16);
@@ -553,7 +554,7 @@ static void another_loop_samples_its_own_parameters_and_passes_the_report_on(voi
     hk.config.guard = &guard;
     handed_count    = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
-    run(12U); // Neither the loop of the process nor a third one affects it.
+    run(12U); // The loop of the process and a third loop do not affect the structure.
     run_loop(LOOP - 1U, 12U);
     TEST_ASSERT_EQUAL(0U, handed_count);
     dictionary.tick = 0U;

@@ -102,7 +102,7 @@ static void defined(const uint32_t id, const int64_t ticks)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// TC[4,1]; the answer is report 2.
+/// Send TC[4,1]; the answer is report 2.
 static void reported(const bool does_reset)
 {
     const uint8_t flag = does_reset ? 1U : 0U;
@@ -129,7 +129,7 @@ static uint64_t time_read(octet_reader_t* const reader)
     return time_ns - (TEST_EPOCH_S * 1000000000ULL);
 }
 
-/// Read the head of a report; returns its count.
+/// Read the head of a report. Returns the number of its entries.
 static uint16_t head_read(octet_reader_t* const reader, uint64_t* const out_start, uint64_t* const out_end)
 {
     *out_start = time_read(reader);
@@ -310,7 +310,7 @@ static void intervals_below_a_cycle_are_refused(void)
         expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
     }
     TEST_ASSERT_EQUAL_UINT32(8U, statistics.counters.refused);
-    defined(LEVEL, (1LL << 55) - 1); // 68 years.
+    defined(LEVEL, (1LL << 55) - 1); // The interval is 68 years.
     step(2U);
     TEST_ASSERT_EQUAL_UINT32(1U, statistics.counters.samples);
 }
@@ -331,7 +331,7 @@ static void each_refusal_has_its_code(void)
     for (uint32_t i = 0U; i < CAPACITY; i++) {
         define(SCALAR_ID(VALUE_UINT8, i), CYCLE_TICKS);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, send(6U)); // One place is taken.
+    TEST_ASSERT_EQUAL(STATUS_OK, send(6U)); // One entry of the table is taken.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, CAPACITY, CAPACITY);
 }
@@ -370,7 +370,7 @@ static void a_lost_statistic_is_counted_or_not_reset_after_a_request(void)
     write_ticks(CYCLE_TICKS * 2);
     TEST_ASSERT_EQUAL(STATUS_OK, send(4U));
     bench.refusals = 1000U;
-    step(4U); // Two reports; the port keeps no report of this class.
+    step(4U); // Two reports are due; the process keeps no report of this class.
     TEST_ASSERT_EQUAL_UINT32(2U, statistics.counters.lost);
     step(1U);
     const uint8_t flag = 1U;

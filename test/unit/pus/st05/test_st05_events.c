@@ -62,7 +62,7 @@ static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
 {
     static const uint8_t two[]    = {2, 0, 1, 1, 44};
     static const uint8_t list[]   = {0, 2, 0, 1, 1, 44};
-    static const uint8_t notice[] = {0, 1, PUS_SEVERITY_HIGH}; // Without auxiliary data.
+    static const uint8_t notice[] = {0, 1, PUS_SEVERITY_HIGH}; // A notice has no auxiliary data.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, two, sizeof two));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
@@ -88,7 +88,7 @@ static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
     TEST_ASSERT_EQUAL(STATUS_OK, raise_event(1U, 3U));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(7U, NULL, 0U));
     EXPECT_MESSAGES(5, 4, 1, 1, 1, 3, 5, 8, 1, 7);
-    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(3U).size); // An empty list.
+    TEST_ASSERT_EQUAL_UINT64(2U, bench_report(3U).size); // The list is empty.
 }
 
 static pus_tm_t report_of(const uint8_t service, const uint8_t subtype, const uint8_t* const data,
@@ -184,7 +184,7 @@ static void limit(void)
     pus_events_report_suppressed_by(&events, SUPPRESSED);
 }
 
-/// Raise an event this many times at one time. Returns how many events were reported.
+/// Raise an event this number of times at one time. Returns the number of events that were reported.
 static unsigned passed(const uint16_t id, const unsigned times, const uint64_t now_ns)
 {
     const uint32_t before = events.counters.reported;
@@ -210,7 +210,7 @@ static void a_burst_passes_and_then_the_rate(void)
         TEST_ASSERT_EQUAL(1U, passed(1U, 10U, begin + (100U * MS)));
         TEST_ASSERT_EQUAL(0U, passed(1U, 10U, begin + (199U * MS)));
         TEST_ASSERT_EQUAL(3U, passed(1U, 10U, begin + (400U * MS)));
-        // 1.9 s later all places but one are free again.
+        // 1.9 s later all occurrences of the burst except one are permitted again.
         TEST_ASSERT_EQUAL(19U, passed(1U, 50U, begin + (2300U * MS)));
         TEST_ASSERT_EQUAL(20U, passed(1U, 50U, begin + (90000U * MS)));
         TEST_ASSERT_EQUAL(3U, passed(2U, 5U, begin)); // Each event has a limit of its own.
@@ -241,7 +241,7 @@ static void suppressed_events_are_reported_once_a_second(void)
     (void)passed(1U, 25U, MS);
     (void)passed(2U, 5U, MS);
     bench_clear();
-    TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // One event at a time, in turn.
+    TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // The events are reported in turn, one per step.
     TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(2U, count_reported(0U, 2U));
     (void)passed(2U, 4U, 2U * MS);
@@ -293,7 +293,7 @@ static void a_high_event_is_sent_unless_an_earlier_one_still_waits(void)
         for (unsigned i = 0U; i < 50U; i++) {
             TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 3U, NULL, 0U, MS));
         }
-        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One event was sent, one waits.
+        TEST_ASSERT_EQUAL_UINT32(48U, events.counters.suppressed); // One event was sent, and one waits.
         TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 2U, NULL, 0U, MS));
         bench.accepts = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, pus_app_process_flush(&bench.process));
@@ -304,7 +304,7 @@ static void a_high_event_is_sent_unless_an_earlier_one_still_waits(void)
     }
 }
 
-/// 100 events in each millisecond for 60 s: the reported numbers add up to all of them.
+/// 100 events in each millisecond for 60 s: the sum of the reported numbers is the number of all events.
 static void all_occurrences_of_a_storm_add_up(void)
 {
     uint32_t sum = 0U;

@@ -184,7 +184,8 @@ static void bits_of_an_area_are_loaded_by_one_write(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0xAAU, 5U, 6U, 0x0DU}), &memory_words[4], 4U);
     expect_strict_format(11U, memory_data, memory_writer.position);
     memory_begin(RAM);
-    add_bits(RAM_BASE + 2U, 0U, 0U); // Aligned for the memory, not for its access size.
+    // The address is aligned for the memory, but not for the size of the access.
+    add_bits(RAM_BASE + 2U, 0U, 0U);
     memory_request(11U);
     expect_failure(1U, 4U, PUS_FAILURE_ADDRESS, 0U, RAM_BASE + 2U);
     memory_begin(ROM);
@@ -302,7 +303,7 @@ static void a_request_fails_when_its_record_cannot_be_stored(void)
     memory_begin(RAM);
     add_bits(RAM_BASE, 0U, 0U);
     memory_request(11U);
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // Not protected.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // The memory is not protected.
     const pus_memory_config_t config = {.process      = &bench.process,
                                         .memories     = memory_list(),
                                         .states       = memory_states,

@@ -114,7 +114,7 @@ static void a_dump_waits_while_no_report_is_taken(void)
     bench.refusals = 2U;
     memory_step(2U);
     EXPECT_MESSAGES(1, 1, 1, 3);
-    memory_ram[0] = 0xEEU; // A report has the values that the memory has when it is sent.
+    memory_ram[0] = 0xEEU; // A report contains the values at the time at which it is sent.
     memory_step(2U);
     EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 6, 6, 1, 7);
     octet_reader_t reader = bench_data(2U);
@@ -170,7 +170,7 @@ static void all_dumps_are_ended_together(void)
     TEST_ASSERT_EQUAL_UINT(1U, memory_file.closes);
     memory_step(3U);
     TEST_ASSERT_EQUAL_UINT64(5U, bench.count);
-    memory_begin(RAM); // A check is under way.
+    memory_begin(RAM); // A check is in progress.
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(RAM_BASE, 1U);
     memory_request(9U);
@@ -248,7 +248,7 @@ static void an_unreadable_area_is_omitted_from_a_check(void)
     expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_IO);
 }
 
-// ---- By reference ----
+// ---- Loads and dumps by reference ----
 
 static void raw_areas_are_loaded_from_a_file(void)
 {
@@ -455,7 +455,7 @@ static void a_dump_continues_when_the_one_before_it_has_ended(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 6, 6, 1, 7, 6, 6, 6, 6, 6, 6, 1, 7);
 }
 
-/// The request came in parts and is well-formed.
+/// The request was transferred in parts and is well-formed.
 static void a_request_longer_than_a_packet_is_refused(void)
 {
     static uint8_t octets[5000];

@@ -79,7 +79,8 @@ void tearDown(void)
 {
 }
 
-/// MOVE_TO {POSITION 0.5 -0.25, DURATION 2, smooth}; ids at 9, 27, 37, values two octets later.
+/// MOVE_TO {POSITION 0.5 -0.25, DURATION 2, smooth}; the argument ids are at the octets 9, 27 and 37, each
+/// value two octets later.
 static const uint8_t move[] = {'M', 'O',  'V', 'E', '_', 'T',  'O',  0, 3, 0, 1, 0x3F, 0xE0, 0,
                                0,   0,    0,   0,   0,   0xBF, 0xD0, 0, 0, 0, 0, 0,    0,    0,
                                2,   0x40, 0,   0,   0,   0,    0,    0, 0, 0, 7, 1};
@@ -181,7 +182,7 @@ static void bad_arguments_are_reported_with_their_position(void)
     expect_refused(28U, 99U, PUS_FAILURE_UNKNOWN_ID, 2U, 99U);
     expect_refused(38U, 8U, PUS_FAILURE_UNKNOWN_ID, 3U, 8U);
     expect_refused(39U, 2U, PUS_FAILURE_OUT_OF_RANGE, 3U, 39U); // A BOOL that is neither 0 nor 1.
-    // The same argument twice, with equal sizes.
+    // The same argument occurs twice, with equal sizes.
     static const uint8_t twice[] = {'E', 'I', 'G', 'H', 'T', 'C', 'H', 'R', 3, 0, 1, 5, 0, 1, 6, 0, 1, 7};
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, twice, sizeof twice));
@@ -192,7 +193,7 @@ static void values_that_are_not_finite_are_refused(void)
 {
     uint8_t data[sizeof move];
     for (unsigned sign = 0U; sign < 2U; sign++) {
-        for (unsigned fraction = 0U; fraction < 2U; fraction++) { // Infinite, not a number.
+        for (unsigned fraction = 0U; fraction < 2U; fraction++) { // The values are infinity and NaN.
             memcpy(data, move, sizeof data);
             data[19] = (uint8_t)(0x7FU | (sign << 7U));
             data[20] = (uint8_t)(0xF0U | (fraction << 3U));

@@ -56,7 +56,7 @@ void tearDown(void)
 {
 }
 
-/// Fields of the last time packet, which must be well-formed.
+/// Returns the fields of the last time packet, which must be well-formed.
 typedef struct {
     uint16_t sequence;
     uint8_t exponent;
@@ -148,7 +148,7 @@ static void reports_come_at_multiples_of_the_period(void)
     TEST_ASSERT_EQUAL_UINT64(S, pus_time_due_ns(&service, 1U));
     TEST_ASSERT_TRUE(sends(S));
     TEST_ASSERT_FALSE(sends(S));
-    TEST_ASSERT_TRUE(sends(9U * S)); // One report, however far the time jumps.
+    TEST_ASSERT_TRUE(sends(9U * S)); // Only one report is sent, no matter how far the time jumps.
     TEST_ASSERT_TRUE(sends(2U * S)); // A jump backwards also gives one report.
     TEST_ASSERT_FALSE(sends(2U * S));
     TEST_ASSERT_EQUAL_UINT16(3U, report(PUS_TIME_CUC).sequence);
@@ -162,7 +162,7 @@ static void a_time_report_that_the_port_refuses_is_sent_later(void)
     pus_time_step(&service, 1U);
     TEST_ASSERT_EQUAL_UINT32(2U, service.counters.refused);
     TEST_ASSERT_TRUE(sends(500U));
-    TEST_ASSERT_EQUAL_UINT16(0U, report(PUS_TIME_CUC).sequence); // No gap.
+    TEST_ASSERT_EQUAL_UINT16(0U, report(PUS_TIME_CUC).sequence); // The sequence has no gap.
     service.sequence = 16383U;
     TEST_ASSERT_TRUE(sends(S));
     TEST_ASSERT_EQUAL_UINT16(16383U, report(PUS_TIME_CUC).sequence);

@@ -33,7 +33,7 @@ static void acknowledged_changes_survive_a_power_cut(void)
     st11_fixture_write_offset(2000);
     octet_write_u8(&st11_fixture.writer, 1U);
     st11_fixture_write_id(2U);
-    st11_fixture_expect_done(7U); // 2 to 5 s.
+    st11_fixture_expect_done(7U); // Activity 2 is moved to 5 s.
     st11_fixture_begin_ids(1U);
     st11_fixture_write_id(3U);
     st11_fixture_expect_done(5U);
@@ -222,7 +222,7 @@ static void an_impossible_activity_record_is_refused(void)
         TEST_ASSERT_EQUAL(STATUS_INVALID,
                           pus_time_schedule_restore(&st11_fixture.schedule, key, octets, cut));
     }
-    octets[0] = 1U; // A tag beyond the range.
+    octets[0] = 1U; // The tag is out of range.
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     octets[0] = 0U;
@@ -235,7 +235,8 @@ static void an_impossible_activity_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK,
                       pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
-    TEST_ASSERT_EQUAL_UINT64(0U, pus_time_schedule_next_ns(&st11_fixture.schedule)); // Long before the epoch.
+    // The activity was due long before the epoch.
+    TEST_ASSERT_EQUAL_UINT64(0U, pus_time_schedule_next_ns(&st11_fixture.schedule));
     schedule_drop(&st11_fixture.schedule.schedule, 599U); // A free slot accepts a record again.
     TEST_ASSERT_EQUAL(STATUS_OK,
                       pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));

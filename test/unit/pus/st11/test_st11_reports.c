@@ -95,7 +95,8 @@ static void a_report_by_identifier_is_ordered_by_time(void)
     TEST_ASSERT_EQUAL_UINT16(5U, octet_read_u16(&reader));
 }
 
-/// 600 activities, whose summary needs three packets and whose details need more than a request may send.
+/// There are 600 activities: their summary needs three packets, and their details more packets than one step
+/// may send.
 static void insert_600(void)
 {
     st11_fixture_create_group(G, 1U);
@@ -147,7 +148,7 @@ static void a_long_report_continues_in_later_steps(void)
     TEST_ASSERT_TRUE(pus_schedule_is_waiting(&st11_fixture.schedule.schedule));
     const uint32_t asked = bench.request_id;
     bench_clear();
-    st11_fixture_begin(); // During the report no second one is accepted.
+    st11_fixture_begin(); // While the report continues, a second one is refused.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(17U));
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 10U);
@@ -174,7 +175,7 @@ static void packets_of_a_report_that_the_port_refuses_are_sent_later(void)
     st11_fixture_begin_ids(2U);
     st11_fixture_write_id(3U);
     st11_fixture_write_id(99U);
-    bench.refusals = 2U; // TM[1,4] waits, and the report after it.
+    bench.refusals = 2U; // TM[1,4] waits, and so does the report after it.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(12U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.report.is_active);

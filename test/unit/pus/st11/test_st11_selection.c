@@ -79,8 +79,8 @@ static void identifiers_with_the_same_hash_bucket_are_distinguished(void)
 static void a_filter_has_a_window_and_lists(void)
 {
     st11_fixture_insert_ten();
-    // From 3 s to 6 s inclusive: 1, 2, 3, 4; in sub-schedule 0 of these: 2, 4; in group G or G + 2 of these:
-    // 2.
+    // The window from 3 s to 6 s selects 1, 2, 3 and 4; of these, sub-schedule 0 selects 2 and 4; of these,
+    // group G or G + 2 selects 2.
     st11_fixture_begin();
     st11_fixture_write_window(1U, 3U * S, 6U * S);
     octet_write_u8(&st11_fixture.writer, 1U);
@@ -130,7 +130,7 @@ static void a_faulty_filter_is_refused(void)
             octet_write_u8(&st11_fixture.writer, 1U);
             octet_write_u8(&st11_fixture.writer, (kind == 4U) ? 9U : G);
             if ((kind == 1U) || (kind == 2U)) {
-                st11_fixture.data[window + ((kind == 1U) ? 1U : 9U)] = 0U; // P-field.
+                st11_fixture.data[window + ((kind == 1U) ? 1U : 9U)] = 0U; // The P-field is wrong.
             }
             TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(subtype));
             EXPECT_MESSAGES(1, 1, 1, 4);
@@ -161,7 +161,7 @@ static void activities_are_shifted_by_identifier(void)
     st11_fixture_write_id(4U);  // 6 s and 20 s: to 4.5 s and 18.5 s.
     st11_fixture_write_id(1U);  // 3 s to 1.5 s, which is now and still allowed.
     st11_fixture_write_id(0U);  // 2 s to 0.5 s, which is in the past.
-    st11_fixture_write_id(88U); // Unknown.
+    st11_fixture_write_id(88U); // The identifier is unknown.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(7U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_PAST, 3U, 0U);
@@ -214,7 +214,7 @@ static void a_shift_of_all_activities_is_complete_or_refused(void)
     st11_fixture_insert_ten();
     st11_fixture_begin();
     st11_fixture_write_offset(-500);
-    st11_fixture_expect_done(15U); // The first is moved to the present time.
+    st11_fixture_expect_done(15U); // The first activity is moved to the present time.
     st11_fixture_begin();
     st11_fixture_write_offset(-1);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(15U));

@@ -139,7 +139,7 @@ static void the_lower_and_the_upper_limit_may_be_equal(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// The store has lost the record of this definition.
+/// The store has lost the record of the definition.
 static void a_definition_without_a_stored_record_is_deleted(void)
 {
     limit_added(1U, LEVEL);
@@ -289,7 +289,7 @@ static void definitions_are_reported_as_they_were_added(void)
     data_pmon(1U, LEVEL, 7U, 9U, PUS_CHECK_EXPECTED);
     data_expected(LEVEL, 0x0FF0U, 0x0120U, EVENT_LOW);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
-    for (unsigned i = 0U; i < 2U; i++) { // All, or each by its id.
+    for (unsigned i = 0U; i < 2U; i++) { // Delete all of them, or each by its id.
         TEST_ASSERT_EQUAL(STATUS_OK, send_ids(8U, i * 3U, 1U));
         EXPECT_MESSAGES(1, 1, 1, 3, 12, 9, 1, 7);
         TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);

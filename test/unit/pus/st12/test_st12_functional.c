@@ -10,7 +10,7 @@
 
 static pus_monitoring_t* const self = &monitors.service;
 
-/// PMONs 1..3 on LEVEL, OTHER and THIRD, all nominal, all enabled.
+/// Define PMONs 1..3 on LEVEL, OTHER and THIRD, all nominal and enabled.
 void setUp(void)
 {
     monitors_start();
@@ -27,7 +27,7 @@ void tearDown(void)
 {
 }
 
-/// One FMON of PMONs `first` .. `first + count - 1`, in application data under construction.
+/// Write one FMON of the PMONs `first` .. `first + count - 1` to the application data.
 static void data_fmon(const uint16_t id, const uint32_t validity, const uint16_t minimum, const uint8_t count,
                       const uint16_t first)
 {
@@ -52,7 +52,7 @@ static void fmon_added(const uint16_t id, const uint32_t validity, const uint16_
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// FMON 1 of all three PMONs runs: the FMON and the function are enabled.
+/// Define FMON 1 of all three PMONs; the FMON and the functional monitoring function are enabled.
 static void fmon_runs(const uint32_t validity, const uint16_t minimum)
 {
     fmon_added(1U, validity, minimum, 3U, 1U);
@@ -62,7 +62,7 @@ static void fmon_runs(const uint32_t validity, const uint16_t minimum)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-/// TM[12,28] has one FMON, with this id and these statuses.
+/// Expect that TM[12,28] has one FMON, with this id and these statuses.
 static void expect_status(const uint16_t id, const uint8_t protection, const uint8_t status,
                           const uint8_t checking)
 {

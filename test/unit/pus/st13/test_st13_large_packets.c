@@ -82,7 +82,7 @@ static void step(const uint64_t now_ns)
     bench_step(now_ns, 1U);
 }
 
-/// Make a request of `size` octets for the uplink.
+/// Compose a request of `size` octets for the uplink.
 static void make_request(const size_t size, const uint8_t service, const uint16_t source)
 {
     TEST_ASSERT_TRUE((size >= PUS_TC_MIN) && (size <= sizeof whole));
@@ -213,7 +213,8 @@ static void a_transaction_that_starts_again_continues(void)
     TEST_ASSERT_EQUAL_UINT64(5000U, taken_size);
 }
 
-/// A complete request that waits for its reader is not an uplink any more: its number may be used again.
+/// A complete request that waits for its receiver is no longer an uplink, so its transaction number may be
+/// used again.
 static void a_complete_request_is_not_received_again(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
@@ -326,10 +327,10 @@ static void expect_no_request(const uint32_t detail)
 static void a_large_packet_that_is_not_a_valid_request_is_refused(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
-    whole[4999] ^= 1U; // Its checksum.
+    whole[4999] ^= 1U; // Damage the checksum.
     expect_no_request(5000U);
     make_request(5000U, 20U, TEST_SOURCE);
-    whole_size = 4999U; // Its length.
+    whole_size = 4999U; // Make the length wrong.
     expect_no_request(4999U);
     make_request(5000U, 20U, TEST_SOURCE + 1U);
     expect_no_request(9U);
@@ -375,7 +376,7 @@ static void a_request_that_is_not_taken_is_offered_again(void)
     expect_failure(1U, 8U, PUS_FAILURE_TIMEOUT, 0U, (uint32_t)(TIMEOUT_NS / MS));
 }
 
-/// The dispatcher accepts a request that came in parts, and no other request of that length.
+/// The dispatcher accepts a request that was transferred in parts, and no other request of that length.
 static void a_large_request_is_dispatched(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);

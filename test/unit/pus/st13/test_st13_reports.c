@@ -16,10 +16,10 @@ static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplink;
 static uint8_t uplink_octets[PUS_PACKET_MAX];
 static octet_writer_t writer;
-static uint8_t whole[PUS_LARGE_MAX]; // Assembled octets of the downlink.
+static uint8_t whole[PUS_LARGE_MAX]; // Octets of the downlink, assembled from the parts.
 static size_t whole_size;
 
-/// These tests have no uplink.
+/// These tests use no uplink.
 static status_t take(void* const context, const uint8_t* const packet, const size_t size,
                      const uint64_t now_ns)
 {

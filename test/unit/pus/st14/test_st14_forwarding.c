@@ -56,7 +56,7 @@ static status_t request(const uint8_t subtype, const uint8_t* const octets, cons
         TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(subtype, __VA_ARGS__));                                         \
         EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);                                                                   \
     } while (0)
-/// Report `index` has exactly these octets.
+/// Expect that report `index` has exactly these octets.
 static void expect_data(const size_t index, const uint8_t* const octets, const size_t size)
 {
     const pus_tm_t tm = bench_report(index);
@@ -199,7 +199,8 @@ static void each_instruction_is_refused_alone(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 0x100000U);
 }
 
-/// The list of controlled processes ends after its stated number, whatever follows in memory.
+/// The list of controlled processes ends after the configured number of entries, no matter which octets
+/// follow.
 static void only_controlled_processes_are_selected(void)
 {
     start(CAPACITY, 2U);
@@ -243,7 +244,7 @@ static void every_request_has_a_strict_format(void)
     }
 }
 
-/// Fill the table with entries of one list: (list's subtype, 1300 entries) and count them in the reports.
+/// Fill the table with entries of one list, and count the entries in the content reports.
 static void large_contents_are_split(void)
 {
     start(LARGE, 1U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where stores come from at the start: records and media.
+// The start of the stores from records and media.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -29,10 +29,11 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
     stores_create("box", SIZE(2U), 0U, 0U);
-    expect_stores_refused(20U, PUS_FAILURE_IO, 1U, STATUS_FULL); // The selection.
+    // The record of the selection cannot be stored.
+    expect_stores_refused(20U, PUS_FAILURE_IO, 1U, STATUS_FULL);
     records.refuse_after = 1U;
     stores_create("box", SIZE(2U), 0U, 0U);
-    expect_stores_refused(20U, PUS_FAILURE_IO, 1U, STATUS_FULL); // The state.
+    expect_stores_refused(20U, PUS_FAILURE_IO, 1U, STATUS_FULL); // The record of the state cannot be stored.
     TEST_ASSERT_FALSE(stores_storage.stores[1].state.is_there);
 }
 
@@ -67,7 +68,7 @@ static void a_failed_store_cannot_be_the_target_of_a_copy(void)
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_add("box", 3U, PUS_STORE_CIRCULAR);
     recorded.calls     = 0U;
-    recorded.fail_from = 2U; // The second medium's size.
+    recorded.fail_from = 2U; // Reading the size of the second medium fails.
     TEST_ASSERT_EQUAL(STATUS_IO, stores_restart());
     stores_begin_request();
     octet_write_u8(&stores_request, 0U);

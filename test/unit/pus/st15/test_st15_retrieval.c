@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Retrieval, copies, and their state after a power cut.
+// Retrieval and copies, and their state after a power cut.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -187,7 +187,7 @@ static void packets_that_the_port_refuses_are_sent_later(void)
     for (unsigned i = 1U; i <= 4U; i++) {
         stores_step(1U, 5U);
         expect_stores_none_sent();
-        TEST_ASSERT_EQUAL_UINT32(i, stores_storage.counters.refused); // Once a step.
+        TEST_ASSERT_EQUAL_UINT32(i, stores_storage.counters.refused); // The port refuses once in each step.
         TEST_ASSERT_FALSE(stores_is_idle());
     }
     stores_step(2U, 5U);
@@ -303,7 +303,7 @@ static void a_retrieval_continues_after_a_restart(void)
 {
     only_ring();
     stores_reports(1U, 12U);
-    stores_step(1U, 12U); // Synced.
+    stores_step(1U, 12U); // This step syncs.
     change_tag("ring", 2U);
     resume("ring", 7U);
     stores_step(1U, 12U);
@@ -349,10 +349,10 @@ static void a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost(void)
     stores_config.sync_interval_ns = 5000000000ULL;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
     stores_reports(1U, 2U);
-    stores_step(1U, 10U); // Synced.
+    stores_step(1U, 10U); // This step syncs.
     stores_reports(3U, 4U);
     resume("ring", 0U);
-    stores_step(2U, 11U); // Sent, but not synced.
+    stores_step(2U, 11U); // Packets 3 and 4 are sent, but not synced.
     TEST_ASSERT_FALSE(stores_is_idle());
     expect_stores_sent(1U, 4U);
     stores_cut();
@@ -436,7 +436,7 @@ static void packets_are_copied_by_time_window(void)
         TEST_ASSERT_FALSE(stores_is_idle());
         bench_clear();
         stores_step(1U, 8U);
-        EXPECT_MESSAGES(0); // Three packets and no more.
+        EXPECT_MESSAGES(0); // Three packets are copied, and no more.
         TEST_ASSERT_EQUAL_UINT32(3U, stores_storage.copy.copied);
         if (i == 3U) {
             stores_report(20U, 30U, 1U); // The packet is later than the request.
@@ -502,7 +502,7 @@ static void a_copy_skips_damaged_records(void)
     copy(0U, 0U, 0U);
     bench_clear();
     stores_step(2U, 5U);
-    EXPECT_MESSAGES(0); // One block or packet in each step.
+    EXPECT_MESSAGES(0); // One block or one packet is copied in each step.
     stores_step(1U, 5U);
     EXPECT_MESSAGES(1, 7);
     start_range("box", 0U, 0U, 1000U);

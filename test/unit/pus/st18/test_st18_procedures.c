@@ -7,7 +7,7 @@
 
 static pus_procedures_t* const self = &st18_fixture.service;
 
-/// Procedure "ABCD" is loaded.
+/// Set up a fixture in which procedure "ABCD" is loaded.
 void setUp(void)
 {
     st18_fixture_start();
@@ -136,7 +136,8 @@ static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
     st18_fixture.slots[0].uses = 1000U;
     st18_fixture.slots[1].last = 0U;
     st18_fixture_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last); // The procedure was not even started.
+    // The engine has not even been called for the procedure.
+    TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last);
     // Units that are not used are not saved for other procedures.
     st18_fixture.slots[0].uses = 0U;
     st18_fixture_step(1U);
@@ -272,7 +273,7 @@ static void a_waiting_procedure_waits_for_whole_cycles(void)
     EXPECT_MESSAGES(1, 5);
     st18_fixture_step(100U);
     TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
-    st18_fixture.cycle += 1000U; // The missed cycles count.
+    st18_fixture.cycle += 1000U; // The missed cycles count as time.
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
 }

@@ -193,7 +193,7 @@ static void each_faulty_definition_is_refused_alone(void)
     add(4U, 4U, 0U);
     data[checksum + 12U] ^= 1U;
     add(5U, 5U, 0U);
-    add(1U, 6U, 0U); // Defined again while disabled.
+    add(1U, 6U, 0U); // The definition is disabled, so it may be defined again.
     request(1U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 2U, apid);
@@ -216,7 +216,7 @@ static void the_room_is_limited(void)
 {
     start(2U, 3U);
     begin(4U);
-    add(1U, 1U, 100U); // Three blocks.
+    add(1U, 1U, 100U); // The request takes three blocks.
     add(2U, 2U, 0U);
     add(3U, 3U, 0U);
     add(1U, 4U, 0U);
@@ -361,7 +361,7 @@ static void a_thousand_definitions_are_found_and_reported(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 19, 11, 19, 11, 19, 11, 19, 11);
     writer = octet_writer(data, sizeof data);
     bench_clear();
-    request(6U); // During the report no second one is accepted.
+    request(6U); // While the report continues, a second one is refused.
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 11U);
     command_key(10U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 11U);

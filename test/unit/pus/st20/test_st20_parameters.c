@@ -102,7 +102,7 @@ static void only_the_parameters_without_room_in_the_report_are_refused(void)
     TEST_ASSERT_EQUAL_UINT8(3U, tm.data[1]);
 }
 
-// A port for long reports: it has one buffer, which may be in use.
+// The port for long reports has one buffer, which may be in use.
 static uint8_t long_octets[3U * PUS_TM_DATA_MAX];
 static size_t long_size;
 static bool is_long_taken;
