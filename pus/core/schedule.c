@@ -413,6 +413,7 @@ static void gather(pus_schedule_t* const schedule, const uint64_t now)
         count++;
         slot = pus_sorted_index_first(&schedule->order);
     }
+    // Committed before the first release: a restart finds these identifiers and does not release them again.
     if (writer.position > 0U) {
         note(schedule, put(schedule, KEY_RELEASING, writer.position));
     }

@@ -102,7 +102,8 @@ static void raise_event(const pus_monitoring_t* const self, const pus_check_tran
     self->config.events.raise(self->config.events.context, event_id, octets, sizeof octets, now_ns);
 }
 
-/// Value for the field limit_crossed in the report of a transition.
+/// Value for the field limit_crossed in the report of a transition. On the way back to nominal it is the limit
+/// that the parameter had violated.
 static uint64_t limit_of(const pus_pmon_t* const pmon, const uint8_t status)
 {
     if (pmon->check_type == (uint8_t)PUS_CHECK_EXPECTED) {
@@ -219,6 +220,7 @@ static void check(pus_monitoring_t* const self, pus_pmon_t* const pmon, const ui
 void pus_monitoring_step(pus_monitoring_t* const self, const uint64_t now_ns, const uint32_t cycle)
 {
     FSW_ASSERT(self != NULL);
+    // The difference modulo 2^32 extends the count of the caller to 64 bits.
     self->cycle += (uint32_t)(cycle - self->last_cycle);
     self->last_cycle = cycle;
     monitoring_link(self);
