@@ -3,6 +3,7 @@
 
 #include "base/assertion.h"
 #include "base/octets.h"
+#include "osal/include/osal/file.h"
 
 #include <string.h>
 
@@ -215,6 +216,31 @@ static status_t wait_for_program(target_link_t* const link, const uint8_t* const
     return (status == STATUS_OK) ? send_record(link, TARGET_WIRE_WAITED, 0U) : status;
 }
 
+/// Force a file of the program, or the names in its folder, to the disk.
+static status_t sync_file(target_link_t* const link, const uint8_t* const content, const size_t size)
+{
+    char path[TARGET_WIRE_PATH_MAX + 1U];
+    if ((size < 2U) || (size > sizeof path) || (content[0] > TARGET_WIRE_SYNC_NAMES) ||
+        (memchr(&content[1], '\0', size - 1U) != NULL)) {
+        return STATUS_INVALID;
+    }
+    (void)memcpy(path, &content[1], size - 1U);
+    path[size - 1U] = '\0';
+    status_t status = STATUS_OK;
+    if (content[0] == TARGET_WIRE_SYNC_NAMES) {
+        status = osal_file_sync_names(path);
+    } else {
+        osal_file_t file;
+        status = osal_file_open_read(&file, path);
+        if (status == STATUS_OK) {
+            status = osal_file_sync(&file);
+            osal_file_close(&file);
+        }
+    }
+    link->leaving[TARGET_WIRE_HEADER_OCTETS] = (status == STATUS_OK) ? 1U : 0U;
+    return send_record(link, TARGET_WIRE_SYNCED, 1U);
+}
+
 static status_t take_record(target_link_t* const link, const target_wire_kind_t kind, const size_t size)
 {
     const uint8_t* const content = &link->arrived[link->at];
@@ -225,6 +251,8 @@ static status_t take_record(target_link_t* const link, const target_wire_kind_t 
         status = pass_on(link, content, size);
     } else if ((kind == TARGET_WIRE_WAIT) && (size == 8U)) {
         status = wait_for_program(link, content);
+    } else if (kind == TARGET_WIRE_SYNC) {
+        status = sync_file(link, content, size);
     } else {
         // Not a record of a program.
     }

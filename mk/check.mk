@@ -24,7 +24,7 @@ check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
 check-full: check build/setup/full
 	+@$(MAKE) --no-print-directory -k check-misra-all check-tidy-all check-all-proofs check-fuzz check-mutants \
-	    check-flights check-times && echo 'check-full: all passed'
+	    check-board check-flights check-times && echo 'check-full: all passed'
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
@@ -69,6 +69,13 @@ check-misra-all: build/setup/check $(GENERATED)
 check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && \
 	    echo 'check: no function is too complex'
+# The portable tests on a board, those that take long there included.
+.PHONY: check-board
+check-board: build/setup/rtos build/setup/unit
+	+@LONG=1 $(MAKE) --no-print-directory ONLY= board-tests-run
+board-tests-run:
+	$(PARALLEL) BOARD=$(TEST_BOARD) board-tests
+	@$(PYTHON) test/support/run_tests.py --no-pytest --variant build/$(TEST_BOARD) --jobs $(JOBS) $(PORTABLE_TESTS)
 .PHONY: check-flights
 # The tests that are marked `long`: many deaths and power cuts at random instants, 24 h of flight, and comparisons
 # with other implementations of PUS.

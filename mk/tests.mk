@@ -104,14 +104,20 @@ remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 	@:
 # Portable tests that also run on a board: tests of the contracts of the operating system layer, of base, of the
 # packet services, and of all that a subsystem links. The list omits tests that need more memory than the board has,
-# several processes, or minutes.
+# several processes, or a heap of a certain size.
 PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
-    test/unit/fsw/drives/% test/unit/fsw/framework/message/test_message_ring.c \
-    $(foreach f,control dataflow journal parameter rtlink subsystem,test/unit/fsw/framework/$f/%),\
-    $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_torture.c %_endurance.c \
-    %_fuzz.c %/test_elementary.c %/test_long_lists.c %/test_packet_store_power.c %/test_journal_damage.c \
-    %/test_journal_power.c,$(TESTS)))
-PORTABLE_TESTS := $(call portable,$(PORTABLE_TESTS)) $(BOARD_ONLY_TESTS)
+    test/unit/fsw/drives/% test/unit/fsw/programs/% \
+    $(foreach f,control dataflow descriptor journal message parameter rtlink subsystem,test/unit/fsw/framework/$f/%) \
+    $(foreach s,arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
+    $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_endurance.c \
+    %/test_link_torture.c %/test_long_lists.c %/test_packet_store_power.c %/test_descriptor_limits.c,$(TESTS)))
+# Those that take long on the board, or link what only they need there, run with LONG=1 (`make check-full`).
+LONG_BOARD_TESTS := $(filter test/unit/fsw/programs/% test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
+    %_torture.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
+    $(foreach t,ring epochs lives overload,%/test_message_$t.c) \
+    $(foreach t,power damage,%/test_journal_$t.c),$(PORTABLE_TESTS))
+PORTABLE_TESTS := $(call portable,$(if $(LONG),$(PORTABLE_TESTS),$(filter-out $(LONG_BOARD_TESTS),$(PORTABLE_TESTS)))) \
+    $(BOARD_ONLY_TESTS)
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
 	@:
 # The program of the manipulator, linked with one file of test/board: with steps.c it is

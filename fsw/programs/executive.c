@@ -15,7 +15,9 @@
 
 /// Longest time between two checks in real time whether the run has ended.
 #define REAL_WAIT_MAX_NS 50000000ULL
-/// Longest time from one step to the next, on a computer with a watchdog [ms].
+// On a computer with a watchdog, longest times [ms]: from the start of the program to its first step, and
+// from one step to the next.
+#define WATCHDOG_START_MS 5000U
 #define WATCHDOG_MS 1000U
 
 typedef struct { // All storage that the program itself needs, in addition to its component's.
@@ -153,10 +155,10 @@ static void follow_priority(const char* const executable, const component_instan
     }
 }
 
-/// Start the watchdog of a computer that has one.
-static void start_watchdog(const char* const executable)
+/// Start the watchdog of a computer that has one, or give it another period.
+static void start_watchdog(const char* const executable, const uint32_t period_ms)
 {
-    const status_t status = osal_watchdog_start(WATCHDOG_MS);
+    const status_t status = osal_watchdog_start(period_ms);
     if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
         (void)complain(executable, "note: the watchdog cannot be started");
     }
@@ -186,8 +188,11 @@ static status_t loop(const char* const executable, const component_instance_t* c
         if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
             return status;
         }
-        // Feed the watchdog only here, so that a step that hangs stops the feeding.
-        osal_watchdog_feed();
+        // Feed the watchdog only here, so that a step that hangs stops the feeding, and only if no task below
+        // this one hangs, which the watchdog cannot detect.
+        if (loop_tasks_are_alive(&storage.loop_tasks, osal_clock_now_ns(&runtime->clock))) {
+            osal_watchdog_feed();
+        }
         if (runtime->clock.mode == OSAL_CLOCK_REAL) {
             run_state_wake(runtime->run, runtime->component, osal_clock_now_ns(&runtime->clock));
         }
@@ -216,6 +221,7 @@ int executive_run(const int argument_count, char* const arguments[], const char*
         (void)complain(executable, usage);
         return 2;
     }
+    start_watchdog(executable, WATCHDOG_START_MS);
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
     osal_lockstep_t* scheduler = NULL;
@@ -235,7 +241,7 @@ int executive_run(const int argument_count, char* const arguments[], const char*
     note_attributes(executable);
     // The promise of the earlier life is not valid.
     run_state_beat(storage.runtime.run, storage.runtime.component, 0U, OSAL_LOCKSTEP_NEVER);
-    start_watchdog(executable);
+    start_watchdog(executable, WATCHDOG_MS);
     const status_t status = loop(executable, &instance);
     osal_watchdog_stop();
     loop_tasks_stop(&storage.loop_tasks);

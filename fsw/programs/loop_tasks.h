@@ -16,6 +16,8 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/task.h"
 
+#define LOOP_TASKS_PATIENCE_MS 500U ///< A turn begins at least every 20 ms.
+
 typedef struct loop_tasks loop_tasks_t;
 
 typedef struct { // Private.
@@ -23,10 +25,11 @@ typedef struct { // Private.
     uint8_t loop;
     osal_clock_t clock;
     osal_task_t task;
+    uint32_t turn_ms; // Time of the run at which the last turn began; it wraps.
 } loop_task_t;
 
-struct loop_tasks { // Private.
-    subsystem_t* component;
+struct loop_tasks {         // Private.
+    subsystem_t* component; // Null: never started.
     bool is_over;
     loop_task_t tasks[SUBSYSTEM_LOOPS];
 };
@@ -34,6 +37,9 @@ struct loop_tasks { // Private.
 /// Start a task for each loop that a configuration may have; time 0 of the run is `origin_ns` of
 /// osal_clock_monotonic_ns. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (then no task runs).
 MUST_USE status_t loop_tasks_start(loop_tasks_t* tasks, subsystem_t* component, uint64_t origin_ns);
+/// Each task has begun a turn within the LOOP_TASKS_PATIENCE_MS before `now_ns`, a time of the run. If not,
+/// one of them hangs, or others leave it no time. True if the tasks were never started.
+bool loop_tasks_are_alive(const loop_tasks_t* tasks, uint64_t now_ns);
 /// End the tasks, and wait until they have ended. A structure whose tasks were never started (all zero) is
 /// permitted.
 void loop_tasks_stop(loop_tasks_t* tasks);

@@ -177,7 +177,9 @@ status_t osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,
         FSW_ASSERT(clock->scheduler != NULL);
         return osal_lockstep_wait(clock->scheduler, clock->participant, clock->life, wake_ns, &clock->grant);
     }
-    // Sockets do not end the wait: the pipes of the wire can only be read by a call that waits (wire.c).
+    if (socket_count > 0U) {
+        return STATUS_UNSUPPORTED; // Only a call that waits can read the pipes of the wire (wire.c).
+    }
     const bool is_limited = (wake_ns < (OSAL_CLOCK_NEVER - clock->origin_ns));
     sleep_until(is_limited ? (clock->origin_ns + wake_ns) : OSAL_CLOCK_NEVER);
     return STATUS_OK;

@@ -4,6 +4,7 @@
 
 #include "base/assertion.h"
 #include "osal/freertos/semihosting.h"
+#include "osal/freertos/wire.h"
 
 #include <FreeRTOS.h>
 #include <string.h>
@@ -21,6 +22,7 @@ typedef struct {
     bool is_taken;
     bool is_locked;
     bool appends;
+    bool is_replaced; ///< A copy has taken its name since the last sync.
     int handle;
     uint32_t position; ///< Offset of the next sequential read or write.
     char path[PATH_OCTETS];
@@ -121,8 +123,16 @@ status_t osal_file_append(osal_file_t* const file, const char* const path)
     return status;
 }
 
-/// Semihosting cannot sync: the machine that serves it keeps names and content. Returns STATUS_IO only if the
-/// folder of the path does not exist.
+/// Semihosting cannot sync. The process that serves the wire does it: it runs where the files are. Without
+/// a wire, what was written is there for other programs, but nothing says whether it is on a disk.
+static status_t force(const char* const path, const bool is_of_names)
+{
+    if (!wire_is_open()) {
+        return STATUS_UNSUPPORTED;
+    }
+    return (wire_sync(path, is_of_names) == STATUS_OK) ? STATUS_OK : STATUS_IO;
+}
+
 status_t osal_file_sync_names(const char* const path)
 {
     char folder[PATH_OCTETS] = ".";
@@ -137,12 +147,21 @@ status_t osal_file_sync_names(const char* const path)
     if (handle >= 0) {
         semihosting_close(handle);
     }
-    return (handle >= 0) ? STATUS_OK : STATUS_IO;
+    return (handle >= 0) ? force(path, true) : STATUS_IO;
 }
 
 status_t osal_file_sync(osal_file_t* const file)
 {
-    return (entry_of(file)->handle >= 0) ? STATUS_OK : STATUS_IO;
+    open_file_t* const entry = entry_of(file);
+    if (entry->handle < 0) {
+        return STATUS_IO;
+    }
+    status_t status = entry->is_replaced ? force(entry->path, true) : STATUS_OK;
+    if (status == STATUS_OK) {
+        status             = force(entry->path, false);
+        entry->is_replaced = entry->is_replaced && (status != STATUS_OK);
+    }
+    return status;
 }
 
 status_t osal_file_write(osal_file_t* const file, const void* const octets, const size_t size)
@@ -246,7 +265,8 @@ static status_t cut(osal_file_t* const file, const uint64_t size)
     }
     if (status == STATUS_OK) {
         semihosting_close(entry->handle);
-        entry->handle = copy;
+        entry->handle      = copy;
+        entry->is_replaced = true;
     } else {
         semihosting_close(copy);
         (void)semihosting_remove(path);
@@ -363,7 +383,11 @@ status_t osal_file_remove(const char* const path)
 status_t osal_file_rename(const char* const path, const char* const new_path)
 {
     FSW_ASSERT((path != NULL) && (new_path != NULL));
-    return semihosting_rename(path, new_path) ? STATUS_OK : status_of_error();
+    if (!semihosting_rename(path, new_path)) {
+        return status_of_error();
+    }
+    const status_t status = osal_file_sync_names(new_path);
+    return (status == STATUS_OK) ? osal_file_sync_names(path) : status;
 }
 
 status_t osal_file_link(const char* const target, const char* const path)

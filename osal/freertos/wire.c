@@ -28,7 +28,8 @@ typedef struct {
     size_t stream_rest;             ///< Octets that the present record of the stream still has.
     uint8_t leaving[BUFFER_OCTETS]; ///< Written to the pipe before the program waits.
     size_t leaving_size;
-    uint32_t lost; ///< Datagrams that had no room.
+    uint32_t lost;  ///< Datagrams that had no room.
+    bool is_synced; ///< The last answer to TARGET_WIRE_SYNC.
 } wire_t;
 
 static wire_t wire;
@@ -188,8 +189,13 @@ static status_t take_content(const target_wire_kind_t kind, const size_t size)
     if (is_datagram) {
         store_datagram(&wire.arrived[wire.at], size);
     }
+    const bool is_answer = (kind == TARGET_WIRE_SYNCED) && (size == 1U) && (wire.arrived[wire.at] <= 1U);
+    if (is_answer) {
+        wire.is_synced = (wire.arrived[wire.at] == 1U);
+    }
     wire.at += size;
-    return (is_datagram || ((kind == TARGET_WIRE_WAITED) && (size == 0U))) ? STATUS_OK : STATUS_CLOSED;
+    return (is_datagram || is_answer || ((kind == TARGET_WIRE_WAITED) && (size == 0U))) ? STATUS_OK
+                                                                                        : STATUS_CLOSED;
 }
 
 /// Close the wire because of a record that the protocol does not have.
@@ -299,10 +305,22 @@ status_t wire_datagram_receive(const uint32_t number, osal_address_t* const out_
     return datagrams_take(number, out_from, octets, capacity, out_size);
 }
 
+/// Take records up to the answer to a request. The serving process sends nothing of the stream before the
+/// program has answered it. STATUS_OK, STATUS_CLOSED.
+static status_t await_answer(const target_wire_kind_t answer)
+{
+    target_wire_kind_t kind = TARGET_WIRE_STREAM;
+    status_t status         = STATUS_OK;
+    while ((status == STATUS_OK) && (kind != answer)) {
+        status = take_record(&kind);
+        status = ((status == STATUS_OK) && (kind == TARGET_WIRE_STREAM)) ? STATUS_CLOSED : status;
+    }
+    return status;
+}
+
 status_t wire_datagram_wait(const uint32_t number, const uint32_t timeout_ms)
 {
     uint8_t content[8];
-    target_wire_kind_t kind = TARGET_WIRE_STREAM;
     if (datagrams_has(number)) {
         return STATUS_OK;
     }
@@ -310,13 +328,28 @@ status_t wire_datagram_wait(const uint32_t number, const uint32_t timeout_ms)
     octets_put_u32(&content[4], timeout_ms);
     status_t status = put_header(TARGET_WIRE_WAIT, sizeof content);
     status          = (status == STATUS_OK) ? put(content, sizeof content) : status;
-    while ((status == STATUS_OK) && (kind != TARGET_WIRE_WAITED)) {
-        status = take_record(&kind);
-        // The serving process sends nothing of the stream before the program has answered it.
-        status = ((status == STATUS_OK) && (kind == TARGET_WIRE_STREAM)) ? STATUS_CLOSED : status;
-    }
+    status          = (status == STATUS_OK) ? await_answer(TARGET_WIRE_WAITED) : status;
     if (status != STATUS_OK) {
         return status;
     }
     return datagrams_has(number) ? STATUS_OK : STATUS_TIMEOUT;
+}
+
+// ---- Files ----
+
+status_t wire_sync(const char* const path, const bool is_of_names)
+{
+    const size_t length = strlen(path);
+    const uint8_t what  = is_of_names ? TARGET_WIRE_SYNC_NAMES : TARGET_WIRE_SYNC_CONTENT;
+    if ((length == 0U) || (length > TARGET_WIRE_PATH_MAX)) {
+        return STATUS_IO;
+    }
+    status_t status = put_header(TARGET_WIRE_SYNC, sizeof what + length);
+    status          = (status == STATUS_OK) ? put(&what, sizeof what) : status;
+    status          = (status == STATUS_OK) ? put((const uint8_t*)path, length) : status;
+    status          = (status == STATUS_OK) ? await_answer(TARGET_WIRE_SYNCED) : status;
+    if (status != STATUS_OK) {
+        return status;
+    }
+    return wire.is_synced ? STATUS_OK : STATUS_IO;
 }

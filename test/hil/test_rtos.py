@@ -170,6 +170,18 @@ def test_a_program_that_hangs_is_reset_by_the_watchdog_of_the_board(folder, boar
         assert flight.octets(log) == native.octets(log), log
 
 
+@pytest.mark.long
+def test_a_program_that_hangs_before_its_loop_is_reset_by_the_watchdog_of_the_board(folder, board):
+    path = folder / "hang-start"
+    path.mkdir()
+    scenario = flying.write_scenario(path / "hang.scn", "0.0 hand rest", "0.5 operator ping all", "1 operator shutdown")
+    flight = boards.start(path, "hang_start", "--scenario", scenario).wait()
+    assert flight.code == 1, flight.told()
+    assert "the watchdog was not fed" in flight.console, flight.told()
+    assert "manipulator" in flight.facts["exit_reason"]
+    flying.assert_clean(flight)
+
+
 def _below(pid):
     """Name -> process id of all descendants of a process."""
     found, parents = {}, {pid}

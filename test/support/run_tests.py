@@ -77,8 +77,10 @@ def command_of(program):
 
 
 def run_program(program):
-    """(program, count, output, seconds) of one test program. On a board, it runs in a folder of its own."""
+    """(program, count, output, seconds) of one test program. On a board, it runs in a folder of its own, which has the
+    descriptors."""
     with tempfile.TemporaryDirectory() as folder:
+        os.symlink(os.path.abspath("descriptors"), os.path.join(folder, "descriptors"))
         return run_in(folder if BOARD.match(program) else None, program)
 
 

@@ -78,7 +78,7 @@ uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 /// read, or, stepped, until a delivery. Stepped: the present grant ends. Real: a caught stop signal
 /// (osal_process_catch_stop) ends the wait early, too; if the wake time has passed, the sockets are still
 /// polled. A granted clock cannot wait: that is a coding error. Returns STATUS_OK, STATUS_CLOSED (the run
-/// ended).
+/// ended), STATUS_UNSUPPORTED at once (real: there are sockets, and this system's sockets cannot end a wait).
 MUST_USE status_t osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_socket_t* const* sockets,
                                   size_t socket_count);
 

@@ -34,7 +34,8 @@ MUST_USE status_t osal_file_load_secret(const char* path, void* octets, size_t c
 /// Open for reading and writing at any offset; a missing file is made. Same statuses as osal_file_create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
 /// Force the names of all files in the folder of `path` to the disk: a file made before this call exists
-/// after a power cut, but may be empty. STATUS_OK, STATUS_IO.
+/// after a power cut, but may be empty. STATUS_OK, STATUS_IO, STATUS_UNSUPPORTED (the system cannot force
+/// it).
 MUST_USE status_t osal_file_sync_names(const char* path);
 /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (they go beyond the end),
 /// STATUS_IO.
@@ -56,7 +57,8 @@ bool osal_file_is_named(const osal_file_t* file);
 /// Lock the file until it is closed, against other programs that lock it. STATUS_OK, STATUS_BUSY (another
 /// program has the lock), STATUS_IO.
 MUST_USE status_t osal_file_lock(osal_file_t* file);
-/// Force the content of the file to the disk. STATUS_OK, STATUS_IO.
+/// Force the content of the file to the disk. STATUS_OK, STATUS_IO, STATUS_UNSUPPORTED (the system cannot
+/// force it).
 status_t osal_file_sync(osal_file_t* file);
 void osal_file_close(osal_file_t* file);
 /// Make a folder and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
@@ -65,7 +67,8 @@ MUST_USE status_t osal_directory_create(const char* path);
 status_t osal_file_remove(const char* path);
 /// Rename a file on the same disk, replacing a file of that name: at any moment the name refers to one of the
 /// two complete files. STATUS_OK (the change is on the disk), STATUS_NOT_FOUND (the file, or the folder of
-/// the new name), STATUS_DENIED, STATUS_IO.
+/// the new name), STATUS_DENIED, STATUS_IO, STATUS_UNSUPPORTED (renamed, but the system cannot force it to
+/// the disk).
 MUST_USE status_t osal_file_rename(const char* path, const char* new_path);
 
 /// Make `path` a symbolic link to `target`, replacing an existing link. STATUS_OK, STATUS_EXISTS (not a

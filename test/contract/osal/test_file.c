@@ -37,14 +37,21 @@ void tearDown(void)
     }
 }
 
+/// A port that cannot force a file to its medium says so.
+static void expect_forced(const status_t status)
+{
+    TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_UNSUPPORTED));
+}
+
 static void put(const char* text, status_t (*open_it)(osal_file_t* file, const char* path))
 {
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, open_it(&file, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, text, strlen(text)));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync(&file));
+    expect_forced(osal_file_sync(&file));
     osal_file_close(&file);
     osal_file_close(&file); // A second close has no effect.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_sync(&file));
 }
 
 static void assert_content(const char* expected)
@@ -123,7 +130,7 @@ static void update_reads_and_writes_anywhere(void)
     uint64_t size = 9U;
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path)); // The file is made.
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names(path));
+    expect_forced(osal_file_sync_names(path));
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_sync_names(nowhere));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&file, &size));
     TEST_ASSERT_EQUAL_UINT64(0U, size);
@@ -190,11 +197,11 @@ static void rename_replaces_the_target(void)
     char other[128];
     (void)snprintf(other, sizeof other, "%s%sother", folder, has_folders ? "/" : "-");
     put("old", osal_file_create);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_rename(path, other));
+    expect_forced(osal_file_rename(path, other));
     TEST_ASSERT_FALSE(osal_file_exists(path));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_rename(path, other));
     put("new", osal_file_create);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_rename(other, path));
+    expect_forced(osal_file_rename(other, path));
     assert_content("old");
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_rename(path, nowhere));
     if (has_folders) {

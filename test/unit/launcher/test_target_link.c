@@ -4,10 +4,14 @@
 #include "launcher/target_link.h"
 
 #include "base/octets.h"
+#include "osal/include/osal/file.h"
+#include "osal/include/osal/process.h"
 #include "osal/include/osal/task.h"
+#include "test/support/folder.h"
 
 #include "unity.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define PATIENCE_MS 1000U
@@ -21,9 +25,19 @@ static osal_socket_t message;
 static osal_socket_t partner; ///< Message socket of another component.
 static status_t send_status;  ///< Status of each send; STATUS_OK: the system sends.
 static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
+static unsigned syncs;
+static status_t sync_status; ///< STATUS_OK: the system syncs.
 
 status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
 status_t __real_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
+status_t __wrap_osal_file_sync(osal_file_t* file);
+status_t __real_osal_file_sync(osal_file_t* file);
+
+status_t __wrap_osal_file_sync(osal_file_t* const file)
+{
+    syncs++;
+    return (sync_status == STATUS_OK) ? __real_osal_file_sync(file) : sync_status;
+}
 
 status_t __wrap_osal_udp_send(osal_socket_t* const sock, const osal_address_t to, const uint8_t* const octets,
                               const size_t size)
@@ -343,6 +357,46 @@ static void a_datagram_that_is_lost_is_counted(void)
     get_datagram("next");
 }
 
+static void put_sync(const uint8_t what, const char* const path)
+{
+    uint8_t content[TARGET_WIRE_PATH_MAX + 1U];
+    content[0] = what;
+    (void)memcpy(&content[1], path, strlen(path));
+    put_record(TARGET_WIRE_SYNC, content, strlen(path) + 1U);
+}
+
+static void expect_synced(const uint8_t answer)
+{
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    TEST_ASSERT_EQUAL_UINT(1U, get_record(TARGET_WIRE_SYNCED));
+    TEST_ASSERT_EQUAL_UINT8(answer, record[0]);
+}
+
+/// The program is told that a file is on the disk only after it was forced there.
+static void files_of_the_program_are_forced_to_the_disk(void)
+{
+    char path[64];
+    osal_file_t file;
+    (void)snprintf(path, sizeof path, "%s/target-link-%d", TEST_FOLDER, (int)osal_process_own_id());
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path));
+    osal_file_close(&file);
+    syncs = 0U;
+    put_sync(TARGET_WIRE_SYNC_CONTENT, path);
+    expect_synced(1U);
+    TEST_ASSERT_EQUAL_UINT(1U, syncs);
+    sync_status = STATUS_IO;
+    put_sync(TARGET_WIRE_SYNC_CONTENT, path);
+    expect_synced(0U);
+    sync_status = STATUS_OK;
+    put_sync(TARGET_WIRE_SYNC_NAMES, path);
+    expect_synced(1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(path));
+    put_sync(TARGET_WIRE_SYNC_CONTENT, path);
+    expect_synced(0U);
+    put_sync(TARGET_WIRE_SYNC_NAMES, "/no/such/folder/file");
+    expect_synced(0U);
+}
+
 static void refuse(const uint8_t kind, const void* const content, const size_t size)
 {
     put_record(kind, content, size);
@@ -365,6 +419,13 @@ static void what_is_no_record_of_a_program_is_refused(void)
     refuse(TARGET_WIRE_WAIT, content, 8U);
     refuse(TARGET_WIRE_WAIT, content, 7U);
     refuse(TARGET_WIRE_WAITED, content, 0U); // Only the serving process may send this record.
+    refuse(TARGET_WIRE_SYNCED, content, 1U);
+    refuse(TARGET_WIRE_SYNC, "\0", 1U);       // No path.
+    refuse(TARGET_WIRE_SYNC, "\2path", 5U);   // Nothing that can be synced.
+    refuse(TARGET_WIRE_SYNC, "\0pa\0th", 6U); // A zero in the path.
+    uint8_t long_path[TARGET_WIRE_PATH_MAX + 2U] = {TARGET_WIRE_SYNC_CONTENT};
+    (void)memset(&long_path[1], 'p', sizeof long_path - 1U);
+    refuse(TARGET_WIRE_SYNC, long_path, sizeof long_path);
     refuse(0U, content, 1U);
     static const uint8_t empty[] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
     put(empty, sizeof empty);
@@ -399,6 +460,7 @@ int main(void)
     RUN_TEST(a_wait_ends_with_a_datagram_or_with_its_time);
     RUN_TEST(a_socket_of_a_link_is_adopted_once);
     RUN_TEST(a_datagram_that_is_lost_is_counted);
+    RUN_TEST(files_of_the_program_are_forced_to_the_disk);
     RUN_TEST(what_is_no_record_of_a_program_is_refused);
     RUN_TEST(the_end_of_the_program_is_seen);
     return UNITY_END();

@@ -59,7 +59,7 @@ uint64_t __wrap_subsystem_loop_step(subsystem_t* subsystem, uint8_t loop, uint64
 
 uint64_t __wrap_osal_clock_now_ns(const osal_clock_t* clock)
 {
-    assert_ptr_equal(&tasks.tasks[1].clock, clock);
+    assert_true((clock == &tasks.tasks[0].clock) || (clock == &tasks.tasks[1].clock));
     return NOW_NS;
 }
 
@@ -171,12 +171,53 @@ static void a_task_asks_for_each_new_priority_once(void** state)
     entry_of_task(&tasks.tasks[1]);
 }
 
+/// The watchdog is fed only while every task begins its turns.
+static void a_task_that_does_not_begin_its_turn_is_not_alive(void** state)
+{
+    static const loop_tasks_t none;
+    const uint64_t ms       = 1000000U;
+    const uint64_t limit_ns = NOW_NS + (LOOP_TASKS_PATIENCE_MS * ms);
+    (void)state;
+    assert_true(loop_tasks_are_alive(&none, limit_ns + (10U * ms)));
+    start();
+    assert_true(loop_tasks_are_alive(&tasks, limit_ns));
+    assert_false(loop_tasks_are_alive(&tasks, limit_ns + ms));
+    for (size_t hanging = 0U; hanging < SUBSYSTEM_LOOPS; hanging++) {
+        for (size_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
+            tasks.tasks[i].turn_ms = (i == hanging) ? 1U : 3U;
+        }
+        assert_false(loop_tasks_are_alive(&tasks, limit_ns + ms));
+    }
+    for (size_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
+        tasks.tasks[i].turn_ms = UINT32_MAX - 5U; // The number wraps after 49 days.
+    }
+    assert_true(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_PATIENCE_MS - 6U) * ms));
+    assert_false(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_PATIENCE_MS - 5U) * ms));
+    assert_true(loop_tasks_are_alive(&tasks, (UINT32_MAX - 7ULL) * ms)); // The turn is after the look.
+}
+
+/// A task notes the time of each turn.
+static void each_turn_is_noted(void** state)
+{
+    (void)state;
+    start();
+    tasks.tasks[1].turn_ms = 77U;
+    will_return(__wrap_subsystem_loop_priority, 0U);
+    will_return(__wrap_subsystem_loop_step, NOW_NS);
+    expect_value(__wrap_osal_clock_wait, wake_ns, NOW_NS);
+    will_return(__wrap_osal_clock_wait, STATUS_CLOSED);
+    entry_of_task(&tasks.tasks[1]);
+    assert_int_equal(1U, tasks.tasks[1].turn_ms);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_loop_has_a_task_and_every_task_is_joined),
         cmocka_unit_test(no_task_is_left_running_if_one_cannot_be_started),
         cmocka_unit_test(a_task_waits_until_its_loop_is_due_or_until_it_checks_again),
-        cmocka_unit_test(a_task_asks_for_each_new_priority_once)};
+        cmocka_unit_test(a_task_asks_for_each_new_priority_once),
+        cmocka_unit_test(a_task_that_does_not_begin_its_turn_is_not_alive),
+        cmocka_unit_test(each_turn_is_noted)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

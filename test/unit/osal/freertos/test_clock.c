@@ -6,6 +6,7 @@
 #include "osal/include/osal/clock.h"
 
 #include "osal/freertos/board.h"
+#include "osal/include/osal/socket.h"
 #include "osal/include/osal/task.h"
 #include "unity.h"
 
@@ -121,6 +122,16 @@ static void a_late_cycle_does_not_move_the_grid(void)
     TEST_ASSERT_TRUE(late <= LATE_COUNTS);
 }
 
+/// A socket cannot end a sleep here, so such a wait is refused at once instead of sleeping over what arrives.
+static void a_wait_for_sockets_is_refused_at_once(void)
+{
+    osal_socket_t socket           = OSAL_SOCKET_CLOSED;
+    osal_socket_t* const sockets[] = {&socket};
+    const uint64_t begin_ns        = osal_clock_now_ns(&wall);
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, osal_clock_wait(&wall, begin_ns + (100U * PERIOD_NS), sockets, 1U));
+    TEST_ASSERT_TRUE(osal_clock_now_ns(&wall) < (begin_ns + PERIOD_NS));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -128,5 +139,6 @@ int main(void)
     RUN_TEST(the_period_holds_however_long_a_cycle_works);
     RUN_TEST(the_period_holds_beside_tasks_with_other_waits);
     RUN_TEST(a_late_cycle_does_not_move_the_grid);
+    RUN_TEST(a_wait_for_sockets_is_refused_at_once);
     return UNITY_END();
 }

@@ -21,6 +21,8 @@ static uint8_t arriving[ARRIVING_OCTETS];
 static size_t arriving_size;
 static size_t arriving_at;
 static char paths[2][32];
+static uint8_t written[256]; ///< Last octets that left.
+static size_t written_size;
 static unsigned opened;
 static unsigned lines;
 static char line[LINE_MAX]; ///< The line that was printed last.
@@ -59,6 +61,8 @@ bool __wrap_semihosting_write(const int handle, const void* const octets, const 
 {
     TEST_ASSERT_EQUAL(OUT, handle);
     TEST_ASSERT_TRUE((octets != NULL) && (size > 0U));
+    written_size = (size < sizeof written) ? size : sizeof written;
+    (void)memcpy(written, octets, written_size);
     return true;
 }
 
@@ -186,6 +190,9 @@ static void what_is_no_record_of_the_serving_process_is_refused_and_told(void)
     expect_refused(TARGET_WIRE_DATAGRAM, 0U, "kind 2, octets 1");
     expect_refused(TARGET_WIRE_ADOPT, 4U, "kind 3, octets 5");
     expect_refused(TARGET_WIRE_WAITED, 1U, "kind 5, octets 2");
+    expect_refused(TARGET_WIRE_SYNC, 2U, "kind 6, octets 3");
+    expect_refused(TARGET_WIRE_SYNCED, 0U, "kind 7, octets 1");
+    expect_refused(TARGET_WIRE_SYNCED, 2U, "kind 7, octets 3");
     expect_refused(99U, 0U, "kind 99");
 }
 
@@ -201,6 +208,38 @@ static void a_record_of_a_wrong_size_is_refused_and_told(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "kind 1, octets 16386"), line);
 }
 
+/// What the serving process answers is the status of the sync: a file, or the names in its folder.
+static void a_sync_is_that_of_the_serving_process(void)
+{
+    static const uint8_t of_file[]  = {0U,  0U,  0U,  6U, TARGET_WIRE_SYNC, TARGET_WIRE_SYNC_CONTENT,
+                                       'a', '/', 'b', 'c'};
+    static const uint8_t of_names[] = {0U, 0U, 0U, 3U, TARGET_WIRE_SYNC, TARGET_WIRE_SYNC_NAMES, 'd'};
+    open_wire();
+    arrive_datagram(20U); // It may arrive before the answer.
+    arrive(TARGET_WIRE_SYNCED, "\1", 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, wire_sync("a/bc", false));
+    TEST_ASSERT_EQUAL(sizeof of_file, written_size);
+    TEST_ASSERT_EQUAL_MEMORY(of_file, written, sizeof of_file);
+    arrive(TARGET_WIRE_SYNCED, "\0", 1U);
+    TEST_ASSERT_EQUAL(STATUS_IO, wire_sync("d", true));
+    TEST_ASSERT_EQUAL(sizeof of_names, written_size);
+    TEST_ASSERT_EQUAL_MEMORY(of_names, written, sizeof of_names);
+    arrive(TARGET_WIRE_SYNCED, "\2", 1U); // Neither.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, wire_sync("d", true));
+}
+
+static void a_path_that_does_not_fit_is_not_synced(void)
+{
+    static char path[TARGET_WIRE_PATH_MAX + 2U];
+    (void)memset(path, 'p', sizeof path - 1U);
+    open_wire();
+    TEST_ASSERT_EQUAL(STATUS_IO, wire_sync(path, false));
+    TEST_ASSERT_EQUAL(STATUS_IO, wire_sync("", false));
+    path[TARGET_WIRE_PATH_MAX] = '\0';
+    arrive(TARGET_WIRE_SYNCED, "\1", 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, wire_sync(path, false));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -209,5 +248,7 @@ int main(void)
     RUN_TEST(what_is_no_record_of_the_serving_process_is_refused_and_told);
     RUN_TEST(a_record_of_a_wrong_size_is_refused_and_told);
     RUN_TEST(a_datagram_without_room_is_counted_and_told);
+    RUN_TEST(a_sync_is_that_of_the_serving_process);
+    RUN_TEST(a_path_that_does_not_fit_is_not_synced);
     return UNITY_END();
 }

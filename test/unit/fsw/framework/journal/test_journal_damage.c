@@ -20,6 +20,7 @@
 
 static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
+static const image_t empty[2];
 static image_t original[2];
 static image_t work[2];
 static uint8_t whole[KEPT_OCTETS]; // Content of the journal before the damage.
@@ -106,7 +107,7 @@ static void remember(void)
 /// Write a journal of several lives with `commits` commits of two puts each.
 static void write_journal(const unsigned commits)
 {
-    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    recorded_clear(empty);
     open_journal();
     for (unsigned i = 0U; i < commits; i++) {
         put(i % 5U, (uint8_t)i, 10U + (i % 20U));
@@ -256,7 +257,7 @@ static void several_damaged_octets_are_reported_or_harmless(void)
 /// Cases from operations: a flipped bit early in the file; a file of zeros.
 static void lost_transactions_are_counted(void)
 {
-    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    recorded_clear(empty);
     open_journal();
     TEST_ASSERT_FALSE(journal.damage.is_damaged); // This is the first start.
     for (uint32_t key = 1U; key <= 4U; key++) {
@@ -292,7 +293,7 @@ static void lost_transactions_are_counted(void)
 /// A record without content at the end of the medium is found like any other record.
 static void the_last_record_behind_the_damage_is_counted(void)
 {
-    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    recorded_clear(empty);
     open_journal();
     for (uint32_t key = 1U; key <= 3U; key++) {
         put(key, 1U, 10U);
@@ -381,7 +382,7 @@ static void a_damaged_journal_opens_without_a_preserving_callback(void)
 /// The format of journal_record.h: kind, table, size, number, key, check of the record before.
 static void records_on_the_medium_have_consecutive_numbers(void)
 {
-    recorded_clear((const image_t[2]){{.size = 0U}, {.size = 0U}});
+    recorded_clear(empty);
     open_journal();
     const uint8_t* at = &recorded.image[0].octets[JOURNAL_HEAD_SIZE];
     put(7U, 0x5AU, 4U);

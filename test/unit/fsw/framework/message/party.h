@@ -48,11 +48,12 @@ struct party {
     status_t (*outcome)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
 };
 
-/// Number of forms that this kernel supports; the first ones are these.
+/// Number of forms that this system supports; the first ones are these.
 unsigned party_forms(void);
 /// Address of a member: 16, 17, ...
 uint16_t party_id(unsigned index);
-/// Open all members with start count 1, each a peer of all others.
+/// Open all members with start count 1, each a peer of all others. A form that this system does not support
+/// ends the test with IGNORE.
 void party_open(party_t* party, party_form_t form);
 void party_close(party_t* party);
 /// For each form: open the party, run `act`, and close the party.

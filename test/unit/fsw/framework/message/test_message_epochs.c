@@ -512,8 +512,8 @@ static result_t act(party_t* self, uint32_t kind, unsigned who, unsigned other, 
 static void all_forms_behave_equally(void)
 {
     uint32_t epoch = 1U;
-    party_open(&party, PARTY_RING);
     party_open(&udp_party, PARTY_UDP);
+    party_open(&party, PARTY_RING);
     for (uint32_t step = 0U; step < 30000U; step++) {
         uint32_t kind        = draw(100U);
         const unsigned who   = draw(PARTY_MEMBERS);
