@@ -30,8 +30,7 @@ typedef enum {
     TARGET_WIRE_WAIT = 4,
     /// To the program: the wait is over. Datagrams that arrived during the wait were sent before this record.
     TARGET_WIRE_WAITED = 5,
-    /// From the program: force a file to the disk. TARGET_WIRE_SYNC_* (u8), path of the file without a zero at its
-    /// end.
+    /// From the program: force a file to the disk. TARGET_WIRE_SYNC_* (u8), path without a zero at its end.
     TARGET_WIRE_SYNC   = 6,
     TARGET_WIRE_SYNCED = 7 ///< To the program: 1 if the disk has it, otherwise 0 (u8).
 } target_wire_kind_t;
