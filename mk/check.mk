@@ -18,7 +18,7 @@ compile-commands: $(GENERATED)
 CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
           check-worlds check-symbols check-text check-spelling check-links check-python check-page \
           check-proofs coverage mcdc
-.PHONY: $(CHECKS) check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects test-objects tidied \
+.PHONY: $(CHECKS) check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects read-by-clang tidied \
         coverage-tests
 check: build/setup/check
 	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
@@ -30,13 +30,19 @@ check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
 check-gcc: build/setup/check
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
+# The warnings of clang need neither objects nor programs. A source that passed leaves a stamp file; a newer source or
+# header makes it out of date.
 check-clang: build/setup/check
-	$(PARALLEL) CC=clang OPTIMIZE=-O0 programs test-objects && echo 'check: no warning from clang'
-# The warnings of clang depend neither on the optimization nor on linking, so clang only compiles the tests, and gcc
-# links them.
-test-objects: $(call objects,$(sort $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
-                              $(wildcard test/bench/*.c test/support/*.c)))
+	$(PARALLEL) -k read-by-clang && echo 'check: no warning from clang'
+READ_BY_CLANG := $(sort $(SOURCES) $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
+                   $(wildcard test/bench/*.c test/support/*.c))
+read-by-clang: $(READ_BY_CLANG:%.c=build/lint/clang/%.passed)
 	@:
+build/lint/clang/%.passed: %.c | $(GENERATED)
+	@mkdir -p $(@D)
+	$(Q)clang -std=c99 $(CPPFLAGS) $(WARNINGS) -fsyntax-only -MMD -MP -MT $@ -MF $(@:.passed=.d) $< && touch $@
+-include $(READ_BY_CLANG:%.c=build/lint/clang/%.d)
+
 check-analyzer: build/setup/check
 	$(PARALLEL) ANALYZE=1 flight-objects && echo 'check: the analyzer of gcc finds nothing'
 flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))
