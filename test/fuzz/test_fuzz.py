@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every fuzz target passes its kept inputs, among them each that once failed, and as many new ones as took
-about 4 s when runs.txt was counted. The new ones follow from a fixed number and the kept inputs, so that
+about 2 s when runs.txt was counted. The new ones follow from a fixed number and the kept inputs, so that
 a pass here is a pass elsewhere and a defect is found with the change that causes it; a slow machine stops
 after one and a half times that time, with the inputs it has passed until then. `make fuzz` and `make
 check-full` draw others, by time."""
@@ -11,8 +11,8 @@ import os
 import pytest
 import run_fuzz
 
-# All targets, two at a time, take about half a minute; `make check-full` gives each five.
-SECONDS = int(os.environ.get("FUZZ_SECONDS", "4"))
+# All targets, two at a time, take about 20 s; `make check-full` gives each five.
+SECONDS = int(os.environ.get("FUZZ_SECONDS", "2"))
 SEED = 1
 
 

@@ -25,9 +25,9 @@ TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network
 REACTION_US = 5000
 REPEATS = 5
 CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
-# Cases that every run also flies over TIPC. All others fly over UDP only, and with LONG=1 over TIPC, because
-# the micro-VM takes 20 s and more for each.
-OVER_TIPC = ("two_nodes_fly_as_one_image", "unplug_between_nodes")
+# The case that every run also flies over TIPC. All others fly over UDP only, and with LONG=1 over TIPC, because
+# the micro-VM takes 20 s and more for each. test_deaths.py flies whole missions over TIPC on two nodes.
+OVER_TIPC = ("unplug_between_nodes",)
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 
@@ -133,6 +133,7 @@ def delayed(hil_folder, case):
     return group
 
 
+@pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
 def test_frames_between_nodes_pass_netem(hil_folder):
     delayed(hil_folder, "frames_between_nodes_pass_netem")
