@@ -16,13 +16,21 @@ import { LiveTruth, notReported, reportedBase } from "./truth.js";
 const TRACE_S = 6; // Length of the trace of the tip.
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
-// Without a graphics processor: time between two pictures; share of the pixels of each axis that is drawn
-// while the scene moves; time after which a scene at rest is drawn with all pixels.
+// Without a graphics processor: shortest time between two pictures; a picture that delays the next frame of the
+// browser by more than this is drawn less often, so that the page answers the operator; share of the pixels of
+// each axis that is drawn while the scene moves; time after which a scene at rest is drawn with all pixels.
 const SOFTWARE_MS = 50,
+  DELAYS = 3, // Time between two pictures that delay, in delays.
+  SLOWEST_MS = 1000,
   COARSE = 0.5,
   REST_MS = 300;
 
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
+
+// The time [ms] from a picture to the next one, if the frame of the browser that followed it came after `delay` [ms].
+function pauseAfter(delay) {
+  return delay > SOFTWARE_MS ? Math.min(DELAYS * delay, SLOWEST_MS) : SOFTWARE_MS;
+}
 
 class Scene extends SceneMarks {
   connectedCallback() {
@@ -182,12 +190,18 @@ class Scene extends SceneMarks {
     this.orbit();
     new ResizeObserver(() => this.resize()).observe(this);
     this.view("Iso");
-    let drawn = 0;
+    let drawn = 0,
+      pause = SOFTWARE_MS,
+      isMeasured = true;
     const frame = (now) => {
       requestAnimationFrame(frame);
-      if (isSoftware && now - drawn < SOFTWARE_MS) return;
+      if (isSoftware) {
+        if (!isMeasured) pause = pauseAfter(now - drawn);
+        isMeasured = true;
+        if (now - drawn < pause) return;
+      }
       drawn = now;
-      this.frame();
+      isMeasured = !this.frame();
     };
     requestAnimationFrame(frame);
   }
@@ -487,6 +501,7 @@ class Scene extends SceneMarks {
     };
   }
 
+  // Draw the scene if it has changed; true if it was drawn.
   frame() {
     if (this.last && this.robot) {
       const share = Math.min(1, (performance.now() - this.last.at) / this.last.period);
@@ -505,13 +520,13 @@ class Scene extends SceneMarks {
       }
     } else if (this.robot && this.truth.isNew) this.pose(this.drawn);
     if (this.isSoftware) this.refine(performance.now());
-    if (this.isChanged) {
-      this.isChanged = false;
-      this.camera.lookAt(this.target);
-      this.camera.updateMatrixWorld();
-      this.renderer.render(this.world, this.camera);
-      this.labels();
-    }
+    if (!this.isChanged) return false;
+    this.isChanged = false;
+    this.camera.lookAt(this.target);
+    this.camera.updateMatrixWorld();
+    this.renderer.render(this.world, this.camera);
+    this.labels();
+    return true;
   }
 
   // Draw a scene that moves with fewer pixels, and once with all of them when it has come to rest.
