@@ -36,6 +36,19 @@ AGES_OUTSIDE = """[...document.querySelectorAll('.readings .age')].filter((age) 
 # Texts of the bar, and values with words of the tab Telemetry, that do not fit their boxes.
 CUT = """[...document.querySelectorAll('station-bar, station-bar *, .readings td.worded')].filter((node) =>
     node.clientWidth && (node.scrollWidth > node.clientWidth + 1 || node.getBoundingClientRect().right > innerWidth + 1)).map((node) => node.textContent)"""
+# How often a jump of a replay draws the network, and how many parts the hidden time line of a flight draws until its next turn.
+DRAWN_BY_A_JUMP = """async () => {
+    const drawn = new MutationObserver(() => {}), line = document.querySelector("station-timeline");
+    drawn.observe(document.querySelector("station-network svg.graph"), {childList: true});
+    station.replay.seek(station.replay.end);
+    await Promise.resolve();
+    drawn.takeRecords();
+    station.replay.seek(0);
+    const count = await Promise.resolve().then(() => drawn.takeRecords().length);
+    line.drawing.replaceChildren();
+    line.draw();
+    return [count, line.drawing.childElementCount];
+}"""
 SCENARIO = """
 0.0 hand rest
 0.2 operator state MANIPULATOR PRE_OPERATIONAL
@@ -406,6 +419,7 @@ def test_the_flight_that_has_ended_is_replayed(page, address, flight):
         assert page.evaluate("station.scene.joints") == wanted
         assert page.evaluate("station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')") == wanted
     # At this time no subsystem is in a transition, whose phase would replace the reason.
+    assert page.evaluate(DRAWN_BY_A_JUMP) == [1, 0]
     page.evaluate("station.replay.seek(0)")
     assert page.is_disabled(".stop")
     assert "takes no commands" in page.inner_text("station-states .reason")

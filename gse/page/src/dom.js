@@ -234,3 +234,17 @@ export function tabs(prefix, pairs) {
   open(pairs[0][0]);
   return { list, open };
 }
+
+// A function that draws once after all changes of one task, however often it is called in it: a jump of a
+// replay changes the states of all subsystems.
+export function once(draw) {
+  let isPlanned = false;
+  return () => {
+    if (isPlanned) return;
+    isPlanned = true;
+    queueMicrotask(() => {
+      isPlanned = false;
+      draw();
+    });
+  };
+}

@@ -223,7 +223,9 @@ class TimeLine extends HTMLElement {
     setInterval(() => this.draw(), 500);
   }
 
+  // In a replay the player has the time line, and this one is hidden.
   draw() {
+    if (store.replay) return;
     this.mark.classList.toggle("is-off", !store.link.is_live);
     text(this.mark, store.link.is_live ? "LIVE" : "Replay");
     if (store.link.is_live || !store.hello) this.mark.removeAttribute("href");

@@ -2,7 +2,7 @@
 // Left column: subsystems, the ten states of the selected one, the real-time network.
 
 import { store } from "./store.js";
-import { age, el, number, padlock, show, stateSymbol, svg, text } from "./dom.js";
+import { age, el, number, once, padlock, show, stateSymbol, svg, text } from "./dom.js";
 
 class Subsystems extends HTMLElement {
   connectedCallback() {
@@ -18,7 +18,10 @@ class Subsystems extends HTMLElement {
       this.list,
     );
     store.on("hello", () => this.build());
-    store.on("state select", () => this.draw());
+    store.on(
+      "state select",
+      once(() => this.draw()),
+    );
     setInterval(() => this.draw(), 200);
     document.addEventListener("keydown", (event) => {
       const row = event.altKey && [...this.rows.keys()][Number(event.key) - 1];
@@ -163,7 +166,10 @@ class States extends HTMLElement {
       machine,
       this.reason,
     );
-    store.on("state select hello link", () => this.draw());
+    store.on(
+      "state select hello link",
+      once(() => this.draw()),
+    );
     document.addEventListener("keydown", (event) => {
       if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey)
         return;
@@ -262,7 +268,10 @@ class Network extends HTMLElement {
       this.rows,
     );
     this.append(el("div", { class: "head" }, el("h2", {}, "Network"), this.sym, this.words), this.body);
-    store.on("hello state links link theme", () => this.draw());
+    store.on(
+      "hello state links link theme",
+      once(() => this.draw()),
+    );
     setInterval(() => this.drawRows(), 500);
   }
 
