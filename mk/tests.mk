@@ -106,7 +106,8 @@ remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 # packet services, and of all that a subsystem links. The list omits tests that need more memory than the board has,
 # several processes, or a heap of a certain size.
 PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
-    test/unit/fsw/drives/% test/unit/fsw/programs/% \
+    test/unit/fsw/drives/% \
+    $(foreach t,compiled_descriptors loop_watchdog run_flow_address,test/unit/fsw/programs/test_$t.c) \
     $(foreach f,control dataflow descriptor journal message parameter rtlink subsystem,test/unit/fsw/framework/$f/%) \
     $(foreach s,arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
     $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_endurance.c \
