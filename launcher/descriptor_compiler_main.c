@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiles the descriptors of a program for a target that cannot read files. For each mission with a
 // subsystem of this program, it writes the constants that the reader of descriptors would create from the
-// files. A run whose mission has another hash refuses the compiled program
-// (fsw/programs/compiled_descriptors.h).
+// files, and a header with the sizes that the storage of the program needs for them. A run whose mission has
+// another hash refuses the compiled program (fsw/programs/compiled_descriptors.h).
+#include "launcher/descriptor_capacities.h"
 #include "launcher/descriptor_writer.h"
+#include "base/assertion.h"
 #include "base/text.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "osal/include/osal/console.h"
@@ -12,6 +14,7 @@
 
 #define ENTRIES_MAX 32U
 #define LINE_MAX 512U
+#define HEADER_MAX 2048U
 
 typedef struct { // A subsystem of the program in one mission.
     uint64_t mission_hash;
@@ -32,6 +35,7 @@ typedef struct { // All storage of the program.
     unsigned path_count;
     osal_file_t file;
     descriptor_writer_t writer;
+    descriptor_capacities_t capacities;
 } compiler_t;
 
 static compiler_t storage;
@@ -71,6 +75,7 @@ static const char* compile(compiler_t* const self, const char* const path, const
     }
     self->entries[self->count] = (entry_t){self->whole.configuration_hash, apid, number_of_model(self)};
     descriptor_writer_mission(&self->writer, self->count, &self->mission);
+    descriptor_capacities_add(&self->capacities, &self->own, &self->whole);
     self->count++;
     return NULL;
 }
@@ -128,6 +133,21 @@ static void write_main(compiler_t* const self, const char* const name)
                               self->executable, "\", ", name, "_open, &descriptors);\n}\n", NULL});
 }
 
+/// Write the header of capacities to the file that was created.
+static bool write_capacities(compiler_t* const self)
+{
+    char characters[HEADER_MAX];
+    text_t text = text_in(characters, sizeof characters);
+    descriptor_capacities_write(&self->capacities, &text);
+    FSW_ASSERT(!text.cut);
+    const status_t status = osal_file_write(&self->file, characters, text.length);
+    osal_file_close(&self->file);
+    if (status != STATUS_OK) {
+        (void)complain("cannot write the capacities: ", status_text(status));
+    }
+    return status == STATUS_OK;
+}
+
 /// Create the file `<folder>/<name><ending>`. False on an error, which is printed.
 static bool create(compiler_t* const self, const char* const folder, const char* const name,
                    const char* const ending)
@@ -155,7 +175,7 @@ static bool finish(compiler_t* const self)
 int main(const int argument_count, char* arguments[])
 {
     static const char usage[] = "usage: descriptor-compiler FOLDER NAME EXECUTABLE MISSION...: writes "
-                                "FOLDER/NAME_descriptors.c and FOLDER/NAME_main.c";
+                                "FOLDER/NAME_descriptors.c, FOLDER/NAME_main.c and FOLDER/NAME_capacities.h";
     compiler_t* const self    = &storage;
     if (osal_console_introduce(argument_count, arguments, "descriptor-compiler", usage)) {
         return 0;
@@ -184,5 +204,8 @@ int main(const int argument_count, char* arguments[])
         return 1;
     }
     write_main(self, arguments[2]);
-    return finish(self) ? 0 : 1;
+    if (!finish(self) || !create(self, arguments[1], arguments[2], "_capacities.h")) {
+        return 1;
+    }
+    return write_capacities(self) ? 0 : 1;
 }

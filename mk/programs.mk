@@ -33,7 +33,7 @@ REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(REMOTE_NAMES),$B/bin/$(subst _,-,$p))
 # Programs for a board without files: `descriptor-compiler`, which runs on this machine, writes their main function
 # and their descriptors as C sources from the descriptors of the missions.
 COMPILED := build/generated/compiled
-COMPILED_SOURCES  := $(foreach p,$(REMOTE_NAMES),$(COMPILED)/$p_main.c $(COMPILED)/$p_descriptors.c)
+COMPILED_SOURCES  := $(foreach p,$(REMOTE_NAMES),$(addprefix $(COMPILED)/$p_,main.c descriptors.c capacities.h))
 $(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xml') \
         $(wildcard fsw/framework/descriptor/*.[ch] launcher/descriptor_*.[ch] fsw/programs/*_program.c) \
         $(if $(VARIANT),,build/bin/descriptor-compiler)
@@ -42,18 +42,39 @@ $(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xm
 	@mkdir -p $(COMPILED)
 	@for name in $(REMOTE_NAMES); do build/bin/descriptor-compiler $(COMPILED) $$name $$(echo $$name | tr _ -) \
 	    $(MISSIONS) || exit 1; done
+# The storage of a program has the sizes that its descriptors need: sources with such storage are compiled for each
+# program, after its header of capacities.
+SIZED_DIRS    := $(filter fsw/programs fsw/drives fsw/equipment fsw/framework/subsystem fsw/subsystems/%,$(DIRS))
+other_programs = $(filter-out $1,$(REMOTE_NAMES))
+sized_dirs     = $(filter-out $(patsubst %,fsw/subsystems/%,$(call other_programs,$1)),$(SIZED_DIRS))
+sized_objects  = $(patsubst %.c,$B/$1/obj/%.o,$(filter-out $(patsubst %,fsw/programs/%_program.c,$(call other_programs,$1)),\
+                 $(filter $(patsubst %,%/%.c,$(call sized_dirs,$1)),$(SOURCES))))
+sized_library  = $B/$1/lib/lib$(subst /,_,$2).a
+target_parts   = $(patsubst %,$B/$1/obj/$(COMPILED)/$1_%.o,main descriptors) \
+                 $(foreach d,$(call sized_dirs,$1),$(call sized_library,$1,$d)) \
+                 $(foreach d,$(filter-out sim/% $(SIZED_DIRS),$(DIRS)),$(call library,$d)) $(FOREIGN_A)
+define sized_library_rule
+$(call sized_library,$1,$2): $(filter $B/$1/obj/$2/%,$(call sized_objects,$1)) $2
+	@mkdir -p $$(@D) && rm -f $$@
+	$(Q)$(AR) rcs $$@ $$(filter %.o,$$^)
+endef
 define target_rule
-build/$(BOARD)/bin/$(subst _,-,$1): $(call objects,$(COMPILED)/$1_main.c $(COMPILED)/$1_descriptors.c) \
-    $(FLIGHT_LIBRARIES) $(FOREIGN_A) osal/freertos/mps2.ld
+$B/$1/obj/%.o: %.c $B/flags $(COMPILED)/$1_capacities.h | build/setup/build
+	@mkdir -p $$(@D)
+	$(if $(V),,@echo "  $(CC) $(VARIANT)/$1 $$<")
+	$(Q)$(CC) -include $(COMPILED)/$1_capacities.h $(CPPFLAGS) $(CFLAGS) -MMD -MP -c $$< -o $$@
+$(foreach p,main descriptors,$(eval $B/$1/obj/$(COMPILED)/$1_$p.o: $(COMPILED)/$1_$p.c))
+-include $(patsubst %.o,%.d,$(call sized_objects,$1)) $(patsubst %,$B/$1/obj/$(COMPILED)/$1_%.d,main descriptors)
+build/$(BOARD)/bin/$(subst _,-,$1): $(call target_parts,$1) osal/freertos/mps2.ld
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
-	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,-Map,$B/$1.map -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -lm -lc -lgcc
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,-Map,$B/$1/$1.map -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -lm -lc -lgcc
 endef
 ifdef TARGET
+$(foreach p,$(REMOTE_NAMES),$(foreach d,$(call sized_dirs,$p),$(eval $(call sized_library_rule,$p,$d))))
 $(foreach p,$(REMOTE_NAMES),$(eval $(call target_rule,$p)))
--include $(foreach p,$(REMOTE_NAMES),$B/obj/$(COMPILED)/$p_main.d $B/obj/$(COMPILED)/$p_descriptors.d)
 endif
-target-programs: $(foreach p,$(REMOTE_NAMES),build/$(BOARD)/bin/$(subst _,-,$p))
+target-programs: $(foreach p,$(or $(filter $(ONLY),$(REMOTE_NAMES)),$(REMOTE_NAMES)),build/$(BOARD)/bin/$(subst _,-,$p))
 	@:
 
 all: build/setup/build

@@ -124,8 +124,7 @@ board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t)
 # The program of the manipulator, linked with one file of test/board: with steps.c it is
 # build/mps2-an500/steps/manipulator.
 define board_program_rule
-build/$(BOARD)/$1/manipulator: $(call objects,$(COMPILED)/manipulator_main.c $(COMPILED)/manipulator_descriptors.c \
-    test/board/$1.c) $(FLIGHT_LIBRARIES) $(FOREIGN_A) osal/freertos/mps2.ld
+build/$(BOARD)/$1/manipulator: $B/manipulator/obj/test/board/$1.o $(call target_parts,manipulator) osal/freertos/mps2.ld
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,test/board/$1.c) -o $$@ $$(filter %.o,$$^) \

@@ -8,7 +8,7 @@
 
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
 {
-    *misfit = (subsystem_misfit_t){line, says};
+    *misfit = (subsystem_misfit_t){line, says, 0U};
     return false;
 }
 

@@ -24,9 +24,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+// A build whose descriptors are compiled in defines all three, as they need them.
+#ifndef DRIVES_BUSES_MAX
 #define DRIVES_BUSES_MAX 4U
 #define DRIVES_DEVICES_MAX 32U ///< On all buses; NETWORK_DEVICES_MAX on each.
 #define DRIVES_MAPPINGS_MAX 8U ///< Devices whose settings change the mapping of their PDOs.
+#endif
 /// Number of the bus times this is added to the code of a bus condition (node 0).
 #define DRIVES_BUS_CODE 0x1000U
 #define DRIVES_ACCESS_SLOTS 16U ///< Largest number of transfers of drives_access.h.

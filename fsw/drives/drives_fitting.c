@@ -12,7 +12,15 @@
 
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
 {
-    *misfit = (subsystem_misfit_t){line, says};
+    *misfit = (subsystem_misfit_t){line, says, 0U};
+    return false;
+}
+
+/// Refuse content that exceeds a capacity, whose value is in `says` as '#'.
+static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says,
+                         const uint32_t most)
+{
+    *misfit = (subsystem_misfit_t){line, says, most};
     return false;
 }
 
@@ -68,13 +76,16 @@ static bool node_fits(nodes_t* const nodes, const descriptor_endnode_t* const en
     }
     nodes->bus_count = (uint8_t)(nodes->bus_count + ((on_bus == 0U) ? 1U : 0U));
     if (nodes->bus_count > DRIVES_BUSES_MAX) {
-        return refuse(out_misfit, endnode->line, "too many buses of one subsystem, at most 4");
+        return refuse_above(out_misfit, endnode->line, "too many buses of one subsystem, at most #",
+                            DRIVES_BUSES_MAX);
     }
     if (on_bus == NETWORK_DEVICES_MAX) {
-        return refuse(out_misfit, endnode->line, "too many nodes on one bus, at most 16");
+        return refuse_above(out_misfit, endnode->line, "too many nodes on one bus, at most #",
+                            NETWORK_DEVICES_MAX);
     }
     if (nodes->node_count == DRIVES_DEVICES_MAX) {
-        return refuse(out_misfit, endnode->line, "too many nodes of one subsystem, at most 32");
+        return refuse_above(out_misfit, endnode->line, "too many nodes of one subsystem, at most #",
+                            DRIVES_DEVICES_MAX);
     }
     nodes->nodes[nodes->node_count] = endnode;
     nodes->node_count++;
@@ -199,9 +210,10 @@ static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsyst
             continue;
         }
         if (count == DRIVES_MAPPINGS_MAX) {
-            return refuse(out_misfit, setting->line,
-                          "<Setting> of a mapping: expected at most 8 devices with other mappings than their "
-                          "class");
+            return refuse_above(out_misfit, setting->line,
+                                "<Setting> of a mapping: expected at most # devices with other mappings than "
+                                "their class",
+                                DRIVES_MAPPINGS_MAX);
         }
         nodes[count] = endnode->node;
         count++;

@@ -13,10 +13,10 @@
 static status_t check(const subsystem_host_t* const host, const subsystem_descriptor_t* const descriptor,
                       text_t* const error)
 {
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     const status_t status = descriptor_check_interface(error, host->path, descriptor, host->interface_hash);
     if ((status == STATUS_OK) && !subsystem_fits(descriptor, host->callbacks, &misfit)) {
-        return descriptor_refuse(error, host->path, misfit.line, misfit.says);
+        return descriptor_refuse(error, host->path, misfit.line, misfit.says, misfit.most);
     }
     return status;
 }
@@ -118,6 +118,17 @@ void subsystem_host_begin(subsystem_host_t* const host, void* const self, const 
     }
 }
 
+/// Copy the first octets of the next block, if it is longer than a packet of this program.
+static void keep_head(message_endpoint_t* const endpoint, uint8_t out_head[MESSAGE_HEAD_OCTETS])
+{
+    const uint8_t* head = NULL;
+    uint16_t from       = 0U;
+    size_t size         = 0U;
+    if ((message_next(endpoint, NULL, &from, &head, &size) == STATUS_OK) && (size > PUS_PACKET_MAX)) {
+        (void)memcpy(out_head, head, MESSAGE_HEAD_OCTETS);
+    }
+}
+
 void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
 {
     uint16_t from   = 0U;
@@ -126,9 +137,15 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
     // Credit is processed even while requests are not accepted.
     message_take_control(&host->runtime->endpoint);
     while ((status != STATUS_EMPTY) && subsystem_may_accept(&host->subsystem)) {
+        uint8_t head[MESSAGE_HEAD_OCTETS] = {0U};
+        keep_head(&host->runtime->endpoint, head);
         status = message_receive(&host->runtime->endpoint, &from, host->packet, sizeof host->packet, &size);
         if ((status == STATUS_OK) && (size > 0U)) {
             subsystem_accept(&host->subsystem, host->packet, size, now_ns);
+        } else if (status == STATUS_TOO_LARGE) { // Its head is shorter than its length: it is rejected.
+            subsystem_accept(&host->subsystem, head, sizeof head, now_ns);
+        } else {
+            // No packet, or an empty one.
         }
     }
 }

@@ -9,7 +9,9 @@
 #include "fsw/programs/component_runtime.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 
+#ifndef SUBSYSTEM_HOST_RECORDS
 #define SUBSYSTEM_HOST_RECORDS 256U ///< Largest number of persistent records of a component's services.
+#endif
 
 typedef struct { // Private, except `component`.
     component_runtime_t* runtime;

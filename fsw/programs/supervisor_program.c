@@ -238,10 +238,10 @@ static bool is_fitting(component_runtime_t* const runtime)
     const bool is_same =
         (descriptor_path_of(&error, runtime->run->mission_path, subsystem, path, sizeof path) == STATUS_OK) &&
         (descriptor_check_interface(&error, path, runtime->own, SUPERVISOR_INTERFACE_HASH) == STATUS_OK);
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     const bool fits           = is_same && subsystem_fits(runtime->own, supervisor_callbacks(), &misfit);
     if (is_same && !fits) {
-        (void)descriptor_refuse(&error, path, misfit.line, misfit.says);
+        (void)descriptor_refuse(&error, path, misfit.line, misfit.says, misfit.most);
     }
     return fits;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Capacities of the programs that fly on a board. Each macro replaces the default value in the header named
-/// beside it. The compiler includes this file before each source of such a program, but not in tests.
+/// beside it. The compiler includes this file before each source of such a program, but not in tests;
+/// before this file, it includes the generated header with the capacities of one program, if the source is
+/// compiled for one.
 #ifndef OSAL_FREERTOS_CAPACITIES_H
 #define OSAL_FREERTOS_CAPACITIES_H
 
@@ -14,5 +16,24 @@
 #define SHM_STORE_OCTETS 393216U // osal/freertos/shm.c: room for the rings of all eight buses of a mission.
 #define COMPONENT_PLAY_OUTS_MAX                                                                              \
     1U // fsw/programs/component_runtime.h: a program on a board has no link with a relay.
+
+#define PUS_PACKET_MAX 1024U         // pus/core/tailoring.h: longer requests are rejected with TM[1,2].
+#define PUS_PLAIN_SIZE 4096U         // pus/core/app_process.h
+#define SUBSYSTEM_INBOX_OCTETS 2048U // fsw/framework/subsystem/subsystem_core.h
+#define SUBSYSTEM_FUNCTIONAL 2U
+#define RTLINK_PAYLOAD_MAX 256U  // fsw/framework/rtlink/agreement.h
+#define JOURNAL_RECORD_MAX 2048U // fsw/framework/journal/journal.h
+// fsw/framework/rtlink/play_out.h: the one buffer is not used.
+#define RTLINK_PLAY_OUT_SAMPLES 1U
+#define RTLINK_PLAY_OUT_OCTETS RTLINK_PAYLOAD_MAX
+
+// Sources that are compiled once for all programs do not know the capacities of one: they do not compile if
+// they use them.
+#ifndef SUBSYSTEM_PARAMETERS
+#define SUBSYSTEM_PARAMETERS known_only_for_one_program
+#define SUBSYSTEM_LINKS known_only_for_one_program
+#define DRIVES_BUSES_MAX known_only_for_one_program
+#define DRIVES_DEVICES_MAX known_only_for_one_program
+#endif
 
 #endif // OSAL_FREERTOS_CAPACITIES_H

@@ -33,8 +33,10 @@
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
 /// Kept reports of HIGH events: at most one report or notice of each event [octets].
 #define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS
-#define PUS_FIRM_SIZE 5632U  ///< Ring of FIRM reports [octets].
+#define PUS_FIRM_SIZE 5632U ///< Ring of FIRM reports [octets].
+#ifndef PUS_PLAIN_SIZE
 #define PUS_PLAIN_SIZE 8192U ///< Ring of PLAIN reports [octets].
+#endif
 /// Room for an answer and the verification reports that follow it.
 #define PUS_ANSWER_ROOM (PUS_KEPT_PREFIX + PUS_PACKET_MAX + PUS_FIRM_OF_REQUEST)
 CAPACITY_CHECK(firm_ring_holds_all_reports_due,

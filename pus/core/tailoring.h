@@ -8,7 +8,9 @@
 #include "base/apids.h"
 
 /// Packet structure [octets].
-#define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included.
+#ifndef PUS_PACKET_MAX
+#define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included. A build may have smaller ones.
+#endif
 #define PUS_LARGE_MAX 65542U ///< Limit of the length field; packets longer than PUS_PACKET_MAX use ST[13].
 #define PUS_PRIMARY_HEADER_SIZE 6U
 #define PUS_TC_HEADER_SIZE 11U ///< Primary and secondary header of a request.

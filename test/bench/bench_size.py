@@ -176,7 +176,7 @@ SYSTEM = ("osal_common", "osal_freertos", "foreign", "c", "gcc", "m")  # Port, k
 # The bound is 128 KiB of text and 96 KiB of RAM; until it is kept, no figure may grow (docs/porting.md gives the
 # reasons why it is missed).
 ALLOWED_BOARD_TEXT = 146500
-ALLOWED_BOARD_RAM = 322000
+ALLOWED_BOARD_RAM = 128500
 
 
 def parts_of_image(path):
@@ -204,7 +204,7 @@ def report_board():
         print("SKIPPED board no arm-none-eabi-gcc")
         return
     subprocess.run(["make", "-s", "rtos", "BOARD=mps2-an500"], stdout=sys.stderr, check=True)
-    parts = parts_of_image(BOARD / "flight/manipulator.map")
+    parts = parts_of_image(BOARD / "flight/manipulator/manipulator.map")
     for name, (text, ram) in sorted(parts.items()):
         print(f"BENCH board_text_{name} {text} octets -")
         print(f"BENCH board_ram_{name} {ram} octets -")

@@ -26,6 +26,7 @@ EMULATOR = "qemu-system-arm"[:15]  # The name of a process has at most 15 charac
 FLIGHT_S, END_S = 20, 60
 CYCLES = 108000
 PROCESSORS = places.ROOT / "test" / "hil" / "processors"  # A mission with three subsystems that drive devices.
+FLOWN = ("manipulator", "joystick")  # Programs that the normal tests fly; those of LONG=1 build the others, too.
 CONTROLLED = {"PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL"}
 
 
@@ -40,13 +41,13 @@ def make(*words, root=places.ROOT):
     subprocess.run(["make", "-s", *words], cwd=root, check=True)
 
 
-def build(board):
-    make("rtos", f"BOARD={board}")
+def build(board, *programs):
+    make("rtos", f"BOARD={board}", f"ONLY={' '.join(programs)}")
 
 
 @pytest.fixture(scope="module")
 def board():
-    build(M7)
+    build(M7, *FLOWN)
     return M7
 
 
@@ -65,8 +66,10 @@ def expect_same(native, flight, logs=LOGS):
         assert flight.octets(log) == native.octets(log), log
 
 
-def test_programs_are_for_a_cortex_m_without_an_allocator(board):
-    for name in ("manipulator", "joystick", "arm", "actuators", "instruments"):
+@pytest.mark.parametrize("names", [FLOWN, pytest.param(("arm", "actuators", "instruments"), marks=pytest.mark.long)])
+def test_programs_are_for_a_cortex_m_without_an_allocator(board, names):
+    build(board, *names)
+    for name in names:
         program = places.ROOT / "build" / board / "bin" / name
         head = program.read_bytes()[:20]
         assert head[:6] == b"\x7fELF\x01\x01" and int.from_bytes(head[18:20], "little") == 40, "32 bits, little-endian, ARM"
@@ -86,7 +89,7 @@ def test_logs_are_those_of_native_programs(folder, native, board, names):
 
 @pytest.mark.long
 def test_a_processor_without_doubles_in_hardware_flies_the_same(folder, native):
-    build(M3)
+    build(M3, "manipulator")
     expect_same(native, flying.fly(folder / "m3", "--scenario", "hil", "--rtos", f"MANIPULATOR:{M3}"))
 
 

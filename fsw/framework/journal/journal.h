@@ -24,7 +24,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifndef JOURNAL_RECORD_MAX
 #define JOURNAL_RECORD_MAX 8192U ///< Largest record [octets].
+#endif
 /// Number of slots of the index for a number of records: at most three quarters of the slots are used.
 #define JOURNAL_SLOTS(records) ((records) + ((records) / 3U) + 1U)
 

@@ -8,7 +8,9 @@
 
 #include <stdint.h>
 
+#ifndef RTLINK_PAYLOAD_MAX
 #define RTLINK_PAYLOAD_MAX 1024U ///< Octets of one sample.
+#endif
 
 typedef enum { // Transfer method; these numbers are used on the wire.
     RTLINK_METHOD_SHARED_MEMORY = 0,

@@ -14,8 +14,10 @@
 #include "fsw/framework/rtlink/link_frame.h"
 
 /// Largest number of samples in the buffer; their payloads together have at most RTLINK_PLAY_OUT_OCTETS.
+#ifndef RTLINK_PLAY_OUT_SAMPLES
 #define RTLINK_PLAY_OUT_SAMPLES 256U
 #define RTLINK_PLAY_OUT_OCTETS 16384U
+#endif
 #define RTLINK_PLAY_OUT_BUDGETS 3U
 
 typedef struct {        // Private, except delay_us and budget_us, which are set before the link is opened.

@@ -49,7 +49,8 @@ typedef struct {
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
     uint32_t line;    ///< Line of the descriptor file.
-    const char* says; ///< Text: value found, and value expected.
+    const char* says; ///< Text: value found, and value expected; '#' stands for `most`.
+    uint32_t most;    ///< Capacity of the program; 0 if no capacity is exceeded.
 } subsystem_misfit_t;
 
 /// Callbacks of a specific subsystem. `self` is the context of the subsystem. A null callback means that

@@ -48,9 +48,8 @@ void subsystem_init(subsystem_t* const subsystem, const subsystem_config_t* cons
     subsystem->descriptor = config->descriptor;
     subsystem_state_machine_init(&subsystem->machine, config->is_descriptor_valid);
     subsystem_set_idle_period(subsystem);
-    const status_t status =
-        parameter_init(&subsystem->dictionary, subsystem->entries, DESCRIPTOR_PARAMETERS_MAX,
-                       subsystem->bounds, DESCRIPTOR_FIELDS_MAX);
+    const status_t status = parameter_init(&subsystem->dictionary, subsystem->entries, SUBSYSTEM_PARAMETERS,
+                                           subsystem->bounds, SUBSYSTEM_BOUNDS);
     FSW_ASSERT(status == STATUS_OK);
     init_call_tokens(subsystem);
     pus_app_process_init(&subsystem->process, config->descriptor->apid, config->mission_epoch_s,

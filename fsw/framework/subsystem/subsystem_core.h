@@ -34,25 +34,36 @@
 #include "pus/st17/st17_test.h"
 #include "pus/st20/st20_parameters.h"
 
+// A build whose descriptors are compiled in defines the capacities up to the #endif, as they need them.
+#ifndef SUBSYSTEM_PARAMETERS
+#define SUBSYSTEM_PARAMETERS DESCRIPTOR_PARAMETERS_MAX
+#define SUBSYSTEM_BOUNDS DESCRIPTOR_FIELDS_MAX ///< Fields of all parameters.
+#define SUBSYSTEM_EVENTS DESCRIPTOR_EVENTS_MAX
+#define SUBSYSTEM_FUNCTIONS DESCRIPTOR_FUNCTIONS_MAX
+#define SUBSYSTEM_ARGUMENTS 96U ///< Arguments of all functions.
+#define SUBSYSTEM_ARGUMENT_WORDS 64U
 #define SUBSYSTEM_STRUCTURES 16U      ///< Housekeeping structures, defined by the descriptor and by requests.
-#define SUBSYSTEM_FUNCTIONAL 8U       ///< Functional reporting definitions.
 #define SUBSYSTEM_SAMPLE_OCTETS 1024U ///< Size of the values of one housekeeping report.
+#define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX ///< Loops of services, without the main loop.
 #define SUBSYSTEM_LINKS CAPACITY_SUBSYSTEM_LINKS
+#endif
+#ifndef SUBSYSTEM_FUNCTIONAL
+#define SUBSYSTEM_FUNCTIONAL 8U ///< Functional reporting definitions.
+#endif
 #define SUBSYSTEM_PORT_LINKS CAPACITY_PORT_LINKS ///< Readers of one provided port.
 /// Function commands that run at the same time; the last entry is reserved for users on ground.
 #define SUBSYSTEM_CALL_TOKENS 8U
-#define SUBSYSTEM_ARGUMENTS 96U ///< Arguments of all functions.
-#define SUBSYSTEM_ARGUMENT_WORDS 64U
 #define SUBSYSTEM_SERVICES 24U
 #define SUBSYSTEM_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
-#define SUBSYSTEM_LOOPS DESCRIPTOR_CONFIGURATION_LOOPS_MAX  ///< Loops of services, without the main loop.
 /// Size of the mailbox from a loop of services to the main loop.
-#define SUBSYSTEM_MAILBOX_OCTETS 12288U
+#define SUBSYSTEM_MAILBOX_OCTETS (3U * PUS_PACKET_MAX)
 /// Free room that a mailbox must have before a request is performed, so that its reports fit; the application
 /// process of the loop keeps further reports in SUBSYSTEM_LOOP_KEPT octets.
-#define SUBSYSTEM_MAILBOX_RESERVE 8192U
-#define SUBSYSTEM_LOOP_KEPT 8192U
+#define SUBSYSTEM_MAILBOX_RESERVE (2U * PUS_PACKET_MAX)
+#define SUBSYSTEM_LOOP_KEPT (2U * PUS_PACKET_MAX)
+#ifndef SUBSYSTEM_INBOX_OCTETS
 #define SUBSYSTEM_INBOX_OCTETS 4096U ///< Size of the ring of requests to a loop of services.
+#endif
 /// Application data of the longest request to such a loop: the identifiers of TC[20,1].
 #define SUBSYSTEM_LOOP_REQUEST_MAX (1U + (4U * PUS_COUNT_MAX))
 #define SUBSYSTEM_LOOP_SCRATCH (sizeof(pus_token_t) + SUBSYSTEM_LOOP_REQUEST_MAX)
@@ -170,8 +181,8 @@ struct subsystem { // Private. The most frequently used members come first.
     pus_token_t reload;
 
     parameter_dictionary_t dictionary;
-    parameter_entry_t entries[DESCRIPTOR_PARAMETERS_MAX];
-    parameter_bounds_t bounds[DESCRIPTOR_FIELDS_MAX];
+    parameter_entry_t entries[SUBSYSTEM_PARAMETERS];
+    parameter_bounds_t bounds[SUBSYSTEM_BOUNDS];
 
     pus_dispatcher_t dispatcher;
     pus_service_t services[SUBSYSTEM_SERVICES];
@@ -181,10 +192,10 @@ struct subsystem { // Private. The most frequently used members come first.
     pus_hk_functional_t functional[SUBSYSTEM_FUNCTIONAL];
     uint8_t samples[SUBSYSTEM_STRUCTURES * SUBSYSTEM_SAMPLE_OCTETS];
     pus_events_t events;
-    pus_event_definition_t event_definitions[DESCRIPTOR_EVENTS_MAX];
-    pus_event_state_t event_states[DESCRIPTOR_EVENTS_MAX];
+    pus_event_definition_t event_definitions[SUBSYSTEM_EVENTS];
+    pus_event_state_t event_states[SUBSYSTEM_EVENTS];
     pus_functions_t functions;
-    pus_function_t function_table[DESCRIPTOR_FUNCTIONS_MAX];
+    pus_function_t function_table[SUBSYSTEM_FUNCTIONS];
     pus_argument_t arguments[SUBSYSTEM_ARGUMENTS];
     uint64_t argument_area[SUBSYSTEM_ARGUMENT_WORDS];
     pus_parameters_t parameters;

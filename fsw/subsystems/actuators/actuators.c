@@ -206,8 +206,8 @@ static bool places_fit(const subsystem_descriptor_t* const descriptor,
         }
         if (!has_places) {
             *out_misfit = (subsystem_misfit_t){
-                device->line,
-                "too many <Device> of a <Configuration>: at most 8 axes, 16 inputs, 16 outputs"};
+                device->line, "too many <Device> of a <Configuration>: at most 8 axes, 16 inputs, 16 outputs",
+                0U};
             return false;
         }
     }

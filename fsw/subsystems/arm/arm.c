@@ -84,7 +84,7 @@ static void parameter_set(void* const self, const uint32_t parameter_id)
 
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
 {
-    *misfit = (subsystem_misfit_t){line, says};
+    *misfit = (subsystem_misfit_t){line, says, 0U};
     return false;
 }
 

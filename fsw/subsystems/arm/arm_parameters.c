@@ -154,7 +154,7 @@ static unsigned count_of(const field_row_t* const row, const unsigned joint_coun
 
 static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
 {
-    *misfit = (subsystem_misfit_t){line, says};
+    *misfit = (subsystem_misfit_t){line, says, 0U};
     return false;
 }
 

@@ -22,7 +22,7 @@ static bool fits(const char* const document, subsystem_misfit_t* const out_misfi
 
 static void expect_refused(const char* const document, const uint32_t line, const char* const says)
 {
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     TEST_ASSERT_FALSE(fits(document, &misfit));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
@@ -48,7 +48,7 @@ static void every_end_node_but_can_is_accepted(void)
     };
     for (size_t i = 0U; i < (sizeof endnodes / sizeof endnodes[0]); i++) {
         char document[4096];
-        subsystem_misfit_t misfit = {0U, ""};
+        subsystem_misfit_t misfit = {0U, "", 0U};
         (void)snprintf(document, sizeof document, BEGIN AXIS("X", "<Endnode %s/>") END, endnodes[i]);
         TEST_ASSERT_TRUE_MESSAGE(fits(document, &misfit), misfit.says);
     }
@@ -81,7 +81,7 @@ static void two_devices_at_one_end_node_are_refused(void)
     expect_refused(BEGIN AXIS("X", "<Endnode type='UDP' address='h' port='1'/>")
                        NEXT_CONFIGURATION AXIS("Y", "<Endnode type='UDP' address='i' port='1'/>") END,
                    11U, "that no device above has");
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     TEST_ASSERT_TRUE(fits(BEGIN AXIS("X", "<Endnode type='SHM' name='x'/>")
                               AXIS("Y", "<Endnode type='MQUEUE' name='x'/>") END,
                           &misfit));
@@ -120,7 +120,7 @@ static bool fits_without_needs(const char* const fields, const char* const endno
     static const stream_devices_need_t need = {
         .in = none, .out = none, .says_in = "", .says_out = "", .most = 1U, .says_most = ""};
     char document[8192];
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     (void)snprintf(document, sizeof document, BEGIN "<Device name='X' type='stream'>%s%s</Device>" END,
                    fields, endnode);
     load_document(document, &descriptor);

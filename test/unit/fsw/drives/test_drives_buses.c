@@ -45,7 +45,7 @@ static bool fits(void)
 {
     static const int modes[]               = {10, 0};
     static const drives_need_t drives_need = {1U, false, "type", 0U, "count", modes, "mode", false};
-    subsystem_misfit_t misfit              = {0U, ""};
+    subsystem_misfit_t misfit              = {0U, "", 0U};
     return drives_fit(&descriptor, &drives_need, &misfit);
 }
 

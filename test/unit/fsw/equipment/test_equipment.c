@@ -217,7 +217,7 @@ static void bring_up(const uint16_t id)
 
 static void both_kinds_are_brought_up_and_counted_apart(void)
 {
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.says);
     bring_up(1U);
     TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&equipment.drives, 0U)->node);
@@ -329,7 +329,7 @@ static void each_kind_has_its_own_events(void)
 
 static void streams_alone_need_no_bus(void)
 {
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     begin(BEGIN CONFIGURATION("ONE", "1") STREAM("A", "a") STREAM("B", "b") END_CONFIGURATION END);
     TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.says);
     TEST_ASSERT_FALSE(equipment_has_drives(&equipment));
@@ -345,7 +345,7 @@ static void streams_alone_need_no_bus(void)
 
 static void expect_refused(const char* const document, const uint32_t line, const char* const says)
 {
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     load(document);
     TEST_ASSERT_FALSE(fits(&misfit));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);

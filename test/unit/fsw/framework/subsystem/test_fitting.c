@@ -4,6 +4,7 @@
 #include "fsw/framework/subsystem/fitting.h"
 
 #include "fsw/framework/descriptor/descriptor.h"
+#include "fsw/framework/subsystem/subsystem_core.h"
 #include "test/support/assertion.h"
 #include "unity.h"
 
@@ -41,7 +42,7 @@ static bool fits(void)
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
                               descriptor_parse_subsystem(&loader, "arm.xml", document, length, &descriptor),
                               descriptor_error(&loader));
-    misfit = (subsystem_misfit_t){0U, ""};
+    misfit = (subsystem_misfit_t){0U, "", 0U};
     return subsystem_fits(&descriptor, &callbacks, &misfit);
 }
 
@@ -51,12 +52,21 @@ static void begin(void)
     add("<Subsystem name='ARM' id='16'>\n");
 }
 
+static void expect_misfit(uint32_t line, const char* says)
+{
+    char characters[DESCRIPTOR_ERROR_CHARACTERS];
+    text_t error = text_in(characters, sizeof characters);
+    TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED,
+                      descriptor_refuse(&error, "", misfit.line, misfit.says, misfit.most));
+    TEST_ASSERT_EQUAL_STRING(says, strchr(characters, ' ') + 1);
+}
+
 static void expect(bool is_good, uint32_t line, const char* says)
 {
     TEST_ASSERT_EQUAL_MESSAGE(is_good, fits(), misfit.says);
     if (!is_good) {
-        TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
-        TEST_ASSERT_EQUAL_STRING(says, misfit.says);
+        expect_misfit(line, says);
     }
 }
 
@@ -197,7 +207,7 @@ static void structures_of_every_configuration_are_checked(void)
 static bool refuses(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misfit)
 {
     TEST_ASSERT_EQUAL_PTR(&descriptor, of);
-    *out_misfit = (subsystem_misfit_t){7U, "no"};
+    *out_misfit = (subsystem_misfit_t){7U, "no", 0U};
     return false;
 }
 
@@ -221,8 +231,69 @@ static void the_refusal_is_an_error_with_file_and_line(void)
 {
     char characters[DESCRIPTOR_ERROR_CHARACTERS];
     text_t error = text_in(characters, sizeof characters);
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&error, "arm.xml", 7U, "no"));
-    TEST_ASSERT_EQUAL_STRING("arm.xml:7: no", characters);
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&error, "arm.xml", 7U, "at most #", 12U));
+    TEST_ASSERT_EQUAL_STRING("arm.xml:7: at most 12", characters);
+}
+
+// ---- Lists of a program with smaller capacities than the reader of descriptors ----
+
+static descriptor_parameter_t parameters[SUBSYSTEM_PARAMETERS + 1U];
+static descriptor_event_t events[SUBSYSTEM_EVENTS + 1U];
+static descriptor_function_t functions[SUBSYSTEM_FUNCTIONS + 1U];
+static descriptor_configuration_t configuration;
+
+/// The last item of each list that does not fit is refused with its line; without it the descriptor fits.
+static void lists_longer_than_those_of_the_program_are_refused(void)
+{
+    TEST_ASSERT_TRUE(fits());
+    parameters[SUBSYSTEM_PARAMETERS].line = 11U;
+    events[SUBSYSTEM_EVENTS].line         = 12U;
+    functions[SUBSYSTEM_FUNCTIONS].line   = 13U;
+    descriptor.parameters                 = parameters;
+    descriptor.events                     = events;
+    descriptor.functions                  = functions;
+    descriptor.parameter_count            = (uint16_t)SUBSYSTEM_PARAMETERS + 1U;
+    descriptor.event_count                = (uint16_t)SUBSYSTEM_EVENTS + 1U;
+    descriptor.function_count             = (uint16_t)SUBSYSTEM_FUNCTIONS + 1U;
+    TEST_ASSERT_FALSE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    expect_misfit(11U, "too many <ParamRef> in this program, at most 64");
+    descriptor.parameter_count--;
+    TEST_ASSERT_FALSE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    expect_misfit(12U, "too many <Event> in this program, at most 48");
+    descriptor.event_count--;
+    TEST_ASSERT_FALSE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    expect_misfit(13U, "too many <Function> in this program, at most 32");
+    descriptor.function_count--;
+    TEST_ASSERT_TRUE(subsystem_fits(&descriptor, &callbacks, &misfit));
+}
+
+static void fields_beyond_the_bounds_of_the_program_are_refused(void)
+{
+    TEST_ASSERT_TRUE(fits());
+    (void)memset(parameters, 0, sizeof parameters);
+    descriptor.parameters      = parameters;
+    descriptor.parameter_count = 3U;
+    parameters[0].field_count  = (uint16_t)SUBSYSTEM_BOUNDS - 1U;
+    parameters[1].field_count  = 1U;
+    TEST_ASSERT_TRUE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    parameters[1].field_count = 2U;
+    parameters[1].line        = 21U;
+    parameters[2].field_count = 1U;
+    parameters[2].line        = 22U;
+    TEST_ASSERT_FALSE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    expect_misfit(21U, "too many fields of all <ParamRef> in this program, at most 160");
+}
+
+static void loops_beyond_those_of_the_program_are_refused(void)
+{
+    TEST_ASSERT_TRUE(fits());
+    configuration                  = (descriptor_configuration_t){.line = 31U, .loop_count = SUBSYSTEM_LOOPS};
+    descriptor.configurations      = &configuration;
+    descriptor.configuration_count = 1U;
+    TEST_ASSERT_TRUE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    configuration.loop_count++;
+    TEST_ASSERT_FALSE(subsystem_fits(&descriptor, &callbacks, &misfit));
+    expect_misfit(31U, "too many <Loop> in one <Configuration>, at most 2");
 }
 
 static void check_without_a_descriptor(void)
@@ -283,6 +354,9 @@ int main(void)
     RUN_TEST(structures_of_every_configuration_are_checked);
     RUN_TEST(a_subsystem_can_refuse_its_descriptor);
     RUN_TEST(the_refusal_is_an_error_with_file_and_line);
+    RUN_TEST(lists_longer_than_those_of_the_program_are_refused);
+    RUN_TEST(fields_beyond_the_bounds_of_the_program_are_refused);
+    RUN_TEST(loops_beyond_those_of_the_program_are_refused);
     RUN_TEST(without_a_descriptor_the_program_is_not_asked);
     RUN_TEST(devices_without_an_end_node_on_can_are_refused);
     RUN_TEST(a_subsystem_without_sense_callback_cannot_have_devices);

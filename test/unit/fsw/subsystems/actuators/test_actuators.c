@@ -278,7 +278,7 @@ static void expect_misfit(const char* type, const unsigned more, const char* say
     const char* const place   = strstr(text, "    </Devices>");
     const size_t before       = (size_t)(place - text);
     size_t used               = before;
-    subsystem_misfit_t misfit = {0U, ""};
+    subsystem_misfit_t misfit = {0U, "", 0U};
     memcpy(longer, text, before);
     for (unsigned i = 0U; i < more; i++) {
         used +=

@@ -14,7 +14,7 @@ void setUp(void)
     rig_load();
     changed = rig_descriptor;
     descriptor_subsystem_use_storage(&changed);
-    misfit = (subsystem_misfit_t){0U, ""};
+    misfit = (subsystem_misfit_t){0U, "", 0U};
 }
 
 void tearDown(void)
