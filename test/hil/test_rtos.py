@@ -78,7 +78,7 @@ def test_programs_are_for_a_cortex_m_without_an_allocator(board, names):
         assert not re.findall(r" \w (XML_\w+|xml_\w+|descriptor_load_\w+)$", symbols, re.MULTILINE), "descriptors are compiled in"
 
 
-@pytest.mark.parametrize("names", ["MANIPULATOR", "MANIPULATOR,JOYSTICK"])
+@pytest.mark.parametrize("names", [pytest.param("MANIPULATOR", marks=pytest.mark.long), "MANIPULATOR,JOYSTICK"])
 def test_logs_are_those_of_native_programs(folder, native, board, names):
     flight = flying.fly(folder / names, "--scenario", "hil", "--rtos", names)
     expect_same(native, flight)
