@@ -135,7 +135,7 @@ static status_t force(const char* const path, const bool is_of_names)
 
 status_t osal_file_sync_names(const char* const path)
 {
-    char folder[PATH_OCTETS] = ".";
+    char folder[PATH_OCTETS] = {'.', '\0'};
     FSW_ASSERT((path != NULL) && (strlen(path) < PATH_OCTETS));
     const char* const last = strrchr(path, '/');
     if (last != NULL) {
