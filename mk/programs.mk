@@ -47,7 +47,8 @@ $(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xm
 SIZED_DIRS    := $(filter fsw/programs fsw/drives fsw/equipment fsw/framework/subsystem fsw/subsystems/%,$(DIRS))
 other_programs = $(filter-out $1,$(REMOTE_NAMES))
 sized_dirs     = $(filter-out $(patsubst %,fsw/subsystems/%,$(call other_programs,$1)),$(SIZED_DIRS))
-sized_objects  = $(patsubst %.c,$B/$1/obj/%.o,$(filter-out $(patsubst %,fsw/programs/%_program.c,$(call other_programs,$1)),\
+sized_objects  = $(patsubst %.c,$B/$1/obj/%.o,\
+                 $(filter-out $(patsubst %,fsw/programs/%_program.c,$(call other_programs,$1)),\
                  $(filter $(patsubst %,%/%.c,$(call sized_dirs,$1)),$(SOURCES))))
 sized_library  = $B/$1/lib/lib$(subst /,_,$2).a
 target_parts   = $(patsubst %,$B/$1/obj/$(COMPILED)/$1_%.o,main descriptors) \
