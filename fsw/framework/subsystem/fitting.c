@@ -29,7 +29,7 @@ typedef struct { // Number of items in a list of a descriptor, and capacity of t
     const char* says;
 } list_fit_t;
 
-#define LINE_OF(list, index) ((index) < descriptor->list##_count ? descriptor->list##s[index].line : 0U)
+#define LINE_OF(items, count, index) (((index) < (count)) ? (items)[(index)].line : 0U)
 
 /// Check the lists that have a place for each item of the descriptor.
 static bool lists_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
@@ -42,13 +42,16 @@ static bool lists_fit(const subsystem_descriptor_t* const descriptor, subsystem_
                                                                            : bounds_line;
     }
     const list_fit_t lists[] = {
-        {descriptor->parameter_count, SUBSYSTEM_PARAMETERS, LINE_OF(parameter, SUBSYSTEM_PARAMETERS),
+        {descriptor->parameter_count, SUBSYSTEM_PARAMETERS,
+         LINE_OF(descriptor->parameters, descriptor->parameter_count, SUBSYSTEM_PARAMETERS),
          "too many <ParamRef> in this program, at most #"},
         {bounds, SUBSYSTEM_BOUNDS, bounds_line,
          "too many fields of all <ParamRef> in this program, at most #"},
-        {descriptor->event_count, SUBSYSTEM_EVENTS, LINE_OF(event, SUBSYSTEM_EVENTS),
+        {descriptor->event_count, SUBSYSTEM_EVENTS,
+         LINE_OF(descriptor->events, descriptor->event_count, SUBSYSTEM_EVENTS),
          "too many <Event> in this program, at most #"},
-        {descriptor->function_count, SUBSYSTEM_FUNCTIONS, LINE_OF(function, SUBSYSTEM_FUNCTIONS),
+        {descriptor->function_count, SUBSYSTEM_FUNCTIONS,
+         LINE_OF(descriptor->functions, descriptor->function_count, SUBSYSTEM_FUNCTIONS),
          "too many <Function> in this program, at most #"}};
     for (size_t i = 0U; i < (sizeof lists / sizeof lists[0]); i++) {
         if (lists[i].count > lists[i].most) {

@@ -59,7 +59,7 @@
 #define SUBSYSTEM_MAILBOX_OCTETS (3U * PUS_PACKET_MAX)
 /// Free room that a mailbox must have before a request is performed, so that its reports fit; the application
 /// process of the loop keeps further reports in SUBSYSTEM_LOOP_KEPT octets.
-#define SUBSYSTEM_MAILBOX_RESERVE (2U * PUS_PACKET_MAX)
+#define SUBSYSTEM_MAILBOX_RESERVE ((size_t)2U * PUS_PACKET_MAX)
 #define SUBSYSTEM_LOOP_KEPT (2U * PUS_PACKET_MAX)
 #ifndef SUBSYSTEM_INBOX_OCTETS
 #define SUBSYSTEM_INBOX_OCTETS 4096U ///< Size of the ring of requests to a loop of services.

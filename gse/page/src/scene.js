@@ -16,21 +16,12 @@ import { LiveTruth, notReported, reportedBase } from "./truth.js";
 const TRACE_S = 6; // Length of the trace of the tip.
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
-// Without a graphics processor: shortest time between two pictures; a picture that delays the next frame of the
-// browser by more than this is drawn less often, so that the page answers the operator; share of the pixels of
-// each axis that is drawn while the scene moves; time after which a scene at rest is drawn with all pixels.
-const SOFTWARE_MS = 50,
-  DELAYS = 3, // Time between two pictures that delay, in delays.
-  SLOWEST_MS = 1000,
-  COARSE = 0.5,
-  REST_MS = 300;
+// Without a graphics processor: shortest and longest time between two pictures; that time in delays of the
+// next frame of the browser, if a picture delays it; share of the pixels of each axis that is drawn while the
+// scene moves; time after which a scene at rest is drawn with all pixels.
+const [SOFTWARE_MS, SLOWEST_MS, DELAYS, COARSE, REST_MS] = [50, 1000, 3, 0.5, 300];
 
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
-
-// The time [ms] from a picture to the next one, if the frame of the browser that followed it came after `delay` [ms].
-function pauseAfter(delay) {
-  return delay > SOFTWARE_MS ? Math.min(DELAYS * delay, SLOWEST_MS) : SOFTWARE_MS;
-}
 
 class Scene extends SceneMarks {
   connectedCallback() {
@@ -196,7 +187,9 @@ class Scene extends SceneMarks {
     const frame = (now) => {
       requestAnimationFrame(frame);
       if (isSoftware) {
-        if (!isMeasured) pause = pauseAfter(now - drawn);
+        // The page must answer the operator: a picture that delays the browser is drawn less often.
+        if (!isMeasured)
+          pause = now - drawn > SOFTWARE_MS ? Math.min(DELAYS * (now - drawn), SLOWEST_MS) : SOFTWARE_MS;
         isMeasured = true;
         if (now - drawn < pause) return;
       }
