@@ -48,6 +48,7 @@
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
 ##   make rtos       programs of subsystems on FreeRTOS: build/mps2-an500/bin/          BOARD=mps2-an500|mps2-an385
 ##                   ONLY="<programs>": only these, such as manipulator joystick
+##                   MISSION=<name>: compile in this mission alone, not all missions
 ##   make yamcs      run Yamcs for the flight of runs/latest      MISSION=  PORT=<ground port>  HTTP=8080
 ##                   STATION=http://127.0.0.1:8090/: the station whose 3D view it shows     OUT=runs/yamcs
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html

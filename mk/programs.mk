@@ -31,51 +31,64 @@ REMOTE_NAMES := $(filter-out supervisor communication,$(patsubst %_program.c,%,\
                 $(notdir $(wildcard fsw/programs/*_program.c))))
 REMOTE_ENDIAN_PROGRAMS := $(foreach p,$(REMOTE_NAMES),$B/bin/$(subst _,-,$p))
 # Programs for a board without files: `descriptor-compiler`, which runs on this machine, writes their main function
-# and their descriptors as C sources from the descriptors of the missions.
-COMPILED := build/generated/compiled
-COMPILED_SOURCES  := $(foreach p,$(REMOTE_NAMES),$(addprefix $(COMPILED)/$p_,main.c descriptors.c capacities.h))
+# and their descriptors as C sources from the descriptors of the missions: of all missions, or with MISSION=<name> of
+# this one alone, for the programs that it has.
+ONE_MISSION  := $(if $(TARGET),$(if $(filter command%,$(origin MISSION)),$(MISSION)))
+MISSION_FILE := $(filter descriptors/missions/$(ONE_MISSION).xml,$(MISSIONS))
+ifneq ($(ONE_MISSION),)
+$(if $(MISSION_FILE),,$(error MISSION=$(ONE_MISSION): expected one of: $(basename $(notdir $(MISSIONS)))))
+endif
+EXECUTABLES  := $(if $(MISSION_FILE),$(shell grep -o 'executable="[^"]*"' $(MISSION_FILE) | cut -d '"' -f 2 | tr - _))
+TARGET_NAMES := $(if $(MISSION_FILE),$(filter $(EXECUTABLES),$(REMOTE_NAMES)),$(REMOTE_NAMES))
+$(if $(TARGET_NAMES),,$(error MISSION=$(ONE_MISSION): its subsystems have no program for a board))
+COMPILED     := build/generated/compiled$(addprefix /,$(ONE_MISSION))
+SIZED        := $B$(addprefix /missions/,$(ONE_MISSION))
+COMPILED_SOURCES  := $(foreach p,$(TARGET_NAMES),$(addprefix $(COMPILED)/$p_,main.c descriptors.c capacities.h))
 $(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xml') \
         $(wildcard fsw/framework/descriptor/*.[ch] launcher/descriptor_*.[ch] fsw/programs/*_program.c) \
         $(if $(VARIANT),,build/bin/descriptor-compiler)
 	$(if $(VARIANT),+@$(MAKE) --no-print-directory CC=gcc BOARD= TARGET= S390X= SANITIZE= TSAN= COVERAGE= FUZZ= ANALYZE= \
 	    build/bin/descriptor-compiler)
 	@mkdir -p $(COMPILED)
-	@for name in $(REMOTE_NAMES); do build/bin/descriptor-compiler $(COMPILED) $$name $$(echo $$name | tr _ -) \
-	    $(MISSIONS) || exit 1; done
+	@for name in $(TARGET_NAMES); do build/bin/descriptor-compiler $(COMPILED) $$name $$(echo $$name | tr _ -) \
+	    $(or $(MISSION_FILE),$(MISSIONS)) || exit 1; done
 # The storage of a program has the sizes that its descriptors need: sources with such storage are compiled for each
 # program, after its header of capacities.
 SIZED_DIRS    := $(filter fsw/programs fsw/drives fsw/equipment fsw/framework/subsystem fsw/subsystems/%,$(DIRS))
 other_programs = $(filter-out $1,$(REMOTE_NAMES))
 sized_dirs     = $(filter-out $(patsubst %,fsw/subsystems/%,$(call other_programs,$1)),$(SIZED_DIRS))
-sized_objects  = $(patsubst %.c,$B/$1/obj/%.o,\
+sized_objects  = $(patsubst %.c,$(SIZED)/$1/obj/%.o,\
                  $(filter-out $(patsubst %,fsw/programs/%_program.c,$(call other_programs,$1)),\
                  $(filter $(patsubst %,%/%.c,$(call sized_dirs,$1)),$(SOURCES))))
-sized_library  = $B/$1/lib/lib$(subst /,_,$2).a
-target_parts   = $(patsubst %,$B/$1/obj/$(COMPILED)/$1_%.o,main descriptors) \
+sized_library  = $(SIZED)/$1/lib/lib$(subst /,_,$2).a
+target_parts   = $(patsubst %,$(SIZED)/$1/obj/$(COMPILED)/$1_%.o,main descriptors) build/$(BOARD)/mission \
                  $(foreach d,$(call sized_dirs,$1),$(call sized_library,$1,$d)) \
                  $(foreach d,$(filter-out sim/% $(SIZED_DIRS),$(DIRS)),$(call library,$d)) $(FOREIGN_A)
 define sized_library_rule
-$(call sized_library,$1,$2): $(filter $B/$1/obj/$2/%,$(call sized_objects,$1)) $2
+$(call sized_library,$1,$2): $(filter $(SIZED)/$1/obj/$2/%,$(call sized_objects,$1)) $2
 	@mkdir -p $$(@D) && rm -f $$@
 	$(Q)$(AR) rcs $$@ $$(filter %.o,$$^)
 endef
 define target_rule
-$B/$1/obj/%.o: %.c $B/flags $(COMPILED)/$1_capacities.h | build/setup/build
+$(SIZED)/$1/obj/%.o: %.c $B/flags $(COMPILED)/$1_capacities.h | build/setup/build
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  $(CC) $(VARIANT)/$1 $$<")
 	$(Q)$(CC) -include $(COMPILED)/$1_capacities.h $(CPPFLAGS) $(CFLAGS) -MMD -MP -c $$< -o $$@
-$(foreach p,main descriptors,$(eval $B/$1/obj/$(COMPILED)/$1_$p.o: $(COMPILED)/$1_$p.c))
--include $(patsubst %.o,%.d,$(call sized_objects,$1)) $(patsubst %,$B/$1/obj/$(COMPILED)/$1_%.d,main descriptors)
+$(foreach p,main descriptors,$(eval $(SIZED)/$1/obj/$(COMPILED)/$1_$p.o: $(COMPILED)/$1_$p.c))
+-include $(patsubst %.o,%.d,$(call sized_objects,$1)) $(patsubst %,$(SIZED)/$1/obj/$(COMPILED)/$1_%.d,main descriptors)
 build/$(BOARD)/bin/$(subst _,-,$1): $(call target_parts,$1) osal/freertos/mps2.ld
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
-	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,-Map,$B/$1/$1.map -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -lm -lc -lgcc
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,-Map,$(SIZED)/$1/$1.map -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -lm -lc -lgcc
 endef
 ifdef TARGET
-$(foreach p,$(REMOTE_NAMES),$(foreach d,$(call sized_dirs,$p),$(eval $(call sized_library_rule,$p,$d))))
-$(foreach p,$(REMOTE_NAMES),$(eval $(call target_rule,$p)))
+# This file changes when MISSION changes. Every program depends on it, so it contains the missions asked for last.
+build/$(BOARD)/mission: force
+	@mkdir -p $(@D) && echo '$(ONE_MISSION)' | cmp -s - $@ || echo '$(ONE_MISSION)' >$@
+$(foreach p,$(TARGET_NAMES),$(foreach d,$(call sized_dirs,$p),$(eval $(call sized_library_rule,$p,$d))))
+$(foreach p,$(TARGET_NAMES),$(eval $(call target_rule,$p)))
 endif
-target-programs: $(foreach p,$(or $(filter $(ONLY),$(REMOTE_NAMES)),$(REMOTE_NAMES)),build/$(BOARD)/bin/$(subst _,-,$p))
+target-programs: $(foreach p,$(or $(filter $(ONLY),$(TARGET_NAMES)),$(TARGET_NAMES)),build/$(BOARD)/bin/$(subst _,-,$p))
 	@:
 
 all: build/setup/build
@@ -84,7 +97,7 @@ programs: $(LIBRARIES) $(PROGRAMS)
 	@:
 remote-endian: build/setup/s390x
 	$(PARALLEL) S390X=1 remote-endian-programs
-# Programs on FreeRTOS: `make rtos BOARD=mps2-an500`.
+# Programs on FreeRTOS: `make rtos BOARD=mps2-an500`. Those of `make sim-run RTOS=...` contain all missions.
 rtos: rtos-$(or $(BOARD),mps2-an500)
 rtos-%: build/setup/rtos
-	$(PARALLEL) BOARD=$* TARGET=1 target-programs
+	$(PARALLEL) BOARD=$* TARGET=1 MISSION=$(if $(filter rtos rtos-%,$(MAKECMDGOALS)),$(MISSION)) target-programs

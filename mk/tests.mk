@@ -124,7 +124,8 @@ board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t)
 # The program of the manipulator, linked with one file of test/board: with steps.c it is
 # build/mps2-an500/steps/manipulator.
 define board_program_rule
-build/$(BOARD)/$1/manipulator: $B/manipulator/obj/test/board/$1.o $(call target_parts,manipulator) osal/freertos/mps2.ld
+build/$(BOARD)/$1/manipulator: $(SIZED)/manipulator/obj/test/board/$1.o $(call target_parts,manipulator) \
+        osal/freertos/mps2.ld
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,test/board/$1.c) -o $$@ $$(filter %.o,$$^) \
@@ -133,7 +134,7 @@ endef
 BOARD_PARTS := $(patsubst test/board/%.c,%,$(wildcard test/board/*.c))
 $(foreach p,$(if $(TARGET),$(BOARD_PARTS)),$(eval $(call board_program_rule,$p)))
 board-programs: $(if $(TARGET),$(BOARD_PARTS:%=build/$(BOARD)/%/manipulator),build/setup/rtos)
-	$(if $(TARGET),@:,$(PARALLEL) BOARD=$(or $(BOARD),mps2-an500) TARGET=1 board-programs)
+	$(if $(TARGET),@:,$(PARALLEL) BOARD=$(or $(BOARD),mps2-an500) TARGET=1 MISSION= board-programs)
 # Tests that test/hil runs again on a kernel with CAN buses and TIPC.
 KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/message/% \
                 test/contract/osal/test_can.c \

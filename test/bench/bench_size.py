@@ -170,12 +170,13 @@ def report_ram():
 
 # ---- The image of a board ----
 
-BOARD = pathlib.Path("build/mps2-an500")
+BOARD, MISSION = "mps2-an500", "rokviss"  # The image that is measured is for this mission alone.
+MAP = pathlib.Path("build", BOARD, "flight/missions", MISSION, "manipulator/manipulator.map")
 SECTION = re.compile(r" (\.[\w.$]+)?\s+0x([0-9a-f]+)\s+0x([0-9a-f]+) (\S+)$")
 SYSTEM = ("osal_common", "osal_freertos", "foreign", "c", "gcc", "m")  # Port, kernel and C library.
 # The bound is 128 KiB of text and 96 KiB of RAM; until it is kept, no figure may grow (docs/porting.md gives the
 # reasons why it is missed).
-ALLOWED_BOARD_TEXT = 146500
+ALLOWED_BOARD_TEXT = 144500
 ALLOWED_BOARD_RAM = 128500
 
 
@@ -203,8 +204,8 @@ def report_board():
     if not shutil.which("arm-none-eabi-gcc"):
         print("SKIPPED board no arm-none-eabi-gcc")
         return
-    subprocess.run(["make", "-s", "rtos", "BOARD=mps2-an500"], stdout=sys.stderr, check=True)
-    parts = parts_of_image(BOARD / "flight/manipulator/manipulator.map")
+    subprocess.run(["make", "-s", "rtos", f"BOARD={BOARD}", f"MISSION={MISSION}", "ONLY=manipulator"], stdout=sys.stderr, check=True)
+    parts = parts_of_image(MAP)
     for name, (text, ram) in sorted(parts.items()):
         print(f"BENCH board_text_{name} {text} octets -")
         print(f"BENCH board_ram_{name} {ram} octets -")

@@ -41,8 +41,8 @@ def make(*words, root=places.ROOT):
     subprocess.run(["make", "-s", *words], cwd=root, check=True)
 
 
-def build(board, *programs):
-    make("rtos", f"BOARD={board}", f"ONLY={' '.join(programs)}")
+def build(board, *programs, mission=""):
+    make("rtos", f"BOARD={board}", f"ONLY={' '.join(programs)}", f"MISSION={mission}")
 
 
 @pytest.fixture(scope="module")
@@ -232,6 +232,26 @@ def test_a_mission_that_was_not_compiled_in_is_refused(folder, board):
     assert refused.returncode != 0
     told = (root / "flight/console.log").read_text()
     assert re.search(r"hash 0x[0-9A-F]{16}; the program was compiled for .*rokviss 0x[0-9A-F]{16}.*: run `make rtos`", told), told
+
+
+@pytest.mark.long
+def test_a_program_of_one_mission_contains_this_one_alone(folder, board):
+    try:
+        build(board, "manipulator", mission="classic")
+        refused = flying.fly(folder / "other", "--scenario", "hil", "--rtos", "MANIPULATOR")
+    finally:
+        build(board, "manipulator")
+    assert refused.code != 0
+    assert re.search(r"the program was compiled for classic 0x[0-9A-F]{16}: run `make rtos`", refused.console), refused.console
+    flying.assert_clean(refused)
+    program = (places.ROOT / "build" / board / "bin/manipulator").read_bytes()
+    assert b"\0classic\0" in program and b"\0rokviss\0" in program, "without MISSION, a program has all its missions"
+
+
+def test_an_unknown_mission_is_refused_with_the_names_of_all():
+    done = subprocess.run(["make", "-s", f"rtos-{M7}", "MISSION=classical"], cwd=places.ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "MISSION=classical: expected one of: actuators classic" in done.stderr
 
 
 @pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),
