@@ -9,6 +9,7 @@
 
 #include <string.h>
 
+/// Label of an interface that a run has created. A later run recognizes it by the label and removes it.
 #define LABEL "hirosco: removed with its run"
 #define MTU_FD "72"
 #define MTU_CLASSIC "16"
@@ -21,8 +22,8 @@ static bool refuse(launcher_t* const launcher, const char* const first, const ch
     return launcher_refuse(launcher, (const char* const[]){first, second, third, fourth, NULL});
 }
 
-/// Refuse the run because a virtual interface is missing. If the user may not create it, the message
-/// contains the command that does.
+/// Refuse the run because a virtual interface cannot be created. If the kernel supports it, the message
+/// contains the commands by which root creates both interfaces of the bus.
 static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* const bus, const status_t status)
 {
     text_t text         = text_in(launcher->reason, sizeof launcher->reason);
@@ -79,7 +80,8 @@ static bool refuse_state(launcher_t* const launcher, const char* const name, con
                                                  " down; ip link set ", name, " up ", change, NULL});
 }
 
-static bool refuse_look(launcher_t* const launcher, const char* const name, const status_t status)
+/// Refuse the run because the properties of an interface cannot be read.
+static bool refuse_query(launcher_t* const launcher, const char* const name, const status_t status)
 {
     switch (status) {
     case STATUS_INVALID:
@@ -112,8 +114,8 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
     if (is_fd && !seen->carries_fd && !seen->is_virtual) {
         return refuse(launcher, name,
                       " carries classic frames only (mtu 16), and the mission's bus is CAN FD: "
-                      "give it FD (ip link set ... type can ... fd on), or fly a mission whose bus "
-                      "has no dataBitRate, as --mission classic; bus ",
+                      "enable FD (ip link set ... type can ... fd on), or fly a mission whose bus "
+                      "has no dataBitRate, such as --mission classic; bus ",
                       wanted->name, "");
     }
     if (is_fd && !seen->carries_fd) {
@@ -138,9 +140,10 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
 // ---- Virtual interfaces ----
 
 /// Use the existing interface, or create it. If an existing interface has LABEL, a run that was killed has
-/// created it, and this run removes it.
-static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
-                         const mission_bus_t* const wanted, const char* const name, bool* const out_is_made)
+/// created it; *out_is_made is true for it, too, so that this run removes it at its end.
+static bool prepare_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
+                            const mission_bus_t* const wanted, const char* const name,
+                            bool* const out_is_made)
 {
     osal_can_interface_t seen;
     status_t status = osal_can_interface_look(name, &seen);
@@ -153,13 +156,14 @@ static bool have_virtual(launcher_t* const launcher, launcher_bus_t* const bus,
         return refuse_to_make(launcher, bus, status);
     }
     if (status != STATUS_OK) {
-        return refuse_look(launcher, name, status);
+        return refuse_query(launcher, name, status);
     }
     *out_is_made = (strcmp(seen.label, LABEL) == 0);
     return is_fit(launcher, wanted, name, &seen);
 }
 
-/// Make the name of the virtual interface of a bus. False if the name of the bus is too long for that.
+/// Make the names of the two virtual interfaces of a bus: "fsw-BUS" connects flight software and simulator,
+/// and "vcan-BUS" shows the frames to other programs. False if the name of the bus is too long.
 static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const wanted)
 {
     return text_join(bus->published, sizeof bus->published,
@@ -177,12 +181,12 @@ static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
     const status_t status = osal_can_interface_claim(bus->published, &bus->claim);
     if (status != STATUS_OK) {
         return refuse(launcher, "another run flies on ", bus->published,
-                      ": wait for its end, or fly in a network namespace of its own (ip netns add, ip netns "
-                      "exec)",
+                      ": wait for its end, or start this run in another network namespace (ip netns add, "
+                      "ip netns exec)",
                       "");
     }
-    return have_virtual(launcher, bus, wanted, bus->published, &bus->is_published_made) &&
-           have_virtual(launcher, bus, wanted, bus->flight, &bus->is_flight_made);
+    return prepare_virtual(launcher, bus, wanted, bus->published, &bus->is_published_made) &&
+           prepare_virtual(launcher, bus, wanted, bus->flight, &bus->is_flight_made);
 }
 
 // ---- Real controllers ----
@@ -199,17 +203,17 @@ static const char* interface_of(const char* const* const list, const size_t coun
     return NULL;
 }
 
-static bool look_at_controller(launcher_t* const launcher, const mission_bus_t* const wanted,
-                               const char* const name)
+static bool check_controller(launcher_t* const launcher, const mission_bus_t* const wanted,
+                             const char* const name)
 {
     osal_can_interface_t seen;
     const status_t status = osal_can_interface_look(name, &seen);
     return (status == STATUS_OK) ? is_fit(launcher, wanted, name, &seen)
-                                 : refuse_look(launcher, name, status);
+                                 : refuse_query(launcher, name, status);
 }
 
-static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* const bus,
-                                const mission_bus_t* const wanted)
+static bool check_controllers(launcher_t* const launcher, launcher_bus_t* const bus,
+                              const mission_bus_t* const wanted)
 {
     const launch_options_t* const options = &launcher->options;
     const char* const flight = interface_of(options->interfaces, options->interface_count, wanted->name);
@@ -226,14 +230,16 @@ static bool look_at_controllers(launcher_t* const launcher, launcher_bus_t* cons
         return refuse(launcher, "no interface of the simulator is named for bus ", wanted->name,
                       ": add --sim-interface BUS=INTERFACE (make: SIM_ROBOT_IF=, SIM_JOYSTICK_IF=)", "");
     }
+    // Both ends may use one virtual interface. A real controller needs another node on the wire, which
+    // acknowledges its frames.
     osal_can_interface_t seen;
     if ((simulated != NULL) && (strcmp(flight, simulated) == 0) &&
         ((osal_can_interface_look(flight, &seen) != STATUS_OK) || !seen.is_virtual)) {
-        return refuse(launcher, "flight and simulator need separate controllers, both have ", flight,
+        return refuse(launcher, "flight and simulator need separate controllers; both have ", flight,
                       " for bus ", wanted->name);
     }
-    if (!look_at_controller(launcher, wanted, flight) ||
-        ((simulated != NULL) && !look_at_controller(launcher, wanted, simulated))) {
+    if (!check_controller(launcher, wanted, flight) ||
+        ((simulated != NULL) && !check_controller(launcher, wanted, simulated))) {
         return false;
     }
     (void)text_join(bus->flight, sizeof bus->flight, (const char* const[]){flight, NULL});
@@ -256,7 +262,7 @@ static bool are_buses_known(launcher_t* const launcher, const char* const* const
     return true;
 }
 
-// ---- All of them ----
+// ---- All kinds of buses ----
 
 /// Compose the address of a bus: "shm:SHARED", "can:INTERFACE" or "can:INTERFACE@SHARED".
 static void write_address(char out_address[RUN_NAME_MAX], const char* const interface,
@@ -280,7 +286,7 @@ bool launcher_ready_interfaces(launcher_t* const launcher)
         if (options->bus == LAUNCH_BUS_VCAN) {
             is_ready = make_vcan(launcher, bus, wanted);
         } else if (options->bus == LAUNCH_BUS_CAN) {
-            is_ready = look_at_controllers(launcher, bus, wanted);
+            is_ready = check_controllers(launcher, bus, wanted);
         } else {
             // Shared memory needs no preparation.
         }
@@ -341,17 +347,17 @@ static void print_hand_over(launcher_t* const launcher, const char* const bus, c
     text_t text = text_in(line, sizeof line);
     text_add(&text, "bus ");
     text_add(&text, bus);
-    text_add(&text, ": of ");
+    text_add(&text, ": ");
     text_add_unsigned(&text, counts.frames);
-    text_add(&text, " frames handed over ");
+    text_add(&text, " frames transferred, ");
     text_add_unsigned(&text, counts.late);
-    text_add(&text, " came late, ");
+    text_add(&text, " of them late; ");
     text_add_unsigned(&text, counts.lost);
-    text_add(&text, " not at all; ");
+    text_add(&text, " frames lost; ");
     text_add_unsigned(&text, counts.external);
-    text_add(&text, " came from outside the run; an end lost its interface ");
+    text_add(&text, " frames from outside the run; ");
     text_add_unsigned(&text, counts.cuts);
-    text_add(&text, " times");
+    text_add(&text, " calls failed: interface down or removed");
     osal_console_say(line);
 }
 
@@ -376,7 +382,8 @@ void launcher_remove_buses(launcher_t* const launcher)
     }
 }
 
-static bool is_left(const char* const name)
+/// True if a killed launcher has created this interface and not removed it.
+static bool is_left_behind(const char* const name)
 {
     osal_can_interface_t seen;
     return (osal_can_interface_look(name, &seen) == STATUS_OK) && (strcmp(seen.label, LABEL) == 0);
@@ -387,11 +394,11 @@ void launcher_adopt_interfaces(launcher_t* const launcher)
     const bool are_made = (launcher->options.bus == LAUNCH_BUS_VCAN);
     for (uint16_t i = 0U; are_made && (i < launcher->mission.bus_count); i++) {
         launcher_bus_t* const bus = &launcher->buses[i];
-        // If another run has claimed the interfaces since then, that run removes them.
+        // If another run has claimed the interfaces since the launcher was killed, that run removes them.
         if (name_virtual(bus, &launcher->mission.buses[i]) &&
             (osal_can_interface_claim(bus->published, &bus->claim) == STATUS_OK)) {
-            bus->is_published_made = is_left(bus->published);
-            bus->is_flight_made    = is_left(bus->flight);
+            bus->is_published_made = is_left_behind(bus->published);
+            bus->is_flight_made    = is_left_behind(bus->flight);
         }
     }
 }

@@ -20,7 +20,7 @@ typedef struct { // All counters at one instant.
 
 static const struct {
     const char* name; // Name in the descriptor.
-    size_t offset;    // Offset of an uint32_t in counts_t.
+    size_t offset;    // Offset of a uint32_t in counts_t.
 } counters[DRIVES_COUNTERS] = {
     {"CYCLES", offsetof(counts_t, cycles)},
     {"FRAMES_RECEIVED", offsetof(counts_t, bus.received)},
@@ -51,7 +51,7 @@ static const struct {
     {"CONFLICTING_SYNCS", offsetof(counts_t, master.conflicting_syncs)},
 };
 
-/// Returns the field with a name, or null.
+/// Returns the UINT32 field with this name; null if there is none.
 static const parameter_field_t* find(const parameter_definition_t* const definition, const char* const name)
 {
     for (uint16_t i = 0U; i < definition->field_count; i++) {

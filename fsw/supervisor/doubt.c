@@ -64,7 +64,8 @@ void supervisor_doubt_verification(supervisor_t* const supervisor, const pus_tm_
         return;
     }
     entry->doubt = DOUBT_NONE;
-    if (entry->state == STATE_OFFLINE) { // It has closed its links, but its reports about that were lost.
+    if (entry->state ==
+        STATE_OFFLINE) { // The subsystem has closed its links, but the reports of that were lost.
         supervisor_link_manager_member_lost(supervisor, tm->apid);
     }
 }

@@ -4,7 +4,8 @@
 enum {
     WINDOW_ALL     = 0,
     WINDOW_FROM_TO = 1,
-    WINDOW_FROM    = 2
+    WINDOW_FROM    = 2,
+    WINDOW_TO      = 3
 };
 
 pus_schedule_filter_t schedule_filter_all(void)
@@ -38,7 +39,7 @@ pus_reply_t schedule_read_filter(pus_schedule_t* const schedule, octet_reader_t*
     if ((window == (uint8_t)WINDOW_FROM_TO) || (window == (uint8_t)WINDOW_FROM)) {
         is_good = schedule->kind->read_tag(reader, &out_filter->from);
     }
-    if ((window != (uint8_t)WINDOW_ALL) && (window != (uint8_t)WINDOW_FROM)) {
+    if ((window == (uint8_t)WINDOW_FROM_TO) || (window == (uint8_t)WINDOW_TO)) {
         is_good = schedule->kind->read_tag(reader, &out_filter->to) && is_good;
     }
     if (!is_good || (out_filter->from > out_filter->to)) {
@@ -63,7 +64,8 @@ static bool is_selected(const pus_activity_t* const activity, const pus_schedule
            (!filter->has_groups || has_bit(filter->groups, activity->group));
 }
 
-/// First activity at or after `first`, in the order of the schedule, that the filter selects; NO_SLOT: none.
+/// Returns the first activity at or after `first`, in the order of the schedule, that the filter selects;
+/// NO_SLOT if there is none.
 static uint16_t select_from(const pus_schedule_t* const schedule, const pus_schedule_filter_t* const filter,
                             const uint16_t first)
 {

@@ -21,19 +21,19 @@ typedef struct {
     const instrument_set_t* instruments; ///< Null: there are none.
     const segment_t* segments;
     unsigned bus_count;
-    // Private: indices of the devices that power units supply; figures of the buses for the last interval.
-    size_t supply[DEVICE_LOG_SUPPLIES_MAX];
+    // The rest is private.
+    size_t supply[DEVICE_LOG_SUPPLIES_MAX]; // Indices of the devices that power units supply.
     unsigned supply_count;
-    uint64_t next_ns;
-    uint64_t busy_ns[SIMULATOR_BUSES_MAX];
+    uint64_t next_ns;                      // Time at which the present interval of TRUTH_INTERVAL_NS ends.
+    uint64_t busy_ns[SIMULATOR_BUSES_MAX]; // Sums since the start, at the end of the last interval.
     uint64_t frames[SIMULATOR_BUSES_MAX];
     uint64_t errors[SIMULATOR_BUSES_MAX];
-    double load[SIMULATOR_BUSES_MAX];
+    double load[SIMULATOR_BUSES_MAX]; // Load during the last interval, 0 to 1.
 } device_log_t;
 
 /// Write the names of devices and buses. Returns STATUS_OK or STATUS_IO.
-status_t device_log_names(truth_t* log, device_log_t* from);
+status_t device_log_names(truth_t* log, device_log_t* device_log);
 /// Write the state after a step. Returns STATUS_OK or STATUS_IO.
-status_t device_log_state(truth_t* log, device_log_t* from, uint64_t now_ns);
+status_t device_log_state(truth_t* log, device_log_t* device_log, uint64_t now_ns);
 
 #endif // SIM_APP_DEVICE_LOG_H

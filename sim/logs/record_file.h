@@ -28,7 +28,8 @@ bool record_file_open(record_file_t* file, const char* path);
 /// Returns a place for one record of up to `octets` octets, at most RECORD_FILE_BUFFER. The caller writes the
 /// record there and calls record_file_add.
 uint8_t* record_file_room(record_file_t* file, size_t octets);
-/// Add the record that the caller has written to this place; `octets` is its size.
+/// Add the record that the caller has written to the place that record_file_room returned; `octets` is its
+/// size.
 void record_file_add(record_file_t* file, size_t octets);
 /// Pass buffered records to the operating system.
 void record_file_flush(record_file_t* file);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records of a stream device: whatever octets a device sends, a record is taken or refused without a change,
-// and what was taken is written as the same octets where its values allow it.
+// Records of a stream device. For all octets that a device can send: a record is accepted, or refused without
+// a change of the values; an accepted record is encoded to the same octets.
 //
-// The first octet of the input selects byte order, checksum and how many fields there are; one octet for each
+// The first octet of the input selects byte order, checksum and the number of fields; one octet for each
 // field selects its type; the rest is the record.
 #include "fsw/devices/stream_record.h"
 #include "test/fuzz/fuzz.h"
@@ -34,6 +34,7 @@ static void describe(const uint8_t selector, const uint8_t* const types, const u
     }
 }
 
+/// True if the values are equal, or if both are NaN.
 static bool is_same_value(const double one, const double other)
 {
     return (one == other) || ((one != one) && (other != other));
@@ -64,7 +65,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         const double value = stream_record_value(&record, i);
         FUZZ_CHECK(is_same_value(value, stream_record_value(&again, i)));
         const bool is_set = (stream_record_set(&record, i, value) == STATUS_OK);
-        FUZZ_CHECK(is_set == (value == value));
+        FUZZ_CHECK(is_set == (value == value)); // Only NaN is refused.
     }
     return 0;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Memory functions that expat calls; they allocate from one arena. Internal to xml/.
 ///
-/// expat's functions have no context pointer, so each call of expat is enclosed by xml_arena_enter, which
+/// These functions have no context argument, so each call of expat is enclosed by xml_arena_enter, which
 /// selects the arena, and xml_arena_leave. MISRA deviation D-1.4: the pointer to the selected arena is the
 /// only writable object of static storage in the framework; each thread has its own, which is null outside
 /// these calls.

@@ -4,7 +4,7 @@ decoded, all recorded.
 
     answer = station.ask("SUPERVISOR", 11, 18)                  must complete; the fields of its answer TM[11,19]
     station.do("SUPERVISOR", 11, 1)                             must complete
-    station.refuse(0x0209, "SUPERVISOR", 11, 4, sub_schedule_id=1, n=[...])
+    station.refuse(PAST, "SUPERVISOR", 11, 4, sub_schedule_id=1, n=[...])  must be refused with the failure code PAST
 
 The mission flies in stepped time as fast as it can; no test depends on its speed. Every request that
 completed and every report that a test asked for is recorded with the test: docs/pus-coverage.md is made from

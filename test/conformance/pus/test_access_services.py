@@ -6,6 +6,15 @@ import struct
 
 import pytest
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+OUT_OF_RANGE = 0x0203
+ACCESS = 0x0206
+ADDRESS = 0x0207
+PROTECTED = 0x0208
+DATA_CHECKSUM = 0x020D
+DEVICE = 0x0403
+
 SUBSYSTEM = "MANIPULATOR"
 JOINT = 0x11  # CAN node.
 PARAMETERS, COMPONENT = 1, 2  # Memories.
@@ -66,21 +75,21 @@ def test_objects_of_a_drive_are_read_and_written(station, arm):
 
 def test_a_faulty_command_refuses_them_all(station, arm):
     before = acquire(station, 0x6065)
-    outcome = station.refuse(0x0201, SUBSYSTEM, 2, 7, n=[command(0x6065, b"\0\0\0\0"), command(0x6065, before, device=0x44)])
+    outcome = station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 7, n=[command(0x6065, b"\0\0\0\0"), command(0x6065, before, device=0x44)])
     assert outcome.failure.instruction == 2
-    station.refuse(0x0203, SUBSYSTEM, 2, 7, n=[command(0x6065, before, length=2)])
+    station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 7, n=[command(0x6065, before, length=2)])
     assert acquire(station, 0x6065) == before
 
 
 def test_a_command_that_a_drive_refuses_is_reported(station, arm):
     since = len(station.reports)
-    outcome = station.refuse(0x0403, SUBSYSTEM, 2, 8, n=[{
+    outcome = station.refuse(DEVICE, SUBSYSTEM, 2, 8, n=[{
         "transaction_id": 1, "physical_device_id": JOINT, "protocol_specific_data": protocol(0x5FFF, 0, 0)}])
     assert outcome.failure.detail == 0x06020000, "no such object"
     _, report = station.report(2, 9, where=lambda fields: fields["transaction_id"] == 1)
     assert (report["data_acquisition_return_code"], report["data_block"]) == (0x0602, "")
     station.report(1, 6, since=since)
-    assert [(failure.stage, failure.step, failure.code) for failure in outcome.failures] == [(6, 1, 0x0403), (8, None, 0x0403)]
+    assert [(failure.stage, failure.step, failure.code) for failure in outcome.failures] == [(6, 1, DEVICE), (8, None, DEVICE)]
 
 
 def test_registers_are_objects_of_32_bits(station, arm):
@@ -93,11 +102,11 @@ def test_registers_are_objects_of_32_bits(station, arm):
 
 
 def test_devices_that_are_not_there_are_refused(station, arm):
-    station.refuse(0x0201, SUBSYSTEM, 2, 1, n=[{"on_off_device_address": 1}])
-    station.refuse(0x0201, SUBSYSTEM, 2, 4, n1=[
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 1, n=[{"on_off_device_address": 1}])
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 4, n1=[
         {"cpdu_id": 1, "n2": [{"output_line_id": 5, "reserved": 0, "duration_exponential_value": 2}]}])
-    station.refuse(0x0201, SUBSYSTEM, 2, 10, n=[{"logical_device_id": 1, "command_id": 1, "command_arguments": ""}])
-    station.refuse(0x0201, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": 1, "parameter_id": TEMPERATURE}])
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 10, n=[{"logical_device_id": 1, "command_id": 1, "command_arguments": ""}])
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": 1, "parameter_id": TEMPERATURE}])
 
 
 def quantity(station, identity, transaction=3):
@@ -124,11 +133,11 @@ def test_a_drive_is_seen_in_engineering_units(station, arm):
 
 
 def test_an_unknown_or_unsettable_quantity_of_a_drive_is_refused(station, arm):
-    station.refuse(0x0203, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": JOINT, "parameter_id": 99}])
-    station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(TEMPERATURE, 20.0)])
-    station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, -1.0)])
-    station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, float("nan"))])
-    outcome = station.refuse(0x0203, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, 0.03), order(ERROR_WINDOW, 1e9)])
+    station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 11, n=[{"transaction_id": 1, "logical_device_id": JOINT, "parameter_id": 99}])
+    station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 10, n=[order(TEMPERATURE, 20.0)])
+    station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, -1.0)])
+    station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, float("nan"))])
+    outcome = station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, 0.03), order(ERROR_WINDOW, 1e9)])
     assert outcome.failure.instruction == 2
     assert quantity(station, ERROR_WINDOW) != pytest.approx(0.03)
 
@@ -166,7 +175,7 @@ def test_parameters_are_loaded_and_dumped_in_place(station, settable):
     assert (whole["length"], whole["checksum"]) == (16, crc(struct.pack("=d", 0.125) + second))
     part = station.ask(SUBSYSTEM, 6, 7, memory_id=PARAMETERS, base_id=base, n=[{"offset": 4, "length": 4}])["n"][0]
     assert part["checksum"] == crc(struct.pack("=d", 0.125)[4:])
-    station.refuse(0x020D, SUBSYSTEM, 6, 1, **load(station, base, before, checksum=crc(before) ^ 1))
+    station.refuse(DATA_CHECKSUM, SUBSYSTEM, 6, 1, **load(station, base, before, checksum=crc(before) ^ 1))
     station.do(SUBSYSTEM, 6, 1, **load(station, base, before))
     assert dump_object(station, base, 0, 8) == before
 
@@ -183,20 +192,20 @@ def test_a_large_dump_comes_in_many_reports(station, arm):
 def test_raw_areas_are_checked(station, arm):
     areas = station.ask(SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 64, "length": 4096}])["n"]
     assert (areas[0]["start_address"], areas[0]["length"]) == (64, 4096)
-    station.refuse(0x0207, SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 0xFFFFFFFF, "length": 2}])
-    station.refuse(0x0201, SUBSYSTEM, 6, 9, memory_id=77, n=[{"start_address": 0, "length": 1}])
+    station.refuse(ADDRESS, SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 0xFFFFFFFF, "length": 2}])
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 6, 9, memory_id=77, n=[{"start_address": 0, "length": 1}])
 
 
 def test_a_memory_is_protected_and_scrubbed(station, settable):
     base = settable.parameter_id
     before = dump_object(station, base, 0, 8)
     station.do(SUBSYSTEM, 6, 15, memory_id=PARAMETERS)
-    station.refuse(0x0208, SUBSYSTEM, 6, 1, **load(station, base, before))
+    station.refuse(PROTECTED, SUBSYSTEM, 6, 1, **load(station, base, before))
     station.do(SUBSYSTEM, 6, 16, memory_id=PARAMETERS)
     station.do(SUBSYSTEM, 6, 1, **load(station, base, before))
     station.do(SUBSYSTEM, 6, 13, memory_id=COMPONENT)
     station.do(SUBSYSTEM, 6, 14, memory_id=COMPONENT)
-    station.refuse(0x0208, SUBSYSTEM, 6, 2, memory_id=COMPONENT, n=[{"start_address": 0, "data": "00", "checksum": crc(b"\0")}])
+    station.refuse(PROTECTED, SUBSYSTEM, 6, 2, memory_id=COMPONENT, n=[{"start_address": 0, "data": "00", "checksum": crc(b"\0")}])
     station.do(SUBSYSTEM, 6, 12)
 
 
@@ -215,7 +224,7 @@ def test_raw_memory_is_loaded_in_areas_and_bits(station, settable):
 def test_without_files_there_is_no_load_by_reference(station, settable):
     area = {"start_address": 0, "offset_in_file": 0, "length": 1, "checksum": 0}
     names = {"repository_path": "/", "file_name": "x"}
-    station.refuse(0x0201, SUBSYSTEM, 6, 19, memory_id=PARAMETERS, n=[area], **names)
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 6, 19, memory_id=PARAMETERS, n=[area], **names)
 
 
 def test_parameters_are_defined_by_their_place_in_memory(station, settable):
@@ -230,4 +239,4 @@ def test_parameters_are_defined_by_their_place_in_memory(station, settable):
     assert struct.unpack(">d", raw[6:14])[0] == value
     raw_place = {"parameter_id": defined, "memory_id": PARAMETERS, "start_address": found["start_address"], "ptc": 5, "pfc": 2}
     station.do(SUBSYSTEM, 20, 4, n=[raw_place])
-    station.refuse(0x0206, SUBSYSTEM, 20, 4, n=[{**raw_place, "parameter_id": base}])
+    station.refuse(ACCESS, SUBSYSTEM, 20, 4, n=[{**raw_place, "parameter_id": base}])

@@ -4,6 +4,12 @@
 import pytest
 from hirosco_gse import packets
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+OUT_OF_RANGE = 0x0203
+STATE = 0x0204
+EMBEDDED = 0x020A
+
 SUPERVISOR, HAND = 1, 17
 NOBODY = 999
 
@@ -79,10 +85,10 @@ def test_an_event_whose_report_is_disabled_releases_its_request(station):
 
 def test_faulty_event_action_requests_are_refused(station):
     key = {"apid": HAND, "event_definition_id": NOBODY}
-    station.refuse(0x0201, "SUPERVISOR", 19, 4, n=[key])
-    station.refuse(0x020A, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()[:-2] + "00"}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 19, 4, n=[key])
+    station.refuse(EMBEDDED, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()[:-2] + "00"}])
     station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
     station.do("SUPERVISOR", 19, 4, n=[key])
-    station.refuse(0x0204, "SUPERVISOR", 19, 2, n=[key])
-    station.refuse(0x0204, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
-    station.refuse(0x0203, "SUPERVISOR", 19, 1, n=[{"apid": HAND, "event_definition_id": 0, "request": _ping()}])
+    station.refuse(STATE, "SUPERVISOR", 19, 2, n=[key])
+    station.refuse(STATE, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
+    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 19, 1, n=[{"apid": HAND, "event_definition_id": 0, "request": _ping()}])

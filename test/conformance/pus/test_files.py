@@ -4,6 +4,13 @@
 import pytest
 from hirosco_gse import packets
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+EXISTS = 0x0202
+STATE = 0x0204
+IO = 0x0404
+ABORTED = 0x0405
+
 FOLDER = "/tests"
 
 
@@ -44,8 +51,8 @@ def test_files_come_and_go(station):
     _create(station, "a")
     about = station.ask("SUPERVISOR", 23, 3, **_file("a"))
     assert (about["repository_path"], about["file_name"], about["file_size"]) == (FOLDER, "a", 0)
-    station.refuse(0x0202, "SUPERVISOR", 23, 1, **_file("a"), maximum_size=1, file_locked_status=0)
-    station.refuse(0x0201, "SUPERVISOR", 23, 3, **_file("b"))
+    station.refuse(EXISTS, "SUPERVISOR", 23, 1, **_file("a"), maximum_size=1, file_locked_status=0)
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 23, 3, **_file("b"))
     station.do("SUPERVISOR", 23, 2, **_file("a"))
     assert _names(station) == {}
 
@@ -66,7 +73,7 @@ def test_locked_files_stay(station):
     _create(station, "a")
     station.do("SUPERVISOR", 23, 5, **_file("a"))
     assert station.ask("SUPERVISOR", 23, 3, **_file("a"))["file_locked_status"] == 1
-    station.refuse(0x0204, "SUPERVISOR", 23, 2, **_file("a"))
+    station.refuse(STATE, "SUPERVISOR", 23, 2, **_file("a"))
     station.do("SUPERVISOR", 23, 6, **_file("a"))
     station.do("SUPERVISOR", 23, 2, **_file("a"))
 
@@ -74,7 +81,7 @@ def test_locked_files_stay(station):
 def test_directories(station):
     station.do("SUPERVISOR", 23, 9, repository_path=FOLDER, directory_name="inner")
     _create(station, "a", f"{FOLDER}/inner")
-    station.refuse(0x0204, "SUPERVISOR", 23, 10, repository_path=FOLDER, directory_name="inner")
+    station.refuse(STATE, "SUPERVISOR", 23, 10, repository_path=FOLDER, directory_name="inner")
     station.do("SUPERVISOR", 23, 11, repository_path=FOLDER, old_directory_name="inner", new_directory_name="outer")
     assert _names(station) == {"outer": "directory"}
     assert _names(station, f"{FOLDER}/outer") == {"a": "file"}
@@ -93,7 +100,7 @@ def test_copy_and_move(station):
     station.do("SUPERVISOR", 23, 14, operation_id=1, **both, target_file_name="b")
     station.do("SUPERVISOR", 23, 15, operation_id=2, **both, target_file_name="c")
     assert _names(station) == {"b": "file", "c": "file"}
-    station.refuse(0x0201, "SUPERVISOR", 23, 14, operation_id=3, **both, target_file_name="d")
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 23, 14, operation_id=3, **both, target_file_name="d")
 
 
 def _large_file(flight, size):
@@ -121,9 +128,9 @@ def test_copies_are_suspended_resumed_and_aborted(station, flight):
     station.do("SUPERVISOR", 23, 18, n=[1])
     station.do("SUPERVISOR", 23, 21, repository_path=FOLDER)
     for copy in copies:
-        assert station.settle(copy).failure.code == 0x0405
+        assert station.settle(copy).failure.code == ABORTED
     station.do("SUPERVISOR", 23, 24)
-    station.refuse(0x0201, "SUPERVISOR", 23, 18, n=[1])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 23, 18, n=[1])
     assert "copy1" not in _names(station)
 
 
@@ -139,7 +146,7 @@ def test_a_copy_that_fails_on_its_way_reports_the_step(station, flight):
     _large_file(flight, 1)
     station.do("SUPERVISOR", 23, 17, n=[9])
     outcome = station.settle(copy)
-    assert outcome.stages[-2:] == [6, 8] and outcome.failure.code == 0x0404
+    assert outcome.stages[-2:] == [6, 8] and outcome.failure.code == IO
     assert outcome.failures[0].step in (25, 50, 75, 100)
     station.report(1, 6, since=since)
     assert "copy" not in _names(station)
@@ -150,8 +157,8 @@ def test_a_sequence_is_loaded_from_a_file(station, flight):
     content = station.catalogue.encode("TC", 21, 1, {"request_sequence_id": "X", "n": [{"request": packets.build_tc(17, 1, 17, 1, source=2), "delay": 0.1}]})[8:]
     (flight.folder / "storage" / "files" / FOLDER.strip("/") / "wake").write_bytes(content)
     station.do("SUPERVISOR", 21, 2, request_sequence_id="WAKE", repository_path=FOLDER, file_name="wake")
-    station.refuse(0x0202, "SUPERVISOR", 21, 2, request_sequence_id="WAKE", repository_path=FOLDER, file_name="wake")
-    station.refuse(0x0201, "SUPERVISOR", 21, 2, request_sequence_id="OTHER", repository_path=FOLDER, file_name="none")
+    station.refuse(EXISTS, "SUPERVISOR", 21, 2, request_sequence_id="WAKE", repository_path=FOLDER, file_name="wake")
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 21, 2, request_sequence_id="OTHER", repository_path=FOLDER, file_name="none")
     station.do("SUPERVISOR", 21, 3, request_sequence_id="WAKE")
     since = len(station.reports)
     station.do("SUPERVISOR", 21, 8, request_sequence_id="WAKE", repository_path=FOLDER, file_name="wake")

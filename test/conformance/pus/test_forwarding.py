@@ -3,6 +3,11 @@
 
 import pytest
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+EXISTS = 0x0202
+OUT_OF_RANGE = 0x0203
+
 ROBOT, HAND = 16, 17
 
 
@@ -36,8 +41,8 @@ def test_everything_is_forwarded_at_first(station):
 def test_a_process_that_is_deleted_is_silent_but_alive(station):
     station.do("SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
     assert _seen(station, 129, HAND) == []
-    station.refuse(0x0201, "SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
-    station.refuse(0x0201, "SUPERVISOR", 14, 1, n1=[{"apid": 99, "n2": []}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 1, n1=[{"apid": 99, "n2": []}])
     station.do("SUPERVISOR", 14, 1, n1=[{"apid": HAND, "n2": [{"service_type": 129, "n3": [5]}]}])
     assert len(_seen(station, 129, HAND)) >= 2
     entry = next(entry for entry in station.ask("SUPERVISOR", 14, 3)["n1"] if entry["apid"] == HAND)
@@ -52,9 +57,9 @@ def test_structures_are_forwarded_with_their_rates(station, add, delete, report,
     assert station.ask("SUPERVISOR", 14, report)["n1"] == []
     station.do("SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 1, "subsampling_rate": 10}]}])
     assert station.ask("SUPERVISOR", 14, report)["n1"] == [{"apid": ROBOT, "n2": [{name: 1, "subsampling_rate": 10}]}]
-    station.refuse(0x0203, "SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 2, "subsampling_rate": 0}]}])
+    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 2, "subsampling_rate": 0}]}])
     station.do("SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
-    station.refuse(0x0201, "SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
     station.do("SUPERVISOR", 14, add, n1=everything)
 
 
@@ -62,7 +67,7 @@ def test_blocked_events_stay_on_board(station):
     event = station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id
     station.do("SUPERVISOR", 14, 14, n1=[{"apid": 1, "n2": [event]}])
     assert station.ask("SUPERVISOR", 14, 15)["n1"] == [{"apid": 1, "n2": [{"event_definition_id": event}]}]
-    station.refuse(0x0202, "SUPERVISOR", 14, 14, n1=[{"apid": 1, "n2": [event]}])
+    station.refuse(EXISTS, "SUPERVISOR", 14, 14, n1=[{"apid": 1, "n2": [event]}])
     since = len(station.reports)
     for mode in (0, 1):
         station.settle(station.send_data(1, 131, 1, bytes([mode])))

@@ -11,6 +11,9 @@ import flying
 import pytest
 import station as stations
 
+# Failure codes of ST[01].
+PERMISSION = 0x0110
+
 INTERRUPTED, CHECKPOINT_DAMAGED = "event=23", "event=22"
 SAFE, NOMINAL = 0, 1
 SUPERVISOR, MANIPULATOR = 1, 16
@@ -33,7 +36,7 @@ def _set_mode(ground, mode):
 def _assert_in_fallback_mode(ground):
     """Disabling an event requires mode NOMINAL; the refusal names mode and state."""
     refused = ground.settle(ground.send_data(MANIPULATOR, 5, 6, bytes([1, 0, 1]))).failure
-    assert (refused.code, refused.detail >> 8) == (0x0110, SAFE)
+    assert (refused.code, refused.detail >> 8) == (PERMISSION, SAFE)
 
 
 def _begin(folder, storage):

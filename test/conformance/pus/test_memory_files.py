@@ -6,6 +6,14 @@ import random
 
 import pytest
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+EXISTS = 0x0202
+OUT_OF_RANGE = 0x0203
+ADDRESS = 0x0207
+PROTECTED = 0x0208
+VERIFY = 0x0401
+
 PARAMETERS, BUFFER = 1, 3  # Memories.
 FOLDER = "/memory"
 PIECE = 3000
@@ -79,13 +87,13 @@ def test_faulty_memory_file_requests_are_refused(station):
     fill(station, octets)
     station.do("SUPERVISOR", 6, 20, memory_id=BUFFER, n=[{"start_address": 0, "length": 100}], **named("a"))
     again = {"memory_id": BUFFER, "n": [{"start_address": 0, "length": 100}]}
-    station.refuse(0x0202, "SUPERVISOR", 6, 20, **again, **named("a"))
-    station.refuse(0x0201, "SUPERVISOR", 6, 20, **again, repository_path="/..", file_name="a")
-    station.refuse(0x0201, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(0, 0, octets)], **named("b"))
-    station.refuse(0x0203, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(0, 1, octets)], **named("a"))
-    station.refuse(0x0207, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(131071, 0, octets)], **named("a"))
+    station.refuse(EXISTS, "SUPERVISOR", 6, 20, **again, **named("a"))
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 6, 20, **again, repository_path="/..", file_name="a")
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(0, 0, octets)], **named("b"))
+    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(0, 1, octets)], **named("a"))
+    station.refuse(ADDRESS, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(131071, 0, octets)], **named("a"))
     station.do("SUPERVISOR", 6, 15, memory_id=BUFFER)
-    station.refuse(0x0208, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(0, 0, octets)], **named("a"))
+    station.refuse(PROTECTED, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=[part(0, 0, octets)], **named("a"))
     station.do("SUPERVISOR", 6, 16, memory_id=BUFFER)
 
 
@@ -95,7 +103,7 @@ def test_an_area_with_a_wrong_checksum_is_not_loaded(station):
     station.do("SUPERVISOR", 6, 20, memory_id=BUFFER, n=[{"start_address": 0, "length": 200}], **named("a"))
     fill(station, bytes(200))
     areas = [part(0, 0, octets[:100], checksum=crc(octets[:100]) ^ 1), part(100, 100, octets[100:])]
-    outcome = station.refuse(0x0401, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=areas, **named("a"))
+    outcome = station.refuse(VERIFY, "SUPERVISOR", 6, 19, memory_id=BUFFER, n=areas, **named("a"))
     assert (outcome.failure.instruction, outcome.failure.detail) == (1, crc(octets[:100]))
     assert held(station, 200) == bytes(100) + octets[100:]
 

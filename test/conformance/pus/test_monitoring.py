@@ -1,7 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ST[12] and ST[04] in flight, in MANIPULATOR: limits and statistics of its parameter LINK_AGE, which is 0 while no link is open."""
+"""ST[12] and ST[04] in flight: MANIPULATOR and SUPERVISOR check limits of the parameter LINK_AGE of MANIPULATOR, which is 0 while
+no link is open; MANIPULATOR computes statistics of it."""
 
 import pytest
+
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+EXISTS = 0x0202
+STATE = 0x0204
+PROTECTED = 0x0208
 
 ROBOT = 16
 AGE = "MANIPULATOR.LINK_AGE"
@@ -9,7 +16,7 @@ AGE = "MANIPULATOR.LINK_AGE"
 
 @pytest.fixture(scope="module", autouse=True)
 def _published(station):
-    """The parameters of the manipulator exist from SOFTWARE_INIT on."""
+    """Take MANIPULATOR to PRE_OPERATIONAL, because its parameters exist from SOFTWARE_INIT on; at the end, back to OFFLINE."""
     station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")
     yield
     station.command("state", "MANIPULATOR", "OFFLINE")
@@ -17,7 +24,7 @@ def _published(station):
 
 @pytest.fixture
 def functions(station):
-    """At the beginning and at the end, there are no definitions, and both functions are disabled."""
+    """Before and after the test, delete all definitions and disable parameter monitoring and functional monitoring."""
 
     def clear(subsystem):
         station.do(subsystem, 12, 18)
@@ -38,26 +45,26 @@ def functions(station):
 
 
 def _limit(number, low, high, event=0, **fields):
-    found = {
+    definition = {
         "pmon_id": number, "monitored_parameter_id": AGE, "validity_parameter_id": 0, "validity_mask": 0,
         "validity_expected_value": 0, "monitoring_interval": 1, "repetition_number": 1, "check_type": "limit",
         "low_limit": low, "low_limit_event_definition_id": event, "high_limit": high, "high_limit_event_definition_id": event,
     }
-    return found | fields
+    return definition | fields
 
 
 def _status(station):
     return {entry["pmon_id"]: entry["pmon_status"] for entry in station.ask("MANIPULATOR", 12, 13)["n"]}
 
 
-def test_definitions_come_change_and_go(station, functions):
+def test_definitions_are_added_modified_and_deleted(station, functions):
     station.do("MANIPULATOR", 12, 5, n=[_limit(1, 0, 10), _limit(2, 0, 20)])
-    station.refuse(0x0202, "MANIPULATOR", 12, 5, n=[_limit(1, 0, 10)])
-    station.refuse(0x0201, "MANIPULATOR", 12, 5, n=[_limit(3, 0, 10, monitored_parameter_id=f"0x{ROBOT << 21 | 0x2FFFF:08X}")])
+    station.refuse(EXISTS, "MANIPULATOR", 12, 5, n=[_limit(1, 0, 10)])
+    station.refuse(UNKNOWN_ID, "MANIPULATOR", 12, 5, n=[_limit(3, 0, 10, monitored_parameter_id=f"0x{ROBOT << 21 | 0x2FFFF:08X}")])
     assert _status(station) == {1: "disabled", 2: "disabled"}
     station.do("MANIPULATOR", 12, 1, n=[1])
     assert _status(station) == {1: "enabled", 2: "disabled"}
-    station.refuse(0x0204, "MANIPULATOR", 12, 6, n=[1])
+    station.refuse(STATE, "MANIPULATOR", 12, 6, n=[1])
     changed = {"pmon_id": 2, "monitored_parameter_id": AGE, "repetition_number": 3, "check_type": "limit", "low_limit": 1,
                "low_limit_event_definition_id": 0, "high_limit": 30, "high_limit_event_definition_id": 0}
     station.do("MANIPULATOR", 12, 7, n=[changed])
@@ -67,7 +74,7 @@ def test_definitions_come_change_and_go(station, functions):
     station.do("MANIPULATOR", 12, 2, n=[1])
     station.do("MANIPULATOR", 12, 6, n=[1, 2])
     assert _status(station) == {}
-    station.refuse(0x0201, "MANIPULATOR", 12, 1, n=[9])
+    station.refuse(UNKNOWN_ID, "MANIPULATOR", 12, 1, n=[9])
 
 
 def test_a_violation_is_reported_and_raises_its_event(station, functions):
@@ -77,17 +84,18 @@ def test_a_violation_is_reported_and_raises_its_event(station, functions):
     station.do("MANIPULATOR", 12, 1, n=[1])
     since = len(station.reports)
     station.do("MANIPULATOR", 12, 15)
-    _, told = station.report(12, 12, apid=ROBOT, since=since)
-    assert (told["n"][0]["pmon_id"], told["n"][0]["parameter_value"], told["n"][0]["limit_crossed"]) == (1, 0, 5)
-    assert told["n"][0]["current_pmon_checking_status"].startswith("unexpected or below")
-    station.wait(lambda: any(p.service == 5 and p.apid == ROBOT and p.data[:2] == event.to_bytes(2, "big") for p, _ in station.reports[since:]), "its event")
+    _, report = station.report(12, 12, apid=ROBOT, since=since)
+    transition = report["n"][0]
+    assert (transition["pmon_id"], transition["parameter_value"], transition["limit_crossed"]) == (1, 0, 5)
+    assert transition["current_pmon_checking_status"].startswith("unexpected or below")
+    station.wait(lambda: any(p.service == 5 and p.apid == ROBOT and p.data[:2] == event.to_bytes(2, "big") for p, _ in station.reports[since:]), "the event of the violation")
     assert station.ask("MANIPULATOR", 12, 10)["n"][0]["pmon_id"] == 1
 
 
 def test_the_supervisor_monitors_parameters_that_subsystems_report(station, functions):
     event = station.dictionary.subsystem("SUPERVISOR").events["VALUE_OUT_OF_LIMITS"].id
     unknown = f"0x{ROBOT << 21 | 0x2FFFF:08X}"
-    station.refuse(0x0201, "SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, monitored_parameter_id=unknown)])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, monitored_parameter_id=unknown)])
     station.do("SUPERVISOR", 12, 3, max_transition_reporting_delay=1)
     station.do("SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, event)])
     station.do("SUPERVISOR", 12, 1, n=[1])
@@ -95,13 +103,14 @@ def test_the_supervisor_monitors_parameters_that_subsystems_report(station, func
     since = len(station.reports)
     station.ask("MANIPULATOR", 20, 1, n=[AGE])
 
-    def seen(decoded):
+    def violations(decoded):
         return [(entry["pmon_id"], entry["parameter_value"], entry["limit_crossed"]) for entry in decoded["n"]
                 if entry["current_pmon_checking_status"].startswith("unexpected or below")]
 
-    _, told = station.report(12, 12, apid=1, since=since, where=seen)
-    assert seen(told) == [(1, 0, 5)]
+    _, report = station.report(12, 12, apid=1, since=since, where=violations)
+    assert violations(report) == [(1, 0, 5)]
     packet, _ = station.report(5, 2, apid=1, since=since)
+    # The auxiliary data of the event begin with the id of the definition.
     assert packet.data[:4] == event.to_bytes(2, "big") + bytes([0, 1])
 
 
@@ -116,7 +125,7 @@ def test_functional_monitoring(station, functions):
     station.do("MANIPULATOR", 12, 17)
     station.do("MANIPULATOR", 12, 19, n=[7])
     station.do("MANIPULATOR", 12, 21, n=[7])
-    station.refuse(0x0208, "MANIPULATOR", 12, 20, n=[7])
+    station.refuse(PROTECTED, "MANIPULATOR", 12, 20, n=[7])
 
     def failed():
         entry = station.ask("MANIPULATOR", 12, 27)["n"][0]
@@ -146,4 +155,4 @@ def test_statistics(station):
     station.wait_until(station.now() + 5.0)
     assert not [p for p, _ in station.reports[since:] if p.message == (4, 2) and p.apid == ROBOT]
     station.do("MANIPULATOR", 4, 7, n=[AGE])
-    station.refuse(0x0201, "MANIPULATOR", 4, 7, n=[AGE])
+    station.refuse(UNKNOWN_ID, "MANIPULATOR", 4, 7, n=[AGE])

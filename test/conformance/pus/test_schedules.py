@@ -4,6 +4,14 @@
 import pytest
 from hirosco_gse import packets
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+EXISTS = 0x0202
+OUT_OF_RANGE = 0x0203
+STATE = 0x0204
+PAST = 0x0209
+EMBEDDED = 0x020A
+
 HAND = 17  # APID of JOYSTICK, which gets connection tests.
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
 
@@ -94,7 +102,7 @@ def test_activities_are_inserted_reported_and_deleted(station, kind):
     window = kind.between(kind.far(1.5), kind.far(2.5))
     assert _numbers(station.ask("SUPERVISOR", service, 14, **window, n1=[], n2=[])) == [2]
     assert len(station.ask("SUPERVISOR", service, 11, **window, n1=[1], n2=[1])["n"]) == 1
-    station.refuse(0x0201, "SUPERVISOR", service, 5, n=[_identity(99)])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", service, 5, n=[_identity(99)])
     station.do("SUPERVISOR", service, 5, n=[_identity(1)])
     station.do("SUPERVISOR", service, 6, **window, n1=[], n2=[])
     assert _numbers(_all(station, kind)) == [3]
@@ -112,7 +120,7 @@ def test_shifts(station, kind):
     station.do("SUPERVISOR", service, 15, **kind.shift(-0.5))
     after = _tags(_all(station, kind))
     assert [late - early for late, early in zip(before, after)] == pytest.approx([0.5, 0.5], abs=1e-4)
-    to_before_all = 0x0209 if service == 11 else 0x0203  # No position is negative.
+    to_before_all = PAST if service == 11 else OUT_OF_RANGE  # No position is negative.
     station.refuse(to_before_all, "SUPERVISOR", service, 15, **kind.shift(-2 * kind.far(0)))
     assert _numbers(_all(station, kind)) == [1, 2]
 
@@ -121,20 +129,20 @@ def test_groups_and_sub_schedules(station, kind):
     service = kind.service
     _group(station, kind, 1)
     _group(station, kind, 2)
-    station.refuse(0x0202, "SUPERVISOR", service, 22, n=[{"group_id": 2, "group_status": "enabled"}])
+    station.refuse(EXISTS, "SUPERVISOR", service, 22, n=[{"group_id": 2, "group_status": "enabled"}])
     _insert(station, kind, 1, sub_schedule=7, group=2)
     station.do("SUPERVISOR", service, 20, n=[7])
     assert station.ask("SUPERVISOR", service, 18)["n"] == [{"sub_schedule_id": 7, "sub_schedule_status": "enabled"}]
     station.do("SUPERVISOR", service, 21, n=[])
     assert station.ask("SUPERVISOR", service, 18)["n"][0]["sub_schedule_status"] == "disabled"
-    station.refuse(0x0201, "SUPERVISOR", service, 20, n=[8])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", service, 20, n=[8])
     station.do("SUPERVISOR", service, 25, n=[2])
     status = {entry["group_id"]: entry["group_status"] for entry in station.ask("SUPERVISOR", service, 26)["n"]}
     assert status == {1: "enabled", 2: "disabled"}
     station.do("SUPERVISOR", service, 24, n=[])
-    station.refuse(0x0204, "SUPERVISOR", service, 23, n=[2])
+    station.refuse(STATE, "SUPERVISOR", service, 23, n=[2])
     station.do("SUPERVISOR", service, 23, n=[1])
-    station.refuse(0x0201, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": _ping(5)}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": _ping(5)}])
 
 
 def test_faulty_schedule_requests_are_refused(station, kind):
@@ -142,14 +150,14 @@ def test_faulty_schedule_requests_are_refused(station, kind):
     _group(station, kind)
     past = kind.tag(0.0)
     station.wait_until(1.0)
-    station.refuse(0x0209, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **past, "request": _ping(1)}])
+    station.refuse(PAST, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **past, "request": _ping(1)}])
     spoilt = _ping(1)[:-1] + ("0" if _ping(1)[-1] != "0" else "1")
-    station.refuse(0x020A, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": spoilt}])
+    station.refuse(EMBEDDED, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": spoilt}])
     outcome = station.refuse(
-        0x020A, "SUPERVISOR", service, 4, sub_schedule_id=1,
+        EMBEDDED, "SUPERVISOR", service, 4, sub_schedule_id=1,
         n=[{"group_id": 1, **kind.tag(kind.far(n)), "request": spoilt if n == 2 else _ping(n)} for n in (1, 2, 3)],
     )
-    assert [failure.instruction for failure in outcome.failures if failure.code == 0x020A] == [2]
+    assert [failure.instruction for failure in outcome.failures if failure.code == EMBEDDED] == [2]
     assert _numbers(_all(station, kind)) == [1, 3], "the others are still scheduled"
 
 

@@ -13,6 +13,10 @@ import tempfile
 import pytest
 import station as stations
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+OUT_OF_RANGE = 0x0203
+
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 SUBSYSTEM = "MANIPULATOR"
 UNIT, JOINT, OTHER = 0x1F, 0x11, 0x12  # CAN nodes.
@@ -114,16 +118,16 @@ def test_a_pulse_of_a_cpdu_moves_a_relay_if_it_lasts(station):
 
 def test_an_unknown_output_is_refused(station):
     for unit, line in ((0, 1), (UNIT, 0), (UNIT, 5), (UNIT + 1, OFF), (0xFF, 0xFF)):
-        station.refuse(0x0201, SUBSYSTEM, 2, 1, **switch(line, unit))
-    station.refuse(0x0201, SUBSYSTEM, 2, 4, **pulse(OFF, unit=UNIT + 1))
+        station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 1, **switch(line, unit))
+    station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 4, **pulse(OFF, unit=UNIT + 1))
     for fields in (pulse(0), pulse(5), pulse(0x100 + OFF), pulse(0xFFF), pulse(OFF, reserved=1)):
-        station.refuse(0x0203, SUBSYSTEM, 2, 4, **fields)
+        station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 4, **fields)
     assert device_type(station, JOINT) == 402
 
 
 def test_of_several_pulses_the_faulty_one_is_left_out(station):
     fields = pulse(ON)
     fields["n1"][0]["n2"] += pulse(5)["n1"][0]["n2"] + pulse(ON + 2)["n1"][0]["n2"]
-    outcome = station.refuse(0x0203, SUBSYSTEM, 2, 4, **fields)
+    outcome = station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 4, **fields)
     assert [failure.instruction for failure in outcome.failures if failure.instruction] == [2]
     assert device_type(station, JOINT) == 402

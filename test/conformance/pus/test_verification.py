@@ -5,6 +5,9 @@ import struct
 
 import pytest
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+
 ROBOT, HAND, NOBODY = 16, 17, 99
 
 
@@ -91,4 +94,4 @@ def test_event_reports_are_switched_off_and_on(station, hand):
     station.fence(1)
     assert not [p for p, _ in station.reports[since:] if p.service == 5 and p.data[:2] == event.to_bytes(2, "big")]
     station.do("SUPERVISOR", 5, 5, n=[event])
-    station.refuse(0x0201, "SUPERVISOR", 5, 5, n=[60000])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 5, 5, n=[60000])

@@ -22,6 +22,9 @@ from message_values import Values
 from space_packet_parser.xtce.validation import validate_xtce
 from tm_packets import build_tm
 
+# Failure codes of ST[01].
+UNKNOWN_ID = 0x0201
+
 GENERATED = flying.ROOT / "build" / "generated"
 MISSION = "rokviss"
 OF_EACH_KIND = 40
@@ -55,7 +58,7 @@ def test_databases_keep_to_the_schema(mission, tmp_path):
 def test_the_flight_reads_the_same_by_the_database(flight, station, definition, dictionary):
     station.ask("MANIPULATOR", 17, 1)
     station.do("SUPERVISOR", 3, 27, n=[{"hk_structure_id": 1}])
-    station.refuse(0x0201, "MANIPULATOR", 3, 27, n=[{"hk_structure_id": 1}])
+    station.refuse(UNKNOWN_ID, "MANIPULATOR", 3, 27, n=[{"hk_structure_id": 1}])
     kinds = collections.defaultdict(list)
     dictionary = station.dictionary  # The station knows which structures were created.
     for packet, _ in station.reports:

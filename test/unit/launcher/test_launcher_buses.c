@@ -267,7 +267,7 @@ static void flight_and_simulator_share_a_virtual_interface_only(void** state)
     (void)state;
     use_controllers("robot=can0", "robot=can0");
     expect_look("can0", &can_fd, STATUS_OK);
-    assert_refused("flight and simulator need separate controllers, both have can0 for bus robot");
+    assert_refused("flight and simulator need separate controllers; both have can0 for bus robot");
     expect_look("can0", NULL, STATUS_NOT_FOUND);
     assert_refused("need separate controllers");
     can_fd.is_virtual = true;
@@ -444,22 +444,19 @@ static void expect_end(const status_t status)
     expect_any(__wrap_osal_can_interface_release, claim);
 }
 
-static void frames_that_were_not_handed_over_are_summed_and_printed(void** state)
+static void late_lost_and_external_frames_are_summed_and_printed(void** state)
 {
     static const osal_can_hand_over_t cases[] = {
         {9U, 1U, 0U, 0U, 0U}, {9U, 0U, 2U, 0U, 0U}, {9U, 0U, 0U, 3U, 0U}, {9U, 0U, 0U, 0U, 4U}};
-    static const char* const lines[] = {"bus robot: of 9 frames handed over 1 came late, 0 not at all; 0 "
-                                        "came from outside the run; an end lost "
-                                        "its interface 0 times",
-                                        "bus robot: of 9 frames handed over 0 came late, 2 not at all; 0 "
-                                        "came from outside the run; an end lost "
-                                        "its interface 0 times",
-                                        "bus robot: of 9 frames handed over 0 came late, 0 not at all; 3 "
-                                        "came from outside the run; an end lost "
-                                        "its interface 0 times",
-                                        "bus robot: of 9 frames handed over 0 came late, 0 not at all; 0 "
-                                        "came from outside the run; an end lost "
-                                        "its interface 4 times"};
+    static const char* const lines[] = {
+        "bus robot: 9 frames transferred, 1 of them late; 0 frames lost; 0 frames from outside the run; "
+        "0 calls failed: interface down or removed",
+        "bus robot: 9 frames transferred, 0 of them late; 2 frames lost; 0 frames from outside the run; "
+        "0 calls failed: interface down or removed",
+        "bus robot: 9 frames transferred, 0 of them late; 0 frames lost; 3 frames from outside the run; "
+        "0 calls failed: interface down or removed",
+        "bus robot: 9 frames transferred, 0 of them late; 0 frames lost; 0 frames from outside the run; "
+        "4 calls failed: interface down or removed"};
     (void)state;
     (void)strcpy(run.buses[0].simulator, "can:a@b");
     counts.frames = 9U;
@@ -500,7 +497,7 @@ int main(void)
         TEST(a_guard_takes_over_the_interfaces_that_the_run_has_made),
         TEST(each_end_of_a_bus_has_its_address),
         TEST(a_bus_that_cannot_be_made_ends_the_preparation),
-        TEST(frames_that_were_not_handed_over_are_summed_and_printed),
+        TEST(late_lost_and_external_frames_are_summed_and_printed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

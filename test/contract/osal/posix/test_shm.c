@@ -41,14 +41,14 @@ static void created_memory_is_zero_and_seen_by_another_process(void)
         memset(osal_shm_address(&theirs), 0x5A, osal_shm_size(&theirs));
         _exit((osal_shm_size(&theirs) == 10000U) ? 0 : 2);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(other, waitpid(other, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
     TEST_ASSERT_EQUAL_HEX8(0x5AU, octets[0]);
     TEST_ASSERT_EQUAL_HEX8(0x5AU, octets[9999]);
     osal_shm_close(&mine);
     TEST_ASSERT_NULL(osal_shm_address(&mine));
-    osal_shm_close(&mine);
+    osal_shm_close(&mine); // A second close has no effect.
 }
 
 int main(void)

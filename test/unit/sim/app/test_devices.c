@@ -15,7 +15,7 @@
 #define STEP_NS 500000U
 
 static world_t world;
-static plant_t* plant; // For the sensors of a world.
+static plant_t* plant; // Null, except in a test that creates it.
 static segment_t segments[3];
 static bus_t* channel_b[3];
 static devices_t* devices;
@@ -33,14 +33,14 @@ static void changed(void* context, uint64_t now_ns, const truth_drive_t* drive)
     }
 }
 
-static char moved[64]; // Valve that changed last.
+static char changed_valve[64]; // Valve that changed last.
 static bool is_open;
 
 static void valve_changed(void* context, uint64_t now_ns, const truth_valve_t* valve)
 {
     (void)context;
     (void)now_ns;
-    (void)snprintf(moved, sizeof moved, "%s", valve->name);
+    (void)snprintf(changed_valve, sizeof changed_valve, "%s", valve->name);
     is_open = valve->is_open;
 }
 
@@ -50,11 +50,12 @@ static void on_frame(void* context, const osal_can_frame_t* frame)
     heard[frame->id % 0x800U]++;
 }
 
-/// The world of the mission with one more motor, on a bench on another bus.
+/// Read the world of ROKVISS with one more motor, which is on a bench on another bus.
 void setUp(void)
 {
     char reason[DOCUMENT_ERROR_MAX];
-    moved[0] = '\0';
+    changed_valve[0] = '\0';
+    // The world refers to this file in its own folder; an unchanged copy is sufficient.
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
     const char* path = temporary_variant(
         "w.xml", WORLD, "</World>",
@@ -177,21 +178,22 @@ static void valves_and_latches_follow_their_outputs(void)
     send(node, 0x080U, 0U, commands[0]);
     devices_act(devices, &input);
     TEST_ASSERT_FALSE(input.valve_open[0]);
-    TEST_ASSERT_TRUE(input.valve_open[1]); // Output 2
-    TEST_ASSERT_TRUE(input.valve_open[2]); // and output 9.
+    TEST_ASSERT_TRUE(input.valve_open[1]); // Output 2.
+    TEST_ASSERT_TRUE(input.valve_open[2]); // Output 9.
     TEST_ASSERT_FALSE(input.latch_on[0]);
-    TEST_ASSERT_EQUAL_STRING("TURN1", moved);
+    TEST_ASSERT_EQUAL_STRING("TURN1", changed_valve);
     TEST_ASSERT_TRUE(is_open);
-    run(60U);
+    run(60U); // 30 ms: a valve cannot close before its shortest pulse of 20 ms has ended.
     send(node, 0x23AU, 4U, commands[1]);
     send(node, 0x080U, 0U, commands[1]);
     devices_act(devices, &input);
     TEST_ASSERT_FALSE(input.valve_open[1]);
     TEST_ASSERT_TRUE(input.valve_open[2]);
     TEST_ASSERT_TRUE(input.latch_on[0]);
-    TEST_ASSERT_FALSE(input.latch_on[1]);     // That latch belongs to another box.
-    TEST_ASSERT_EQUAL_STRING("PUSH2", moved); // No valve is at output 16.
+    TEST_ASSERT_FALSE(input.latch_on[1]);             // That latch belongs to another box.
+    TEST_ASSERT_EQUAL_STRING("PUSH2", changed_valve); // No valve is at output 16.
     TEST_ASSERT_FALSE(is_open);
+    // An error of a scenario appears in the box, and disappears.
     const device_model_t* model = device_model(devices, 1U);
     for (unsigned i = 0U; i < 2U; i++) {
         model->set_error(model->model, EMERGENCY_OVER_CURRENT, i == 0U, bus_now_ns(segments[0].bus));
@@ -220,7 +222,7 @@ static void the_power_unit_switches_the_devices_that_the_world_names(void)
     supply_open(&unit, &world.power_unit[0], segments, 3U, NULL, devices);
     TEST_ASSERT_NOT_NULL(segments[0].listen);
     TEST_ASSERT_NULL(segments[2].listen);
-    // A pulse of 20 ms on line 2 opens the relay of its first device.
+    // A pulse of 20 ms on line 2 opens the relay of the first device that the power unit supplies.
     segments[0].listen(segments[0].listener,
                        &(osal_can_frame_t){.id = 0x21FU, .length = 3U, .data = {2U, 0U, 1U}});
     power_unit_step(&unit, 100000000U);
@@ -228,7 +230,7 @@ static void the_power_unit_switches_the_devices_that_the_world_names(void)
     TEST_ASSERT_TRUE(node_is_powered(device_model(devices, 0U)->node));
 }
 
-static void a_bus_with_a_second_channel_has_its_devices_on_both(void)
+static void devices_of_a_bus_with_a_second_channel_are_on_both_channels(void)
 {
     channel_b[2] = segments[1].bus;
     TEST_ASSERT_EQUAL_INT(STATUS_OK, open_from("descriptors/devices"));
@@ -245,6 +247,6 @@ int main(void)
     RUN_TEST(valves_and_latches_follow_their_outputs);
     RUN_TEST(a_missing_data_sheet_is_reported);
     RUN_TEST(the_power_unit_switches_the_devices_that_the_world_names);
-    RUN_TEST(a_bus_with_a_second_channel_has_its_devices_on_both);
+    RUN_TEST(devices_of_a_bus_with_a_second_channel_are_on_both_channels);
     return UNITY_END();
 }

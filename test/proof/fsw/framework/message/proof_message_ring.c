@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: a ring gives back the same blocks in the same order, wherever it wraps; what does not fit is
-//     refused and changes nothing; the octets in use are those of the blocks; no access is outside the
-//     storage.
+// Proves: a ring gives back the same blocks in the same order, wherever it wraps; a block
+//     that does not fit is refused and changes nothing; `used` is the sum of the sizes of the blocks and
+//     their length fields; no access is outside the storage.
 // Bounds: a ring of 16 octets that begins at any place of its storage; blocks of 0..5 octets, the first in
 //     two parts, the second may not fit.
 // Replaced: nothing.
@@ -25,8 +25,9 @@ static void prove_taken(message_ring_t* const ring, const uint8_t* const block, 
     size_t got_size       = 0U;
     const status_t status = message_ring_take(ring, got, BLOCK, &got_size);
     const size_t place    = any_size(BLOCK - 1U);
-    PROVE((status == STATUS_OK) && (got_size == size), "a block has its size");
-    PROVE(IMPLIES(place < size, got[place] == block[place]), "a block has its octets");
+    PROVE((status == STATUS_OK) && (got_size == size), "a block that is taken has the size that was put");
+    PROVE(IMPLIES(place < size, got[place] == block[place]),
+          "a block that is taken has the octets that were put");
 }
 
 void proof(void)
@@ -47,10 +48,11 @@ void proof(void)
     const size_t room = message_ring_room(&ring);
     status            = message_ring_put(&ring, second, second_size);
     PROVE((status == STATUS_OK) == ((first_size + second_size + 8U) <= CAPACITY),
-          "a block that fits is taken");
-    PROVE(IMPLIES(status == STATUS_OK, second_size <= room), "the room is not more than it is");
+          "a block is accepted if and only if it fits");
+    PROVE(IMPLIES(status == STATUS_OK, second_size <= room),
+          "an accepted block is not larger than the reported room");
     PROVE(ring.used == (first_size + 4U + ((status == STATUS_OK) ? (second_size + 4U) : 0U)),
-          "octets in use");
+          "`used` counts the octets of blocks and length fields");
     PROVE(ring.refused == ((status == STATUS_OK) ? 0U : 1U), "a refusal is counted");
     prove_taken(&ring, first, first_size);
     if (status == STATUS_OK) {

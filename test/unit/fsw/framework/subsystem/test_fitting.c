@@ -100,6 +100,8 @@ static void access_to_devices_needs_its_callback(void)
 }
 
 // ---- Functions ----
+//
+// Each test of a limit has two rounds: a descriptor at the limit fits, one item `more` is refused.
 
 static void arguments_must_fit_the_program(void)
 {
@@ -202,18 +204,18 @@ static void structures_of_every_configuration_are_checked(void)
     }
 }
 
-// ---- Devices ----
+// ---- Callback `fits` ----
 
-static bool refuses(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misfit)
+static bool refuses(const subsystem_descriptor_t* given, subsystem_misfit_t* out_misfit)
 {
-    TEST_ASSERT_EQUAL_PTR(&descriptor, of);
+    TEST_ASSERT_EQUAL_PTR(&descriptor, given);
     *out_misfit = (subsystem_misfit_t){7U, "no", 0U};
     return false;
 }
 
-static bool takes(const subsystem_descriptor_t* of, subsystem_misfit_t* out_misfit)
+static bool accepts(const subsystem_descriptor_t* given, subsystem_misfit_t* out_misfit)
 {
-    (void)of;
+    (void)given;
     (void)out_misfit;
     return true;
 }
@@ -223,7 +225,7 @@ static void a_subsystem_can_refuse_its_descriptor(void)
     callbacks.fits = refuses;
     expect(false, 7U, "no");
     begin();
-    callbacks.fits = takes;
+    callbacks.fits = accepts;
     expect(true, 0U, "");
 }
 
@@ -242,7 +244,8 @@ static descriptor_event_t events[SUBSYSTEM_EVENTS + 1U];
 static descriptor_function_t functions[SUBSYSTEM_FUNCTIONS + 1U];
 static descriptor_configuration_t configuration;
 
-/// The last item of each list that does not fit is refused with its line; without it the descriptor fits.
+/// In each list the first item beyond the capacity is refused with its line; without these items the
+/// descriptor fits.
 static void lists_longer_than_those_of_the_program_are_refused(void)
 {
     TEST_ASSERT_TRUE(fits());
@@ -301,14 +304,14 @@ static void check_without_a_descriptor(void)
     (void)subsystem_fits(NULL, &callbacks, &misfit);
 }
 
-static void without_a_descriptor_the_program_is_not_asked(void)
+static void a_null_descriptor_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(check_without_a_descriptor));
 }
 
 // ---- Devices ----
 
-static void look(void* self)
+static void sense(void* self)
 {
     (void)self;
 }
@@ -318,7 +321,7 @@ static void devices_without_an_end_node_on_can_are_refused(void)
     static const char* const types[] = {
         "SHM' name='x",    "MQUEUE' name='x", "UDP' address='h' port='1", "TCP' address='h' port='1",
         "SERIAL' name='x", "FILE' name='x"};
-    callbacks.sense = look;
+    callbacks.sense = sense;
     for (size_t i = 0U; i < (sizeof types / sizeof types[0]); i++) {
         begin();
         add(CONFIGURATION "<Devices><Device name='D' type='x'>\n<Endnode type='");
@@ -357,7 +360,7 @@ int main(void)
     RUN_TEST(lists_longer_than_those_of_the_program_are_refused);
     RUN_TEST(fields_beyond_the_bounds_of_the_program_are_refused);
     RUN_TEST(loops_beyond_those_of_the_program_are_refused);
-    RUN_TEST(without_a_descriptor_the_program_is_not_asked);
+    RUN_TEST(a_null_descriptor_is_a_coding_error);
     RUN_TEST(devices_without_an_end_node_on_can_are_refused);
     RUN_TEST(a_subsystem_without_sense_callback_cannot_have_devices);
     return UNITY_END();
