@@ -9,7 +9,7 @@
 #define DOUBT_AFTER_NS 1500000000ULL
 #define ASK_AGAIN_NS 1000000000ULL ///< Time after which an unanswered request for the status is repeated.
 
-bool supervisor_doubt_is_about(const registry_entry_t* const entry)
+bool supervisor_doubt_exists(const registry_entry_t* const entry)
 {
     return entry->doubt != DOUBT_NONE;
 }

@@ -84,10 +84,10 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
         const registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
         FSW_ASSERT(member != NULL); // Both ends of a link are subsystems of the mission.
         const bool is_in_state = (member->state == state);
-        if (is_in_state && !supervisor_doubt_is_about(member)) {
+        if (is_in_state && !supervisor_doubt_exists(member)) {
             return pus_failure(PUS_FAILURE_MEMBER_ACTIVE, members[i]);
         }
-        doubted = (supervisor_doubt_is_about(member) && (is_in_state || is_certain)) ? members[i] : doubted;
+        doubted = (supervisor_doubt_exists(member) && (is_in_state || is_certain)) ? members[i] : doubted;
     }
     return (doubted != 0U) ? pus_failure(PUS_FAILURE_STATE_IN_DOUBT, doubted)
                            : pus_failure(PUS_FAILURE_NONE, 0U);
@@ -102,7 +102,7 @@ static pus_failure_t check_power(supervisor_t* const supervisor, const uint16_t 
         return pus_failure(PUS_FAILURE_NONE, 0U);
     }
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
-        if (supervisor_doubt_is_about(&supervisor->registry[i])) {
+        if (supervisor_doubt_exists(&supervisor->registry[i])) {
             // In its true state, a subsystem may need less power than in the known one.
             return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, supervisor->registry[i].mission->apid);
         }
@@ -127,7 +127,7 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
                    ? check_members(supervisor, tc->apid, STATE_OPERATIONAL, false)
                    : pus_failure(PUS_FAILURE_NONE, 0U);
     }
-    if (supervisor_doubt_is_about(target)) {
+    if (supervisor_doubt_exists(target)) {
         return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, tc->apid);
     }
     pus_failure_t failure = check_power(supervisor, tc->apid, wanted);
@@ -155,7 +155,7 @@ pus_failure_t supervisor_permission_of(supervisor_t* const supervisor, const pus
                                           .state   = (uint8_t)target->state};
     int rule                           = PERMISSION_RULE_NONE;
     if (supervisor_permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
-        if (supervisor_doubt_is_about(target)) {
+        if (supervisor_doubt_exists(target)) {
             return pus_failure(PUS_FAILURE_STATE_IN_DOUBT,
                                tc->apid); // The request may be permitted in the true state.
         }

@@ -110,7 +110,7 @@ void supervisor_adoption_compare(supervisor_t* supervisor, registry_entry_t* ent
                                  uint16_t configuration);
 
 /// doubt.c: true if the state of a subsystem may differ from the known one; no decision may depend on it.
-bool supervisor_doubt_is_about(const registry_entry_t* entry);
+bool supervisor_doubt_exists(const registry_entry_t* entry);
 /// Request the status of subsystems whose reports arrive again after a silence; called every 10 ms.
 void supervisor_doubt_watch(supervisor_t* supervisor);
 /// End the doubt about a subsystem that has answered.

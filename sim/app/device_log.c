@@ -31,40 +31,40 @@ static status_t name_instruments(truth_t* const log, const instrument_set_t* con
     return write_names(log, "INSTRUMENT", (unsigned)count, name);
 }
 
-static void find_supplies(device_log_t* const from, const world_power_unit_t* const unit)
+static void find_supplies(device_log_t* const device_log, const world_power_unit_t* const unit)
 {
     for (size_t i = 0U; i < unit->supply_count; i++) {
-        for (size_t k = 0U; k < devices_count(from->devices); k++) {
-            if (strcmp(device_place(from->devices, k)->name, unit->supply[i]) == 0) {
-                from->supply[from->supply_count] = k;
-                from->supply_count++;
+        for (size_t k = 0U; k < devices_count(device_log->devices); k++) {
+            if (strcmp(device_place(device_log->devices, k)->name, unit->supply[i]) == 0) {
+                device_log->supply[device_log->supply_count] = k;
+                device_log->supply_count++;
             }
         }
     }
 }
 
-static status_t name_supplies(truth_t* const log, const device_log_t* const from)
+static status_t name_supplies(truth_t* const log, const device_log_t* const device_log)
 {
     const char* name[DEVICE_LOG_SUPPLIES_MAX];
-    for (unsigned i = 0U; i < from->supply_count; i++) {
-        name[i] = device_place(from->devices, from->supply[i])->name;
+    for (unsigned i = 0U; i < device_log->supply_count; i++) {
+        name[i] = device_place(device_log->devices, device_log->supply[i])->name;
     }
-    return write_names(log, "POWER", from->supply_count, name);
+    return write_names(log, "POWER", device_log->supply_count, name);
 }
 
-status_t device_log_names(truth_t* const log, device_log_t* const from)
+status_t device_log_names(truth_t* const log, device_log_t* const device_log)
 {
     const char* name[SIMULATOR_BUSES_MAX];
-    for (unsigned i = 0U; i < from->bus_count; i++) {
-        name[i] = from->segments[i].name;
+    for (unsigned i = 0U; i < device_log->bus_count; i++) {
+        name[i] = device_log->segments[i].name;
     }
-    for (size_t i = 0U; i < from->world->power_unit_count; i++) {
-        find_supplies(from, &from->world->power_unit[i]);
+    for (size_t i = 0U; i < device_log->world->power_unit_count; i++) {
+        find_supplies(device_log, &device_log->world->power_unit[i]);
     }
-    status_t status = name_benches(log, from->world);
-    status          = (status == STATUS_OK) ? name_instruments(log, from->instruments) : status;
-    status          = (status == STATUS_OK) ? name_supplies(log, from) : status;
-    return (status == STATUS_OK) ? write_names(log, "BUS", from->bus_count, name) : status;
+    status_t status = name_benches(log, device_log->world);
+    status          = (status == STATUS_OK) ? name_instruments(log, device_log->instruments) : status;
+    status          = (status == STATUS_OK) ? name_supplies(log, device_log) : status;
+    return (status == STATUS_OK) ? write_names(log, "BUS", device_log->bus_count, name) : status;
 }
 
 // ---- State ----
@@ -107,47 +107,48 @@ static status_t log_instruments(truth_t* const log, const instrument_set_t* cons
     return (all.count > 0U) ? truth_instruments(log, now_ns, &all) : STATUS_OK;
 }
 
-static status_t log_power(truth_t* const log, const device_log_t* const from, const uint64_t now_ns)
+static status_t log_power(truth_t* const log, const device_log_t* const device_log, const uint64_t now_ns)
 {
     bool supplied[DEVICE_LOG_SUPPLIES_MAX];
-    for (unsigned i = 0U; i < from->supply_count; i++) {
-        supplied[i] = node_is_powered(device_model(from->devices, from->supply[i])->node);
+    for (unsigned i = 0U; i < device_log->supply_count; i++) {
+        supplied[i] = node_is_powered(device_model(device_log->devices, device_log->supply[i])->node);
     }
-    return (from->supply_count > 0U) ? truth_power(log, now_ns, supplied, from->supply_count) : STATUS_OK;
+    return (device_log->supply_count > 0U) ? truth_power(log, now_ns, supplied, device_log->supply_count)
+                                           : STATUS_OK;
 }
 
 /// Compute load, frames and errors of the buses for the interval that has ended.
-static void end_interval(device_log_t* const from, const uint64_t now_ns)
+static void end_interval(device_log_t* const device_log, const uint64_t now_ns)
 {
-    for (unsigned i = 0U; i < from->bus_count; i++) {
-        const bus_statistics_t* statistics = bus_statistics(from->segments[i].bus);
-        const double busy_ns               = (double)(statistics->busy_ns - from->busy_ns[i]);
-        from->load[i]                      = busy_ns / (double)TRUTH_INTERVAL_NS;
-        from->busy_ns[i]                   = statistics->busy_ns;
-        from->frames[i]                    = statistics->frames;
-        from->errors[i]                    = statistics->errors;
+    for (unsigned i = 0U; i < device_log->bus_count; i++) {
+        const bus_statistics_t* statistics = bus_statistics(device_log->segments[i].bus);
+        const double busy_ns               = (double)(statistics->busy_ns - device_log->busy_ns[i]);
+        device_log->load[i]                = busy_ns / (double)TRUTH_INTERVAL_NS;
+        device_log->busy_ns[i]             = statistics->busy_ns;
+        device_log->frames[i]              = statistics->frames;
+        device_log->errors[i]              = statistics->errors;
     }
-    from->next_ns = now_ns + TRUTH_INTERVAL_NS;
+    device_log->next_ns = now_ns + TRUTH_INTERVAL_NS;
 }
 
-static status_t log_buses(truth_t* const log, device_log_t* const from, const uint64_t now_ns)
+static status_t log_buses(truth_t* const log, device_log_t* const device_log, const uint64_t now_ns)
 {
     int32_t state[SIMULATOR_BUSES_MAX];
     uint32_t off[SIMULATOR_BUSES_MAX];
     bool plugged[SIMULATOR_BUSES_MAX];
-    const truth_buses_t buses = {.count   = from->bus_count,
-                                 .load    = from->load,
-                                 .frames  = from->frames,
-                                 .errors  = from->errors,
+    const truth_buses_t buses = {.count   = device_log->bus_count,
+                                 .load    = device_log->load,
+                                 .frames  = device_log->frames,
+                                 .errors  = device_log->errors,
                                  .state   = state,
                                  .off     = off,
                                  .plugged = plugged};
-    if (now_ns >= from->next_ns) {
-        end_interval(from, now_ns);
+    if (now_ns >= device_log->next_ns) {
+        end_interval(device_log, now_ns);
     }
-    for (unsigned i = 0U; i < from->bus_count; i++) {
-        const bus_t* bus      = from->segments[i].bus;
-        const unsigned flight = from->segments[i].flight_node;
+    for (unsigned i = 0U; i < device_log->bus_count; i++) {
+        const bus_t* bus      = device_log->segments[i].bus;
+        const unsigned flight = device_log->segments[i].flight_node;
         state[i]              = (flight < BUS_NODES_MAX) ? (int32_t)bus_controller(bus, flight)->state : -1;
         plugged[i]            = (flight < BUS_NODES_MAX) && bus_is_plugged(bus, flight);
         off[i]                = bus_off_count(bus);
@@ -155,10 +156,10 @@ static status_t log_buses(truth_t* const log, device_log_t* const from, const ui
     return (buses.count > 0U) ? truth_buses(log, now_ns, &buses) : STATUS_OK;
 }
 
-status_t device_log_state(truth_t* const log, device_log_t* const from, const uint64_t now_ns)
+status_t device_log_state(truth_t* const log, device_log_t* const device_log, const uint64_t now_ns)
 {
-    status_t status = log_benches(log, from->devices, now_ns);
-    status          = (status == STATUS_OK) ? log_instruments(log, from->instruments, now_ns) : status;
-    status          = (status == STATUS_OK) ? log_power(log, from, now_ns) : status;
-    return (status == STATUS_OK) ? log_buses(log, from, now_ns) : status;
+    status_t status = log_benches(log, device_log->devices, now_ns);
+    status          = (status == STATUS_OK) ? log_instruments(log, device_log->instruments, now_ns) : status;
+    status          = (status == STATUS_OK) ? log_power(log, device_log, now_ns) : status;
+    return (status == STATUS_OK) ? log_buses(log, device_log, now_ns) : status;
 }

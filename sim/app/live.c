@@ -123,7 +123,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
         return scenario_error(line, "hand", "fault: this world has no hand", error);
     }
     const status_t status = is_hand ? hand_add(live->config.hand, &rest, error)
-                                    : faults_add(live->config.faults, live->config.world, &rest, error);
+                                    : faults_add(live->config.faults, live->config.targets, &rest, error);
     const bool is_aim     = is_hand && (strcmp(rest.word[0], "aim") == 0);
     if (status == STATUS_OK) {
         record(live, actor, &rest, who);
@@ -256,7 +256,7 @@ static size_t bus_index(const live_t* const live, const char* const name)
     size_t index = 0U;
     while (index < CHANNELS_MAX) {
         const char* const known =
-            live->config.world->channel[index / NODE_CHANNELS][index % NODE_CHANNELS].name;
+            live->config.targets->channel[index / NODE_CHANNELS][index % NODE_CHANNELS].name;
         if ((known != NULL) && (strcmp(known, name) == 0)) {
             break;
         }
@@ -298,7 +298,7 @@ static status_t take_truth(const live_t* const live, client_t* const client,
     client->truth_ns      = (rate > 0.0) ? (uint64_t)(NS_PER_S / rate) : 0U;
     client->next_truth_ns = live->now_ns;
     if (client->truth_ns > 0U) {
-        put_report(client, columns, live_rows_columns(live->config.place, columns));
+        put_report(client, columns, live_rows_columns(live->config.world, columns));
     }
     return STATUS_OK;
 }
@@ -536,7 +536,7 @@ void live_report(live_t* const live)
         client_t* const client = &live->client[i];
         if (osal_socket_is_open(&client->socket) && (client->truth_ns > 0U) &&
             (time_ns >= client->next_truth_ns)) {
-            put_report(client, row, live_rows_row(live->config.place, live->config.truth, row));
+            put_report(client, row, live_rows_row(live->config.world, live->config.truth, row));
             client->next_truth_ns = ((time_ns / client->truth_ns) + 1U) * client->truth_ns;
         }
         if (osal_socket_is_open(&client->socket) && (client->waiting_size > 0U)) {

@@ -28,14 +28,14 @@
 #define LIVE_CLIENTS_MAX 8U
 #define LIVE_HOLD_NS 500000000ULL    ///< Time without a line after which the hand holds.
 #define LIVE_LET_GO_NS 5000000000ULL ///< Time without a line after which the hand lets go.
-#define LIVE_SPEED_MAX 100.0         ///< Simulated time per wall-clock time.
+#define LIVE_SPEED_MAX 100.0         ///< Largest ratio of simulated to wall-clock time.
 
 typedef struct {
     const char* folder; ///< Run folder: live.port and live.scn are written there.
     hand_t* hand;       ///< Null: the world has no hand, and lines of the hand are refused.
     faults_t* faults;
-    const fault_world_t* world;
-    const world_t* place;
+    const fault_world_t* targets; ///< Targets of faults, by their names.
+    const world_t* world;
     const plant_truth_t* truth;
     /// True if simulated time can be held; otherwise lines that pause, step or set the speed are refused.
     bool is_paced;
@@ -56,7 +56,7 @@ void live_frame(live_t* live, const char* name, const osal_can_frame_t* frame);
 void live_report(live_t* live);
 /// True while simulated time must stand still at `now_ns`.
 bool live_is_held(const live_t* live, uint64_t now_ns);
-/// Simulated time per wall-clock time, initially 1; 0: as fast as possible.
+/// Returns the wanted ratio of simulated to wall-clock time, initially 1; 0: as fast as possible.
 double live_speed(const live_t* live);
 /// Close the port; null is allowed. STATUS_OK, STATUS_IO (live.scn or a mark is not complete).
 status_t live_close(live_t* live);

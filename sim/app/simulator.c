@@ -31,7 +31,7 @@ struct simulator {
     segment_t segment[SIMULATOR_BUSES_MAX];
     bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Channel B of each segment; null: it has none.
     unsigned bus_count;
-    world_t place;
+    world_t world;
     devices_t* devices;
     instrument_set_t* instruments; // Null: there are none.
     plant_t* plant;
@@ -43,8 +43,8 @@ struct simulator {
     bool is_truth_broken;
     bool is_latched[WORLD_LATCHES_MAX]; // State of each latch that was written to the truth log last.
     faults_t faults;
-    fault_world_t world; // Targets of faults, by their names.
-    live_t* live;        // Null: there is no live port.
+    fault_world_t targets; // Targets of faults, by their names.
+    live_t* live;          // Null: there is no live port.
     power_unit_t supply;
     socketcand_t* tools;
     bool tools_in_step;
@@ -99,7 +99,7 @@ static void run_faults(simulator_t* const simulator, const uint64_t until_ns)
 {
     while (faults_next_ns(&simulator->faults) < until_ns) {
         run_buses(simulator, faults_next_ns(&simulator->faults));
-        const fault_t* fault = faults_apply_next(&simulator->faults, &simulator->world);
+        const fault_t* fault = faults_apply_next(&simulator->faults, &simulator->targets);
         if (simulator->truth_log == NULL) {
             continue;
         }
@@ -163,8 +163,8 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
     }
     if (simulator->truth_log != NULL) {
         note_status(simulator, device_log_state(simulator->truth_log, &simulator->device_log, end_ns));
-        note_status(simulator, plant_log_state(simulator->truth_log, &simulator->place, simulator->truth));
-        note_status(simulator, plant_log_latches(simulator->truth_log, &simulator->place, simulator->truth,
+        note_status(simulator, plant_log_state(simulator->truth_log, &simulator->world, simulator->truth));
+        note_status(simulator, plant_log_latches(simulator->truth_log, &simulator->world, simulator->truth,
                                                  simulator->is_latched));
         if (simulator->hand != NULL) {
             log_operator(simulator, end_ns);
@@ -174,7 +174,7 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 
 uint64_t simulator_step(simulator_t* const simulator, const uint64_t now_ns)
 {
-    const uint64_t step_ns = (uint64_t)simulator->place.step_ns;
+    const uint64_t step_ns = (uint64_t)simulator->world.step_ns;
     while (((simulator->time_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
         run_step(simulator, simulator->time_ns + step_ns);
     }
@@ -271,19 +271,19 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
 {
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (status == STATUS_OK) && (i < SIMULATOR_BUSES_MAX); i++) {
-        const char* name = bus_name(&simulator->place, config, i);
+        const char* name = bus_name(&simulator->world, config, i);
         if (name == NULL) {
             break;
         }
         status = open_segment(simulator, config, name, error);
     }
-    const char* surplus = bus_name(&simulator->place, config, SIMULATOR_BUSES_MAX);
+    const char* surplus = bus_name(&simulator->world, config, SIMULATOR_BUSES_MAX);
     if ((status == STATUS_OK) && (surplus != NULL)) {
         (void)snprintf(
             error, SIMULATOR_ERROR_MAX,
             "simulator: %s: found bus '%s' of the mission beside the buses of this world, expected "
             "at most 8 in all: remove one from the mission or from the devices of the world",
-            simulator->place.path, surplus);
+            simulator->world.path, surplus);
         return STATUS_INVALID;
     }
     return status;
@@ -293,7 +293,7 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
 static status_t open_hand(simulator_t* const simulator, const simulator_config_t* const config,
                           char reason[DOCUMENT_ERROR_MAX])
 {
-    const world_t* world = &simulator->place;
+    const world_t* world = &simulator->world;
     scene_t scene;
     if (world->hand_count == 0U) {
         return STATUS_OK;
@@ -315,7 +315,7 @@ static status_t open_plant(simulator_t* const simulator, const simulator_config_
                            char error[SIMULATOR_ERROR_MAX])
 {
     char reason[DOCUMENT_ERROR_MAX];
-    status_t status = plant_create(&simulator->place, &simulator->plant, reason);
+    status_t status = plant_create(&simulator->world, &simulator->plant, reason);
     status          = (status == STATUS_OK) ? open_hand(simulator, config, reason) : status;
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
@@ -329,7 +329,7 @@ static status_t open_devices(simulator_t* const simulator, const simulator_confi
                              char error[SIMULATOR_ERROR_MAX])
 {
     const devices_config_t wanted  = {.valve_changed = log_valve,
-                                      .world         = &simulator->place,
+                                      .world         = &simulator->world,
                                       .folder        = (config->devices_path != NULL) ? config->devices_path
                                                                                       : "descriptors/devices",
                                       .truth         = simulator->truth,
@@ -348,26 +348,26 @@ static status_t open_devices(simulator_t* const simulator, const simulator_confi
 /// Fill the table of buses and devices with the names that scenarios use.
 static void name_targets(simulator_t* const simulator)
 {
-    fault_world_t* world = &simulator->world;
+    fault_world_t* targets = &simulator->targets;
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
-        const segment_t* a               = &simulator->segment[i];
-        world->channel[i][0].name        = a->name;
-        world->channel[i][0].bus         = a->bus;
-        world->channel[i][0].flight_node = a->flight_node;
+        const segment_t* a                 = &simulator->segment[i];
+        targets->channel[i][0].name        = a->name;
+        targets->channel[i][0].bus         = a->bus;
+        targets->channel[i][0].flight_node = a->flight_node;
     }
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         for (unsigned k = 0U; k < simulator->bus_count; k++) {
             if ((simulator->channel_b[i] != NULL) && (simulator->segment[k].bus == simulator->channel_b[i])) {
-                world->channel[i][NODE_CHANNEL_B]      = world->channel[k][NODE_CHANNEL_A];
-                world->channel[k][NODE_CHANNEL_A].name = NULL;
+                targets->channel[i][NODE_CHANNEL_B]      = targets->channel[k][NODE_CHANNEL_A];
+                targets->channel[k][NODE_CHANNEL_A].name = NULL;
             }
         }
     }
-    world->device_count = devices_count(simulator->devices);
-    for (unsigned i = 0U; i < world->device_count; i++) {
+    targets->device_count = devices_count(simulator->devices);
+    for (unsigned i = 0U; i < targets->device_count; i++) {
         const world_device_t* place = device_place(simulator->devices, i);
         const device_model_t* model = device_model(simulator->devices, i);
-        world->device[i]            = (fault_device_t){.name      = place->name,
+        targets->device[i]          = (fault_device_t){.name      = place->name,
                                                        .bus       = place->bus,
                                                        .id        = place->node,
                                                        .node      = model->node,
@@ -375,15 +375,15 @@ static void name_targets(simulator_t* const simulator)
                                                        .set_error = model->set_error,
                                                        .model     = model->model};
     }
-    for (size_t i = 0U; i < simulator->place.power_unit_count; i++) {
-        const world_device_t* place        = &simulator->place.power_unit[i].device;
-        world->device[world->device_count] = (fault_device_t){
+    for (size_t i = 0U; i < simulator->world.power_unit_count; i++) {
+        const world_device_t* place            = &simulator->world.power_unit[i].device;
+        targets->device[targets->device_count] = (fault_device_t){
             .name = place->name, .bus = place->bus, .id = place->node, .unit = &simulator->supply};
-        world->device_count++;
+        targets->device_count++;
     }
-    world->instrument_count = instrument_set_count(simulator->instruments);
-    for (unsigned i = 0U; i < world->instrument_count; i++) {
-        world->instrument[i] =
+    targets->instrument_count = instrument_set_count(simulator->instruments);
+    for (unsigned i = 0U; i < targets->instrument_count; i++) {
+        targets->instrument[i] =
             (fault_instrument_t){.name       = instrument_set_name(simulator->instruments, i),
                                  .instrument = instrument_set_at(simulator->instruments, i)};
     }
@@ -394,7 +394,8 @@ static status_t open_faults(simulator_t* const simulator, const simulator_config
 {
     char reason[SCENARIO_ERROR_MAX];
     name_targets(simulator);
-    const status_t status = faults_load(&simulator->faults, &simulator->world, config->scenario_path, reason);
+    const status_t status =
+        faults_load(&simulator->faults, &simulator->targets, config->scenario_path, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
     }
@@ -405,12 +406,12 @@ static status_t read_world(simulator_t* const simulator, const simulator_config_
                            char error[SIMULATOR_ERROR_MAX])
 {
     char reason[DOCUMENT_ERROR_MAX];
-    const status_t status = world_read(config->world_path, &simulator->place, reason);
+    const status_t status = world_read(config->world_path, &simulator->world, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
         return status;
     }
-    spread_apply(&simulator->place, config->seed);
+    spread_apply(&simulator->world, config->seed);
     return status;
 }
 
@@ -423,8 +424,8 @@ static status_t open_truth(simulator_t* const simulator, const simulator_config_
     }
     (void)snprintf(path, sizeof path, "%s/truth.lcm", config->output_path);
     status_t status = truth_open(path, TRUTH_OCTETS_MAX, &simulator->truth_log);
-    status = (status == STATUS_OK) ? plant_log_names(simulator->truth_log, &simulator->place) : status;
-    simulator->device_log = (device_log_t){.world       = &simulator->place,
+    status = (status == STATUS_OK) ? plant_log_names(simulator->truth_log, &simulator->world) : status;
+    simulator->device_log = (device_log_t){.world       = &simulator->world,
                                            .devices     = simulator->devices,
                                            .instruments = simulator->instruments,
                                            .segments    = simulator->segment,
@@ -468,8 +469,8 @@ static status_t open_live(simulator_t* const simulator, const simulator_config_t
     const live_config_t wanted = {.folder   = config->output_path,
                                   .hand     = simulator->hand,
                                   .faults   = &simulator->faults,
+                                  .targets  = &simulator->targets,
                                   .world    = &simulator->world,
-                                  .place    = &simulator->place,
                                   .truth    = simulator->truth,
                                   .is_paced = config->is_paced};
     if (!config->is_live) {
@@ -490,8 +491,8 @@ static status_t open_live(simulator_t* const simulator, const simulator_config_t
 static void power_on(simulator_t* const simulator)
 {
     devices_power_on(simulator->devices);
-    for (size_t i = 0U; i < simulator->place.power_unit_count; i++) {
-        const world_power_unit_t* unit = &simulator->place.power_unit[i];
+    for (size_t i = 0U; i < simulator->world.power_unit_count; i++) {
+        const world_power_unit_t* unit = &simulator->world.power_unit[i];
         supply_open(&simulator->supply, unit, simulator->segment, simulator->bus_count,
                     simulator->channel_b[unit->device.bus], simulator->devices);
     }
@@ -514,7 +515,7 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
     status          = (status == STATUS_OK) ? open_plant(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? open_devices(simulator, config, error) : status;
     if (status == STATUS_OK) {
-        status = instrument_set_open(&simulator->place, config, &simulator->instruments, error);
+        status = instrument_set_open(&simulator->world, config, &simulator->instruments, error);
     }
     status = (status == STATUS_OK) ? open_faults(simulator, config, error) : status;
     status = (status == STATUS_OK) ? open_truth(simulator, config, error) : status;
@@ -524,8 +525,8 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
         (void)simulator_close(simulator);
         return status;
     }
-    simulator->world.process         = config->process_fault;
-    simulator->world.process_context = config->process_context;
+    simulator->targets.process         = config->process_fault;
+    simulator->targets.process_context = config->process_context;
     power_on(simulator);
     *out_simulator = simulator;
     return STATUS_OK;

@@ -22,7 +22,8 @@
 #define RECEIVED_OCTETS 512U
 #define QUEUE_MAGIC 0x464C4F57U // As in flow_shm.c.
 #define QUEUE_ENDED 0x454E4445U // Replaces QUEUE_MAGIC when the owner removes the queue.
-#define QUEUE_KIND 1U
+#define QUEUE_KIND 1U           // FLOW_SHM_QUEUE in flow_shm.h.
+#define NAME_ROOM 58U           // Precision of the formats that append a suffix to `name`.
 
 typedef struct { // Layout of a queue in shared memory.
     uint32_t magic;
@@ -38,9 +39,9 @@ struct stream_port {
     stream_port_config_t config;
     bool is_plugged;
     char name[NAME_OCTETS]; // "/RUN.flow.CHANNEL"
-    char in[NAME_OCTETS];   // Queue to flight, named as flight names it.
+    char in[NAME_OCTETS];   // Queue to flight: `in` and `out` are directions as flight sees them.
     char out[NAME_OCTETS];  // Queue to the device.
-    char path[PATH_OCTETS]; // SERIAL, FILE: the link.
+    char path[PATH_OCTETS]; // SERIAL, FILE: the symbolic link to the terminal.
     char counts_name[NAME_OCTETS];
     osal_hand_over_t counts;
     uint32_t connection; // Last connection that was accepted.
@@ -53,8 +54,8 @@ struct stream_port {
     osal_shm_t to_device;
     osal_mqueue_t mqueue_to_flight;
     osal_mqueue_t mqueue_to_device;
-    uint8_t received[RECEIVED_OCTETS]; // Octets of a stream that are no message yet.
-    size_t held;
+    uint8_t received[RECEIVED_OCTETS]; // Octets of a stream that do not form a complete message yet.
+    size_t held;                       // Number of these octets.
 };
 
 static bool is_terminal(const stream_port_t* const port)
@@ -97,7 +98,7 @@ static bool name_all(stream_port_t* const port)
     (void)snprintf(port->out, sizeof port->out, "%.58s.out", port->name);
     (void)snprintf(port->counts_name, sizeof port->counts_name, "%.58s.n", port->name);
     (void)snprintf(port->path, sizeof port->path, "/dev/shm%s", port->name);
-    return (size > 0) && ((size_t)size < sizeof channel) && (most > 0) && (most < 58) &&
+    return (size > 0) && ((size_t)size < sizeof channel) && (most > 0) && ((unsigned)most < NAME_ROOM) &&
            (!has_port || ((number > 0U) && (number <= UINT16_MAX)));
 }
 
@@ -119,6 +120,7 @@ static status_t create_queue(stream_port_t* const port)
         queue->kind         = QUEUE_KIND;
         queue->value_octets = (uint32_t)octets;
         queue->depth        = DEPTH;
+        // Last: flight uses the queue when it finds the magic number, and then the header must be complete.
         __atomic_store_n(&queue->magic, QUEUE_MAGIC, __ATOMIC_RELEASE);
     }
     return status;
@@ -147,7 +149,7 @@ static void write_queue(stream_port_t* const port, const uint8_t* const message)
     }
 }
 
-/// Find the memory that the flight software has made; after a restart it makes a new one.
+/// Find the queue that the flight software has made; when flight restarts, it makes a new one.
 static queue_t* find_queue(stream_port_t* const port)
 {
     queue_t* queue = osal_shm_address(&port->to_device);
@@ -314,8 +316,8 @@ status_t stream_port_open(const stream_port_config_t* const config, stream_port_
     const status_t status = open_port(port);
     if (status != STATUS_OK) {
         (void)snprintf(error, STREAM_PORT_ERROR_MAX,
-                       "channel '%s': %s; expected a name, a path or HOST:PORT of its own", config->channel,
-                       status_text(status));
+                       "channel '%s': %s; expected a name, path or HOST:PORT that no other device uses",
+                       config->channel, status_text(status));
         stream_port_close(port);
         return status;
     }
@@ -346,8 +348,8 @@ void stream_port_plug(stream_port_t* const port, const bool is_plugged)
     if (is_plugged == port->is_plugged) {
         return;
     }
-    if (port->config.kind ==
-        STREAM_PORT_UDP) { // A socket for datagrams does not show that a cable is unplugged.
+    // A socket for datagrams stays open: its peer cannot detect that a cable is unplugged.
+    if (port->config.kind == STREAM_PORT_UDP) {
         port->is_plugged = is_plugged;
     } else if (is_plugged) {
         port->is_plugged = (begin(port) == STATUS_OK);
@@ -366,6 +368,8 @@ uint32_t stream_port_lost(const stream_port_t* const port)
 
 // ---- Octets ----
 
+/// Accept a new connection. In stepped time flight counts its connections, and this function waits until the
+/// kernel has delivered the new one, so that the step does not depend on the speed of the machine.
 static void accept_connection(stream_port_t* const port)
 {
     osal_socket_t arrived = OSAL_SOCKET_CLOSED;
@@ -378,7 +382,7 @@ static void accept_connection(stream_port_t* const port)
         }
         port->connection = connection;
     }
-    while (osal_tcp_accept(&port->listener, &arrived, &from) == STATUS_OK) { // Keep only the last one.
+    while (osal_tcp_accept(&port->listener, &arrived, &from) == STATUS_OK) { // Keep only the last connection.
         osal_socket_close(&port->socket);
         port->socket = arrived;
         port->held   = 0U;
@@ -400,7 +404,8 @@ void stream_port_step(stream_port_t* const port)
     }
 }
 
-/// True if flight has opened its end: a terminal would keep octets that were sent while it is closed.
+/// True if flight has opened its end, as far as the counts show; without counts always true. While the end is
+/// closed nothing is sent, because a terminal would keep the octets until flight opens it.
 static bool is_heard(const stream_port_t* const port)
 {
     return !osal_hand_over_is_open(&port->counts) || osal_hand_over_is_connected(&port->counts);

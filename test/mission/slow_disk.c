@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the supervisor: a disk below the packet log that is slow, hangs, or becomes read-only.
+// Library that is preloaded into the supervisor. It replaces functions of the C library, so that the disk of the
+// packet log seems to be slow, to hang, or to become read-only.
 //
 // SLOW_DISK_FOLDER names a folder of the test. While it contains a file
 //     hold      a write does not end; the file "held" shows that one waits
 //     readonly  nothing can be written, shortened, or opened for writing
-// Without that variable each fiftieth write takes 300 ms.
+// Without that variable every fiftieth write takes 300 ms.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -18,8 +19,8 @@
 #include <unistd.h>
 
 #define DELAY_US 300000U
-#define LOOK_US 1000U
-#define EACH 50U
+#define POLL_US 1000U
+#define WRITES_PER_DELAY 50U
 
 static bool is_log(const char* path)
 {
@@ -68,7 +69,7 @@ static void wait_while_held(void)
         (void)close(descriptor);
     }
     while (has("hold")) {
-        (void)usleep(LOOK_US);
+        (void)usleep(POLL_US);
     }
 }
 
@@ -105,7 +106,7 @@ ssize_t write(int descriptor, const void* octets, size_t size)
         count++;
         if (getenv("SLOW_DISK_FOLDER") != NULL) {
             wait_while_held();
-        } else if ((count % EACH) == 0U) {
+        } else if ((count % WRITES_PER_DELAY) == 0U) {
             (void)usleep(DELAY_US);
         }
         if (has("readonly")) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames over UDP: one datagram for each frame, one socket for each component.
 ///
-/// Ownership  The caller places it; the program opens or adopts the socket.
+/// Ownership  The caller places message_udp_carrier_t; the program opens or adopts the socket.
 /// Context    One task.
 #ifndef FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Called after each frame sent to a component, so that the program can announce it to the scheduler.
+/// Callback after each frame that was sent to a component; the program announces the frame to the scheduler.
 typedef struct {
     void* context;
     void (*delivered)(void* context, uint16_t to);

@@ -3,7 +3,7 @@
 /// scalar parameters. `capacity` is the number of parameters. Sampling intervals are multiples of 1 ms; a
 /// component with a longer cycle samples at most once in each of its cycles.
 ///
-/// Ownership  The program places it (generated).
+/// Ownership  The generated program places statistics_service_t and the arrays.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H

@@ -22,7 +22,7 @@ static bool is_valid(supervisor_t* const supervisor, const registry_entry_t* con
 {
     const uint64_t time_ns = subsystem_process(&supervisor->subsystem)->epoch_ns + supervisor->now_ns;
     return (entry->process == PROCESS_RUNNING) && (entry->state != STATE_OFFLINE) &&
-           !supervisor_doubt_is_about(entry) &&
+           !supervisor_doubt_exists(entry) &&
            !supervisor_telemetry_cache_is_old(&supervisor->spacecraft.cache, parameter_id, time_ns);
 }
 

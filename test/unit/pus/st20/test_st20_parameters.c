@@ -53,6 +53,7 @@ static status_t request(const uint8_t subtype)
 
 static void values_are_reported_in_the_order_asked(void)
 {
+    // The count, then id and value of each parameter: 4 and 2, 4 and 11, 4 and 1 octets.
     static const uint8_t expected[] = {0, 3, 2, 1, 0, 2, 0, 1, 2,  24, 0, 4, 0, 1,
                                        2, 3, 4, 5, 6, 7, 8, 9, 10, 2,  0, 0, 1, 0};
     begin(3U);
@@ -187,10 +188,10 @@ static void each_refusal_has_its_code_and_the_rest_is_set(void)
     begin(8U);
     add_value(P_U8, 1U, 1U);
     add_value(P_FIXED, 4U, 1U);
-    add_value(P_LIMIT, 1U, 10U); // Value at 1 + 5 + 8 + 4 = 18.
+    add_value(P_LIMIT, 1U, 10U); // Offset of the value: 1 + 5 + 8 + 4 = 18.
     add_value(P_LOCKED, 1U, 0U);
     add_value(P_LOCKED, 1U, 1U);
-    add_value(P_ODD, 1U, 1U); // Value at 18 + 1 + 10 + 4 = 33.
+    add_value(P_ODD, 1U, 1U); // Offset of the value: 18 + 1 + 10 + 4 = 33.
     add_value(P_SECRET, 2U, 1U);
     add_value(P_U16, 2U, 7U);
     TEST_ASSERT_EQUAL(STATUS_OK, request(3U));
@@ -206,7 +207,7 @@ static void each_refusal_has_its_code_and_the_rest_is_set(void)
     TEST_ASSERT_EQUAL_HEX32(P_U16, dictionary.written_id);
 }
 
-static void an_unknown_value_is_skipped_by_its_layout(void)
+static void the_layout_bits_of_an_unknown_id_give_the_octets_to_skip(void)
 {
     begin(2U);
     add_value(P_UNKNOWN, 8U, 1U);
@@ -284,7 +285,7 @@ int main(void)
     RUN_TEST(up_to_255_values_are_reported);
     RUN_TEST(all_octets_of_a_value_are_set_together);
     RUN_TEST(each_refusal_has_its_code_and_the_rest_is_set);
-    RUN_TEST(an_unknown_value_is_skipped_by_its_layout);
+    RUN_TEST(the_layout_bits_of_an_unknown_id_give_the_octets_to_skip);
     RUN_TEST(a_value_of_unknown_length_is_refused_with_all_that_follow);
     RUN_TEST(without_a_write_port_nothing_is_settable);
     RUN_TEST(up_to_255_values_are_set);
