@@ -19,7 +19,7 @@ static bool is_word_end(const char character)
     return (character == '\0') || (character == ' ');
 }
 
-/// Value of a hexadecimal digit, or 16.
+/// Returns the value of a hexadecimal digit, or 16.
 static uint8_t hex_digit(const char character)
 {
     if (is_digit(character)) {
@@ -34,7 +34,7 @@ static uint8_t hex_digit(const char character)
     return 16U;
 }
 
-/// Position after the spaces that follow a word.
+/// Returns the position after the spaces that follow a word.
 static const char* next_word(const char* text)
 {
     while (*text == ' ') {

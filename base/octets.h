@@ -75,7 +75,7 @@ double octet_read_f64(octet_reader_t* reader);
 /// Skip `size` octets and return a pointer to them in the reader's buffer, or NULL (and failed) if fewer are
 /// left.
 const uint8_t* octet_read_octets(octet_reader_t* reader, size_t size);
-/// Number of octets not read yet; 0 if the reader has failed.
+/// Returns the number of octets not read yet; 0 if the reader has failed.
 size_t octet_reader_left(const octet_reader_t* reader);
 /// True if nothing failed and the last octet has been read.
 bool octet_reader_is_done(const octet_reader_t* reader);

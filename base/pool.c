@@ -21,7 +21,7 @@ static inline bool is_taken(const pool_t* const pool, const void* const block, u
            (pool->slots[index].holders > 0U);
 }
 
-/// Number of taken blocks at which `percent` is reached, rounded up.
+/// Returns the number of taken blocks at which `percent` is reached, rounded up.
 static uint16_t blocks_at(const pool_t* const pool, const uint8_t percent)
 {
     return (uint16_t)((((uint32_t)pool->block_count * percent) + 99U) / 100U);

@@ -38,7 +38,8 @@ typedef enum {
     STATUS_COUNT         ///< Number of values; never returned.
 } status_t;
 
-/// Text of a status in lower case ("ok", "not found", ...); "unknown status" outside the range. Never null.
+/// Returns the text of a status in lower case ("ok", "not found", ...); "unknown status" outside the range.
+/// Never null.
 const char* status_text(status_t status);
 
 #endif // BASE_STATUS_H

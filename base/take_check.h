@@ -18,7 +18,7 @@
 /// Only the first 8 takes of each pool and quota are counted, so that the numbers reach every pool even if
 /// one pool is used for each packet.
 void take_check_refuse(uint32_t number);
-/// Number of takes counted since take_check_refuse, or since the start.
+/// Returns the number of takes counted since take_check_refuse, or since the start.
 uint32_t take_check_count(void);
 
 /// Pools and quotas call this for each take; `owner` is the pool or quota. True if this take must be refused.

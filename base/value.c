@@ -27,7 +27,7 @@ static const scalar_t* scalar_of(const value_type_t type)
     return &scalars[type];
 }
 
-/// Bits of a scalar in host memory, as the low bits of the result.
+/// Returns the bits of a scalar in host memory, as the low bits of the result.
 static inline uint64_t load_bits(const size_t size, const void* const memory)
 {
     uint8_t octet   = 0U;

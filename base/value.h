@@ -27,14 +27,14 @@ typedef enum {
     VALUE_ARRAY  = 25  ///< Layout code of an array (count > 1) of one scalar type.
 } value_type_t;
 
-/// Size of one scalar [octets]; the same in host memory and on the wire.
+/// Returns the size of one scalar [octets]; the same in host memory and on the wire.
 size_t value_size(value_type_t type);
-/// Name of a type in descriptors ("DOUBLE"); never null for a scalar type.
+/// Returns the name of a type in descriptors ("DOUBLE"); never null for a scalar type.
 const char* value_type_name(value_type_t type);
 /// Find the scalar type of this name. STATUS_OK, STATUS_NOT_FOUND.
 MUST_USE status_t value_type_of(const char* name, value_type_t* out_type);
 
-/// Bits of a scalar in host memory, as the low bits of the result.
+/// Returns the bits of a scalar in host memory, as the low bits of the result.
 uint64_t value_bits(value_type_t type, const void* memory);
 /// Store the low bits of a number, two's complement or IEEE 754, as a scalar.
 void value_store(value_type_t type, uint64_t bits, void* memory);
@@ -46,7 +46,7 @@ size_t value_put(uint8_t* octets, value_type_t type, const void* memory, size_t 
 /// Read one scalar into host memory. STATUS_OK, STATUS_TRUNCATED, STATUS_INVALID (BOOL other than 0 and 1);
 /// memory changes only with STATUS_OK.
 MUST_USE status_t value_decode(octet_reader_t* reader, value_type_t type, void* memory);
-/// The scalar as a double (64-bit integers may round).
+/// Returns the scalar as a double (64-bit integers may round).
 double value_as_double(value_type_t type, const void* memory);
 
 #endif // BASE_VALUE_H

@@ -33,8 +33,8 @@ static child_t* child_of(launcher_t* const launcher, const unsigned participant)
     return NULL;
 }
 
-/// Time for which a holder may compute in real time. For a slower machine, for example an emulated one, the
-/// mission can define a longer `hangAfter`.
+/// Returns the time for which a holder may compute in real time. For a slower machine, for example an
+/// emulated one, the mission can define a longer `hangAfter`.
 static uint64_t real_hang_ns(const launcher_t* const launcher, const child_t* const child)
 {
     const uint64_t declared_ns =

@@ -27,7 +27,7 @@ typedef struct { // Private, except `entries` and `count`, which are set before 
 
 /// Returns the access to the descriptors. They cannot be read again: a reload is STATUS_UNSUPPORTED.
 component_descriptors_t compiled_descriptors(compiled_descriptors_t* compiled);
-/// The descriptors of the program, in the generated source.
+/// Returns the descriptors of the program, in the generated source.
 compiled_descriptors_t* compiled_descriptors_of_program(void);
 
 #endif // FSW_PROGRAMS_COMPILED_DESCRIPTORS_H

@@ -25,7 +25,7 @@ int semihosting_read(int handle, void* octets, size_t capacity);
 /// Write all octets.
 bool semihosting_write(int handle, const void* octets, size_t size);
 bool semihosting_seek(int handle, uint32_t offset);
-/// Size of a file [octets], or -1 on an error.
+/// Returns the size of a file [octets], or -1 on an error.
 int32_t semihosting_size(int handle);
 bool semihosting_remove(const char* path);
 bool semihosting_rename(const char* path, const char* new_path);

@@ -48,13 +48,13 @@ static block_t* find(const char* const name)
     return NULL;
 }
 
-/// Octets that a block takes in the store.
+/// Returns the number of octets that a block takes in the store.
 static size_t span_of(const size_t size)
 {
     return (size + (ALIGNMENT - 1U)) & ~(size_t)(ALIGNMENT - 1U);
 }
 
-/// First octet from which `size` octets are free, or SHM_STORE_OCTETS.
+/// Returns the first octet from which `size` octets are free, or SHM_STORE_OCTETS.
 static size_t find_room(const size_t size)
 {
     size_t at    = 0U;

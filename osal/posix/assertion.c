@@ -6,7 +6,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-/// One part of the line. memcpy removes the const of the text, to which writev does not write.
+/// Returns one part of the line. memcpy removes the const of the text, to which writev does not write.
 static struct iovec part_of(const char* const text)
 {
     struct iovec part;

@@ -58,9 +58,9 @@ uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
 /// True if `participant` still has its turn at the present instant.
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
-/// Time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While it holds the grant, only a wake time
-/// after now is pending, which comes from a delivery to itself; an earlier wake time has led to the present
-/// grant.
+/// Returns the time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While it holds the grant, only
+/// a wake time after now is pending, which comes from a delivery to itself; an earlier wake time has led to
+/// the present grant.
 uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant);
 /// End the life of a participant: free its grant and its streams, and expect its next life if it has a
 /// succession.
@@ -72,7 +72,8 @@ void lockstep_schedule_wake(osal_lockstep_t* scheduler, uint32_t participant);
 /// Give the grant to the participant with the smallest (wake time, order). `running` remains NO_PARTICIPANT
 /// if there is none, if an expected participant has not joined, or if the run is over.
 void lockstep_grant_next(osal_lockstep_t* scheduler);
-/// The later of `wake_ns` and the start of the life: deliveries do not bring a grant before it begins.
+/// Returns the later of `wake_ns` and the start of the life: deliveries do not bring a grant before it
+/// begins.
 uint64_t lockstep_not_before_begin(const participant_t* one, uint64_t wake_ns);
 /// The turn of a participant is over, or it joins: note the time at which it wants to run again. False: this
 /// life has ended, or has lost its grant.

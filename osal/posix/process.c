@@ -308,8 +308,8 @@ status_t osal_process_suspend(osal_process_t* const process)
     return send_signal(process, SIGSTOP);
 }
 
-/// State letter of /proc/<id>/stat: "id (program) state ...". The name of the program may contain any
-/// character, also ')'.
+/// Returns the state letter of /proc/<id>/stat: "id (program) state ...". The name of the program may contain
+/// any character, also ')'.
 char osal_process_state(const int32_t id)
 {
     char path[32];

@@ -8,8 +8,8 @@ static bool is_printable(const char character)
     return (character >= ' ') && (character <= '~');
 }
 
-/// Length of the name at the beginning of a text; 0 if the name is malformed. A name ends at `size` or a
-/// slash.
+/// Returns the length of the name at the beginning of a text; 0 if the name is malformed. A name ends at
+/// `size` or a slash.
 static size_t name_length(const char* const text, const size_t size)
 {
     size_t length = 0U;

@@ -30,7 +30,7 @@ bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
 /// Append a well-formed name to the folder *path. False: the path would be too long, and *path does not
 /// change.
 bool pus_file_path_enter(pus_file_path_t* path, const char* name);
-/// The last name of a path; "" for the root.
+/// Returns the last name of a path; "" for the root.
 const char* pus_file_path_name(const pus_file_path_t* path);
 /// Remove the last name, so that *path is that of the parent folder. *path must not be the root.
 void pus_file_path_leave(pus_file_path_t* path);

@@ -20,7 +20,7 @@ void packet_header_read(octet_reader_t* const reader, packet_header_t* const out
     out_header->subtype = octet_read_u8(reader);
 }
 
-/// Size of a packet that its length field specifies.
+/// Returns the size of a packet that its length field specifies.
 static size_t size_reported(const uint8_t* const octets)
 {
     return (size_t)octets_u16_at(&octets[PACKET_LENGTH_FIELD]) + PACKET_LENGTH_OFFSET;

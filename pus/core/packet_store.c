@@ -398,7 +398,7 @@ uint64_t pus_packet_store_newest_ns(const pus_packet_store_t* const store)
 
 // ---- Recovery ----
 
-/// Number of octets of a slot that exist on the medium.
+/// Returns the number of octets of a slot that exist on the medium.
 static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
 {
     const uint64_t begin = place_on_medium(slot, 0U);
@@ -406,7 +406,7 @@ static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
     return (size_t)((left < PUS_STORE_BLOCK) ? left : PUS_STORE_BLOCK);
 }
 
-/// Number of the block in a header; 0 if the block does not belong to this store.
+/// Returns the number of the block in a header; 0 if the block does not belong to this store.
 static uint64_t number_in_header(const pus_packet_store_t* const store, const uint8_t* const header)
 {
     octet_reader_t reader     = octet_reader(header, HEADER_SIZE);

@@ -78,7 +78,7 @@ MUST_USE status_t pus_packet_store_open(pus_packet_store_t* store, uint32_t gene
                                         bool is_circular, uint64_t tail);
 /// Change type or size. limit: at least the number of blocks in use.
 void pus_packet_store_change(pus_packet_store_t* store, uint16_t limit, bool is_circular);
-/// Number of blocks in use.
+/// Returns the number of blocks in use.
 uint16_t pus_packet_store_blocks_used(const pus_packet_store_t* store);
 
 /// Store a packet of 1..PUS_PACKET_MAX octets; `packet` may point to the packet read last. STATUS_OK;
@@ -88,11 +88,12 @@ MUST_USE status_t pus_packet_store_append(pus_packet_store_t* store, uint64_t ti
 /// Make the stored packets persistent. STATUS_OK, STATUS_IO: try again.
 status_t pus_packet_store_sync(pus_packet_store_t* store);
 
-/// Address of the oldest packet, and address after the newest packet; equal if the store is empty.
+/// Return the address of the oldest packet, and the address after the newest packet; equal if the store is
+/// empty.
 uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
-/// The address that a reader at `cursor` reads next: that of the oldest packet if the packet at `cursor` was
-/// deleted, else `cursor`.
+/// Returns the address that a reader at `cursor` reads next: that of the oldest packet if the packet at
+/// `cursor` was deleted, else `cursor`.
 uint64_t pus_packet_store_place(const pus_packet_store_t* store, uint64_t cursor);
 /// Read the packet at the cursor and move the cursor past it. STATUS_OK; STATUS_EMPTY (no packet there yet);
 /// STATUS_CHECKSUM (the rest of the block is damaged; the cursor is after the block); STATUS_IO (the cursor
@@ -102,10 +103,10 @@ MUST_USE status_t pus_packet_store_next(pus_packet_store_t* store, uint64_t* cur
 /// Move a cursor over all blocks that have no packet of from_ns..to_ns. Returns the new cursor.
 uint64_t pus_packet_store_seek(const pus_packet_store_t* store, uint64_t cursor, uint64_t from_ns,
                                uint64_t to_ns);
-/// Address of the first packet stored at from_ns or later; the head if there is none.
+/// Returns the address of the first packet stored at from_ns or later; the head if there is none.
 uint64_t pus_packet_store_find(pus_packet_store_t* store, uint64_t from_ns);
-/// Address after the oldest packets that were stored at time_ns or earlier: that of the first later packet,
-/// or the head.
+/// Returns the address after the oldest packets that were stored at time_ns or earlier: that of the first
+/// later packet, or the head.
 uint64_t pus_packet_store_find_after(pus_packet_store_t* store, uint64_t time_ns);
 /// Delete the packets before an address.
 void pus_packet_store_cut(pus_packet_store_t* store, uint64_t tail);

@@ -46,7 +46,7 @@ static uint32_t key_of(const pus_selection_list_t list, const uint16_t apid, con
     return key_of_process(list, apid) | HAS_ID | id;
 }
 
-/// Index of the first entry whose key is at least `key`; `count` if there is none.
+/// Returns the index of the first entry whose key is at least `key`; `count` if there is none.
 static uint16_t place_of(const pus_selection_t* const selection, const uint32_t key)
 {
     uint16_t low  = 0U;

@@ -27,7 +27,7 @@ typedef struct {
     value_type_t type; ///< A scalar type.
 } pus_scalar_t;
 
-/// Type in the layout bits of a parameter id; VALUE_SCALARS if it is not a scalar.
+/// Returns the type in the layout bits of a parameter id; VALUE_SCALARS if it is not a scalar.
 value_type_t pus_scalar_type(uint32_t parameter_id);
 /// Find a parameter, with or without a value, and check that it is a scalar. STATUS_OK, STATUS_NOT_FOUND,
 /// STATUS_FORBIDDEN (not readable), STATUS_INVALID (no scalar). *out_scalar changes only with STATUS_OK.
@@ -49,7 +49,7 @@ double pus_scalar_as_double(value_type_t type, uint64_t bits);
 
 /// Compare `one` with `other`.
 pus_comparison_t pus_scalar_compare(value_type_t type, uint64_t one, uint64_t other);
-/// Type of the difference of two values of a type: the signed type of the same size.
+/// Returns the type of the difference of two values of a type: the signed type of the same size.
 value_type_t pus_scalar_delta_type(value_type_t type);
 /// Compare the mean difference over `count` (>= 1) steps from `first` to `last` with a threshold, whose type
 /// is pus_scalar_delta_type(type). Integers are compared exactly, real numbers in double precision.

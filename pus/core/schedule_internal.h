@@ -21,11 +21,11 @@ typedef struct {
     size_t size; // [octets]
 } activity_draft_t;
 
-/// The present tag.
+/// Returns the present tag.
 uint64_t schedule_now(const pus_schedule_t* schedule, uint64_t now_ns);
 /// Insert an activity into a free slot, in memory only. STATUS_OK, STATUS_EXHAUSTED (not enough blocks).
 MUST_USE status_t schedule_add(pus_schedule_t* schedule, uint16_t slot, const activity_draft_t* draft);
-/// Identifier of a decoded request.
+/// Returns the identifier of a decoded request.
 pus_activity_id_t schedule_id_of(const pus_tc_t* tc);
 /// Remove an activity from the schedule and free its slot.
 void schedule_drop(pus_schedule_t* schedule, uint16_t slot);
@@ -40,7 +40,8 @@ MUST_USE status_t schedule_abandon(pus_schedule_t* schedule);
 pus_reply_t schedule_put_state(pus_schedule_t* schedule);
 /// Give an activity another tag. Its serial number, which orders equal tags, does not change.
 void schedule_retag(pus_schedule_t* schedule, uint16_t slot, uint64_t tag);
-/// First activity with this request identifier, and the next one after `slot`; NO_SLOT if there is none.
+/// Return the first activity with this request identifier, and the next one after `slot`; NO_SLOT if there
+/// is none.
 uint16_t schedule_find(const pus_schedule_t* schedule, const pus_activity_id_t* id);
 uint16_t schedule_find_next(const pus_schedule_t* schedule, uint16_t slot);
 /// Copy the request of an activity to `out_octets` (PUS_PACKET_MAX). Returns its size.
@@ -54,14 +55,14 @@ pus_reply_t schedule_refuse(pus_schedule_t* schedule, uint16_t code, uint32_t de
 void schedule_refuse_one(pus_schedule_t* schedule, pus_request_t* request, uint16_t instruction,
                          uint16_t code, uint32_t detail);
 
-/// A filter that selects all activities.
+/// Returns a filter that selects all activities.
 pus_schedule_filter_t schedule_filter_all(void);
 /// Read a filter. PUS_DONE, or PUS_REFUSED.
 pus_reply_t schedule_read_filter(pus_schedule_t* schedule, octet_reader_t* reader,
                                  pus_schedule_filter_t* out_filter);
-/// The first activity that the filter selects; NO_SLOT if there is none.
+/// Returns the first activity that the filter selects; NO_SLOT if there is none.
 uint16_t schedule_select(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter);
-/// The next selected activity after `slot`.
+/// Returns the next selected activity after `slot`.
 uint16_t schedule_select_next(const pus_schedule_t* schedule, const pus_schedule_filter_t* filter,
                               uint16_t slot);
 

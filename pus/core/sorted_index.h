@@ -33,11 +33,11 @@ void pus_sorted_index_init(pus_sorted_index_t* order, pus_sorted_index_node_t* n
 void pus_sorted_index_insert(pus_sorted_index_t* order, uint16_t slot, uint64_t tag, uint64_t serial);
 /// Remove a slot that is in the index.
 void pus_sorted_index_remove(pus_sorted_index_t* order, uint16_t slot);
-/// First slot; PUS_SORTED_INDEX_NONE if there is none.
+/// Returns the first slot; PUS_SORTED_INDEX_NONE if there is none.
 uint16_t pus_sorted_index_first(const pus_sorted_index_t* order);
-/// First slot at or after (tag, serial); PUS_SORTED_INDEX_NONE if there is none.
+/// Returns the first slot at or after (tag, serial); PUS_SORTED_INDEX_NONE if there is none.
 uint16_t pus_sorted_index_from(const pus_sorted_index_t* order, uint64_t tag, uint64_t serial);
-/// The slot after a slot that is in the index; PUS_SORTED_INDEX_NONE after the last.
+/// Returns the slot after a slot that is in the index; PUS_SORTED_INDEX_NONE after the last.
 uint16_t pus_sorted_index_next(const pus_sorted_index_t* order, uint16_t slot);
 
 #endif // PUS_CORE_SORTED_INDEX_H

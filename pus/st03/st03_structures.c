@@ -96,7 +96,7 @@ void hk_candidate_add_to_set(pus_hk_t* const hk, const uint32_t parameter_id)
     }
 }
 
-/// Size of the values of `count` entries from `first` on [octets].
+/// Returns the size of the values of `count` entries from `first` on [octets].
 static uint32_t size_of(const pus_hk_structure_t* const structure, const uint8_t first, const uint8_t count)
 {
     uint32_t size = 0U;

@@ -28,7 +28,8 @@ void pus_statistics_init(pus_statistics_t* const self, const pus_statistics_conf
     }
 }
 
-/// Number of whole cycles in an interval; 0 if the interval is shorter than one cycle, or negative.
+/// Returns the number of whole cycles in an interval; 0 if the interval is shorter than one cycle, or
+/// negative.
 static uint64_t cycles_of(const pus_statistics_t* const self, const int64_t ticks)
 {
     if (ticks <= 0) {

@@ -26,7 +26,7 @@ void pus_events_init(pus_events_t* const events, pus_app_process_t* const proces
     }
 }
 
-/// Index of an event, or `count` if the id is unknown.
+/// Returns the index of an event, or `count` if the id is unknown.
 static uint16_t index_of(const pus_events_t* const events, const uint16_t event_id)
 {
     uint16_t index = 0U;

@@ -31,7 +31,7 @@ void pus_functions_init(pus_functions_t* const functions, const pus_function_t* 
         .functions = table, .count = count, .port = *port, .area = (uint8_t*)area, .area_size = area_size};
 }
 
-/// Index of the function with this name, or `count` if there is none or the name is null.
+/// Returns the index of the function with this name, or `count` if there is none or the name is null.
 static uint16_t function_of(const pus_functions_t* const functions, const uint8_t* const name)
 {
     uint16_t index = 0U;
@@ -42,7 +42,8 @@ static uint16_t function_of(const pus_functions_t* const functions, const uint8_
     return index;
 }
 
-/// Index of an argument of a function, or the argument count if the function has no such argument.
+/// Returns the index of an argument of a function, or the argument count if the function has no such
+/// argument.
 static uint8_t argument_of(const pus_function_t* const function, const uint16_t id)
 {
     uint8_t index = 0U;

@@ -52,8 +52,8 @@ void pus_time_init(pus_time_t* time, const pus_time_config_t* config);
 MUST_USE status_t pus_time_restore(pus_time_t* time, uint32_t key, const uint8_t* octets, size_t size);
 /// Send a report if one is due.
 void pus_time_step(pus_time_t* time, uint64_t now_ns);
-/// Time at which the next report is due [ns of the run]; now_ns if one is due now, UINT64_MAX if there are no
-/// reports.
+/// Returns the time at which the next report is due [ns of the run]; now_ns if one is due now, UINT64_MAX if
+/// there are no reports.
 uint64_t pus_time_due_ns(const pus_time_t* time, uint64_t now_ns);
 /// Entry of the service for a dispatcher. It has no `step`: the caller calls pus_time_step once per cycle.
 pus_service_t pus_time_service(pus_time_t* time);

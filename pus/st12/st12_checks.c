@@ -102,8 +102,8 @@ static void raise_event(const pus_monitoring_t* const self, const pus_check_tran
     self->config.events.raise(self->config.events.context, event_id, octets, sizeof octets, now_ns);
 }
 
-/// Value for the field limit_crossed in the report of a transition. For a transition to nominal it is the
-/// limit that the parameter had violated.
+/// Returns the value for the field limit_crossed in the report of a transition. For a transition to nominal
+/// it is the limit that the parameter had violated.
 static uint64_t limit_of(const pus_pmon_t* const pmon, const uint8_t status)
 {
     if (pmon->check_type == (uint8_t)PUS_CHECK_EXPECTED) {

@@ -29,7 +29,7 @@ void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_conf
 
 // ---- Tables ----
 
-/// Position of an id in the order, or the position at which it would be inserted.
+/// Returns the position of an id in the order, or the position at which it would be inserted.
 static uint16_t place_of(const pus_monitoring_t* const self, const uint16_t id)
 {
     uint16_t low  = 0U;

@@ -37,7 +37,7 @@ void pus_large_init(pus_large_t* const large, const pus_large_config_t* const co
 
 // ---- Downlink ----
 
-/// Index of the buffer in which the next report is built.
+/// Returns the index of the buffer in which the next report is built.
 static size_t free_report(const pus_large_t* const large)
 {
     return (large->first_report + large->posted) % large->config.report_count;

@@ -94,7 +94,8 @@ void pus_large_step(pus_large_t* large, uint64_t now_ns);
 /// True if the next step has work. An uplink that waits for its next part does not count; the first step
 /// after its time-out aborts it.
 bool pus_large_is_busy(const pus_large_t* large);
-/// Port by which a process builds its long reports here (pus_app_process_lengthen); `context` is the service.
+/// Returns the port by which a process builds its long reports here (pus_app_process_lengthen); `context` is
+/// the service.
 pus_long_port_t pus_large_port(pus_large_t* large);
 /// Entry of the service for a dispatcher.
 pus_service_t pus_large_service(pus_large_t* large);

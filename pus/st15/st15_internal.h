@@ -5,11 +5,11 @@
 
 #include "pus/st15/st15_storage.h"
 
-/// Number of blocks of a store of this size [octets].
+/// Returns the number of blocks of a store of this size [octets].
 uint32_t st15_blocks_of(uint32_t size);
 /// True if name, size, type and virtual channel are possible in this configuration.
 bool st15_is_possible(const pus_storage_t* storage, const pus_store_state_t* state);
-/// Number of the store of this name; store_count if there is none.
+/// Returns the number of the store of this name; store_count if there is none.
 uint8_t st15_find(const pus_storage_t* storage, const uint8_t* name);
 /// Store a new state of a store; on success it replaces the present state. Statuses of pus_persistence_t.put.
 MUST_USE status_t st15_replace(pus_storage_t* storage, uint8_t number, const pus_store_state_t* next);

@@ -461,7 +461,7 @@ static pus_reply_t report_selection(void* const self, pus_request_t* const reque
 
 // ---- Reports on stores ----
 
-/// Share of a store that the packets from an address on fill [per cent, rounded up].
+/// Returns the share of a store that the packets from an address on fill [per cent, rounded up].
 static uint8_t filled_from(const pus_packet_store_t* const log, const uint64_t cursor)
 {
     const uint64_t place  = pus_packet_store_place(log, cursor);

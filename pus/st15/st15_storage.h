@@ -130,8 +130,8 @@ void pus_storage_observe(pus_storage_t* storage, const pus_tm_t* tm, const uint8
                          uint64_t now_ns);
 /// Send and copy a slice; sync stores and store checkpoints when they are due.
 void pus_storage_step(pus_storage_t* storage, uint64_t now_ns);
-/// Time of the next step that has work [ns of the run]: now_ns or earlier if there is work now, or if the
-/// port was busy; UINT64_MAX if there is no work until a report is stored or a request arrives.
+/// Returns the time of the next step that has work [ns of the run]: now_ns or earlier if there is work now,
+/// or if the port was busy; UINT64_MAX if there is no work until a report is stored or a request arrives.
 uint64_t pus_storage_due_ns(const pus_storage_t* storage, uint64_t now_ns);
 /// Entry of the service for a dispatcher. It has no `step`: the caller calls pus_storage_step once per cycle.
 pus_service_t pus_storage_service(pus_storage_t* storage);

@@ -16,7 +16,7 @@ pus_failure_t procedures_load_file(pus_procedures_t* self, const uint8_t* id, co
 pus_failure_t procedures_unload(pus_procedures_t* self, pus_procedure_t* procedure);
 /// Store whether the engine is stopped.
 pus_failure_t procedures_save_engine(pus_procedures_t* self, bool is_stopped);
-/// First four octets of an id, for failure notices.
+/// Returns the first four octets of an id, for failure notices.
 uint32_t procedures_detail(const uint8_t* id);
 
 // ---- Running (st18_running.c) ----

@@ -44,8 +44,8 @@ static uint16_t* bucket_of(const event_action_t* const self, const uint16_t apid
     return &self->config.buckets[hash & (self->config.bucket_count - 1U)];
 }
 
-/// Pointer to the index (of the bucket or of the definition before) that refers to the definition; it
-/// contains NONE if there is no such definition.
+/// Returns the pointer to the index (of the bucket or of the definition before) that refers to the
+/// definition; it contains NONE if there is no such definition.
 uint16_t* event_action_place(const event_action_t* const self, const uint16_t apid, const uint16_t event)
 {
     uint16_t* place = bucket_of(self, apid, event);

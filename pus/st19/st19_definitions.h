@@ -10,10 +10,10 @@
 typedef pus_event_action_t event_action_t;
 typedef pus_event_action_definition_t definition_t;
 
-/// Identifier of a definition in a failure.
+/// Returns the identifier of a definition in a failure.
 uint32_t event_action_key(uint16_t apid, uint16_t event);
-/// Pointer to the index in its list that refers to the definition; the index is NONE if there is no such
-/// definition.
+/// Returns the pointer to the index in its list that refers to the definition; the index is NONE if there is
+/// no such definition.
 uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
 /// Set the content of a free definition.
 void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);

@@ -100,8 +100,8 @@ static pus_reply_t report_values(void* const self, pus_request_t* const request)
     return pus_done();
 }
 
-/// Size of the value that follows an id: the size of the parameter. If the parameter is unknown: the size of
-/// the type in the layout bits of the id; 0 if this is not a scalar type.
+/// Returns the size of the value that follows an id: the size of the parameter. If the parameter is unknown:
+/// the size of the type in the layout bits of the id; 0 if this is not a scalar type.
 static uint16_t size_of_value(const pus_parameters_t* const parameters, const uint32_t id,
                               uint16_t* const out_handle, status_t* const out_status)
 {

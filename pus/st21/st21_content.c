@@ -112,8 +112,8 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
 
 // ---- Persistent records ----
 
-/// Number of records of a content. Each record has the identifier and the size of the whole content, and a
-/// part of the content.
+/// Returns the number of records of a content. Each record has the identifier and the size of the whole
+/// content, and a part of the content.
 static uint32_t parts_of(const uint32_t size)
 {
     return (size + (PUS_SEQUENCE_PIECE - 1U)) / PUS_SEQUENCE_PIECE;

@@ -14,7 +14,7 @@ typedef pus_sequence_t sequence_t;
 bool sequences_is_loaded(const sequence_t* sequence);
 /// Returns the slot of the loaded sequence with this identifier; NO_SEQUENCE if there is none.
 uint16_t sequences_find(const sequences_t* self, uint64_t id);
-/// The first four octets of an identifier, for failures.
+/// Returns the first four octets of an identifier, for failures.
 uint32_t sequences_detail(uint64_t id);
 /// Load a sequence from octets, which begin at `offset` of the application data. PUS_DONE, PUS_REFUSED,
 /// PUS_FAILED.

@@ -39,7 +39,7 @@ MUST_USE status_t pus_position_schedule_restore(pus_position_schedule_t* self, u
                                                 const uint8_t* octets, size_t size);
 /// Release due activities, and continue a report. now_ns: time of the reports.
 void pus_position_schedule_step(pus_position_schedule_t* self, uint64_t now_ns);
-/// The present position with the orbit number of the schedule [2^-16 orbits].
+/// Returns the present position with the orbit number of the schedule [2^-16 orbits].
 uint64_t pus_position_schedule_now(pus_position_schedule_t* self);
 
 #endif // PUS_ST22_ST22_POSITION_SCHEDULE_H

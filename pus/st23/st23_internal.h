@@ -14,8 +14,8 @@
 
 /// Refuse a request as a whole, and count it.
 pus_reply_t st23_refuse(pus_files_t* files, uint16_t code, uint32_t detail);
-/// The reply for a status of the store: done, refused or failed. `offset`: octet offset of the field that the
-/// status concerns.
+/// Returns the reply for a status of the store: done, refused or failed. `offset`: octet offset of the field
+/// that the status concerns.
 pus_reply_t st23_reply_of(pus_files_t* files, status_t status, uint32_t offset);
 /// Store a record if the service has a persistence port. Statuses of `put`.
 status_t st23_keep(const pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);

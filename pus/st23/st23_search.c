@@ -86,7 +86,7 @@ static bool send(const pus_files_t* const files, pus_file_search_t* const search
     return true;
 }
 
-/// Octets in a report for entries, that is, without path, pattern and count.
+/// Returns the number of octets in a report for entries, that is, without path, pattern and count.
 static size_t room_of(const pus_file_search_t* const search)
 {
     const size_t pattern = search->is_summary ? 0U : (TEXT_SIZE_FIELD + strlen(search->pattern));

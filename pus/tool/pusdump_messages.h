@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Name of a message; never null.
+/// Returns the name of a message; never null.
 const char* message_name(uint8_t service, uint8_t subtype);
 
 /// Layout of a message's application or source data, or null if it is not known. Items are separated by one

@@ -286,7 +286,7 @@ static const device_kind_t wheels = {.report = report_wheel, .act = act_wheel, .
 
 // ---- Valve boxes ----
 
-/// Index of the valve at an output of a box; the number of all valves if the output has no valve.
+/// Returns the index of the valve at an output of a box; the number of all valves if the output has no valve.
 static unsigned valve_at(const device_t* const device, const unsigned output)
 {
     const world_t* world = device->devices->config.world;

@@ -59,11 +59,11 @@ MUST_USE status_t devices_open(const devices_config_t* config, devices_t** out_d
 void devices_close(devices_t* devices);
 
 size_t devices_count(const devices_t* devices);
-/// The entry of the device in the world.
+/// Returns the entry of the device in the world.
 const world_device_t* device_place(const devices_t* devices, size_t index);
-/// The drive at an index; null if the device is not a drive.
+/// Returns the drive at an index; null if the device is not a drive.
 drive_t* device_drive(const devices_t* devices, size_t index);
-/// The test bench of the drive at an index; null if the device is not on a bench.
+/// Returns the test bench of the drive at an index; null if the device is not on a bench.
 const motor_bench_t* device_bench(const devices_t* devices, size_t index);
 const device_model_t* device_model(const devices_t* devices, size_t index);
 

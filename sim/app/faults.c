@@ -446,7 +446,7 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
     }
 }
 
-/// Index of the node that a fault names, on its bus; BUS_NODES_MAX: the bus does not have it.
+/// Returns the index of the node that a fault names, on its bus; BUS_NODES_MAX: the bus does not have it.
 static unsigned bus_node(const fault_world_t* const world, const fault_t* const fault)
 {
     return (fault->device < world->device_count)

@@ -115,11 +115,11 @@ MUST_USE status_t faults_load(faults_t* faults, const fault_world_t* world, cons
 MUST_USE status_t faults_add(faults_t* faults, const fault_world_t* world, const scenario_line_t* line,
                              char error[SCENARIO_ERROR_MAX]);
 void faults_free(faults_t* faults);
-/// Time of the next fault not yet applied; UINT64_MAX if there is none.
+/// Returns the time of the next fault not yet applied; UINT64_MAX if there is none.
 uint64_t faults_next_ns(const faults_t* faults);
 /// Apply the next fault, and return it. The buses must have run up to its time.
 const fault_t* faults_apply_next(faults_t* faults, const fault_world_t* world);
-/// The verb in scenarios for a kind of fault.
+/// Returns the verb in scenarios for a kind of fault.
 const char* fault_word(fault_kind_t kind);
 /// True if the fault begins an effect, false if it ends one.
 bool fault_is_onset(const fault_t* fault);

@@ -250,7 +250,7 @@ static void answer(client_t* const client, const char* const text)
     }
 }
 
-/// Index of the bus, or the channel B of a bus, with this name; CHANNELS_MAX if there is none.
+/// Returns the index of the bus, or the channel B of a bus, with this name; CHANNELS_MAX if there is none.
 static size_t bus_index(const live_t* const live, const char* const name)
 {
     size_t index = 0U;

@@ -25,7 +25,7 @@ typedef struct {
     uint32_t device; ///< Number of the device, unique in the run, for its noise.
 } sensor_t;
 
-/// Number of values of a kind of sensor.
+/// Returns the number of values of a kind of sensor.
 unsigned sensor_values(world_sensor_kind_t kind);
 /// measuring_config_t.measure; the context is a sensor_t. False: a pose camera found no pose.
 bool sensor_measure(void* context, uint64_t number, double* out_values);

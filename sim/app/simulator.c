@@ -223,7 +223,8 @@ static bool is_of_world(const world_t* const world, const char* const name)
     return index < world->bus_count;
 }
 
-/// Name of bus `index`: first the buses of the world, then the others in the order of the configuration.
+/// Returns the name of bus `index`: first the buses of the world, then the others in the order of the
+/// configuration.
 static const char* bus_name(const world_t* const world, const simulator_config_t* const config,
                             const unsigned index)
 {

@@ -78,7 +78,7 @@ MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t**
 /// that diverges (simulator_failure) is not simulated further.
 uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
 
-/// The reason for which the run has to end: the world diverges (plant_failure). Null if it does not.
+/// Returns the reason for which the run has to end: the world diverges (plant_failure). Null if it does not.
 const char* simulator_failure(const simulator_t* simulator);
 
 /// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has sent frames for the next
@@ -90,17 +90,17 @@ typedef struct {
     double speed; ///< Simulated time per wall-clock time; 0: as fast as possible.
 } simulator_pace_t;
 
-/// The pace that lines of the live port have set; 1 without a live port. While simulated time is held, this
-/// function takes the lines.
+/// Returns the pace that lines of the live port have set; 1 without a live port. While simulated time is
+/// held, this function takes the lines.
 simulator_pace_t simulator_pace(simulator_t* simulator);
 
 /// Flush and close the logs, free everything. Null is allowed. Returns STATUS_OK, or STATUS_IO: a log is
 /// not complete.
 status_t simulator_close(simulator_t* simulator);
 
-/// Name of a bus, in the order of simulator_statistics_t; null if there are fewer buses.
+/// Returns the name of a bus, in the order of simulator_statistics_t; null if there are fewer buses.
 const char* simulator_bus_name(const simulator_t* simulator, unsigned index);
-/// Port of the socketcand server; 0 when there is none.
+/// Returns the port of the socketcand server; 0 when there is none.
 uint16_t simulator_tool_port(const simulator_t* simulator);
 void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics);
 

@@ -69,7 +69,7 @@ void bus_remove_node(bus_t* bus, unsigned node);
 /// Queue a frame, ready at `time_ns` (the present if earlier). On a classic bus FD flags are refused. Returns
 /// STATUS_OK, STATUS_FULL, STATUS_CLOSED (the node is unplugged or bus-off), STATUS_INVALID (length, flags).
 status_t bus_submit(bus_t* bus, unsigned node, const osal_can_frame_t* frame, uint64_t time_ns);
-/// Number of frames in the queue of a node, including the frame on the wire.
+/// Returns the number of frames in the queue of a node, including the frame on the wire.
 unsigned bus_queued(const bus_t* bus, unsigned node);
 /// Call the node's on_wake at `time_ns`; BUS_NEVER cancels. A new time replaces the earlier time of the node.
 void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
@@ -77,7 +77,7 @@ void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
 /// Simulate the bus over [present, time_ns).
 void bus_run_until(bus_t* bus, uint64_t time_ns);
 uint64_t bus_now_ns(const bus_t* bus);
-/// Number of controllers that are bus-off.
+/// Returns the number of controllers that are bus-off.
 unsigned bus_off_count(const bus_t* bus);
 /// True on a bus with FD bit timing.
 bool bus_is_fd(const bus_t* bus);

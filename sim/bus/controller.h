@@ -50,7 +50,7 @@ void controller_reset(controller_t* controller);
 /// frame, complete except for its time.
 bool controller_apply(controller_t* controller, controller_event_t event, osal_can_frame_t* out_report);
 
-/// An error frame of these classes with the present counters, without details and time.
+/// Returns an error frame of these classes with the present counters, without details and time.
 osal_can_frame_t controller_report(const controller_t* controller, uint32_t classes);
 
 #endif // SIM_BUS_CONTROLLER_H

@@ -162,7 +162,7 @@ static frame_length_t classic_length(const osal_can_frame_t* const frame)
     return (frame_length_t){.nominal_bits = unstuffed + stuffing.stuffed + 2U + CAN_TAIL_BITS};
 }
 
-/// Bits after the start of frame, up to the bit rate switch, which is included.
+/// Returns the bits after the start of frame, up to the bit rate switch, which is included.
 static header_t fd_arbitration(const osal_can_frame_t* const frame)
 {
     const uint64_t switches = ((frame->flags & OSAL_CAN_FLAG_BRS) != 0U) ? 1U : 0U;

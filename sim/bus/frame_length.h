@@ -24,13 +24,15 @@ typedef struct {
     uint32_t data_bits;    ///< At the data bit rate (FD with bit rate switch), else 0.
 } frame_length_t;
 
-/// Length of a frame; zero for an error frame. The length field must be one that is possible in CAN.
+/// Returns the length of a frame; zero for an error frame. The length field must be one that is possible in
+/// CAN.
 frame_length_t frame_length(const osal_can_frame_t* frame);
 
 /// CRC-15 of classic CAN over the unstuffed bits from start of frame to the end of the data field.
 uint16_t frame_crc15(const osal_can_frame_t* frame);
 
-/// Data octets of an FD frame for `length` octets of payload (next of 0..8, 12, 16, 20, 24, 32, 48, 64).
+/// Returns the number of data octets of an FD frame for `length` octets of payload (next of 0..8, 12, 16, 20,
+/// 24, 32, 48, 64).
 uint8_t frame_fd_length(uint8_t length);
 
 #endif // SIM_BUS_FRAME_LENGTH_H

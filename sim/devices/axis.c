@@ -84,7 +84,7 @@ bool axis_moves(const axis_state_t state)
 
 // ---- Units ----
 
-/// Number of an object with an offset, 0 if it is missing.
+/// Returns the number of an object with an offset, 0 if it is missing.
 static uint64_t number_of(node_t* const node, const unsigned index, const uint8_t subindex)
 {
     const object_t* const object = node_object(node, (uint16_t)index, subindex);

@@ -41,10 +41,10 @@ typedef enum {
 #define AXIS_STATUS_FOLLOWING_ERROR 0x2000U ///< In mode CSP.
 #define AXIS_STATUS_HOMING_ERROR 0x2000U    ///< In mode homing.
 
-/// State after a controlword. `before` is the previous controlword, because fault reset acts on a rising
-/// edge.
+/// Returns the state after a controlword. `before` is the previous controlword, because fault reset acts on a
+/// rising edge.
 axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before);
-/// Bits 0..6 and 9 of the statusword in a state, voltage present.
+/// Returns bits 0..6 and 9 of the statusword in a state, voltage present.
 uint16_t axis_state_bits(axis_state_t state);
 /// True in the states in which the holding brake is released.
 bool axis_moves(axis_state_t state);

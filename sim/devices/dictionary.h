@@ -73,16 +73,16 @@ object_t* dictionary_find(const dictionary_t* dictionary, uint16_t index, uint8_
 /// True if the index exists with any sub-index.
 bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index);
 
-/// Index of the manufacturer-specific object (0x2000 to 0x5FFF) with a name, which is not case-sensitive; 0
-/// if there is none.
+/// Returns the index of the manufacturer-specific object (0x2000 to 0x5FFF) with a name, which is not
+/// case-sensitive; 0 if there is none.
 uint16_t dictionary_index_of(const dictionary_t* dictionary, const char* name);
 
 bool object_is_text(const object_t* object);
 bool object_is_signed(const object_t* object);
-/// Octets of a number of this type; 0 for strings.
+/// Returns the number of octets of a number of this type; 0 for strings.
 uint8_t object_type_size(object_type_t type);
 
-/// Number with its sign.
+/// Returns the number with its sign.
 int64_t object_signed(const object_t* object);
 /// Set a number; bits beyond the object's size are cut.
 void object_set(object_t* object, int64_t value);

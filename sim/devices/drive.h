@@ -49,7 +49,7 @@ MUST_USE status_t drive_create(bus_t* bus, const char* eds_path, uint8_t node_id
 void drive_destroy(drive_t* drive);
 node_t* drive_node(drive_t* drive);
 
-/// Torque of the motor on the joint side for one substep, from the motor's position and velocity.
+/// Returns the torque of the motor on the joint side for one substep, from the motor's position and velocity.
 double drive_regulate(drive_t* drive, double position_rad, double velocity_rad_s);
 /// Called after a plant step that ended at `now_ns`: checks end of ramps, following error and sensor range.
 void drive_end_step(drive_t* drive, uint64_t now_ns);

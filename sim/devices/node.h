@@ -98,7 +98,7 @@ uint8_t node_id(const node_t* node);
 /// Returns the SYNCs received since the node became operational. *out_last_ns is the time of the last one, or
 /// the time at which the node became operational if none was received.
 uint32_t node_syncs(const node_t* node, uint64_t* out_last_ns);
-/// Index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
+/// Returns the index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);
 
 /// An error of the device appears or disappears; the node sends an EMCY if this is a change.

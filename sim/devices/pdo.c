@@ -37,7 +37,7 @@ bool pdo_init(pdo_t* const pdo, const pdo_direction_t direction, const uint16_t 
     return true;
 }
 
-/// The object that a mapping entry names, or null: index 16 bits, sub-index 8, length in bits 8.
+/// Returns the object that a mapping entry names, or null: index 16 bits, sub-index 8, length in bits 8.
 static object_t* mapped_object(const dictionary_t* const dictionary, const uint32_t mapping)
 {
     object_t* object     = dictionary_find(dictionary, (uint16_t)(mapping >> 16), (uint8_t)(mapping >> 8));

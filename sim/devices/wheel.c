@@ -45,7 +45,7 @@ static double speed(const wheel_t* const wheel, wheel_truth_t* const out_truth)
     return out_truth->momentum_nms / wheel->inertia_kgm2 - out_truth->carrier_rad_s;
 }
 
-/// Torque for the present mode, before the limits.
+/// Returns the torque for the present mode, before the limits.
 static double wanted_torque(const wheel_t* const wheel)
 {
     wheel_truth_t truth;

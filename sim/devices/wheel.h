@@ -38,7 +38,7 @@ MUST_USE status_t wheel_create(bus_t* bus, const char* eds_path, uint8_t node_id
 void wheel_destroy(wheel_t* wheel);
 node_t* wheel_node(wheel_t* wheel);
 
-/// Torque of the motor on the rotor for one step of the plant.
+/// Returns the torque of the motor on the rotor for one step of the plant.
 double wheel_torque(wheel_t* wheel);
 /// Called after a step of the plant that ended at `now_ns`.
 void wheel_end_step(wheel_t* wheel, uint64_t now_ns);

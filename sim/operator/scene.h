@@ -43,7 +43,7 @@ typedef struct {
 /// True if the finger can reach `tip` with a margin of 1 cm.
 bool scene_reachable(const scene_t* scene, plane_t tip);
 
-/// Position of the tip for joint angles.
+/// Returns the position of the tip for joint angles.
 plane_t scene_tip(const scene_t* scene, const double joint_rad[SCENE_JOINTS]);
 
 /// Joint angles for a tip within reach, elbow up.

@@ -80,7 +80,7 @@ static void follow(solid_t* const solid)
     place(solid, &now);
 }
 
-/// Number of a shape of a link. The shape is made when the first contact names it.
+/// Returns the number of a shape of a link. The shape is made when the first contact names it.
 static unsigned solid_of_link(plant_t* const plant, const unsigned robot, const unsigned index)
 {
     const unsigned number      = robot * ROBOT_SHAPES_MAX + index;
@@ -330,8 +330,8 @@ static void add_joint(plant_t* const plant, pair_t* const pair, const dContactGe
     pair->count++;
 }
 
-/// The geometry of `solid` for contact with `other`. For a sphere at the side of a cylinder it is a capsule,
-/// whose side is the same surface.
+/// Returns the geometry of `solid` for contact with `other`. For a sphere at the side of a cylinder it is a
+/// capsule, whose side is the same surface.
 static dGeomID geometry(const solid_t* const solid, const solid_t* const other)
 {
     if ((solid->side == NULL) || (other->shape->kind != SHAPE_SPHERE)) {

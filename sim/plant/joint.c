@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-/// Largest torque of dry friction at this speed: Coulomb friction with the Stribeck rise, and the brake.
+/// Returns the largest torque of dry friction at this speed: Coulomb friction with the Stribeck rise, and the
+/// brake.
 static double dry_friction(const plant_drive_t* const drive, const double velocity_rad_s, const bool brake)
 {
     const double ratio  = velocity_rad_s / drive->stribeck_rad_s;
@@ -11,7 +12,7 @@ static double dry_friction(const plant_drive_t* const drive, const double veloci
     return drive->coulomb_nm + excess + (brake ? drive->brake_torque_nm : 0.0);
 }
 
-/// Torque of one-sided springs and dampers at both ends of a range; zero inside.
+/// Returns the torque of one-sided springs and dampers at both ends of a range; zero inside.
 static double end_stop(const double position, const double velocity, const double lower, const double upper,
                        const double stiffness, const double damping)
 {

@@ -17,7 +17,8 @@ static double length(const double a[3], const double b[3])
     return sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2]);
 }
 
-/// Angle between two attitudes, from the scalar and the vector of the quaternion from one to the other.
+/// Returns the angle between two attitudes, from the scalar and the vector of the quaternion from one to the
+/// other.
 static double angle_between(const double a[4], const double b[4])
 {
     const double scalar    = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];

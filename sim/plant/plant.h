@@ -148,17 +148,17 @@ void plant_destroy(plant_t* plant);
 /// Advance by dt_ns (500 000 in the missions; tests use other values).
 void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns);
 
-/// The reason for which the world diverges: body, time, and parameters to check. From then on plant_step has
-/// no effect. Null if the world does not diverge.
+/// Returns the reason for which the world diverges: body, time, and parameters to check. From then on
+/// plant_step has no effect. Null if the world does not diverge.
 const char* plant_failure(const plant_t* plant);
 
-/// State after the last step; valid until plant_destroy, updated by each plant_step.
+/// Returns the state after the last step; valid until plant_destroy, updated by each plant_step.
 const plant_truth_t* plant_truth(const plant_t* plant);
 
 /// Pose and motion of the frame of a link of a robot, at the end of the last step.
 void plant_frame(const plant_t* plant, unsigned robot, unsigned frame, plant_base_t* out_frame);
 
-/// Index of a joint of a robot of the world.
+/// Returns the index of a joint of a robot of the world.
 unsigned plant_joint(const world_t* world, unsigned robot, unsigned joint);
 
 #endif // SIM_PLANT_PLANT_H

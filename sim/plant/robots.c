@@ -26,7 +26,7 @@ static pose_t turned(const matrix_t* const still, const matrix_t* const turn)
     return pose_compose(&outer, &inner);
 }
 
-/// The rotation by an angle about an axis of length 1.
+/// Returns the rotation by an angle about an axis of length 1.
 static matrix_t rotation_about(const double axis[3], const double angle_rad)
 {
     const double c           = cos(angle_rad);

@@ -20,7 +20,7 @@ typedef struct {
     double waves; ///< Radians of the sine per radian of the joint: periods per turn of the motor times N.
 } torque_ripple_t;
 
-/// The torque at a position of the motor, which is referred to the joint.
+/// Returns the torque at a position of the motor, which is referred to the joint.
 double torque_ripple(const torque_ripple_t* ripple, double motor_position_rad);
 
 typedef struct {
@@ -57,7 +57,7 @@ typedef struct {
 /// Count of the encoder at a true position, rounded down, as an edge counter does.
 int64_t encoder_count(const encoder_parameters_t* parameters, double position_rad);
 
-/// The position that a device reports: its count in radians.
+/// Returns the position that a device reports: its count in radians.
 double encoder_read(const encoder_parameters_t* parameters, double position_rad);
 
 #endif // SIM_PLANT_SENSOR_H

@@ -40,7 +40,7 @@ static bool is_sound(const dBodyID body, const double dt_s, finding_t* const out
     return found[index] <= most[index]; // False for numbers that are not finite, too.
 }
 
-/// Name of the topmost link of a body.
+/// Returns the name of the topmost link of a body.
 static const char* link_of(const robot_model_t* const model, const unsigned body)
 {
     unsigned frame = 0U;

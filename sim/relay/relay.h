@@ -58,7 +58,7 @@ void relay_init(relay_t* relay, uint64_t seed, const relay_law_t* law);
 void relay_take(relay_t* relay, unsigned link, const uint8_t* octets, size_t size, uint64_t now_ns);
 /// Give the next frame that is due at `now_ns`, valid until the next call of relay_take. Null: none is due.
 const relay_frame_t* relay_give(relay_t* relay, uint64_t now_ns);
-/// Time at which the next frame is due; RELAY_NEVER if there is none.
+/// Returns the time at which the next frame is due; RELAY_NEVER if there is none.
 uint64_t relay_next_ns(const relay_t* relay);
 
 #endif // SIM_RELAY_RELAY_H

@@ -52,7 +52,7 @@ unsigned socketcand_end_step(socketcand_t* server, uint64_t now_ns, uint32_t tim
 /// Wait (wall-clock) until a client has sent octets or connects, at most timeout_ms.
 void socketcand_wait(socketcand_t* server, uint32_t timeout_ms);
 
-/// Number of messages that were dropped because a client did not read them.
+/// Returns the number of messages that were dropped because a client did not read them.
 uint64_t socketcand_dropped(const socketcand_t* server);
 
 /// Write the message for a received frame, with terminator, into text[SOCKETCAND_MESSAGE_MAX]. Returns its

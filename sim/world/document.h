@@ -75,7 +75,7 @@ typedef struct {
 MUST_USE status_t element_take(const element_t* element, const field_t* fields, size_t count, void* record);
 /// Read a number. False: `text` is not a number, or it is outside the range.
 bool document_number(const char* text, double low, double high, double* out_value);
-/// Value of an attribute, or null.
+/// Returns the value of an attribute, or null if there is none.
 const char* element_attribute(const element_t* element, const char* name);
 
 #endif // SIM_WORLD_DOCUMENT_H

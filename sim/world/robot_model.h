@@ -105,7 +105,7 @@ typedef struct {
 MUST_USE status_t robot_model_read(const char* path, robot_model_t* out_model,
                                    char error[DOCUMENT_ERROR_MAX]);
 
-/// Index of a joint or frame; the number of joints or frames if none has that name.
+/// Returns the index of a joint or frame; the number of joints or frames if none has that name.
 size_t robot_model_joint(const robot_model_t* model, const char* name);
 size_t robot_model_frame(const robot_model_t* model, const char* name);
 

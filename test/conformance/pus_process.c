@@ -69,7 +69,7 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
     return STATUS_OK;
 }
 
-/// Octets of a line of hexadecimal digits.
+/// Convert a line of hexadecimal digits to octets. Returns their number.
 static size_t read_hex(const char* line, uint8_t* const octets, const size_t capacity)
 {
     size_t size    = 0U;

@@ -55,7 +55,8 @@ static state_machine_t configured(void)
     return machine;
 }
 
-/// A machine in a state: at rest in 0, 3, 4, 5 and 6, with the action of the state running in the others.
+/// Returns a machine in a state: at rest in 0, 3, 4, 5 and 6, with the action of the state running in the
+/// others.
 static state_machine_t machine_in(const state_t state)
 {
     state_machine_t machine = configured();
@@ -133,7 +134,7 @@ static void print_events(const state_t state)
     }
 }
 
-/// A machine that runs an action, found by requests for each state from each state.
+/// Returns a machine that runs an action, found by requests for each state from each state.
 static state_machine_t machine_running(const state_action_t action)
 {
     for (unsigned state = 0U; state < (unsigned)STATE_COUNT; state++) {

@@ -8,7 +8,7 @@
 
 #define CAN_RECORD_HEADER 2U
 
-/// The frame of a record. Argument bit 0: extended, 1: remote, 2: error, 3: FD (up to 64 octets).
+/// Returns the frame of a record. Argument bit 0: extended, 1: remote, 2: error, 3: FD (up to 64 octets).
 osal_can_frame_t fuzz_can_frame(const fuzz_record_t* record);
 /// Change the identifier to one that CANopen node 0x11 or 0x12 uses; most of the time also make the length 2
 /// + 8 octets.

@@ -106,8 +106,8 @@ static void read_outline(const uint8_t* const data, const size_t size, outline_t
     }
 }
 
-/// The element that begins with this tag, with all its content; only the tag if it begins no element, or if
-/// the end of the element is missing.
+/// Returns the element that begins with this tag, with all its content; only the tag if it begins no element,
+/// or if the end of the element is missing.
 static span_t element_of(const uint8_t* const data, const outline_t* const outline, const size_t first)
 {
     int depth = 0;

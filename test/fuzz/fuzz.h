@@ -26,7 +26,7 @@ int LLVMFuzzerInitialize(int* argc, char*** argv);
 size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed);
 size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-/// Next number of a sequence; advances `state`.
+/// Returns the next number of a sequence; advances `state`.
 uint32_t fuzz_random(uint32_t* state);
 
 // ---- Inputs that are a sequence of records: kind u8 | argument u8 | size u16 | octets ----
@@ -69,9 +69,9 @@ void fuzz_repair_packet(uint8_t kind, uint8_t* octets, size_t size, uint32_t* ra
 
 // ---- Files ----
 
-/// Path of a file in memory with these octets; it is always the same path.
+/// Returns the path of a file in memory with these octets; it is always the same path.
 const char* fuzz_file(const uint8_t* data, size_t size);
-/// A folder for this target under build/fuzz/place, made if it does not exist.
+/// Returns a folder for this target under build/fuzz/place, made if it does not exist.
 const char* fuzz_place(const char* name);
 /// Make `link` in the target's folder point to `target`.
 void fuzz_link(const char* place, const char* link, const char* target);

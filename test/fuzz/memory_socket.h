@@ -15,7 +15,7 @@ void memory_sockets_limit(size_t octets);
 void memory_sockets_datagram(osal_address_t from, const uint8_t* octets, size_t size);
 /// Connect to the socket of osal_local_listen. STATUS_OK, STATUS_CLOSED (no listener, or no end is free).
 status_t memory_sockets_connect_local(osal_socket_t* socket);
-/// Number of open ends, including listeners.
+/// Returns the number of open ends, including listeners.
 unsigned memory_sockets_open(void);
 
 #endif // TEST_FUZZ_MEMORY_SOCKET_H

@@ -38,7 +38,7 @@ __attribute__((constructor)) static void begin(void)
     }
 }
 
-/// Number of this write among the refused writes, from 1; 0 if it is not refused.
+/// Returns the number of this write among the refused writes, from 1; 0 if it is not refused.
 static unsigned refused(int descriptor)
 {
     char link[64];

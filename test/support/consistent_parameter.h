@@ -7,8 +7,8 @@
 
 #define PARAMETER_LIST_BROKEN UINT16_MAX
 
-/// Number of entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if its links are
-/// wrong.
+/// Returns the number of entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if its
+/// links are wrong.
 static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary, uint16_t place)
 {
     const parameter_entry_t* const entries = dictionary->entries;

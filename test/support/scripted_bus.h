@@ -72,7 +72,7 @@ void scripted_bus_open(scripted_bus_t* bus, const char* name);
 void scripted_bus_close(scripted_bus_t* bus);
 /// Add a node with the objects of its kind, plugged and not yet booted.
 scripted_node_t* scripted_bus_add(scripted_bus_t* bus, scripted_kind_t kind, uint8_t id);
-/// The object of a node; it is made if it does not exist.
+/// Returns the object of a node; it is made if it does not exist.
 scripted_object_t* scripted_object(scripted_node_t* node, uint16_t index, uint8_t subindex);
 /// Read the frames of the flight software and answer them. Without a plugged node, the flight software gets
 /// the error that no node acknowledged.
@@ -84,7 +84,7 @@ void scripted_bus_deliver(scripted_bus_t* bus, uint32_t id, const uint8_t* octet
 void scripted_bus_emergency(scripted_bus_t* bus, uint8_t node, uint16_t code);
 /// Send an error frame of the flight software's controller; class as in osal/can.h, detail in data[1].
 void scripted_bus_error(scripted_bus_t* bus, uint32_t class, uint8_t detail);
-/// Number of frames seen with an identifier.
+/// Returns the number of frames seen with an identifier.
 unsigned scripted_bus_count(const scripted_bus_t* bus, uint32_t id);
 
 #endif // TEST_SUPPORT_SCRIPTED_BUS_H

@@ -70,9 +70,9 @@ void double_set_initials(subsystem_t* subsystem, const descriptor_configuration_
 /// raised an event of high severity; control if `is_controlled`; emit. Returns the result of the action. The
 /// test advances the time.
 status_t double_cycle(subsystem_t* subsystem, status_t (*action)(void* self), bool is_controlled);
-/// Number of recorded events with this id.
+/// Returns the number of recorded events with this id.
 unsigned double_events(const subsystem_t* subsystem, uint16_t id);
-/// Last recorded event with this id, or null.
+/// Returns the last recorded event with this id, or null if there is none.
 const double_event_t* double_last_event(const subsystem_t* subsystem, uint16_t id);
 
 #endif // TEST_SUPPORT_SUBSYSTEM_DOUBLE_H

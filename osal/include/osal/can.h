@@ -97,7 +97,7 @@ typedef struct {       // Counts of a counted hand-over, sums of both directions
 
 /// Make the shared memory of a "shm:" or counted bus. Exactly one process calls this, before either end
 /// opens. For a counted bus the address names the interface of the wire end. Returns STATUS_OK,
-/// Frames received but not announced: a program outside of the run sent them on the interface.
+/// STATUS_EXISTS, STATUS_INVALID (malformed address, or one without shared memory), STATUS_NOT_FOUND
 /// (interface), STATUS_UNSUPPORTED (no SocketCAN here), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_create(const char* address);
 /// Remove the shared memory of a bus. Open ends stay usable. Returns STATUS_OK, STATUS_NOT_FOUND.

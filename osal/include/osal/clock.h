@@ -71,7 +71,7 @@ void osal_clock_take_grant(osal_clock_t* clock, const osal_grant_t* grant);
 /// Monotonic time of the machine [ns]; for origins and measurements, but not for decisions of flight
 /// software.
 uint64_t osal_clock_monotonic_ns(void);
-/// Time of the run [ns]: real time since the origin, or the time of the present grant.
+/// Returns the time of the run [ns]: real time since the origin, or the time of the present grant.
 uint64_t osal_clock_now_ns(const osal_clock_t* clock);
 
 /// Wait until `wake_ns` or until one of `sockets` (0..OSAL_CLOCK_SOCKETS_MAX, all open) has something to

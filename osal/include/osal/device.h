@@ -51,7 +51,7 @@ MUST_USE status_t osal_device_wait_readable(osal_device_t* device, uint32_t time
 /// Both ends of a pipe, for a child process that inherits one of them. STATUS_OK, STATUS_EXHAUSTED (no
 /// descriptor left), STATUS_UNSUPPORTED.
 MUST_USE status_t osal_device_pipe(osal_device_t* out_reader, osal_device_t* out_writer);
-/// The descriptor number, for osal_process_start_t.descriptors; -1: closed.
+/// Returns the descriptor number, for osal_process_start_t.descriptors; -1: closed.
 int osal_device_descriptor(const osal_device_t* device);
 void osal_device_close(osal_device_t* device);
 

@@ -45,7 +45,7 @@ bool osal_hand_over_is_open(const osal_hand_over_t* hand_over);
 void osal_hand_over_begin(osal_hand_over_t* hand_over);
 /// Device end: true if the flight end has begun a connection and not closed it.
 bool osal_hand_over_is_connected(const osal_hand_over_t* hand_over);
-/// Number of connections begun so far [wraps].
+/// Returns the number of connections begun so far [wraps].
 uint32_t osal_hand_over_connection(const osal_hand_over_t* hand_over);
 /// Device end: set whether the device is present.
 void osal_hand_over_set_present(osal_hand_over_t* hand_over, bool is_present);
@@ -54,13 +54,14 @@ bool osal_hand_over_is_present(const osal_hand_over_t* hand_over);
 
 /// Announce `count` octets or datagrams that this end has sent.
 void osal_hand_over_announce(osal_hand_over_t* hand_over, uint32_t count);
-/// Number of octets or datagrams announced by the other end and not taken yet.
+/// Returns the number of octets or datagrams announced by the other end and not taken yet.
 uint32_t osal_hand_over_due(const osal_hand_over_t* hand_over);
 /// Note that this end has received `count` octets or datagrams.
 void osal_hand_over_take(osal_hand_over_t* hand_over, uint32_t count);
 /// Count all octets or datagrams that are due as lost, and do not wait for them any more.
 void osal_hand_over_give_up(osal_hand_over_t* hand_over);
-/// Octets or datagrams lost so far in both directions [wraps]. If it is not 0, the run is not reproducible.
+/// Returns the number of octets or datagrams lost so far in both directions [wraps]. If it is not 0, the run
+/// is not reproducible.
 uint32_t osal_hand_over_lost(const osal_hand_over_t* hand_over);
 
 #endif // OSAL_HAND_OVER_H

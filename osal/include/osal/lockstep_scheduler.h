@@ -56,7 +56,7 @@ osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_s
 /// death is treated like any other; a process without a life is not killed. The initial value is
 /// OSAL_LOCKSTEP_PATIENCE_NS.
 void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns);
-/// The scheduler that another process has made in `storage`. Null if there is none.
+/// Returns the scheduler that another process has made in `storage`; null if there is none.
 osal_lockstep_t* osal_lockstep_attach(void* storage);
 
 /// Life `life` of the participant begins at `at_ns`, or now if that is past: it gets its first grant then.
@@ -114,12 +114,13 @@ uint64_t osal_lockstep_now_ns(const osal_lockstep_t* scheduler);
 /// Presence of a participant. *out_life: number of its life, or of its last life if it is absent (0: none).
 osal_lockstep_presence_t osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
                                                 uint32_t* out_life);
-/// Time at which the present life of the participant began or begins; OSAL_LOCKSTEP_NEVER if it has not
-/// joined.
+/// Returns the time at which the present life of the participant began or begins; OSAL_LOCKSTEP_NEVER if it
+/// has not joined.
 uint64_t osal_lockstep_begin_ns(osal_lockstep_t* scheduler, unsigned participant);
 /// True if the participant has joined and not ended.
 bool osal_lockstep_is_present(const osal_lockstep_t* scheduler, unsigned participant);
-/// The expected participant for which simulated time is stopped now (OSAL_LOCKSTEP_PARTICIPANTS_MAX: none).
+/// Returns the expected participant for which simulated time is stopped now (OSAL_LOCKSTEP_PARTICIPANTS_MAX:
+/// none).
 unsigned osal_lockstep_awaited(const osal_lockstep_t* scheduler);
 /// Let an expected life begin later, so time continues without it. No effect on another life or a begun one.
 void osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns);
@@ -144,7 +145,7 @@ void osal_lockstep_serve_stream(osal_lockstep_t* scheduler, unsigned participant
 /// stream any more, the octets that were not yet reported to it are lost, and it is woken as by a delivery.
 /// The end of the server's life does the same. No effect on a stream of another port.
 void osal_lockstep_cut_stream(osal_lockstep_t* scheduler, unsigned participant, uint16_t port);
-/// Port of the stream of the participant if a participant serves it; else 0.
+/// Returns the port of the stream of the participant if a participant serves it; else 0.
 uint16_t osal_lockstep_served_port(const osal_lockstep_t* scheduler, unsigned participant);
 
 #endif // OSAL_LOCKSTEP_SCHEDULER_H

@@ -45,7 +45,7 @@ MUST_USE status_t osal_mqueue_send(osal_mqueue_t* queue, const uint8_t* octets, 
 /// than message_octets: nothing is taken), STATUS_IO.
 MUST_USE status_t osal_mqueue_receive(osal_mqueue_t* queue, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
-/// Largest message [octets].
+/// Returns the size of the largest message [octets].
 uint32_t osal_mqueue_message_octets(const osal_mqueue_t* queue);
 void osal_mqueue_close(osal_mqueue_t* queue);
 /// Remove the name. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED.

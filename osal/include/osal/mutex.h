@@ -25,7 +25,7 @@ MUST_USE status_t osal_mutex_create(osal_mutex_t* mutex, bool is_shared);
 status_t osal_mutex_lock(osal_mutex_t* mutex);
 /// Like osal_mutex_lock, but wait (wall-clock) for `wait_ns` at most; STATUS_TIMEOUT: not locked.
 MUST_USE status_t osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns);
-/// Number that the system gives the task that holds the mutex now; 0: none.
+/// Returns the number that the system gives the task that holds the mutex now; 0: none.
 int32_t osal_mutex_holder(const osal_mutex_t* mutex);
 void osal_mutex_unlock(osal_mutex_t* mutex);
 

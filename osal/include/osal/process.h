@@ -77,7 +77,8 @@ MUST_USE status_t osal_process_watch(osal_process_t* process, int32_t id);
 void osal_process_release(osal_process_t* process);
 bool osal_process_is_alive(const osal_process_t* process);
 int32_t osal_process_own_id(void);
-/// Value of an environment variable of this program, or null. Valid until the program ends.
+/// Returns the value of an environment variable of this program, or null if there is none. Valid until the
+/// program ends.
 const char* osal_process_environment(const char* name);
 
 /// Ctrl-C, SIGTERM and SIGHUP are counted instead of ending the program; writing beyond the permitted file

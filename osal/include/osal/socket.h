@@ -94,8 +94,8 @@ MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t time
 MUST_USE status_t osal_socket_wait_writable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);
-/// The descriptor number, for osal_process_start_t.descriptors and osal_socket_adopt in the child; -1:
-/// closed.
+/// Returns the descriptor number, for osal_process_start_t.descriptors and osal_socket_adopt in the child;
+/// -1: closed.
 int osal_socket_descriptor(const osal_socket_t* socket);
 bool osal_socket_is_open(const osal_socket_t* socket);
 void osal_socket_close(osal_socket_t* socket);

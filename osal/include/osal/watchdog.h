@@ -12,9 +12,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Start the watchdog, or change its period. STATUS_OK, STATUS_INVALID (period_ms 0, or longer than it can
-/// count),
-/// STATUS_UNSUPPORTED.
+/// Start the watchdog, or change its period. STATUS_OK, STATUS_INVALID (period_ms is 0, or longer than the
+/// watchdog can count), STATUS_UNSUPPORTED.
 MUST_USE status_t osal_watchdog_start(uint32_t period_ms);
 /// Begin the period again. No effect if the watchdog does not run.
 void osal_watchdog_feed(void);

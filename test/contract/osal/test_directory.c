@@ -25,7 +25,7 @@ static void put_file(const char* path, const char* text)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_write(&root, path, 0U, (const uint8_t*)text, strlen(text)));
 }
 
-/// Path of an entry below the root, without the root.
+/// Returns the path of an entry below the root, without the root.
 static const char* real(const char* path)
 {
     static char whole[PATH_SIZE];

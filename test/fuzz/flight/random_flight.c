@@ -534,7 +534,7 @@ osal_lockstep_t* __wrap_osal_lockstep_attach(void* const memory)
     return flight.scheduler;
 }
 
-/// Number of followed telecommands from one stage to another.
+/// Returns the number of followed telecommands from one stage to another.
 static uint32_t requests_in(const uint8_t first, const uint8_t last)
 {
     uint32_t count = 0U;

@@ -39,7 +39,7 @@ bool telecommands_take_script(telecommands_t* self, uint32_t index, telecommand_
 /// A telecommand with a sound header and these data.
 void telecommands_make(telecommands_t* self, uint16_t apid, uint8_t service, uint8_t subtype,
                        const uint8_t* data, size_t size, telecommand_t* out);
-/// A number below `below`.
+/// Returns a number below `below`.
 uint32_t telecommands_random(telecommands_t* self, uint32_t below);
 
 #endif // TEST_FUZZ_FLIGHT_TELECOMMANDS_H

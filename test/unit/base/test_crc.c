@@ -17,7 +17,7 @@ void tearDown(void)
 {
 }
 
-/// The definition of the CRC bit by bit: polynomial division as in the standards, without a table.
+/// Compute the CRC bit by bit from its definition: polynomial division as in the standards, without a table.
 static uint16_t reference_crc16(const uint8_t* octets, size_t size)
 {
     uint32_t crc = 0xFFFFU;

@@ -28,7 +28,7 @@ static void put_file(const char* path, const char* text)
     osal_file_close(&file);
 }
 
-/// Path by which other programs reach an entry below the root.
+/// Returns the path by which other programs reach an entry below the root.
 static const char* real(const char* path)
 {
     static char whole[PATH_SIZE];

@@ -44,7 +44,7 @@ static osal_event_t event;
 static char folder[] = "/tmp/osal-blocking-XXXXXX";
 static bool has_vcan;
 
-/// A name unique to this process, which starts with `begin`.
+/// Returns a name unique to this process, which starts with `begin`.
 static const char* named(const char* begin)
 {
     static char name[64];

@@ -66,7 +66,7 @@ static void open_network(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", "robot-b"));
 }
 
-/// Sum of the counters of both channels.
+/// Returns the sum of the counters of both channels.
 static canopen_network_bus_counters_t counters_now(void)
 {
     canopen_network_bus_counters_t sum = {.sent = 0U};

@@ -31,7 +31,7 @@ status_t host_begin(const char* const code)
                            &host.call);
 }
 
-/// The answer to a call: an event is known if its number is below 1000.
+/// Returns the answer to a call: an event is known if its number is below 1000.
 static pus_answer_t answer_to(const pus_call_t* const call)
 {
     static const uint8_t list[] = {2, 1, 0x12, 0x34, 10, 1};

@@ -35,7 +35,7 @@ void tearDown(void)
     (void)osal_shm_remove(name_of_run);
 }
 
-/// Number of mappings of the run in this process.
+/// Returns the number of mappings of the run in this process.
 static unsigned mappings(void)
 {
     char line[512];

@@ -91,7 +91,7 @@ void fixture_open(void);
 /// Open a supervisor and run until it and communication have started; forget the lines.
 void fixture_open_up(void);
 void fixture_close(void);
-/// Text of a file in the folder of the packet log.
+/// Returns the text of a file in the folder of the packet log.
 const char* fixture_log_file(const char* name);
 const char* fixture_folder(void);
 

@@ -486,7 +486,7 @@ static void add(const char* head, const char* rest)
                                                (const uint8_t*)rest, strlen(rest)));
 }
 
-/// The blocks in order or in reverse order, each followed by a comma.
+/// Returns the blocks in order or in reverse order, each followed by a comma.
 static const char* blocks(bool is_backwards)
 {
     static char content[200];

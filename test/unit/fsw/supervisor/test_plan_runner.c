@@ -24,7 +24,7 @@ void tearDown(void)
 {
 }
 
-/// A failure of `apid` in the network of the members from `first` to `last`.
+/// Returns a failure of `apid` in the network of the members from `first` to `last`.
 static plan_run_t failure(descriptor_severity_t severity, uint16_t apid, uint16_t first, uint16_t last)
 {
     plan_run_t run   = {.severity = severity, .plan = PLAN_BUILT_IN, .apid = apid, .event_id = apid};

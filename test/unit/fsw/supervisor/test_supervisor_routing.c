@@ -55,7 +55,7 @@ static void a_refused_request_is_logged_too(void)
 
 // ---- Malformed requests ----
 
-/// A correct TC[17,1] to ARM of user 1 with number 0x155, to be changed.
+/// Returns a correct TC[17,1] to ARM of user 1 with number 0x155, to be changed.
 static size_t good_request(uint8_t packet[64])
 {
     size_t size       = 0U;

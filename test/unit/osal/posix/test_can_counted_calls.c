@@ -112,7 +112,7 @@ static void expect_counts(const uint32_t frames, const uint32_t late, const uint
     assert_int_equal(cuts, counts.cuts);
 }
 
-/// Number of mappings of the counts in this process.
+/// Returns the number of mappings of the counts in this process.
 static unsigned mappings(void)
 {
     char line[512];

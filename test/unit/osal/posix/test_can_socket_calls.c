@@ -46,7 +46,7 @@ static struct {
     } other; // Replaces all other control data if its level is set.
 } reported;
 
-/// The next result of a call: it succeeds with this result, or fails with the negative error number.
+/// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
     errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.

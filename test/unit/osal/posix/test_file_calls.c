@@ -29,7 +29,7 @@ static osal_file_t file;
 static char octets[100];
 static size_t size;
 
-/// The next result of a call: it succeeds with this result, or fails with the negative error number.
+/// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
     errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.

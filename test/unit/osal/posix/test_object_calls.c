@@ -36,7 +36,7 @@ static off_t length;                     // Length that fstat reports.
 static nlink_t links;
 static int policy_priority; // Priority that belongs to the policy.
 
-/// The next result of a call: it succeeds with this result, or fails with the negative error number.
+/// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
     errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.

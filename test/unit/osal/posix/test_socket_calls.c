@@ -47,7 +47,7 @@ static short events_to_come;
 static long passing_ns; // Time that passes with each reading of the clock.
 static long now_ns;
 
-/// The next result of a call: it succeeds with this result, or fails with the negative error number.
+/// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
     errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.

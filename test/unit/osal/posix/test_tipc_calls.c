@@ -37,7 +37,7 @@ static struct tipc_event event_to_come;
 static int flags_to_come;
 static int kind_of_control; // 0: no control data.
 
-/// The next result of a call: it succeeds with this result, or fails with the negative error number.
+/// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
     errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.

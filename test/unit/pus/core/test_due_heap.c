@@ -78,7 +78,7 @@ static uint32_t next_random(uint32_t* const state)
     return *state >> 8U;
 }
 
-/// The earliest entry of a plain table, found by a search; CAPACITY if the table is empty.
+/// Returns the earliest entry of a plain table, found by a search; CAPACITY if the table is empty.
 static uint16_t first_of(const uint64_t* const dues)
 {
     uint16_t first = CAPACITY;

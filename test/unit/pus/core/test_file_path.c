@@ -17,7 +17,7 @@ void tearDown(void)
 {
 }
 
-/// A text in the form that it has in a request.
+/// Returns a text in the form that it has in a request.
 static octet_reader_t text(const char* const characters, const size_t size)
 {
     octet_writer_t writer = octet_writer(octets, sizeof octets);

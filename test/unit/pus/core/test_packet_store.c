@@ -39,7 +39,7 @@ void tearDown(void)
 {
 }
 
-/// Packet `index`, whose octets identify it.
+/// Returns packet `index`, whose octets identify it.
 static const uint8_t* packet_of(const unsigned index, const size_t size)
 {
     static uint8_t packet[PUS_PACKET_MAX];

@@ -100,7 +100,7 @@ static void judge(const unsigned synced, const unsigned oldest)
     TEST_ASSERT_EQUAL_UINT(last + MORE, again);
 }
 
-/// First operation after the last sync before operation `end`.
+/// Returns the first operation after the last sync before operation `end`.
 static size_t begin_of(const operation_t* const operations, const size_t end)
 {
     size_t begin = end;

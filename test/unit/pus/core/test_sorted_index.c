@@ -25,7 +25,7 @@ void tearDown(void)
 {
 }
 
-/// A pseudo-random number below `limit`; the same sequence in every run.
+/// Returns a pseudo-random number below `limit`; the same sequence in every run.
 static uint32_t draw(const uint32_t limit)
 {
     state = (state * 1664525U) + 1013904223U;
@@ -38,7 +38,7 @@ static bool is_before(const uint16_t one, const uint16_t other)
            ((nodes[one].tag == nodes[other].tag) && (nodes[one].serial < nodes[other].serial));
 }
 
-/// First slot in the order that is at or after (tag, serial), found by comparing all slots.
+/// Returns the first slot in the order that is at or after (tag, serial), found by comparing all slots.
 static uint16_t search(const uint64_t tag, const uint64_t serial)
 {
     uint16_t found = PUS_SORTED_INDEX_NONE;

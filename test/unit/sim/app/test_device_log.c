@@ -82,7 +82,8 @@ static void steps(const unsigned first, const unsigned last)
     }
 }
 
-/// Octets of the last event of a channel in the log, and the number of its events. Valid until the next call.
+/// Returns the octets of the last event of a channel in the log, and the number of its events. Valid until
+/// the next call.
 static const unsigned char* last_event(const char* channel, unsigned* out_count)
 {
     static unsigned char octets[1024];

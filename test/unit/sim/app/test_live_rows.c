@@ -32,7 +32,7 @@ static unsigned words_of(const char* const text)
     return count;
 }
 
-/// Number below a column.
+/// Returns the number below a column.
 static double number_below(const char* const name)
 {
     const char* word = strstr(columns, " ");

@@ -244,7 +244,7 @@ static void a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit(void)
     TEST_ASSERT_EQUAL_UINT32(5U + 8U + 1U + 28U, frame_length(&passes_run).data_bits);
 }
 
-/// Number of bits with the most stuff bits: five equal bits, then alternating groups of four.
+/// Returns the number of bits with the most stuff bits: five equal bits, then alternating groups of four.
 static unsigned worst_classic(unsigned octets, unsigned header)
 {
     return 13U + header + 8U * octets + (header + 8U * octets - 1U) / 4U;

@@ -33,9 +33,9 @@ void master_sync(master_t* master, uint64_t ns);
 
 /// Forget the received frames.
 void master_forget(master_t* master);
-/// Number of received frames with an identifier.
+/// Returns the number of received frames with an identifier.
 unsigned master_heard(const master_t* master, uint32_t id);
-/// The last received frame with an identifier; null if there is none.
+/// Returns the last received frame with an identifier; null if there is none.
 const osal_can_frame_t* master_last(const master_t* master, uint32_t id);
 
 /// One SDO request and its response (8 octets each). Returns false if there is no response within 2 ms.

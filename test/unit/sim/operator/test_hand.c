@@ -501,7 +501,7 @@ static void a_refused_line_has_no_effect(void)
     TEST_ASSERT_EQUAL_STRING("hold", hand_intent(hand)->verb);
 }
 
-/// Largest change of the intent in a step of 0.5 ms from `from_ns` to `to_ns`.
+/// Returns the largest change of the intent in a step of 0.5 ms from `from_ns` to `to_ns`.
 static double largest_jump(const uint64_t from_ns, const uint64_t to_ns)
 {
     double largest = 0.0;

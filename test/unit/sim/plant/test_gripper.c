@@ -91,8 +91,8 @@ static void begin(const char* text)
     wanted_m    = 0.0;
 }
 
-/// Position of the bar relative to the satellite along one axis of the world; the satellite hardly turns, so
-/// its axes are nearly the same.
+/// Returns the position of the bar relative to the satellite along one axis of the world; the satellite
+/// hardly turns, so its axes are nearly the same.
 static double offset_m(unsigned axis)
 {
     return truth->base[1].position_m[axis] - truth->base[0].position_m[axis];

@@ -187,7 +187,7 @@ static void without_brake_the_arm_falls(void)
     EXPECT_BELOW(before - 0.2, plant_truth(plant)->link_position_rad[0]);
 }
 
-/// Largest motion of a link after the motors lose their current and the brakes engage.
+/// Returns the largest motion of a link after the motors lose their current and the brakes engage.
 static double brake_drop(double seconds)
 {
     const plant_truth_t* truth = plant_truth(plant);

@@ -60,7 +60,7 @@ static void serve(void)
     }
 }
 
-/// The received octets, as text.
+/// Returns the received octets, as text.
 static const char* take(osal_socket_t* client)
 {
     size_t total = 0U;

@@ -48,9 +48,9 @@ struct party {
     status_t (*outcome)(party_t* party, unsigned from, unsigned to, const uint8_t* frame, size_t size);
 };
 
-/// Number of forms that this system supports; the first ones are these.
+/// Returns the number of forms that this system supports: the first values of party_form_t.
 unsigned party_forms(void);
-/// Address of a member: 16, 17, ...
+/// Returns the address of a member: 16, 17, ...
 uint16_t party_id(unsigned index);
 /// Open all members with start count 1, each a peer of all others. A form that this system does not support
 /// ends the test with IGNORE.

@@ -324,7 +324,7 @@ static void finds_all_parameters_in_any_order_of_publishing(void)
     }
 }
 
-/// Number of entries compared to find each published parameter once.
+/// Returns the number of entries compared to find each published parameter once.
 static uint32_t count_comparisons(void)
 {
     uint32_t looks = 0U;

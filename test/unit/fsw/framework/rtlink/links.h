@@ -13,7 +13,7 @@ extern const rtlink_resolver_t links;
 rtlink_terms_t links_terms(rtlink_method_t method, uint32_t octets);
 /// Name of the shared memory of a link.
 void links_name(uint16_t link, char out_name[64]);
-/// Number of frames sent by UDP that are not read yet.
+/// Returns the number of frames sent by UDP that are not read yet.
 unsigned links_under_way(void);
 /// Wait for the next datagram. Returns its size.
 size_t links_receive(uint8_t frame[LINK_FRAME_MAX]);

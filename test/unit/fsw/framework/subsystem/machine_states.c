@@ -42,7 +42,7 @@ static state_machine_t machine_configured(void)
     return machine;
 }
 
-/// A machine in state 1, 2, 7, 8 or 9 whose action is running.
+/// Returns a machine in state 1, 2, 7, 8 or 9 whose action is running.
 static state_machine_t machine_passing(state_t state)
 {
     state_machine_t machine = machine_configured();

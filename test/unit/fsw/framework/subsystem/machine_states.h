@@ -10,13 +10,13 @@
 
 #define STATES_TEXT 32U ///< Longest list of states [characters].
 
-/// A machine at rest in a rest state (3, 4, 5 and 6 with a configuration), or in a pass state with its action
-/// running: 1 and 2 on the way to 3, 7 on the way to 3, 8 and 9 on the way to 0.
+/// Returns a machine at rest in a rest state (3, 4, 5 and 6 with a configuration), or in a pass state with
+/// its action running: 1 and 2 on the way to 3, 7 on the way to 3, 8 and 9 on the way to 0.
 state_machine_t machine_in(state_t state);
-/// A machine in PRE_OPERATIONAL without a configuration.
+/// Returns a machine in PRE_OPERATIONAL without a configuration.
 state_machine_t machine_unconfigured(void);
-/// A machine whose `action` is running; in states that can be left upwards and downwards, it is on the way
-/// down.
+/// Returns a machine whose `action` is running; in states that can be left upwards and downwards, it is on
+/// the way down.
 state_machine_t machine_running(state_action_t action);
 
 /// Answer every action with an outcome until the machine rests; adds the states to `states_passed`,

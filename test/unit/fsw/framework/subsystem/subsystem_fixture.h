@@ -96,7 +96,7 @@ void fixture_close(void);
 bool fixture_parse(const char* xml, subsystem_descriptor_t* out_descriptor);
 /// Names of the fixture's links, for their other ends.
 const rtlink_resolver_t* fixture_links(void);
-/// Text of the built-in descriptor.
+/// Returns the text of the built-in descriptor.
 const char* fixture_descriptor(void);
 
 /// Send a telecommand; returns its number (#n in the lines).

@@ -208,7 +208,7 @@ static void command_at_random(void)
     }
 }
 
-/// Number of lines since the last call that report the end of a request.
+/// Returns the number of lines since the last call that report the end of a request.
 static unsigned count_ends(void)
 {
     unsigned ends = 0U;

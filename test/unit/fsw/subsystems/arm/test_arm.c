@@ -27,7 +27,7 @@ static double target_rad(const unsigned joint)
     return 1.0e-6 * (double)rig_joints[joint]->target_position;
 }
 
-/// The desired pose of the tool, shifted.
+/// Returns the desired pose of the tool, shifted.
 static rig_line_to_t line_by(const double x, const double y, const double z)
 {
     static const arm_rotation_t none = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};

@@ -22,7 +22,8 @@ void tearDown(void)
 {
 }
 
-/// Two rods of 1 kg and 1 m about y in a vertical plane: the textbook's double pendulum, hanging along x.
+/// Returns two rods of 1 kg and 1 m about y in a vertical plane: the textbook's double pendulum, hanging
+/// along x.
 static arm_model_t double_pendulum(void)
 {
     arm_model_t pendulum = {.joint_count = 2U, .gravity_m_s2 = {{0.0, 0.0, -9.81}}};

@@ -41,7 +41,7 @@ void tearDown(void)
     rig_tear_down();
 }
 
-/// A pseudo-random number from -0.5 to 0.5; the same sequence in each run.
+/// Returns a pseudo-random number from -0.5 to 0.5; the same sequence in each run.
 static double drawn(void)
 {
     seed = (seed * 1664525U) + 1013904223U;

@@ -33,7 +33,7 @@ void tearDown(void)
 {
 }
 
-/// A pseudo-random number from 0 to 1; the same sequence in each run.
+/// Returns a pseudo-random number from 0 to 1; the same sequence in each run.
 static double drawn(void)
 {
     seed = (seed * 1664525U) + 1013904223U;
@@ -75,7 +75,7 @@ static void expect_smooth(const arm_motion_t* const last, const arm_motion_t* co
     }
 }
 
-/// Largest distance between two poses in any joint.
+/// Returns the largest distance between two poses in any joint.
 static double distance(const double a[ARM_JOINTS_MAX], const double b[ARM_JOINTS_MAX])
 {
     double largest = 0.0;

@@ -39,7 +39,7 @@ status_t rig_configure(void* self);
 /// Go from OFFLINE up to a state in a configuration.
 void rig_bring(uint16_t configuration, state_t state);
 status_t rig_perform(uint16_t function, const void* arguments, uint32_t call_token);
-/// Torque of the last command to the device [Nm].
+/// Returns the torque of the last command to the device [Nm].
 double rig_torque(unsigned axis);
 
 #endif // TEST_UNIT_FSW_SUBSYSTEMS_JOYSTICK_JOYSTICK_RIG_H

@@ -57,7 +57,7 @@ static void a_motionless_stick_feels_the_scaled_torque(void)
     EXPECT_WITHIN(-0.165, 1.0e-12, control.command_nm[0]);
 }
 
-/// Torque command at a steady speed after a while.
+/// Returns the torque command at a steady speed after a while.
 static double at_speed(const double speed_rad_s, const double felt_nm)
 {
     setUp();

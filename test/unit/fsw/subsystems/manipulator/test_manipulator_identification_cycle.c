@@ -16,7 +16,8 @@ void tearDown(void)
     rig_tear_down();
 }
 
-/// Torque that the subsystem expects in its home pose without contact: gravity plus the zero of the sensor.
+/// Returns the torque that the subsystem expects in its home pose without contact: gravity plus the zero of
+/// the sensor.
 static double expected_nm(const unsigned joint)
 {
     const manipulator_arm_terms_t terms =

@@ -40,7 +40,7 @@ void tearDown(void)
 {
 }
 
-/// A pseudo-random number between -1 and 1.
+/// Returns a pseudo-random number between -1 and 1.
 static double draw(void)
 {
     state = (state * 1664525U) + 1013904223U;
