@@ -142,9 +142,9 @@ static bool is_same(archive_t* const archive, const uint64_t number, const uint8
     if (sqlite3_prepare_v2(archive->database, "SELECT raw FROM packet WHERE number=?", -1, &query, NULL) ==
         SQLITE_OK) {
         (void)sqlite3_bind_int64(query, 1, (sqlite3_int64)number);
+        // An empty value has a null pointer, which memcmp does not allow.
         same = (sqlite3_step(query) == SQLITE_ROW) && ((size_t)sqlite3_column_bytes(query, 0) == size) &&
-               ((size == 0U) || (memcmp(sqlite3_column_blob(query, 0), packet, size) ==
-                                 0)); // An empty value has a null pointer.
+               ((size == 0U) || (memcmp(sqlite3_column_blob(query, 0), packet, size) == 0));
     }
     (void)sqlite3_finalize(query);
     return same;
@@ -161,8 +161,8 @@ static void insert(archive_t* const archive, const uint8_t* const record, const 
     const uint8_t* const packet = &record[RECORD_HEADER];
     const header_t header       = header_of(packet, packet_size, is_tc);
     sqlite3_stmt* const row     = archive->insert;
-    if (direction ==
-        DIRECTION_GAP) { // In a gap record `time_ns` is the last missing number, `number` the first.
+    // In a gap record `number` is the first missing number, and `time_ns` is the last missing number.
+    if (direction == DIRECTION_GAP) {
         archive->gaps += (time_ns >= number) ? ((time_ns - number) + 1U) : 0U;
         return;
     }

@@ -73,9 +73,9 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
             continue;
         }
         entry->process = (process_state_t)subsystem->process;
+        // A lost subsystem with restarts left was waiting for its restart.
         entry->is_start_due =
-            (entry->process == PROCESS_LOST) &&
-            (subsystem->restarts < entry->mission->restart_budget); // It was waiting for its restart.
+            (entry->process == PROCESS_LOST) && (subsystem->restarts < entry->mission->restart_budget);
         entry->is_heard                = subsystem->is_heard;
         entry->state                   = (state_t)subsystem->state;
         entry->phase                   = (state_phase_t)subsystem->phase;

@@ -64,8 +64,8 @@ void supervisor_doubt_verification(supervisor_t* const supervisor, const pus_tm_
         return;
     }
     entry->doubt = DOUBT_NONE;
-    if (entry->state ==
-        STATE_OFFLINE) { // The subsystem has closed its links, but the reports of that were lost.
+    // A subsystem in OFFLINE has closed its links, but its reports of the closed links were lost.
+    if (entry->state == STATE_OFFLINE) {
         supervisor_link_manager_member_lost(supervisor, tm->apid);
     }
 }

@@ -9,7 +9,7 @@
 ///
 /// Order      Reports are sent in order of arrival. While only FIRM reports can be sent, they overtake the
 ///            others; but a verification (ST[01]) does not overtake earlier reports of its own subsystem.
-/// Ownership  The caller places it.
+/// Ownership  The caller places ground_backlog_t.
 /// Context    One loop.
 /// Time       O(reports of the class).
 #ifndef FSW_SUPERVISOR_GROUND_BACKLOG_H

@@ -156,8 +156,8 @@ pus_failure_t supervisor_permission_of(supervisor_t* const supervisor, const pus
     int rule                           = PERMISSION_RULE_NONE;
     if (supervisor_permission_check(supervisor->mission, &request, &rule) != STATUS_OK) {
         if (supervisor_doubt_exists(target)) {
-            return pus_failure(PUS_FAILURE_STATE_IN_DOUBT,
-                               tc->apid); // The request may be permitted in the true state.
+            // The request may be permitted in the true state.
+            return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, tc->apid);
         }
         return pus_failure(PUS_FAILURE_PERMISSION,
                            ((uint32_t)supervisor->mode << 8U) | (uint32_t)target->state);

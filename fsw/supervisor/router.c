@@ -120,8 +120,8 @@ static void reject(supervisor_t* const supervisor, const pus_tc_t* const tc,
 static bool is_known_user(const supervisor_t* const supervisor, const uint16_t source, const uint16_t from)
 {
     if (!is_ground(source)) {
-        return (source == (PUS_USER_ONBOARD | from)) &&
-               (from != COMMUNICATION_APID); // `communication` sends only packets of others.
+        // `communication` has no requests of its own: it passes on the requests of ground users.
+        return (source == (PUS_USER_ONBOARD | from)) && (from != COMMUNICATION_APID);
     }
     for (uint16_t i = 0U; i < supervisor->mission->user_count; i++) {
         if ((supervisor->mission->users[i].id == source) && (from == COMMUNICATION_APID)) {
@@ -214,8 +214,8 @@ void supervisor_router_route_released(supervisor_t* const supervisor, const uint
 {
     pus_tc_t tc;
     pus_failure_t failure;
-    const status_t status =
-        pus_tc_decode(packet, size, &tc, &failure); // Routing checks it again and reports the failure.
+    // `failure` is not used: route_request checks the packet again and reports the failure.
+    const status_t status     = pus_tc_decode(packet, size, &tc, &failure);
     const bool is_from_ground = (status == STATUS_OK) && is_ground(tc.source);
     route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
 }

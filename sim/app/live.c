@@ -515,8 +515,8 @@ void live_frame(live_t* const live, const char* const name, const osal_can_frame
         if (!osal_socket_is_open(&client->socket)) {
             continue;
         }
-        if (index ==
-            CHANNELS_MAX) { // Compare names only if there are clients, because every frame comes here.
+        // Compare names only if there are clients, because this function is called for every frame.
+        if (index == CHANNELS_MAX) {
             index = bus_index(live, name);
         }
         if ((index < CHANNELS_MAX) && client->has_frames[index]) {

@@ -7,7 +7,7 @@
 /// Each frame is checked once, in the order in which the frames of its peer arrived (message_inbox_next).
 /// Data that is not dropped then waits to be taken.
 ///
-/// Ownership  The endpoint places it; `storage` outlives it.
+/// Ownership  The endpoint contains message_inbox_t; `storage` outlives it.
 /// Context    One task.
 /// Time       O(size).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_INBOX_H

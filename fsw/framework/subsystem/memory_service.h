@@ -8,7 +8,7 @@
 /// (TC[20,4], [20,5]). Such parameters are not in the dictionary; therefore housekeeping and monitoring
 /// cannot use them.
 ///
-/// Ownership  The program places it (generated).
+/// Ownership  The generated program places memory_service_t.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H

@@ -6,7 +6,7 @@
 /// pus/st12/st12_monitoring.h, or parameters that the event definition samples, or empty; a monitor may not
 /// refer to an event with other auxiliary data.
 ///
-/// Ownership  The program places it (generated).
+/// Ownership  The generated program places monitoring_service_t and its arrays.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H

@@ -43,8 +43,8 @@ static void each_service_receives_its_capacity(void)
 {
     for (size_t i = 0U; i < sizeof types; i++) {
         TEST_ASSERT_EQUAL_UINT16(GRANTED, spacecraft_capacity(&fixture.supervisor, types[i], 64U));
-        TEST_ASSERT_EQUAL_UINT16(
-            1U, spacecraft_capacity(&fixture.supervisor, types[i], 1U)); // At most the capacity.
+        // The result is at most the capacity that the caller has.
+        TEST_ASSERT_EQUAL_UINT16(1U, spacecraft_capacity(&fixture.supervisor, types[i], 1U));
     }
     granting.service_count = 0U;
     TEST_ASSERT_EQUAL_UINT16(64U, spacecraft_capacity(&fixture.supervisor, PUS_SERVICE_FILES, 64U));

@@ -320,8 +320,8 @@ static void a_value_that_is_no_longer_reported_is_old(void)
     // A single report has no interval.
     TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, UINT64_MAX));
     report(25U, 1U, 17U, last_ns);
-    TEST_ASSERT_FALSE(
-        supervisor_telemetry_cache_is_old(&cache, OCTET, last_ns)); // At the present time or an earlier one.
+    // The value is not old at the time of its report or earlier.
+    TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, last_ns));
     TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, 0U));
     TEST_ASSERT_FALSE(supervisor_telemetry_cache_is_old(&cache, OCTET, last_ns + TELEMETRY_CACHE_AGE_MIN_NS));
     TEST_ASSERT_FALSE(

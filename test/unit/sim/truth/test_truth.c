@@ -190,8 +190,8 @@ static void a_moving_channel_is_written_in_each_step_after_its_last_sample_at_re
 static void slow_motion_is_not_taken_for_rest(void)
 {
     static int64_t time_us[STEPS + 1U];
-    const unsigned count =
-        write_steps(1U, STEPS, 4e-10, time_us); // The change exceeds the resolution in each third step.
+    // The change since the last event exceeds the resolution in each third step.
+    const unsigned count = write_steps(1U, STEPS, 4e-10, time_us);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(STEPS / 3U, count);
 }
 

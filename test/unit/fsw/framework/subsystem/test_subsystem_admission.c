@@ -92,8 +92,8 @@ static void no_request_is_read_while_an_answer_is_unfinished(void)
     TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&fixture.subsystem.dispatcher));
     TEST_ASSERT_FALSE(subsystem_may_accept(&fixture.subsystem));
     const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
-    TEST_ASSERT_TRUE(wake_ns <=
-                     (fixture.now_ns + subsystem_period_ns(&fixture.subsystem))); // The component retries.
+    // The component tries again in the next cycle.
+    TEST_ASSERT_TRUE(wake_ns <= (fixture.now_ns + subsystem_period_ns(&fixture.subsystem)));
     fixture.is_port_closed = false;
     fixture_run(1U);
     TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));

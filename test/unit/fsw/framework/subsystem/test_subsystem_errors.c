@@ -126,8 +126,8 @@ static void devices_that_cannot_be_secured_are_an_event(void)
     (void)fixture_state(STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_run(20U);
-    fixture_expect(
-        "129.2 6>6 UNSECURED cause 5 code 0406 cfg 1\n1.8 #0 0301 6\n5.4 event 10 aux \n"); // Once.
+    // The failure is reported once.
+    fixture_expect("129.2 6>6 UNSECURED cause 5 code 0406 cfg 1\n1.8 #0 0301 6\n5.4 event 10 aux \n");
     fixture_close();
     fixture_open(NULL);
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);

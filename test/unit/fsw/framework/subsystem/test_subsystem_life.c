@@ -356,8 +356,8 @@ static void reconfiguring_revokes_the_old_configuration(void)
     (void)fixture_state(STATE_SAFE_OPERATIONAL);
     fixture_run(2U);
     fixture_forget();
-    (void)fixture_state(
-        STATE_PRE_OPERATIONAL); // The way leads through POST_OPERATIONAL, which revokes the configuration.
+    // The transition passes through POST_OPERATIONAL, which revokes the configuration.
+    (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(4U);
     fixture_expect("1.1 #1\n1.3 #1\n129.2 4>4 LEAVING cause 0 code 0000 cfg 1\n* stop_control\n"
                    "129.2 4>7 ENTERING cause 0 code 0000 cfg 1\n1.5 #1 step 7\n* post\n"

@@ -355,8 +355,8 @@ static void housekeeping_is_sampled_as_the_descriptor_defines(void)
     TEST_ASSERT_TRUE(first <= 10U); // In the first interval after the configuration was applied.
     TEST_ASSERT_EQUAL(first + 10U, next_report());
     fixture_run(100U);
-    (void)fixture_select(
-        FIXTURE_ALONE); // The configuration is applied again: cycles and reports start again.
+    // The configuration is applied again: cycles and reports start again.
+    (void)fixture_select(FIXTURE_ALONE);
     fixture_run(2U);
     fixture_forget();
     TEST_ASSERT_EQUAL(first, next_report());
