@@ -143,7 +143,7 @@ def test_all_kinds_of_frames_were_there(decoded):
     assert set(decoded["joystick"]) - {"STICK_EMCY"} == {"NMT", "SYNC", "MASTER_HEARTBEAT", *stick}
 
 
-def test_cantools_decodes_a_log_as_the_readme_says(flight, generated):
+def test_cantools_decodes_a_log_as_in_the_readme(flight, generated):
     """The command line tool needs a quarter of a millisecond for a line, so it gets only one line of each
     identifier."""
     lines = list({line.split(" ")[2].partition("#")[0]: line for line in flight.read("can-joystick.log").splitlines()}.values())

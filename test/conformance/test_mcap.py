@@ -158,6 +158,6 @@ def test_the_same_run_gives_the_same_file_and_another_database_raw_frames(folder
     assert "/can/robot/frames" in topics and not any("tpdo" in topic or "truth" in topic for topic in topics)
 
 
-def test_the_command_without_its_packages_says_what_to_do():
+def test_the_command_without_its_packages_prints_what_to_do():
     done = subprocess.run([sys.executable, "-S", ROOT / "gse/gse", "mcap", ROOT], capture_output=True, text=True, check=False)
     assert done.returncode == 2 and "make setup" in done.stderr and "Traceback" not in done.stderr

@@ -398,7 +398,7 @@ def test_housekeeping_of_all_subsystems_has_the_values_of_the_packet_log(yamcs, 
     assert {apid for apid, *_ in compared} == {1, 2, 16, 17} and sum(compared.values()) >= 4 * PACKETS_OF_EACH
 
 
-def test_a_gap_is_told(yamcs, synthetic, dictionary):
+def test_a_gap_is_reported(yamcs, synthetic, dictionary):
     """Several users leave gaps in the sequence counts, but none in the message type counters; losses are
     counted by the latter."""
     before = value_of(yamcs, "lost_packets")

@@ -256,7 +256,7 @@ def test_high_event_without_reaction_in_time(reaction, word):
     assert _violations([_event(5.0, JOYSTICK), *reaction], has_cut=True) == []
 
 
-def test_high_that_comes_late():
+def test_a_high_event_that_is_logged_late_is_a_violation():
     late = [_event(5.0, SUPERVISOR, logged_s=5.0 + 2 * STEP_S)]
     assert len(_violations(late)) == 1
     assert _violations(late, has_cut=True) == []

@@ -182,7 +182,7 @@ def test_one_sync_every_cycle(buses, bus):
 
 
 @pytest.mark.parametrize("bus", ["robot", "joystick"])
-def test_process_data_comes_once_per_sync(buses, bus):
+def test_process_data_is_sent_once_per_sync(buses, bus):
     """Between two SYNCs of an undisturbed bus each device answers exactly once."""
     log = buses[bus]
     sync = log.time_us[log.frames(SYNC)]

@@ -161,7 +161,7 @@ def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_operator_that_never_comes(folder, scenario, form):
+def test_an_operator_that_never_connects(folder, scenario, form):
     """The process is killed before it has joined the flight: no other process waits for it."""
     flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
     flying.wait_until(lambda: "operator" in flight.children(), "an operator")
@@ -257,7 +257,7 @@ def test_kill_of_the_guard(folder, scenario):
     flying.assert_clean(flight)
 
 
-def test_run_says_that_its_guard_was_killed(folder, scenario):
+def test_a_run_reports_that_its_guard_was_killed(folder, scenario):
     flight, simulator = _with_another_guard(folder, scenario)
     os.kill(simulator, signal.SIGCONT)
     flight.wait()
@@ -283,7 +283,7 @@ def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
     assert not [problem for problem in run.problems if "truth" in problem or "can-" in problem]
 
 
-def test_interrupted_flight_goes_down_in_order(folder, scenario):
+def test_an_interrupted_flight_shuts_down_in_order(folder, scenario):
     """Ctrl-C during the flight: the members go to OFFLINE, no drive is enabled, nothing is left."""
     flight = flying.start(folder, "--scenario", scenario, report="yes")
     flying.wait_until(lambda: flight.steps() >= IN_OPERATION, "operation")

@@ -33,7 +33,7 @@ def _of(packets, apid, *message):
     return [(t, raw[21:-2]) for t, sender, raw in packets if sender == apid and raw[7:9] == bytes(message)]
 
 
-def test_notice_goes_to_the_supervisor_in_place_of_the_report(disabled):
+def test_the_supervisor_gets_a_notice_in_place_of_the_report(disabled):
     assert not _of(disabled, MANIPULATOR, 5, 4)
     notices = [raw for _, apid, raw in disabled if apid == MANIPULATOR and raw[7:9] == bytes((129, 7))]
     assert notices

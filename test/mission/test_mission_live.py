@@ -208,7 +208,7 @@ def test_a_client_sees_the_true_state(flight):
     assert 0.9 < rows[0][columns.index("arm.joint1.position")] < 1.2
 
 
-def test_a_client_that_does_not_read_loses_lines_and_is_told_how_many(flight):
+def test_a_client_that_does_not_read_loses_lines_and_gets_their_number(flight):
     assert flight.missed > 100
 
 

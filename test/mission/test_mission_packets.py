@@ -201,7 +201,7 @@ def test_every_request_is_verified_to_its_end(packets):
         assert all(report.time_ns >= request.time_ns for report in reports)
 
 
-def test_verification_comes_from_the_addressee_and_refusal_from_the_supervisor(packets):
+def test_the_addressee_sends_the_verification_and_the_supervisor_sends_the_refusal(packets):
     for request, reports in _chains(packets):
         for report in reports:
             if report.subtype in (2, 10):
@@ -319,7 +319,7 @@ def test_low_event_changes_nothing(packets):
 HK_4711_OCTETS = 2 + 4 + 5 * 16 + 2 * 2 + 4 + 5 * 16  # structure, STATE, five pairs, STATUSWORD, LINK_AGE, samples
 
 
-def test_housekeeping_has_five_samples_and_comes_every_500_cycles(packets):
+def test_housekeeping_has_five_samples_and_is_sent_every_500_cycles(packets):
     """Structure 4711 of the arm in telepresence: CUR_VALUES and LINK_AGE once, DES_POSITION five times, every
     250 ms."""
     reports = [p for p in _reports(packets, 3, 25, MANIPULATOR) if p.data[:2] == struct.pack(">H", 4711)]

@@ -120,7 +120,7 @@ def test_all_nodes_are_heard_on_b_in_time(buses, run, bus):
 
 
 @pytest.mark.parametrize("bus", NODES)
-def test_master_speaks_on_one_channel(buses, bus):
+def test_the_master_sends_on_one_channel(buses, bus):
     """Before the command the flight software sends no frame on B, after it none on A."""
     order = UP_S[bus] * 1e6
     mine = [0x000, SYNC, MASTER, *(base + node for base in (0x200, 0x300, 0x600) for node in NODES[bus])]

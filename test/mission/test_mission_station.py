@@ -160,7 +160,7 @@ def test_a_value_out_of_range_is_not_sent(page):
     assert page.is_disabled(SEND)
 
 
-def test_a_refusal_says_why(page):
+def test_a_refusal_contains_its_reason(page):
     choose(page, "MANIPULATOR.TARE")
     page.click(SEND + ":not(:disabled)")
     page.wait_for_selector(".refusal:has-text('refused')")

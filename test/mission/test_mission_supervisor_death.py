@@ -261,7 +261,7 @@ def test_death_by_many_points(folder, undisturbed, part):
     _fly_all(folder, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
 
 
-def test_a_supervisor_that_hangs_is_killed_and_comes_back(folder):
+def test_a_supervisor_that_hangs_is_killed_and_started_again(folder):
     """The members detect a hang by the missing beat, at the same instant in every form; after a shorter hang
     the supervisor continues."""
     folder.mkdir()

@@ -43,7 +43,7 @@ def _left_s(flight):
 
 
 @pytest.mark.parametrize(("patience", "patience_s"), [("1s", 1.0), (None, 3.0), ("10s", None)])
-def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_says(hangar, folder, patience, patience_s):
+def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_defines(hangar, folder, patience, patience_s):
     folder.mkdir()
     lines = [*flying.bring_up(0.0), f"{DEATH_S} fault kill supervisor", f"{DEATH_S + AWAY_S + 1.0} operator shutdown"]
     scenario = flying.write_scenario(folder / "patience.scn", *lines)

@@ -130,15 +130,15 @@ int round_trip_main(int count, char** words, const transport_t* transport)
         _exit(answer(transport, size, is_polled, trips, gate));
     }
     const bool is_good = ask(transport, size, is_polled, trips, gate);
-    int how            = 0;
+    int exit_status            = 0;
     if (!is_good) {
         (void)kill(other, SIGKILL);
     }
-    (void)waitpid(other, &how, 0);
+    (void)waitpid(other, &exit_status, 0);
     if (transport->close != NULL) {
         transport->close();
     }
-    if (!is_good || (how != 0)) {
+    if (!is_good || (exit_status != 0)) {
         return 1;
     }
     qsort(taken_ns, trips, sizeof taken_ns[0], compare);

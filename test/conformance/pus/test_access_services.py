@@ -180,7 +180,7 @@ def test_parameters_are_loaded_and_dumped_in_place(station, settable):
     assert dump_object(station, base, 0, 8) == before
 
 
-def test_a_large_dump_comes_in_many_reports(station, arm):
+def test_a_large_dump_is_sent_in_many_reports(station, arm):
     length = 5000
     answer = station.ask(SUBSYSTEM, 6, 5, memory_id=COMPONENT, n=[{"start_address": 0, "length": length}])
     assert len(answer["n"]) >= 2

@@ -47,7 +47,7 @@ def _file(name, path=FOLDER):
     return {"repository_path": path, "file_name": name}
 
 
-def test_files_come_and_go(station):
+def test_files_are_created_and_deleted(station):
     _create(station, "a")
     about = station.ask("SUPERVISOR", 23, 3, **_file("a"))
     assert (about["repository_path"], about["file_name"], about["file_size"]) == (FOLDER, "a", 0)

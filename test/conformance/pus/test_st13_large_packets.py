@@ -72,7 +72,7 @@ def _downlink(station, since):
 
 
 @pytest.mark.parametrize("parameter", ["STATUS", "COUNTERS"])
-def test_a_long_report_comes_in_parts(station, parameter):
+def test_a_long_report_arrives_in_parts(station, parameter):
     since = len(station.reports)
     name = f"SUPERVISOR.{parameter}"
     answer = station.ask("SUPERVISOR", 20, 1, n=[name] * 255)
@@ -159,7 +159,7 @@ def test_a_part_that_is_lost_doubled_or_late_ends_its_transaction(station, wrong
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 13, 10, **_fields(7, 3, b"ef"))
 
 
-def test_a_transaction_that_begins_anew_goes_on(station):
+def test_a_transaction_that_begins_again_continues(station):
     raw = _request(HAND, 17, 1)
     station.do("SUPERVISOR", 13, 9, **_fields(8, 1, b"other"))
     since = len(station.reports)

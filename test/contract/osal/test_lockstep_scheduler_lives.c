@@ -105,7 +105,7 @@ static void deliveries_and_ends_of_another_life_have_no_effect(void)
     TEST_ASSERT_EQUAL_UINT32(0U, next_is(SECOND, 1000U).messages);
 }
 
-static void a_start_that_fails_is_seen_at_its_instant(void)
+static void a_start_that_fails_is_reported_at_its_instant(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
@@ -408,7 +408,7 @@ int main(void)
     RUN_TEST(a_life_begins_at_its_instant_and_not_before);
     RUN_TEST(a_participant_that_joins_early_is_granted_no_earlier);
     RUN_TEST(deliveries_and_ends_of_another_life_have_no_effect);
-    RUN_TEST(a_start_that_fails_is_seen_at_its_instant);
+    RUN_TEST(a_start_that_fails_is_reported_at_its_instant);
     RUN_TEST(a_start_is_taken_back_at_once);
     RUN_TEST(grants_due_during_a_suspension_follow_it);
     RUN_TEST(a_suspended_participant_ends_as_any_other);

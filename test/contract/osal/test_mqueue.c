@@ -46,7 +46,7 @@ static status_t say(const char* const words)
     return osal_mqueue_send(&sender, (const uint8_t*)words, strlen(words));
 }
 
-static void messages_come_whole_and_in_order(void)
+static void messages_arrive_whole_and_in_order(void)
 {
     uint8_t octets[OCTETS];
     size_t size = 1U;
@@ -131,7 +131,7 @@ static void a_sender_is_informed_when_the_receiver_starts_again(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(messages_come_whole_and_in_order);
+    RUN_TEST(messages_arrive_whole_and_in_order);
     RUN_TEST(limits_are_reached_and_reported);
     RUN_TEST(the_minimum_queue_is_always_granted_and_an_excessive_one_never);
     RUN_TEST(names_that_exist_and_do_not);

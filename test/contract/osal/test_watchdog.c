@@ -25,7 +25,7 @@ static void pause_ms(const uint32_t ms)
     }
 }
 
-static void a_program_without_watchdog_is_told_so(void)
+static void a_wrong_period_or_a_missing_watchdog_is_refused(void)
 {
     const status_t started = osal_watchdog_start(PERIOD_MS);
     TEST_ASSERT_TRUE((started == STATUS_OK) || (started == STATUS_UNSUPPORTED));
@@ -82,7 +82,7 @@ int main(void)
     if (osal_watchdog_has_reset()) {
         return UNITY_END();
     }
-    RUN_TEST(a_program_without_watchdog_is_told_so);
+    RUN_TEST(a_wrong_period_or_a_missing_watchdog_is_refused);
     RUN_TEST(a_loop_that_feeds_it_is_not_reset);
     RUN_TEST(the_whole_period_may_pass_before_it_is_fed);
     RUN_TEST(a_stopped_one_does_nothing);

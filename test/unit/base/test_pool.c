@@ -170,7 +170,7 @@ static void warns_at_75_percent_and_falls_back_at_65(void)
     TEST_ASSERT_EQUAL_UINT32(2U, pool.stats.warnings);
 }
 
-static void takes_thresholds_from_a_descriptor_that_comes_later(void)
+static void takes_thresholds_from_a_descriptor_that_is_applied_later(void)
 {
     for (unsigned i = 0U; i < 10U; i++) {
         (void)take();
@@ -295,7 +295,7 @@ int main(void)
     RUN_TEST(finds_each_of_very_many_blocks);
     RUN_TEST(keeps_the_reserve_for_commanding);
     RUN_TEST(warns_at_75_percent_and_falls_back_at_65);
-    RUN_TEST(takes_thresholds_from_a_descriptor_that_comes_later);
+    RUN_TEST(takes_thresholds_from_a_descriptor_that_is_applied_later);
     RUN_TEST(warns_in_a_pool_of_one_block);
     RUN_TEST(agrees_with_a_model_over_many_random_steps);
     RUN_TEST(self_test_finds_a_damaged_list);

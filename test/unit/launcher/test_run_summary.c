@@ -155,7 +155,7 @@ static void what_makes_a_run_not_reproducible(void)
     expect("\"reproducible\": true");
 }
 
-static void an_image_has_no_transport_and_counters_of_buses_are_told(void)
+static void an_image_has_no_transport_and_reports_the_counters_of_buses(void)
 {
     launcher.options.is_image = true;
     launcher.late_frames      = 1U;
@@ -168,7 +168,7 @@ static void an_image_has_no_transport_and_counters_of_buses_are_told(void)
            "\"bus_interfaces_lost\": 4");
 }
 
-static void steps_that_were_late_are_told_where_each_process_has_its_clock(void)
+static void late_steps_are_reported_if_each_process_has_its_own_clock(void)
 {
     launcher.child_count = 1U;
     launcher.children[0] = (child_t){.name = "arm", .is_component = true};
@@ -180,7 +180,7 @@ static void steps_that_were_late_are_told_where_each_process_has_its_clock(void)
     expect(", \"starts\": 0, \"late_steps\": [10, 11, 12, 13, 14], \"memory_limit_kib\": 0}");
 }
 
-static void what_only_some_runs_have_is_told_by_those(void)
+static void only_runs_with_an_optional_part_report_it(void)
 {
     static guard_t guard = {.starts = 3U};
     expect_without("remote_endian");
@@ -243,9 +243,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_summary_of_a_run_is_this);
     RUN_TEST(what_makes_a_run_not_reproducible);
-    RUN_TEST(an_image_has_no_transport_and_counters_of_buses_are_told);
-    RUN_TEST(steps_that_were_late_are_told_where_each_process_has_its_clock);
-    RUN_TEST(what_only_some_runs_have_is_told_by_those);
+    RUN_TEST(an_image_has_no_transport_and_reports_the_counters_of_buses);
+    RUN_TEST(late_steps_are_reported_if_each_process_has_its_own_clock);
+    RUN_TEST(only_runs_with_an_optional_part_report_it);
     RUN_TEST(a_run_of_no_time_has_no_factor);
     RUN_TEST(a_summary_that_cannot_be_written_is_reported);
     return UNITY_END();

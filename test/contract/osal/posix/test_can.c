@@ -58,9 +58,9 @@ static void two_processes_exchange_every_frame_in_order(void)
         TEST_ASSERT_EQUAL_UINT32(i, number);
         TEST_ASSERT_EQUAL_HEX8(i & 0xFFU, out.data[63]);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(sender, waitpid(sender, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(sender, waitpid(sender, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 static bool has_kernel_can(void)

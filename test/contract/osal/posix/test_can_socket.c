@@ -72,10 +72,10 @@ static status_t receive_within(osal_can_t* can, osal_can_frame_t* out_frame)
     return status;
 }
 
-static void command(const char* what, const char* interface, const char* how)
+static void command(const char* verb, const char* interface, const char* arguments)
 {
     char line[96];
-    (void)snprintf(line, sizeof line, "ip link %s %s %s", what, interface, how);
+    (void)snprintf(line, sizeof line, "ip link %s %s %s", verb, interface, arguments);
     TEST_ASSERT_EQUAL(0, system(line)); // NOLINT(cert-env33-c): runs the tool `ip`.
 }
 
@@ -142,7 +142,7 @@ static void interfaces_have_the_attributes_of_their_creation(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_can_interface_look("lo", &seen));
 }
 
-static void frames_of_all_kinds_pass_and_own_ones_do_not_come_back(void)
+static void frames_of_all_kinds_pass_and_a_sender_does_not_receive_its_own(void)
 {
     osal_can_t one;
     osal_can_t two;
@@ -464,7 +464,7 @@ int main(void)
     has_vcan = can_make_vcan();
     if (has_vcan) {
         RUN_TEST(interfaces_have_the_attributes_of_their_creation);
-        RUN_TEST(frames_of_all_kinds_pass_and_own_ones_do_not_come_back);
+        RUN_TEST(frames_of_all_kinds_pass_and_a_sender_does_not_receive_its_own);
         RUN_TEST(a_classic_interface_refuses_fd);
         RUN_TEST(filters_hold_in_the_kernel_and_let_error_frames_through);
         RUN_TEST(a_mask_may_have_any_bit);

@@ -84,9 +84,9 @@ static void a_refused_memory_lock_or_timer_slack_is_reported(void)
         const bool is_granted = (mlockall(MCL_CURRENT) == 0);
         _exit((is_stranger && is_usable && (clock.attributes.is_memory_locked == is_granted)) ? 0 : 1);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 static void real_wait_is_never_early_with_sockets(void)

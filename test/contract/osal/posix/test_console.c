@@ -36,7 +36,7 @@ void tearDown(void)
 static int listen_to(int descriptor, int count, void (*speak)(int number))
 {
     int ends[2];
-    int how = -1;
+    int exit_status = -1;
     TEST_ASSERT_EQUAL(0, pipe(ends));
     for (int i = 0; i < count; i++) {
         if (fork() == 0) {
@@ -54,10 +54,10 @@ static int listen_to(int descriptor, int count, void (*speak)(int number))
     } while (size > 0);
     output[output_size] = '\0';
     (void)close(ends[0]);
-    while (wait(&how) > 0) {
-        // Wait for all children; `how` is the status of the last.
+    while (wait(&exit_status) > 0) {
+        // Wait for all children; `exit_status` is the status of the last.
     }
-    return how;
+    return exit_status;
 }
 
 static void say_three(int number)
@@ -146,9 +146,9 @@ static void a_slow_reader_does_not_stop_the_caller(void)
         osal_console_say("lost");
         _exit(7);
     }
-    int how = 0;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(how) && (WEXITSTATUS(how) == 7));
+    int exit_status = 0;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_TRUE(WIFEXITED(exit_status) && (WEXITSTATUS(exit_status) == 7));
 }
 
 static const int failing_line = __LINE__ + 4;
@@ -179,18 +179,18 @@ static void fail_there(int number)
 static void a_failed_assertion_prints_its_file_and_line(void)
 {
     for (place = 0U; place < (sizeof places / sizeof places[0]); place++) {
-        const int how = listen_to(STDERR_FILENO, 1, fail_there);
-        TEST_ASSERT_TRUE(WIFSIGNALED(how));
-        TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
+        const int exit_status = listen_to(STDERR_FILENO, 1, fail_there);
+        TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
+        TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(exit_status));
         TEST_ASSERT_EQUAL_STRING(places[place].said, output);
     }
 }
 
 static void a_failed_assertion_prints_one_line_and_ends_the_program(void)
 {
-    const int how = listen_to(STDERR_FILENO, 1, fail);
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
-    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
+    const int exit_status = listen_to(STDERR_FILENO, 1, fail);
+    TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
+    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(exit_status));
     char expected[128];
     (void)snprintf(expected, sizeof expected, "test_console.c:%d: assertion failed\n", failing_line);
     TEST_ASSERT_EQUAL_STRING(expected, output);

@@ -68,7 +68,7 @@ static void octets_pass_through_a_fifo(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY("\r\n", octets, size);
 }
 
-static void a_partner_that_leaves_is_reported_and_may_come_back(void)
+static void a_partner_that_leaves_is_reported_and_may_return(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -158,9 +158,9 @@ static void opening_is_refused_for_a_reason(void)
     if (child == 0) {
         _exit(refusals_of_a_stranger());
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 int main(void)
@@ -170,7 +170,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(octets_pass_through_a_fifo);
-    RUN_TEST(a_partner_that_leaves_is_reported_and_may_come_back);
+    RUN_TEST(a_partner_that_leaves_is_reported_and_may_return);
     RUN_TEST(a_fifo_whose_partner_does_not_read_is_full);
     RUN_TEST(a_file_grows_at_its_end);
     RUN_TEST(a_device_that_takes_no_more_is_full);

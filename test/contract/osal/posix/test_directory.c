@@ -54,7 +54,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL(0, system(command)); // NOLINT: a fixed command.
 }
 
-static void names_come_in_order_and_in_parts(void)
+static void names_are_returned_in_order_and_in_parts(void)
 {
     static const char* const names[] = {"B", "a", "a.b", "a1", "b", "z"};
     osal_directory_entry_t entries[8];
@@ -158,17 +158,17 @@ static void no_privilege_is_denied(void)
                                (osal_directory_describe(&root, "closed/x", &about) == STATUS_DENIED);
         _exit((is_dropped && is_denied) ? 0 : 1);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
     TEST_ASSERT_EQUAL(0, chmod(real(""), 0755));
     TEST_ASSERT_EQUAL(0, chmod(real("closed"), 0755));
-    TEST_ASSERT_EQUAL(0, how);
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(names_come_in_order_and_in_parts);
+    RUN_TEST(names_are_returned_in_order_and_in_parts);
     RUN_TEST(links_and_special_files_are_treated_as_absent);
     RUN_TEST(no_privilege_is_denied);
     return UNITY_END();

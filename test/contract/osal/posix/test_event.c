@@ -77,9 +77,9 @@ static void two_processes_take_turns_without_losing_one(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&shared->back, 20000U));
         TEST_ASSERT_EQUAL_UINT32(i + 1U, shared->value);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(other, waitpid(other, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 int main(void)

@@ -121,9 +121,9 @@ static void short_and_interrupted_writes_are_completed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, block, sizeof block));
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
     osal_file_close(&file);
-    int how = -1;
-    TEST_ASSERT_EQUAL(reader, waitpid(reader, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(reader, waitpid(reader, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 static void folders_with_parents(void)
@@ -165,9 +165,9 @@ static void no_privilege_is_denied(void)
                                (osal_file_remove("/etc/passwd") == STATUS_DENIED);
         _exit((is_dropped && is_denied) ? 0 : 1);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 static void reserved_room_can_be_written_to(void)

@@ -61,9 +61,9 @@ static pid_t child(void (*entry)(osal_lockstep_t* scheduler, unsigned participan
 
 static int exit_code(pid_t id)
 {
-    int how = 0;
-    TEST_ASSERT_EQUAL(id, waitpid(id, &how, 0));
-    return WIFEXITED(how) ? WEXITSTATUS(how) : -WTERMSIG(how);
+    int exit_status = 0;
+    TEST_ASSERT_EQUAL(id, waitpid(id, &exit_status, 0));
+    return WIFEXITED(exit_status) ? WEXITSTATUS(exit_status) : -WTERMSIG(exit_status);
 }
 
 static void sleep_for_ever(osal_lockstep_t* scheduler, unsigned participant)

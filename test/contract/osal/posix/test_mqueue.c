@@ -52,9 +52,9 @@ static void messages_of_a_dead_process_are_received(void)
         }
         _exit(1);
     }
-    int how = 0;
-    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
+    int exit_status = 0;
+    TEST_ASSERT_EQUAL(other, waitpid(other, &exit_status, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
     expect("testament");
 }
 

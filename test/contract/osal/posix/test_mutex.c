@@ -52,9 +52,9 @@ static void processes_exclude_each_other(void)
             _exit(0);
         }
     }
-    int how = -1;
-    while (wait(&how) > 0) {
-        TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    while (wait(&exit_status) > 0) {
+        TEST_ASSERT_EQUAL(0, exit_status);
     }
     TEST_ASSERT_EQUAL_UINT64(PROCESSES * ROUNDS, shared->sum);
 }
@@ -80,9 +80,9 @@ static void the_death_of_a_lock_holder_is_reported_once_and_blocks_no_process(vo
     (void)usleep(5000U);
     TEST_ASSERT_EQUAL(0, kill(holder, SIGKILL));
     TEST_ASSERT_EQUAL(holder, waitpid(holder, NULL, 0));
-    int how = -1;
-    TEST_ASSERT_EQUAL(waiter, waitpid(waiter, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(waiter, waitpid(waiter, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&shared->mutex));
     osal_mutex_unlock(&shared->mutex);
 }
@@ -122,10 +122,10 @@ static void assert_aborts(void (*mistake)(void))
         mistake();
         _exit(0);
     }
-    int how = 0;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
-    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(how));
+    int exit_status = 0;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
+    TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(exit_status));
 }
 
 static void lock_twice(void)

@@ -108,7 +108,7 @@ static void octets_received_before_opening_are_discarded(void)
     osal_device_close(&keeper);
 }
 
-static void a_line_that_hangs_up_is_closed_and_comes_back(void)
+static void a_line_that_hangs_up_is_closed_and_opened_again(void)
 {
     uint8_t octet = 0U;
     size_t size   = 0U;
@@ -150,7 +150,7 @@ int main(void)
     RUN_TEST(every_octet_passes_unchanged_both_ways);
     RUN_TEST(bit_rates_of_the_contract);
     RUN_TEST(octets_received_before_opening_are_discarded);
-    RUN_TEST(a_line_that_hangs_up_is_closed_and_comes_back);
+    RUN_TEST(a_line_that_hangs_up_is_closed_and_opened_again);
     RUN_TEST(a_line_whose_peer_does_not_read_is_full);
     RUN_TEST(a_path_that_is_no_serial_line_is_refused);
     return UNITY_END();

@@ -102,9 +102,9 @@ static void priority_without_privilege(void)
         const bool is_refused = (seen.policy == SCHED_FIFO) || (osal_task_set_priority(42) == STATUS_DENIED);
         _exit((is_good && (seen.runs == 1U) && is_refused) ? 0 : 1);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 /// If the system has no task left: tested in a child that may have none.
@@ -127,9 +127,9 @@ static void exhausted_tasks_are_reported_as_a_status(void)
         }
         _exit((is_limited && is_refused && (seen.runs == 0U)) ? 0 : 1);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 int main(void)

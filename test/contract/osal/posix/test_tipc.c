@@ -130,7 +130,7 @@ static void messages_that_a_slow_receiver_has_no_room_for_are_returned(void)
     TEST_ASSERT_EQUAL(sent, arrived + returned);
 }
 
-static void samples_that_have_no_room_do_not_come_back(void)
+static void samples_that_have_no_room_are_not_returned_to_the_sender(void)
 {
     open_pair(OSAL_TIPC_SAMPLE);
     for (unsigned i = 0U; i < 20000U; i++) {
@@ -174,7 +174,7 @@ static void expect_event(bool is_published, uint32_t instance)
     TEST_ASSERT_EQUAL(instance, event.instance);
 }
 
-static void names_that_come_and_go_are_reported(void)
+static void names_that_appear_and_disappear_are_reported(void)
 {
     const osal_tipc_name_t other = name(OTHER);
     osal_tipc_event_t event      = {false, 0U};
@@ -203,9 +203,9 @@ int main(void)
     RUN_TEST(a_message_beyond_the_buffer_is_dropped_and_reported);
     RUN_TEST(a_name_without_a_socket_is_reported);
     RUN_TEST(messages_that_a_slow_receiver_has_no_room_for_are_returned);
-    RUN_TEST(samples_that_have_no_room_do_not_come_back);
+    RUN_TEST(samples_that_have_no_room_are_not_returned_to_the_sender);
     RUN_TEST(identities_differ_and_do_not_change);
     RUN_TEST(an_adopted_socket_continues);
-    RUN_TEST(names_that_come_and_go_are_reported);
+    RUN_TEST(names_that_appear_and_disappear_are_reported);
     return UNITY_END();
 }

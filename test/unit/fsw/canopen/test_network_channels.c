@@ -149,7 +149,7 @@ static unsigned faults_of(const canopen_network_fault_kind_t kind, const uint16_
     return count;
 }
 
-static void the_master_speaks_on_the_active_channel_only(void)
+static void the_master_sends_on_the_active_channel_only(void)
 {
     open_network();
     run();
@@ -175,7 +175,7 @@ static void devices_on_the_other_channel_follow_the_heartbeat(void)
     TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
 }
 
-static void a_call_ends_for_devices_that_are_not_heard(void)
+static void a_call_ends_for_devices_that_do_not_answer(void)
 {
     devices_on(NETWORK_CHANNELS);
     nodes[A][0]->is_plugged   = true;
@@ -379,7 +379,7 @@ static unsigned cycles_to_reset(const unsigned channel)
 }
 
 /// A heartbeat from before the call does not show on which channel the node is now.
-static void a_call_ends_when_every_node_was_heard_since_or_after_160_ms(void)
+static void a_call_ends_when_every_node_has_answered_or_after_160_ms(void)
 {
     static const uint8_t alive = 0x7FU;
     open_network();
@@ -451,9 +451,9 @@ static void lost_frames_are_reported_after_each_opening_on_both_channels(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_master_speaks_on_the_active_channel_only);
+    RUN_TEST(the_master_sends_on_the_active_channel_only);
     RUN_TEST(devices_on_the_other_channel_follow_the_heartbeat);
-    RUN_TEST(a_call_ends_for_devices_that_are_not_heard);
+    RUN_TEST(a_call_ends_for_devices_that_do_not_answer);
     RUN_TEST(a_cut_channel_counts_as_unplugged_and_a_command_recovers_the_devices);
     RUN_TEST(a_selection_while_closed_applies_to_the_next_opening);
     RUN_TEST(a_change_of_channel_first_stops_process_data);
@@ -462,7 +462,7 @@ int main(void)
     RUN_TEST(conditions_of_a_controller_are_reported_and_counted);
     RUN_TEST(unsent_frames_are_counted_with_the_reason);
     RUN_TEST(the_counters_of_both_channels_are_summed);
-    RUN_TEST(a_call_ends_when_every_node_was_heard_since_or_after_160_ms);
+    RUN_TEST(a_call_ends_when_every_node_has_answered_or_after_160_ms);
     RUN_TEST(frames_of_the_other_channel_are_read_in_the_cycle_they_arrive);
     RUN_TEST(a_missing_channel_a_is_reported_without_the_offset_of_b);
     RUN_TEST(a_channel_that_does_not_exist_is_not_missing);

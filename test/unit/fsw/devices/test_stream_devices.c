@@ -202,7 +202,7 @@ static void an_unplugged_device_is_lost_at_once_and_reconnects(void)
     TEST_ASSERT_TRUE(flow_counters(&stream_devices_at(&devices, 0U)->flow).connected > 2U);
 }
 
-static void a_missing_device_is_refused_with_its_cause_and_may_come_later(void)
+static void a_missing_device_is_refused_with_its_cause_and_may_appear_later(void)
 {
     unplug(1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, fly(stream_devices_hardware_init, 1U, 60U));
@@ -440,7 +440,7 @@ int main(void)
     RUN_TEST(devices_are_brought_up_measured_and_commanded);
     RUN_TEST(a_silent_device_is_lost_once_and_returns);
     RUN_TEST(an_unplugged_device_is_lost_at_once_and_reconnects);
-    RUN_TEST(a_missing_device_is_refused_with_its_cause_and_may_come_later);
+    RUN_TEST(a_missing_device_is_refused_with_its_cause_and_may_appear_later);
     RUN_TEST(a_device_that_falls_silent_before_it_is_started_is_refused);
     RUN_TEST(all_devices_are_secured_before_one_is_waited_for);
     RUN_TEST(the_post_step_stops_devices_and_deinit_closes_them);

@@ -186,9 +186,9 @@ static void a_priority_that_is_not_permitted_is_noted(void)
         loop_tasks_stop(&tasks);
         _exit(is_dropped ? 0 : 1);
     }
-    int how = -1;
-    TEST_ASSERT_EQUAL(child, waitpid(child, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    int exit_status = -1;
+    TEST_ASSERT_EQUAL(child, waitpid(child, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
     (void)close(ends[1]);
     TEST_ASSERT_TRUE(read(ends[0], console_text, sizeof console_text - 1U) > 0);
     (void)close(ends[0]);

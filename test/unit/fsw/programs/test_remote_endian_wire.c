@@ -228,7 +228,7 @@ static void invalid_messages_are_refused(void)
     receive_refuses(other_kind, sizeof other_kind, STATUS_INVALID);
 }
 
-static void a_message_may_come_in_pieces(void)
+static void a_message_may_arrive_in_pieces(void)
 {
     static const uint8_t octets[] = {0U, 0U, 0U, 2U, REMOTE_ENDIAN_GRANT, 0x5AU};
     octet_reader_t reader         = octet_reader(NULL, 0U);
@@ -442,7 +442,7 @@ int main(void)
     RUN_TEST(numbers_are_big_endian);
     RUN_TEST(a_done_message_carries_its_values);
     RUN_TEST(invalid_messages_are_refused);
-    RUN_TEST(a_message_may_come_in_pieces);
+    RUN_TEST(a_message_may_arrive_in_pieces);
     RUN_TEST(messages_follow_each_other_in_both_directions);
     RUN_TEST(the_disappearance_of_an_end_is_detected);
     RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);

@@ -492,7 +492,7 @@ static void after_a_damaged_commit_the_previous_one_is_used(void)
     TEST_ASSERT_TRUE(fixture_has(RESTARTED));
 }
 
-static void without_a_checkpoint_the_supervisor_starts_anew_and_reports_it(void)
+static void without_a_checkpoint_the_supervisor_starts_without_adoption_and_reports_it(void)
 {
     checkpoint.banks[0].sum ^= 1U;
     checkpoint.banks[1].sum ^= 1U;
@@ -583,7 +583,7 @@ int main(void)
     RUN_TEST(a_shutdown_continues);
     RUN_TEST(the_report_of_the_member_takes_precedence);
     RUN_TEST(after_a_damaged_commit_the_previous_one_is_used);
-    RUN_TEST(without_a_checkpoint_the_supervisor_starts_anew_and_reports_it);
+    RUN_TEST(without_a_checkpoint_the_supervisor_starts_without_adoption_and_reports_it);
     RUN_TEST(a_damaged_checkpoint_is_preserved);
     RUN_TEST(messages_that_were_kept_continue_as_they_are);
     return UNITY_END();

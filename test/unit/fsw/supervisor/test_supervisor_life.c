@@ -41,7 +41,7 @@ static uint16_t process_tc(uint8_t subtype, uint16_t apid)
 
 // ---- Autostart ----
 
-static void supervisor_and_communication_come_up_by_themselves(void)
+static void supervisor_and_communication_start_without_a_request(void)
 {
     fixture_open();
     fixture_run(60U);
@@ -154,7 +154,7 @@ static void check_order_of_shutdown(const char* text, bool has_request)
     }
 }
 
-static void a_mission_goes_down_with_communication_last(void)
+static void a_mission_shuts_down_with_communication_last(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
@@ -558,12 +558,12 @@ static void the_supervisors_counters_are_parameters(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(supervisor_and_communication_come_up_by_themselves);
+    RUN_TEST(supervisor_and_communication_start_without_a_request);
     RUN_TEST(no_subsystem_gets_a_command_before_its_first_report);
     RUN_TEST(communication_is_started_again_after_a_command_to_offline);
     RUN_TEST(members_get_a_heartbeat_once_a_second);
     RUN_TEST(the_subsystem_with_the_shortest_time_out_sets_the_interval);
-    RUN_TEST(a_mission_goes_down_with_communication_last);
+    RUN_TEST(a_mission_shuts_down_with_communication_last);
     RUN_TEST(a_stop_request_shuts_the_mission_down);
     RUN_TEST(a_stop_request_right_after_the_start_is_obeyed);
     RUN_TEST(an_autostart_subsystem_starts_at_any_place_of_the_table);

@@ -415,7 +415,7 @@ static void no_member_goes_up_while_a_partner_is_in_error(void)
     fixture_expect(expected);
 }
 
-static void no_member_goes_down_while_a_partner_operates(void)
+static void no_member_leaves_safe_operational_while_a_partner_operates(void)
 {
     static const state_t downwards[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL};
     fixture_link_up(STATE_OPERATIONAL);
@@ -588,7 +588,7 @@ int main(void)
     RUN_TEST(links_are_needed_on_the_way_up);
     RUN_TEST(a_stale_link_counts_as_missing);
     RUN_TEST(no_member_goes_up_while_a_partner_is_in_error);
-    RUN_TEST(no_member_goes_down_while_a_partner_operates);
+    RUN_TEST(no_member_leaves_safe_operational_while_a_partner_operates);
     RUN_TEST(an_upward_request_may_go_up_by_one_state_only);
     RUN_TEST(pending_requests_end_with_their_subsystem);
     RUN_TEST(a_request_that_is_not_accepted_ends);

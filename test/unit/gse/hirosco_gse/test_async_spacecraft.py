@@ -37,7 +37,7 @@ def fly(dictionary_path, tmp_path):
         one.close()
 
 
-def test_only_methods_that_use_a_connection_are_written_anew():
+def test_only_methods_that_use_a_connection_are_implemented_again():
     public = {name for name, _ in inspect.getmembers(Spacecraft) if not name.startswith("_")}
     assert {name for name in vars(AsyncSpacecraft) if not name.startswith("_")} == OWN and public > OWN
 
@@ -84,7 +84,7 @@ def test_several_calls_wait_at_once(fly):
     assert sorted(fly(answer, story)) == ["first", "second"]
 
 
-def test_what_goes_wrong_is_raised_where_it_is_awaited(fly):
+def test_an_error_is_raised_where_the_call_is_awaited(fly):
     async def story(craft, _):
         with pytest.raises(Rejected, match="not permitted in mode NOMINAL while in state PRE_OPERATIONAL"):
             await craft.cmd("MANIPULATOR.TARE")

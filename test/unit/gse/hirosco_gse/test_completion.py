@@ -131,7 +131,7 @@ def test_the_verbs_of_the_live_world_are_those_of_the_simulator():
         assert known == {word for form in usage.forms(verb) for word in form[1].split("|")}
 
 
-def test_a_call_without_a_command_says_where_they_are(capsys):
+def test_a_call_without_a_command_prints_where_the_commands_are(capsys):
     assert main([]) == 2
     assert capsys.readouterr().err == "gse: no command; gse --help lists them\n"
     assert subprocess.run([ROOT / "gse/gse", "completion", "fish"], capture_output=True, check=False).returncode == 2

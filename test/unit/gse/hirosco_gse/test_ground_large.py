@@ -64,7 +64,7 @@ def _verify(session, raw, subtype, failure=b""):
     session.feed(build_tm(SUPERVISOR, 0, 1, subtype, raw[:4] + failure, USER))
 
 
-def test_a_long_request_goes_in_parts_and_ends_with_its_own_verification(dictionary):
+def test_a_long_request_is_sent_in_parts_and_ends_with_its_own_verification(dictionary):
     session = Session(dictionary, first_sequence=3, source=USER)
     verification = session.send(Request(SUPERVISOR, 18, 1, bytes(9000), "long"))
     sent = packets.Splitter().feed(session.outbox)

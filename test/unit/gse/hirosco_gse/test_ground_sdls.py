@@ -90,7 +90,7 @@ def test_each_connection_has_a_session_that_begins_with_its_first_command(key):
     assert _numbers(silent(PACKET)) == [(3, 0, sdls.WHOLE)]
 
 
-def test_long_packets_go_in_parts(key):
+def test_long_packets_are_sent_in_parts(key):
     sender = sdls.Sender(key)
     parts = [sdls.FIRST, sdls.MIDDLE, sdls.MIDDLE, sdls.MIDDLE, sdls.LAST]
     assert _numbers(sender(bytes(4096))) == [(1, count, part) for count, part in enumerate(parts)]

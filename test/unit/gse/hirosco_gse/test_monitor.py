@@ -105,6 +105,6 @@ def test_it_runs_in_a_terminal(reached, monkeypatch):
     assert converse(command, environment, [(("TORQUE_LIMIT", "OPERATIONAL"), "\x11")], size=(50, 160))[1] == 0
 
 
-def test_without_a_terminal_it_says_what_else_there_is(capsys):
+def test_without_a_terminal_the_command_prints_the_alternatives(capsys):
     assert main(["monitor"]) == 2
     assert "found no terminal, expected one; `hk -f`" in capsys.readouterr().err

@@ -30,7 +30,7 @@ def read_column(numbers):
         ([1.0, np.inf, np.nan], None),
     ],
 )
-def test_a_column_comes_back(numbers, per):
+def test_a_written_column_is_read_back(numbers, per):
     found, back = read_column(numbers)
     assert found == per
     np.testing.assert_allclose(back, numbers, rtol=0, atol=5e-7)

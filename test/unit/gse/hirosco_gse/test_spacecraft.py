@@ -161,7 +161,7 @@ def test_connecting_again_closes_the_earlier_connection(crafts):
 
 
 @pytest.mark.parametrize(("flown", "port", "is_told"), [("0x01", 0, True), (None, 0, False), ("known", 0, False), ("", 0, False), ("0x01", 1, False)])
-def test_other_device_classes_are_told_when_a_flight_is_joined(tmp_path, dictionary_path, flown, port, is_told):
+def test_other_device_classes_are_reported_when_a_flight_is_joined(tmp_path, dictionary_path, flown, port, is_told):
     known = dictionary_module.Dictionary.load(dictionary_path).content["device_classes_hash"]
     (tmp_path / "ground.port").write_text("10020\n", encoding="ascii")
     if flown is not None:

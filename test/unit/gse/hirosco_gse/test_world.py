@@ -63,7 +63,7 @@ def test_what_cannot_be_read_is_named(tmp_path):
         world.read_urdf(path).poses([0, 0])
 
 
-def test_a_body_starts_where_its_state_says(tmp_path):
+def test_a_body_starts_with_its_initial_state(tmp_path):
     """The state refers to the axes of the world or of a link of an earlier robot."""
     urdf = ROOT / "descriptors" / "worlds" / "satellite.urdf"
     path = tmp_path / "w.xml"

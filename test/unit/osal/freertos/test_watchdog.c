@@ -53,7 +53,7 @@ static void the_watchdog_has_reset_the_board(void)
     TEST_ASSERT_EQUAL_UINT32(0U, port_reset_note[0]);
 }
 
-static void the_program_begins_anew(void)
+static void the_program_is_initialised_again(void)
 {
     TEST_ASSERT_EQUAL_UINT32(7U, initialised);
     TEST_ASSERT_EQUAL_UINT32(0U, zero);
@@ -77,7 +77,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(the_watchdog_has_reset_the_board);
-    RUN_TEST(the_program_begins_anew);
+    RUN_TEST(the_program_is_initialised_again);
     RUN_TEST(the_watchdog_does_not_run_before_it_is_started);
     return UNITY_END();
 }

@@ -142,7 +142,7 @@ static void what_is_not_two_numbers_is_refused(void)
     }
 }
 
-static void a_datagram_without_room_is_counted_and_told(void)
+static void a_datagram_without_room_is_counted_and_reported(void)
 {
     osal_address_t from = {0U, 0U};
     static uint8_t octets[TARGET_WIRE_DATAGRAM_MAX];
@@ -184,7 +184,7 @@ static void expect_refused(const uint8_t kind, const size_t size, const char* co
     tearDown();
 }
 
-static void what_is_no_record_of_the_serving_process_is_refused_and_told(void)
+static void malformed_records_of_the_serving_process_are_refused_and_reported(void)
 {
     expect_refused(TARGET_WIRE_DATAGRAM, TARGET_WIRE_DATAGRAM_OCTETS - 1U, "kind 2, octets 10");
     expect_refused(TARGET_WIRE_DATAGRAM, 0U, "kind 2, octets 1");
@@ -196,7 +196,7 @@ static void what_is_no_record_of_the_serving_process_is_refused_and_told(void)
     expect_refused(99U, 0U, "kind 99");
 }
 
-static void a_record_of_a_wrong_size_is_refused_and_told(void)
+static void a_record_of_a_wrong_size_is_refused_and_reported(void)
 {
     uint8_t octet = 0U;
     size_t got    = 0U;
@@ -245,9 +245,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(numbers_of_descriptors_have_any_length);
     RUN_TEST(what_is_not_two_numbers_is_refused);
-    RUN_TEST(what_is_no_record_of_the_serving_process_is_refused_and_told);
-    RUN_TEST(a_record_of_a_wrong_size_is_refused_and_told);
-    RUN_TEST(a_datagram_without_room_is_counted_and_told);
+    RUN_TEST(malformed_records_of_the_serving_process_are_refused_and_reported);
+    RUN_TEST(a_record_of_a_wrong_size_is_refused_and_reported);
+    RUN_TEST(a_datagram_without_room_is_counted_and_reported);
     RUN_TEST(a_sync_is_that_of_the_serving_process);
     RUN_TEST(a_path_that_does_not_fit_is_not_synced);
     return UNITY_END();

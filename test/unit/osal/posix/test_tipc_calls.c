@@ -314,7 +314,7 @@ static void a_watch_subscribes_to_all_names_of_a_type(void** state)
     assert_int_equal(-1, sock.descriptor);
 }
 
-static void names_that_come_and_go_are_reported(void** state)
+static void names_that_appear_and_disappear_are_reported(void** state)
 {
     osal_tipc_event_t event = {false, 0U};
     (void)state;
@@ -350,7 +350,7 @@ int main(void)
         cmocka_unit_test_setup(received_messages_and_returned_messages_are_distinguished, set_up),
         cmocka_unit_test_setup(a_socket_has_an_identity, set_up),
         cmocka_unit_test_setup(a_watch_subscribes_to_all_names_of_a_type, set_up),
-        cmocka_unit_test_setup(names_that_come_and_go_are_reported, set_up),
+        cmocka_unit_test_setup(names_that_appear_and_disappear_are_reported, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -104,11 +104,11 @@ static unsigned depth(void)
 
 static void the_depth_is_logarithmic_for_every_order_of_tags(void)
 {
-    for (unsigned how = 0U; how < 4U; how++) {
+    for (unsigned round = 0U; round < 4U; round++) {
         pus_sorted_index_init(&order, nodes);
         for (uint32_t slot = 0U; slot < SLOTS; slot++) {
             const uint64_t tags[] = {slot, SLOTS - slot, 7U, draw(1000000U)};
-            pus_sorted_index_insert(&order, (uint16_t)slot, tags[how], slot);
+            pus_sorted_index_insert(&order, (uint16_t)slot, tags[round], slot);
         }
         // 2.9 times the minimum. A search compares at most this number of entries.
         TEST_ASSERT_LESS_THAN_UINT(40U, depth());

@@ -402,7 +402,7 @@ static void parameters_are_appended_to_their_sets(void)
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 8U);
 }
 
-static void one_shot_reports_go_to_the_requester_and_leave_periodic_ones_unchanged(void)
+static void one_shot_reports_are_sent_to_the_requester_and_leave_periodic_ones_unchanged(void)
 {
     static const uint8_t one[] = {1, 0, 5};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
@@ -587,7 +587,7 @@ int main(void)
     RUN_TEST(creation_is_refused_as_a_whole);
     RUN_TEST(the_table_and_the_lists_have_their_limits);
     RUN_TEST(parameters_are_appended_to_their_sets);
-    RUN_TEST(one_shot_reports_go_to_the_requester_and_leave_periodic_ones_unchanged);
+    RUN_TEST(one_shot_reports_are_sent_to_the_requester_and_leave_periodic_ones_unchanged);
     RUN_TEST(intervals_are_modified_one_by_one);
     RUN_TEST(lists_of_255_are_served);
     RUN_TEST(enabling_twice_does_not_restart_the_interval);

@@ -97,7 +97,7 @@ static void arguments_become_a_struct(void)
     TEST_ASSERT_EQUAL_HEX32(bench.request_id, performed.token.request_id);
 }
 
-static void arguments_may_come_in_any_order(void)
+static void arguments_may_have_any_order(void)
 {
     static const uint8_t data[] = {'E',  'I',  'G',  'H',  'T',  'C',  'H',  'R',  3,    0, 3, 0x3F,
                                    0x80, 0,    0,    0xC0, 0,    0,    0,    0,    0,    0, 0, 0,
@@ -248,7 +248,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(arguments_become_a_struct);
-    RUN_TEST(arguments_may_come_in_any_order);
+    RUN_TEST(arguments_may_have_any_order);
     RUN_TEST(a_function_without_arguments_has_a_count_of_none);
     RUN_TEST(a_refusal_of_the_port_is_reported);
     RUN_TEST(other_names_are_unknown);

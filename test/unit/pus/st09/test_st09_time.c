@@ -141,7 +141,7 @@ static void a_cds_report_has_this_layout(void)
     TEST_ASSERT_EQUAL_UINT64((TEST_EPOCH_S * S) + (13U * S) + 250999000ULL, report(PUS_TIME_CDS).time_ns);
 }
 
-static void reports_come_at_multiples_of_the_period(void)
+static void reports_are_sent_at_multiples_of_the_period(void)
 {
     TEST_ASSERT_TRUE(sends(0U));
     TEST_ASSERT_FALSE(sends(S - 1U));
@@ -251,7 +251,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_cuc_report_has_this_layout);
     RUN_TEST(a_cds_report_has_this_layout);
-    RUN_TEST(reports_come_at_multiples_of_the_period);
+    RUN_TEST(reports_are_sent_at_multiples_of_the_period);
     RUN_TEST(a_time_report_that_the_port_refuses_is_sent_later);
     RUN_TEST(the_rate_is_set);
     RUN_TEST(time_reports_may_be_disabled_at_the_start);

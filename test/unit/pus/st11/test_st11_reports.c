@@ -27,16 +27,16 @@ static void a_detail_report_holds_the_request(void)
     st11_fixture_add(G, 4U * S, 1U, 100U);
     st11_fixture_add(G, 3U * S, 2U, 7U);
     st11_fixture_expect_done(4U);
-    for (unsigned how = 0U; how < 3U; how++) {
+    for (unsigned form = 0U; form < 3U; form++) {
         st11_fixture_begin();
-        if (how == 1U) {
+        if (form == 1U) {
             st11_fixture_write_filter_all();
-        } else if (how == 2U) {
+        } else if (form == 2U) {
             octet_write_u8(&st11_fixture.writer, 2U);
             st11_fixture_write_id(1U);
             st11_fixture_write_id(2U);
         }
-        TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request((how == 0U) ? 16U : ((how == 1U) ? 11U : 9U)));
+        TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request((form == 0U) ? 16U : ((form == 1U) ? 11U : 9U)));
         EXPECT_MESSAGES(1, 1, 1, 3, 11, 10, 1, 7);
         TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
         octet_reader_t reader = bench_data(2U);

@@ -19,7 +19,7 @@ void tearDown(void)
     records_start();
 }
 
-static void an_activity_is_released_when_its_time_comes(void)
+static void an_activity_is_released_at_its_time(void)
 {
     st11_fixture_enable_all();
     st11_fixture_insert(SS, G, (2U * S) + (3U * MS), 1U);
@@ -327,7 +327,7 @@ static void every_request_has_a_strict_format(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_activity_is_released_when_its_time_comes);
+    RUN_TEST(an_activity_is_released_at_its_time);
     RUN_TEST(activities_due_while_disabled_are_deleted_and_counted);
     RUN_TEST(a_sub_schedule_begins_disabled_with_its_first_activity);
     RUN_TEST(jumps_of_time_release_each_activity_once);

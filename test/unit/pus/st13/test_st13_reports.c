@@ -141,7 +141,7 @@ static void a_report_that_fits_is_sent_as_it_is(void)
     TEST_ASSERT_EQUAL_UINT16(1U, bench_report(1U).counter);
 }
 
-static void a_longer_report_goes_in_parts(void)
+static void a_longer_report_is_sent_in_parts(void)
 {
     static const size_t sizes[] = {PUS_TM_DATA_MAX + 1U, (PUS_LARGE_PART * 20U) - PUS_TM_MIN,
                                    (PUS_LARGE_PART * 20U) - PUS_TM_MIN + 1U, REPORT_SIZE - PUS_TM_MIN};
@@ -274,7 +274,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_report_that_fits_is_sent_as_it_is);
-    RUN_TEST(a_longer_report_goes_in_parts);
+    RUN_TEST(a_longer_report_is_sent_in_parts);
     RUN_TEST(the_longest_report_is_sent);
     RUN_TEST(a_report_larger_than_the_buffer_is_not_sent);
     RUN_TEST(reports_follow_one_another);

@@ -111,7 +111,7 @@ static void set_orbit(const uint32_t number)
     expect_done(28U);
 }
 
-static void an_activity_is_released_when_its_position_comes(void)
+static void an_activity_is_released_at_its_position(void)
 {
     enable_all();
     insert((12U * ORBIT) + 0x8000U, 1U);
@@ -272,7 +272,7 @@ static void each_request_of_the_service_is_declared(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_activity_is_released_when_its_position_comes);
+    RUN_TEST(an_activity_is_released_at_its_position);
     RUN_TEST(positions_are_reported_and_shifted_across_orbits);
     RUN_TEST(the_last_position_is_the_largest);
     RUN_TEST(an_orbit_number_applies_from_the_next_orbit_on);

@@ -46,14 +46,14 @@ static pid_t start(const char* name, const char* word)
 /// Another child of this process kills `name`.
 static void kill_by_sibling(const char* name)
 {
-    int how        = 0;
+    int exit_status        = 0;
     const pid_t id = fork();
     if (id == 0) {
         fault_kill(name);
         _exit(0);
     }
-    TEST_ASSERT_EQUAL_INT(id, waitpid(id, &how, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(how));
+    TEST_ASSERT_EQUAL_INT(id, waitpid(id, &exit_status, 0));
+    TEST_ASSERT_TRUE(WIFEXITED(exit_status));
 }
 
 static bool is_alive(pid_t id)
@@ -63,10 +63,10 @@ static bool is_alive(pid_t id)
 
 static void expect_killed(pid_t id)
 {
-    int how = 0;
-    TEST_ASSERT_EQUAL_INT(id, waitpid(id, &how, 0));
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
-    TEST_ASSERT_EQUAL_INT(SIGKILL, WTERMSIG(how));
+    int exit_status = 0;
+    TEST_ASSERT_EQUAL_INT(id, waitpid(id, &exit_status, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
+    TEST_ASSERT_EQUAL_INT(SIGKILL, WTERMSIG(exit_status));
 }
 
 static void a_sibling_is_found_by_its_program(void)

@@ -239,7 +239,7 @@ static void the_frames_of_a_robot_cycle_take_at_most_the_computed_time(void)
     }
 }
 
-static void wakes_come_in_time_order(void)
+static void wakes_happen_in_time_order(void)
 {
     bus_set_wake(bus, node[1], 2000U);
     bus_set_wake(bus, node[0], 1000U);
@@ -543,7 +543,7 @@ int main(void)
     RUN_TEST(a_frame_that_does_not_end_in_a_run_continues_in_the_next);
     RUN_TEST(the_lowest_ready_head_always_wins);
     RUN_TEST(the_frames_of_a_robot_cycle_take_at_most_the_computed_time);
-    RUN_TEST(wakes_come_in_time_order);
+    RUN_TEST(wakes_happen_in_time_order);
     RUN_TEST(bad_frames_and_full_queues_are_refused);
     RUN_TEST(a_lone_sender_becomes_error_passive_and_continues_to_try);
     RUN_TEST(unplugging_the_sender_breaks_its_frame);

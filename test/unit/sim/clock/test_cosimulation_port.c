@@ -319,7 +319,7 @@ static void run_with(const char* farewell)
     served_t served = {STATUS_COUNT, STATUS_COUNT};
     osal_task_t task;
     osal_clock_t clock;
-    int how = -1;
+    int exit_status = -1;
     osal_lockstep_expect(scheduler, COMMUNICATION, 1U, 0U);
     osal_lockstep_expect(scheduler, OPERATOR, 1U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, serve_twice, &served, 0));
@@ -338,8 +338,8 @@ static void run_with(const char* farewell)
     osal_task_join(&task);
     TEST_ASSERT_EQUAL(STATUS_OK, served.first);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, served.second);
-    TEST_ASSERT_EQUAL(id, waitpid(id, &how, 0));
-    TEST_ASSERT_EQUAL(0, how);
+    TEST_ASSERT_EQUAL(id, waitpid(id, &exit_status, 0));
+    TEST_ASSERT_EQUAL(0, exit_status);
 }
 
 static void time_continues_after_the_operator_leaves(void)

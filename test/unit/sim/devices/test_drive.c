@@ -282,7 +282,7 @@ static void csp_follows_a_ramp_with_interpolated_targets(void)
     EXPECT_BELOW(1.0, fabs(motor.torque_nm)); // A smooth ramp needs no torque on a free mass.
 }
 
-static void an_enabled_drive_holds_until_the_first_target_comes(void)
+static void an_enabled_drive_holds_until_the_first_target_arrives(void)
 {
     motor.load_nm = 2.0;
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x1400U, 5U, 0U, 2U));
@@ -579,7 +579,7 @@ int main(void)
     RUN_TEST(csp_holds_against_a_known_load_without_a_jerk);
     RUN_TEST(csp_deviates_by_load_over_gain);
     RUN_TEST(csp_follows_a_ramp_with_interpolated_targets);
-    RUN_TEST(an_enabled_drive_holds_until_the_first_target_comes);
+    RUN_TEST(an_enabled_drive_holds_until_the_first_target_arrives);
     RUN_TEST(cst_gives_the_sum_of_target_and_offset);
     RUN_TEST(a_reached_torque_limit_sets_internal_limit_active);
     RUN_TEST(csv_moves_at_the_commanded_velocity);

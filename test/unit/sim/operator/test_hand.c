@@ -158,7 +158,7 @@ static void press_height_gives_the_force(void)
 
 // ---- Verbs ----
 
-static void without_a_script_the_hand_rests_at_home(void)
+static void without_a_script_the_hand_rests_in_the_centre(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->scene, NULL, &hand, error));
     const hand_intent_t* intent = at(1.0);
@@ -540,7 +540,7 @@ int main(void)
     RUN_TEST(expected_torque_is_the_gradient_of_energy);
     RUN_TEST(expected_friction_turns_with_the_slide);
     RUN_TEST(press_height_gives_the_force);
-    RUN_TEST(without_a_script_the_hand_rests_at_home);
+    RUN_TEST(without_a_script_the_hand_rests_in_the_centre);
     RUN_TEST(torque_is_an_impedance);
     RUN_TEST(circle_ramps_holds_and_ends_where_it_began);
     RUN_TEST(move_is_smooth_and_arrives);

@@ -112,7 +112,7 @@ static void frames_pass_in_both_directions(void)
     serve();
 }
 
-static void messages_may_come_in_pieces_and_several_at_once(void)
+static void messages_may_arrive_in_pieces_and_several_at_once(void)
 {
     osal_socket_t client = join_raw();
     say(&client, "< send 12");
@@ -276,7 +276,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(frames_pass_in_both_directions);
-    RUN_TEST(messages_may_come_in_pieces_and_several_at_once);
+    RUN_TEST(messages_may_arrive_in_pieces_and_several_at_once);
     RUN_TEST(wrong_words_are_answered_with_an_error);
     RUN_TEST(a_client_that_does_not_read_loses_messages_and_delays_no_other);
     RUN_TEST(a_fifth_client_is_refused_until_a_place_is_free);

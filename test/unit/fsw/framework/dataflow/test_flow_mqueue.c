@@ -161,7 +161,7 @@ static void a_full_queue_and_a_message_that_is_too_large_are_reported(void)
 }
 
 /// A receiver killed in another process leaves its queue; its successor begins with an empty one.
-static void a_receiver_that_was_killed_comes_back(void)
+static void a_new_receiver_takes_the_place_of_a_killed_one(void)
 {
     const pid_t other = fork();
     if (other == 0) {
@@ -170,9 +170,9 @@ static void a_receiver_that_was_killed_comes_back(void)
         }
         _exit(1);
     }
-    int how = 0;
-    TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-    TEST_ASSERT_TRUE(WIFSIGNALED(how));
+    int exit_status = 0;
+    TEST_ASSERT_EQUAL(other, waitpid(other, &exit_status, 0));
+    TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, say("to the dead"));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
@@ -214,7 +214,7 @@ int main(void)
     RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(a_full_queue_and_a_message_that_is_too_large_are_reported);
-    RUN_TEST(a_receiver_that_was_killed_comes_back);
+    RUN_TEST(a_new_receiver_takes_the_place_of_a_killed_one);
     RUN_TEST(a_queue_that_cannot_be_opened_reports_the_reason);
     return UNITY_END();
 }

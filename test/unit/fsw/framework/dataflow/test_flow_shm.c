@@ -270,7 +270,7 @@ static void a_writer_that_closes_is_reported_after_its_last_value(void)
 
 /// A writer that is killed in another process leaves its memory. Its successor creates the memory again and
 /// the reader follows, even if the dead writer was writing a value.
-static void a_writer_that_was_killed_comes_back(void)
+static void a_new_writer_takes_the_place_of_a_killed_one(void)
 {
     static const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 5U, 1U}, {FLOW_SHM_QUEUE, 5U, 3U}};
     for (unsigned i = 0U; i < 2U; i++) {
@@ -284,9 +284,9 @@ static void a_writer_that_was_killed_comes_back(void)
             }
             _exit(1);
         }
-        int how = 0;
-        TEST_ASSERT_EQUAL(other, waitpid(other, &how, 0));
-        TEST_ASSERT_TRUE(WIFSIGNALED(how));
+        int exit_status = 0;
+        TEST_ASSERT_EQUAL(other, waitpid(other, &exit_status, 0));
+        TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_step(&reader, 0U));
         TEST_ASSERT_EQUAL(STATUS_OK, flow_shm_read(&reader, value)); // The last value of the dead writer.
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, value));
@@ -397,7 +397,7 @@ int main(void)
     RUN_TEST(impossible_request_formats_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
     RUN_TEST(a_writer_that_closes_is_reported_after_its_last_value);
-    RUN_TEST(a_writer_that_was_killed_comes_back);
+    RUN_TEST(a_new_writer_takes_the_place_of_a_killed_one);
     RUN_TEST(a_replaced_writer_removes_nothing_of_its_successor);
     RUN_TEST(shared_memory_of_another_layout_is_refused);
     RUN_TEST(a_value_is_never_read_in_part);

@@ -229,7 +229,7 @@ static void lengths_from_zero_to_the_maximum_are_accepted(void)
     }
 }
 
-static void raw_octets_are_passed_on_as_they_come(void)
+static void raw_octets_are_passed_on_unchanged(void)
 {
     static const flow_format_t raw = {.framing = FLOW_FRAMING_RAW};
     octets_t expected              = {.size = 0U};
@@ -300,7 +300,7 @@ int main(void)
     RUN_TEST(slip_recovers_from_invalid_octets);
     RUN_TEST(lines_end_with_lf_or_cr_lf);
     RUN_TEST(lengths_from_zero_to_the_maximum_are_accepted);
-    RUN_TEST(raw_octets_are_passed_on_as_they_come);
+    RUN_TEST(raw_octets_are_passed_on_unchanged);
     RUN_TEST(the_end_of_a_stream_discards_its_incomplete_frame);
     RUN_TEST(invalid_octets_never_close_a_flow);
     return UNITY_END();

@@ -189,7 +189,7 @@ static void an_older_answer_on_credit_is_handled_before_a_newer_credit(void)
     party_in_each_form(&party, answer_then_give_credit);
 }
 
-static void blocks_come_in_order_of_arrival(void)
+static void blocks_are_taken_in_order_of_arrival(void)
 {
     party_open(&party, PARTY_RING);
     for (uint32_t i = 0U; i < 1000U; i++) {
@@ -244,7 +244,7 @@ int main(void)
     RUN_TEST(a_receiver_that_accepts_no_data_still_accepts_credit);
     RUN_TEST(credit_is_received_without_a_block);
     RUN_TEST(an_older_answer_on_credit_is_handled_before_a_newer_credit);
-    RUN_TEST(blocks_come_in_order_of_arrival);
+    RUN_TEST(blocks_are_taken_in_order_of_arrival);
     RUN_TEST(frames_beyond_a_window_are_dropped_and_counted);
     return UNITY_END();
 }

@@ -174,7 +174,7 @@ static void skip(uint32_t decimation, const uint32_t* steps, uint32_t count, uin
     rtlink_producer_close(&producer);
 }
 
-static void losses_are_counted_per_sample_that_should_have_come(void)
+static void losses_are_counted_in_samples_that_were_due(void)
 {
     static const uint32_t each[] = {1U, 1U, 1U, 1U};
     // Samples written before the first read do not count as missed.
@@ -482,7 +482,7 @@ int main(void)
     RUN_TEST(a_link_exists_from_open_to_close);
     RUN_TEST(the_latest_sample_is_read);
     RUN_TEST(a_sample_is_stale_beyond_its_age_and_not_at_it);
-    RUN_TEST(losses_are_counted_per_sample_that_should_have_come);
+    RUN_TEST(losses_are_counted_in_samples_that_were_due);
     RUN_TEST(the_sequence_number_wraps);
     RUN_TEST(an_earlier_opening_is_forgotten);
     RUN_TEST(an_old_producer_is_not_accepted);

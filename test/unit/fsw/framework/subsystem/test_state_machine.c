@@ -369,7 +369,7 @@ static void a_transition_during_the_secure_action_may_be_superseded(void)
     TEST_ASSERT_EQUAL(ACTION_NONE, machine.action);
 }
 
-static void a_descriptor_may_come_later(void)
+static void a_valid_descriptor_may_replace_the_refused_one(void)
 {
     state_machine_t machine;
     subsystem_state_machine_init(&machine, false);
@@ -404,6 +404,6 @@ int main(void)
     RUN_TEST(a_request_at_rest_supersedes_nothing);
     RUN_TEST(the_secure_action_is_never_interrupted);
     RUN_TEST(a_transition_during_the_secure_action_may_be_superseded);
-    RUN_TEST(a_descriptor_may_come_later);
+    RUN_TEST(a_valid_descriptor_may_replace_the_refused_one);
     return UNITY_END();
 }

@@ -326,7 +326,7 @@ static void a_component_wakes_when_something_is_due(void)
     TEST_ASSERT_EQUAL(cycle + 1U, subsystem_cycle(&fixture.subsystem));
 }
 
-static void status_comes_once_a_second_and_on_request(void)
+static void status_is_reported_once_a_second_and_on_request(void)
 {
     fixture.shows_status = true;
     fixture_run_until(2500000000ULL);
@@ -398,7 +398,7 @@ int main(void)
     RUN_TEST(callbacks_receive_the_time);
     RUN_TEST(the_cycle_follows_the_configuration);
     RUN_TEST(a_component_wakes_when_something_is_due);
-    RUN_TEST(status_comes_once_a_second_and_on_request);
+    RUN_TEST(status_is_reported_once_a_second_and_on_request);
     RUN_TEST(reconfiguring_revokes_the_old_configuration);
     RUN_TEST(a_refused_descriptor_keeps_the_component_offline);
     return UNITY_END();

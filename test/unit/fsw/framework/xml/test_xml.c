@@ -190,7 +190,7 @@ static void refuses_octets_before_the_beginning_and_after_the_end(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_finish(&parser));
 }
 
-static void refuses_entities_however_they_come(void)
+static void refuses_document_type_declarations_and_entities(void)
 {
     TEST_ASSERT_EQUAL(
         STATUS_INVALID,
@@ -401,7 +401,7 @@ int main(void)
     RUN_TEST(refuses_unknown_versions);
     RUN_TEST(refuses_octets_before_the_beginning_and_after_the_end);
     RUN_TEST(a_cut_is_distinguished_from_an_error);
-    RUN_TEST(refuses_entities_however_they_come);
+    RUN_TEST(refuses_document_type_declarations_and_entities);
     RUN_TEST(refuses_nesting_of_a_hundred_thousand);
     RUN_TEST(each_limit_is_reached_and_not_passed);
     RUN_TEST(refuses_a_document_of_a_hundred_megabytes);

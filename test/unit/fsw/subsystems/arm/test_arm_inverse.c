@@ -96,7 +96,7 @@ static void six_and_more_joints_produce_the_velocity_of_the_tool(void)
 }
 
 /// The remaining error of velocity is perpendicular to every velocity that the joints can produce.
-static void fewer_joints_come_as_close_as_they_can(void)
+static void fewer_joints_minimise_the_residual(void)
 {
     for (unsigned joints = 1U; joints < DIRECTIONS; joints++) {
         arm_jacobian_t jacobian;
@@ -173,7 +173,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(six_and_more_joints_produce_the_velocity_of_the_tool);
-    RUN_TEST(fewer_joints_come_as_close_as_they_can);
+    RUN_TEST(fewer_joints_minimise_the_residual);
     RUN_TEST(near_a_singular_pose_the_rates_stay_bounded);
     RUN_TEST(the_orientation_may_be_free);
     RUN_TEST(the_smallest_singular_value_is_found_to_six_digits);

@@ -192,7 +192,7 @@ static void reports_go_to_the_connections_of_their_user(void)
 }
 
 /// Time packets have no secondary header and therefore no destination; at its offset is a part of the time.
-static void time_packets_go_to_all(void)
+static void time_packets_are_sent_to_all_connections(void)
 {
     static const uint8_t packet[18] = {0x00, 0x00, 0xC0, 0x3F, 0x00, 0x0B, 0x00, 0x1F, 0x80,
                                        0xAF, 0xD3, 0x07, 0x00, 0x00, 0x00, 0x00, 0x12, 0x34};
@@ -535,7 +535,7 @@ int main(void)
     RUN_TEST(random_octets_cause_no_failure);
     RUN_TEST(a_full_mailbox_keeps_requests_waiting);
     RUN_TEST(reports_go_to_the_connections_of_their_user);
-    RUN_TEST(time_packets_go_to_all);
+    RUN_TEST(time_packets_are_sent_to_all_connections);
     RUN_TEST(a_user_is_removed_with_its_connection);
     RUN_TEST(users_beyond_the_table_share_its_last_place);
     RUN_TEST(reports_to_users_on_board_are_not_sent_to_the_ground);

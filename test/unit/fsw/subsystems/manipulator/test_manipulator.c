@@ -457,7 +457,7 @@ static void initialising_the_hardware_forgets_the_zero(void)
 }
 
 /// An excess of torque from before is reported again if it still exists when the arm is engaged.
-static void the_torque_limit_is_watched_anew_after_each_engagement(void)
+static void the_torque_limit_is_checked_again_after_each_engagement(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -580,7 +580,7 @@ int main(void)
     RUN_TEST(the_channel_is_selected_by_command);
     RUN_TEST(a_tare_that_is_left_is_aborted_once_and_can_be_repeated);
     RUN_TEST(initialising_the_hardware_forgets_the_zero);
-    RUN_TEST(the_torque_limit_is_watched_anew_after_each_engagement);
+    RUN_TEST(the_torque_limit_is_checked_again_after_each_engagement);
     RUN_TEST(the_torque_limit_is_the_largest_torque_that_is_allowed);
     RUN_TEST(every_value_of_both_joints_is_published);
     RUN_TEST(an_excess_of_torque_is_over_at_95_percent_of_the_limit);

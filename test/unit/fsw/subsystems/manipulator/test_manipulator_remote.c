@@ -34,7 +34,7 @@ static manipulator_robot_contact_payload_t told(void)
     return robot;
 }
 
-static void the_arm_follows_a_far_hand_and_tells_what_it_acts_on(void)
+static void the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on(void)
 {
     far_hand_at(0.21, -0.17, 3.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
@@ -94,7 +94,7 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(the_arm_follows_a_far_hand_and_tells_what_it_acts_on);
+    RUN_TEST(the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on);
     RUN_TEST(the_arm_yields_to_a_force_and_presses_only_what_is_paid_for);
     return UNITY_END();
 }

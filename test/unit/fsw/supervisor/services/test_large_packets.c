@@ -159,7 +159,7 @@ static void a_user_on_board_may_send_parts(void)
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_forbidden);
 }
 
-static void a_report_longer_than_a_packet_goes_in_parts(void)
+static void a_report_longer_than_a_packet_is_sent_in_parts(void)
 {
     request_values();
     fixture_run(3U);
@@ -202,7 +202,7 @@ int main(void)
     RUN_TEST(a_request_to_another_subsystem_must_fit_a_packet);
     RUN_TEST(a_request_waits_for_room);
     RUN_TEST(a_user_on_board_may_send_parts);
-    RUN_TEST(a_report_longer_than_a_packet_goes_in_parts);
+    RUN_TEST(a_report_longer_than_a_packet_is_sent_in_parts);
     RUN_TEST(parts_wait_for_ground);
     return UNITY_END();
 }

@@ -38,7 +38,7 @@ def test_error_frames_are_listed_one_by_one_as_text():
     assert error_of(0x20000040, bytes(8))[0] == "BUS_OFF" and error_of(0x20000400, b"")[2] == "error"
 
 
-def test_the_page_is_told_that_names_of_frames_may_be_wrong(dictionary):
+def test_the_page_is_informed_that_names_of_frames_may_be_wrong(dictionary):
     """This happens if the database was made from other descriptors than the dictionary, and if a subsystem
     has another interface."""
     taps, mismatches = world_port.Taps(None), {}

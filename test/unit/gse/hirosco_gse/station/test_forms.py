@@ -182,7 +182,7 @@ def test_what_must_be_armed_follows_from_the_requests(dictionary, text, wanted):
     assert critical.is_critical(commands.plan(shlex.split(text), dictionary), dictionary) == wanted
 
 
-def test_every_request_is_critical_if_the_catalogue_says_so(dictionary):
+def test_the_catalogue_decides_which_requests_are_critical(dictionary):
     flags = {(entry["service"], entry["subtype"]): entry["is_critical"] for entry in dictionary.catalogue.all("TC")}
     assert sum(flags.values()) > 25
     for (service, subtype), flag in flags.items():

@@ -37,7 +37,7 @@ def test_a_command_shows_its_lights_and_its_end(place):
     assert last["answer"] == ["MANIPULATOR is alive"] and "words" not in last
 
 
-def test_a_refused_command_says_why(place):
+def test_a_refused_command_prints_its_reason(place):
     async def story(page, _):
         await page.ask(do="command", text="state MANIPULATOR OPERATIONAL")
         return await page.until(lambda message: message["kind"] == "command" and message["over"])
@@ -182,7 +182,7 @@ def disabled(spacecraft):
     return [int.from_bytes(packet.data[1:3], "big") for packet in spacecraft.received if packet.message == (3, 6)]
 
 
-def test_the_page_hears_which_structures_are_enabled(place, spacecraft):
+def test_the_page_is_informed_which_structures_are_enabled(place, spacecraft):
     properties = {4711: 1, 4712: 0}
 
     def asked(packet):

@@ -243,7 +243,7 @@ def test_links_are_asked_for_while_a_page_is_open(place, spacecraft, monkeypatch
     assert next(row for row in failed["rows"] if row["name"] == "ROBOT_STATE")["cause"] == "STALE"
 
 
-def test_rate_and_age_of_a_link_come_from_simulated_time():
+def test_rate_and_age_of_a_link_are_computed_from_simulated_time():
     hub = hub_module.Hub("nowhere", lambda message: None)
     found = {"state": "open", "properties": {"period_us": 500}, "sent": 0, "received": 100, "lost": 0, "late": 0}
     hub.seconds = 10.0
@@ -269,7 +269,7 @@ def test_the_first_telemetry_ends_no_request(dictionary):
         next(waiting)
 
 
-def test_the_page_hears_that_other_device_classes_fly(place, spacecraft):
+def test_the_page_is_informed_that_other_device_classes_fly(place, spacecraft):
     (place / "latest" / "ground.classes").write_text("0x01\n", encoding="ascii")
 
     async def story(page, station):
@@ -280,7 +280,7 @@ def test_the_page_hears_that_other_device_classes_fly(place, spacecraft):
     assert subsystem == "device classes" and words.startswith("the flight has device classes 0x01, ")
 
 
-def test_the_page_hears_that_another_interface_flies(place, spacecraft):
+def test_the_page_is_informed_that_another_interface_flies(place, spacecraft):
     """Each subsystem is reported once, also to a page that connects later."""
     def other(packet):
         return answer(packet) + ([(MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, TELEPRESENCE, 7, 0, 0, 0), 1)] if packet.message == (17, 1) else [])
