@@ -223,7 +223,7 @@ def _bus(file, name, log, database):
 
 def _packets(file, run):
     """Housekeeping by structure, states, and all events in one log."""
-    tables, told, schemas = {}, [], {}
+    tables, events, schemas = {}, [], {}
     for time_ns, packet, decoded in run.reports:
         owner = run.dictionary.name_of_apid(packet.apid)
         if "error" in decoded:
@@ -238,12 +238,12 @@ def _packets(file, run):
         elif decoded["kind"] == "event":
             worded = "".join(f" {name}={value}" for name, value in _flat(decoded["values"]).items())
             seconds, rest = divmod(time_ns, 1_000_000_000)
-            told.append((time_ns, {"timestamp": {"sec": seconds, "nsec": rest}, "level": LEVELS[decoded["severity"]],
-                                   "message": decoded["event"] + worded, "name": owner, "file": "", "line": 0}))
+            events.append((time_ns, {"timestamp": {"sec": seconds, "nsec": rest}, "level": LEVELS[decoded["severity"]],
+                                     "message": decoded["event"] + worded, "name": owner, "file": "", "line": 0}))
     for topic, rows in sorted(tables.items()):
         file.json(topic, rows, schema=schemas.get(topic))
-    if told:
-        file.json("/events", told, "foxglove.Log", LOG_SCHEMA)
+    if events:
+        file.json("/events", events, "foxglove.Log", LOG_SCHEMA)
 
 
 def write(folder):

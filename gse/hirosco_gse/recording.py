@@ -279,7 +279,7 @@ def head_of(run, about=None, tables=None):
     """Head of the recording of a run: all but the columns of its tables, which go to `tables`."""
     head = {"hello": None, "about": about, "end": run.count * runs.CYCLE_US / 1e6, "phases": _phases(run)}
     if run.dictionary is not None:
-        told, commands = _Telemetry(run), _Commands(run)
+        reports, commands = _Telemetry(run), _Commands(run)
         decoded_of = {id(packet): decoded for _, packet, decoded in run.reports}
         for time_ns, direction, packet, _ in run.packets:
             if packet is not None and direction == "TC":
@@ -287,10 +287,10 @@ def head_of(run, about=None, tables=None):
             elif packet is not None and packet.service == 1 and "error" not in decoded_of[id(packet)]:
                 commands.verify(time_ns / 1e9, packet, decoded_of[id(packet)])
         if tables:
-            told.put(tables)
+            reports.put(tables)
         last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9
         head.update(hello=hello(run.dictionary, str(run.folder), as_lists(run.world) if run.world else None), end=max(head["end"], last),
-                    states=told.states, events=told.events, modes=told.modes, links=told.links, commands=commands.as_lists())
+                    states=reports.states, events=reports.events, modes=reports.modes, links=reports.links, commands=commands.as_lists())
     return head
 
 

@@ -94,16 +94,16 @@ class Round:
         self.station.close()
         self.flight.process.send_signal(signal.SIGINT)
         self.flight.wait()
-        told = [(at, packets.parse(raw)) for at, _, raw in self.flight.packets]
+        reports = [(at, packets.parse(raw)) for at, _, raw in self.flight.packets]
         shutil.rmtree(FOLDER, ignore_errors=True)
-        arrived = [at for at, p in told if p.direction == "TC" and p.apid == MANIPULATOR and p.message == (17, 1)][-len(self.sent) :]
+        arrived = [at for at, p in reports if p.direction == "TC" and p.apid == MANIPULATOR and p.message == (17, 1)][-len(self.sent) :]
         offset_ns = min(at - sent for at, sent in zip(arrived, self.sent, strict=True))
-        return told, offset_ns, max(heard - sent for sent, heard in zip(self.sent, self.heard, strict=False))
+        return reports, offset_ns, max(heard - sent for sent, heard in zip(self.sent, self.heard, strict=False))
 
 
-def first(told, since_ns, apid, what):
+def first(reported, since_ns, apid, what):
     """Time of the first report `what` of an application from this instant on."""
-    return next(at for at, p in told if at > since_ns and p.direction == "TM" and p.apid == apid and what(p))
+    return next(at for at, p in reported if at > since_ns and p.direction == "TM" and p.apid == apid and what(p))
 
 
 def is_event(identity, subject=b""):
@@ -115,9 +115,9 @@ def hang(kind):
     """(time until the hang is found, longest wait of other requests) [ms]."""
     flown = Round(kind)
     at_ns = flown.strike("joystick", signal.SIGSTOP)
-    told, offset_ns, wait_ns = flown.end()
+    reported, offset_ns, wait_ns = flown.end()
     since_ns = at_ns + offset_ns
-    return (first(told, since_ns, SUPERVISOR, is_event(HUNG, JOYSTICK.to_bytes(2, "big"))) - since_ns) / MS, wait_ns / MS
+    return (first(reported, since_ns, SUPERVISOR, is_event(HUNG, JOYSTICK.to_bytes(2, "big"))) - since_ns) / MS, wait_ns / MS
 
 
 def death(name, apid, what):
@@ -125,8 +125,8 @@ def death(name, apid, what):
     flown = Round("free")
     since_ns = flown.strike(name, signal.SIGKILL)
     flown.wait_for(name.upper())
-    told, offset_ns, _ = flown.end()
-    return (first(told, since_ns + offset_ns, apid, what) - since_ns - offset_ns) / MS
+    reported, offset_ns, _ = flown.end()
+    return (first(reported, since_ns + offset_ns, apid, what) - since_ns - offset_ns) / MS
 
 
 def rounds(measure, *words):

@@ -188,9 +188,9 @@ def offset_of(page):
     found = []
     for _ in range(100):
         before = time.monotonic()
-        told = page.evaluate("performance.now()")
+        page_ms = page.evaluate("performance.now()")
         after = time.monotonic()
-        found.append((after - before, told - (before + after) * 500))
+        found.append((after - before, page_ms - (before + after) * 500))
     return min(found)[1]
 
 
@@ -267,16 +267,16 @@ def telemetry(page, station):
     memory = memory_mb(station.pid)
     clients.close()
     offset_ms = offset_of(page)
-    told = page.evaluate("window.bench")
+    measured = page.evaluate("window.bench")
     reports = {key: at for key, at in reports_of(listener, dictionary.epoch_ns).items() if first_s * 1e6 < key[2] < last_s * 1e6}
     apids = {name: subsystem.apid for name, subsystem in dictionary.subsystems.items()}
-    taken = {(apids[name], structure, round(seconds * 1e6)): at for name, structure, seconds, at in told["taken"]}
+    taken = {(apids[name], structure, round(seconds * 1e6)): at for name, structure, seconds, at in measured["taken"]}
     structures = {key[:2] for key in reports if key[0] == apids["MANIPULATOR"]}
     source = max(structures, key=lambda one: sum(key[:2] == one for key in reports))
-    late, period_ms = lateness(reports, told["drawn"], source, offset_ms)
+    late, period_ms = lateness(reports, measured["drawn"], source, offset_ms)
     spread("packet to the page's store", [taken[key] - offset_ms - at for key, at in reports.items() if key in taken], "ms")
     spread(f"packet to picture less the period of {period_ms:.0f} ms", late, "ms")
-    pictures, pace = len(told["drawn"]) / (flown_s + 2 * SETTLED_S), (last_s - first_s) / flown_s
+    pictures, pace = len(measured["drawn"]) / (flown_s + 2 * SETTLED_S), (last_s - first_s) / flown_s
     print(f"  {len(reports)} reports, {pictures:.1f} pictures a second, {pace:.3f} x real time")
     if pace < KEPT_PACE:
         print("  other work holds up the flight, so the times of this run are those of the machine; repeat them when it is quiet")
@@ -317,11 +317,11 @@ def hand(page):
     page.mouse.up()
     page.keyboard.press("Escape")
     offset_ms = offset_of(page)
-    told = page.evaluate("window.bench")
+    measured = page.evaluate("window.bench")
     samples = samples_of(listener)
     delays, acked, line, place = [], [], 0, 0
-    lines = [entry for entry in told["lines"] if entry[1] is not None]
-    for at in told["moves"]:
+    lines = [entry for entry in measured["lines"] if entry[1] is not None]
+    for at in measured["moves"]:
         while line < len(lines) and lines[line][0] < at:
             line += 1
         if line == len(lines):
@@ -358,7 +358,7 @@ def replay(browser):
     folder, recording = ROOT / "runs" / "bench-replay", ROOT / "runs" / "bench-replay.recording"
     shutil.rmtree(folder, ignore_errors=True)
     flown = flying.fly(folder, "--scenario", "telepresence", "--form", "image")
-    assert flown.code == 0, flown.told()
+    assert flown.code == 0, flown.transcript()
     began = time.monotonic()
     made = subprocess.run([sys.executable, "-m", "hirosco_gse.recording", folder], cwd=ROOT, stdout=subprocess.PIPE, check=True, env={**os.environ, "PYTHONPATH": "gse"})
     print(f"  recording of {flown.facts['simulated_s']:.0f} s made in {time.monotonic() - began:.1f} s", flush=True)

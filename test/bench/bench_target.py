@@ -54,7 +54,7 @@ def seconds(folder, *options):
     times = []
     for number in range(FLIGHTS):
         flown = flying.fly(folder / f"{len(options)}-{number}", "--scenario", "hil", *options)
-        assert flown.code == 0, flown.told()
+        assert flown.code == 0, flown.transcript()
         times.append(flown.seconds)
     return min(times)
 

@@ -74,9 +74,9 @@ def steps(folder):
     """Fly these lines; the rows of its steps, and the stacks."""
     scenario = flying.write_scenario(folder / "steps.scn", *lines())
     flight = start(folder, "steps", "--scenario", scenario).wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     rows = [Row(STATES[int(before)], STATES[int(after)], *map(int, numbers)) for before, after, *numbers in STEP.findall(flight.console)]
     stacks = [Stack(task, int(octets), int(used)) for task, octets, used in STACK.findall(flight.console)]
-    assert rows and stacks, flight.told()
+    assert rows and stacks, flight.transcript()
     return rows, stacks
 

@@ -73,8 +73,8 @@ class Ground:
 
     def events(self, first):
         """(name, severity, values) of the manipulator's events from number `first` on."""
-        return [(told["event"], {name: value[0] for name, value in told["values"].items()})
-                for packet, told in self.session.events[first:] if packet.apid == MANIPULATOR]
+        return [(report["event"], {name: value[0] for name, value in report["values"].items()})
+                for packet, report in self.session.events[first:] if packet.apid == MANIPULATOR]
 
 
 class Stage:

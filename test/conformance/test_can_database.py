@@ -72,7 +72,7 @@ def flight(tmp_path_factory):
     place = tmp_path_factory.mktemp("flight")
     scenario = flying.write_scenario(place / "frames.scn", *SCENARIO)
     flown = flying.fly(place / "run", "--form", "image", "--scenario", scenario)
-    assert flown.code == 0, flown.told()
+    assert flown.code == 0, flown.transcript()
     return flown
 
 
@@ -148,9 +148,9 @@ def test_cantools_decodes_a_log_as_in_the_readme(flight, generated):
     identifier."""
     lines = list({line.split(" ")[2].partition("#")[0]: line for line in flight.read("can-joystick.log").splitlines()}.values())
     command = [sys.executable, "-m", "cantools", "decode", "--single-line", generated / "rokviss-joystick.dbc"]
-    told = subprocess.run(command, input="\n".join(lines) + "\n", check=True, capture_output=True, text=True).stdout
-    assert len(told.splitlines()) == len(lines) > 10
-    undecoded = [line for line in told.splitlines() if not re.search(r":: \w+\(.*\)$", line)]
+    output = subprocess.run(command, input="\n".join(lines) + "\n", check=True, capture_output=True, text=True).stdout
+    assert len(output.splitlines()) == len(lines) > 10
+    undecoded = [line for line in output.splitlines() if not re.search(r":: \w+\(.*\)$", line)]
     assert undecoded and all(REPORT.search(line) for line in undecoded), undecoded
 
 
@@ -172,10 +172,10 @@ def test_telemetry_reports_the_same_positions(flight, decoded):
     """Housekeeping reports the joints as in the frames of the last cycle."""
     times, positions = series(decoded, "robot", "JOINT1_TPDO1", "PositionActualValue")
     reports = runs.load(flight.folder).reports_of("housekeeping")
-    told = [(stamp // 1000, report["values"]["CUR_VALUES"]) for stamp, packet, report in reports
-            if packet.apid == 16 and "CUR_VALUES" in report["values"]]
-    assert len(told) > 8
-    for time_us, values in told:
+    reported = [(stamp // 1000, report["values"]["CUR_VALUES"]) for stamp, packet, report in reports
+                if packet.apid == 16 and "CUR_VALUES" in report["values"]]
+    assert len(reported) > 8
+    for time_us, values in reported:
         last = positions[np.searchsorted(times, time_us) - 1]
         # The encoder is on the motor side of the elastic gear: up to 1 mrad at 8 Nm.
         assert abs(values["POSITION"][0] - last) < 1.5e-3
@@ -212,8 +212,8 @@ def assert_wireshark_names_every_frame(flight, bus, suffix):
     """Each frame is CANopen and none is malformed; the remaining frames are reports of the controller."""
     arguments = ["tshark", "-r", flight.folder / f"can-{bus}.{suffix}", "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
-    told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
-    frames = [line.split("\t") for line in told.splitlines()]
+    output = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
+    frames = [line.split("\t") for line in output.splitlines()]
     assert len(frames) == len(logs.read_bus(flight.folder / f"can-{bus}.log"))
     kinds = collections.Counter(protocol for protocol, error, _, _ in frames if error in ("0", "False", ""))
     assert set(kinds) == {"CANopen"}, kinds
@@ -225,7 +225,7 @@ def assert_wireshark_names_every_frame(flight, bus, suffix):
 def test_whole_telepresence_is_known(tmp_path, databases):
     """cantools and tshark read a million frames."""
     flown = flying.fly(tmp_path / "telepresence", "--form", "image", "--scenario", "telepresence")
-    assert flown.code == 0, flown.told()
+    assert flown.code == 0, flown.transcript()
     for bus in BUSES:
         count = 0
         for frame in frames_of(flown, bus):

@@ -49,9 +49,9 @@ def test_compiled_models_are_those_of_the_reader(library, tmp_path, name):
     assert done.returncode == 0, done.stderr
     expected = sum((ROOT / path).read_text().count(f'executable="{name}"') for path in MISSIONS)
     probe = build(library, tmp_path, tmp_path / f"{name}_descriptors.c")
-    told = subprocess.run([probe, *MISSIONS], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert told.returncode == 0, told.stdout
-    found, entries, items = map(int, told.stdout.split())
+    result = subprocess.run([probe, *MISSIONS], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout
+    found, entries, items = map(int, result.stdout.split())
     assert found == entries == expected > 0
     assert items > 50
 
@@ -63,15 +63,15 @@ def test_a_changed_constant_is_found(library, tmp_path):
     text, count = re.subn(r"(\.subindex = )(\d+)U", lambda match: f"{match[1]}{int(match[2]) + 1}U", source.read_text(), count=1)
     assert count == 1
     source.write_text(text)
-    told = subprocess.run([build(library, tmp_path, source), *MISSIONS], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert told.returncode == 1 and "differs" in told.stdout
+    result = subprocess.run([build(library, tmp_path, source), *MISSIONS], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 1 and "differs" in result.stdout
 
 
-@pytest.mark.parametrize("name, missions, told", [("gripper", MISSIONS, "no mission"), ("arm", ["missing.xml"], "missing.xml")])
-def test_what_cannot_be_compiled_is_refused(tmp_path, name, missions, told):
+@pytest.mark.parametrize("name, missions, message", [("gripper", MISSIONS, "no mission"), ("arm", ["missing.xml"], "missing.xml")])
+def test_what_cannot_be_compiled_is_refused(tmp_path, name, missions, message):
     done = compile_descriptors(tmp_path, name, *missions)
     assert done.returncode == 1
-    assert told in done.stderr
+    assert message in done.stderr
 
 
 def members_of_headers():

@@ -231,8 +231,8 @@ def test_both_readers_agree_on_the_readers_of_a_port_and_the_schema_on_its_write
     assert 'from="MANIPULATOR.ROBOT_STATE" of <Link>: expected a port with at most 4 links' in found["readers4"]
     assert 'to="MANIPULATOR.HAND_POSITION" of <Link>: expected a port that no other link leads to' in found["writers"]
     command = ["xmllint", "--noout", "--nonet", "--schema", DESCRIPTORS / "schema" / "mission.xsd", tmp_path / "missions" / "writers.xml"]
-    told = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert told.returncode != 0 and "OneWriter" in told.stderr
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode != 0 and "OneWriter" in result.stderr
 
 
 NESTED = """<?xml version="1.0" encoding="UTF-8"?>

@@ -23,7 +23,7 @@ def stage(tmp_path_factory):
         opened.close()
     finally:
         opened.flight.abandon()
-    assert opened.flight.code == 0, opened.flight.told()
+    assert opened.flight.code == 0, opened.flight.transcript()
     flying.assert_clean(opened.flight)
 
 
@@ -40,7 +40,7 @@ def test_good_devices_are_commissioned_and_flown(stage, down):
     fly_without_deviations(stage)
 
 
-@pytest.mark.parametrize("deviation, told", [
+@pytest.mark.parametrize("deviation, message", [
     (late, (0x12, TIMEOUT, 0x100000, 0)),
     (mute, (0x12, TIMEOUT, 0x100000, 0)),
     (other_type, (0x12, VALUE, 0x100000, 0x00010192)),
@@ -53,10 +53,10 @@ def test_good_devices_are_commissioned_and_flown(stage, down):
     (closed, (0x12, ABORTED, 0x607200, 0x08000022)),
     (reboots_repeatedly, (0x12, REBOOTED, 0, 0)),
 ])
-def test_a_deviating_device_is_not_commissioned(stage, down, deviation, told):
+def test_a_deviating_device_is_not_commissioned(stage, down, deviation, message):
     stage.play(deviation)
     assert not stage.ground.request("PRE_OPERATIONAL")
-    assert stage.refusals() == [told]
+    assert stage.refusals() == [message]
     stage.ground.await_state("OFFLINE")
 
 
@@ -109,7 +109,7 @@ def test_a_device_that_is_lost_later_is_reported_and_all_devices_become_safe(sta
     if reached == "OPERATIONAL":
         assert stage.ground.request("OPERATIONAL")
     seen = []
-    stage.ground.session.listeners.append(lambda packet, told: seen.append(stage.ground.state))
+    stage.ground.session.listeners.append(lambda packet, reported: seen.append(stage.ground.state))
     stage.slaves.call(lambda: change(stage.drive(0x12)))
     stage.ground.await_state("OFFLINE")  # By the recovery plan.
     stage.ground.session.listeners.pop()

@@ -37,7 +37,7 @@ def folder(tmp_path_factory):
     """The folder of a flight with its MCAP file."""
     place = tmp_path_factory.mktemp("flight")
     flown = flying.fly(place / "run", "--form", "image", "--scenario", flying.write_scenario(place / "short.scn", *SCENARIO))
-    assert flown.code == 0, flown.told()
+    assert flown.code == 0, flown.transcript()
     assert cli.main(["mcap", str(flown.folder)]) == 0
     return flown.folder
 
@@ -85,10 +85,10 @@ def test_every_frame_is_there_and_signals_are_those_of_cantools(run, messages):
         rows = log.frames(message.frame_id)
         shown = messages[f"/can/robot/{name.lower()}"]
         assert len(rows) == len(shown) > 0
-        for row, (time_ns, told) in list(zip(rows, shown))[::50]:
+        for row, (time_ns, message) in list(zip(rows, shown))[::50]:
             wanted = message.decode(bytes(log.data[row, : log.length[row]]), decode_choices=False)
             assert time_ns == log.time_us[row] * 1000
-            assert [getattr(told, field) for field in told.__slots__] == pytest.approx([float(value) for value in wanted.values()])
+            assert [getattr(message, field) for field in message.__slots__] == pytest.approx([float(value) for value in wanted.values()])
 
 
 def test_other_frames_are_raw(run, messages):
@@ -108,21 +108,21 @@ def test_a_long_frame_is_read_whole():
 def test_truth_has_the_names_of_the_world_and_its_values(folder, messages):
     channels = logs.read_lcm(folder / "truth.lcm")
     joints = runs.decode_truth(channels)["JOINTS"]
-    told = messages["/truth/joints"]
-    assert [time_ns for time_ns, _ in told] == [1000 * time_us for time_us in joints["time_us"]]
+    reported = messages["/truth/joints"]
+    assert [time_ns for time_ns, _ in reported] == [1000 * time_us for time_us in joints["time_us"]]
     for number, name in enumerate(("arm_joint1", "arm_joint2")):
         for field in ("position_rad", "external_torque_nm", "brake_engaged"):
-            assert [getattr(getattr(one, name), field) for _, one in told[::100]] == joints[field][::100, number].tolist()
+            assert [getattr(getattr(one, name), field) for _, one in reported[::100]] == joints[field][::100, number].tolist()
     forces = np.array([one.arm_finger.force_n for _, one in messages["/truth/contact"][::100]])
     assert forces.shape == (len(channels["CONTACT"][0][::100]), 3)
     assert [one["kind"] for _, one in messages["/truth/fault"]] == ["error"]
 
 
 def test_housekeeping_states_and_events_are_those_of_the_packets(run, messages):
-    told = messages["/manipulator/housekeeping_4711"]
+    reported = messages["/manipulator/housekeeping_4711"]
     reports = [(time_ns, one["values"]) for time_ns, packet, one in run.reports_of("housekeeping") if packet.apid == 16 and one["structure"] == 4711]
-    assert len(told) == len(reports) > 0
-    for (time_ns, shown), (wanted_ns, wanted) in zip(told, reports):
+    assert len(reported) == len(reports) > 0
+    for (time_ns, shown), (wanted_ns, wanted) in zip(reported, reports):
         assert time_ns == wanted_ns
         assert shown["CUR_VALUES"]["POSITION"] == wanted["CUR_VALUES"]["POSITION"]
         state = shown["CUR_VALUES"]["STATE"]

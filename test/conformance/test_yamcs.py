@@ -88,7 +88,7 @@ def dictionary():
 
 def test_it_loads_the_database_without_a_message_and_links_up(yamcs):
     until(lambda: all(link["status"] == "OK" for link in yamcs.ask("links/mission")["links"]), "the links")
-    words = [line for line in yamcs.told().splitlines() if re.match(r"(WARNING|SEVERE) ", line) and "xtce" in line.lower()]
+    words = [line for line in yamcs.log_text().splitlines() if re.match(r"(WARNING|SEVERE) ", line) and "xtce" in line.lower()]
     assert not words, words
     commands = yamcs.ask("mdb/mission/commands?limit=1&details=false")
     assert commands["totalSize"] > 240
@@ -169,7 +169,7 @@ def test_another_ground_user_leaves_no_gap_and_finishes_no_command_of_yamcs(yamc
         history = yamcs.carried_out("ST17/PING", apid="SUPERVISOR")
         assert history["CommandComplete_Status"] == "OK", history
     warned = [one for one in yamcs.ask("archive/mission/events?limit=1000").get("events", []) if "JUMP" in one.get("type", "") + one["message"]]
-    assert not warned and "SEQ_COUNT_JUMP" not in yamcs.told()
+    assert not warned and "SEQ_COUNT_JUMP" not in yamcs.log_text()
     # Tests after this one connect as the user of Yamcs, too; answers to them are not sent to this Yamcs, which counts them as lost.
     assert value_of(yamcs, "lost_packets") == 0
 
@@ -182,9 +182,9 @@ def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatc
     for name in (f"{MISSION}.xtce.xml", f"{MISSION}.events.json"):
         shutil.copy2(ROOT / "build" / "generated" / name, tmp_path)
     monkeypatch.setattr(yamcs_run, "GENERATED", tmp_path)
-    told = yamcs_run.compare(MISSION, flight.port(), PATIENCE_S)
-    assert len(told) == 3 and all("run make" in line for line in told[:2])
-    assert re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", told[2])
+    reported = yamcs_run.compare(MISSION, flight.port(), PATIENCE_S)
+    assert len(reported) == 3 and all("run make" in line for line in reported[:2])
+    assert re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", reported[2])
 
 
 def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_link):
@@ -206,7 +206,7 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
         gateway.wait(PATIENCE_S)
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 def test_it_starts_ends_and_starts_again_in_one_folder(place, flight):
@@ -215,11 +215,11 @@ def test_it_starts_ends_and_starts_again_in_one_folder(place, flight):
     for _ in range(2):
         server = subprocess.Popen([*words, str(flying.free_port())], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         try:
-            told = ""
-            while "Yamcs started" not in told:
-                assert (line := server.stdout.readline()), told
-                told += line
-            assert f"mission {MISSION}, ground port 127.0.0.1:{flight.port()}" in told and "the mission flies the interface of the database" in told
+            reported = ""
+            while "Yamcs started" not in reported:
+                assert (line := server.stdout.readline()), reported
+                reported += line
+            assert f"mission {MISSION}, ground port 127.0.0.1:{flight.port()}" in reported and "the mission flies the interface of the database" in reported
             second = subprocess.run([*words, "1"], capture_output=True, text=True, check=False)
             assert second.returncode == 1 and "another Yamcs runs in" in second.stderr
         finally:
@@ -432,11 +432,11 @@ def test_the_view_of_the_station_is_a_part_of_its_page(yamcs):
 
 
 def test_events_are_reported(yamcs):
-    def told():
+    def is_reported():
         found = yamcs.ask("archive/mission/events?limit=100")
         return [one["message"] for one in found.get("events", found.get("event", [])) if "GROUND_CONNECTED" in one["message"]]
 
-    until(told, "the event of its own connection")
+    until(is_reported, "the event of its own connection")
 
 
 # ---- requests ----

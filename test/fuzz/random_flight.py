@@ -185,9 +185,9 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATI
     try:
         done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience_s)
     except subprocess.TimeoutExpired as stuck:
-        told = b"".join(text[-2000:] for text in (stuck.stdout, stuck.stderr) if text).decode(errors="replace")
+        output = b"".join(text[-2000:] for text in (stuck.stdout, stuck.stderr) if text).decode(errors="replace")
         raise AssertionError(f"seed {seed}: the flight did not end within {patience_s:g} s of wall-clock time and was stopped; its files are in {folder}\n"
-                             f"{told}{again}") from None
+                             f"{output}{again}") from None
     failure = result.with_suffix(".json.failure")
     if failure.exists():
         raise AssertionError(f"{failure.read_text()}{again}")

@@ -49,9 +49,9 @@ def pytest_sessionfinish(session):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node):
-    told = getattr(node, "workeroutput", {}).get("place")
-    if told:
-        node.config.stash[CHOSEN] = told
+    place = getattr(node, "workeroutput", {}).get("place")
+    if place:
+        node.config.stash[CHOSEN] = place
 
 
 def pytest_terminal_summary(terminalreporter, config):

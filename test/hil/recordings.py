@@ -52,8 +52,8 @@ def assert_wireshark_names_all(path):
     reports of a controller."""
     arguments = ["tshark", "-r", path, "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
-    told = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()
-    assert len(told) == len(path.read_text().splitlines())
-    seen = [line.split("\t") for line in told]
+    output = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout.splitlines()
+    assert len(output) == len(path.read_text().splitlines())
+    seen = [line.split("\t") for line in output]
     assert {protocol for protocol, error, _, _ in seen if error in ("0", "False", "")} == {"CANopen"}
     assert not [frame for frame in seen if frame[2] or not frame[3].strip()]

@@ -95,9 +95,9 @@ def test_a_flood_is_counted(group):
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
     structure = arm.configuration("CLASSIC").structures[COUNTERS]
-    told = [raw[23:-2] for _, direction, _, raw in packet_log.read_packets(group.result.folder / "flood" / "packets.log")
+    reported = [raw[23:-2] for _, direction, _, raw in packet_log.read_packets(group.result.folder / "flood" / "packets.log")
                   if direction == "TM" and raw[7:9] == b"\x03\x19" and int.from_bytes(raw[21:23], "big") == COUNTERS]
-    counters = [structure.decode(octets)["COUNTERS"] for octets in told]
+    counters = [structure.decode(octets)["COUNTERS"] for octets in reported]
     before, after = ([entry[name][0] for name in ("TRANSMIT_FULL", "RECEIVE_OVERRUNS", "FRAMES_REFUSED")]
                      for entry in (counters[0], counters[-1]))
     assert before == [0, 0, 0] and any(after), after

@@ -174,9 +174,9 @@ def judge_others(case, drives, packets, facts):
 def judge_reported(case, packets, apids):
     """Expect a TM[129,2] to ERROR_OPERATIONAL of each APID."""
     for apid in apids:
-        told = [(time_us - case.time_us, raw[22]) for time_us, source, raw in reports(packets, 129, 2)
-                if source == apid and time_us >= case.time_us and raw[21] != raw[22]]
-        assert told and told[0][1] == ERROR_OPERATIONAL and told[0][0] <= REPORTED_US, f"APID {apid}: {told}"
+        reported = [(time_us - case.time_us, raw[22]) for time_us, source, raw in reports(packets, 129, 2)
+                    if source == apid and time_us >= case.time_us and raw[21] != raw[22]]
+        assert reported and reported[0][1] == ERROR_OPERATIONAL and reported[0][0] <= REPORTED_US, f"APID {apid}: {reported}"
 
 
 def judge_pull(case, end, facts, drives, packets):
@@ -228,7 +228,7 @@ def undisturbed(tmp_path_factory):
     """The flight without a fault."""
     folder = tmp_path_factory.mktemp("undisturbed") / "run"
     flight = flying.fly(folder, "--scenario", "hil", "--form", "image", environment=ARITHMETIC)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return folder
 
 

@@ -88,9 +88,9 @@ def test_layer_over_tipc(tipc, name):
     path = tipc.result.folder / "c-tests"
     outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
     text = (tipc.result.folder / f"{name.rpartition('/')[2]}.txt")
-    told = text.read_text(errors="replace") if text.exists() else tipc.result.end()
-    assert outcomes.get(f"build/test/{name}") == "0", told
-    assert "a_kernel_without_tipc_is_reported" not in told
+    output = text.read_text(errors="replace") if text.exists() else tipc.result.end()
+    assert outcomes.get(f"build/test/{name}") == "0", output
+    assert "a_kernel_without_tipc_is_reported" not in output
 
 
 def cuts_and_reactions(folder):
@@ -164,21 +164,21 @@ def test_a_kernel_without_netem_is_reported_with_the_next_step(tmp_path):
     path = tree / "descriptors" / "missions" / "rokviss.xml"
     path.write_text(path.read_text(encoding="utf-8").replace('node="2"', 'node="1"', 1), encoding="utf-8")
     run = f"cd {tree} && exec build/bin/hirosco run --nodes 2 --delay 20 --time real --report no --out {tmp_path}/run; "
-    code, _, told = places.in_namespaces(f"({run}); code=$?; ls -A /run/netns; exit $code", places.SECONDS, dict(os.environ))
-    told = told.decode(errors="replace")
-    assert code == 1, told
-    assert "needs `tc` of iproute2 and netem in the kernel" in told and "modprobe sch_netem" in told and "make vm" in told, told
+    code, _, output = places.in_namespaces(f"({run}); code=$?; ls -A /run/netns; exit $code", places.SECONDS, dict(os.environ))
+    output = output.decode(errors="replace")
+    assert code == 1, output
+    assert "needs `tc` of iproute2 and netem in the kernel" in output and "modprobe sch_netem" in output and "make vm" in output, output
 
 
 def test_a_delay_between_nodes_needs_a_link_between_them(tmp_path):
     if not has_namespaces():
         pytest.skip("no namespaces on this kernel for this account")
     run = f"exec build/bin/hirosco run --nodes 2 --delay 20 --time real --report no --out {tmp_path}/run"
-    code, _, told = places.in_namespaces(run, places.SECONDS, dict(os.environ))
+    code, _, output = places.in_namespaces(run, places.SECONDS, dict(os.environ))
     assert code == 1
-    told = told.decode(errors="replace")
-    assert 'no link goes from one node to the other; give the <Subsystem> at one end of a link another node=""' in told, told
-    assert "missions/rokviss.xml" in told
+    output = output.decode(errors="replace")
+    assert 'no link goes from one node to the other; give the <Subsystem> at one end of a link another node=""' in output, output
+    assert "missions/rokviss.xml" in output
 
 
 def test_flights_of_two_containers_do_not_interfere(tmp_path):
@@ -194,8 +194,8 @@ def test_flights_of_two_containers_do_not_interfere(tmp_path):
         return places.in_namespaces(f"touch {meeting}-{name}; {both_are_here}; {run}", places.SECONDS, dict(os.environ))
 
     with concurrent.futures.ThreadPoolExecutor() as pool:
-        for code, told, problem in pool.map(fly, ("one", "two")):
-            assert code == 0, (told + problem).decode(errors="replace")
+        for code, output, problem in pool.map(fly, ("one", "two")):
+            assert code == 0, (output + problem).decode(errors="replace")
 
 
 # --- what the system does not permit -------------------------------------------------------------------------------

@@ -42,7 +42,7 @@ def folder(hil_folder):
 def native(folder):
     """The same flight with little-endian programs only."""
     flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return flight
 
 
@@ -50,7 +50,7 @@ def native(folder):
 def remote_endian(request, folder):
     """(subsystem, its flight)."""
     flight = flying.fly(folder / request.param, "--scenario", "hil", "--remote-endian", request.param)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return request.param, flight
 
 
@@ -111,8 +111,8 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, remote_endian
     the consumer, accepted by it and to the ground."""
     _, flight = remote_endian
     assert _differing(native, flight) == 4
-    told = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
-    agreed = [line for line in told.splitlines() if " TM 1 " in line and "[130,4]" in line]
+    output = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
+    agreed = [line for line in output.splitlines() if " TM 1 " in line and "[130,4]" in line]
     assert [f"byte_order={BIG}" in line for line in agreed].count(True) == 1, agreed
 
 
@@ -121,7 +121,7 @@ def test_whole_telepresence(folder):
     """Contact, springs, pulled plugs and the return to operation have the same octets."""
     one = flying.fly(folder / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
     other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
-    assert (one.code, other.code) == (0, 0), other.told()
+    assert (one.code, other.code) == (0, 0), other.transcript()
     for log in (*BUS_LOGS, "truth.lcm"):
         assert one.octets(log) == other.octets(log), log
     assert _differing(one, other) > 4, "it opens links again, and reports on them"
@@ -174,12 +174,12 @@ def _die(path, scenario, victim, step):
     try:
         flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and victim in _below(flight.process.pid),
                           f"step {step}")
-        assert flight.process.poll() is None, flight.told()
+        assert flight.process.poll() is None, flight.transcript()
         os.kill(_below(flight.process.pid)[victim], signal.SIGKILL)
         flight.wait()
     finally:
         flight.abandon()
-    assert flight.code == 1, flight.told()
+    assert flight.code == 1, flight.transcript()
     assert "manipulator" in flight.facts["exit_reason"]
     if victim == RUNNER:
         assert "was ended by signal 9" in flight.console, "the proxy reports how its program was lost"
@@ -223,11 +223,11 @@ def test_repeats_give_one_sum(folder, name):
 
 # ---- What is refused ----
 
-@pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"), ("COMMUNICATION", "shared memory")])
-def test_subsystem_that_cannot_be_remote_endian(folder, name, told):
+@pytest.mark.parametrize("name, message", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"), ("COMMUNICATION", "shared memory")])
+def test_subsystem_that_cannot_be_remote_endian(folder, name, message):
     refused = flying.refuse("run", "--remote-endian", name, "--out", folder / "refused")
     assert refused.returncode == 1
-    assert told in refused.stderr + refused.stdout
+    assert message in refused.stderr + refused.stdout
 
 
 def test_program_that_is_not_built(folder):

@@ -55,12 +55,12 @@ def board():
 def native(folder):
     """The flight of the scenario hil with native programs only."""
     flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return flight
 
 
 def expect_same(native, flight, logs=LOGS):
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     flying.assert_clean(flight)
     for log in logs:
         assert flight.octets(log) == native.octets(log), log
@@ -96,7 +96,7 @@ def test_a_processor_without_doubles_in_hardware_flies_the_same(folder, native):
 @pytest.mark.long
 def test_whole_telepresence(folder, board):
     one = flying.fly(folder / "telepresence-native", "--links", "udp")
-    assert one.code == 0, one.told()
+    assert one.code == 0, one.transcript()
     expect_same(one, flying.fly(folder / "telepresence", "--rtos", "MANIPULATOR"))
 
 
@@ -128,7 +128,7 @@ def test_four_processors_fly_one_mission(house):
     options = ("--mission", "processors", "--scenario", PROCESSORS / "flight.scn")
     one = flying.fly(house / "out-native", *options, "--links", "udp", root=house)
     flight = flying.fly(house / "out", *options, "--rtos", f"MANIPULATOR:{M7},JOYSTICK:{M3}", "--remote-endian", "ACTUATORS", root=house)
-    assert one.code == 0, one.told()
+    assert one.code == 0, one.transcript()
     expect_same(one, flight, (*LOGS, "can-platform.log"))
     for log in ("can-robot.log", "can-joystick.log", "can-platform.log"):
         assert len(flight.read(log).splitlines()) > 1000, log
@@ -164,9 +164,9 @@ def test_a_program_that_hangs_is_reset_by_the_watchdog_of_the_board(folder, boar
     native = flying.fly(path / "native", "--links", "udp", "--scenario",
                         flying.write_scenario(path / "native.scn", *lines[:-2], "2.9995 fault kill manipulator", *lines[-2:]))
     flight = boards.start(path, "hang", "--scenario", flying.write_scenario(path / "hang.scn", *lines)).wait()
-    assert flight.code == native.code == 1, flight.told()
-    assert "the watchdog was not fed" in flight.console, flight.told()
-    assert "ping MANIPULATOR: MANIPULATOR is alive" in flight.console, flight.told()
+    assert flight.code == native.code == 1, flight.transcript()
+    assert "the watchdog was not fed" in flight.console, flight.transcript()
+    assert "ping MANIPULATOR: MANIPULATOR is alive" in flight.console, flight.transcript()
     assert flight.facts["reproducible"] is True
     flying.assert_clean(flight)
     for log in ("packets.log", *BUS_LOGS):
@@ -179,8 +179,8 @@ def test_a_program_that_hangs_before_its_loop_is_reset_by_the_watchdog_of_the_bo
     path.mkdir()
     scenario = flying.write_scenario(path / "hang.scn", "0.0 hand rest", "0.5 operator ping all", "1 operator shutdown")
     flight = boards.start(path, "hang_start", "--scenario", scenario).wait()
-    assert flight.code == 1, flight.told()
-    assert "the watchdog was not fed" in flight.console, flight.told()
+    assert flight.code == 1, flight.transcript()
+    assert "the watchdog was not fed" in flight.console, flight.transcript()
     assert "manipulator" in flight.facts["exit_reason"]
     flying.assert_clean(flight)
 
@@ -206,12 +206,12 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
     try:
         flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and EMULATOR in _below(flight.process.pid),
                           f"step {step}")
-        assert flight.process.poll() is None, flight.told()
+        assert flight.process.poll() is None, flight.transcript()
         os.kill(_below(flight.process.pid)[EMULATOR], signal.SIGKILL)
         flight.wait()
     finally:
         flight.abandon()
-    assert flight.code == 1, flight.told()
+    assert flight.code == 1, flight.transcript()
     assert "manipulator" in flight.facts["exit_reason"]
     assert "was ended by signal 9" in flight.console
     flying.assert_clean(flight)
@@ -230,8 +230,8 @@ def test_a_mission_that_was_not_compiled_in_is_refused(folder, board):
     refused = subprocess.run([flying.BIN / "hirosco", "run", "--scenario", "hil", "--rtos", "MANIPULATOR", "--out", "flight"], cwd=root,
                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert refused.returncode != 0
-    told = (root / "flight/console.log").read_text()
-    assert re.search(r"hash 0x[0-9A-F]{16}; the program was compiled for .*rokviss 0x[0-9A-F]{16}.*: run `make rtos`", told), told
+    output = (root / "flight/console.log").read_text()
+    assert re.search(r"hash 0x[0-9A-F]{16}; the program was compiled for .*rokviss 0x[0-9A-F]{16}.*: run `make rtos`", output), output
 
 
 @pytest.mark.long
@@ -254,12 +254,12 @@ def test_an_unknown_mission_is_refused_with_the_names_of_all():
     assert "MISSION=classical: expected one of: actuators classic" in done.stderr
 
 
-@pytest.mark.parametrize("name, told", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),
-                                        ("MANIPULATOR:mps2", "mps2-an500"), ("MANIPULATOR,MANIPULATOR", "twice")])
-def test_what_cannot_run_on_a_board_is_refused(folder, board, name, told):
+@pytest.mark.parametrize("name, message", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),
+                                           ("MANIPULATOR:mps2", "mps2-an500"), ("MANIPULATOR,MANIPULATOR", "twice")])
+def test_what_cannot_run_on_a_board_is_refused(folder, board, name, message):
     refused = flying.refuse("run", "--rtos", name, "--out", folder / "refused")
     assert refused.returncode != 0
-    assert told in refused.stderr + refused.stdout
+    assert message in refused.stderr + refused.stdout
 
 
 def test_a_program_that_is_not_built_is_named_with_the_next_step(folder):

@@ -189,8 +189,8 @@ def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(ker
     assert (tmp_path / "hung").exists()
 
 
-@pytest.mark.parametrize("knows, told", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
-def test_a_kernel_that_cannot_be_fetched_is_reported_with_the_next_step(tmp_path, monkeypatch, knows, told):
+@pytest.mark.parametrize("knows, message", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
+def test_a_kernel_that_cannot_be_fetched_is_reported_with_the_next_step(tmp_path, monkeypatch, knows, message):
     """There are no package sources and lists, or the lists name a server that does not exist."""
     (tmp_path / "lists" / "partial").mkdir(parents=True)
     sources = tmp_path / "sources.list"
@@ -210,7 +210,7 @@ def test_a_kernel_that_cannot_be_fetched_is_reported_with_the_next_step(tmp_path
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with pytest.raises(prepare.Unavailable, match="make build/setup/vm") as raised:
         prepare.fetch(tmp_path)
-    assert told in str(raised.value)
+    assert message in str(raised.value)
 
 
 def test_a_kernel_is_fetched_once_for_all_clones(tmp_path, monkeypatch):
@@ -239,10 +239,10 @@ def test_missing_parts_are_named(kernel_folder, tmp_path, monkeypatch):
     assert "qemu-system-x86_64 is not installed; run: sh gse/setup/setup.sh hil" in refusal(kernel_folder, tmp_path)
 
 
-@pytest.mark.parametrize("options, told", [({"cans": 9}, "9 CAN controllers, expected 0 to 8"),
-                                           ({"memory": 1}, "1 MB of memory, expected at least 256")])
-def test_nonsense_is_refused(kernel_folder, tmp_path, options, told):
-    assert told in refusal(kernel_folder, tmp_path, **options)
+@pytest.mark.parametrize("options, message", [({"cans": 9}, "9 CAN controllers, expected 0 to 8"),
+                                              ({"memory": 1}, "1 MB of memory, expected at least 256")])
+def test_nonsense_is_refused(kernel_folder, tmp_path, options, message):
+    assert message in refusal(kernel_folder, tmp_path, **options)
 
 
 def test_output_folder_that_cannot_be_made_is_refused(kernel_folder, tmp_path):

@@ -538,8 +538,8 @@ def test_an_excluded_condition_needs_a_reason_and_must_exist():
         check_mcdc.read_list(["fsw/a.c | if (is_open && is_fresh) { | 2 |"])
 
 
-@pytest.mark.parametrize("records, code, told", [(decisions(True, True), 0, "each condition is shown"), ({}, 1, "of a.c no decision was recorded")])
-def test_a_source_without_recorded_decisions_is_found(tmp_path, monkeypatch, capsys, records, code, told):
+@pytest.mark.parametrize("records, code, message", [(decisions(True, True), 0, "each condition is shown"), ({}, 1, "of a.c no decision was recorded")])
+def test_a_source_without_recorded_decisions_is_found(tmp_path, monkeypatch, capsys, records, code, message):
     (tmp_path / "a.c").write_text("\n".join(LINES))
     (tmp_path / "list").write_text("a.c\n")
     for name, value in (("ROOT", tmp_path), ("LIST", tmp_path / "list"), ("PROFILES", tmp_path / "profiles"), ("run_test", lambda test: ""),
@@ -547,7 +547,7 @@ def test_a_source_without_recorded_decisions_is_found(tmp_path, monkeypatch, cap
         monkeypatch.setattr(check_mcdc, name, value)
     monkeypatch.setattr("sys.argv", ["check_mcdc.py", "test_a.c"])
     assert check_mcdc.main() == code
-    assert told in capsys.readouterr().out
+    assert message in capsys.readouterr().out
 
 
 def test_an_assertion_is_no_decision():

@@ -72,7 +72,7 @@ class Ground:
         def make(path):
             scenario = flying.write_scenario(self.place / "records.scn", *LASTING)
             flight = flying.fly(self.place / "records-flight", "--scenario", scenario, "--form", "image", "--storage", path, "--port", flying.free_port())
-            assert flight.code == 0, flight.told()
+            assert flight.code == 0, flight.transcript()
 
         return self._made("records", make)
 

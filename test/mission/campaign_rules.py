@@ -265,8 +265,8 @@ def failure_on_the_bus_is_seen(seen):
         if not is_operating:
             continue
         bus = next(name for name, of in DEVICE_BUS.items() if of == apid)
-        told = [int(second) * NS_PER_S + int(rest) * 1000 for second, rest in EMERGENCY.findall(seen.flight.read(f"can-{bus}.log"))]
-        first = next((at_ns for at_ns in told if time_ns < at_ns < time_ns + SILENCE_NS), None)
+        emergencies_ns = [int(second) * NS_PER_S + int(rest) * 1000 for second, rest in EMERGENCY.findall(seen.flight.read(f"can-{bus}.log"))]
+        first = next((at_ns for at_ns in emergencies_ns if time_ns < at_ns < time_ns + SILENCE_NS), None)
         if first is None and not seen.is_alone(time_ns):
             continue
         if not seen.is_secured(PARTNER[apid], time_ns, first + REACTION_NS if first else time_ns + SILENCE_NS):

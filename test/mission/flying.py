@@ -96,7 +96,7 @@ class Flight:
                 if not entry.startswith("process "):
                     os.unlink(entry)
 
-    def told(self):
+    def transcript(self):
         """Everything that a user could read about the run, for assertion messages."""
         return f"exit code {self.code}\n{self.output}\n{self.console[-3000:]}"
 
@@ -187,7 +187,7 @@ def fly_in_both_forms(folder, name, path, *options):
     found = {}
     for form in ("image", "processes"):
         found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, *options)
-        assert found[form].code == 0, found[form].told()
+        assert found[form].code == 0, found[form].transcript()
     return found
 
 

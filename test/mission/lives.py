@@ -36,8 +36,8 @@ def scenario(path):
 
 def assert_in_order(flight):
     """The flight ended; every ping was answered within two time steps, and no step of the operator failed."""
-    assert flight.facts["reproducible"], flight.told()
-    assert "FAILED" not in flight.console, flight.told()
+    assert flight.facts["reproducible"], flight.transcript()
+    assert "FAILED" not in flight.console, flight.transcript()
     answers = list(_answers(flight))
     assert len(answers) == ASKED
     assert max(answers) <= 2 * STEP_NS

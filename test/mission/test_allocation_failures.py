@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """In each pool and quota one of the first requests is refused, in a separate flight for each (without LONG=1
 for every fourth): the flight does not crash and leaves nothing behind, and the refusal is counted and
-reported. The flights use the programs of SANITIZE=1, which can be told to refuse."""
+reported. The flights use the programs of SANITIZE=1, which can refuse allocations on request."""
 
 import json
 import re
@@ -53,7 +53,7 @@ def fly(folder, number):
         folder, "--scenario", scenario, "--form", "image", binaries=SANITIZED,
         environment={"HIROSCO_REFUSE_TAKE": str(number), "ASAN_OPTIONS": "detect_leaks=1:abort_on_error=0"},
     )
-    assert not REPORT.search(flight.console + flight.output), flight.told()
+    assert not REPORT.search(flight.console + flight.output), flight.transcript()
     flying.assert_clean(flight)
     return flight
 
@@ -74,7 +74,7 @@ def takes(flight):
 @pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.long)])
 def test_each_refusal_is_counted_and_ends_nothing(folder, every):
     undisturbed = fly(folder / "0", 0)
-    assert undisturbed.code == 0, undisturbed.told()
+    assert undisturbed.code == 0, undisturbed.transcript()
     assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
     total = takes(undisturbed)
     # Seven functions, the listening socket, one scheduled request, one request for an event, and packets of
@@ -84,6 +84,6 @@ def test_each_refusal_is_counted_and_ends_nothing(folder, every):
         flight = fly(folder / str(number), number)
         counted = refusals(flight)
         if counted is None:  # The ground could not connect; then the run reports the refusal.
-            assert flight.code != 0, flight.told()
+            assert flight.code != 0, flight.transcript()
         else:
             assert counted == 1, f"take {number}: {flight.read('operator.log')}"

@@ -60,7 +60,7 @@ def flights(hangar):
     found = [flying.fly(hangar / f"actuators-{form}", "--mission", "actuators", "--scenario", "actuators", "--form", form)
              for form in ("processes", "image")]
     for flight in found:
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
     return found
 
 
@@ -146,7 +146,7 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(hangar):
              "3.0 operator cmd ACTUATORS.STOP", "3.3 operator hk once ACTUATORS 1", "3.5 operator hk once ACTUATORS 1", "3.6 operator shutdown"]
     scenario = flying.write_scenario(hangar / "velocity.scn", *lines)
     flight = flying.fly(hangar / "velocity", "--mission", "actuators", "--scenario", scenario, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     positions = [position[0] for position in _reports(flight, r"POSITION: \[([-0-9.e, ]+)\]")]
     assert abs(positions[1] - positions[0] - 0.05) < 0.003, "friction against the gain of the drive"
     assert abs(positions[3] - positions[2]) < 2e-4 and 0.04 < positions[2] - positions[1] < 0.06
@@ -169,7 +169,7 @@ def test_homing_ends_with_a_fault_and_without_its_drive(hangar, fault):
              f"2.3 fault {fault}", "4.0 operator shutdown"]
     scenario = flying.write_scenario(hangar / f"{name}.scn", *lines)
     flight = flying.fly(hangar / name, "--mission", "actuators", "--scenario", scenario, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     control = [(time, struct.unpack("<H", octets[:2])[0]) for time, octets in _frames(flight, 0x225)]
     status = [struct.unpack("<H", octets[:2])[0] for _, octets in _frames(flight, 0x1A5)]
     assert 0x0237 in status and not any(word & 0x1000 for word in status)
@@ -199,5 +199,5 @@ def test_what_cannot_fly_is_refused(house, tmp_path, path, old, new, words):
     (house / path).write_text(text.replace(old, new, 1), encoding="utf-8")
     flight = flying.fly(tmp_path / "run", "--mission", "actuators", "--scenario", "actuators", "--form", "image", root=house)
     assert flight.code == 1
-    assert words in flight.output + flight.console, flight.told()
+    assert words in flight.output + flight.console, flight.transcript()
     flying.assert_clean(flight)

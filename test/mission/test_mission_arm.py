@@ -109,7 +109,7 @@ def test_the_tool_passes_poses_within_its_limits_without_a_stop(hangar):
     stop, and it is never faster than the scenario permits."""
     name = "ur5e-poses"
     flight = flying.fly(hangar / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     lines = (flying.ROOT / "sim" / "scenarios" / f"{name}.scn").read_text(encoding="utf-8")
     poses = np.array([list(map(float, words.split(","))) for words in re.findall(r"ADD_POSE POSITION=(\S+)", lines)])
     began, share, blend = (float(word) for word in re.search(r"(?m)^ *([0-9.]+) .*LINE_VIA SHARE=(\S+) BLEND=(\S+)$", lines).groups())
@@ -136,7 +136,7 @@ def test_the_tool_passes_poses_within_its_limits_without_a_stop(hangar):
 def pressed(hangar):
     """A flight with the compliant tool; its target is below the top of a table."""
     flight = flying.fly(hangar / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return runs.load(flight.folder)
 
 
@@ -203,7 +203,7 @@ def snake(path, count):
 def free_flyer(hangar):
     """A flight with an arm of seven joints on a free-flying satellite."""
     flight = flying.fly(hangar / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     flying.assert_clean(flight)
     return runs.load(flight.folder)
 
@@ -397,7 +397,7 @@ def test_a_robot_of_twelve_joints_flies_from_its_urdf(flown_snake):
     """The robot flies as make new-robot made it, on three buses; existing files are not overwritten."""
     flight, again, _, _ = flown_snake
     assert again.returncode == 1 and "there is already descriptors/subsystems/snake.xml" in again.stderr
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert len(list(flight.folder.glob("can-arm-*.log"))) == 3
 
 
@@ -428,7 +428,7 @@ def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
 def flown_gantry(hangar, made_robots):
     place, _ = made_robots
     flight = flying.fly(hangar / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return flight
 
 

@@ -198,7 +198,7 @@ def test_a_figure_out_of_its_bound_fails_the_run(folder):
     path.write_text(source, encoding="utf-8")
     flight = flying.fly(folder / "out", "--scenario", "telepresence", root=root, report="yes")
     assert flight.code == 1
-    assert "figures missing or out of their bounds" in flight.output, flight.told()
+    assert "figures missing or out of their bounds" in flight.output, flight.transcript()
     assert f"figure tracking_error < 0: {flight.facts['tracking_error']:.4g}" in flight.output.splitlines()
     assert flight.facts["exit_code"] == 1
     assert flight.facts["exit_reason"] == "figures missing or out of their bounds: tracking_error"

@@ -80,7 +80,7 @@ def flights(hangar):
 
 
 @pytest.fixture(scope="module")
-def told(flights):
+def manipulator_reports(flights):
     """(time_us, service, subtype, event or state, auxiliary) of each event and change of state of the manipulator."""
     found = []
     for time_ns, direction, raw in flights["image"].packets:
@@ -92,9 +92,9 @@ def told(flights):
     return found
 
 
-def _in_interval(told, name, seconds=INTERVAL_S - FAULT_S):
+def _in_interval(manipulator_reports, name, seconds=INTERVAL_S - FAULT_S):
     at = round((_slots()[name] + FAULT_S) * 1e6)
-    return [(t - at, *rest) for t, *rest in told if at <= t < at + round(seconds * 1e6)]
+    return [(t - at, *rest) for t, *rest in manipulator_reports if at <= t < at + round(seconds * 1e6)]
 
 
 def test_forms_are_identical(flights):
@@ -103,11 +103,11 @@ def test_forms_are_identical(flights):
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_lost_devices_end_in_the_safe_state(told, name):
+def test_lost_devices_end_in_the_safe_state(manipulator_reports, name):
     """For each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a
     lost device the arm keeps its state."""
     _, lost, _, _ = FAULTS[name]
-    inside = _in_interval(told, name)
+    inside = _in_interval(manipulator_reports, name)
     high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
     states = [(t, state) for t, service, _, state, _ in inside if service == 129]
     assert {data for _, event, data in high if event == DEVICE_LOST} == lost
@@ -122,9 +122,9 @@ def test_lost_devices_end_in_the_safe_state(told, name):
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_controller_conditions_are_reported_by_low_events(told, name):
+def test_controller_conditions_are_reported_by_low_events(manipulator_reports, name):
     _, _, wanted, _ = FAULTS[name]
-    low = [data for _, service, subtype, event, data in _in_interval(told, name) if (service, subtype, event) == (5, 2, BUS_WARNING)]
+    low = [data for _, service, subtype, event, data in _in_interval(manipulator_reports, name) if (service, subtype, event) == (5, 2, BUS_WARNING)]
     own = [data for data in low if data.startswith("00")]
     assert wanted <= set(own), own
     assert set(own) <= wanted | {WARNING, PASSIVE, TIMEOUT}, own
@@ -170,7 +170,7 @@ def test_controller_that_waits_for_an_order(hangar):
         "6.0 operator shutdown",
     )
     flight = flying.fly(hangar / "restart", "--scenario", path, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 SYNC_CONFLICT = 15
@@ -203,15 +203,15 @@ def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_onc
     """The MEDIUM event leads to SAFE_OPERATIONAL in that cycle. While the fault lasts, it is not reported
     again, and commands to higher states are still accepted."""
     flight = sync_conflict["image"]
-    told, states = [], []
+    warnings, states = [], []
     for time_ns, direction, raw in flight.packets:
         if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF == MANIPULATOR:
             if raw[7] == 5 and int.from_bytes(raw[21:23], "big") == SYNC_CONFLICT:
-                told.append((time_ns, raw[8]))
+                warnings.append((time_ns, raw[8]))
             elif raw[7:9] == b"\x81\x02" and raw[21] != raw[22]:
                 states.append((time_ns, raw[22]))
-    assert [subtype for _, subtype in told] == [3, 3], told
-    for (time_ns, _), at_s in zip(told, (1.0002, 4.6), strict=True):
+    assert [subtype for _, subtype in warnings] == [3, 3], warnings
+    for (time_ns, _), at_s in zip(warnings, (1.0002, 4.6), strict=True):
         assert 0 < time_ns - at_s * 1e9 <= 2_000_000
         after = next((when, state) for when, state in states if when >= time_ns)
         assert after[1] == 4 and after[0] - time_ns <= 2_000_000

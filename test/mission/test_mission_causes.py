@@ -21,7 +21,7 @@ def test_shutdown_and_autostart_are_no_plans(folder, form):
     folder.mkdir()
     path = flying.write_scenario(folder / "down.scn", *flying.bring_up(0.1, tare=False), f"{BEGIN_S} operator shutdown")
     flight = flying.fly(folder / "flight", "--scenario", path, "--form", form)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     up = {3: REQUEST, 4: REQUEST, 5: REQUEST}
     ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
     assert {state: ground[state] for state in up} == up  # Before decision 0041, SAFE_OPERATIONAL had the cause PLAN here.
@@ -36,7 +36,7 @@ def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
     lines = [*flying.bring_up(0.1, tare=False), f"{BEGIN_S} fault unplug joystick", f"{BEGIN_S} operator wait-state MANIPULATOR OFFLINE 2",
              f"{BEGIN_S} operator wait-state JOYSTICK OFFLINE 2", f"{BEGIN_S + 1.5} operator shutdown"]
     flight = flying.fly(folder / "flight", "--scenario", flying.write_scenario(folder / "plan.scn", *lines), "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert _causes(flight, JOYSTICK, BEGIN_S)[6] == OWN_ERROR
     assert _causes(flight, MANIPULATOR, BEGIN_S)[6] == NETWORK
     for member in (MANIPULATOR, JOYSTICK):

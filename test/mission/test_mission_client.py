@@ -39,7 +39,7 @@ def test_the_example_of_the_readme_commands_a_flight(flight):
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
     dictionary = Dictionary.load(default_dictionary(flight.folder))
-    told = [row["text"] for row in decode.rows([str(flight.folder / "packets.log")], dictionary, flying.ROOT, 0)]
+    reports = [row["text"] for row in decode.rows([str(flight.folder / "packets.log")], dictionary, flying.ROOT, 0)]
     wanted = ["SAFE_OPERATIONAL -> OPERATIONAL", "MOVE_TO POSITION=[0.9, -1.3] rad  DURATION=2 s", "DEVICE_LOST"]
-    places = [next((number for number, text in enumerate(told) if words in text), None) for words in wanted]
+    places = [next((number for number, text in enumerate(reports) if words in text), None) for words in wanted]
     assert None not in places and places == sorted(places), (wanted, places)

@@ -25,7 +25,7 @@ def _kill_at(flight, name, step):
     """Kill a child after this step of the operator. The simulated time of the kill is not exactly
     determined."""
     flying.wait_until(lambda: flight.steps() >= step or flight.process.poll() is not None, f"step {step} of the operator")
-    assert flight.process.poll() is None, flight.told()
+    assert flight.process.poll() is None, flight.transcript()
     pid = flight.children()[name]
     os.kill(pid, signal.SIGKILL)
 
@@ -57,7 +57,7 @@ def _packets_in_order(flight):
 
 
 def _assert_ended_as_it_should(flight, name):
-    assert flight.code not in (0, None), flight.told()
+    assert flight.code not in (0, None), flight.transcript()
     assert flight.code > 0, "the launcher itself must not die"
     assert name in flight.output, f"no message says that {name} died: {flight.output}"
     facts = flight.facts
@@ -66,7 +66,7 @@ def _assert_ended_as_it_should(flight, name):
     assert facts["reproducible"] is False
     entry = next(entry for entry in facts["processes"] if entry["name"] == name)
     assert entry.get("signal") == 9 or entry["starts"] == 2, "ended by the signal, or started again within its budget"
-    assert (flight.folder / "report.html").exists(), flight.told()
+    assert (flight.folder / "report.html").exists(), flight.transcript()
     assert name in flight.read("report.html")
     flying.assert_clean(flight)
 
@@ -135,7 +135,7 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
     flight = _die(folder, scenario, name, IN_OPERATION)
     _assert_ended_as_it_should(flight, name)
     other = next(apid for member, apid in MEMBERS.items() if member != name)
-    assert 6 in _states(flight, other), flight.told()
+    assert 6 in _states(flight, other), flight.transcript()
     assert not _enabled_at_end(flight)
     left = _left_operation(flight)
     assert len(left) == 4
@@ -150,7 +150,7 @@ def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder
     deaths = [f"{4 + death} fault kill supervisor" for death in range(4)]
     path = flying.write_scenario(folder / "deaths.scn", "0.0 hand rest", *deaths, *flying.bring_up(0.1), f"{END_S} operator shutdown")
     flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
-    assert flight.code not in (0, None), flight.told()
+    assert flight.code not in (0, None), flight.transcript()
     flying.assert_clean(flight)
     assert len(_left_operation(flight)) == 4
     assert not _enabled_at_end(flight)
@@ -177,7 +177,7 @@ def test_operator_that_leaves_early(folder, form, lines):
     folder.mkdir()
     path = flying.write_scenario(folder / "short.scn", "0.0 hand rest", *lines)
     flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is False
     flying.assert_clean(flight)
 
@@ -261,7 +261,7 @@ def test_a_run_reports_that_its_guard_was_killed(folder, scenario):
     flight, simulator = _with_another_guard(folder, scenario)
     os.kill(simulator, signal.SIGCONT)
     flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["guards"] == 2 and flight.facts["reproducible"] is True
     flying.assert_clean(flight)
 
@@ -276,10 +276,10 @@ def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
     """Logs are flushed every simulated second: bus logs and truth reach to the last second, each line
     complete except the last."""
     flight = _die(folder, scenario, "simulator", len(STEPS) - 4)
-    told = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
+    end_s = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
     run = runs.load(flight.folder)
     for log in (run.buses["robot"], run.buses["joystick"]):
-        assert log.time_us[-1] / 1e6 > told - 2.5
+        assert log.time_us[-1] / 1e6 > end_s - 2.5
     assert not [problem for problem in run.problems if "truth" in problem or "can-" in problem]
 
 
@@ -290,7 +290,7 @@ def test_an_interrupted_flight_shuts_down_in_order(folder, scenario):
     os.kill(flight.process.pid, signal.SIGINT)
     flight.wait()
     for apid in MEMBERS.values():
-        assert _states(flight, apid)[-1] == 0, flight.told()
+        assert _states(flight, apid)[-1] == 0, flight.transcript()
     assert not _enabled_at_end(flight)
     assert flight.facts["reproducible"] is False
     flying.assert_clean(flight)

@@ -43,7 +43,7 @@ def _fly(project_copy, form="processes", **how):
 
 def test_unchanged_copy_flies(project_copy):
     flight = _fly(project_copy)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 @pytest.mark.parametrize(
@@ -70,15 +70,15 @@ def test_error_is_reported_with_file_and_line(project_copy, form, path, old, new
     line = _replace(project_copy, path, old, new)
     flight = _fly(project_copy, form)
     assert flight.code not in (0, None)
-    told = flight.output + flight.console
+    printed = flight.output + flight.console
     name = path.rpartition("/")[2]
-    place = re.search(re.escape(name) + r":(\d+)", told)
-    assert place, f"no {name}:line in {flight.told()}"
+    place = re.search(re.escape(name) + r":(\d+)", printed)
+    assert place, f"no {name}:line in {flight.transcript()}"
     if words:
-        assert int(place[1]) == line, told
+        assert int(place[1]) == line, printed
     for word in words:
-        assert word in told
-    assert "Assertion" not in told
+        assert word in printed
+    assert "Assertion" not in printed
     flying.assert_clean(flight)
 
 
@@ -106,12 +106,12 @@ def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(pro
     line = _replace(project_copy, path, old, new)
     flight = _fly(project_copy, form)
     assert flight.code == 1
-    told = flight.output + flight.console
-    place = re.search(r"(\w+\.xml):(\d+): [^\n]*" + re.escape(words), told)
-    assert place, flight.told()
+    printed = flight.output + flight.console
+    place = re.search(r"(\w+\.xml):(\d+): [^\n]*" + re.escape(words), printed)
+    assert place, flight.transcript()
     if "of its own" not in words:  # The message contains the line of the second subsystem that uses the bus.
         assert (place[1], int(place[2])) == (path.rpartition("/")[2], line)
-    assert "0x0301" not in told  # PUS_FAILURE_STEP.
+    assert "0x0301" not in printed  # PUS_FAILURE_STEP.
     flying.assert_clean(flight)
 
 
@@ -119,7 +119,7 @@ def test_missing_descriptor(project_copy):
     line = _replace(project_copy, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
     flight = _fly(project_copy)
     assert flight.code not in (0, None)
-    assert f'rokviss.xml:{line}: descriptor="../subsystems/nowhere.xml" of <Subsystem>: expected a file, found none' in flight.output, flight.told()
+    assert f'rokviss.xml:{line}: descriptor="../subsystems/nowhere.xml" of <Subsystem>: expected a file, found none' in flight.output, flight.transcript()
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
@@ -155,7 +155,7 @@ def test_a_mission_with_a_key_flies_with_it_only(project_copy):
     assert not flight.folder.exists()
     sdls.make_key(project_copy / "descriptors" / "ground.key")
     flight = _fly(project_copy)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert "ground port 0.0.0.0:" in flight.output
     assert flight.read("ground.key-file").strip() == "descriptors/missions/../ground.key"
 
@@ -166,10 +166,10 @@ def test_interface_that_differs_from_the_compiled_one(project_copy, form):
     _replace(project_copy, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
     flight = _fly(project_copy, form)
     assert flight.code not in (0, None)
-    told = flight.output + flight.console
-    assert "manipulator.xml" in told
-    assert "run make" in told
-    assert len(set(re.findall(r"0x[0-9A-Fa-f]{16}", told))) >= 2, told
+    printed = flight.output + flight.console
+    assert "manipulator.xml" in printed
+    assert "run make" in printed
+    assert len(set(re.findall(r"0x[0-9A-Fa-f]{16}", printed))) >= 2, printed
     flying.assert_clean(flight)
 
 
@@ -178,7 +178,7 @@ def test_configuration_part_needs_no_recompilation(project_copy):
     configuration hash."""
     _replace(project_copy, MANIPULATOR, '<HKService id="4711" interval="500">', '<HKService id="4711" interval="250">', count=2)
     flight = _fly(project_copy)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     plain = flying.fly(project_copy / "plain", "--scenario", "commissioning")
     assert plain.facts["interface_hash"] == flight.facts["interface_hash"]
 
@@ -211,8 +211,8 @@ def test_a_wrong_descriptor_is_not_reloaded_and_the_old_one_stays_in_force(proje
         flight.wait()
     finally:
         flight.abandon()
-    assert flight.code == 0, flight.told()
-    assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not reloaded", flight.output + flight.console), flight.told()
+    assert flight.code == 0, flight.transcript()
+    assert re.search(rf"manipulator\.xml:{line}: .*500parsec.*not reloaded", flight.output + flight.console), flight.transcript()
 
 
 def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_reported_with_both_hashes(project_copy):
@@ -229,15 +229,15 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
         flight.wait()
     finally:
         flight.abandon()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     # Auxiliary data of TM[5,2] with event 10, CONFIGURATION_DIFFERS.
-    told = [raw[23:41] for _, direction, raw in flight.packets
-            if direction == "TM" and raw[7:9] == b"\x05\x02" and raw[21:23] == b"\x00\x0a"]
+    reports = [raw[23:41] for _, direction, raw in flight.packets
+               if direction == "TM" and raw[7:9] == b"\x05\x02" and raw[21:23] == b"\x00\x0a"]
     known = json.loads((flying.ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
     manipulator = next(subsystem for subsystem in known["subsystems"] if subsystem["name"] == "MANIPULATOR")
-    assert len(told) == 1
-    assert told[0][:10] == bytes([0, 16]) + int(manipulator["configuration_hash"], 16).to_bytes(8, "big")
-    assert told[0][10:] != told[0][2:10]
+    assert len(reports) == 1
+    assert reports[0][:10] == bytes([0, 16]) + int(manipulator["configuration_hash"], 16).to_bytes(8, "big")
+    assert reports[0][10:] != reports[0][2:10]
 
 
 def _add_subsystems(project_copy, count):
@@ -264,7 +264,7 @@ def test_mission_with_as_many_subsystems_as_there_can_be_flies(project_copy):
     """Sixteen subsystems, the simulator and the operator take part in stepped time."""
     programs, _ = _add_subsystems(project_copy, 12)
     flight = _fly(project_copy, binaries=programs)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["exit_code"] == 0
     flying.assert_clean(flight)
 
@@ -273,5 +273,5 @@ def test_one_subsystem_more_is_refused(project_copy):
     programs, line = _add_subsystems(project_copy, 13)
     flight = _fly(project_copy, binaries=programs)
     assert flight.code == 1
-    assert f"rokviss.xml:{line}: too many subsystems, at most 16" in flight.output, flight.told()
+    assert f"rokviss.xml:{line}: too many subsystems, at most 16" in flight.output, flight.transcript()
     assert not flight.folder.exists()

@@ -24,7 +24,7 @@ def disabled(hangar):
     ]
     path = flying.write_scenario(hangar / "disabled-events.scn", *lines)
     flight = flying.fly(hangar / "disabled-events", "--scenario", path, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     cut_ns = round(CUT_S * 1e9)
     return [(t - cut_ns, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, kind, raw in flight.packets if kind == "TM" and t >= cut_ns]
 

@@ -103,7 +103,7 @@ def test_log_continues_when_there_is_room_again(disk, scenario):
     finally:
         flight.abandon()
     assert flight.facts["simulated_s"] >= SECONDS
-    assert "records of the packet log" not in flight.console, flight.told()
+    assert "records of the packet log" not in flight.console, flight.transcript()
     numbers = _numbers(flight)
     assert sorted(numbers) == list(range(1, len(numbers) + 1)), "every record once"
     assert len(numbers) > held
@@ -183,9 +183,9 @@ def _strategies(ground):
 
 
 def _assert_whole(flight, changes):
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["exit_code"] == 0
-    assert "records of the packet log" not in flight.console, flight.told()
+    assert "records of the packet log" not in flight.console, flight.transcript()
     numbers = _numbers(flight)
     assert numbers == list(range(1, len(numbers) + 1)), "every record once, in order"
     assert len(flight.packets) == len(numbers)
@@ -210,7 +210,7 @@ def test_a_disk_that_does_not_answer_delays_no_other(folder, programs, time):
         ground.wait(lambda: _strategies(ground) == [(0, 3), (3, 0)], "the log in its file again")
     _assert_whole(flight, [(0, 3), (3, 0)])
     assert all(entry.get("starts", 1) == 1 for entry in flight.facts["processes"]), flight.facts["processes"]
-    assert "hangs" not in flight.console, flight.told()
+    assert "hangs" not in flight.console, flight.transcript()
 
 
 def test_death_while_the_disk_does_not_answer(folder, programs):
@@ -227,7 +227,7 @@ def test_death_while_the_disk_does_not_answer(folder, programs):
             assert ground.do(name, 17, 1).is_completed
     numbers = _numbers(flight)
     assert sorted(numbers) == list(range(1, len(numbers) + 1)), "every record once"
-    assert "records of the packet log" not in flight.console, flight.told()
+    assert "records of the packet log" not in flight.console, flight.transcript()
 
 
 @pytest.mark.parametrize("time", ["real", "free"])
@@ -272,8 +272,8 @@ def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
         flight.wait()
     finally:
         flight.abandon()
-    assert flight.code == 1, flight.told()
-    assert "cannot write run.json into the run's folder" in flight.output, flight.told()
+    assert flight.code == 1, flight.transcript()
+    assert "cannot write run.json into the run's folder" in flight.output, flight.transcript()
     assert not (flight.folder / "run.json").exists(), "an incomplete file would look complete"
     assert not flight.leftovers()
 
@@ -281,8 +281,8 @@ def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
 def test_slow_disk_is_reported_and_changes_nothing(folder, programs):
     """In stepped time, wall-clock time passes while simulated time stands still."""
     flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
-    assert flight.code == 0, flight.told()
-    told = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)
-    assert told and int(told[1]) >= 300, flight.told()
+    assert flight.code == 0, flight.transcript()
+    reported = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)
+    assert reported and int(reported[1]) >= 300, flight.transcript()
     plain = flying.fly(folder / "plain", "--scenario", "commissioning")
     assert flight.octets("packets.log") == plain.octets("packets.log")

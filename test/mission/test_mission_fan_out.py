@@ -74,20 +74,20 @@ def fly(house, folder, *options):
     scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
     flight = second_reader.fly(house, folder / "run", scenario, *options)
     if "image" in options:  # In the image a life ends without the end of a process.
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
     else:
         # A death makes the run fail; no other failure is permitted.
-        assert "ended by signal 9" in flight.output, flight.told()
-    assert "FAILED" not in flight.console, flight.told()
+        assert "ended by signal 9" in flight.output, flight.transcript()
+    assert "FAILED" not in flight.console, flight.transcript()
     return flight
 
 
-def _stretches(told, number, reader):
+def _stretches(reported, number, reader):
     """Samples that a reader received from its link between two link reports, and whether the other link was
     closed: (end_ns, samples, cycles, is_away)."""
     other = next(link for link in LINKS if link != number)
-    mine = [(time_ns, rows[number][2]) for time_ns, apid, rows in told if apid == APIDS[reader] and number in rows]
-    theirs = [(time_ns, other in rows) for time_ns, apid, rows in told if apid == APIDS["JOYSTICK"]]
+    mine = [(time_ns, rows[number][2]) for time_ns, apid, rows in reported if apid == APIDS[reader] and number in rows]
+    theirs = [(time_ns, other in rows) for time_ns, apid, rows in reported if apid == APIDS["JOYSTICK"]]
     for (before_ns, before), (after_ns, after) in zip(mine, mine[1:]):
         # Otherwise the link was opened again in between.
         if after >= before and after_ns - before_ns <= TOGETHER_NS:
@@ -109,13 +109,13 @@ def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house
 
 def judge(flight):
     """Expect that both readers of a flight have every sample of the cycles in which their link was open."""
-    told = _lists(flight)
-    for time_ns, apid, rows in told:
+    reported = _lists(flight)
+    for time_ns, apid, rows in reported:
         for number, (_, _, _, lost, late) in rows.items():
             assert lost == 0, f"link {number} at {time_ns / 1e9} s of {apid}"
             assert late == 0 or time_ns > FIRST_DEATH_NS, f"link {number} at {time_ns / 1e9} s of {apid}"
     for number, reader in LINKS.items():
-        stretches = list(_stretches(told, number, reader))
+        stretches = list(_stretches(reported, number, reader))
         for end_ns, samples, cycles, _ in stretches:
             assert abs(samples - cycles) <= 1, f"{reader}: {samples} samples in {cycles} cycles before {end_ns / 1e9} s"
         assert sum(is_away for *_, is_away in stretches) >= 2, "while the other was closed, and while it was dead"

@@ -89,7 +89,7 @@ def _assert_numbers_whole(flight):
 
 def _fly(folder, path, *options):
     flight = flying.fly(folder, "--scenario", path, *options)
-    assert flight.facts["reproducible"], flight.told()
+    assert flight.facts["reproducible"], flight.transcript()
     flying.assert_clean(flight)
     return flight
 
@@ -133,7 +133,7 @@ def test_a_restart_under_load_reports_each_lost_request_and_doubles_none(folder)
         _assert_numbers_whole(flight)
         # `ping all` sends four requests, `link open` two, `wait-event` none.
         sent = sum(line.split()[1] == "operator" for line in lines) + 4
-        told = sum(int(step["outcome"].split("; ")[1].split()[0]) for step in _losses(flight))
+        lost = sum(int(step["outcome"].split("; ")[1].split()[0]) for step in _losses(flight))
         assert len(_losses(flight)) == 3
-        assert ended >= sent - told > 0
+        assert ended >= sent - lost > 0
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")

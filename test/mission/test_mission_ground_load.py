@@ -78,7 +78,7 @@ def mission(folder, tmp_path):
         flight.wait()
     finally:
         flight.abandon()
-    assert "shutting the mission down" in flight.told(), flight.told()
+    assert "shutting the mission down" in flight.transcript(), flight.transcript()
     flying.assert_clean(flight)
 
 

@@ -78,7 +78,7 @@ def test_a_missing_mission_scenario_or_interface_is_named(folder, options, reaso
 def test_empty_values_are_as_not_given(folder, options):
     """A Makefile passes all options, also those without a value."""
     flight = flying.fly(folder, *options, "--scenario", "commissioning")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 @pytest.mark.parametrize("words", [(), ("--help",), ("run", "--help")])
@@ -113,9 +113,9 @@ def test_program_called_by_hand_prints_its_usage(name, words):
     """No program of the project crashes or waits without end, whatever its arguments are."""
     done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
-    told = done.stdout + done.stderr
+    output = done.stdout + done.stderr
     if not (name == "pusdump" and words == ()):  # an empty packet log is well-formed
-        assert told.strip(), f"{name} {words} prints nothing"
+        assert output.strip(), f"{name} {words} prints nothing"
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
@@ -163,7 +163,7 @@ def test_port_in_use_is_named(folder):
 def test_port_asked_for_is_taken(folder):
     port = flying.free_port()
     flight = flying.fly(folder, "--scenario", "commissioning", "--port", port)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert f"127.0.0.1:{port}" in flight.output
     assert int(flight.read("ground.port")) == port
 
@@ -230,7 +230,7 @@ def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words
     path = flying.write_scenario(folder / "wrong.scn", "0.0 hand rest", line, "0.2 operator shutdown")
     flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
     assert flight.code != 0
-    assert re.search(r"wrong\.scn:3\b", flight.console), flight.told()
+    assert re.search(r"wrong\.scn:3\b", flight.console), flight.transcript()
     for word in words:
         assert word in flight.console
     flying.assert_clean(flight)
@@ -242,7 +242,7 @@ def test_two_runs_at_once(hangar):
     pair = [flying.start(hangar / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
     for flight in pair:
         flight.wait()
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
     assert pair[0].port() != pair[1].port()
     for seed, flight in zip((1, 2), pair):
         alone = flying.fly(hangar / f"alone-{seed}", *options, "--seed", seed)
@@ -269,7 +269,7 @@ def test_a_duration_shorter_than_the_scenario_is_no_failure(hangar, folder, form
     scenario = hangar / f"endless-{form}.scn"
     scenario.write_text("0 operator ping all\n900000 operator ping all\n", encoding="utf-8")
     flight = flying.fly(folder, "--scenario", scenario, "--duration", "7", "--form", form, "--report", "no")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["cut_short"] is True
     assert 7.0 <= flight.facts["simulated_s"] < 900000
 
@@ -280,5 +280,5 @@ def test_a_failed_step_fails_the_run_however_the_mission_ends(hangar, folder, fo
     scenario = hangar / f"failing-{form}-{len(words)}.scn"
     scenario.write_text("0 operator ping all\n1 operator expect-state JOYSTICK OPERATIONAL\n", encoding="utf-8")
     flight = flying.fly(folder, "--scenario", scenario, "--form", form, "--report", "no", *words)
-    assert flight.code == 1, flight.told()
-    assert flight.facts["exit_reason"].startswith("operator ended with exit code 1"), flight.told()
+    assert flight.code == 1, flight.transcript()
+    assert flight.facts["exit_reason"].startswith("operator ended with exit code 1"), flight.transcript()

@@ -49,11 +49,11 @@ def _process(flight, name):
 def test_a_leaking_subsystem_dies_alone(folder, kind):
     flight = _fly_with_bomb(folder, kind)
     leaking = _process(flight, "joystick")
-    assert flight.facts["exit_reason"].startswith("joystick was ended by signal 6"), flight.told()
+    assert flight.facts["exit_reason"].startswith("joystick was ended by signal 6"), flight.transcript()
     assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"] == 12288
-    assert "joystick: had " in flight.output and "its address space is limited to 12288 KiB" in flight.output, flight.told()
+    assert "joystick: had " in flight.output and "its address space is limited to 12288 KiB" in flight.output, flight.transcript()
     for name in OTHERS:
-        assert _process(flight, name).get("exit_code") == 0, flight.told()
+        assert _process(flight, name).get("exit_code") == 0, flight.transcript()
     assert _process(flight, "manipulator")["starts"] == 1
     assert flight.facts["simulated_s"] > 5
     flying.assert_clean(flight)
@@ -105,14 +105,14 @@ def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder)
         flight.abandon()
     lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == TOLD and raw[21:25] == PROCESS_LOST + b"\0\x11"]
     modes = [raw[21:24] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == MODE_CHANGED]
-    assert len(lost) == LIVES, flight.told()
-    assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.told())
+    assert len(lost) == LIVES, flight.transcript()
+    assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.transcript())
     leaking = _process(flight, "joystick")
     assert leaking["starts"] == LIVES
     assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"]
     assert _process(flight, "manipulator")["starts"] == 1
     for name in OTHERS:
-        assert _process(flight, name).get("exit_code") == 0, flight.told()
+        assert _process(flight, name).get("exit_code") == 0, flight.transcript()
     flying.assert_clean(flight)
 
 
@@ -120,16 +120,16 @@ def test_a_limit_below_the_program_itself_is_refused(folder):
     root = _copy(folder, 'memoryKiB="12288"', 'memoryKiB="100"')
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 1
-    assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more KiB than the program alone needs, ' in flight.output, flight.told()
+    assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more KiB than the program alone needs, ' in flight.output, flight.transcript()
     assert not flight.folder.exists()
 
 
 def test_without_a_limit_one_is_derived_and_reported(folder):
     root = _copy(folder, 'memoryKiB="12288"', "")
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     limit = _process(flight, "joystick")["memory_limit_kib"]
-    assert f"rokviss.xml:6: JOYSTICK has no memoryKiB: limited to {limit}" in flight.output, flight.told()
+    assert f"rokviss.xml:6: JOYSTICK has no memoryKiB: limited to {limit}" in flight.output, flight.transcript()
     assert 10240 < limit < 16384
 
 

@@ -139,7 +139,7 @@ def flight(hangar):
 
 
 def test_the_flight_ends_well(flight):
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert len([line for line in flight.read("live.scn").splitlines() if " hand aim " in line]) == 150
     assert flight.facts["live_lines"] == len(flight.read("live.scn").splitlines())
 
@@ -220,7 +220,7 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, hangar, form):
     path = hangar / f"recorded-{form}.scn"
     path.write_text(recorded.stdout, encoding="utf-8")
     again = flying.fly(hangar / f"again-{form}", "--scenario", path, "--form", form)
-    assert again.code == 0, again.told()
+    assert again.code == 0, again.transcript()
     for name in LOGS:
         assert again.octets(name) == flight.octets(name), name
 
@@ -244,7 +244,7 @@ def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
     finally:
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
-    assert flight.code == 0, flight.told()  # A paused mission shuts down, too.
+    assert flight.code == 0, flight.transcript()  # A paused mission shuts down, too.
     for words in ("speed 0 (test)", "hand aim 0.1 -0.1 0.2 (gse)", "hand let_go (no line for a time)", "pause (gse)"):
         assert f" s] live {words}" in flight.console
     assert not (folder / "operator.log").exists()
@@ -273,7 +273,7 @@ def test_a_refused_or_endless_line_changes_nothing(folder):
     finally:
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 @pytest.mark.long
@@ -289,7 +289,7 @@ def test_a_pause_may_be_longer_than_the_launcher_waits_for_simulated_time(folder
     finally:
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 def test_stepped_flights_have_no_live_port(hangar, flight):

@@ -72,7 +72,7 @@ def _stops_under_way(path):
 def test_a_request_ends_once_although_its_addressee_is_stopped(folder, time):
     folder.mkdir()
     flight = flying.fly(folder / "run", "--scenario", _stops_under_way(folder / "stops.scn"), "--time", time)
-    assert "FAILED" not in flight.console and "MANIPULATOR is alive" in flight.console, flight.told()
+    assert "FAILED" not in flight.console and "MANIPULATOR is alive" in flight.console, flight.transcript()
     asked = collections.Counter(raw[:4] for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == b"\0\1")
     reports = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7] == 1 and raw[11:13] == b"\0\1"]
     ended = collections.Counter(raw[21:25] for raw in reports if raw[8] in campaign_rules.TERMINAL)
@@ -112,9 +112,9 @@ def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
         flight.wait()
     finally:
         flight.abandon()
-    assert apid in _hung(flight), flight.told()
+    assert apid in _hung(flight), flight.transcript()
     assert not flight.facts["reproducible"]
-    assert "hangs: suspended" in flight.told() + flight.output
+    assert "hangs: suspended" in flight.transcript() + flight.output
     flying.assert_clean(flight)
 
 
@@ -139,7 +139,7 @@ def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
         flight.wait()
     finally:
         flight.abandon()
-    assert 17 in _hung(flight), flight.told()
+    assert 17 in _hung(flight), flight.transcript()
     facts = flight.facts
     assert facts["time"] == "free"
     assert not facts["reproducible"]
@@ -164,7 +164,7 @@ def test_a_supervisor_that_hangs_is_replaced(folder, kind):
         flight.wait()
     finally:
         flight.abandon()
-    assert "supervisor was ended by signal 9 and was restarted" in flight.told(), flight.told()
+    assert "supervisor was ended by signal 9 and was restarted" in flight.transcript(), flight.transcript()
     flying.assert_clean(flight)
 
 
@@ -196,8 +196,8 @@ def test_a_start_that_does_not_join_is_ended_and_time_continues(folder):
     programs = _programs(folder)
     lines = ["0.0 hand rest", "0.5 fault kill joystick", "0.52 operator ping MANIPULATOR", "3.0 operator ping all", "3.1 operator shutdown"]
     flight = flying.fly(folder / "run", "--scenario", flying.write_scenario(folder / "join.scn", *lines), binaries=programs)
-    assert "has not joined the run within 10 s: killed" in flight.told(), flight.told()
-    assert "FAILED" not in flight.console and "JOYSTICK is alive" in flight.console, flight.told()
+    assert "has not joined the run within 10 s: killed" in flight.transcript(), flight.transcript()
+    assert "FAILED" not in flight.console and "JOYSTICK is alive" in flight.console, flight.transcript()
     assert (folder / "starts").read_text().count("\n") == 3
     assert not flight.facts["reproducible"]
     _assert_gone(flight)
@@ -219,5 +219,5 @@ def test_no_process_waits_for_a_start_in_real_time(folder, kind):
         flight.wait()
     finally:
         flight.abandon()
-    assert "has not made a step within 10 s: killed" in flight.told(), flight.told()
+    assert "has not made a step within 10 s: killed" in flight.transcript(), flight.transcript()
     _assert_gone(flight)

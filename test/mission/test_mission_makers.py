@@ -57,7 +57,7 @@ def test_drives_of_another_maker_fly_the_mission(house, joints, form):
     _swap_in_world(house, joints)
     _swap_in_descriptor(house, joints)
     flight = _fly(house, "telepresence", form)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     found, reasons = figures.compute(runs.load(flight.folder))
     assert not reasons
     assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []
@@ -80,7 +80,7 @@ def test_another_maker_than_the_descriptor_names_is_refused_by_its_vendor(house,
     swap(house, ("JOINT1",))
     flight = _fly(house, "commissioning")
     assert flight.code != 0
-    assert _refusals(flight)[0] == (0x11, 4, VENDOR, 0xFFFFFF01 if swap is _swap_in_world else 0), flight.told()
+    assert _refusals(flight)[0] == (0x11, 4, VENDOR, 0xFFFFFF01 if swap is _swap_in_world else 0), flight.transcript()
 
 
 @pytest.mark.parametrize(("eds", "old", "new", "object_", "found"), [
@@ -96,7 +96,7 @@ def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, obje
     flying.replace(house / WORLD, ('node="0x12" eds="joint-drive.eds"', 'node="0x12" eds="other.eds"'))
     flight = _fly(house, "commissioning")
     assert flight.code != 0
-    assert _refusals(flight)[0] == (0x12, 4, object_, found), flight.told()
+    assert _refusals(flight)[0] == (0x12, 4, object_, found), flight.transcript()
 
 
 def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(house):
@@ -107,8 +107,8 @@ def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(house
     sheet.write_text(sheet.read_text(encoding="utf-8") + "; changed\n", encoding="utf-8")
     flight = _fly(house, "commissioning")
     assert flight.code == 1
-    told = re.search(r"descriptors/devices/gyro.eds: found hash 0x(\w+), the programs were built from 0x(\w+): run make", flight.output)
-    assert told and told[2].lower() == built and told[1].lower() != built, flight.told()
+    message = re.search(r"descriptors/devices/gyro.eds: found hash 0x(\w+), the programs were built from 0x(\w+): run make", flight.output)
+    assert message and message[2].lower() == built and message[1].lower() != built, flight.transcript()
 
 
 ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
@@ -122,7 +122,7 @@ def test_the_arm_flies_with_its_joints_on_two_buses(house):
     flying.replace(house / DESCRIPTOR, ('bus="robot" redundantBus="robot-b" node="0x12"', 'bus="elbow" node="0x12"'))
     flying.replace(house / DESCRIPTOR, ('        <Supply unit="0x1F" on="3" off="4"/>\n', ""))
     flight = _fly(house, "telepresence")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     found, reasons = figures.compute(runs.load(flight.folder))
     assert not reasons
     assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []

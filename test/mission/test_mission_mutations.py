@@ -53,11 +53,11 @@ def test_a_descriptor_is_refused_with_its_place_or_flies(folder, seed):
     changed = _mutate(folder / "descriptors", chance)
     difference = f"diff {flying.ROOT}/descriptors/{changed} {folder}/descriptors/{changed}"
     flight = flying.fly(folder / "out", "--scenario", "hil", "--form", chance.choice(("image", "processes")), root=folder)
-    told = flight.output + flight.console
-    assert "ssertion" not in told, f"{difference}\n{told}"
-    assert "ended by signal" not in told, f"{difference}\n{told}"
-    if flight.code != 0 and not PLACE.search(told):
-        assert _explains(flight), f"{difference}\n{flight.told()}"
+    printed = flight.output + flight.console
+    assert "ssertion" not in printed, f"{difference}\n{printed}"
+    assert "ended by signal" not in printed, f"{difference}\n{printed}"
+    if flight.code != 0 and not PLACE.search(printed):
+        assert _explains(flight), f"{difference}\n{flight.transcript()}"
     flying.assert_clean(flight)
 
 

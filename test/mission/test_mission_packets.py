@@ -126,11 +126,11 @@ def test_pusdump_reads_all_and_agrees(flight, packets):
     dumped = subprocess.run([flying.PUSDUMP, "--json", flight.folder / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert dumped.returncode == 0, dumped.stderr
     for line, packet in zip(dumped.stdout.splitlines(), packets, strict=True):
-        told = json.loads(line)
-        assert told["crc_ok"] is True
-        assert told["error"] is None
-        user = told["source" if packet.direction == "TC" else "destination"]
-        found = (told["direction"], told["apid"], told["service"], told["subtype"], told["seq"], user)
+        row = json.loads(line)
+        assert row["crc_ok"] is True
+        assert row["error"] is None
+        user = row["source" if packet.direction == "TC" else "destination"]
+        found = (row["direction"], row["apid"], row["service"], row["subtype"], row["seq"], user)
         assert found == (packet.direction, packet.apid, packet.service, packet.subtype, packet.sequence, packet.user)
 
 
@@ -277,9 +277,9 @@ def test_every_high_event_takes_both_members_to_error_operational(packets):
     assert [(apid, event) for _, apid, event in high] == [(JOYSTICK, 1), (MANIPULATOR, 1)]
     for time_ns, _, _ in high:
         for apid in (MANIPULATOR, JOYSTICK):
-            told = [p.time_ns - time_ns for p in _reports(packets, 129, 2, apid) if p.data[1] == 6 and p.time_ns >= time_ns]
-            assert told, apid
-            assert told[0] <= 5_000_000
+            delays_ns = [p.time_ns - time_ns for p in _reports(packets, 129, 2, apid) if p.data[1] == 6 and p.time_ns >= time_ns]
+            assert delays_ns, apid
+            assert delays_ns[0] <= 5_000_000
             secured = [p for p in _reports(packets, 129, 2, apid) if p.time_ns >= time_ns and p.data[1] == 6][1]
             assert secured.data[2] == 7, "SECURED"
             offline = [p.time_ns for p in _reports(packets, 129, 2, apid) if p.data[1] == 0 and p.time_ns > time_ns]

@@ -41,7 +41,7 @@ def packets(hangar):
     ]
     path = flying.write_scenario(hangar / "slow-plan.scn", *lines)
     flight = flying.fly(hangar / "slow-plan-run", "--scenario", path, "--form", "image", root=house)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return [(t, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, kind, raw in flight.packets if kind == "TM"]
 
 
@@ -50,8 +50,8 @@ def _events(packets, severity):
 
 
 def test_medium_plan_ends_for_that_of_high(packets):
-    told = [data for _, event, data in _events(packets, 1) if event == PLAN_OVERRULED]
-    assert told == [bytes((0, MANIPULATOR, 0, DRIVE_WARNING, 0, JOYSTICK, 0, DEVICE_LOST))]
+    reports = [data for _, event, data in _events(packets, 1) if event == PLAN_OVERRULED]
+    assert reports == [bytes((0, MANIPULATOR, 0, DRIVE_WARNING, 0, JOYSTICK, 0, DEVICE_LOST))]
 
 
 def test_network_is_shut_down_at_once_and_the_plan_of_high_ends_it(packets):

@@ -13,7 +13,7 @@ WORLDS = ("rokviss", "rokviss-20bit")
 @pytest.mark.parametrize("world", WORLDS)
 def test_press_and_hold_is_quiet(folder, world):
     flight = flying.fly(folder, "--scenario", "press", "--form", "image", "--world", world, report="yes")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     facts = flight.facts
     assert facts["world"] == world
     assert facts["figures_hold"] is True
@@ -34,7 +34,7 @@ def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
     scenario = folder / "press.scn"
     scenario.write_text(before + weak + engaged + after, encoding="utf-8")
     flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     run = runs.load(folder / "out")
     found, _ = figures.compute(run)
     assert found["press_hold_oscillation_rad"] > 1e-3  # The bound is 2e-4.
@@ -56,15 +56,15 @@ def test_a_run_whose_report_cannot_be_made_has_failed(folder):
     (folder / "report.html").mkdir(parents=True)
     flight.wait()
     assert flight.code != 0
-    assert "the report could not be made, so the figures are not known" in flight.told()
-    assert "report: not written: " in flight.told() and "Traceback" not in flight.told()
+    assert "the report could not be made, so the figures are not known" in flight.transcript()
+    assert "report: not written: " in flight.transcript() and "Traceback" not in flight.transcript()
     assert flight.facts["exit_code"] == 1
 
 
 def test_telepresence_with_a_joystick_of_20_bit(folder):
     """The devices differ by their XML only; every figure is also defined for this joystick."""
     flight = flying.fly(folder, "--world", "rokviss-20bit", "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     run = runs.load(folder)
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
@@ -81,7 +81,7 @@ CASES = [*range(1, 4), *(pytest.param(seed, marks=pytest.mark.long) for seed in 
 def test_a_random_press_is_quiet(folder, world, seed):
     place, scenario, force = pressing.random_case(folder, seed, world)
     flight = flying.fly(folder / "out", "--scenario", scenario, "--world", place, "--seed", seed, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     found, reasons = figures.compute(runs.load(folder / "out"))
     assert not reasons
     assert found["hold_contact_share"] >= 0.99
@@ -107,7 +107,7 @@ MASSES = [((masses, seed) if seed == 1 and masses[0] == masses[1] else pytest.pa
 def test_masses_of_the_model_may_be_wrong(folder, masses, seed):
     world = pressing.write_world(folder, masses=masses)
     flight = flying.fly(folder / "out", "--world", world, "--seed", seed, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     run = runs.load(folder / "out")
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
@@ -120,7 +120,7 @@ def test_masses_of_the_model_may_be_wrong(folder, masses, seed):
 def test_telepresence_on_a_soft_and_a_hard_wall(folder, base, stiffness):
     world = pressing.write_world(folder, base, contact={"stiffness": stiffness, "shear": 0.8 * stiffness, "shearDamping": 80})
     flight = flying.fly(folder / "out", "--world", world, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     run = runs.load(folder / "out")
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})

@@ -72,7 +72,7 @@ def test_a_person_commands_the_mission(mission):
     assert after["MANIPULATOR"] == "ERROR_OPERATIONAL"
     assert _reported(mission, "shutdown")
     mission.wait()
-    assert mission.code == 0, mission.told()
+    assert mission.code == 0, mission.transcript()
     assert mission.facts["time"] == "real"
     assert mission.facts["reproducible"] is False
     assert _last_states(mission)[16] == 0
@@ -90,7 +90,7 @@ class NoMission:
 
 def test_usage_errors_need_no_link():
     """A usage error ends with exit code 2 and a message that contains the correct form or words."""
-    for words, told in [
+    for words, message in [
         (("cmd", "MANIPULATOR.FLY"), "MOVE_TO"),
         (("cmd", "MANIPULATOR.MOVE_TO", "POSITION=1"), "POSITION"),
         (("cmd", "MANIPULATOR.MOVE_TO", "POSITION=1,2", "DURATION=soon"), "soon"),
@@ -106,7 +106,7 @@ def test_usage_errors_need_no_link():
     ]:
         done = flying.gse(NoMission, *words)
         assert done.returncode == USAGE, (words, done)
-        assert told in done.stderr, (words, done)
+        assert message in done.stderr, (words, done)
         assert "Traceback" not in done.stderr
 
 
@@ -125,7 +125,7 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
     _reported(mission, "state", "MANIPULATOR", "OPERATIONAL")
     os.kill(mission.process.pid, number)
     mission.wait()
-    assert mission.code == 0, mission.told()
+    assert mission.code == 0, mission.transcript()
     assert "shutting the mission down" in mission.output
     assert _last_states(mission)[16] == 0
     assert _last_states(mission)[17] == 0
@@ -138,7 +138,7 @@ def test_ctrl_c_at_a_terminal_shuts_the_mission_down_in_order(mission):
     _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     os.killpg(mission.process.pid, signal.SIGINT)
     mission.wait()
-    assert mission.code == 0, mission.told()
+    assert mission.code == 0, mission.transcript()
     assert _last_states(mission)[16] == 0
     flying.assert_clean(mission)
 
@@ -165,7 +165,7 @@ def test_following_ends_with_an_interrupt(mission):
 def test_scenario_in_wall_clock_time(folder):
     """The operator performs all steps of the scenario in wall-clock time too."""
     flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["simulated_s"] >= 3.5
     assert len(flight.read("operator.log").splitlines()) == 12
     flying.assert_clean(flight)

@@ -62,9 +62,9 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(house, folder, v
              "2.6 operator event disabled MANIPULATOR", f"{DEATH_S} fault kill {victim}",
              "6.0 operator event disabled MANIPULATOR", "6.0 operator link list", "6.0 operator shutdown"]
     flight = _fly(house, folder, victim, "processes", lines)
-    assert "FAILED" not in flight.console, flight.told()
+    assert "FAILED" not in flight.console, flight.transcript()
     back = _events(flight, 31)
-    assert {(apid, state) for _, apid, state in back} == {(16, 5), (17, 5)}, flight.told()
+    assert {(apid, state) for _, apid, state in back} == {(16, 5), (17, 5)}, flight.transcript()
     assert not _events(flight, 32)
     safe_s = next(time_s for time_s, state, phase in _transitions(flight, 16) if time_s > DEATH_S and (state, phase) == (4, 0))
     up_s = max(time_s for time_s, _, _ in back)
@@ -76,8 +76,8 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(house, folder, v
     # configuration sets the periodic reports.
     before, after = (data.hex() for _, data in _replies(flight, 5, 8))
     assert (before, after) == ("00010009", "0000" if victim == "manipulator" else "00010009")
-    told = [time_s for time_s, data in _replies(flight, 3, 25) if data[:2] == (4711).to_bytes(2, "big")]
-    assert not [time_s for time_s in told if 2.6 < time_s < DEATH_S] and [time_s for time_s in told if time_s > DEATH_S]
+    reported = [time_s for time_s, data in _replies(flight, 3, 25) if data[:2] == (4711).to_bytes(2, "big")]
+    assert not [time_s for time_s in reported if 2.6 < time_s < DEATH_S] and [time_s for time_s in reported if time_s > DEATH_S]
     flying.assert_clean(flight)
 
 
@@ -87,9 +87,9 @@ def test_the_supervisor_may_die_during_recommissioning(house, folder, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
              "6.0 operator link list", "6.0 operator shutdown"]
     flight = _fly(house, folder, f"both-{later_s}", "processes", lines)
-    assert "FAILED" not in flight.console, flight.told()
+    assert "FAILED" not in flight.console, flight.transcript()
     assert _events(flight, 20), "the supervisor was restarted"
-    assert {(apid, state) for _, apid, state in _events(flight, 31)} == {(16, 5), (17, 5)}, flight.told()
+    assert {(apid, state) for _, apid, state in _events(flight, 31)} == {(16, 5), (17, 5)}, flight.transcript()
     assert not _events(flight, 32)
     lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
     assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"

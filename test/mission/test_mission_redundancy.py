@@ -233,4 +233,4 @@ def test_the_arm_can_be_commanded_into_operation_after_cuts(folder, name):
     ]
     scenario = flying.write_scenario(folder.with_suffix(".scn"), *lines)
     flight = flying.fly(folder, "--scenario", scenario, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()

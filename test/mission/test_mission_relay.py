@@ -13,7 +13,7 @@ def fly(folder, delay_ms, form="image", seed=1, *options, report="no"):
     flight = flying.fly(
         folder, "--scenario", "relay", "--delay", str(delay_ms), "--form", form, "--seed", str(seed), *options, report=report
     )
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is True
     return flight
 
@@ -64,14 +64,14 @@ def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_lin
     kept = [line for line in lines if not line[:4].strip() or line.startswith("#") or float(line.split()[0]) < 44]
     scenario.write_text("\n".join([*kept, "44.5 operator shutdown", ""]), encoding="utf-8")
     flight = flying.fly(folder / "out", "--scenario", scenario, "--delay", "20", "--form", "image", report="yes")
-    assert flight.code == 1, flight.told()
+    assert flight.code == 1, flight.transcript()
     facts = flight.facts
     assert facts["exit_code"] == 1
     lines = flight.output.splitlines()
-    assert f"figure delay_force_peak_n <= 25: {facts['delay_force_peak_n']:.4g}" in lines, flight.told()
+    assert f"figure delay_force_peak_n <= 25: {facts['delay_force_peak_n']:.4g}" in lines, flight.transcript()
     assert facts["delay_force_peak_n"] > 25
     assert "figure delay_free_drag_nm <= 0.015: missing: the hand never did 'circle'" in lines
-    assert any(line.startswith("figure delay_end_error_m <= 0.0015: missing: the hand never did 'home'") for line in lines), flight.told()
+    assert any(line.startswith("figure delay_end_error_m <= 0.0015: missing: the hand never did 'home'") for line in lines), flight.transcript()
     for name in ("delay_force_peak_n", "delay_end_error_m", "delay_free_drag_nm"):
         assert name in facts["exit_reason"]
         assert f'title="{name}"' in flight.read("report.html")

@@ -56,9 +56,9 @@ def _fly(folder, count, form, sample_s):
         (out / name).symlink_to("/dev/null")
     flight = flying.start(out, "--scenario", _scenario(folder / "restarts.scn", count), "--form", form, root=root)
     samples = [sample for sample in soak.watch(flight, sample_s) if sample["simulated_s"] > 0]
-    assert "FAILED" not in flight.console, flight.told()
-    assert flight.console.count(" is alive") == count, flight.told()
-    assert flight.facts["reproducible"], flight.told()
+    assert "FAILED" not in flight.console, flight.transcript()
+    assert flight.console.count(" is alive") == count, flight.transcript()
+    assert flight.facts["reproducible"], flight.transcript()
     restarts = [int(found) for found in re.findall(r"restarts (\d+)", flight.console)]
     assert sum(restarts) == min(KILLS_MAX, (count + 4) // 5), restarts
     problems = list(soak.judge_samples(samples, form))

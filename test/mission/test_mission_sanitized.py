@@ -19,8 +19,8 @@ pytestmark = pytest.mark.skipif(not (SANITIZED / "hirosco").exists(), reason="no
 def test_flight_without_a_report(folder, fleet, form, scenario):
     options = ("--scenario", scenario, "--form", form)
     flight = flying.fly(folder, *options, binaries=SANITIZED, environment=ENVIRONMENT)
-    assert not REPORT.search(flight.console + flight.output), flight.told()
-    assert flight.code == 0, flight.told()
+    assert not REPORT.search(flight.console + flight.output), flight.transcript()
+    assert flight.code == 0, flight.transcript()
     if scenario == "telepresence":
         for name in flying.TRACED:
             assert flight.octets(name) == fleet.flight(form=form).octets(name), f"{name} depends on the compiler's options"
@@ -30,5 +30,5 @@ def test_flight_without_a_report(folder, fleet, form, scenario):
 @pytest.mark.parametrize("scenario", ["hil", pytest.param("telepresence", marks=pytest.mark.long)])
 def test_udp_links_without_a_report(folder, scenario):
     flight = flying.fly(folder, "--scenario", scenario, "--links", "udp", binaries=SANITIZED, environment=ENVIRONMENT)
-    assert not REPORT.search(flight.console + flight.output), flight.told()
-    assert flight.code == 0, flight.told()
+    assert not REPORT.search(flight.console + flight.output), flight.transcript()
+    assert flight.code == 0, flight.transcript()

@@ -245,11 +245,11 @@ def test_frames_of_a_bus_are_decoded_while_the_tab_is_open(page, flight):
     page.wait_for_selector(".frames .below td:has-text('PositionActualValue') >> nth=0")
     until(page, "/^[1-9][0-9]? %$/.test(document.querySelector('.four .value').textContent)")
     # The station adds a warning to its messages while a subsystem flies another interface than that of the database.
-    told = page.evaluate("""(() => { const { store } = window.station, tab = document.querySelector('station-work').bus, said = store.buses.get(tab.name);
+    reported = page.evaluate("""(() => { const { store } = window.station, tab = document.querySelector('station-work').bus, said = store.buses.get(tab.name);
         store.buses.set(tab.name, { ...said, warning: "MANIPULATOR flies interface 0x0a" }); tab.draw();
         const words = tab.words.textContent; store.buses.set(tab.name, said); tab.draw(); return [words, tab.words.textContent]; })()""")
-    assert re.fullmatch(r"MANIPULATOR flies interface 0x0a\. \d+ identifiers, 0 error frames since this tab is open", told[0])
-    assert told[1] == told[0].removeprefix("MANIPULATOR flies interface 0x0a. ")
+    assert re.fullmatch(r"MANIPULATOR flies interface 0x0a\. \d+ identifiers, 0 error frames since this tab is open", reported[0])
+    assert reported[1] == reported[0].removeprefix("MANIPULATOR flies interface 0x0a. ")
     page.click("#work-Operate")
     assert "frames" not in flight.read("live.scn")
 
@@ -329,8 +329,8 @@ def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
     page.click("station-scene button:has-text('Simulator')")
     page.wait_for_selector("station-scene.truth .hud:has-text('truth 20 Hz')")
     until(page, "window.station.scene.last.values['CUR_VALUES.TORQUE'] && !window.station.scene.last.values['CUR_VALUES.STATE']")
-    seen, told = page.evaluate("[window.station.scene.joints, window.station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')]")
-    assert seen == pytest.approx(told, abs=5e-3)
+    seen, reported = page.evaluate("[window.station.scene.joints, window.station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')]")
+    assert seen == pytest.approx(reported, abs=5e-3)
     page.click("station-scene button:has-text('Telemetry')")
     until(page, "window.station.scene.last.values['CUR_VALUES.STATE'] && !window.station.scene.classList.contains('truth')")
 
@@ -480,7 +480,7 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, hangar):
     urdf.write_text(text, encoding="utf-8")
     scenario = flying.write_scenario(folder / "short.scn", "0.5 operator shutdown")
     flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image", report="yes")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
         page = context.new_page()
         page.set_default_timeout(LIMIT_MS)

@@ -62,8 +62,8 @@ def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar)
     assert mark.inner_text() == "base, wheels, thrusters: simulator’s truth" and "partly" in mark.get_attribute("class")
     assert not page.evaluate("window.station.scene.classList.contains('truth')")
     page.evaluate("window.station.scene.describe()")
-    told = page.get_attribute("station-scene canvas", "aria-label")
-    assert "WHEEL1 -95 %" in told and "thrusters PUSH1, PUSH2 fire" in told
+    reported = page.get_attribute("station-scene canvas", "aria-label")
+    assert "WHEEL1 -95 %" in reported and "thrusters PUSH1, PUSH2 fire" in reported
     page.screenshot(path=str(hangar / "bodies.png"))
 
 

@@ -58,13 +58,13 @@ def test_all_parts_of_a_long_list_arrive(station, request_type, report):
 
 def _raised(reports):
     """Number of times that the event of the storm was raised, by its reports and the reports of its limiter."""
-    seen, told = 0, 0
+    seen, reported = 0, 0
     for packet, _ in reports:
         if packet.service == 5 and packet.data[:2] == WARNING.to_bytes(2, "big"):
             seen += 1
         if packet.service == 5 and packet.data[:4] == SUPPRESSED.to_bytes(2, "big") + WARNING.to_bytes(2, "big"):
-            told += int.from_bytes(packet.data[4:8], "big")
-    return seen, told
+            reported += int.from_bytes(packet.data[4:8], "big")
+    return seen, reported
 
 
 def test_each_event_of_a_storm_is_counted_and_each_ping_is_answered(station):
@@ -76,10 +76,10 @@ def test_each_event_of_a_storm_is_counted_and_each_ping_is_answered(station):
     for _ in range(PINGS):
         assert station.do("JOYSTICK", 17, 1).is_completed
     station.settle(storm)
-    station.wait(lambda: sum(_raised(station.reports[since:])) == RAISED, "all occurrences, reported or told")
-    seen, told = _raised(station.reports[since:])
+    station.wait(lambda: sum(_raised(station.reports[since:])) == RAISED, "all occurrences, reported or counted")
+    seen, reports_found = _raised(station.reports[since:])
     assert 255 <= seen < RAISED
-    assert told == RAISED - seen
+    assert reports_found == RAISED - seen
 
 
 # ---- A subsystem that raises 100 000 events of LOW severity per second (storm.c) ----
@@ -123,8 +123,8 @@ def _events(flight, apid, identity):
 
 def _made(flight):
     """All occurrences of the storm's event: reported, or counted as suppressed."""
-    told = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == NOTE)
-    return len(_events(flight, JOYSTICK, NOTE)) + told
+    reports = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == NOTE)
+    return len(_events(flight, JOYSTICK, NOTE)) + reports
 
 
 def _pings(flight):
@@ -153,7 +153,7 @@ def _assert_storm_hides_nothing(flight, seconds):
 
 def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(folder, stormy):
     flight = _fly_storm(folder, stormy, 3)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     _assert_storm_hides_nothing(flight, 3)
 
 
@@ -161,7 +161,7 @@ def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(fo
 def test_a_storm_of_a_minute(folder, stormy):
     """The storm has six million events."""
     flight = _fly_storm(folder, stormy, 60)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     _assert_storm_hides_nothing(flight, 60)
 
 
@@ -179,7 +179,7 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
     of order."""
     flight = _fly_storm(folder, stormy, 3, *FAULTS[fault])
     ends = fault in ("death", "hang")
-    assert flight.code == (1 if ends else 0), flight.told()
+    assert flight.code == (1 if ends else 0), flight.transcript()
     assert _made(flight) == 3 * CYCLES_PER_S * EACH
     assert len(_pings(flight)) == 30
     ((high_ns, _),) = _events(flight, JOYSTICK, STALE)

@@ -76,7 +76,7 @@ def _write(folder, name, points=()):
 def undisturbed(hangar):
     """The flight without a death of the supervisor."""
     flight = flying.fly(hangar / "alive", "--scenario", _write(hangar, "alive"), "--port", flying.free_port())
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return flight
 
 
@@ -179,7 +179,7 @@ def _returns_s(flight):
 
 def _assert_goes_on(flight, deaths, end_s=END_S):
     # A death makes a run of processes fail.
-    assert flight.code == (0 if flight.facts["form"] == "image" else 1), flight.told()
+    assert flight.code == (0 if flight.facts["form"] == "image" else 1), flight.transcript()
     assert flight.facts["simulated_s"] >= end_s
     assert len(_returns_s(flight)) == deaths
     _assert_log_is_whole(flight)
@@ -269,7 +269,7 @@ def test_a_supervisor_that_hangs_is_killed_and_started_again(folder):
         path = flying.write_scenario(folder / f"{name}.scn", *words, *_lines())
         flights = [flying.fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
         for flight in flights:
-            assert flight.facts["reproducible"] is True, flight.told()
+            assert flight.facts["reproducible"] is True, flight.transcript()
             assert flight.facts["simulated_s"] < 2 * END_S
             _assert_log_is_whole(flight)
             _assert_each_request_ends_once(flight)
@@ -290,9 +290,9 @@ def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
     path = flying.write_scenario(folder / "newborn.scn", *faults, *pings, "2.9 operator shutdown")
     flights = [flying.fly(folder / form, "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
     for flight in flights:
-        assert flight.facts["reproducible"] is True, flight.told()
+        assert flight.facts["reproducible"] is True, flight.transcript()
         assert flight.facts["simulated_s"] < 2 * END_S
-        assert "FAILED" not in flight.console, flight.told()
+        assert "FAILED" not in flight.console, flight.transcript()
         _assert_log_is_whole(flight)
         flying.assert_clean(flight)
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
@@ -306,7 +306,7 @@ def test_a_mission_is_ended_if_all_its_processes_hang(folder):
     path = flying.write_scenario(folder / "all.scn", *(f"2.5 fault hang {name}" for name in names))
     flight = flying.start(folder / "flight", "--scenario", path, "--form", "processes", "--duration", 3)
     flight.wait()
-    assert flight.facts["exit_code"] == 1, flight.told()
+    assert flight.facts["exit_code"] == 1, flight.transcript()
     assert "did not shut down" in flight.facts["exit_reason"]
     assert flight.facts["simulated_s"] < 40
     flying.wait_until(lambda: not flight.leftovers(), "processes of the flight are left")

@@ -48,11 +48,11 @@ def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_defines(han
     lines = [*flying.bring_up(0.0), f"{DEATH_S} fault kill supervisor", f"{DEATH_S + AWAY_S + 1.0} operator shutdown"]
     scenario = flying.write_scenario(folder / "patience.scn", *lines)
     flight = flying.fly(folder / "flight", "--scenario", scenario, root=_mission(hangar, patience))
-    assert "FAILED" not in flight.console, flight.told()
+    assert "FAILED" not in flight.console, flight.transcript()
     left_s = _left_s(flight)
     if patience_s is None:
         assert left_s is None
     else:
         # The last heartbeat was at most a third of the time-out, or a second, before the death.
-        assert DEATH_S - min(1.0, patience_s / 3) + patience_s < left_s <= DEATH_S + patience_s + 0.001, flight.told()
+        assert DEATH_S - min(1.0, patience_s / 3) + patience_s < left_s <= DEATH_S + patience_s + 0.001, flight.transcript()
     flying.assert_clean(flight)

@@ -36,7 +36,7 @@ def house(tmp_path):
 def _fly(root, folder):
     scenario = flying.write_scenario(folder.with_suffix(".scn"), *LINES)
     flight = flying.fly(folder, "--mission", "actuators", "--scenario", scenario, "--form", "image", root=root)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return flight
 
 

@@ -15,7 +15,7 @@ class TestFlight:
 
     def test_ends_with_success(self, fleet, form, seed):
         flight = fleet.flight(form=form, seed=seed)
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
         assert "failed" not in flight.output
 
     def test_every_step_of_the_operator_went_as_written(self, fleet, form, seed):
@@ -23,7 +23,7 @@ class TestFlight:
         scenario = (flying.ROOT / "sim" / "scenarios" / "telepresence.scn").read_text(encoding="utf-8")
         wanted = [line for line in scenario.splitlines() if line.split()[1:2] == ["operator"] and line.split()[0] != "#"]
         log = flight.read("operator.log").splitlines()
-        assert len(log) == len(wanted), flight.told()
+        assert len(log) == len(wanted), flight.transcript()
         assert not [line for line in log if "FAILED" in line]
 
     @pytest.mark.parametrize("name", figures.BOUNDS)

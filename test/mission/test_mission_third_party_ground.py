@@ -63,7 +63,7 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
     assert answers == [(1, 1), (1, 3), (17, 2), (1, 7)]
     stream.close()
     flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is False
     asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", OTHER_USER)]
     assert len(asked) == 1, "it is in the packet log"
@@ -87,7 +87,7 @@ def test_listeners_do_not_change_the_flight(folder, quiet):
     thread.start()
     flight.wait()
     thread.join(flying.MOMENT_S)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is False, "the packet log has the times of their connections"
     for name in flying.BUS_LOGS:
         assert flight.octets(name) == quiet.octets(name), name
@@ -110,7 +110,7 @@ def test_invalid_octets_are_ignored(folder, rubbish):
         stream.sendall(rubbish)
     flight.wait()
     stream.close()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     flying.assert_clean(flight)
 
 
@@ -133,7 +133,7 @@ def test_request_with_a_wrong_crc_is_refused(folder):
     assert found[21:25] == bytes(request[:4])
     stream.close()
     flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
 
 
 def test_more_clients_than_places(folder):
@@ -144,6 +144,6 @@ def test_more_clients_than_places(folder):
     with contextlib.suppress(OSError):
         streams = [flying.connect(flight.port()) for _ in range(8)]
     flight.wait()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     for stream in streams:
         stream.close()

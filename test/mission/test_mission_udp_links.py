@@ -12,14 +12,14 @@ UDP = {"links": "udp"}
 @pytest.mark.parametrize("name", figures.BOUNDS)
 def test_figure_within_its_bound(fleet, name):
     flight = fleet.flight(**UDP)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     found, reasons = fleet.computed(**UDP)
     assert figures.holds(name, found[name]), f"{name} = {found[name]}: {reasons.get(name)}"
 
 
 def test_forms_give_identical_logs(fleet):
     one, other = fleet.flight(form="processes", **UDP), fleet.flight(form="image", **UDP)
-    assert other.code == 0, other.told()
+    assert other.code == 0, other.transcript()
     for name in flying.TRACED:
         assert one.octets(name) == other.octets(name), name
 

@@ -44,7 +44,7 @@ def unplugged(request, hangar):
     device = request.param
     path = _scenario(hangar / f"unplug-{device}.scn", device)
     flight = flying.fly(hangar / f"unplug-{device}", "--scenario", path, "--form", "image")
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return device, flight, runs.load(flight.folder)
 
 

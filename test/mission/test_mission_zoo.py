@@ -48,7 +48,7 @@ def flights(hangar):
     """Two flights as processes, two as an image."""
     found = [_fly(hangar / f"zoo-{form}-{number}", form=form) for form in ("processes", "image") for number in range(2)]
     for flight in found:
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
     return found
 
 
@@ -160,7 +160,7 @@ def test_a_device_moves_to_another_end_node_by_xml_only(house, tmp_path, name, k
         rf'<Instrument name="{name}" type="{kind}" channel="{channel}"{order}{framing} checksum="true" \1',
     )
     flight = _fly(tmp_path / "run", root=house)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert len(_records(flight, name, "<")) > 4000
     _moves_as_commanded(flight, name, "<" if name == "ANTENNA" else ">")
     flying.assert_clean(flight)
@@ -178,7 +178,7 @@ def test_what_cannot_fly_is_refused_before_the_flight(house, tmp_path, old, new,
     _edit(house, INSTRUMENTS, old, new)
     flight = _fly(tmp_path / "run", root=house)
     assert flight.code == 1
-    assert re.search(r"instruments\.xml:\d+: [^\n]*" + re.escape(words), flight.output + flight.console), flight.told()
+    assert re.search(r"instruments\.xml:\d+: [^\n]*" + re.escape(words), flight.output + flight.console), flight.transcript()
     flying.assert_clean(flight)
 
 
@@ -206,7 +206,7 @@ def test_a_faulty_device_is_lost_with_its_cause_and_returns(hangar, fault, end, 
     path = flying.write_scenario(hangar / f"zoo-{name}.scn", *lines)
     flights = [_fly(hangar / f"zoo-{name}-{form}", str(path), form) for form in ("processes", "image")]
     for flight in flights:
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
     for log in LOGS:
         assert flights[0].octets(log) == flights[1].octets(log)
     lost = [octets for _, way, octets in flights[0].packets if way == "TM" and octets[7:9] == bytes((5, 3))]
@@ -235,5 +235,5 @@ def test_a_device_unplugged_in_each_state_is_commissioned_again(tmp_path, name, 
     )
     path = flying.write_scenario(tmp_path / "out.scn", *lines)
     flight = _fly(tmp_path / "run", str(path))
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     flying.assert_clean(flight)

@@ -113,7 +113,7 @@ def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
     flights = [flying.fly(folder / str(i), "--scenario", "commissioning", "--form", form, *options)
                for i, options in enumerate((("--key", key), ("--key", key), ()))]
     for flight in flights:
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
         assert flight.facts["reproducible"] is True
     for name in flying.BUS_LOGS:
         assert flights[0].octets(name) == flights[1].octets(name) == flights[2].octets(name)
@@ -136,9 +136,9 @@ def test_restarted_communication_uses_the_key_again(folder, key):
     flights = {}
     for name, options in {"image": ("--form", "image", "--key", key), "processes": ("--key", key), "open": ("--form", "image")}.items():
         flight = flights[name] = flying.fly(folder / name, "--scenario", path, *options)
-        assert flight.facts["reproducible"], flight.told()
-        assert "FAILED" not in flight.console, flight.told()
-        assert flight.console.count("MANIPULATOR is alive") == len(pings), flight.told()
+        assert flight.facts["reproducible"], flight.transcript()
+        assert "FAILED" not in flight.console, flight.transcript()
+        assert flight.console.count("MANIPULATOR is alive") == len(pings), flight.transcript()
         flying.assert_clean(flight)
     assert flights["image"].octets("packets.log") == flights["processes"].octets("packets.log")
     for bus in flying.BUS_LOGS:
@@ -165,7 +165,7 @@ def test_only_the_holder_of_the_key_commands(folder, key):
             assert _answers(stream, 8) == [(1, 1), (1, 3), (17, 2), (1, 7)] * 2
         assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
         flight.wait()
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
         assert _pings(flight) == [7, 8]
         flying.assert_clean(flight)
     finally:
@@ -244,8 +244,8 @@ def test_attackers_are_refused_over_restarts(folder, key):
             tape += [bytes(octets) for octets in tap.heard if octets]
             assert len(tape) == number + 1
             _attack(flight, key, tape, chance, 100)
-            told = _counters(flight, key)
-            assert told["FORGED"] > 10 and told["REPLAYED"] > 10 and told["NO_FRAME"] > 10
+            reports = _counters(flight, key)
+            assert reports["FORGED"] > 10 and reports["REPLAYED"] > 10 and reports["NO_FRAME"] > 10
             _revive(flight)
             flying.wait_until(_is_up(flight, key), "communication is back")
             _attack(flight, key, tape, chance, 20)
@@ -254,8 +254,8 @@ def test_attackers_are_refused_over_restarts(folder, key):
             flight.wait()
             assert _pings(flight) == [1, 2], "those of the operator, each once"
             events = [packets.parse(raw) for _, direction, raw in flight.packets if direction == "TM" and raw[7] == 5]
-            told = [packet for packet in events if packet.apid == COMMUNICATION and packet.data[:2] == b"\0\x14"]
-            assert told, "TC_NOT_AUTHENTIC"
+            reports = [packet for packet in events if packet.apid == COMMUNICATION and packet.data[:2] == b"\0\x14"]
+            assert reports, "TC_NOT_AUTHENTIC"
         finally:
             flight.abandon()
 

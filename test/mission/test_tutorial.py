@@ -284,7 +284,7 @@ def test_long_and_short_names_fly_in_the_house_format(pupil):
     for scenario in ("ox", "a-star-tracker-of-size24"):
         for form in ("processes", "image"):
             flight = flying.fly(pupil.place / "runs" / f"{scenario}-{form}", "--mission", "gripper", "--scenario", scenario, "--form", form, root=pupil.place)
-            assert flight.code == 0, flight.told()
+            assert flight.code == 0, flight.transcript()
             flying.assert_clean(flight)
         logs = [(pupil.place / "runs" / f"{scenario}-{form}" / "packets.log").read_bytes() for form in ("processes", "image")]
         assert logs[0] == logs[1]

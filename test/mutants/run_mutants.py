@@ -125,8 +125,8 @@ def drawn(only, seed):
 def symbols(path, kinds="TDBR"):
     """Functions and objects that a program or an object file exports; with kind U those that it uses from
     others."""
-    told = subprocess.run(["nm", "-g", path], capture_output=True, text=True, check=True).stdout
-    return {line.split()[-1] for line in told.splitlines() if line.split()[-2] in kinds}
+    output = subprocess.run(["nm", "-g", path], capture_output=True, text=True, check=True).stdout
+    return {line.split()[-1] for line in output.splitlines() if line.split()[-2] in kinds}
 
 
 def code(path):

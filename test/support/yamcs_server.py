@@ -60,12 +60,12 @@ class Yamcs:
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(yamcs_run.command(folder), stdout=log, stderr=subprocess.STDOUT)
 
-    def told(self):
+    def log_text(self):
         return self.log.read_text(encoding="utf-8", errors="replace")
 
     def has_started(self):
-        assert self.process.poll() is None, self.told()[-3000:]
-        return "Yamcs started" in self.told()
+        assert self.process.poll() is None, self.log_text()[-3000:]
+        return "Yamcs started" in self.log_text()
 
     def ask(self, path, **content):
         """The answer to a request to the interface."""

@@ -40,7 +40,7 @@ def flight():
     folder = pathlib.Path(tempfile.mkdtemp(prefix="pus-", dir=place))
     flight = stations.launch(folder)
     yield flight
-    assert flight.process.poll() is None, f"the flight ended by itself\n{flight.told()}"
+    assert flight.process.poll() is None, f"the flight ended by itself\n{flight.transcript()}"
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
     shutil.rmtree(folder, ignore_errors=True)

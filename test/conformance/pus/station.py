@@ -81,7 +81,7 @@ class Station(Spacecraft):
         except TimedOut as problem:
             raise AssertionError(str(problem)) from problem
         except LinkLost as problem:
-            raise LinkClosed(f"{problem}\n{self.flight.told()}") from problem
+            raise LinkClosed(f"{problem}\n{self.flight.transcript()}") from problem
 
     def now(self):
         """Mission time [s] of the last report."""

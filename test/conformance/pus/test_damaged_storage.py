@@ -38,10 +38,10 @@ def _fly(folder, storage, act):
     finally:
         ground.close()
         flight.process.send_signal(signal.SIGINT)
-        assert flight.wait().code == 0, flight.told()
+        assert flight.wait().code == 0, flight.transcript()
     lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
-    told = {apid: [line for line in lines.splitlines() if f" TM {apid} " in line and EVENT in line.split()] for apid in (1, 16)}
-    return told, any(" TM 1 " in line and "[131,2]" in line for line in lines.splitlines())
+    reported = {apid: [line for line in lines.splitlines() if f" TM {apid} " in line and EVENT in line.split()] for apid in (1, 16)}
+    return reported, any(" TM 1 " in line and "[131,2]" in line for line in lines.splitlines())
 
 
 def _load(ground):
@@ -56,24 +56,24 @@ def _names(ground):
 @pytest.mark.parametrize("damage", [_flip, _zero, _cut], ids=["a bit flipped", "zeros", "cut"])
 def test_a_damaged_journal_is_reported(tmp_path, damage):
     storage, found = tmp_path / "storage", []
-    told, is_changed = _fly(tmp_path / "1", storage, _load)
-    assert told == {1: [], 16: []} and not is_changed
+    reported, is_changed = _fly(tmp_path / "1", storage, _load)
+    assert reported == {1: [], 16: []} and not is_changed
     journal = storage / "SUPERVISOR.journal.0"
     damage(journal)
     octets = journal.read_bytes()
-    told, is_changed = _fly(tmp_path / "2", storage, lambda ground: found.extend(_names(ground)))
-    assert len(told[1]) == 1 and "[5,4]" in told[1][0] and not told[16]
+    reported, is_changed = _fly(tmp_path / "2", storage, lambda ground: found.extend(_names(ground)))
+    assert len(reported[1]) == 1 and "[5,4]" in reported[1][0] and not reported[16]
     assert is_changed and len(found) < 2
     assert (storage / "SUPERVISOR.journal.0.damaged.0").read_bytes() == octets
-    told, is_changed = _fly(tmp_path / "3", storage, _names)
-    assert told == {1: [], 16: []} and not is_changed
+    reported, is_changed = _fly(tmp_path / "3", storage, _names)
+    assert reported == {1: [], 16: []} and not is_changed
 
 
 def test_a_subsystem_reports_damage_of_its_own_journal(tmp_path):
     storage = tmp_path / "storage"
     _fly(tmp_path / "1", storage, lambda ground: ground.do("MANIPULATOR", 12, 15))
     _zero(storage / "MANIPULATOR.journal.0")
-    told, is_changed = _fly(tmp_path / "2", storage, _names)
-    assert not told[1] and len(told[16]) == 1 and "[5,3]" in told[16][0] and not is_changed
-    told, _ = _fly(tmp_path / "3", storage, _names)
-    assert told == {1: [], 16: []}
+    reported, is_changed = _fly(tmp_path / "2", storage, _names)
+    assert not reported[1] and len(reported[16]) == 1 and "[5,3]" in reported[16][0] and not is_changed
+    reported, _ = _fly(tmp_path / "3", storage, _names)
+    assert reported == {1: [], 16: []}

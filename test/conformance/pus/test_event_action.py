@@ -74,13 +74,13 @@ def test_an_event_whose_report_is_disabled_releases_its_request(station):
     _change_mode(station)
     station.wait(lambda: len(_pings(station, since)) >= 2, "answers to released requests")
 
-    def told():
+    def is_reported():
         return [p for p, _ in station.reports[since:] if p.service == 5 and p.data[:2] == event.to_bytes(2, "big")]
 
-    assert not told()
+    assert not is_reported()
     station.do("SUPERVISOR", 5, 5, n=[event])
     _change_mode(station)
-    station.wait(told, "the report of the event")
+    station.wait(is_reported, "the report of the event")
 
 
 def test_faulty_event_action_requests_are_refused(station):

@@ -119,7 +119,7 @@ def test_copies_are_suspended_resumed_and_aborted(station, flight):
     held = station.send("SUPERVISOR", 23, 19, repository_path=FOLDER)
     station.settle(held)
     since = len(station.reports)
-    station.report(23, 23, since=since, where=lambda told: any(entry["operation_status"] == "on hold" for entry in told["n"]))
+    station.report(23, 23, since=since, where=lambda report: any(entry["operation_status"] == "on hold" for entry in report["n"]))
     station.do("SUPERVISOR", 23, 19, repository_path=FOLDER)
     station.do("SUPERVISOR", 23, 17, n=[1])
     station.do("SUPERVISOR", 23, 16, n=[1])

@@ -47,7 +47,7 @@ def _begin(folder, storage):
 def _shut_down(flight, ground, code=0):
     ground.close()
     flight.process.send_signal(signal.SIGINT)
-    assert flight.wait().code == code, flight.told()
+    assert flight.wait().code == code, flight.transcript()
 
 
 def _cut_off(flight, ground):
@@ -70,8 +70,8 @@ def test_a_flight_after_one_that_was_cut_off_begins_in_the_fallback_mode(tmp_pat
     _assert_in_fallback_mode(ground)
     _set_mode(ground, NOMINAL)
     _shut_down(flight, ground)
-    (told,) = _events(tmp_path / "2", INTERRUPTED)
-    assert f"auxiliary={mode:02X}" in told.upper().replace("AUXILIARY", "auxiliary")
+    (line,) = _events(tmp_path / "2", INTERRUPTED)
+    assert f"auxiliary={mode:02X}" in line.upper().replace("AUXILIARY", "auxiliary")
 
     flight, ground = _begin(tmp_path / "3", storage)
     _shut_down(flight, ground)
@@ -98,8 +98,8 @@ def test_a_damaged_checkpoint_is_reported_and_kept_and_the_flight_continues(tmp_
     ground.report(5, 4, apid=SUPERVISOR)
     _assert_in_fallback_mode(ground)
     _shut_down(flight, ground, code=1)
-    (told,) = _events(tmp_path / "1", CHECKPOINT_DAMAGED)
-    assert told.endswith("auxiliary=0001")
+    (line,) = _events(tmp_path / "1", CHECKPOINT_DAMAGED)
+    assert line.endswith("auxiliary=0001")
     kept = (storage / "SUPERVISOR.checkpoint.damaged.0").read_bytes()
     assert len(kept) == len(octets)
     assert sum(one != other for one, other in zip(kept, octets, strict=True)) <= 16  # The generations of both banks were cleared.

@@ -276,56 +276,56 @@ def _fly(folder, storage, environment=None):
         station.close()  # The power was cut meanwhile; another flight may have got the port.
         return flight, None
     except (ConnectionError, AssertionError):
-        assert flight.process.poll() is not None or environment is not None, flight.told()
+        assert flight.process.poll() is not None or environment is not None, flight.transcript()
         return flight, None
 
 
-def _compare(found, possible, told):
-    assert found in possible, "\n".join([f"{told}, (found, expected):", *(str(_differences(found, each)) for each in possible)])
+def _compare(found, possible, last_action):
+    assert found in possible, "\n".join([f"{last_action}, (found, expected):", *(str(_differences(found, each)) for each in possible)])
 
 
-def _until_the_cut(ground, plan, possible, told):
+def _until_the_cut(ground, plan, possible, last_action):
     """Compare the state, then send requests one by one until the cut. Returns the states that the storage may
     have then."""
     try:
         state = _lasting(ground)
-        _compare(state, possible, told)
+        _compare(state, possible, last_action)
         for _ in range(REQUESTS):
             service, subtype, fields, changes = plan.draw(state)
-            possible, told = [state, _after(state, changes)], f"after TC[{service},{subtype}] {fields}"
+            possible, last_action = [state, _after(state, changes)], f"after TC[{service},{subtype}] {fields}"
             verification = ground.send("SUPERVISOR", service, subtype, **fields)
             try:
                 outcome = ground.settle(verification)
-                assert outcome.is_completed, f"{told}: {outcome.failure.words(ground.dictionary)}"
+                assert outcome.is_completed, f"{last_action}: {outcome.failure.words(ground.dictionary)}"
             finally:
                 if 7 in verification.stages:
                     state = possible[1]
                     possible = [state]
     except stations.LinkClosed:
         pass
-    return possible, told
+    return possible, last_action
 
 
 def _campaign(cutter, folder, seed, lives):
     plan, storage = Plan(seed), folder / "storage"
-    possible, told = [{}], "nothing"
+    possible, last_action = [{}], "nothing"
     for life in range(lives):
         cut = {"LD_PRELOAD": str(cutter), "POWER_CUT_STORAGE": str(storage), "POWER_CUT_SEED": str(seed * 1000 + life)}
         cut["POWER_CUT_AFTER"] = str(plan.chance.randint(1, CHANGES))
         flight, ground = _fly(folder / str(life), storage, cut)
         try:
             if ground is not None:
-                possible, told = _until_the_cut(ground, plan, possible, f"seed {seed}, life {life}, {told}")
+                possible, last_action = _until_the_cut(ground, plan, possible, f"seed {seed}, life {life}, {last_action}")
                 ground.close()
             flight.process.send_signal(signal.SIGINT)
             flight.wait()
         finally:
             flight.abandon()
     flight, ground = _fly(folder / "last", storage)
-    _compare(_lasting(ground), possible, f"seed {seed}, the last life, {told}")
+    _compare(_lasting(ground), possible, f"seed {seed}, the last life, {last_action}")
     ground.close()
     flight.process.send_signal(signal.SIGINT)
-    assert flight.wait().code == 0, flight.told()
+    assert flight.wait().code == 0, flight.transcript()
     flying.assert_clean(flight)
 
 

@@ -72,13 +72,13 @@ def _run(station, text, **fields):
 
 def _reported(station, since, event="PROCEDURE_OBSERVED"):
     """Values of an event's reports; texts and single numbers are not in a list."""
-    found = [told["values"] for _, told in station.reports[since:] if told.get("event") == event]
-    return [{name: value[0] if len(value) == 1 else bytes(value).rstrip(b"\0").decode() for name, value in told.items()} for told in found]
+    found = [report["values"] for _, report in station.reports[since:] if report.get("event") == event]
+    return [{name: value[0] if len(value) == 1 else bytes(value).rstrip(b"\0").decode() for name, value in values.items()} for values in found]
 
 
 def _observed(station, since):
     """(what, step, detail) of each observation."""
-    return [(told["WHAT"], told["STEP"], told["DETAIL"]) for told in _reported(station, since)]
+    return [(report["WHAT"], report["STEP"], report["DETAIL"]) for report in _reported(station, since)]
 
 
 def test_a_procedure_runs_step_by_step(station):
@@ -91,7 +91,7 @@ def test_a_procedure_runs_step_by_step(station):
     outcome = _ended(station, _start(station, "step level"))
     assert [stage for stage in outcome.stages if stage != 1] == [3, 5, 5, 7]
     assert _observed(station, since) == [(STARTED, 0, 0), (STEP, 1, 1), (STEP, 2, 2), (ENDED, 2, 0)]
-    assert {told["PROCEDURE"] for told in _reported(station, since)} == {"LOOK"}
+    assert {reported["PROCEDURE"] for reported in _reported(station, since)} == {"LOOK"}
     assert _status(station) == {"LOOK": "inactive"}
     since = len(station.reports)
     _ended(station, _start(station))
@@ -115,9 +115,9 @@ def test_an_error_is_reported_with_its_line(station, text, line, says):
     _load(station, text)
     since = len(station.reports)
     _failed(station, _start(station), PROCEDURE, line)
-    (told,) = _reported(station, since, "PROCEDURE_FAILED")
-    assert (told["PROCEDURE"], told["WHAT"], told["DETAIL"]) == ("LOOK", FAILED, line)
-    assert says in told["TEXT"]
+    (reported,) = _reported(station, since, "PROCEDURE_FAILED")
+    assert (reported["PROCEDURE"], reported["WHAT"], reported["DETAIL"]) == ("LOOK", FAILED, line)
+    assert says in reported["TEXT"]
 
 
 def test_requests_are_routed_and_judged(station):
@@ -175,8 +175,8 @@ def test_procedures_raise_events_of_their_own_only(station):
         """,
     )
     for name in ("PROCEDURE_NOTE", "PROCEDURE_WARNING"):
-        ((told),) = _reported(station, since, name)
-        assert (told["PROCEDURE"], told["STEP"]) == ("LOOK", 3)
+        (reported,) = _reported(station, since, name)
+        assert (reported["PROCEDURE"], reported["STEP"]) == ("LOOK", 3)
     assert not _reported(station, since, "PROCESS_LOST")
 
 
@@ -197,9 +197,9 @@ def test_a_procedure_is_suspended_resumed_and_stopped(station):
     station.do("SUPERVISOR", 18, 6, obcp_id="LOOK")
     station.do("SUPERVISOR", 18, 4, obcp_id="LOOK", step_id=0)
     _failed(station, sent, ABORTED)
-    told = _observed(station, since)
-    assert [what for what, _, _ in told] == [STARTED, HELD, RESUMED, HELD, RESUMED, STOPPED]
-    assert told[3][1] == told[1][1] + 1, "one step between"
+    reported = _observed(station, since)
+    assert [what for what, _, _ in reported] == [STARTED, HELD, RESUMED, HELD, RESUMED, STOPPED]
+    assert reported[3][1] == reported[1][1] + 1, "one step between"
 
 
 def test_one_step_and_the_step_that_is_named(station):
@@ -210,7 +210,7 @@ def test_one_step_and_the_step_that_is_named(station):
     station.do("SUPERVISOR", 18, 6, obcp_id="LOOK")
     station.do("SUPERVISOR", 18, 16, n=[{"obcp_id": "LOOK", "observability_level": "step level"}])
     since = len(station.reports)
-    station.report(5, 1, apid=SUPERVISOR, since=since, where=lambda told: told.get("event") == "PROCEDURE_OBSERVED")
+    station.report(5, 1, apid=SUPERVISOR, since=since, where=lambda report: report.get("event") == "PROCEDURE_OBSERVED")
     (step,) = {_observed(station, since)[0][1]}
     station.do("SUPERVISOR", 18, 4, obcp_id="LOOK", step_id=step + 200)
     _failed(station, sent, ABORTED)
@@ -303,11 +303,11 @@ def test_procedures_without_an_end_take_their_share_only(station):
     since, begin = len(station.reports), station.now()
     station.wait_until(begin + 2.0)
     station.fence(ARM)
-    notes = [p.time_ns for p, told in station.reports[since:] if told.get("event") == "PROCEDURE_NOTE"]
+    notes = [p.time_ns for p, report in station.reports[since:] if report.get("event") == "PROCEDURE_NOTE"]
     most = CALLS * (round((notes[-1] - notes[0]) / 1e9 / CYCLE_S) + 1)
     assert most / 2 < len(notes) <= most
-    told = [p.time_ns for p, _ in station.reports[since:] if p.message == (129, 5) and p.apid == SUPERVISOR]
-    assert told and all(abs(later - sooner - 1e9) < 1e6 for sooner, later in zip(told, told[1:])), "its heartbeat comes each second"
+    reported = [p.time_ns for p, _ in station.reports[since:] if p.message == (129, 5) and p.apid == SUPERVISOR]
+    assert reported and all(abs(later - sooner - 1e9) < 1e6 for sooner, later in zip(reported, reported[1:])), "its heartbeat comes each second"
     assert len(station.ask("SUPERVISOR", 18, 17)["n"]) == SLOTS
 
 

@@ -91,13 +91,13 @@ def test_reports_are_read_by_the_peer(station, peer):
     reports = [packet for packet, _ in station.reports[-200:] if packet.apid != 0]
     assert {packet.message for packet in reports} >= {(1, 1), (1, 7), (3, 25), (17, 2)}
     for packet in reports:
-        how, told = peer.read(packet.raw)
+        how, fields = peer.read(packet.raw)
         assert how == READ
-        theirs = (told.apid, told.sequence, told.service, told.subtype, told.counter, told.user)
+        theirs = (fields.apid, fields.sequence, fields.service, fields.subtype, fields.counter, fields.user)
         assert theirs == (packet.apid, packet.sequence, packet.service, packet.subtype, packet.counter, packet.user)
-        assert packet.raw[told.data_offset : told.data_offset + told.data_size] == packet.data
-        assert abs(told.seconds * 10**9 + told.fraction * 10**9 / 2**24 - packet.time_ns) <= 1
-        assert told.time_status == packet.raw[6] & 0xF
+        assert packet.raw[fields.data_offset : fields.data_offset + fields.data_size] == packet.data
+        assert abs(fields.seconds * 10**9 + fields.fraction * 10**9 / 2**24 - packet.time_ns) <= 1
+        assert fields.time_status == packet.raw[6] & 0xF
 
 
 def test_a_report_that_was_damaged_is_not_read(station, peer):

@@ -42,11 +42,11 @@ def _uplink(station, raw, transaction, size):
 
 
 def _verified(station, raw, since):
-    def told():
+    def is_reported():
         found = [packet for packet, _ in station.reports[since:] if packet.service == 1 and packet.data[:4] == raw[:4]]
         return found if any(packet.subtype in (2, 4, 7, 8, 10) for packet in found) else None
 
-    found = station.wait(told, "verification of what came in parts")
+    found = station.wait(is_reported, "verification of what came in parts")
     codes = [struct.unpack_from(">H", packet.data, 4)[0] for packet in found if packet.subtype in (2, 4, 8, 10)]
     return [packet.subtype for packet in found], codes
 
@@ -63,12 +63,12 @@ def _downlink(station, since):
     """Octets of the report whose parts have arrived since this index, decoded by spacepackets."""
     for subtype in (1, 2, 3):
         station.report(13, subtype, apid=SUPERVISOR, since=since)
-    told = [PusTm.unpack(packet.raw, TIME_SIZE) for packet, _ in station.reports[since:] if packet.message in ((13, 1), (13, 2), (13, 3))]
-    heads = [struct.unpack_from(">HH", bytes(part.tm_data)) for part in told]
-    assert [number for _, number in heads] == list(range(1, len(told) + 1)) and len({transaction for transaction, _ in heads}) == 1
-    assert [part.subservice for part in told] == [1] + [2] * (len(told) - 2) + [3]
-    assert all(len(part.tm_data) == 4 + PART for part in told[:-1])
-    return b"".join(bytes(part.tm_data)[4:] for part in told)
+    reported = [PusTm.unpack(packet.raw, TIME_SIZE) for packet, _ in station.reports[since:] if packet.message in ((13, 1), (13, 2), (13, 3))]
+    heads = [struct.unpack_from(">HH", bytes(part.tm_data)) for part in reported]
+    assert [number for _, number in heads] == list(range(1, len(reported) + 1)) and len({transaction for transaction, _ in heads}) == 1
+    assert [part.subservice for part in reported] == [1] + [2] * (len(reported) - 2) + [3]
+    assert all(len(part.tm_data) == 4 + PART for part in reported[:-1])
+    return b"".join(bytes(part.tm_data)[4:] for part in reported)
 
 
 @pytest.mark.parametrize("parameter", ["STATUS", "COUNTERS"])

@@ -35,7 +35,7 @@ def station(notes):
     ground = stations.Station(flight, notes)
     yield ground
     ground.close()
-    assert flight.process.poll() is None, f"the flight ended by itself\n{flight.told()}"
+    assert flight.process.poll() is None, f"the flight ended by itself\n{flight.transcript()}"
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
     shutil.rmtree(folder, ignore_errors=True)

@@ -84,8 +84,8 @@ def test_a_request_that_asks_for_nothing_is_answered_only(station, maker):
     station.session.send_raw(raw, Request(SUPERVISOR, 17, 1, b"", "third-party TC[17,1]"))
     station.report(17, 2, apid=SUPERVISOR, since=since)
     station.fence(SUPERVISOR)
-    told = [packet for packet, _ in station.reports[since:] if packet.service == 1 and packet.data[:4] == raw[:4]]
-    assert not told
+    reported = [packet for packet, _ in station.reports[since:] if packet.service == 1 and packet.data[:4] == raw[:4]]
+    assert not reported
 
 
 def test_reports_are_read_with_their_times(station):

@@ -27,7 +27,7 @@ def _function(name, *arguments):
 def _about(verification):
     """A condition that is true for the verification reports of this request."""
     sequence = int.from_bytes(verification.request_id[2:4], "big") & 0x3FFF
-    return lambda told: told["request_sequence"] == sequence and told["request_apid"] == verification.request.apid
+    return lambda report: report["request_sequence"] == sequence and report["request_apid"] == verification.request.apid
 
 
 def test_every_stage_is_reported(station, hand):
@@ -59,12 +59,12 @@ def test_informative_and_low_events(station, hand):
     since = len(station.reports)
     for mode in (0, 1):
         station.settle(station.send_data(1, 131, 1, bytes([mode])))
-    station.report(5, 1, apid=1, since=since, where=lambda told: told["event"] == "MODE_CHANGED")
+    station.report(5, 1, apid=1, since=since, where=lambda report: report["event"] == "MODE_CHANGED")
     note = station.dictionary.subsystem("JOYSTICK").event("OPERATOR_NOTE").id
     done = station.settle(station.send_data(HAND, 8, 1, _function("RAISE", struct.pack(">HH", 1, note))))
     assert done.is_completed, done.failure
     station.notes.requests[(8, 1)].add(station.notes.test())
-    station.report(5, 2, apid=HAND, since=since, where=lambda told: told["event"] == "OPERATOR_NOTE")
+    station.report(5, 2, apid=HAND, since=since, where=lambda report: report["event"] == "OPERATOR_NOTE")
     wrong = station.settle(station.send_data(HAND, 8, 1, _function("RAISE")))
     assert wrong.failure is not None
 
@@ -77,7 +77,7 @@ def test_medium_and_high_events_by_a_monitor(station, severity, name):
     station.command("monitor", "limit", "MANIPULATOR", "9", "LINK_AGE", "5", "10", name, "0")
     station.do("MANIPULATOR", 12, 1, n=[9])
     station.do("MANIPULATOR", 12, 15)
-    station.report(5, severity, apid=ROBOT, since=since, where=lambda told: told["event"] == name)
+    station.report(5, severity, apid=ROBOT, since=since, where=lambda report: report["event"] == name)
     station.do("MANIPULATOR", 12, 16)
     station.do("MANIPULATOR", 12, 2, n=[9])
     station.do("MANIPULATOR", 12, 6, n=[9])

@@ -91,8 +91,8 @@ def test_damage_and_another_interface_are_reported(dictionary, tmp_path):
     path = dissection.capture(tmp_path / "damaged.pcap", [good, other, flipped, long_text, good[:-3], good[:4], good[:14]])
     names = ("pus.interface.differs", "pus.crc.wrong", "pus.malformed", "_ws.lua.error")
     lines = dissection.tshark(SCRIPT, path, "-T", "fields", *(word for name in names for word in ("-e", name))).splitlines()
-    told = [[name for name, text in zip(names, line.split("\t")) if text] for line in lines]
-    assert told == [[], [names[0]], [names[1]], *([[names[2]]] * 4)]
+    reported = [[name for name, text in zip(names, line.split("\t")) if text] for line in lines]
+    assert reported == [[], [names[0]], [names[1]], *([[names[2]]] * 4)]
 
 
 def test_the_dissector_names_the_interface_that_it_is_made_for(dictionary):

@@ -13,11 +13,11 @@ import cases
 import drive_deviations
 
 
-def refused(change, told):
+def refused(change, message):
     """Expect that a device with a deviation is not brought up and that the event gives the reason."""
     STAGE.play(change)
     assert not STAGE.ground.request("PRE_OPERATIONAL")
-    assert STAGE.refusals() == [told], STAGE.refusals()
+    assert STAGE.refusals() == [message], STAGE.refusals()
     STAGE.ground.await_state("OFFLINE")
 
 
@@ -53,7 +53,7 @@ def case_a_device_that_boots_again_and_again():
 def case_the_flight_ends_well():
     STAGE.close()
     (pathlib.Path(os.environ["OUT"]) / "can-robot.log").write_bytes(STAGE.flight.octets("can-robot.log"))
-    assert STAGE.flight.code == 0, STAGE.flight.told()
+    assert STAGE.flight.code == 0, STAGE.flight.transcript()
 
 
 if __name__ == "__main__":

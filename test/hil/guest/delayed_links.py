@@ -63,7 +63,7 @@ def start(name, path, tree):
     """Start a flight and wait until its network is made."""
     flight = flying.start(nodes.run(name), "--scenario", path, *OPTIONS, root=tree)
     flying.wait_until(lambda: len(netem(flight)) == 2 or flight.process.poll() is not None, "no network", LIMIT_S)
-    assert flight.process.poll() is None, flight.wait(1).told()
+    assert flight.process.poll() is None, flight.wait(1).transcript()
     return flight
 
 
@@ -98,9 +98,9 @@ def end_of(flight):
 def judge(flight, counters):
     """Expect that both links had delay and loss, that the readers counted the lost samples, that no error
     ended the operation, and that nothing is left."""
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     nodes.assert_gone(flight)
-    assert set(counters) == set(NODES), flight.told()
+    assert set(counters) == set(NODES), flight.transcript()
     for end in counters.values():
         assert_delays(end)
     assert flight.facts["relay"] == {"round_trip_ms": ROUND_TRIP_MS, "network": True}
@@ -134,7 +134,7 @@ def case_the_arm_presses_through_netem():
         killed.process.kill()
         killed.wait(LIMIT_S)
         nodes.assert_gone(killed)
-        assert len(netem(flight)) == 2, flight.told()
+        assert len(netem(flight)) == 2, flight.transcript()
         counters = end_of(flight)
     finally:
         flight.abandon()

@@ -57,7 +57,7 @@ def run(name):
 
 def fly(name, *options, **how):
     flight = flying.fly(run(name), *options, limit_s=LIMIT_S, **how)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     return flight
 
 
@@ -94,7 +94,7 @@ def begun(name, *options):
                 return flight
             os.kill(simulator, signal.SIGCONT)
         flight.wait(LIMIT_S)
-        assert flight.code == 0, flight.told()
+        assert flight.code == 0, flight.transcript()
 
 
 def wait_for(flight, text):
@@ -102,7 +102,7 @@ def wait_for(flight, text):
     path = flight.folder / "operator.log"
 
     def has():
-        assert flight.process.poll() is None, flight.wait(1).told()
+        assert flight.process.poll() is None, flight.wait(1).transcript()
         return path.exists() and text in path.read_text(encoding="utf-8")
 
     flying.wait_until(has, f"the operator did not see {text}", LIMIT_S)
@@ -139,13 +139,13 @@ def case_two_nodes_fly_as_one_image():
     listening = local_addresses(flight.process.pid)
     os.kill(pids["simulator"], signal.SIGCONT)
     flight.wait(LIMIT_S)
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert places["supervisor"] == places["communication"] != places["joystick"] == places["manipulator"], places
     assert network_of(os.getpid()) not in places.values()
     own = {"supervisor": {"10.0.0.1"}, "manipulator": {"10.0.0.2"}}
     assert bound == ({"supervisor": set(), "manipulator": set()} if METHOD == "tipc" else own), bound
     assert "127.0.0.1" in listening
-    assert flight.facts["reproducible"] is True, flight.told()
+    assert flight.facts["reproducible"] is True, flight.transcript()
     assert flight.facts["nodes"] == 2
     assert set(methods_accepted(flight)) == {NUMBER[METHOD]}
     assert_gone(flight)
@@ -195,7 +195,7 @@ def case_shared_memory_is_not_offered_between_nodes():
     assert set(methods_accepted(within)) == {NUMBER["shm"]}
     between = fly("between", "--scenario", "hil", *NODES, root=split_mission())
     assert set(methods_accepted(between)) == {NUMBER[METHOD]}
-    assert between.facts["reproducible"] is True, between.told()
+    assert between.facts["reproducible"] is True, between.transcript()
 
 
 def case_shared_memory_between_nodes_is_refused():
@@ -204,7 +204,7 @@ def case_shared_memory_between_nodes_is_refused():
     lines += ["0.3 operator expect-refusal 0x0409 link open HAND_POSITION", "0.4 operator shutdown"]
     path = flying.write_scenario(OUT / "refused.scn", "0.0 hand rest", *lines)
     flight = fly("refused", "--scenario", path, *NODES, "--links", "shm", root=split_mission())
-    assert "no common method" in flight.console or "method" in flight.console, flight.told()
+    assert "no common method" in flight.console or "method" in flight.console, flight.transcript()
 
 
 def case_unplug_between_nodes():
@@ -218,7 +218,7 @@ def case_unplug_between_nodes():
         lines += [f"{cut + 0.8:.6f} fault plug {bus} {device}"]
     path = flying.write_scenario(OUT / "unplug.scn", *lines, "4.8 operator shutdown")
     two = fly("unplug", "--scenario", path, *NODES, "--links", METHOD, root=split_mission())
-    assert two.facts["reproducible"] is True, two.told()
+    assert two.facts["reproducible"] is True, two.transcript()
     assert_equal(two, fly("unplug-image", "--scenario", path, "--form", "image", "--links", METHOD))
     shutil.copytree(two.folder, OUT / f"judged-{METHOD}")
 
@@ -264,11 +264,11 @@ def cut_and_mend(name, root):
             done = flying.gse(flight, "script", again, timeout=LIMIT_S)
             if done.returncode == 0 or flight.process.poll() is not None or time.monotonic() > end:
                 break
-        assert done.returncode == 0, done.stdout + done.stderr + flight.told()
+        assert done.returncode == 0, done.stdout + done.stderr + flight.transcript()
         flight.wait(LIMIT_S)
     finally:
         flight.abandon()
-    assert flight.code == 0, flight.told()
+    assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is False
     assert_gone(flight)
     return flight

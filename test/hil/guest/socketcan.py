@@ -156,7 +156,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     before = links()
     ip("link", "set", "can0", "up", "type", "can", "bitrate", "500000")
     ip("link", "add", "vcan-robot", "type", "vcan")
-    told = {
+    refusals = {
         "is down; as root: ip link set up vcan-robot": ["--bus", "vcan"],
         "there is no interface can9": ["--mission", "classic", "--bus", "can", "--interface", "robot=can9", "--time", "real"],
         "more than 15 characters": ["--mission", "classic", "--bus", "can", "--interface", "robot=a-name-of-17-long",
@@ -176,7 +176,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     }
     ip("link", "set", "can1", "type", "can", "bitrate", "1000000")
     wrong_rate = ""
-    for fragment, options in told.items():
+    for fragment, options in refusals.items():
         if "bus joystick" in fragment:
             ip("link", "set", "vcan-robot", "mtu", "72", "up")
         said = refused(*options)

@@ -371,11 +371,11 @@ def test_a_run_that_has_not_ended_is_read_with_the_mission_that_the_launcher_nam
 
 def test_a_truth_log_of_other_types_is_a_problem_of_the_run(tmp_path):
     joints = _event(struct.pack(">i", 0))
-    for name, told in ((b"JOINTS", "channel JOINTS has the fingerprint 0x1111111111111111"), (b"NOTHING", "channel NOTHING has no type")):
+    for name, reported in ((b"JOINTS", "channel JOINTS has the fingerprint 0x1111111111111111"), (b"NOTHING", "channel NOTHING has no type")):
         head = struct.pack(">IQQII", 0xEDA1DA01, 0, 500, len(name), len(joints))
         (tmp_path / "truth.lcm").write_bytes(head + name + joints)
         run = runs.load(tmp_path)
-        assert any(told in problem for problem in run.problems), run.problems
+        assert any(reported in problem for problem in run.problems), run.problems
         assert run.truth == {"DRIVE": [], "FAULT": []}
 
 

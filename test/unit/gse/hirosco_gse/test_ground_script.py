@@ -88,7 +88,7 @@ class Flight:
     def __init__(self, dictionary, answer=success, delay_ns=1_000_000):
         self.dictionary, self.answer, self.delay_ns = dictionary, answer, delay_ns
         self.session = Session(dictionary, first_sequence=0)
-        self.sent, self.told, self.pending = [], [], []
+        self.sent, self.entries, self.pending = [], [], []
 
     def at(self, time_s, *reports):
         """Deliver reports without a request: (apid, service, subtype, data)."""
@@ -98,7 +98,7 @@ class Flight:
 
     def run(self, text, timeout_s=1.0):
         script = Script.parse(text, "test.scn", self.dictionary)
-        procedure = script.procedure(self.session, round(timeout_s * SECOND), self.told.append)
+        procedure = script.procedure(self.session, round(timeout_s * SECOND), self.entries.append)
         with contextlib.suppress(StopIteration):
             wake = procedure.send(None)
             while True:
@@ -134,17 +134,17 @@ def test_steps_run_in_order_and_not_before_their_time(dictionary):
     assert times[0] == SECOND
     assert times[1] == SECOND + 1_000_000  # After the verification of the ping.
     assert times[2] == 2_500_000_000
-    assert [entry["outcome"] for entry in flight.told][0] == "MANIPULATOR is alive"
-    assert all({"time", "end", "line", "verb", "words", "outcome"} <= set(entry) for entry in flight.told)
+    assert [entry["outcome"] for entry in flight.entries][0] == "MANIPULATOR is alive"
+    assert all({"time", "end", "line", "verb", "words", "outcome"} <= set(entry) for entry in flight.entries)
 
 
 def test_every_line_of_an_answer_is_kept(dictionary):
     flight = Flight(dictionary, lambda p: success(p, (17, 2, b"")) if p.service == 17 else success(p))
     flight.run("1 operator ping all\n")
     lines = [f"{name} is alive" for name in ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")]
-    assert sorted(flight.told[0]["outcome"].splitlines()) == sorted(lines)
-    assert flight.told[0]["text"].splitlines()[0].endswith("ping all:")
-    assert sorted(line.strip() for line in flight.told[0]["text"].splitlines()[1:]) == sorted(lines)
+    assert sorted(flight.entries[0]["outcome"].splitlines()) == sorted(lines)
+    assert flight.entries[0]["text"].splitlines()[0].endswith("ping all:")
+    assert sorted(line.strip() for line in flight.entries[0]["text"].splitlines()[1:]) == sorted(lines)
 
 
 def test_sequence_counts_start_at_zero_per_apid(dictionary):
@@ -157,7 +157,7 @@ def test_rejection_ends_the_script_with_file_and_line(dictionary):
     with pytest.raises(ScriptFailure, match=r"test.scn:2: state JOYSTICK OFFLINE: refused at start .*\[0x0204\]"):
         flight.run("# x\n0 operator state JOYSTICK OFFLINE\n1 operator mode SAFE\n")
     assert len(flight.sent) == 1
-    assert flight.told[-1]["outcome"].startswith("FAILED")
+    assert flight.entries[-1]["outcome"].startswith("FAILED")
 
 
 def test_time_out_of_a_step(dictionary):
@@ -168,7 +168,7 @@ def test_time_out_of_a_step(dictionary):
 def test_expected_refusal(dictionary):
     text = "0 operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL\n"
     flight = Flight(dictionary, lambda p: failure(p, 2, 0x0111, 16 << 16 | 2)).run(text)
-    assert "HAND_POSITION" in flight.told[0]["outcome"]
+    assert "HAND_POSITION" in flight.entries[0]["outcome"]
     with pytest.raises(ScriptFailure, match="expected refusal 0x0111, came: .*0x0110"):
         Flight(dictionary, lambda p: failure(p, 2, 0x0110, 0)).run(text)
     with pytest.raises(ScriptFailure, match="expected refusal 0x0111 .*carried out"):
@@ -178,16 +178,16 @@ def test_expected_refusal(dictionary):
 def test_a_tried_step_may_fail(dictionary):
     text = "0 operator try state MANIPULATOR SAFE_OPERATIONAL\n0 operator try nowait ping MANIPULATOR\n"
     flight = Flight(dictionary, lambda p: failure(p, 2, 0x0111, 16 << 16 | 2)).run(text)
-    assert flight.told[0]["outcome"].startswith("not carried out: ")
-    assert "HAND_POSITION" in flight.told[0]["outcome"]
-    assert flight.told[1]["outcome"] == "sent"
-    assert "completed" in Flight(dictionary).run("0 operator try state MANIPULATOR OFFLINE\n").told[0]["outcome"]
+    assert flight.entries[0]["outcome"].startswith("not carried out: ")
+    assert "HAND_POSITION" in flight.entries[0]["outcome"]
+    assert flight.entries[1]["outcome"] == "sent"
+    assert "completed" in Flight(dictionary).run("0 operator try state MANIPULATOR OFFLINE\n").entries[0]["outcome"]
 
 
 def test_wait_state(dictionary):
     text = "0 operator wait-state MANIPULATOR OFFLINE 2\n"
     flight = Flight(dictionary).at(0.5, transition(16, 6)).at(1.5, transition(16, 0)).run(text)
-    assert flight.told[0]["end"] == 1.5
+    assert flight.entries[0]["end"] == 1.5
     with pytest.raises(ScriptFailure, match="did not reach OFFLINE within 2 s; its state is ERROR_OPERATIONAL"):
         Flight(dictionary).at(0.5, transition(16, 6)).at(2.5, transition(16, 0)).run(text)
 
@@ -429,7 +429,7 @@ class Scheduler:
 def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictionary, tmp_path):
     """The request in progress is reported as lost; a request that is issued meanwhile waits for the next
     connection."""
-    scheduler, session, told = Scheduler(tmp_path), Session(dictionary, 0), []
+    scheduler, session, reports = Scheduler(tmp_path), Session(dictionary, 0), []
     connections = []
 
     def reconnect():
@@ -450,7 +450,7 @@ def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictio
     scheduler.grant(1000, 3, scheduler.first)
     scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet that never ends.
     scheduler.grant(2000, 0, 0)
-    driver = StepDriver(scheduler.stream, session, scheduler.clock, reconnect, told.append)
+    driver = StepDriver(scheduler.stream, session, scheduler.clock, reconnect, reports.append)
     ended = threading.Thread(target=lambda: driver.run(procedure()))
     ended.start()
     asked = packets.build_tc(16, 0, 17, 1, b"", 1)
@@ -466,7 +466,7 @@ def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictio
     scheduler.grant(5000, 0, port)
     assert scheduler.answers.readline() == "leave\n"
     ended.join()
-    assert told == ["the link is lost; 1 request has no end of verification", "the link is open again"]
+    assert reports == ["the link is lost; 1 request has no end of verification", "the link is open again"]
     assert not session.malformed
     scheduler.close()
 

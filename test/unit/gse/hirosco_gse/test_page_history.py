@@ -28,7 +28,7 @@ def modules(tmp_path_factory):
     return folder
 
 
-def told(folder, script):
+def printed(folder, script):
     """The JSON that an ECMAScript script prints."""
     (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses, posesBetween }} from "./kinematics.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
     done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
@@ -37,7 +37,7 @@ def told(folder, script):
 
 
 def test_a_line_over_an_hour_has_its_extremes_at_each_pixel(modules):
-    times, values = told(modules, TABLES + """
+    times, values = printed(modules, TABLES + """
         const line = { of: (row) => row.X[0] };
         console.log(JSON.stringify(history.drawn([line], [0, 3600], 900)));""")
     assert 1750 < len(times) < 1850 and all(a < b for a, b in zip(times, times[1:]))
@@ -47,13 +47,13 @@ def test_a_line_over_an_hour_has_its_extremes_at_each_pixel(modules):
 
 
 def test_a_short_part_is_drawn_with_all_samples(modules):
-    times, values = told(modules, TABLES + "console.log(JSON.stringify(history.drawn([{ of: (row) => row.X[0] }], [1555, 1556], 900)));")
+    times, values = printed(modules, TABLES + "console.log(JSON.stringify(history.drawn([{ of: (row) => row.X[0] }], [1555, 1556], 900)));")
     assert times[0] == 1555 and times[-1] == pytest.approx(1556.02) and len(times) == 52
     assert values[27] == 5
 
 
 def test_tables_are_one_history_with_gaps(modules):
-    found = told(modules, """
+    found = printed(modules, """
         const table = (t, name) => ({ t: Float64Array.from(t), leaves: new Map([[name, [Float64Array.from(t), Float64Array.from(t)]]]) });
         const history = new History([table([0, 2, 10], "A"), table([1, 3], "B")], (name) => name.toLowerCase(), 1.5);
         const far = new History([table([0, 1, 2, 3, 100, 101, 102, 103], "A")], (name) => name, 5);
@@ -64,7 +64,7 @@ def test_tables_are_one_history_with_gaps(modules):
 
 
 def test_each_robot_is_placed_by_its_own_entries_of_the_truth(modules):
-    found = told(modules, """
+    found = printed(modules, """
         const joint = { name: "j", kind: "prismatic", parent: "body", child: "tip", axis: [1, 0, 0], pose: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] };
         const robot = (name) => ({ name, root: "body", start: { j: 0.5 }, links: { body: [], tip: [] }, joints: [joint], at: [1, 0, 0, 7, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
         const names = { joints: ["a.j", "b.j"], bases: ["b"] };
@@ -82,7 +82,7 @@ def test_each_robot_is_placed_by_its_own_entries_of_the_truth(modules):
 def test_telemetry_places_the_lead_robot_and_the_truth_what_it_does_not_contain(modules):
     """The base is that of telemetry, if it reports one, else that of the truth. Brakes are those of drives that have one, by their
     statuswords: released in operation enabled, quick stop active and fault reaction active."""
-    found = told(modules, """
+    found = printed(modules, """
         const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
         const joint = (name) => ({ name, kind: "revolute", parent: "body", child: name, axis: [0, 0, 1], pose: identity });
         const robot = (name) => ({ name, root: "body", free: true, start: {}, links: {}, joints: [joint("j1"), joint("j2")], braked: ["j1"], at: identity });
@@ -105,7 +105,7 @@ def test_telemetry_places_the_lead_robot_and_the_truth_what_it_does_not_contain(
 def test_an_attitude_turns_by_the_shorter_way_between_two_reports(modules):
     """The attitude makes a quarter turn about z, from -45 to 45 degrees; the quaternion of the second report has the other sign. Bases are interpolated one by one."""
     half = 2 ** -0.5
-    found = told(modules, f"""
+    found = printed(modules, f"""
         const c = Math.cos(Math.PI / 8), s = Math.sin(Math.PI / 8);
         const from = [0, 0, 0, c, 0, 0, -s, 1, 1, 1, 1, 0, 0, 0], to = [2, 0, 0, -c, 0, 0, -s, 1, 1, 1, {half}, {half}, 0, 0];
         console.log(JSON.stringify([0, 0.5, 1].map((share) => posesBetween(from, to, share))));""")
@@ -120,7 +120,7 @@ def test_what_is_no_whole_recording_is_refused(modules):
     head = b'{"tables": [{"rows": 2, "per": 1, "leaves": []}]}'
     whole = gzip.compress(struct.pack("<I", len(head)) + head + bytes(8))
     files = [b"no recording", whole[:40], gzip.compress(struct.pack("<I", len(head)) + head + bytes(7)), gzip.compress(b"\2\0\0\0{]"), whole]
-    found = told(modules, f"""
+    found = printed(modules, f"""
         const all = {[list(octets) for octets in files]}.map((octets) => unpack(Uint8Array.from(octets)).then(() => "read", (error) => error.message));
         console.log(JSON.stringify(await Promise.all(all)));""")
     assert found[2] == "its end is missing" and found[4] == "read" and "read" not in found[:4], found

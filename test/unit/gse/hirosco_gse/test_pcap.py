@@ -37,10 +37,10 @@ def test_a_capture_has_each_packet_with_its_time(gse, tmp_path):
 
 
 def test_a_run_without_a_readable_packet_log_is_refused(gse, tmp_path):
-    code, _, told = gse("pcap", tmp_path)
-    assert code == 2 and "packets.log" in told
+    code, _, output = gse("pcap", tmp_path)
+    assert code == 2 and "packets.log" in output
     (tmp_path / "packets.log").write_text("nonsense\n", encoding="ascii")
-    code, _, told = gse("pcap", tmp_path)
-    assert code == 2 and "packets.log:1: not a packet line" in told
+    code, _, output = gse("pcap", tmp_path)
+    assert code == 2 and "packets.log:1: not a packet line" in output
     assert gse("pcap", "a", "b")[0] == 2
     assert not (tmp_path / "packets.pcap").exists()

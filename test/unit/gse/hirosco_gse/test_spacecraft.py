@@ -167,8 +167,8 @@ def test_other_device_classes_are_reported_when_a_flight_is_joined(tmp_path, dic
     if flown is not None:
         (tmp_path / "ground.classes").write_text((known if flown == "known" else flown) + "\n", encoding="ascii")
     craft = Spacecraft(tmp_path, port=port, dictionary=dictionary_path)
-    told = [f"the flight has device classes 0x01, the dictionary has those of {known}: run make"] if is_told else []
-    assert list(craft.session.mismatches.values()) == told
+    reported = [f"the flight has device classes 0x01, the dictionary has those of {known}: run make"] if is_told else []
+    assert list(craft.session.mismatches.values()) == reported
 
 
 def test_without_a_link(crafts, dictionary_path):

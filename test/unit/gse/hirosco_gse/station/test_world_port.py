@@ -113,7 +113,7 @@ class World:
 
 def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monkeypatch):
     """Faults are typed and come from a form. While one page aims the hand, another page and lines of other
-    programs are told which page has it."""
+    programs get a message which page has it."""
     world = World()
 
     async def story(page, station):
@@ -122,17 +122,17 @@ def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monk
         filled = await page.ask(do="command", form="fault loss", values={"bus": "robot", "probability": "0.1"})
         planned = await page.ask(do="plan", text="hand press 10 0.05")
         aimed = await page.ask(do="live", line="hand aim 0.1 0 0.03")
-        told = next(message for message in page.heard if message["kind"] == "hand" and message["page"])
+        reported = next(message for message in page.heard if message["kind"] == "hand" and message["page"])
         other = await station.hub.live("hand rest", -1)
         own = await page.ask(do="live", line="hand rest")
         world.hand = "station-WEB_2"
         later = await page.ask(do="live", line="hand aim 0.1 0 0.03")
-        return typed, filled, planned, aimed, told, other, own, later
+        return typed, filled, planned, aimed, reported, other, own, later
 
-    typed, filled, planned, aimed, told, other, own, later = visit(place, story)
+    typed, filled, planned, aimed, reported, other, own, later = visit(place, story)
     assert (typed["time"], filled["time"], aimed["time"]) == (2.5, 2.5, 2.5) and planned["messages"] == ["line for the simulator"]
     assert [line for line in world.lines if line != "time"] == ["fault unplug robot JOINT1", "fault loss robot 0.1", "hand aim 0.1 0 0.03", "hand rest"]
-    assert told["page"] > 0 and other["refused"] == "the hand is taken by another page" and "refused" not in own
+    assert reported["page"] > 0 and other["refused"] == "the hand is taken by another page" and "refused" not in own
     assert later["refused"] == "the hand is taken by station-WEB_2"
 
 
@@ -273,8 +273,8 @@ def test_the_page_is_informed_that_other_device_classes_fly(place, spacecraft):
     (place / "latest" / "ground.classes").write_text("0x01\n", encoding="ascii")
 
     async def story(page, station):
-        told = await page.until(lambda message: message["kind"] == "mismatch")
-        return told["subsystem"], told["words"]
+        reported = await page.until(lambda message: message["kind"] == "mismatch")
+        return reported["subsystem"], reported["words"]
 
     subsystem, words = visit(place, story)
     assert subsystem == "device classes" and words.startswith("the flight has device classes 0x01, ")
@@ -289,8 +289,8 @@ def test_the_page_is_informed_that_another_interface_flies(place, spacecraft):
 
     async def story(page, station):
         await page.ask(do="command", text="ping JOYSTICK")
-        told = await page.until(lambda message: message["kind"] == "mismatch")
-        return told, [message for message in station.hub.snapshot() if message["kind"] == "mismatch"]
+        reports = await page.until(lambda message: message["kind"] == "mismatch")
+        return reports, [message for message in station.hub.snapshot() if message["kind"] == "mismatch"]
 
-    told, later = visit(place, story)
-    assert later == [told] and told["subsystem"] == "MANIPULATOR" and "the dictionary has" in told["words"]
+    reports, later = visit(place, story)
+    assert later == [reports] and reports["subsystem"] == "MANIPULATOR" and "the dictionary has" in reports["words"]
