@@ -7,7 +7,7 @@
 
 #define FREE_PATTERN 0xFEEDFA11DEADB10CULL
 
-#define OWNERS 128U // Pools and quotas of one program that can be told apart.
+#define OWNERS 128U // Largest number of pools and quotas of one program that are counted separately.
 #define NUMBERED 8U // Takes of each owner that are counted.
 
 typedef struct {

@@ -154,7 +154,7 @@ static void begin(void)
     subsystem_init(&component, &config);
 }
 
-/// A drive whose cable, process data and power state work: what it was last told is what it does.
+/// True if the cable, the process data and the power state of a drive work: it follows its last command.
 static bool obeys(const scripted_node_t* const joint)
 {
     return joint->is_plugged && !joint->is_sdo_mute && !joint->is_pdo_mute && !joint->is_stuck;

@@ -372,7 +372,7 @@ static void expect_synced(const uint8_t answer)
     TEST_ASSERT_EQUAL_UINT8(answer, record[0]);
 }
 
-/// The program is told that a file is on the disk only after it was forced there.
+/// The program gets the answer that a file is on the disk only after the file was forced there.
 static void files_of_the_program_are_forced_to_the_disk(void)
 {
     char path[64];

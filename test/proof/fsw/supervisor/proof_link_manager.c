@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: an epoch has one owner: each opening of a link gets an epoch that is larger than all before, and
-//     the first to be told is the producer of that link; the consumer of the same link is told the same
-//     epoch, once the producer has reported that it is open. Two openings never have one epoch, and a link
-//     never has two sessions. So a consumer, which hears only the epoch of its own opening
-//     (fsw/framework/rtlink/proof_link_channel.c), hears one producer.
+//     the supervisor orders the producer of that link first to open with this epoch; it orders the consumer
+//     of the same link to open with the same epoch when the producer has reported that it is open. Two
+//     openings never have one epoch, and a link never has two sessions. A consumer accepts only frames with
+//     the epoch of its own opening (fsw/framework/rtlink/proof_link_channel.c), so it accepts those of one
+//     producer only.
 // Bounds: two sessions in any sound state, two links between any subsystems, one call of any kind (an
 //     induction without bound on the number of calls), up to 2^32 - 1 openings.
-// Replaced: a request may not be sent; reports of subsystems have any content, and name two links at most;
-//     the registry, the mission and the graph of links answer at will; verification and events do nothing.
+// Replaced: the sending of a request may fail; reports of subsystems have any content, and name two links
+//     at most; the registry, the mission and the graph of links return any result; verification and events
+//     do nothing.
 //     The supervisor has only the members that its manager of links uses.
 // Sources: base/octets.c
 // Options: --unwind 4
@@ -80,9 +82,9 @@ static registry_entry_t entry; // Of whatever subsystem is asked for.
 static link_edge_t edge;       // Of whatever link is asked for.
 static uint16_t addressee;
 static pus_link_transition_t reported; // What a subsystem reports about a link.
-static pus_link_open_t told;           // The order to open, and who gets it.
-static uint16_t told_apid;
-static unsigned told_times;
+static pus_link_open_t ordered;           // The order to open, and who gets it.
+static uint16_t ordered_apid;
+static unsigned orders; // Number of orders to open.
 
 // ---- In the place of the services and of the other parts of the supervisor ----
 
@@ -100,9 +102,9 @@ octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t api
 void pus_link_open_write(octet_writer_t* const writer, const pus_link_open_t* const open)
 {
     (void)writer;
-    told      = *open;
-    told_apid = addressee;
-    told_times++;
+    ordered      = *open;
+    ordered_apid = addressee;
+    orders++;
 }
 
 void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
@@ -419,24 +421,24 @@ void proof(void)
         sessions[i] = supervisor.sessions[i];
     }
     const uint16_t reporter = call();
-    PROVE(told_times <= 1U, "one order to open at most");
-    if (told_times == 0U) {
+    PROVE(orders <= 1U, "one order to open at most");
+    if (orders == 0U) {
         PROVE(supervisor.link_epoch == before, "only an opening takes an epoch");
-    } else if (told.epoch > before) {
-        PROVE((told.epoch == (before + 1U)) && (supervisor.link_epoch == told.epoch), "the epoch is new");
-        PROVE(told_apid == ends_of(told.link).producer_apid, "the producer is told first");
+    } else if (ordered.epoch > before) {
+        PROVE((ordered.epoch == (before + 1U)) && (supervisor.link_epoch == ordered.epoch), "the epoch is new");
+        PROVE(ordered_apid == ends_of(ordered.link).producer_apid, "the producer gets the first order");
     } else {
         bool is_of_session = false;
         for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
             is_of_session =
                 is_of_session || ((sessions[i].step == SESSION_OPEN_PRODUCER) &&
-                                  (sessions[i].link == told.link) && (sessions[i].epoch == told.epoch));
+                                  (sessions[i].link == ordered.link) && (sessions[i].epoch == ordered.epoch));
         }
-        PROVE(is_of_session, "the consumer is told the epoch of the producer's opening");
-        PROVE((reporter == ends_of(told.link).producer_apid) && (reported.link == told.link) &&
+        PROVE(is_of_session, "the order to the consumer has the epoch of the producer's opening");
+        PROVE((reporter == ends_of(ordered.link).producer_apid) && (reported.link == ordered.link) &&
                   (reported.state == (uint8_t)PUS_LINK_STATE_OPEN),
               "once the producer has reported that it is open");
-        PROVE(told_apid == ends_of(told.link).consumer_apid, "it is the consumer of this link");
+        PROVE(ordered_apid == ends_of(ordered.link).consumer_apid, "it is the consumer of this link");
         PROVE(supervisor.link_epoch == before, "it takes no epoch");
     }
     PROVE(is_sound(), "the manager stays sound");

@@ -139,7 +139,7 @@ static void what_the_end_node_refuses_is_counted_and_a_full_one_delays_the_stop(
 {
     static const uint8_t safe[] = {0U, 0U, 4U};
     static const struct {
-        status_t told;
+        status_t returned;
         status_t stopped;
     } rows[] = {{STATUS_FULL, STATUS_BUSY}, {STATUS_CLOSED, STATUS_OK}, {STATUS_IO, STATUS_OK}};
     (void)state;
@@ -147,7 +147,7 @@ static void what_the_end_node_refuses_is_counted_and_a_full_one_delays_the_stop(
     cycle(MS_NS, STATUS_OK, 1);
     for (unsigned i = 0U; i < (sizeof rows / sizeof rows[0]); i++) {
         expect_memory(__wrap_flow_send, octets, safe, sizeof safe);
-        will_return(__wrap_flow_send, rows[i].told);
+        will_return(__wrap_flow_send, rows[i].returned);
         assert_int_equal(rows[i].stopped, stream_device_stop(&device));
         assert_int_equal(i + 1U, device.counters.refused);
     }

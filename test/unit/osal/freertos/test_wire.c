@@ -169,7 +169,7 @@ static void a_datagram_without_room_is_counted_and_reported(void)
     TEST_ASSERT_EQUAL_STRING("wire: datagrams lost because there was no room for them: 3", line);
 }
 
-static void expect_refused(const uint8_t kind, const size_t size, const char* const told)
+static void expect_refused(const uint8_t kind, const size_t size, const char* const message)
 {
     static const uint8_t content[TARGET_WIRE_DATAGRAM_OCTETS] = {0U};
     uint8_t octet                                             = 0U;
@@ -180,7 +180,7 @@ static void expect_refused(const uint8_t kind, const size_t size, const char* co
     arrive(TARGET_WIRE_STREAM, "x", 1U);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, wire_stream_receive(&octet, 1U, &got));
     TEST_ASSERT_EQUAL_UINT(1U, lines);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, told), line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, message), line);
     tearDown();
 }
 

@@ -153,12 +153,12 @@ static void a_queue_that_fails_to_receive_is_closed_and_opened_again(void** stat
     flow_mqueue_close(&flow);
 }
 
-static void say(const status_t told, const status_t expected)
+static void say(const status_t returned, const status_t expected)
 {
     static const uint8_t words[] = {1U, 2U, 3U};
     expect_value(__wrap_osal_mqueue_send, octets, (uintptr_t)words);
     expect_value(__wrap_osal_mqueue_send, size, sizeof words);
-    will_return(__wrap_osal_mqueue_send, told);
+    will_return(__wrap_osal_mqueue_send, returned);
     assert_int_equal(expected, flow_mqueue_send(&flow, words, sizeof words));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Some versions of expat call handlers again after they were told to stop; the mocked expat here parses to
-// the end.
+// Some versions of expat call handlers again after XML_StopParser; the mocked expat here parses to the
+// end.
 #include "fsw/framework/xml/xml.h"
 
 #include <expat.h>

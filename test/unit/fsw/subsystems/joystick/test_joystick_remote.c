@@ -34,7 +34,7 @@ static void robot_touches(const double first_rad, const double second_rad, const
     rig_generic.ports[FAR_ROBOT].age_us      = 20000U;
 }
 
-static joystick_hand_motion_payload_t told(void)
+static joystick_hand_motion_payload_t sent(void)
 {
     joystick_hand_motion_payload_t hand;
     TEST_ASSERT_EQUAL_UINT64(sizeof hand, rig_generic.ports[FAR_HAND].written_size);
@@ -51,8 +51,8 @@ static void a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model(void)
     EXPECT_WITHIN(0.03 * 15.0 * 0.2165, 2.0e-4, rig_torque(1U));
     TEST_ASSERT_EQUAL_UINT32(20000U, rig_joystick.parameters.link_age);
     TEST_ASSERT_EQUAL_UINT64(0U, rig_generic.ports[HAND].written_size);
-    EXPECT_WITHIN(0.05, 1.0e-9, told().position[0]);
-    EXPECT_WITHIN(-0.02, 1.0e-9, told().position[1]);
+    EXPECT_WITHIN(0.05, 1.0e-9, sent().position[0]);
+    EXPECT_WITHIN(-0.02, 1.0e-9, sent().position[1]);
     rig_stick->position[0] -= 500; // 0.5 mrad down; the last report of the robot is from before.
     rig_idle(4000U);
     const double model = 7000.0 * 2.0 * 0.5e-3 * ((0.3265 * 0.3265) + (0.0655 * 0.0655));
@@ -71,16 +71,16 @@ static double damping_of_a_driven_hand(const double paid_j)
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
     rig_idle(500U);
     double largest = 0.0;
-    double told_j  = told().energy;
+    double last_j  = sent().energy;
     for (unsigned i = 0U; i < 2000U; i++) {
         rig_stick->position[0] += (i < 200U) ? -10 : 10;
         robot_touches(1.0e-6 * (double)rig_stick->position[0], -0.02, paid_j * (double)i);
         rig_idle(1U);
         largest = fmax(largest, rig_joystick.control.added_damping);
-        TEST_ASSERT_TRUE(told().energy >= told_j);
-        told_j = told().energy;
+        TEST_ASSERT_TRUE(sent().energy >= last_j);
+        last_j = sent().energy;
     }
-    EXPECT_ABOVE(1.0e-4, told_j);
+    EXPECT_ABOVE(1.0e-4, last_j);
     EXPECT_ABOVE(1.0e-3, rig_joystick.energy.given_j);
     return largest;
 }

@@ -26,7 +26,7 @@ static void far_hand_at(const double first_rad, const double second_rad, const d
     rig_generic.ports[FAR_HAND].age_us      = 20000U;
 }
 
-static manipulator_robot_contact_payload_t told(void)
+static manipulator_robot_contact_payload_t sent(void)
 {
     manipulator_robot_contact_payload_t robot;
     TEST_ASSERT_EQUAL_UINT64(sizeof robot, rig_generic.ports[FAR_ROBOT].written_size);
@@ -39,12 +39,12 @@ static void the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on(voi
     far_hand_at(0.21, -0.17, 3.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
     rig_idle(10U);
-    EXPECT_WITHIN(0.21, 1.0e-9, told().echo[0]);
+    EXPECT_WITHIN(0.21, 1.0e-9, sent().echo[0]);
     EXPECT_WITHIN(0.5, 0.01, -rig_manipulator.control.reference[1].position / 3.1416);
     far_hand_at(0.21 + 0.001, -0.17, 3.0);
     rig_idle(400U);
-    EXPECT_WITHIN(0.211, 1.0e-5, told().echo[0]);
-    EXPECT_WITHIN(-0.17, 1.0e-5, told().echo[1]);
+    EXPECT_WITHIN(0.211, 1.0e-5, sent().echo[0]);
+    EXPECT_WITHIN(-0.17, 1.0e-5, sent().echo[1]);
     EXPECT_ABOVE(0.0015,
                  rig_manipulator.control.reference[0].position - rig_manipulator.control.link_zero_rad[0]);
     TEST_ASSERT_EQUAL_UINT32(20000U, rig_manipulator.parameters.link_age);
@@ -52,11 +52,11 @@ static void the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on(voi
     double jacobian[4];
     manipulator_arm_jacobian(&rig_manipulator.model, rig_manipulator.control.link_rad, jacobian);
     for (unsigned i = 0U; i < 4U; i++) {
-        EXPECT_WITHIN(jacobian[i], 1.0e-3, told().jacobian[i]);
+        EXPECT_WITHIN(jacobian[i], 1.0e-3, sent().jacobian[i]);
     }
     rig_generic.ports[FAR_HAND].read_status = STATUS_STALE;
     rig_idle(400U); // The arm holds its pose.
-    EXPECT_WITHIN(0.211, 1.0e-5, told().echo[0]);
+    EXPECT_WITHIN(0.211, 1.0e-5, sent().echo[0]);
 }
 
 /// The torques are less than gravity: a force pushes the arm up. The arm presses down only with energy that
@@ -67,7 +67,7 @@ static void the_arm_yields_to_a_force_and_presses_only_what_is_paid_for(void)
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
     rig_show(GRAVITY1 - 3.0, GRAVITY2 - 2.0);
     rig_idle(400U);
-    const manipulator_robot_contact_payload_t touch = told();
+    const manipulator_robot_contact_payload_t touch = sent();
     EXPECT_ABOVE(2.0, touch.external_torque[0]);
     EXPECT_ABOVE(5.0, touch.push);
     EXPECT_ABOVE(0.5, touch.normal[1]);
@@ -75,17 +75,17 @@ static void the_arm_yields_to_a_force_and_presses_only_what_is_paid_for(void)
         far_hand_at(-0.9e-4 * (double)i, -0.6e-4 * (double)i, 0.0);
         rig_idle(1U);
     }
-    EXPECT_BELOW(0.5e-3, fabs(told().echo[0]));
+    EXPECT_BELOW(0.5e-3, fabs(sent().echo[0]));
     for (unsigned i = 0U; i < 2000U; i++) {
         far_hand_at(-0.9e-2, -0.6e-2, 1.0e-5 * (double)i);
         rig_idle(1U);
     }
-    EXPECT_WITHIN(-0.9e-2, 1.0e-4, told().echo[0]);
+    EXPECT_WITHIN(-0.9e-2, 1.0e-4, sent().echo[0]);
     rig_show(GRAVITY1 - 12.0, GRAVITY2 - 8.0);
     rig_idle(1000U);
     EXPECT_ABOVE(5.0e-3, rig_manipulator.yield.given_way_m);
-    EXPECT_ABOVE(-0.5e-2, told().echo[0]);
-    EXPECT_ABOVE(0.0, told().energy);
+    EXPECT_ABOVE(-0.5e-2, sent().echo[0]);
+    EXPECT_ABOVE(0.0, sent().energy);
 }
 
 int main(void)

@@ -186,7 +186,7 @@ static void the_arm_never_gives_away_more_than_was_paid(void)
     double hand[2]   = {0.1, -0.2};
     double torque[2] = {0.0, 0.0};
     double paid      = 5.0;
-    double told      = 5.0;
+    double received_paid = 5.0; // Value of `paid` in the last sample that was not lost.
     double given     = 0.0;
     double received  = 0.0;
     unsigned held    = 0U;
@@ -198,12 +198,12 @@ static void the_arm_never_gives_away_more_than_was_paid(void)
         }
         paid += (draw() > 0.95) ? 1.0e-5 : 0.0;
         const bool is_lost = draw() < -0.9;
-        told               = is_lost ? told : paid;
+        received_paid      = is_lost ? received_paid : paid;
         (void)run(is_lost ? NULL : hand, torque, paid);
         const double step = -0.03 * ((torque[0] * (yield.acted_rad[0] - before[0])) +
                                      (torque[1] * (yield.acted_rad[1] - before[1])));
         given += step;
-        TEST_ASSERT_TRUE(given <= ((told - 5.0) + tolerance));
+        TEST_ASSERT_TRUE(given <= ((received_paid - 5.0) + tolerance));
         TEST_ASSERT_TRUE(yield.reserve.reserve_j >= -tolerance);
         TEST_ASSERT_TRUE(yield.reserve.reserve_j <= gains.reserve);
         TEST_ASSERT_TRUE(yield.taken_j >= received);
