@@ -27,7 +27,7 @@ typedef struct { // Private: one child process.
     bool is_alive;
     bool has_run;
     bool is_component;
-    bool is_seen;             // Its output appears on the terminal instead of in console.log.
+    bool is_seen;             // The output of the process appears on the terminal instead of in console.log.
     unsigned component;       // Index of the component that the process runs, if is_component.
     unsigned participant;     // Number as participant of the scheduler; OSAL_LOCKSTEP_PARTICIPANTS_MAX: none.
     uint32_t life;            // Life of the component that it was started for.

@@ -86,7 +86,7 @@ static bool start_runner(proxy_t* const self, const char* const* const arguments
 }
 
 /// Start the program with `runner`. The program inherits the sockets of the run and its end of the stream.
-/// It also gets the name of the run, so that process lists show it.
+/// The name of the run is one of its arguments, so that process lists show the run.
 static bool start_program(proxy_t* const self, const char* const name, const char* const runner)
 {
     osal_socket_t peer = OSAL_SOCKET_CLOSED;

@@ -23,7 +23,7 @@ typedef struct { // Private.
     osal_device_t peer_in; ///< The program's ends, until it has inherited them.
     osal_device_t peer_out;
     osal_socket_t sender;
-    osal_socket_t sockets[TARGET_LINK_SOCKETS_MAX]; ///< Those that the program has asked for.
+    osal_socket_t sockets[TARGET_LINK_SOCKETS_MAX]; ///< Sockets that the program has requested.
     size_t socket_count;
     size_t stream_rest; ///< Octets that the present record of the stream still has.
     size_t at;          ///< Octets [at, end) of `arrived` are not taken yet.

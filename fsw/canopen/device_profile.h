@@ -80,8 +80,8 @@ typedef struct { // An object that the data sheet allows in process data.
     uint16_t index;
     uint8_t subindex;
     uint8_t octets;
-    canopen_profile_word_t transmit; ///< Its word in a transmit PDO; PROFILE_PADDING: not allowed there.
-    /// Its word in a receive PDO; PROFILE_PADDING: not allowed there.
+    canopen_profile_word_t transmit; ///< Word of the object in a transmit PDO; PROFILE_PADDING: none.
+    /// Word of the object in a receive PDO; PROFILE_PADDING: none, the object is not allowed there.
     canopen_profile_word_t receive;
     uint8_t axis;
     bool is_signed;

@@ -39,7 +39,7 @@ typedef struct { // Private.
     /// Address of the procedure's stack.
     const void* stack;
     const void* list; // Block allocated last.
-    size_t list_size; // Its size [octets].
+    size_t list_size; // Size of that block [octets].
     uint32_t code_size;
     bool is_making_thread;
     bool has_nul;     // A text that contains NUL may exist.

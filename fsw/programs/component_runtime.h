@@ -67,7 +67,7 @@ typedef struct { // Private, except the members named below.
         uint32_t life;
         uint32_t link_floor;
         uint64_t reported_ns; // Time of the first message sent to it since its last step.
-        bool is_gone;         // Its process of that life has ended, and its messages were received.
+        bool is_gone;         // The process of that life has ended, and its messages were received.
     } peers[MISSION_SUBSYSTEMS_MAX];
     /// Number of calls of component_runtime_pump.
     uint32_t pumps;
@@ -81,7 +81,7 @@ typedef struct { // Private, except the members named below.
     rtlink_resolver_t links;
     pus_port_t uplink; ///< Port for packets to the supervisor.
     char error[COMPONENT_RUNTIME_ERROR_MAX];
-    bool is_kept;                // Its message channels continue although the component restarts.
+    bool is_kept;                // The message channels continue although the component restarts.
     message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_t;
 

@@ -142,7 +142,8 @@ void subsystem_host_take_in(subsystem_host_t* const host, const uint64_t now_ns)
         status = message_receive(&host->runtime->endpoint, &from, host->packet, sizeof host->packet, &size);
         if ((status == STATUS_OK) && (size > 0U)) {
             subsystem_accept(&host->subsystem, host->packet, size, now_ns);
-        } else if (status == STATUS_TOO_LARGE) { // Its head is shorter than its length: it is rejected.
+        } else if (status == STATUS_TOO_LARGE) {
+            // The component rejects the head alone, because it is shorter than its length field states.
             subsystem_accept(&host->subsystem, head, sizeof head, now_ns);
         } else {
             // No packet, or an empty one.

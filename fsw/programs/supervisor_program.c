@@ -58,7 +58,7 @@ static bool is_alive(const component_runtime_t* const runtime, const run_compone
     }
     const unsigned index = (unsigned)(component - runtime->run->components);
     const bool is_gone   = runtime->peers[index].is_gone && (runtime->peers[index].life == component->life);
-    return (component->wanted_life == component->life) && !is_gone; // It is being started, or it runs.
+    return (component->wanted_life == component->life) && !is_gone; // The process is being started, or runs.
 }
 
 /// Command a new life of a component; the launcher then starts the process. In stepped time the life begins

@@ -208,7 +208,8 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
         const bool is_back =
             run->has_left_offline && (run->seen != STATE_COUNT) && (entry->state < run->seen);
         if (is_back) {
-            report_end(supervisor, entry, PUS_FAILURE_STATE); // It went to a lower state for another reason.
+            // The subsystem went to a lower state for another reason.
+            report_end(supervisor, entry, PUS_FAILURE_STATE);
             return;
         }
         run->seen       = entry->state;

@@ -79,7 +79,7 @@ typedef enum { // Presumed state of a process for which an order is not performe
     PRESUMED_GONE
 } presumed_t;
 
-typedef struct { // Known data of one subsystem.
+typedef struct { // Known data of one subsystem, which is the subject of each comment.
     const mission_subsystem_t* mission;
     process_state_t process;
     bool is_heard;     ///< It has reported since its process was started.

@@ -41,8 +41,8 @@ typedef struct {
 typedef struct { // Private.
     uint32_t id;
     uint16_t size;
-    uint32_t offset; // Offset of its value.
-    bool is_known;   // It was reported.
+    uint32_t offset; // Offset of the value.
+    bool is_known;   // A value was reported.
     uint64_t taken_ns;
     uint64_t interval_ns; // Time between the last two reports; 0: there was only one.
 } telemetry_cache_value_t;

@@ -275,7 +275,7 @@ class Session:
         try:
             yield from self.wait_for(lambda: verification.is_finished, timeout_ns, f"{text}: end of verification")
         except TimedOut:
-            if self._open.get(verification.request_id) is verification:  # Its result is no longer needed.
+            if self._open.get(verification.request_id) is verification:  # The result of the request is no longer needed.
                 del self._open[verification.request_id]
             raise
         if verification.lost_ns is not None:

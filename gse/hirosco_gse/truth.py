@@ -103,7 +103,7 @@ def _columns(events, members):
             numbers[member.name] = int(np.frombuffer(events[0], kind, 1, at)[0])
         fields.append((member.name, kind))
         at += kind.itemsize
-    rest = len(events[0]) - at if events else 0  # Of a text.
+    rest = len(events[0]) - at if events else 0  # Octets of a text at the end.
     table = np.frombuffer(b"".join([event[:at] for event in events] if rest else events), np.dtype(fields))
     found = {"time_us": table["time_ns"] // 1000}
     for member in members:

@@ -31,7 +31,7 @@ SUBSYSTEMS_MAX = 14  # the scheduler has 16 participants; simulator and operator
 BUSES_MAX = 8  # of a mission; base/capacities.h
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.
-# What the new sources and the generated header name after the subsystem.
+# Endings of the names that the new sources and the generated header derive from the name of the subsystem.
 NAMED_AFTER = "t init callbacks open parameters_t program_t services_t add_services definitions fields places".split()
 MACROS_AFTER = "NAME APID INTERFACE_HASH PARAMETER_COUNT FIELD_COUNT".split()
 

@@ -218,7 +218,7 @@ def remove_stale(folder):
         try:
             lock = held(control) if control.stat().st_mtime < time.time() - STALE_S else None
         except FileNotFoundError:
-            continue  # Its runner has just ended.
+            continue  # The runner that owned this file has just ended.
         if lock is not None:
             shutil.rmtree(control, ignore_errors=True)
             os.close(lock)

@@ -110,7 +110,7 @@ status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const si
     (void)xTaskResumeAll();
     if (status == STATUS_OK) {
         *shm = (osal_shm_t){&store[block->offset], size};
-        (void)memset(shm->address, 0, span_of(size)); // It takes long, so the other tasks may run meanwhile.
+        (void)memset(shm->address, 0, span_of(size)); // Other tasks may run, because this takes long.
         __atomic_store_n(&block->is_zero, true, __ATOMIC_RELEASE);
     }
     return status;

@@ -16,7 +16,7 @@
 #define LINE_MAX 96U
 
 typedef struct {
-    int in_number; ///< Of the inherited pipes.
+    int in_number; ///< Descriptor numbers of the inherited pipes.
     int out_number;
     bool has_numbers;
     bool is_open;

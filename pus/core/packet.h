@@ -20,7 +20,7 @@
 typedef struct {
     uint16_t code;        ///< PUS_FAILURE_*; PUS_FAILURE_NONE: no failure.
     uint16_t instruction; ///< Number of the failed instruction, from 1; 0: the whole request.
-    uint32_t detail;      ///< Its meaning depends on `code`.
+    uint32_t detail;      ///< The meaning of `detail` depends on `code`.
 } pus_failure_t;
 
 /// The fields of a request that its verification reports need; a service keeps them until the request ends.

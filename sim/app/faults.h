@@ -68,7 +68,7 @@ typedef struct {
     char target[FAULT_TARGET_MAX];
 } fault_t;
 
-typedef scenario_lines_t faults_t; ///< Its records are fault_t; read-only for others.
+typedef scenario_lines_t faults_t; ///< The records are fault_t; other modules only read them.
 
 typedef struct {
     const char* name;     ///< Null: scenario lines cannot name it.

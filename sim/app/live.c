@@ -112,7 +112,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
 {
     const char* const actor = line->word[0];
     const bool is_hand      = strcmp(actor, "hand") == 0;
-    scenario_line_t rest    = *line; // Its words still point into line->text.
+    scenario_line_t rest    = *line; // The words of the copy still point into line->text.
     if (line->word_count < 2U) {
         return scenario_error(line, "end of line", is_hand ? "a verb of the hand" : "a fault", error);
     }

@@ -99,8 +99,8 @@ void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns); ///< Frames of
 void bus_set_babbling(bus_t* bus, unsigned node, bool on);        ///< Sends identifier 0 all the time.
 void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is permanently dominant.
 void bus_lose_next(bus_t* bus, unsigned node,
-                   unsigned frames);           ///< Its receiver overflows this number of times.
-void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take its controller off the bus.
+                   unsigned frames);           ///< The receiver of the node loses this number of frames.
+void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take the controller of the node off the bus.
 
 /// Set how a controller's driver ends bus-off: automatically after 128 times 11 bits (the default), or 128
 /// times 11 bits after bus_restart.

@@ -52,7 +52,7 @@ struct bus {
     uint32_t present;   // Plugged and not bus-off.
     uint32_t waiting;   // Has a frame to send, or babbles.
     uint32_t reporting; // Reports lost arbitrations to its software.
-    uint32_t senders;   // Its frame is on the wire.
+    uint32_t senders;   // The frame of the node is on the wire.
     uint64_t start_ns;
     uint64_t event_ns; // Time at which the frame ends or is destroyed.
     osal_can_frame_t wire;

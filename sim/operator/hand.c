@@ -47,7 +47,7 @@ struct hand {
     scene_t scene; // All zero if the hand knows none.
     plane_t home;
     scenario_lines_t commands; // Entries: command_t.
-    command_t current;         // Its verb is null before the first command.
+    command_t current;         // Before the first command the verb is null.
     uint64_t time_ns;
     bool aiming;                 // The intent is stick_rad: from `aim` until the next motion.
     double stick_rad[HAND_AXES]; // Rest point of the stick in `aim`.

@@ -62,7 +62,7 @@ typedef struct {
     double axis[3];  ///< Axis in the moved body; length 1.
     double lower;    ///< [rad] or [m]; not used for continuous joints.
     double upper;
-    bool is_mimic;   ///< Its position is multiplier * position of the leader + offset.
+    bool is_mimic;   ///< The position is multiplier * position of the leader + offset.
     unsigned leader; ///< Index of the leader, which is not itself a mimic.
     double multiplier;
     double offset;
@@ -78,7 +78,7 @@ typedef struct {
 typedef enum {
     SHAPE_BOX,
     SHAPE_SPHERE,
-    SHAPE_CYLINDER ///< Its axis is z.
+    SHAPE_CYLINDER ///< The axis of the cylinder is z.
 } shape_kind_t;
 
 typedef struct {

@@ -108,7 +108,7 @@ typedef struct {
 
 /// Attributes that every device has.
 typedef struct {
-    char name[DOCUMENT_TEXT_MAX]; ///< Its name in scenarios.
+    char name[DOCUMENT_TEXT_MAX]; ///< Name of the device in scenarios.
     char bus_name[DOCUMENT_TEXT_MAX];
     char eds[DOCUMENT_TEXT_MAX]; ///< File, in the folder of the EDS files.
     unsigned line;
@@ -307,7 +307,7 @@ typedef struct {
 
 /// A simple axis that exchanges records over an end node (sim/devices/instrument.h).
 typedef struct {
-    char name[DOCUMENT_TEXT_MAX]; ///< Its name in scenarios.
+    char name[DOCUMENT_TEXT_MAX]; ///< Name of the axis in scenarios.
     char type_name[DOCUMENT_TEXT_MAX];
     char channel[DOCUMENT_TEXT_MAX];
     char framing[DOCUMENT_TEXT_MAX];

@@ -18,7 +18,7 @@ typedef struct {
     bool is_listener;
     int peer; // -1: the peer is closed.
     uint16_t port;
-    int waiting[BACKLOG]; // Of a listener: ends that wait to be accepted.
+    int waiting[BACKLOG]; // In a listener: ends that wait to be accepted.
     unsigned waiting_count;
     size_t first;
     size_t held;

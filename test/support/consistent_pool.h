@@ -12,7 +12,7 @@
 static inline bool pool_list_is_consistent(const pool_t* pool)
 {
     const uint16_t free_count = (uint16_t)(pool->block_count - pool->stats.taken);
-    static bool is_listed[UINT16_MAX]; // Too large for the stack of a small machine.
+    static bool is_listed[UINT16_MAX]; // Static, because it is too large for the stack of a board.
     (void)memset(is_listed, 0, pool->block_count);
     uint16_t index = pool->free_index;
     if ((free_count > 0U) && (index < pool->block_count) &&

@@ -15,7 +15,7 @@ from hirosco_gse.messages import Catalogue
 from hirosco_gse.values import Bits
 
 
-STATE_MASK = 0x6F  # Of the statusword of CiA 402.
+STATE_MASK = 0x6F  # Bits of the statusword (CiA 402) that contain the state.
 PROBLEMS = {"pus.malformed", "pus.crc.wrong", "pus.interface.differs"}
 
 

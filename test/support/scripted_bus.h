@@ -49,7 +49,7 @@ typedef struct { // The test may read and write all fields.
     int16_t torque_offset;
     int16_t target_torque[SCRIPTED_AXES];
     uint8_t outputs[4]; ///< Process data to a valve box.
-    int32_t rate[3];    ///< Of a gyro, 1e-7 rad/s.
+    int32_t rate[3];    ///< Rate of a gyro [1e-7 rad/s].
     unsigned pdos_received;
     unsigned last_pdo; ///< Number of the RPDO received last, 1 or 2.
     scripted_object_t objects[SCRIPTED_OBJECTS];

@@ -8,8 +8,8 @@
 #include "fsw/framework/dataflow/flow_shm.h"
 
 typedef struct {
-    const char* name; ///< Of the end node, as the descriptor names it.
-    unsigned octets;  ///< Of a record.
+    const char* name; ///< Name of the end node in the descriptor.
+    unsigned octets;  ///< Size of a record [octets].
 } shm_device_end_t;
 
 /// Open the writer of records and prepare the reader of commands, which opens when the flight software has

@@ -105,7 +105,8 @@ def program(folder, name, text):
 def test_a_program_is_shown_when_it_ends_whatever_the_first_does(tmp_path, capsys):
     """The first program waits until the second has ended; in the order of the list, no result would be shown
     until then."""
-    pid = tmp_path / "pid"  # Of the second program, whose process exists until the runner has seen its end.
+    # Process id of the second program. The process exists until the runner has noticed its end.
+    pid = tmp_path / "pid"
     first = program(tmp_path, "first", f"until [ -s {pid} ]; do sleep 0.05; done; while kill -0 $(cat {pid}) 2>/dev/null; do sleep 0.05; done; sleep 1")
     second = program(tmp_path, "second", f"echo $$ >{pid}")
     total, times = run_tests.run_programs([first, second], jobs=2)

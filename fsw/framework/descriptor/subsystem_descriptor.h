@@ -88,7 +88,7 @@ typedef struct { // Names for the numbers of a field.
 
 typedef struct { // A failure of functions that the subsystem defines itself.
     const char* name;
-    uint16_t id; ///< Its failure code is PUS_FAILURE_OWN + id.
+    uint16_t id; ///< The failure code is PUS_FAILURE_OWN + id.
     uint32_t line;
 } descriptor_failure_t;
 

@@ -38,7 +38,7 @@
 typedef struct { // One per slot, placed by the owner. Private.
     uint32_t key;
     uint32_t offset; // Offset of the record on the valid medium.
-    uint32_t moved;  // Its offset on the other medium, during compaction.
+    uint32_t moved;  // During compaction: offset of the record on the other medium.
     uint16_t size;   // Size of the record's octets.
     uint8_t table;
     bool is_taken;

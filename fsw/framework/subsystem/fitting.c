@@ -25,7 +25,7 @@ static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, 
 typedef struct { // Number of items in a list of a descriptor, and capacity of the program.
     uint32_t count;
     uint32_t most;
-    uint32_t line; // Of the first item beyond the capacity.
+    uint32_t line; // Line of the first item beyond the capacity.
     const char* says;
 } list_fit_t;
 

@@ -46,8 +46,8 @@ typedef struct {
 
 typedef struct {
     bool is_stopped;       ///< Stopped by a signal: it cannot continue by itself.
-    bool is_runnable;      ///< It runs or is ready to run. False: it is blocked.
-    uint64_t processor_ns; ///< Processor time it has used.
+    bool is_runnable;      ///< Runs or is ready to run. False: the process is blocked.
+    uint64_t processor_ns; ///< Processor time that the process has used.
 } osal_process_look_t;
 
 /// Start a child. `process` is for the calls below. STATUS_OK, STATUS_NOT_FOUND (no such executable, or

@@ -91,7 +91,7 @@ static void deliveries_and_ends_of_another_life_have_no_effect(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 1U));
     osal_lockstep_expect(scheduler, SECOND, 2U, 1000U);
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 7U, 7U); // Delivered to the first life.
-    osal_lockstep_end(scheduler, SECOND, 1U);                    // Its process is found dead only now.
+    osal_lockstep_end(scheduler, SECOND, 1U);                    // The launcher notices the death of its process only now.
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
     osal_lockstep_dismiss(scheduler, SECOND, 1U);
     osal_lockstep_kill(scheduler, SECOND, 1U);
@@ -110,7 +110,7 @@ static void a_start_that_fails_is_reported_at_its_instant(void)
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 2U, 2000U);
     osal_lockstep_expect(scheduler, THIRD, 2U, 2000U);
-    osal_lockstep_done(scheduler, THIRD, 0U); // It joins, and dies before its first grant.
+    osal_lockstep_done(scheduler, THIRD, 0U); // THIRD joins, and dies before its first grant.
     osal_lockstep_end(scheduler, SECOND, 2U);
     osal_lockstep_end(scheduler, THIRD, 2U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
@@ -139,7 +139,7 @@ static void grants_due_during_a_suspension_follow_it(void)
     osal_lockstep_done(scheduler, SECOND, 500U);
     (void)next_is(FIRST, 0U);
     osal_lockstep_suspend(scheduler, SECOND);
-    osal_lockstep_suspend(scheduler, THIRD); // It is absent, so the call has no effect.
+    osal_lockstep_suspend(scheduler, THIRD); // THIRD is absent, so the call has no effect.
     osal_lockstep_deliver(scheduler, FIRST, SECOND, OSAL_LOCKSTEP_ANY_LIFE, 3U, 0U);
     osal_lockstep_done(scheduler, FIRST, 1000U);
     (void)next_is(FIRST, 1000U);
@@ -147,7 +147,7 @@ static void grants_due_during_a_suspension_follow_it(void)
     osal_lockstep_resume(scheduler, SECOND);
     osal_lockstep_resume(scheduler, THIRD);
     osal_lockstep_done(scheduler, FIRST, 9000U);
-    TEST_ASSERT_EQUAL_UINT32(3U, next_is(SECOND, 1000U).messages); // Its turn was still to come.
+    TEST_ASSERT_EQUAL_UINT32(3U, next_is(SECOND, 1000U).messages); // SECOND had not had its turn in this instant.
     osal_lockstep_suspend(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 10000U);
     (void)next_is(SECOND, 10000U); // The time at which FIRST wanted to wake has passed.
@@ -168,7 +168,7 @@ static void a_suspended_participant_ends_as_any_other(void)
     osal_lockstep_done(scheduler, FIRST, 3000U);
     awaited_is(SECOND);
     osal_lockstep_done(scheduler, SECOND, 0U);
-    (void)next_is(SECOND, 1000U); // It is no longer suspended.
+    (void)next_is(SECOND, 1000U); // SECOND is no longer suspended.
 }
 
 static void a_participant_can_be_suspended_only_after_its_life_has_begun(void)
@@ -177,9 +177,9 @@ static void a_participant_can_be_suspended_only_after_its_life_has_begun(void)
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
     osal_lockstep_expect(scheduler, SECOND, 1U, 1000U);
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, osal_lockstep_begin_ns(scheduler, SECOND));
-    osal_lockstep_done(scheduler, SECOND, 0U); // It has joined before its life begins.
+    osal_lockstep_done(scheduler, SECOND, 0U); // SECOND has joined before its life begins.
     TEST_ASSERT_EQUAL_UINT64(1000U, osal_lockstep_begin_ns(scheduler, SECOND));
-    osal_lockstep_suspend(scheduler, SECOND); // No effect, as if it had not joined.
+    osal_lockstep_suspend(scheduler, SECOND); // No effect, as if SECOND had not joined.
     osal_lockstep_done(scheduler, FIRST, 1000U);
     (void)next_is(FIRST, 1000U);
     osal_lockstep_done(scheduler, FIRST, 2000U);

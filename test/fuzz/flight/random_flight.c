@@ -79,7 +79,7 @@ static struct {
 } flight = {.socket = OSAL_SOCKET_CLOSED};
 
 static uint8_t pool[POOL_MAX];
-static uint8_t stage[2048][16384]; // Of each followed telecommand, by APID and sequence count.
+static uint8_t stage[2048][16384]; // Stage of each followed telecommand, by APID and sequence count.
 static telecommand_t history[HISTORY];
 static uint64_t history_ns[HISTORY];
 static struct {
@@ -414,13 +414,14 @@ static void note(const telecommand_t* const telecommand)
         const uint32_t request                              = octets_u32_at(telecommand->octets);
         stage[(request >> 16U) & 0x7FFU][request & 0x3FFFU] = SENT;
         flight.followed++;
-    } else if (telecommand->size >= 4U) { // Its octets may repeat a request id: follow that one no more.
+    } else if (telecommand->size >= 4U) {
+        // The octets may repeat the request id of another telecommand, which is then no longer followed.
         const uint32_t request = octets_u32_at(telecommand->octets);
         uint8_t* const at      = &stage[(request >> 16U) & 0x7FFU][request & 0x3FFFU];
         flight.followed -= ((*at == SENT)) ? 1U : 0U;
         *at = UNSENT;
     } else {
-        // Too short for a request id.
+        // The telecommand is too short for a request id.
     }
 }
 

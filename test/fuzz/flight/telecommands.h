@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     uint8_t octets[TELECOMMAND_MAX];
     size_t size;
-    bool is_followed; ///< Its header is sound: it is accepted or refused, by a report with its request id.
+    bool is_followed; ///< The header is valid: a report with the request id must accept or refuse it.
 } telecommand_t;
 
 /// Read the pool (header: number of entries of the script u16, of usual entries u16). The octets must outlive

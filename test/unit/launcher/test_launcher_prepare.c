@@ -198,7 +198,7 @@ static int tear_down(void** state)
             (void)rmdir(path);
         }
     }
-    return rmdir(folder); // Nothing else was created in it.
+    return rmdir(folder); // Fails if the folder contains anything else.
 }
 
 static void prepare_fails(const char* const reason)

@@ -421,7 +421,7 @@ static void what_is_no_record_of_a_program_is_refused(void)
     refuse(TARGET_WIRE_WAITED, content, 0U); // Only the serving process may send this record.
     refuse(TARGET_WIRE_SYNCED, content, 1U);
     refuse(TARGET_WIRE_SYNC, "\0", 1U);       // No path.
-    refuse(TARGET_WIRE_SYNC, "\2path", 5U);   // Nothing that can be synced.
+    refuse(TARGET_WIRE_SYNC, "\2path", 5U);   // Neither the content nor the names.
     refuse(TARGET_WIRE_SYNC, "\0pa\0th", 6U); // A zero in the path.
     uint8_t long_path[TARGET_WIRE_PATH_MAX + 2U] = {TARGET_WIRE_SYNC_CONTENT};
     (void)memset(&long_path[1], 'p', sizeof long_path - 1U);

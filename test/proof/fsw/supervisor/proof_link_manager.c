@@ -78,12 +78,12 @@ typedef struct supervisor {
 static supervisor_t supervisor;
 static mission_link_t links[MISSION_LINKS_MAX];
 static mission_descriptor_t mission = {.links = links, .link_count = MISSION_LINKS_MAX};
-static registry_entry_t entry; // Of whatever subsystem is asked for.
-static link_edge_t edge;       // Of whatever link is asked for.
+static registry_entry_t entry; // Entry of any subsystem that the manager looks up.
+static link_edge_t edge;       // Edge of any link that the manager looks up.
 static uint16_t addressee;
-static pus_link_transition_t reported; // What a subsystem reports about a link.
-static pus_link_open_t ordered;           // The order to open, and who gets it.
-static uint16_t ordered_apid;
+static pus_link_transition_t reported; // Report of a subsystem about a link.
+static pus_link_open_t ordered;        // The order to open.
+static uint16_t ordered_apid;          // Addressee of the order.
 static unsigned orders; // Number of orders to open.
 
 // ---- In the place of the services and of the other parts of the supervisor ----

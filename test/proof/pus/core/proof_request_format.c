@@ -26,8 +26,8 @@
 #include "test/proof/proof.h"
 
 #define DATA 20U
-#define WORDS 600U // Farther than any operand leads.
-#define AT 300U    // Of the word.
+#define WORDS 600U // Larger than any distance that an operand can state.
+#define AT 300U    // Place of the word.
 
 static uint8_t words[WORDS];
 static uint8_t data[DATA];

@@ -36,7 +36,7 @@ uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
 void proof(void)
 {
     const size_t size = any_size(SIZE_MAX_HERE);
-    uint8_t octets[size]; // Of exactly this size, so that the first octet after it is outside.
+    uint8_t octets[size]; // Exactly of the size of the packet, so that an access after the packet is found.
     pus_tc_t tc;
     pus_failure_t failure;
 

@@ -107,7 +107,7 @@ static void copies_of_octets_and_of_digits_are_wiped(void** state)
     for (unsigned i = 0U; i < (sizeof files / sizeof files[0]); i++) {
         expect_load("k", files[i].content, files[i].size, STATUS_OK);
         expect_wipes(files[i].content, files[i].size);
-        expect_load("k.received", "", 0U, STATUS_TOO_LARGE); // It is looked at, not read.
+        expect_load("k.received", "", 0U, STATUS_TOO_LARGE); // Only the size of the file is queried.
         will_return(__wrap_osal_file_update, STATUS_OK);
         will_return(__wrap_osal_file_lock, STATUS_OK);
         will_return(__wrap_sdls_open, STATUS_OK);
@@ -152,7 +152,7 @@ static void copies_are_wiped_if_the_mark_cannot_be_used(void** state)
     }
 }
 
-/// What was read of a file that is no key may be a part of one.
+/// The content of a file that is not a valid key may be part of a key.
 static void content_that_is_no_key_is_wiped(void** state)
 {
     (void)state;

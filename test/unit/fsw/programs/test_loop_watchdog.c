@@ -53,7 +53,7 @@ static void run_until(osal_clock_t* const clock, const uint64_t end_ns)
     }
 }
 
-/// Its first life; a reset ends it.
+/// First life of the program; a reset ends it.
 static void a_loop_below_hangs(void)
 {
     osal_clock_t clock;

@@ -225,7 +225,7 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 3U, 25U, 5U, 300U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 5U, 4U, 6U, 30U));
     expect(false, 1U);
-    expect(false, 4U); // Its removal leaves a gap in the queue.
+    expect(false, 4U); // The removed report leaves a gap in the queue.
     supervisor_ground_backlog_copy(&backlog, &ring);
     static const uint8_t left[] = {2U, 3U, 5U, 6U};
     for (size_t i = 0U; i < sizeof left; i++) {

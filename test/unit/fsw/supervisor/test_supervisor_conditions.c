@@ -183,7 +183,7 @@ static void only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss(void)
     mission()->storage.plans[0].apid = MISSION_ANY_TARGET;
     TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_PROCESS_LOST, event_of_loss(SUPERVISOR_EVENT_SUBSYSTEM_SILENT));
     const plan_run_t* const run = supervisor_plan_runner_of(&fixture.supervisor.plans, ARM);
-    TEST_ASSERT_EQUAL_UINT16(0U, run->plan); // It is the plan for a HIGH event of this subsystem.
+    TEST_ASSERT_EQUAL_UINT16(0U, run->plan); // Plan 0 is the plan for a HIGH event of this subsystem.
 }
 
 /// Note an event of the supervisor about `apid`; number of noted events.
@@ -258,13 +258,13 @@ static void a_link_is_renewed_only_if_it_can_be_negotiated_again(void)
 {
     supervisor_t* const supervisor = &fixture.supervisor;
     members_are_ready();
-    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // It was never requested.
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // The link was never requested.
     supervisor->wanted[0].layout_size         = 8U;
     mission()->storage.links[0].producer_apid = UNKNOWN;
     TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
     mission()->storage.links[0].producer_apid = ARM;
     TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
-    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // It has a session.
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // The link has a session.
     first_session()->step = SESSION_FREE;
     fixture_fill(FIXTURE_ARM); // The producer takes no request.
     TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
@@ -303,13 +303,13 @@ static void each_end_is_heard_only_in_its_own_step(void)
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
-    end_reports(FIXTURE_HAND, PUS_LINK_STATE_OPEN); // It was not asked yet.
+    end_reports(FIXTURE_HAND, PUS_LINK_STATE_OPEN); // The consumer has no order yet.
     TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
-    end_reports(FIXTURE_HAND, PUS_LINK_STATE_CLOSED); // It was not open, and the session goes on.
+    end_reports(FIXTURE_HAND, PUS_LINK_STATE_CLOSED); // The consumer was not open: the session continues.
     TEST_ASSERT_EQUAL(SESSION_OPEN_PRODUCER, first_session()->step);
     end_reports(FIXTURE_ARM, PUS_LINK_STATE_OPEN);
     TEST_ASSERT_EQUAL(SESSION_OPEN_CONSUMER, first_session()->step);
-    end_reports(FIXTURE_ARM, PUS_LINK_STATE_OPEN); // Once more.
+    end_reports(FIXTURE_ARM, PUS_LINK_STATE_OPEN); // A second report of the producer has no effect.
     TEST_ASSERT_EQUAL(SESSION_OPEN_CONSUMER, first_session()->step);
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
     end_reports(FIXTURE_HAND, PUS_LINK_STATE_OPEN);

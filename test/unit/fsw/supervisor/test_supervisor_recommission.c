@@ -370,7 +370,7 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         fixture_run(ticks);
         on_the_way += is_under_way(ARM) ? 1U : 0U;
         hang(FIXTURE_ARM);
-        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // It starts again if it was complete.
+        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // A completed one has started again.
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(fixture_look(), "G 5.4 001E0010"), where);
         fixture_run(5U * SECOND);
         const char* const text = fixture_look();

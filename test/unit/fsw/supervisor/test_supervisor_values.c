@@ -65,7 +65,7 @@ static void packets_are_counted_by_their_outcome(void)
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL_UINT32(before.tc_routed + 1U, counters->tc_routed);
-    // And the three reports about the request.
+    // Three more reports: those about the request.
     TEST_ASSERT_EQUAL_UINT32(before.tm_routed + 4U, counters->tm_routed);
     fixture_send(FIXTURE_ARM, (const uint8_t*)"", 0U); // An empty message,
     fixture_run(1U);

@@ -208,14 +208,14 @@ static void a_record_of_a_wrong_size_is_refused_and_reported(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "kind 1, octets 16386"), line);
 }
 
-/// What the serving process answers is the status of the sync: a file, or the names in its folder.
+/// The answer of the serving process is the result of the sync, of a file or of the names in its folder.
 static void a_sync_is_that_of_the_serving_process(void)
 {
     static const uint8_t of_file[]  = {0U,  0U,  0U,  6U, TARGET_WIRE_SYNC, TARGET_WIRE_SYNC_CONTENT,
                                        'a', '/', 'b', 'c'};
     static const uint8_t of_names[] = {0U, 0U, 0U, 3U, TARGET_WIRE_SYNC, TARGET_WIRE_SYNC_NAMES, 'd'};
     open_wire();
-    arrive_datagram(20U); // It may arrive before the answer.
+    arrive_datagram(20U); // A datagram may arrive before the answer.
     arrive(TARGET_WIRE_SYNCED, "\1", 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, wire_sync("a/bc", false));
     TEST_ASSERT_EQUAL(sizeof of_file, written_size);

@@ -248,7 +248,7 @@ static void suppressed_events_are_reported_once_a_second(void)
     (void)passed(1U, 7U, 2U * MS);
     bench_clear();
     TEST_ASSERT_TRUE(pus_events_step(&events, 1000U * MS));
-    TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // It is too early.
+    TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // The interval has not ended yet.
     TEST_ASSERT_TRUE(pus_events_step(&events, 1001U * MS));
     TEST_ASSERT_EQUAL_UINT32(12U, count_reported(0U, 1U));
     TEST_ASSERT_FALSE(pus_events_step(&events, 2001U * MS));

@@ -166,10 +166,10 @@ static void a_frame_that_cannot_leave_is_reported(void)
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_TX_TIMEOUT, last_report(0U)->id);
     TEST_ASSERT_EQUAL_UINT64(10U * MS, last_report(0U)->time_ns);
     run(100U * MS);
-    TEST_ASSERT_EQUAL_UINT(1U, ear[0].reports); // Once for the waiting frame,
+    TEST_ASSERT_EQUAL_UINT(1U, ear[0].reports); // One report for the frame that waits.
     TEST_ASSERT_EQUAL_INT(STATUS_OK, submit(0U, 0x101U, 0U));
     run(11U * MS);
-    TEST_ASSERT_EQUAL_UINT(2U, ear[0].reports); // and once more for senders that continue to submit.
+    TEST_ASSERT_EQUAL_UINT(2U, ear[0].reports); // One more report for the frame that was submitted later.
 }
 
 static void frames_that_leave_in_time_are_not_reported(void)

@@ -215,10 +215,10 @@ static void a_search_can_be_interrupted_and_halted(void)
     TEST_ASSERT_TRUE(halted_rad < (START_RAD - 0.08));
     seconds(0.5, HALT);
     EXPECT_WITHIN(halted_rad, 1e-4, motor.position_rad);
-    seconds(0.5, SEARCH); // It continues,
+    seconds(0.5, SEARCH); // The search continues.
     expect_bits(0U);
     TEST_ASSERT_TRUE(motor.position_rad < (halted_rad - 0.03));
-    seconds(0.5, ENABLE); // and ends without a result.
+    seconds(0.5, ENABLE); // The search ends without a result.
     expect_bits(REACHED);
     const double ended_rad = motor.position_rad;
     seconds(0.5, ENABLE);

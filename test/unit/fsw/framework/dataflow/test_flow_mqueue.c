@@ -197,7 +197,7 @@ static void a_queue_that_cannot_be_opened_reports_the_reason(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.link.failure);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_mqueue_step(&receiver, 0U));
-    begin(&sender, "commands", false, OCTETS + 1U); // Its messages would be too large.
+    begin(&sender, "commands", false, OCTETS + 1U); // The messages of this queue would be too large.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, sender.link.failure);
     quota_init(&quota, 1U);

@@ -328,7 +328,7 @@ static void a_replaced_writer_removes_nothing_of_its_successor(void)
 
 static void shared_memory_of_another_layout_is_refused(void)
 {
-    static const size_t sizes[] = {1U, 4096U}; // Too small, and without a header.
+    static const size_t sizes[] = {1U, 4096U}; // One size is too small; the other memory has no header.
     for (unsigned i = 0U; i < 2U; i++) {
         osal_shm_t strange;
         TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&strange, address, sizes[i]));

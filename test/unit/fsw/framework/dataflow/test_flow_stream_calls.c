@@ -159,7 +159,7 @@ static void a_line_that_takes_few_octets_at_once_gets_all_in_order(void** state)
     writes(9U, 5U, STATUS_OK);
     writes(4U, 0U, STATUS_FULL);
     assert_int_equal(STATUS_OK, flow_stream_send(&flow, (const uint8_t*)"0123456789", 10U));
-    assert_memory_equal("789\300", outbox, 4U); // What the line has not taken.
+    assert_memory_equal("789\300", outbox, 4U); // Octets that the line has not taken.
     assert_int_equal(8U, flow.counters.octets_out);
     writes(4U, 4U, STATUS_OK);
     assert_int_equal(STATUS_OK, flow_stream_step(&flow, 1U));

@@ -27,7 +27,7 @@ typedef enum {
 
 typedef struct {
     uint8_t octets[AREA];
-    uint8_t durable[AREA]; // What was there at the last sync.
+    uint8_t durable[AREA]; // Content at the last sync.
     size_t size;
     size_t durable_size;
     size_t first; // Octets that are not synced: [first, end).
@@ -105,7 +105,7 @@ static status_t write_area(void* const context, const uint64_t offset, const uin
     } else if (kind != CUT_BEFORE) {
         store(area, (size_t)offset, octets, (kind == CUT_INSIDE) ? (size / 2U) : size);
     } else {
-        // Nothing of it is there.
+        // No octet of the write is stored.
     }
     return STATUS_IO;
 }

@@ -382,7 +382,7 @@ static void lose_all_but_the_last(void)
     for (uint32_t i = 0U; i < MESSAGE_WINDOW; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
-    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // Its number is the greatest that the credit allows.
+    expect_number(1U, 0U, MESSAGE_WINDOW - 1U); // This is the greatest number that the credit allows.
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 1U, end(1U)->counters.lost);
     expect_nothing(0U);
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));

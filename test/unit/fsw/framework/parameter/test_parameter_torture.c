@@ -23,7 +23,7 @@ typedef struct { // All numbers of a structure are equal.
     struct {
         double pair[2];
         struct {
-            uint8_t low; ///< Its low octet.
+            uint8_t low; ///< Low octet of the same number.
         } inner;
     } group;
     uint64_t words[2];

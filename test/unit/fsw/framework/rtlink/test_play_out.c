@@ -248,7 +248,7 @@ static void a_link_that_is_opened_again_has_no_earlier_samples(void)
     rtlink_consumer_close(&consumer);
     open_with(OCTETS, EPOCH + 1U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, rtlink_consumer_read(&consumer, 100U * MS));
-    // Its frame was still in transit.
+    // A frame of the earlier epoch was still in transit.
     TEST_ASSERT_EQUAL(STATUS_INVALID, arrive_in(EPOCH, 9U, 9U * PERIOD_NS));
     TEST_ASSERT_EQUAL_UINT32(1U, consumer.counters.refused);
     TEST_ASSERT_EQUAL(STATUS_OK, arrive_in(EPOCH + 1U, 0U, 100U * MS));

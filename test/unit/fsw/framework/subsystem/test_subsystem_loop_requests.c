@@ -127,7 +127,7 @@ static void a_request_performed_in_the_loop_is_refused_like_any_other(void)
     begin();
     values(2U, ids);
     values(1U, ids);
-    (void)fixture_command(20U, 1U, "\2\0", 2U); // Its format is wrong: never accepted.
+    (void)fixture_command(20U, 1U, "\2\0", 2U); // The format is wrong: the request is not accepted.
     fixture_expect("1.1 #0\n1.1 #1\n1.2 #2 0108 1\n");
     fixture_run(8U);
     const char* const lines = fixture_look();

@@ -245,7 +245,7 @@ static void an_initialised_queue_is_empty(void)
     TEST_ASSERT_EQUAL(unused, communication_ground_queue_room(&queue));
 }
 
-/// Whatever follows the packet in memory.
+/// The octets that follow the packet in memory have no effect.
 static void a_packet_that_ends_before_its_subtype_is_no_housekeeping(void)
 {
     const uint8_t packet[9] = {[7] = 3U, [8] = 25U};

@@ -22,7 +22,7 @@ static instruments_t own;
 static flow_shm_t to_flight;
 static flow_shm_t to_device;
 static int32_t value;  ///< Position of the axis [1e-6 rad].
-static uint16_t count; ///< Of the records that the device has sent.
+static uint16_t count; ///< Number of records that the device has sent.
 
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
