@@ -116,7 +116,7 @@ void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, con
 {
     FSW_ASSERT(axis != NULL);
     const canopen_cia402_scale_t* const scale = &axis->scale;
-    if (position_rad == position_rad) { // Not NaN.
+    if (position_rad == position_rad) { // False for NaN.
         const double limited_rad = (scale->low_rad < scale->high_rad)
                                        ? within(axis, position_rad, scale->low_rad, scale->high_rad)
                                        : position_rad;
@@ -132,7 +132,7 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* const axis, con
 {
     FSW_ASSERT(axis != NULL);
     const canopen_cia402_scale_t* const scale = &axis->scale;
-    if (velocity_rad_s == velocity_rad_s) { // Not NaN.
+    if (velocity_rad_s == velocity_rad_s) { // False for NaN.
         const double limited_rad_s =
             (scale->speed_rad_s > 0.0) ? within(axis, velocity_rad_s, -scale->speed_rad_s, scale->speed_rad_s)
                                        : velocity_rad_s;

@@ -25,7 +25,7 @@
 
 typedef struct {              // Private, except the members of drives_t that are not.
     drives_t drives;          ///< First member: `abandon` of drives_init gets the context of the callbacks.
-    stream_devices_t streams; ///< For stream_devices_at.
+    stream_devices_t streams; ///< Public as the argument of stream_devices_at.
     bool is_securing;         // equipment_secure was called in this cycle or in the previous one.
     bool has_secured;         // equipment_secure was called in this cycle.
     bool are_drives_secure; // The devices on CAN are in the safe state, and are not secured again meanwhile.

@@ -268,7 +268,7 @@ static void watch_one(supervisor_t* const supervisor, registry_entry_t* const en
     const uint64_t since_ns = (entry->heard_ns > entry->started_ns) ? entry->heard_ns : entry->started_ns;
     if ((entry->process == PROCESS_RUNNING) && ((supervisor->now_ns - since_ns) > SILENT_NS)) {
         supervisor_raise_u16(supervisor, SUPERVISOR_EVENT_SUBSYSTEM_SILENT, apid);
-        entry->started_ns = supervisor->now_ns; // So the next event is raised after another SILENT_NS.
+        entry->started_ns = supervisor->now_ns; // The next event follows after another SILENT_NS.
         supervisor_error_member_silent(supervisor, apid);
     }
 }

@@ -23,7 +23,7 @@ import urdf
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
-GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # By the kind of base.
+GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # Gravity for each kind of base.
 STEP_S = 0.0005
 JOINTS_OF_A_BUS = 4
 FIRST_NODE = 0x51

@@ -38,8 +38,8 @@ void pus_verify_unrouted(pus_app_process_t* process, const pus_token_t* token, c
 typedef struct {
     uint8_t subtype; ///< 1..8, 10.
     uint32_t request_id;
-    uint16_t step;         ///< For subtypes 5 and 6; else 0.
-    pus_failure_t failure; ///< For subtypes 2, 4, 6, 8 and 10; else its code is PUS_FAILURE_NONE.
+    uint16_t step;         ///< Number of the step in subtypes 5 and 6; else 0.
+    pus_failure_t failure; ///< Failure in subtypes 2, 4, 6, 8 and 10; else its code is PUS_FAILURE_NONE.
 } pus_verification_t;
 
 /// Decode a verification report. STATUS_OK, STATUS_NOT_FOUND (not a report of ST[01]), STATUS_INVALID (octets

@@ -92,7 +92,7 @@ static void pause(pus_storage_t* const storage, pus_store_t* const store)
     if (store->state.retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) {
         store->state.retrieval     = (uint8_t)PUS_RETRIEVAL_NONE;
         store->is_moved            = true;
-        storage->is_checkpoint_due = true; // So that the end of the retrieval is stored at once.
+        storage->is_checkpoint_due = true; // Store the end of the retrieval at once.
     }
 }
 

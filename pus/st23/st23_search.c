@@ -116,11 +116,11 @@ static bool add(const pus_files_t* const files, pus_file_search_t* const search,
     return true;
 }
 
-/// Where the search continues after an entry.
+/// Entry at which the search continues after an entry.
 typedef enum {
-    PASSED,  ///< With the next entry.
-    ENTERED, ///< In the entry, which is a directory.
-    WAITING  ///< With the same entry in a later step: the process cannot take the report now.
+    PASSED,  ///< The next entry.
+    ENTERED, ///< The first entry in this entry, which is a directory.
+    WAITING  ///< The same entry, in a later step: the process cannot take the report now.
 } passage_t;
 
 static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,

@@ -123,7 +123,7 @@ static bool measure_pose(const sensor_t* const sensor, const plant_base_t* const
     of_matrix(&mount.rotation, camera);
     multiply(frame->rotation, camera, camera);
     conjugate(frame->rotation, back);
-    into_axes(back, place->at, at); // From the axes of the link to those of the world.
+    into_axes(back, place->at, at); // Convert from the axes of the link to those of the world.
     for (unsigned i = 0U; i < 3U; i++) {
         to_seen[i] = seen.position_m[i] - frame->position_m[i] - at[i];
     }

@@ -14,7 +14,7 @@ FIRST_DEATH_NS = 3_100_000_000
 ROW = struct.Struct(">HBHHHH21xIIIII")
 LOOK_NS = 100_000_000  # The members report one after the other within this time.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
-LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # By their number in the mission.
+LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # Number of the link in the mission: its reader.
 
 
 @pytest.fixture(scope="module")

@@ -28,8 +28,8 @@ typedef struct {
     size_t medium;
     size_t offset; ///< Offset of a write, or new size.
     size_t size;   ///< Octets written.
-    size_t data;   ///< Where they are in recorded.data.
-    unsigned mark; ///< recorded.mark when it was done.
+    size_t data;   ///< Offset of these octets in recorded.data.
+    unsigned mark; ///< Value of recorded.mark at the time of the operation.
 } operation_t;
 
 typedef struct {

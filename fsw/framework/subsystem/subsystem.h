@@ -35,7 +35,7 @@ typedef struct subsystem subsystem_t;
 typedef struct {
     uint16_t function_id;  ///< Id of the function in the descriptor (generated enum).
     const void* arguments; ///< Generated argument struct of that function; valid during the call.
-    uint32_t call_token;   ///< For subsystem_function_done if perform returns STATUS_BUSY.
+    uint32_t call_token;   ///< Argument of subsystem_function_done, if perform returns STATUS_BUSY.
 } subsystem_function_t;
 
 /// Further memories of the subsystem, each with its own id, and the port to the files from which memories

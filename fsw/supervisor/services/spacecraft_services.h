@@ -96,7 +96,7 @@ typedef struct {
     spacecraft_connections_t connections;
     spacecraft_storage_t storage;
     spacecraft_large_packets_t large_packets;
-    spacecraft_memory_t memory; // For ST[06], which is a service of the component.
+    spacecraft_memory_t memory; // Memories that ST[06] of the component accesses.
     spacecraft_procedures_t procedures;
     telemetry_directory_t directory;
     // Configuration whose structures are in the telemetry cache; 0: none.

@@ -194,7 +194,7 @@ class Hand {
   // Rumble in proportion to the felt torque, and with one short pulse when a contact begins.
   rumble(pad) {
     const felt = Math.hypot(...(store.value(this.source_(), "CUR_VALUES.FELT_TORQUE") ?? [0]));
-    this.isTouch ||= felt > TOUCH_NM && (this.felt ?? 0) <= TOUCH_NM; // Until the pulse is played.
+    this.isTouch ||= felt > TOUCH_NM && (this.felt ?? 0) <= TOUCH_NM; // Stays true until the pulse is played.
     this.felt = felt;
     if (!pad.vibrationActuator || performance.now() - (this.rumbled ?? 0) < RUMBLE_MS - AIM_MS) return;
     this.rumbled = performance.now();

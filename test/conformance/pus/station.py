@@ -17,7 +17,7 @@ import flying
 from hirosco_gse.session import LinkLost, Request, TimedOut
 from hirosco_gse.spacecraft import Spacecraft, merged
 
-PATIENCE_S = 120.0  # Only ends waits without end.
+PATIENCE_S = 120.0  # Ends a wait that would otherwise never end; no test depends on it.
 USER = 2
 ENDLESS_S = 1_000_000  # Simulated time; the tests end the flight.
 

@@ -19,7 +19,7 @@ typedef struct {
     uint32_t count;          // Entries of the pool.
     uint32_t usual;          // The first of them bring subsystems up; they are drawn as often as all others.
     uint32_t script;         // The first of these, in their order, lead to operation with links.
-    uint16_t sequence[2048]; // By APID.
+    uint16_t sequence[2048]; // Next sequence count of each APID.
 } telecommands_t;
 
 typedef struct {

@@ -13,7 +13,7 @@ import sys
 import time
 import traceback
 
-SECONDS = 900  # Only ends waits without end, because an emulated machine on a busy host is slow.
+SECONDS = 900  # Ends a wait that would otherwise never end. Long, because an emulated machine on a busy host is slow.
 
 
 def on_alarm(number, frame):

@@ -17,7 +17,7 @@ import flying
 import nodes
 
 ROUND_TRIP_MS = 20
-LIMIT_S = 1200  # Only ends waits without end.
+LIMIT_S = 1200  # Ends a wait that would otherwise never end; no test depends on it.
 FRAMES = 1000
 LOOK_S = 1
 NODES = {"link1": "node1", "link2": "node2"}

@@ -315,7 +315,7 @@ static void remains_of_a_killed_launcher_are_swept(void** state)
     will_return(__wrap_osal_process_watch, STATUS_OK);
     assert_false(launcher_prepare(&launcher, &none, "bin/"));
     expect_string(__wrap_osal_shm_each, prefix, "/hirosco-");
-    will_return(__wrap_osal_shm_each, "/hirosco-x"); // Not of a launcher.
+    will_return(__wrap_osal_shm_each, "/hirosco-x"); // No launcher has made this name.
     assert_false(launcher_prepare(&launcher, &none, "bin/"));
 }
 

@@ -14,9 +14,9 @@
 //   + chain->first->next = block;
 #include "test/proof/proof.h"
 
-static const uint8_t* followed; // Where the octet is now.
+static const uint8_t* followed; // Present address of the octet that the proof follows.
 
-/// In the place of memcpy.
+/// Replaces memcpy.
 static void* copy(void* const to, const void* const from, const size_t size)
 {
     PROVE(__CPROVER_r_ok(from, size) && __CPROVER_w_ok(to, size),

@@ -80,7 +80,7 @@ static void memory_of_another_version_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_create(&made, identity, &run));
     run->magic++;
     TEST_ASSERT_EQUAL(STATUS_INVALID, run_state_attach(&found, name_of_run, &found_run));
-    TEST_ASSERT_EQUAL(1U, mappings()); // Only the mapping of the creator.
+    TEST_ASSERT_EQUAL(1U, mappings()); // The mapping of the creator is the only one.
     osal_shm_close(&made);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(name_of_run));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&made, name_of_run, sizeof(run_state_t) / 2U));

@@ -238,7 +238,7 @@ static void a_refused_link_is_requested_three_times(void)
          line             = strstr(line + 1, "17 TC 130.3")) {
         asked++;
     }
-    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // For two links.
+    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // Two links are renewed.
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 

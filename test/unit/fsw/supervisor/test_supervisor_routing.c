@@ -534,7 +534,7 @@ static void answers_wait_by_class_and_requests_with_them(void)
         fixture_step();
     }
     TEST_ASSERT_TRUE(fixture.supervisor.ground.dropped_bulk > 0U);
-    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // For requests only.
+    TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.counters.tc_unroutable); // Counts requests only.
     TEST_ASSERT_FALSE(supervisor_ground_accepts(&fixture.supervisor, PUS_CLASS_BULK, 40U));
     fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(100U);

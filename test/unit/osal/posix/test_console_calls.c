@@ -78,10 +78,10 @@ static void a_line_that_is_accepted_in_parts_is_written_completely(void** state)
     }
     osal_console_complain("abc");
     expect_output("abc\n");
-    expect_part(STDOUT_FILENO, 3); // Without a line end.
+    expect_part(STDOUT_FILENO, 3); // osal_console_put adds no line end.
     osal_console_put("abc");
     expect_output("abc");
-    osal_console_put(""); // Nothing to write.
+    osal_console_put(""); // An empty text causes no write.
     expect_output("");
 }
 

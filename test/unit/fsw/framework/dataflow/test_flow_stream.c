@@ -161,7 +161,7 @@ static void a_serial_line_carries_frames_both_ways(void)
 {
     begin_line();
     begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_SLIP, .baud = 115200U});
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, say("x", 1U)); // Not yet.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, say("x", 1U)); // The line is not open yet.
     expect_nothing(STATUS_CLOSED);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_step(&flow, now_ns));
     TEST_ASSERT_TRUE(flow.link.is_open);
@@ -195,13 +195,13 @@ static void a_disconnected_serial_line_is_opened_again(void)
     TEST_ASSERT_EQUAL_UINT32(1U, flow.assembler.counters.cut);
     TEST_ASSERT_EQUAL_UINT32(1U, flow.link.reconnect.lost);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on()); // Without a partner: retries with increasing delays.
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, step_on()); // No partner: the flow tries again with increasing delays.
     TEST_ASSERT_TRUE(flow.link.reconnect.failed > 5U);
     TEST_ASSERT_TRUE(flow.link.reconnect.failed < 20U);
     begin_line(); // The system may give the line another name, so ask for the address again.
     TEST_ASSERT_EQUAL(STATUS_OK, step_on());
     say_far("f\n", 2U);
-    expect("f", 1U); // Not "half".
+    expect("f", 1U); // The beginning "hal" of the closed line was dropped.
 }
 
 static void a_refused_serial_line_is_reported_with_the_reason(void)

@@ -244,7 +244,7 @@ static void a_transaction_larger_than_a_medium_is_refused(void)
     commit();
     reopen_durable();
     expect_kept(0U, 1U, 8000U, 2U);
-    recorded_clear(saved); // As after a power cut before the commit:
+    recorded_clear(saved); // Same content as after a power cut before the commit.
     reopen();
     expect_kept(0U, 1U, 8000U, 1U);
 }
@@ -260,7 +260,7 @@ static void a_stale_tail_is_not_accepted(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 2U));
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 10U, 2U));
     commit();
-    for (size_t i = first + 1U; i < (recorded.count - 1U); i++) { // Without the mark of the commit.
+    for (size_t i = first + 1U; i < (recorded.count - 1U); i++) { // Omit the mark of the commit.
         recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);
     }
     recorded_clear(saved);
@@ -287,7 +287,7 @@ static void a_stale_generation_is_not_accepted(void)
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 50U)); // Compaction: emptying, sync, head, first record
     commit();
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.compactions);
-    for (size_t i = first; i < (recorded.count - 1U); i++) { // Without the mark.
+    for (size_t i = first; i < (recorded.count - 1U); i++) { // Omit the mark.
         if (i != (first + 3U)) {
             recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);
         }

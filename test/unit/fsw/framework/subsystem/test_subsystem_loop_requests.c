@@ -90,7 +90,7 @@ static void a_request_waits_for_its_loop_and_nothing_else_does(void)
     (void)snprintf(
         expected, sizeof expected, "1.3 #0\n20.2 0001%08X%04X\n1.7 #0\n1.3 #1\n17.2 \n1.7 #1\n",
         (unsigned)fixture_count_id,
-        (unsigned)((next_ns - FIXTURE_PERIOD_NS) / FIXTURE_PERIOD_NS)); // As the last cycle left it.
+        (unsigned)((next_ns - FIXTURE_PERIOD_NS) / FIXTURE_PERIOD_NS)); // The value after the last cycle.
     fixture_expect(expected);
 }
 

@@ -480,7 +480,7 @@ static void new_settings_take_effect_from_the_present_pose(void)
     rig_idle(1500U);
     const double height_m = desired_height_m();
     memcpy(robot, rig_generic.ports[RIG_ROBOT_STATE].written, sizeof robot);
-    EXPECT_WITHIN(0.1, 1.0e-4, robot[1]); // As an angle of the hand.
+    EXPECT_WITHIN(0.1, 1.0e-4, robot[1]); // Converted to an angle of the hand.
     rig_arm.parameters.telepresence.position_scale = 0.0;
     rig_generic.callbacks->parameter_set(&rig_arm, descriptor_find_parameter(&rig_descriptor, "CONTROL")->id);
     rig_idle(10U);

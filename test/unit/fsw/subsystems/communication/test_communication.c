@@ -176,8 +176,8 @@ static void reports_go_to_the_connections_of_their_user(void)
     fixture_run_until_requests(2U);
     fixture_report(1U, 1U, 7U, 100U, 0U);
     fixture_report(3U, 1U, 7U, 300U, 0U);
-    fixture_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // To all.
-    fixture_report(2U, 1U, 7U, 200U, 0U);            // To a user that has never sent a request.
+    fixture_report(0U, EVENT_SERVICE, 2U, 500U, 0U); // An event is sent to all users.
+    fixture_report(2U, 1U, 7U, 200U, 0U);            // This user has never sent a request.
     fixture_step();
     TEST_ASSERT_EQUAL(100U, fixture_next_report(0U));
     TEST_ASSERT_EQUAL(500U, fixture_next_report(0U));

@@ -40,7 +40,8 @@ static void a_tare_is_shared_between_offsets_and_masses(void)
     rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_MODEL);
     TEST_ASSERT_TRUE(rig_manipulator.model.link_mass[0] == 3.0);
     TEST_ASSERT_EQUAL_UINT32(0U, rig_manipulator.identification.updates);
-    rig_idle(20U); // So do new assumptions.
+    // New assumptions restart the identification, too.
+    rig_idle(20U);
     TEST_ASSERT_EQUAL_UINT32(2U, rig_manipulator.identification.updates);
     rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_IDENTIFICATION);
     TEST_ASSERT_EQUAL_UINT32(0U, rig_manipulator.identification.updates);
