@@ -100,7 +100,7 @@ void bus_set_babbling(bus_t* bus, unsigned node, bool on);        ///< Sends ide
 void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is permanently dominant.
 void bus_lose_next(bus_t* bus, unsigned node,
                    unsigned frames);           ///< The receiver of the node loses this number of frames.
-void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take the controller of the node off the bus.
+void bus_force_off(bus_t* bus, unsigned node); ///< Transmit errors take this node off the bus.
 
 /// Set how a controller's driver ends bus-off: automatically after 128 times 11 bits (the default), or 128
 /// times 11 bits after bus_restart.

@@ -224,7 +224,7 @@ static bool is_same(const event_t* const a, const event_t* const b)
     }
     // The octets before the numbers are equal, because they contain only the count of the numbers.
     const size_t end = a->numbers_at + (a->numbers * sizeof(double));
-    bool is_equal = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
+    bool is_equal    = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
     for (size_t i = 0U; is_equal && (i < a->numbers); i++) {
         is_equal = fabs(number_of(a, i) - number_of(b, i)) <= TRUTH_RESOLUTION; // False for NaN.
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Library that is preloaded into the supervisor. It replaces functions of the C library, so that the disk of the
-// packet log seems to be slow, to hang, or to become read-only.
+// Library that is preloaded into the supervisor. It replaces functions of the C library, so that the disk of
+// the packet log seems to be slow, to hang, or to become read-only.
 //
 // SLOW_DISK_FOLDER names a folder of the test. While it contains a file
 //     hold      a write does not end; the file "held" shows that one waits

@@ -130,7 +130,7 @@ int round_trip_main(int count, char** words, const transport_t* transport)
         _exit(answer(transport, size, is_polled, trips, gate));
     }
     const bool is_good = ask(transport, size, is_polled, trips, gate);
-    int exit_status            = 0;
+    int exit_status    = 0;
     if (!is_good) {
         (void)kill(other, SIGKILL);
     }

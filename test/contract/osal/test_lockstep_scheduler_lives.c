@@ -91,7 +91,7 @@ static void deliveries_and_ends_of_another_life_have_no_effect(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 1U));
     osal_lockstep_expect(scheduler, SECOND, 2U, 1000U);
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 7U, 7U); // Delivered to the first life.
-    osal_lockstep_end(scheduler, SECOND, 1U);                    // The launcher notices the death of its process only now.
+    osal_lockstep_end(scheduler, SECOND, 1U); // The launcher notices the death of its process only now.
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
     osal_lockstep_dismiss(scheduler, SECOND, 1U);
     osal_lockstep_kill(scheduler, SECOND, 1U);
@@ -147,7 +147,8 @@ static void grants_due_during_a_suspension_follow_it(void)
     osal_lockstep_resume(scheduler, SECOND);
     osal_lockstep_resume(scheduler, THIRD);
     osal_lockstep_done(scheduler, FIRST, 9000U);
-    TEST_ASSERT_EQUAL_UINT32(3U, next_is(SECOND, 1000U).messages); // SECOND had not had its turn in this instant.
+    TEST_ASSERT_EQUAL_UINT32(3U,
+                             next_is(SECOND, 1000U).messages); // SECOND had not had its turn in this instant.
     osal_lockstep_suspend(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 10000U);
     (void)next_is(SECOND, 10000U); // The time at which FIRST wanted to wake has passed.

@@ -26,11 +26,11 @@
 #define SUBSYSTEMS 4096U // Size of the tables whose index is an APID.
 #define HISTORY 64U
 #define DRIVES 32U
-#define BEGIN_NS 300000000ULL   // The supervisor and communication are up.
-#define QUIET_NS 15000000000ULL // Time from the last telecommand until the shutdown of the mission.
-#define SECURED_CYCLES 400U     // Cycles from leaving OPERATIONAL until each brake holds: 200 ms.
-#define LINKLESS_CYCLES 2U      // Cycles in OPERATIONAL after the loss of a required link.
-#define CALM_STEPS 40U          // Time steps between two telecommands in quieter times, on average.
+#define BEGIN_NS 300000000ULL       // The supervisor and communication are up.
+#define QUIET_NS 15000000000ULL     // Time from the last telecommand until the shutdown of the mission.
+#define SECURED_CYCLES 400U         // Cycles from leaving OPERATIONAL until each brake holds: 200 ms.
+#define LINKLESS_CYCLES 2U          // Cycles in OPERATIONAL after the loss of a required link.
+#define CALM_STEPS 40U              // Time steps between two telecommands in quieter times, on average.
 #define SCRIPT_STEP_NS 200000000ULL // Time between two requests of the script.
 #define SCRIPT_NS 4000000000ULL
 #define POOL_MAX 1048576U

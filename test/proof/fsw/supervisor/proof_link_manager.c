@@ -84,7 +84,7 @@ static uint16_t addressee;
 static pus_link_transition_t reported; // Report of a subsystem about a link.
 static pus_link_open_t ordered;        // The order to open.
 static uint16_t ordered_apid;          // Addressee of the order.
-static unsigned orders; // Number of orders to open.
+static unsigned orders;                // Number of orders to open.
 
 // ---- In the place of the services and of the other parts of the supervisor ----
 
@@ -425,7 +425,8 @@ void proof(void)
     if (orders == 0U) {
         PROVE(supervisor.link_epoch == before, "only an opening takes an epoch");
     } else if (ordered.epoch > before) {
-        PROVE((ordered.epoch == (before + 1U)) && (supervisor.link_epoch == ordered.epoch), "the epoch is new");
+        PROVE((ordered.epoch == (before + 1U)) && (supervisor.link_epoch == ordered.epoch),
+              "the epoch is new");
         PROVE(ordered_apid == ends_of(ordered.link).producer_apid, "the producer gets the first order");
     } else {
         bool is_of_session = false;

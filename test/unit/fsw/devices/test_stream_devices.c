@@ -263,7 +263,8 @@ static void the_post_step_stops_devices_and_deinit_closes_them(void)
     TEST_ASSERT_FALSE(last_command(0U, command)); // Stopped: no commands.
     TEST_ASSERT_EQUAL(STATUS_OK, stream_devices_hardware_deinit(&devices));
     TEST_ASSERT_NULL(stream_devices_at(&devices, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, fly(stream_devices_hardware_init, 3U, 50U)); // The devices can be opened again.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      fly(stream_devices_hardware_init, 3U, 50U)); // The devices can be opened again.
     TEST_ASSERT_EQUAL_UINT32(0U, stream_devices_at(&devices, 0U)->counters.sent);
     TEST_ASSERT_EQUAL(STATUS_OK, fly(configuration_action, 3U, 50U));
 }

@@ -136,7 +136,8 @@ static void a_medium_error_during_a_high_plan_starts_no_plan(void)
     fixture_forget();
     fixture_event(FIXTURE_HAND, 3U, 2U);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001")); // No plan applies: only the built-in reaction follows.
+    TEST_ASSERT_TRUE(
+        fixture_has("17 TC 129.8 0401 from 8001")); // No plan applies: only the built-in reaction follows.
     fixture_event(FIXTURE_ARM, 3U, 6U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007"));

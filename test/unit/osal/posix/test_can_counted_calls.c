@@ -188,7 +188,8 @@ static void a_bus_that_cannot_be_made_or_opened_is_reported(void** state)
     const size_t whole = osal_shm_size(&shm);
     osal_shm_close(&shm);
     assert_int_equal(STATUS_OK, osal_shm_remove(name));
-    assert_int_equal(STATUS_OK, osal_shm_create(&shm, name, whole - 1U)); // Memory with the right mark, but too small.
+    assert_int_equal(STATUS_OK,
+                     osal_shm_create(&shm, name, whole - 1U)); // Memory with the right mark, but too small.
     (void)memcpy(osal_shm_address(&shm), &mark, sizeof mark);
     osal_shm_close(&shm);
     assert_int_equal(STATUS_NOT_FOUND, can_counted_open(&can, name, "can7"));

@@ -46,8 +46,8 @@ static pid_t start(const char* name, const char* word)
 /// Another child of this process kills `name`.
 static void kill_by_sibling(const char* name)
 {
-    int exit_status        = 0;
-    const pid_t id = fork();
+    int exit_status = 0;
+    const pid_t id  = fork();
     if (id == 0) {
         fault_kill(name);
         _exit(0);

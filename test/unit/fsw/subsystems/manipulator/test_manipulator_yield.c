@@ -183,13 +183,13 @@ static void the_arm_never_gives_away_more_than_was_paid(void)
 {
     const double tolerance = gains.tolerance + 1.0e-12;
     couple();
-    double hand[2]   = {0.1, -0.2};
-    double torque[2] = {0.0, 0.0};
-    double paid      = 5.0;
+    double hand[2]       = {0.1, -0.2};
+    double torque[2]     = {0.0, 0.0};
+    double paid          = 5.0;
     double received_paid = 5.0; // Value of `paid` in the last sample that was not lost.
-    double given     = 0.0;
-    double received  = 0.0;
-    unsigned held    = 0U;
+    double given         = 0.0;
+    double received      = 0.0;
+    unsigned held        = 0U;
     for (unsigned i = 0U; i < 200000U; i++) {
         const double before[2] = {yield.acted_rad[0], yield.acted_rad[1]};
         for (unsigned axis = 0U; axis < 2U; axis++) {
