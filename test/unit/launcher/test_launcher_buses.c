@@ -198,7 +198,7 @@ static void a_controller_that_does_not_fit_is_refused_with_the_command_that_chan
     seen            = can_fd;
     seen.carries_fd = false;
     expect_unfit(seen,
-                 "can0 carries classic frames only (mtu 16), and the mission's bus is CAN FD: give it FD");
+                 "can0 carries classic frames only (mtu 16), and the mission's bus is CAN FD: enable FD");
     seen.is_virtual = true;
     expect_unfit(seen, "as root: ip link set can0 down; ip link set can0 up mtu 72");
     seen       = can_fd;
