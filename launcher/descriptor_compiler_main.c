@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiles the descriptors of a program for a target that cannot read files. For each mission with a
 // subsystem of this program, it writes the constants that the reader of descriptors would create from the
-// files, and a header with the sizes that the storage of the program needs for them. A run whose mission has
-// another hash refuses the compiled program (fsw/programs/compiled_descriptors.h).
+// files, the table of the device classes that they name, and a header with the sizes that the storage of the
+// program needs for them. A run whose mission has another hash refuses the compiled program
+// (fsw/programs/compiled_descriptors.h).
 #include "launcher/descriptor_capacities.h"
+#include "launcher/descriptor_classes.h"
 #include "launcher/descriptor_writer.h"
 #include "base/assertion.h"
 #include "base/text.h"
@@ -36,6 +38,7 @@ typedef struct { // All storage of the program.
     osal_file_t file;
     descriptor_writer_t writer;
     descriptor_capacities_t capacities;
+    descriptor_classes_t classes;
 } compiler_t;
 
 static compiler_t storage;
@@ -76,6 +79,7 @@ static const char* compile(compiler_t* const self, const char* const path, const
     self->entries[self->count] = (entry_t){self->whole.configuration_hash, apid, number_of_model(self)};
     descriptor_writer_mission(&self->writer, self->count, &self->mission);
     descriptor_capacities_add(&self->capacities, &self->own, &self->whole);
+    descriptor_classes_add(&self->classes, &self->own);
     self->count++;
     return NULL;
 }
@@ -117,6 +121,16 @@ static void write_entries(compiler_t* const self)
             "\"\"};\n\n"
             "compiled_descriptors_t* compiled_descriptors_of_program(void)\n{\n    return &compiled;\n}\n",
             NULL});
+}
+
+/// Write the table of device classes.
+static void write_classes(compiler_t* const self)
+{
+    char characters[DESCRIPTOR_CLASSES_OCTETS];
+    text_t text = text_in(characters, sizeof characters);
+    descriptor_classes_write(&self->classes, &text);
+    FSW_ASSERT(!text.cut);
+    descriptor_writer_add(&self->writer, (const char* const[]){characters, NULL});
 }
 
 /// Write the main function of the program, which calls <name>_open.
@@ -200,6 +214,7 @@ int main(const int argument_count, char* arguments[])
         return complain(self->executable, ": no mission has a subsystem with this executable");
     }
     write_entries(self);
+    write_classes(self);
     if (!finish(self) || !create(self, arguments[1], arguments[2], "_main.c")) {
         return 1;
     }

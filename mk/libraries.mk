@@ -9,11 +9,13 @@ ifdef BOARD # Also without Nettle: only `communication`, which never runs on a b
 SOURCES  := $(filter-out osal/posix/% fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c \
             fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% \
             launcher/% sim/%,$(SOURCES))
-ifdef TARGET # Its programs contain their descriptors, so they need only the code that uses a descriptor that was read.
+ifdef TARGET # Its programs contain their descriptors and the device classes that these name, so they need only the code
+# that uses a descriptor that was read.
 MODELS   := $(addprefix fsw/framework/descriptor/,subsystem_descriptor.c mission_descriptor.c mission_lookup.c \
             descriptor_refusal.c)
 SOURCES  := $(filter-out $(filter-out $(MODELS),$(filter fsw/framework/descriptor/%,$(SOURCES))) fsw/framework/xml/% \
-            fsw/supervisor/% fsw/programs/descriptor_files.c fsw/programs/executive_files.c %_main.c,$(SOURCES))
+            fsw/supervisor/% fsw/canopen/device_classes.c fsw/programs/descriptor_files.c \
+            fsw/programs/executive_files.c %_main.c,$(SOURCES))
 endif
 else
 SOURCES  := $(filter-out osal/freertos/%,$(SOURCES))

@@ -44,7 +44,7 @@ $(if $(TARGET_NAMES),,$(error MISSION=$(ONE_MISSION): its subsystems have no pro
 COMPILED     := build/generated/compiled$(addprefix /,$(ONE_MISSION))
 SIZED        := $B$(addprefix /missions/,$(ONE_MISSION))
 COMPILED_SOURCES  := $(foreach p,$(TARGET_NAMES),$(addprefix $(COMPILED)/$p_,main.c descriptors.c capacities.h))
-$(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xml') \
+$(COMPILED_SOURCES) &: descriptors/missions $(shell find descriptors -name '*.xml' -o -name '*.eds') \
         $(wildcard fsw/framework/descriptor/*.[ch] launcher/descriptor_*.[ch] fsw/programs/*_program.c) \
         $(if $(VARIANT),,build/bin/descriptor-compiler)
 	$(if $(VARIANT),+@$(MAKE) --no-print-directory CC=gcc BOARD= TARGET= S390X= SANITIZE= TSAN= COVERAGE= FUZZ= ANALYZE= \

@@ -7,14 +7,12 @@
 #include <stddef.h>
 #include <string.h>
 
-static const canopen_device_profile_t profiles[] = {DEVICE_CLASSES};
-
 const canopen_device_profile_t* canopen_device_profile_find(const char* const type)
 {
     FSW_ASSERT(type != NULL);
-    for (size_t i = 0U; i < (sizeof profiles / sizeof profiles[0]); i++) {
-        if (strcmp(profiles[i].type, type) == 0) {
-            return &profiles[i];
+    for (size_t i = 0U; i < canopen_device_classes.count; i++) {
+        if (strcmp(canopen_device_classes.rows[i].type, type) == 0) {
+            return &canopen_device_classes.rows[i];
         }
     }
     return NULL;
@@ -22,7 +20,7 @@ const canopen_device_profile_t* canopen_device_profile_find(const char* const ty
 
 const canopen_device_profile_t* canopen_device_profile_at(const size_t place)
 {
-    return (place < (sizeof profiles / sizeof profiles[0])) ? &profiles[place] : NULL;
+    return (place < canopen_device_classes.count) ? &canopen_device_classes.rows[place] : NULL;
 }
 
 uint8_t canopen_device_profile_value(const canopen_device_profile_t* const profile, const uint16_t index,

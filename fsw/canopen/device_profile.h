@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Classes of CANopen devices: what their process data carry, and in which units.
 ///
-/// The table is made at build time from the data sheets (EDS) in descriptors/devices; a class is named as its
-/// file. Commissioning reads identity and mapping back from each device and refuses one that differs. Node
-/// ids, modes and rates are not part of this table.
+/// The classes are made at build time from the data sheets (EDS) in descriptors/devices; a class is named as
+/// its file. Commissioning reads identity and mapping back from each device and refuses one that differs.
+/// Node ids, modes and rates are not part of a class.
 #ifndef FSW_CANOPEN_DEVICE_PROFILE_H
 #define FSW_CANOPEN_DEVICE_PROFILE_H
 
@@ -116,6 +116,16 @@ typedef struct {
     uint8_t emergency_count;
     const canopen_emergency_code_t* emergencies; ///< Emergency codes of the manufacturer.
 } canopen_device_profile_t;
+
+typedef struct {                          // The classes of a program.
+    const canopen_device_profile_t* rows; ///< In the order of names.
+    size_t count;
+    const char* refusal; ///< Says of the type of a <Device> which classes are expected.
+} canopen_device_classes_t;
+
+/// All classes (device_classes.c). A program whose descriptors are compiled in has only those that its
+/// descriptors name: descriptor-compiler writes the table.
+extern const canopen_device_classes_t canopen_device_classes;
 
 /// Returns class number `place` (0..) in the order of names; null after the last one.
 const canopen_device_profile_t* canopen_device_profile_at(size_t place);

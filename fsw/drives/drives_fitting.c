@@ -227,8 +227,7 @@ static bool device_fits(const subsystem_descriptor_t* const descriptor,
 {
     const canopen_device_profile_t* const profile = canopen_device_profile_find(device->type);
     if (profile == NULL) {
-        return refuse(out_misfit, device->line,
-                      "type of <Device>: expected a class of descriptors/devices: " DEVICE_CLASSES_NAMES);
+        return refuse(out_misfit, device->line, canopen_device_classes.refusal);
     }
     const bool is_module = need->takes_modules && (profile->axis_count == 0U);
     const bool is_drive  = (profile->profile == PROFILE_DRIVE) && (profile->axis_count == need->axes);

@@ -200,10 +200,12 @@ def sheets_hash(folder=sheet.FOLDER):
 
 
 def header(folder=sheet.FOLDER):
-    """Text of the table of all classes."""
+    """Text of the header: each class as a macro, and the list of all of them."""
     classes = _classes(folder)
     axes = max((each.axes for each in classes), default=1) or 1
     lines = [HEAD, f"#define DEVICE_CLASSES_AXES_MAX {axes}U", f"#define DEVICE_CLASSES_HASH {_hash(classes):#018x}ULL",
-             f'#define DEVICE_CLASSES_NAMES "{" ".join(each.sheet.path.stem for each in classes)}"', "#define DEVICE_CLASSES \\"]
-    lines += [f"    {{{' '.join(each.row())}}}, \\" for each in classes]
-    return "\n".join([*lines, "", "#endif", ""])
+             f'#define DEVICE_CLASSES_NAMES "{" ".join(each.sheet.path.stem for each in classes)}"',
+             f"#define DEVICE_CLASSES_COUNT {len(classes)}U"]
+    lines += [f"#define DEVICE_CLASS_{place} {{{' '.join(each.row())}}}" for place, each in enumerate(classes)]
+    listed = ", ".join(f"DEVICE_CLASS_{place}" for place in range(len(classes)))
+    return "\n".join([*lines, f"#define DEVICE_CLASSES {listed}", "#endif", ""])

@@ -56,6 +56,17 @@ def test_compiled_models_are_those_of_the_reader(library, tmp_path, name):
     assert items > 50
 
 
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_device_classes_are_those_of_the_descriptors(tmp_path, name):
+    assert compile_descriptors(tmp_path, name, *MISSIONS).returncode == 0
+    texts = [(ROOT / path).read_text() for path in MISSIONS]
+    files = {file for text in texts for file in re.findall(rf'executable="{name}" descriptor="([^"]+)"', text)}
+    types = {kind for file in files for kind in re.findall(r'<Device [^>]*type="([^"]+)"', (ROOT / "descriptors/missions" / file).read_text())}
+    listed = re.findall(r"DEVICE_CLASS_\d+, /\* (\S+) \*/", (tmp_path / f"{name}_descriptors.c").read_text())
+    assert listed == sorted(types - {"stream"})
+    assert (listed == []) == (name == "instruments"), "its devices send records of streams"
+
+
 def test_a_changed_constant_is_found(library, tmp_path):
     """The comparison can fail: one number of one item is another one."""
     assert compile_descriptors(tmp_path, "manipulator", *MISSIONS).returncode == 0

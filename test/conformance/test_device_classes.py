@@ -79,7 +79,8 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
     (tmp_path / "generated" / "device_classes.h").write_text(text, encoding="utf-8")
     (tmp_path / "print.c").write_text(PRINTER, encoding="utf-8")
     command = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{tmp_path}", f"-I{ROOT}",
-               "-o", tmp_path / "print", tmp_path / "print.c", ROOT / "fsw/canopen/device_profile.c"]
+               "-o", tmp_path / "print", tmp_path / "print.c", ROOT / "fsw/canopen/device_profile.c",
+               ROOT / "fsw/canopen/device_classes.c"]
     subprocess.run(command, check=True)
     printed = subprocess.run([tmp_path / "print", "valves", "gyro", "tracker", "counts", "degrees"], stdout=subprocess.PIPE, text=True, check=True)
     assert printed.stdout.splitlines() == [

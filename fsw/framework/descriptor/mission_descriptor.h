@@ -78,9 +78,9 @@ typedef struct {
     uint32_t power_w[DESCRIPTOR_STATES];
     uint64_t interface_hash;
     uint64_t configuration_hash;
-    mission_configuration_t configurations[MISSION_CONFIGURATIONS_MAX];
+    mission_configuration_t configurations[CAPACITY_OF_STORAGE(MISSION_CONFIGURATIONS_MAX)];
     uint16_t configuration_count;
-    mission_port_t ports[MISSION_PORTS_MAX];
+    mission_port_t ports[CAPACITY_OF_STORAGE(MISSION_PORTS_MAX)];
     uint16_t port_count;
     uint32_t line;
 } mission_subsystem_t;

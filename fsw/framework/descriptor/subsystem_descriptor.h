@@ -101,9 +101,9 @@ typedef struct { // One field of a parameter, an argument of a function, or an e
     uint32_t line;
     const char* unit;                            ///< "" if none.
     const char* init;                            ///< Text of `count` numbers, or NULL (zero).
+    const descriptor_enumeration_t* enumeration; ///< Enumeration of the same model; NULL: none.
     double min;                                  ///< -DBL_MAX if none; for an enumeration, its first number.
     double max;                                  ///< DBL_MAX if none; for an enumeration, its last number.
-    const descriptor_enumeration_t* enumeration; ///< Enumeration of the same model; NULL: none.
 } descriptor_field_t;
 
 typedef struct {
@@ -227,8 +227,8 @@ typedef struct { // Value of one object of a device, written when the configurat
     uint16_t index;
     uint8_t subindex;
     value_type_t type; ///< An integer type or FLOAT.
-    uint64_t bits;     ///< Bits of the value on the wire, two's complement or IEEE 754, in the low octets.
     uint32_t line;
+    uint64_t bits; ///< Bits of the value on the wire, two's complement or IEEE 754, in the low octets.
 } descriptor_setting_t;
 
 typedef struct { // A quantity of a device in engineering units: the value of an object times a scale.
