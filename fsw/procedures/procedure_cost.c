@@ -10,7 +10,7 @@
 #define NODE_OCTETS 24U // Size of a key and its value in a table.
 // Longer texts are not shared: the interpreter creates and hashes each one separately.
 #define SHORT_TEXT 40U
-#define OPERATION_MASK 0x7FU // Mask of an instruction.
+#define OPERATION_MASK 0x7FU // Operation code in an instruction.
 #define OPERANDS_SHIFT 16U   // Position of the number of values in OP_CONCAT.
 #define OPERANDS_MASK 0xFFU
 #define OPERATIONS 83U
@@ -22,7 +22,7 @@
 // Octets of two texts that may contain NUL: each NUL needs a further call of strcoll.
 #define NULS_COMPARED 4U
 #define NODES_SEARCHED 12U // Colliding keys of a table that are searched.
-// Pairs of keys: n * n if each of n keys is searched among n; half of the pairs are compared.
+// Pairs of colliding keys. Inserting n keys counts as n * n pairs, of which the interpreter compares half.
 #define PAIRS_SEARCHED 24ULL
 // Colliding keys, in the search for the length of a table, which consists of several searches.
 #define NODES_LENGTH 3U
@@ -187,15 +187,15 @@ static uint32_t nodes_in(const size_t size)
     return (((size % NODE_OCTETS) == 0U) && ((nodes & (nodes - 1U)) == 0U)) ? (uint32_t)nodes : 0U;
 }
 
-/// Charge the work of filling a list of a table or function, or a stack, anew. Colliding keys are searched
-/// one by one.
+/// Charge the work of allocating a list or a stack and of filling it. The keys of a table are inserted one by
+/// one; `nodes` is their number, 0 for other lists.
 static void charge_list(procedure_slot_t* const slot, const size_t size, const uint32_t nodes)
 {
     const uint64_t price = (size / OCTETS_TAKEN) + (((uint64_t)nodes * nodes) / PAIRS_SEARCHED) + OBJECT;
     if (size > slot->largest) {
         slot->largest = (uint32_t)size;
         procedure_charge(slot, price);
-    } else { // A list was rebuilt: procedure_cost.h explains why that is charged only beyond the grace.
+    } else { // The list may be a rebuilt one, which is charged only beyond the grace (see procedure_cost.h).
         slot->used += (uint32_t)price;
         slot->grace += (uint32_t)price;
         slot->spent += (slot->grace > PROCEDURE_GRACE) ? (uint32_t)price : 0U;

@@ -60,7 +60,7 @@ class _Tables:
         self.described, self.parts = [], []
 
     def add(self, about, times, leaves):
-        """A table of rows at `times`; `leaves`: name -> array of one row of numbers for each time."""
+        """Add a table that has a row for each of `times`. `leaves`: name -> array with the numbers of each row."""
         per, octets = column(times)
         self.parts.append(octets)
         described = []
@@ -87,6 +87,7 @@ class _Commands:
         if packet.user >= GROUND_USERS:
             return
         key = (packet.apid, packet.sequence)
+        # Sequence counts repeat in a long flight, so the time must fit, too, within 0.1 s.
         step = next((item for item in self._steps.get(key, ()) if item["time"] - 0.1 <= seconds <= item["end"] + 0.1), None)
         row = next((item for item in self.rows[-8:] if step is not None and item["step"] is step), None)
         if row is None:
@@ -119,6 +120,8 @@ class _Commands:
 
 
 class _Sent:
+    """What `lights_of` needs of the verification of a telecommand."""
+
     def __init__(self):
         self.stages, self.is_finished = [], False
 
@@ -156,15 +159,15 @@ class _Telemetry:
     def _state(self, seconds, packet, decoded):
         name = self.dictionary.name_of_apid(packet.apid)
         self.heard.setdefault(name, []).append(seconds)
-        self._say(seconds, name, decoded, decoded.get("cause"))
+        self._add_state(seconds, name, decoded, decoded.get("cause"))
 
     _transition = _status = _state
 
     def _subsystems(self, seconds, _packet, decoded):
         for row in decoded["rows"]:
-            self._say(seconds, row["subsystem"], row, None)
+            self._add_state(seconds, row["subsystem"], row, None)
 
-    def _say(self, seconds, name, decoded, cause):
+    def _add_state(self, seconds, name, decoded, cause):
         present = (decoded["state"], decoded["phase"], decoded["configuration"])
         if self._present.get(name) != present:
             self._present[name] = present
@@ -178,14 +181,14 @@ class _Telemetry:
         self.modes.append([seconds, decoded["mode"]])
 
     def _link_transition(self, seconds, _packet, decoded):
-        self._say_link(seconds, decoded["link"], {"state": decoded["state"]})
+        self._add_link(seconds, decoded["link"], {"state": decoded["state"]})
 
     def _links(self, seconds, packet, decoded):
         for row in decoded["rows"]:
             if row["consumer"] == packet.apid:
-                self._say_link(seconds, row["link"], {name: row[name] for name in ("state", "received", "lost", "late")})
+                self._add_link(seconds, row["link"], {name: row[name] for name in ("state", "received", "lost", "late")})
 
-    def _say_link(self, seconds, number, facts):
+    def _add_link(self, seconds, number, facts):
         self.links += [[seconds, link.name, facts] for link in self.dictionary.links if link.number == number]
 
     def _housekeeping(self, seconds, packet, decoded):
@@ -244,7 +247,7 @@ def _truth(run, tables):
         return truth_log.at(known[channel], name, wanted, run.truth_end_us).reshape(len(wanted), -1)
 
     def entries(channel, *columns):
-        """Columns of three or four numbers; the columns of one entry are adjacent."""
+        """These columns of the truth log, side by side for each entry of the channel."""
         parts = [truth_log.at(known[channel], name, wanted, run.truth_end_us) for name in columns]
         return np.concatenate(parts, axis=2).reshape(len(wanted), -1)
 
@@ -252,7 +255,7 @@ def _truth(run, tables):
     if "CONTACT" in known:
         leaves["FORCE"] = at("CONTACT", "contact_force_n") + at("CONTACT", "spring_force_n")
     for channel in ("CONTACTS", "SPRING"):
-        if channel in known and known[channel]["place_m"].shape[1] > 1:  # FORCE covers one contact and one spring.
+        if channel in known and known[channel]["place_m"].shape[1] > 1:  # FORCE already contains the only contact or spring.
             leaves[channel] = entries(channel, "place_m", "force_n")
     if "BASE" in known:
         leaves["BASE"] = entries("BASE", "position_m", "rotation")
@@ -263,7 +266,7 @@ def _truth(run, tables):
 
 
 def _phases(run):
-    """Actions of the scenario's hand until a fault is injected: [from, to, words]."""
+    """Phases of the run: [from, to, words]. Each action of the scenario's hand begins a phase, and so does each fault during the action."""
     parts = [[first * runs.CYCLE_US / 1e6, end * runs.CYCLE_US / 1e6, verb] for verb, first, end in run.segments()]
     faults = [(fault["time_us"] / 1e6, f"{fault['kind']} {fault['target']}") for fault in run.truth["FAULT"] if fault["active"]]
     found = []

@@ -6,15 +6,14 @@
 #include "pus/core/list_report.h"
 #include "pus/st12/st12_monitoring.h"
 
-#define MONITORING_NONE UINT16_MAX ///< No position in the order.
-#define MONITORING_PMON_RECORD 0U  ///< Kinds of records, in the high half of their keys.
+#define MONITORING_PMON_RECORD 0U ///< Kinds of records, in the high half of their keys.
 #define MONITORING_FMON_RECORD 1U
 #define MONITORING_SETTINGS_RECORD 2U
-#define MONITORING_RECORD_MAX 640U ///< Largest record [octets]: an FMON of 255 members.
-#define MONITORING_PMON_MAX 96U    ///< Largest entry of TM[12,9] [octets].
-#define MONITORING_TRANSITION_MAX 48U
-#define MONITORING_PMON_EVENT 16U ///< Auxiliary data of the event of a PMON [octets].
-#define MONITORING_FMON_EVENT 4U  ///< Auxiliary data of the event of an FMON [octets].
+#define MONITORING_RECORD_MAX 640U    ///< Largest record [octets]: an FMON of 255 members.
+#define MONITORING_PMON_MAX 96U       ///< Largest entry of TM[12,9] [octets].
+#define MONITORING_TRANSITION_MAX 48U ///< Largest entry of TM[12,11] and TM[12,12] [octets].
+#define MONITORING_PMON_EVENT 16U     ///< Auxiliary data of the event of a PMON [octets].
+#define MONITORING_FMON_EVENT 4U      ///< Auxiliary data of the event of an FMON [octets].
 
 /// Source of a definition: TC[12,5] or [12,23], TC[12,7], or a record. The source determines which fields the
 /// definition has.
@@ -57,13 +56,13 @@ pus_reply_t monitoring_reply(pus_monitoring_t* self, const pus_failure_t* failur
 /// Perform an instruction if there is no failure; otherwise refuse it and count the refusal.
 void monitoring_settle(pus_monitoring_t* self, pus_request_t* request, uint16_t instruction,
                        const pus_failure_t* failure);
-/// Apply a function to each id of a request.
 typedef pus_failure_t (*monitoring_act_t)(pus_monitoring_t* self, uint16_t id);
+/// Apply a function to each id of a request.
 pus_reply_t monitoring_for_each(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t act);
-/// Refuse each id of a request for reports that `look_up` does not find, and perform the rest; a request
-/// without ids concerns all. False if there is nothing to report.
+/// Check the ids of a request for reports: refuse each id that `look_up` does not find, and perform the other
+/// ids. A request without ids asks for all definitions. False if there is nothing to report.
 bool monitoring_accept_ids(pus_monitoring_t* self, pus_request_t* request, monitoring_act_t look_up);
-/// Status of a restored record for a failure of its checks.
+/// Returns the status of pus_monitoring_restore for a failure of the checks of a record.
 status_t monitoring_status(const pus_failure_t* failure);
 
 // ---- Checking (st12_checks.c) ----

@@ -21,10 +21,11 @@ struct measuring_device {
     node_t* node;
     measuring_config_t config;
     object_t* value[MEASURING_VALUES_MAX];
-    object_t* status[MEASURING_VALUES_MAX]; // Manufacturer-specific device: one for all values.
+    object_t*
+        status[MEASURING_VALUES_MAX]; // A manufacturer-specific device has one status object for all values.
     double factor[MEASURING_VALUES_MAX];
     object_t* counter;
-    object_t* stamp_syncs; // Null: without a stamp.
+    object_t* stamp_syncs; // Null if the device does not stamp exposures.
     object_t* stamp_us;
     uint64_t next_ns;
     measurement_t delayed[MEASURING_DELAYED_MAX]; // From the oldest to the newest.
@@ -62,6 +63,7 @@ static void publish(measuring_device_t* const device, const measurement_t* const
     set_status(device, 0U);
 }
 
+/// Make a measurement, which becomes available after the delay of the device.
 static void expose(measuring_device_t* const device, const uint64_t number, const uint64_t now_ns)
 {
     measurement_t measurement = {.available_ns = now_ns + device->config.delay_ns};
@@ -88,6 +90,8 @@ static void take_delayed(measuring_device_t* const device, const uint64_t now_ns
     memmove(device->delayed, &device->delayed[taken], device->delayed_count * sizeof device->delayed[0]);
 }
 
+/// Called at each SYNC. A device without a period of its own measures here; others measure at the end of a
+/// step (measuring_device_end_step).
 static void on_sample(void* const context, const uint64_t now_ns)
 {
     measuring_device_t* device = context;
@@ -102,7 +106,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
 
 static void on_written(void* const context, const object_t* const object, const uint64_t now_ns)
 {
-    (void)context;
+    (void)context; // No written object changes the measurements.
     (void)object;
     (void)now_ns;
 }
@@ -137,8 +141,9 @@ void measuring_device_end_step(measuring_device_t* const device, const uint64_t 
 void measuring_device_set_error(measuring_device_t* const device, const uint16_t code, const bool is_present,
                                 const uint64_t now_ns)
 {
-    const bool warns = (code == EMERGENCY_DEVICE_TEMPERATURE) || (code == EMERGENCY_DRIVE_TEMPERATURE);
-    unsigned place   = 0U;
+    // A high temperature does not make the measurements invalid.
+    const bool is_warning = (code == EMERGENCY_DEVICE_TEMPERATURE) || (code == EMERGENCY_DRIVE_TEMPERATURE);
+    unsigned place        = 0U;
     if (is_present) {
         node_raise(device->node, code, 0U, 0, now_ns);
     } else {
@@ -147,7 +152,7 @@ void measuring_device_set_error(measuring_device_t* const device, const uint16_t
     while ((place < ERRORS_MAX) && (device->error[place] != code)) {
         place++;
     }
-    for (unsigned i = 0U; (place == ERRORS_MAX) && is_present && !warns && (i < ERRORS_MAX); i++) {
+    for (unsigned i = 0U; (place == ERRORS_MAX) && is_present && !is_warning && (i < ERRORS_MAX); i++) {
         place = (device->error[i] == 0U) ? i : place;
     }
     if (place < ERRORS_MAX) {

@@ -21,10 +21,12 @@ status_t world_wheel_finish(world_t* const world, const element_t* const element
     const double length  = sqrt(wheel->axis[0] * wheel->axis[0] + wheel->axis[1] * wheel->axis[1] +
                                 wheel->axis[2] * wheel->axis[2]);
     if (length < 1e-3) {
-        return element_refuse(element, element_attribute(element, "axis"), "an axis that has a direction");
+        return element_refuse(element, element_attribute(element, "axis"),
+                              "a vector of length 0.001 or more");
     }
     if (fabs(wheel->start) > wheel->momentum) {
-        return element_refuse(element, element_attribute(element, "start"), "a start of at most momentum");
+        return element_refuse(element, element_attribute(element, "start"),
+                              "a start from -momentum to momentum");
     }
     for (unsigned i = 0U; i < 3U; i++) {
         wheel->axis[i] /= length;
@@ -85,7 +87,8 @@ status_t world_camera_finish(world_t* const world, const element_t* const elemen
 {
     world_sensor_t* sensor = record;
     if ((sensor->delay_ns * sensor->rate_hz) > (WORLD_DELAY_PERIODS * 1e9)) {
-        return element_refuse(element, element_attribute(element, "delay"), "a delay of at most 8 exposures");
+        return element_refuse(element, element_attribute(element, "delay"),
+                              "a delay of at most 8 periods of rate");
     }
     const status_t status =
         world_find_frame(world, element, sensor->sees, &sensor->seen_robot, &sensor->seen_frame);

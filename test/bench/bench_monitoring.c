@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// 1000 parameter monitors of ST[12] in one cycle: all are due, as they are ten times a second, or none is
-/// due. The value is microseconds per cycle: 1000 are one percent of a processor at 10 Hz. Baseline: read the
-/// same values through the same port and compare them with two bounds.
+/// Time of a cycle with 1000 parameter monitors of ST[12] [us]: first all monitors are due, then none. If all
+/// are due ten times a second, 1000 us are one percent of a processor. The baseline reads the same values
+/// through the same port and compares them with two bounds.
 #include "pus/st12/st12_monitoring.h"
 #include "test/bench/measure.h"
 
@@ -11,6 +11,7 @@
 #define TRANSITIONS 100U
 #define NEVER 0x7FFFFFFFU // Interval of the monitors that are not due [cycles].
 #define NS_PER_US 1000.0
+#define SETTINGS_KEY 0x20000U // Key of the record with the settings of ST[12].
 
 static pus_app_process_t process;
 static pus_monitoring_t monitoring;
@@ -85,8 +86,8 @@ static void compare_plainly(void)
     sink = within;
 }
 
-/// Restore monitors from records: enabled, UINT32 within 10..20, each with this interval.
-static void monitors_added(const uint32_t interval)
+/// Restore enabled monitors of UINT32 values from 10 to 20, each with this interval [cycles], and check once.
+static void restore_monitors(const uint32_t interval)
 {
     static const uint8_t enabled[] = {1, 0, 0, 0, 0, 10};
     const pus_port_t port          = {.send = drop};
@@ -128,7 +129,7 @@ static void monitors_added(const uint32_t interval)
             abort();
         }
     }
-    if (pus_monitoring_restore(&monitoring, 0x20000U, enabled, sizeof enabled) != STATUS_OK) {
+    if (pus_monitoring_restore(&monitoring, SETTINGS_KEY, enabled, sizeof enabled) != STATUS_OK) {
         abort();
     }
     step();
@@ -136,9 +137,10 @@ static void monitors_added(const uint32_t interval)
 
 int main(void)
 {
-    monitors_added(1U);
+    restore_monitors(1U);
     measure_compare("monitoring_1000_due", step, compare_plainly, 1.0, "us", NS_PER_US);
-    monitors_added(NEVER);
+    restore_monitors(NEVER);
     measure_compare("monitoring_1000_idle", step, compare_plainly, 1.0, "us", NS_PER_US);
+    // The monitors that are not due were checked only when they were restored.
     return (monitoring.counters.checks == MONITORS) ? 0 : 1;
 }

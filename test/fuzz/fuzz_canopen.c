@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CANopen master with two drives: any frame at any time of their life, between correct answers. Whatever
-// the frames, the axes stay in range, queues stay within bounds, and the network can be secured in bounded
-// time.
+// The CANopen master controls two drives. Between their correct answers it receives arbitrary frames. The
+// axes stay in range, queues stay within bounds, and the network can be secured in bounded time.
 //
-// Records: kind 0 a frame to flight; 1 argument cycles of the present step; 2 the next step of the life; 3
-// misbehaviour of a drive by the bits of its argument; 4 goal.
+// Records by kind:
+//   0  the master receives the frame
+//   1  the master performs the present step (boot, configure, start, run or secure) for argument cycles
+//   2  the argument selects the step
+//   3  the bits of the argument select faults of a drive
+//   4  the argument selects the goal of the drives
 #include "fsw/canopen/network.h"
 #include "test/fuzz/can_records.h"
 #include "test/support/scripted_bus.h"

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ground port: octets of up to four clients in pieces of any size, a supervisor that refuses at times,
-// and reports for slow readers. Exactly the requests of each stream go up, in order, complete, and nothing
-// else; a client reads only complete packets, in the order in which they were queued.
+// The ground port receives octets from up to four clients in pieces of any size and sends them reports, which
+// they read slowly; at times the supervisor refuses requests. The supervisor gets exactly the requests of
+// each client, complete and in order; a client gets only complete packets, in the order in which they were
+// queued.
 //
-// Records: kind 0..3 octets of client kind; 4 the client of the argument closes its connection; 5 the next
-// (argument) requests are refused; 6 a report to all; 7 the clients read; 8 clients take argument octets at a
-// time.
+// Records by kind:
+//   0..3  the client of this number sends the octets
+//   4     the client that the argument names closes its connection
+//   5     the supervisor refuses the next requests, as many as the argument says
+//   6     a report is sent to all clients
+//   7     the clients read
+//   8     from now on a connection takes at most argument octets at a time (0: any number)
 #include "fsw/subsystems/communication/communication.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated joint drive: any frame on its bus at any time, from a master and from another node. It sends
-// frames with its own identifiers only, its torque stays finite, and after a reset it boots again.
+// The simulated joint drive receives arbitrary frames from its bus at any time. It sends frames with its own
+// identifiers only, its torque stays finite, and after a reset it boots again.
 //
-// Records: kind 0..2 a frame of the master; 3 the bus runs argument x 100 us, then the plant steps; 4
-// unplugged and plugged in.
+// Records by kind:
+//   0..2  the master sends the frame
+//   3     the bus runs for argument x 100 us; then a step of the plant ends
+//   4     the drive is unplugged, and plugged in again after 1 ms
 #include "sim/devices/drive.h"
 #include "test/fuzz/can_records.h"
 

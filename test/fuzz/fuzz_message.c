@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Message frames: an endpoint with two peers receives correct frames of one peer, and arbitrary frames with
-// the address of either. Its inbox stays consistent, a credit never exceeds the window, its own frames are
-// well-formed.
+// An endpoint for message frames has two peers, of which only one exists. It receives correct frames from
+// this peer, and arbitrary frames with the address of either. Its inbox stays consistent, a credit never
+// exceeds the window, and the frames that it sends are well-formed.
 //
-// Records: kind 0 a raw frame into the inbox; 1 the real peer sends the octets; 2 the endpoint sends them to
-// peer argument % 3; 3 receive; 4 the real peer starts again.
+// Records by kind:
+//   0  the inbox gets the octets as a frame
+//   1  the existing peer sends the octets as a message
+//   2  the endpoint sends the octets as a message to TRUE_PEER + argument % 3
+//   3  the endpoint and the existing peer receive
+//   4  the existing peer starts again
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"
 #include "test/fuzz/fuzz.h"

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The socketcand port: octets of two clients, and frames on the bus. Each submitted frame can be carried by
-// the bus; each answer is in brackets; when the clients have gone, so have their nodes.
+// The socketcand port receives arbitrary octets from two clients, while the bus carries arbitrary frames.
+// Each frame on the bus has a permitted length, each answer consists of printable characters, and after the
+// clients have closed their connections the server has all its places free again.
 //
-// Records: kind 0, 1 octets of that client; 2 a frame of another node; 3 the bus runs argument x 100 us; 4
-// the client of the argument closes its connection.
+// Records by kind:
+//   0, 1  client 0 or 1 sends the octets
+//   2     another node sends a frame
+//   3     the bus runs for argument x 100 us
+//   4     the client that the argument names closes its connection
 #include "sim/socketcand/socketcand.h"
 #include "test/fuzz/can_records.h"
 #include "test/fuzz/memory_socket.h"
@@ -30,11 +34,11 @@ static void tap(void* const context, const uint32_t senders, const osal_can_fram
 static void begin(void)
 {
     const bus_config_t config  = {.nominal_bit_rate = 1000000U, .data_bit_rate = 5000000U, .seed = 1U};
-    const bus_callbacks_t deaf = {.context = NULL};
+    const bus_callbacks_t none = {.context = NULL};
     socketcand_bus_t served    = {"robot", NULL};
     memory_sockets_reset();
     bus = bus_create(&config);
-    FUZZ_CHECK((bus != NULL) && (bus_add_node(bus, &deaf, &own_node) == STATUS_OK));
+    FUZZ_CHECK((bus != NULL) && (bus_add_node(bus, &none, &own_node) == STATUS_OK));
     bus_set_tap(bus, tap, NULL, own_node);
     served.bus = bus;
     FUZZ_CHECK(socketcand_open(PORT, &served, 1U, &server) == STATUS_OK);
@@ -92,6 +96,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         osal_socket_close(&clients[i]);
     }
     osal_socket_t later[SOCKETCAND_CLIENTS_MAX];
+    // The server reads the octets that are left piece by piece, and finds the end of a connection after them.
     for (unsigned i = 0U; i < ROUNDS; i++) {
         bus_run_until(bus, bus_now_ns(bus) + 1000000U);
         socketcand_wait(server, 0U); // Accepts a client that is still waiting.

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole subsystem, the manipulator with its drives: packets, link frames and CAN frames in any order,
-// through dispatcher, every service of a subsystem, state machine, parameters and devices. Every report is
-// well-formed, the reported state is the present one, no request ends twice. In each cycle: OPERATIONAL
-// follows SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every brake holds.
-// Afterwards the subsystem can go to OFFLINE, where every pool is full again.
+// A whole subsystem, the manipulator with its drives, receives packets, link frames and CAN frames in any
+// order. They reach the dispatcher, every service of a subsystem, the state machine, parameters and devices.
+// Every report is well-formed, the reported state is the present one, and no request ends twice. In each
+// cycle, OPERATIONAL follows SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every
+// brake holds. Afterwards the subsystem can go to OFFLINE, where every pool is full again.
 //
-// Records: kind 0..4 a packet, then argument cycles; 5 a CAN frame; 6 a link frame; 7 misbehaviour of a
-// drive.
+// Records by kind:
+//   0..4  the subsystem receives the packet, then runs for argument cycles
+//   5     the master receives the CAN frame
+//   6     the subsystem receives the link frame
+//   7     the bits of the argument select faults of a drive, and the number of reports that are refused
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "pus/st01/st01_verification.h"

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The supervisor with the mission rokviss: members send arbitrary octets, as blocks of a correct channel or
-// as raw frames. The supervisor forwards only well-formed packets, and each request to its addressee; the
-// packet log keeps every record; its rings and pools stay consistent; a shutdown completes.
+// The supervisor of the mission rokviss receives arbitrary octets from the members, as correct messages or as
+// raw frames. It forwards only well-formed packets, and each request to its addressee. The packet log keeps
+// every record, rings and pools of the supervisor stay consistent, and a shutdown completes.
 //
-// Records: kind 0..5 a packet of the member chosen by the argument; 6 time passes, argument x 10 ms; 7 a raw
-// frame; 8 a process dies or is started again; 9 a member reads its mailbox.
+// Records by kind (the argument names the member of kinds 0..5, 8 and 9):
+//   0..5  the member sends the octets as a message
+//   6     argument x 10 ms pass
+//   7     the supervisor receives the octets as a frame
+//   8     the process of the member ends, or starts again
+//   9     the member reads its mailbox
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
 #include "test/support/consistent_message.h"

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Message frames from a socket: datagrams of any octets, of peers and of others, oversized and empty ones. A
-// datagram of another sender is counted and never enters the inbox; the endpoint's state stays consistent,
-// and its credit within the window.
+// A socket for message frames receives arbitrary datagrams, also oversized and empty ones, from its peers and
+// from other senders. A datagram of another sender is counted and never enters the inbox. The state of the
+// endpoint stays consistent, and its credit stays within the window.
 //
-// Records: kind 0, 1 a datagram of peer 2, 3; 2 one of another sender; 3 receive; 4 the endpoint sends the
-// octets to peer 2 + argument % 3; 5 nothing has arrived.
+// Records by kind:
+//   0, 1  peer 2 or 3 sends the octets as a datagram
+//   2     another sender sends the octets as a datagram
+//   3     the endpoint receives
+//   4     the endpoint sends the octets as a message to peer 2 + argument % 3
+//   5     the carrier is read although no datagram has arrived
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/udp_carrier.h"
 #include "test/fuzz/fuzz.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Data flow of datagrams: one bound socket, one peer. If the port is in use or the socket fails, the flow
-/// opens it again with back-off. A datagram for which there is no receiver is refused or lost, and the flow
-/// stays open. Call flow_udp_step once a cycle, then send and receive.
+/// opens the socket again with back-off. A datagram for which there is no receiver is refused or lost, and
+/// the flow stays open. Call flow_udp_step once a cycle, then send and receive.
 ///
 /// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).

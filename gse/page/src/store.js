@@ -4,7 +4,7 @@
 
 const EVENTS_KEPT = 10000;
 const HISTORY_S = 600; // Time for which reports are stored.
-const RETRY_MS = 500; // Between two attempts to connect.
+const RETRY_MS = 500; // Time between two attempts to connect.
 const LEAST_PERIOD_MS = 350; // Shortest period that freshness uses: faster reports may arrive in groups.
 
 class Store {
@@ -42,7 +42,7 @@ class Store {
     this.commands = new Map();
     this.time = 0;
     this.selected = null;
-    this.seen = 0;
+    this.seen = 0; // Number of events that the user has seen
   }
 
   on(kinds, call) {
@@ -112,8 +112,8 @@ class Store {
     );
   }
 
-  // Longest expected time between two reports of a subsystem [ms]: housekeeping, and the status that members
-  // of a network send each second.
+  // Longest expected time between two reports of a subsystem [ms of the page]. Members of a network send
+  // their status each second; infrastructure sends only housekeeping, so its shortest interval counts.
   period(name) {
     const about = this.subsystem(name);
     const part = this.configuration(name) ?? about?.configurations[0];
@@ -298,6 +298,7 @@ class Store {
       values: message.values,
     });
     const known = this.structure(message.subsystem, message.structure)?.period_us;
+    // From 3 periods and a margin on, the history has a gap: reports are missing.
     this.append(key, message, 3 * (known ? known / 1e6 : (old?.gap ?? 1000) / 1000) + 0.2);
   }
 
@@ -321,6 +322,7 @@ class Store {
     }
     history.t.push(message.time);
     history.rows.push(message.values);
+    // Remove 60 s at a time, because each removal moves the whole array.
     if (history.t[0] < message.time - HISTORY_S - 60) {
       const cut = history.t.findIndex((t) => t > message.time - HISTORY_S);
       history.t.splice(0, cut);

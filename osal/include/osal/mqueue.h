@@ -30,12 +30,12 @@ typedef struct { // Private.
     bool is_open;
 } osal_mqueue_t;
 
-/// Make a queue of `depth` messages of up to `message_octets` (1 or more each) and open it both ways.
-/// STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name, or a size of 0), STATUS_EXHAUSTED (more than the system
-/// grants), STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
+/// Make a queue of `depth` messages of up to `message_octets` (1 or more each) and open it to send and
+/// receive. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name, or a size of 0), STATUS_EXHAUSTED (more than the
+/// system grants), STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
 MUST_USE status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t depth,
                                      uint32_t message_octets);
-/// Open a queue both ways. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_EXHAUSTED,
+/// Open a queue to send and receive. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name), STATUS_EXHAUSTED,
 /// STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
 MUST_USE status_t osal_mqueue_open(osal_mqueue_t* queue, const char* name);
 /// Send a message. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (the name of the queue was

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands of docs/operations.md are executed in the flight of this session."""
+"""Executes the commands of docs/operations.md in a flight in real time, and compares their output with the page."""
 
 import re
 import shlex

@@ -20,7 +20,7 @@ void tearDown(void)
 {
 }
 
-// Statuswords of each state: the bits that the masks of CiA 402 define; all other bits are as given.
+// Bits of the statusword that define each state of CiA 402.
 static const uint16_t status_bits[] = {
     [CIA402_NOT_READY]          = 0x00U,
     [CIA402_SWITCH_ON_DISABLED] = 0x40U,
@@ -147,6 +147,7 @@ static void a_drive_is_enabled_only_for_the_goal_enabled(void)
                             canopen_cia402_controlword(CIA402_UNKNOWN, CIA402_GOAL_ENABLED, true, 0x0FU));
 }
 
+/// One cycle in which the drive reports a state, with the bits VOLTAGE_ENABLED and REMOTE set.
 static void cycle(const canopen_cia402_state_t state)
 {
     axis.statusword = (uint16_t)(status_bits[state] | 0x0210U);
@@ -239,11 +240,11 @@ static void commands_never_pass_the_limits(void)
     TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_position);
     canopen_cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
     TEST_ASSERT_EQUAL_INT32(-2147483646, axis.target_position);
-    // A maximum that the word cannot hold is limited to the range of the word.
+    // A torque limit beyond the range of an INTEGER16 is replaced by that range.
     axis.scale.torque_max_nm = 1000.0;
     canopen_cia402_axis_command_torque(&axis, 999.0);
     TEST_ASSERT_EQUAL_INT16(32766, axis.target_torque);
-    // Before the device has reported its units no torque is sent.
+    // No torque is commanded before the device has reported its units.
     axis.scale.torque_max_nm = 0.0;
     canopen_cia402_axis_command_torque(&axis, 1.0);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
@@ -282,7 +283,7 @@ static void commands_stay_within_the_limits_of_the_axis(void)
 }
 
 /// The start bit is set in operation only, and a reference that was found before does not count.
-static void homing_is_started_in_operation_and_ends_by_the_drive(void)
+static void homing_is_started_in_operation_and_ended_by_the_drive(void)
 {
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     canopen_cia402_axis_home(&axis, true);
@@ -306,15 +307,15 @@ static void homing_is_started_in_operation_and_ends_by_the_drive(void)
     cycle(CIA402_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_QUICK_STOP, axis.controlword);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
-    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false); // The object forgets the search.
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false); // The other goal has ended the search.
     cycle(CIA402_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_HEX16(CIA402_CONTROL_ENABLE, axis.controlword);
     canopen_cia402_axis_home(&axis, true);
-    axis.statusword = 0x2627U; // The error of the last search does not end the next one,
+    axis.statusword = 0x2627U; // The error of the last search does not end the next one.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     cycle(CIA402_OPERATION_ENABLED);
-    axis.statusword = 0x2627U;
-    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis)); // but an error of this search does.
+    axis.statusword = 0x2627U; // An error of the present search ends it.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis));
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
     TEST_ASSERT_TRUE(axis.is_homing);
     canopen_cia402_axis_home(&axis, false);
@@ -334,6 +335,6 @@ int main(void)
     RUN_TEST(values_are_scaled_and_rounded);
     RUN_TEST(commands_never_pass_the_limits);
     RUN_TEST(a_velocity_is_commanded_with_a_torque_offset);
-    RUN_TEST(homing_is_started_in_operation_and_ends_by_the_drive);
+    RUN_TEST(homing_is_started_in_operation_and_ended_by_the_drive);
     return UNITY_END();
 }

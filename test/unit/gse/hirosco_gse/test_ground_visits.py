@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of the actor `ground`, and parts of a flight that cannot be recorded."""
+"""Lines of the actor `ground` in a script, and their recording from the packet log of a flight."""
 
 import socket
 
@@ -93,7 +93,8 @@ def test_the_connection_that_goes_on_sending_has_not_ended(tmp_path):
     """The older connection has ended, because the newer one sends afterwards."""
     came, gone = build_tm(2, 0, 5, 1, CONNECTED), build_tm(2, 0, 5, 1, LOST)
     run = _log(tmp_path, (1.0, came), (1.1, _send(3, 1)), (2.0, came), (2.1, _send(4, 7)), (2.2, gone), (2.3, _send(4, 8)), (3.0, gone))
-    assert [line.split()[2:][::len(line.split()[2:]) - 1] for _, line in visits.recorded(run)] == [
+    lines = [line.split() for _, line in visits.recorded(run)]
+    assert [[words[2], words[-1]] for words in lines] == [  # Verb and name of the connection.
         ["connect", "1"], ["send", "1"], ["connect", "2"], ["send", "2"], ["hang-up", "1"], ["send", "2"], ["hang-up", "2"]]
 
 

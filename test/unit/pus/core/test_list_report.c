@@ -72,7 +72,7 @@ static void entries_are_split_into_as_many_packets_as_needed(void)
 static void lost_reports_fail_the_request(void)
 {
     begin(NULL, 0U);
-    bench.refusals = 100U; // The process keeps no report of this class.
+    bench.refusals = 100U; // The port refuses all reports, and the process keeps no report of this class.
     for (unsigned i = 0U; i < 3U; i++) {
         (void)octet_write_space(pus_list_report_entry(&list, 3500U), 3500U);
     }
@@ -138,7 +138,7 @@ static void reports_that_the_port_refuses_are_sent_later_before_the_request_ends
 {
     serve_list();
     for (unsigned sent = 0U; sent <= (unsigned)PACKETS; sent++) {
-        // The port is full after this number of reports, for three steps.
+        // The port is full after this number of packets of the list, until two steps have passed.
         bench_start();
         serve_list();
         bench.accepts = 3U + sent; // TM[1,1], TM[1,4] and TM[1,3] come before the list.

@@ -113,7 +113,7 @@ static void send_part(const uint8_t subtype, const uint16_t transaction, const u
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(subtype, data, request.position));
 }
 
-/// Send all parts but the last one, `step` octets each. Returns the number of the next part.
+/// Send all parts but the last one, `part` octets each. Returns the number of the next part.
 static uint16_t send_all_but_last(const uint16_t transaction, const size_t part)
 {
     uint16_t number = 1U;
@@ -146,8 +146,12 @@ static void expect_aborted(const size_t index, const uint16_t transaction, const
 
 static void parts_become_one_request(void)
 {
-    static const size_t sizes[][2] = {
-        {UPLINK_SIZE, 512U}, {5000U, 4000U}, {PUS_TC_MIN, 7U}, {600U, 599U}, {600U, 5U}};
+    static const size_t sizes[][2] = {// Octets of the request, and of a part.
+                                      {UPLINK_SIZE, 512U},
+                                      {5000U, 4000U},
+                                      {PUS_TC_MIN, 7U},
+                                      {600U, 599U},
+                                      {600U, 5U}};
     for (uint16_t i = 0U; i < 5U; i++) {
         make_request(sizes[i][0], 20U, TEST_SOURCE);
         const uint16_t last = send_all_but_last(i, sizes[i][1]);
@@ -201,7 +205,7 @@ static void parts_without_octets_are_refused(void)
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 4U);
 }
 
-static void a_transaction_that_starts_again_continues(void)
+static void a_transaction_that_starts_again_replaces_its_first_uplink(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     send_part(9U, 7U, 1U, whole, 512U);
@@ -299,7 +303,7 @@ static void a_request_with_a_wrong_length_field_has_the_same_limit(void)
     expect_too_long(PUS_PACKET_MAX);
 }
 
-static void all_buffers_may_be_taken(void)
+static void an_uplink_without_a_free_buffer_is_refused(void)
 {
     make_request(5000U, 20U, TEST_SOURCE);
     send_part(9U, 1U, 1U, whole, 4000U);
@@ -387,7 +391,8 @@ static void a_large_request_is_dispatched(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_dispatch_large(&bench.dispatcher, whole, whole_size, TEST_NOW_NS));
     expect_failure(0U, 2U, PUS_FAILURE_SERVICE, 0U, 20U);
     bench_clear();
-    make_request(5000U, 13U, TEST_SOURCE); // A first part of 4987 octets: a service that takes any length.
+    // TC[13,9] with a part of 4983 octets, because that request may have any length.
+    make_request(5000U, 13U, TEST_SOURCE);
     whole[8] = 9U;
     octets_put_u16(&whole[13], 1U);
     octets_put_u16(&whole[15], TEST_APID);
@@ -417,14 +422,14 @@ int main(void)
     RUN_TEST(parts_become_one_request);
     RUN_TEST(parts_out_of_order_end_the_uplink);
     RUN_TEST(parts_without_octets_are_refused);
-    RUN_TEST(a_transaction_that_starts_again_continues);
+    RUN_TEST(a_transaction_that_starts_again_replaces_its_first_uplink);
     RUN_TEST(a_complete_request_is_not_received_again);
     RUN_TEST(each_source_numbers_its_own_transactions);
     RUN_TEST(a_request_whose_length_field_is_too_large_is_aborted_at_once);
     RUN_TEST(a_request_with_too_small_a_length_field_is_aborted_at_the_limit);
     RUN_TEST(a_request_to_another_process_may_have_another_limit);
     RUN_TEST(a_request_with_a_wrong_length_field_has_the_same_limit);
-    RUN_TEST(all_buffers_may_be_taken);
+    RUN_TEST(an_uplink_without_a_free_buffer_is_refused);
     RUN_TEST(a_large_packet_that_is_not_a_valid_request_is_refused);
     RUN_TEST(an_uplink_without_further_parts_is_aborted);
     RUN_TEST(a_request_that_is_not_taken_is_offered_again);

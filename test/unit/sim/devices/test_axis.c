@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CiA 402 state machine: every state with every controlword, against an independent list of the
-// standard's transitions.
+// Compares the CiA 402 state machine, for every state and every controlword, with an independent list of the
+// standard's transitions. Transitions 0, 1, 13, 14 and 16 are not in the list: the drive makes the first four
+// by itself, and does not have the last one.
 #include "sim/devices/axis.h"
 #include "unity.h"
+
+#include <stdio.h>
 
 void setUp(void)
 {
@@ -26,28 +29,27 @@ static const pattern_t disable_operation = {0x0FU, 0x07U};
 static const pattern_t enable_operation  = {0x0FU, 0x0FU};
 
 typedef struct {
-    int number; // Number of the transition in the standard.
     axis_state_t from;
     const pattern_t* command;
     axis_state_t to;
 } transition_t;
 
+// The comments are the numbers of the transitions in the standard.
 static const transition_t transitions[] = {
-    {2, AXIS_SWITCH_ON_DISABLED, &shutdown, AXIS_READY},
-    {3, AXIS_READY, &switch_on, AXIS_SWITCHED_ON},
-    // The standard allows transitions 3 and 4 in one step.
-    {3 + 4, AXIS_READY, &enable_operation, AXIS_ENABLED},
-    {4, AXIS_SWITCHED_ON, &enable_operation, AXIS_ENABLED},
-    {5, AXIS_ENABLED, &disable_operation, AXIS_SWITCHED_ON},
-    {6, AXIS_SWITCHED_ON, &shutdown, AXIS_READY},
-    {7, AXIS_READY, &quick_stop, AXIS_SWITCH_ON_DISABLED},
-    {7, AXIS_READY, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
-    {8, AXIS_ENABLED, &shutdown, AXIS_READY},
-    {9, AXIS_ENABLED, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
-    {10, AXIS_SWITCHED_ON, &quick_stop, AXIS_SWITCH_ON_DISABLED},
-    {10, AXIS_SWITCHED_ON, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
-    {11, AXIS_ENABLED, &quick_stop, AXIS_QUICK_STOP},
-    {12, AXIS_QUICK_STOP, &disable_voltage, AXIS_SWITCH_ON_DISABLED},
+    {AXIS_SWITCH_ON_DISABLED, &shutdown, AXIS_READY},              // 2
+    {AXIS_READY, &switch_on, AXIS_SWITCHED_ON},                    // 3
+    {AXIS_READY, &enable_operation, AXIS_ENABLED},                 // 3 and 4 in one step, as permitted.
+    {AXIS_SWITCHED_ON, &enable_operation, AXIS_ENABLED},           // 4
+    {AXIS_ENABLED, &disable_operation, AXIS_SWITCHED_ON},          // 5
+    {AXIS_SWITCHED_ON, &shutdown, AXIS_READY},                     // 6
+    {AXIS_READY, &quick_stop, AXIS_SWITCH_ON_DISABLED},            // 7
+    {AXIS_READY, &disable_voltage, AXIS_SWITCH_ON_DISABLED},       // 7
+    {AXIS_ENABLED, &shutdown, AXIS_READY},                         // 8
+    {AXIS_ENABLED, &disable_voltage, AXIS_SWITCH_ON_DISABLED},     // 9
+    {AXIS_SWITCHED_ON, &quick_stop, AXIS_SWITCH_ON_DISABLED},      // 10
+    {AXIS_SWITCHED_ON, &disable_voltage, AXIS_SWITCH_ON_DISABLED}, // 10
+    {AXIS_ENABLED, &quick_stop, AXIS_QUICK_STOP},                  // 11
+    {AXIS_QUICK_STOP, &disable_voltage, AXIS_SWITCH_ON_DISABLED},  // 12
 };
 
 static axis_state_t expected_state(axis_state_t state, uint16_t controlword, uint16_t before)
@@ -73,9 +75,13 @@ static void every_controlword_in_every_state_leads_to_the_state_of_the_standard(
             for (unsigned before = 0U; before <= 0x80U; before += 0x80U) {
                 const axis_state_t next =
                     axis_next((axis_state_t)state, (uint16_t)controlword, (uint16_t)before);
-                if (next != expected_state((axis_state_t)state, (uint16_t)controlword, (uint16_t)before)) {
-                    TEST_ASSERT_EQUAL_HEX16(0xFFFFU, controlword);
-                    TEST_FAIL();
+                const axis_state_t expected =
+                    expected_state((axis_state_t)state, (uint16_t)controlword, (uint16_t)before);
+                if (next != expected) { // The text is made only for a failure, because that takes time.
+                    char text[64];
+                    (void)snprintf(text, sizeof text, "state %u, controlword %04X after %04X", state,
+                                   controlword, before);
+                    TEST_ASSERT_EQUAL_MESSAGE(expected, next, text);
                 }
             }
         }
@@ -94,7 +100,7 @@ static void statusword_shows_the_state_under_the_masks_of_the_standard(void)
     TEST_ASSERT_EQUAL_HEX16(0x08U, axis_state_bits(AXIS_FAULT) & 0x4FU);
 }
 
-static void the_brake_is_off_only_where_the_drive_controls_the_motor(void)
+static void the_brake_is_released_only_where_the_drive_controls_the_motor(void)
 {
     for (unsigned state = 0U; state < AXIS_STATE_COUNT; state++) {
         const bool moves =
@@ -108,6 +114,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(every_controlword_in_every_state_leads_to_the_state_of_the_standard);
     RUN_TEST(statusword_shows_the_state_under_the_masks_of_the_standard);
-    RUN_TEST(the_brake_is_off_only_where_the_drive_controls_the_motor);
+    RUN_TEST(the_brake_is_released_only_where_the_drive_controls_the_motor);
     return UNITY_END();
 }

@@ -243,9 +243,9 @@ static void wheels_are_read_and_checked(void)
     expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.rim\" axis=\"0 0 1\"")), 3U,
                    "'arm.rim', expected robot.link of a robot above");
     expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 0 0\"")), 3U,
-                   "'0 0 0', expected an axis that has a direction");
+                   "'0 0 0', expected a vector of length 0.001 or more");
     expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 0 1\" start=\"13\"")), 3U,
-                   "'13', expected a start of at most momentum");
+                   "'13', expected a start from -momentum to momentum");
     expect_refusal(WORLD(ROBOT WHEEL("on=\"arm.lever\"")), 3U, "'Wheel', expected an attribute axis");
     expect_refusal(WORLD(ROBOT TYPE BENCH("C", "b", "7") WHEEL("on=\"arm.lever\" axis=\"0 0 1\"")), 5U,
                    "'7', expected a node id that no device above");
@@ -333,7 +333,8 @@ static void sensors_are_read_and_checked(void)
     EXPECT_WITHIN(6.0, 0.0, world.sensor[0].angle_noise[2]);
     EXPECT_WITHIN(9.0, 0.0, world.sensor[0].at[2]);
     TEST_ASSERT_EQUAL_UINT(0U, world.sensor[0].seen_frame);
-    expect_refusal(WORLD(ROBOT CAMERA("500ms")), 3U, "'500ms', expected a delay of at most 8 exposures");
+    expect_refusal(WORLD(ROBOT CAMERA("500ms")), 3U,
+                   "'500ms', expected a delay of at most 8 periods of rate");
     expect_refusal(
         WORLD(ROBOT SENSOR("PoseCamera", "sees=\"arm.hand\" rate=\"20\" delay=\"1ms\" noise=\"0 0 0\" "
                                          "angleNoise=\"0 0 0\" loss=\"0\"")),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops in tasks of their own beside a component that receives commands all the time: no report contains a
-// partly updated structure or belongs to an earlier configuration, and each report is sent or counted.
+// Loops run in tasks of their own while the component receives commands all the time. No report contains a
+// partly updated structure, and each request is answered, or refused because a queue is full.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "osal/include/osal/task.h"
@@ -15,8 +15,13 @@
 #define LOOPS 2U
 #define ROUNDS 40000U
 #define ROUND_NS 500000ULL
-#define STRUCTURE 101U ///< VALUES twice in 4 cycles of SLOW.
+#define QUIET_ROUNDS 1000U ///< Last rounds, without commands: all answers arrive before the test ends.
+#define STRUCTURE 101U     ///< Structure of SLOW that samples VALUES twice in 4 cycles.
 #define FAST_STRUCTURE 102U
+
+// Hexadecimal digits of a line.
+#define VALUES_DIGITS 40U ///< VALUES: an INT32 and two DOUBLE.
+#define ID_DIGITS 8U      ///< Identifier of a parameter.
 
 typedef struct {
     uint8_t loop;
@@ -29,8 +34,8 @@ static uint64_t present_ns; // Atomic: the tasks read it as the time.
 static uint32_t is_over;
 static uint32_t seed;
 static uint32_t reports;
-static uint32_t asked;    // Requests of ST[17]: each is answered
-static uint32_t answered; // or refused because the queue is full.
+static uint32_t asked;    // Requests TC[17,1].
+static uint32_t answered; // Reports TM[17,2], and refusals with PUS_FAILURE_TABLE_FULL (0205).
 static uint32_t values;   // Reports TM[20,2].
 
 void setUp(void)
@@ -112,13 +117,13 @@ static void check_reports(void)
     const char* const lines = fixture_look();
     answered += count_lines(lines, "17.2 ") + count_lines(lines, " 0205 ");
     for (const char* at = strstr(lines, "20.2 0001"); at != NULL; at = strstr(&at[1], "20.2 0001")) {
-        check_sample(&at[17]);
+        check_sample(&at[strlen("20.2 0001") + ID_DIGITS]);
         values++;
     }
     for (const char* at = strstr(lines, "3.25 006"); at != NULL; at = strstr(&at[1], "3.25 006")) {
         if (strncmp(at, "3.25 0065", 9U) == 0) {
             check_sample(&at[9]);
-            check_sample(&at[49]);
+            check_sample(&at[9U + VALUES_DIGITS]);
             reports++;
         } else if (strncmp(at, "3.25 0066", 9U) == 0) {
             check_sample(&at[9]);
@@ -141,7 +146,7 @@ static void housekeeping(uint8_t subtype)
     (void)fixture_command(3U, subtype, data, sizeof data);
 }
 
-/// Send requests to both loops.
+/// Send TC[20,1] for VALUES and TC[17,1].
 static void ask(void)
 {
     const uint8_t id[] = {1U, (uint8_t)(fixture_values_id >> 24U), (uint8_t)(fixture_values_id >> 16U),
@@ -202,7 +207,7 @@ static void let_the_tasks_run(void)
     }
 }
 
-static void every_report_is_consistent_and_sent_or_counted(void)
+static void every_sample_is_consistent_and_every_request_is_answered(void)
 {
     fixture.in_sense = update;
     for (uint8_t i = 0U; i < LOOPS; i++) {
@@ -212,7 +217,7 @@ static void every_report_is_consistent_and_sent_or_counted(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.shows_status = true;
     for (unsigned round = 0U; round < ROUNDS; round++) {
-        if ((chance(20U) == 0U) && (round < (ROUNDS - 1000U))) {
+        if ((chance(20U) == 0U) && (round < (ROUNDS - QUIET_ROUNDS))) {
             command();
             ask();
         }
@@ -221,7 +226,7 @@ static void every_report_is_consistent_and_sent_or_counted(void)
         (void)subsystem_step(&fixture.subsystem, fixture.now_ns);
         check_reports();
         fixture_forget();
-        if ((round % 8U) == 0U) {
+        if ((round % 8U) == 0U) { // The simulated time must not pass faster than the tasks run.
             let_the_tasks_run();
         }
     }
@@ -241,6 +246,6 @@ static void every_report_is_consistent_and_sent_or_counted(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_report_is_consistent_and_sent_or_counted);
+    RUN_TEST(every_sample_is_consistent_and_every_request_is_answered);
     return UNITY_END();
 }

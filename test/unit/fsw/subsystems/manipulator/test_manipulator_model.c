@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model against energy: all its terms follow from kinetic and potential energy, which this test computes
-// only from the positions of the centres of mass.
+// Compares the terms of the model with derivatives of the kinetic and the potential energy. The test computes
+// both energies only from the positions of the centres of mass.
 #include "fsw/subsystems/manipulator/manipulator_model.h"
 #include "test/support/bounds.h"
 
@@ -136,7 +136,8 @@ static void differentiate(const double q[2], const double v[2], double rate[2], 
 
 static void check_coriolis(const double q[2], const double v[2])
 {
-    // Lagrange: C v = d/dt (M v) - dT/dq; and M' = C + C^T, so that C^T v = d/dt (M v) - C v = dT/dq.
+    // Lagrange, with the kinetic energy E: C v = d/dt (M v) - dE/dq. At constant v, d/dt (M v) = (C + C^T) v,
+    // so that C^T v = dE/dq.
     double rate[2];
     double gradient[2];
     double forward[2];

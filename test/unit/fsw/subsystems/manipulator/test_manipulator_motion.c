@@ -18,8 +18,6 @@ void tearDown(void)
     rig_tear_down();
 }
 
-// ---- Stand-alone ----
-
 static void move_to_reaches_the_target_in_the_given_time(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_STAND_ALONE, STATE_OPERATIONAL);
@@ -40,7 +38,7 @@ static void move_to_reaches_the_target_in_the_given_time(void)
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_NONE, rig_generic.results[0].code);
     TEST_ASSERT_EQUAL_UINT32(0U, rig_generic.results[0].detail);
     rig_idle(3000U);
-    // The difference is the deflection of the gear.
+    // The positions of drive and link differ by the deflection of the gear.
     EXPECT_WITHIN(0.9, 0.001, 1.0e-6 * (double)rig_joints[0]->target_position);
     EXPECT_WITHIN(-1.3, 0.001, 1.0e-6 * (double)rig_joints[1]->target_position);
     EXPECT_WITHIN(0.9, 1.0e-12, rig_manipulator.parameters.des_position[0]);
@@ -105,7 +103,7 @@ static void leaving_operation_aborts_a_motion(void)
     (void)rig_run_action(rig_callbacks->disengage);
     TEST_ASSERT_EQUAL_UINT(1U, rig_generic.result_count);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, rig_generic.results[0].code);
-    rig_idle(10U); // The arm is held in its pose and can be engaged again.
+    rig_idle(10U); // The arm is held in its pose.
     TEST_ASSERT_INT32_WITHIN(20, rig_joints[0]->position[0], rig_joints[0]->target_position);
 }
 
@@ -123,7 +121,9 @@ static void setting_the_desired_position_moves_the_arm(void)
     rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_DES_POSITION);
     rig_idle(10U);
     EXPECT_WITHIN(0.95, 1.0e-12, rig_manipulator.parameters.des_position[0]);
+    // Setting another parameter starts no motion.
     rig_callbacks->parameter_set(&rig_manipulator, MANIPULATOR_PARAMETER_CONTROL);
+    TEST_ASSERT_FALSE(rig_manipulator.is_moving);
 }
 
 static void position_mode_engages_in_contact(void)
@@ -137,7 +137,7 @@ static void position_mode_engages_in_contact(void)
     EXPECT_WITHIN(GRAVITY1, 0.1, 0.01 * (double)rig_joints[0]->torque_offset);
 }
 
-/// A motion that is commanded in the cycle of engaging starts there, too.
+/// A motion starts at the present pose, also if it is commanded in the cycle in which the arm is engaged.
 static void a_motion_begins_at_the_present_pose(void)
 {
     const manipulator_move_to_arguments_t to = {{0.9, -1.3}, 1.0};
@@ -184,7 +184,7 @@ static void a_motion_may_use_the_whole_range_and_the_shortest_time(void)
     TEST_ASSERT_EQUAL(STATUS_OK, rig_perform(MANIPULATOR_FUNCTION_STOP, NULL, 2U));
     here.duration = 0.0999;
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &here, 1U));
-    gains->home[0]                            = 0.0; // The ends of the range are exactly numbers.
+    gains->home[0]                            = 0.0; // So that the ends of the range have no rounding error.
     gains->home[1]                            = 0.0;
     const manipulator_move_to_arguments_t end = {{gains->range[0], -gains->range[1]}, 100.0};
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_MOVE_TO, &end, 1U));
@@ -207,6 +207,7 @@ static void setting_the_desired_position_takes_the_time_of_the_longer_way(void)
             cycles++;
         }
         EXPECT_WITHIN(speed, 0.001 * speed, fastest);
+        // The peak speed of the motion is 1.875 times its mean speed.
         EXPECT_WITHIN(1.875 * way / speed, 0.002, 0.0005 * (double)cycles);
     }
     TEST_ASSERT_EQUAL_UINT(0U, rig_generic.result_count);
