@@ -15,7 +15,7 @@
 
 typedef enum {
     EMERGENCY_CLEARED, ///< Code 0x0000: no error is left.
-    EMERGENCY_LOW,     ///< It should be logged.
+    EMERGENCY_LOW,     ///< The emergency should be logged.
     EMERGENCY_MEDIUM,  ///< Actuators should be switched off.
     EMERGENCY_HIGH     ///< The device can no longer work.
 } canopen_emergency_class_t;

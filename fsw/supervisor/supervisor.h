@@ -82,14 +82,14 @@ typedef enum { // Presumed state of a process for which an order is not performe
 typedef struct { // Known data of one subsystem, which is the subject of each comment.
     const mission_subsystem_t* mission;
     process_state_t process;
-    bool is_heard;     ///< It has reported since its process was started.
+    bool is_heard;     ///< The subsystem has reported since its process was started.
     bool is_restarted; ///< Its process was started more than once.
     state_t state;
     state_phase_t phase;
     uint16_t configuration;
     uint8_t restarts;
     uint8_t deaths;       ///< Deaths that count against its restart budget.
-    bool is_start_due;    ///< It must be started at restart_ns.
+    bool is_start_due;    ///< The process must be started at restart_ns.
     uint64_t restart_ns;  ///< Time of the last start, or of the next one.
     state_t rested;       ///< Last rest state, other than ERROR_OPERATIONAL.
     uint16_t rested_with; ///< Configuration in that state.
@@ -110,7 +110,7 @@ typedef struct { // Known data of one subsystem, which is the subject of each co
     bool is_interface_mismatched; ///< The interface hash differs from that of the supervisor's descriptor.
     /// Its state was taken over from the previous supervisor, and it has not reported since.
     bool is_in_doubt;
-    bool is_unresponsive;    ///< It has taken no packet for too long: requests to it are refused immediately.
+    bool is_unresponsive;    ///< No packet was taken for too long: requests are refused immediately.
     bool are_links_in_doubt; ///< Its links were taken over, and not yet compared with its report.
     doubt_t doubt;
     struct {

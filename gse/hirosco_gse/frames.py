@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decode frames of a CAN bus to words with the database of the bus (DBC), which the generator makes from the descriptors. Needs no packages."""
+"""Decode frames of a CAN bus to words with the database of the bus (DBC), which the generator makes from the descriptors. It needs no package."""
 
 import re
 from dataclasses import dataclass, field

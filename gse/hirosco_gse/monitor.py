@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`gse monitor`: a live view of the flight in a terminal, also over ssh. It shows states, modes, links, housekeeping with units and age,
-events, and commands with their verification. It uses the hub of the light station as a separate ground user. Needs the package textual."""
+events, and commands with their verification. It uses the hub of the light station as a separate ground user. It needs the package textual."""
 
 import asyncio
 import contextlib

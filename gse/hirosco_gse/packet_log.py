@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reader of the packet log of a run. Needs no third-party packages."""
+"""Reader of the packet log of a run. It needs no third-party package."""
 
 from . import large, packets
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write the packet log of a run as a capture file for Wireshark, with link type USER0, which the generated dissector reads. Needs no packages.
+"""Write the packet log of a run as a capture file for Wireshark, with link type USER0, which the generated dissector reads. It needs no package.
 
 Times are mission time, as in the captures of the buses."""
 

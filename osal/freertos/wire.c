@@ -212,7 +212,8 @@ static status_t refuse(const target_wire_kind_t kind, const uint32_t size)
     return STATUS_CLOSED;
 }
 
-/// Take the next record. Of a record of the stream only its header: stream_rest says what follows. STATUS_OK
+/// Take the next record. If it is a record of the stream, take only its header: stream_rest is the number of
+/// octets that follow. STATUS_OK
 /// with its kind, STATUS_CLOSED (also: no record of the protocol).
 static status_t take_record(target_wire_kind_t* const out_kind)
 {

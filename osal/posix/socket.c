@@ -111,8 +111,8 @@ status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, co
     if (receive_bytes > 0U) {
         const int bytes = (receive_bytes < (size_t)INT_MAX) ? (int)receive_bytes : INT_MAX;
         set_option(descriptor, SOL_SOCKET, SO_RCVBUF, bytes);
-        set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE,
-                   bytes); // This option, for privileged programs, may exceed the limit of the system.
+        // This option may exceed the limit of the system; only privileged programs may set it.
+        set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, bytes);
     }
     const struct sockaddr_in address = native(local);
     if (bind(descriptor, generic(&address), (socklen_t)sizeof address) != 0) {

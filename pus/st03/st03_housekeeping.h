@@ -101,7 +101,7 @@ typedef struct {
     osal_mutex_t* guard;
     pus_hk_functional_t* functional; ///< Room for functional reporting definitions.
     uint16_t functional_count;
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
 } pus_hk_config_t;
 
 typedef struct { // Receiver of the finished reports of a loop.

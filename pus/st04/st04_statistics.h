@@ -33,7 +33,7 @@ typedef struct { // Private.
 typedef struct {
     pus_app_process_t* process;
     pus_parameter_port_t parameters;      ///< `write` is not used.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
     pus_statistic_t* statistics;          ///< This array and the next two have `capacity` entries.
     pus_due_t* due;
     uint16_t* places;

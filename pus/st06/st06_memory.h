@@ -76,7 +76,7 @@ typedef struct {
     pus_memory_operation_t* operations;
     uint8_t operation_count;
     const pus_file_port_t* files;         ///< Null: TC[6,19] to [6,22] are refused (PUS_FAILURE_UNKNOWN_ID).
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
 } pus_memory_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.

@@ -31,7 +31,7 @@ typedef struct {
     uint8_t exponent; ///< Initial exponent of the rate, 0..PUS_TIME_EXPONENT_MAX or PUS_TIME_NO_REPORTS.
     uint8_t status;   ///< Spacecraft time reference status; the mission defines its meaning.
     pus_port_t port;  ///< Sends time packets to ground.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
 } pus_time_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.

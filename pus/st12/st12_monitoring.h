@@ -102,7 +102,7 @@ typedef struct {
     pus_app_process_t* process;
     pus_parameter_port_t parameters; ///< `write` is not used.
     pus_event_port_t events;
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
     pus_pmon_t* pmons;                    ///< This array and the next three have pmon_capacity entries.
     uint16_t* pmon_order;
     uint16_t* pmon_places;

@@ -26,7 +26,7 @@ typedef struct {
     /// `capacity` entries, for the copy in which a request first makes its changes.
     pus_selection_entry_t* candidate;
     uint16_t capacity;                    ///< 3 x apid_count..PUS_SELECTION_ENTRIES_MAX.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
 } pus_forwarding_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.

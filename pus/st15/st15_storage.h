@@ -46,7 +46,7 @@ typedef struct {
     uint32_t octets_per_step;             ///< A step ends when it has read this number of octets, >= 1.
     uint64_t sync_interval_ns;            ///< Time between syncs of stored packets; 0: in each step.
     uint64_t checkpoint_interval_ns;      ///< Time between checkpoints of retrievals; 0: in each step.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
 } pus_storage_config_t;
 
 typedef enum { // Private.

@@ -112,7 +112,7 @@ typedef struct {
     pus_telemetry_port_t telemetry;
     pus_event_port_t events;
     const pus_file_port_t* files;         ///< Null: procedures cannot be loaded by reference.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
     pus_procedure_t* procedures;
     pus_procedure_run_t* runs; ///< One entry for each slot of the engine.
     uint16_t capacity;         ///< Number of entries of `procedures`, 1..16383.

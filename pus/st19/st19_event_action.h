@@ -39,7 +39,7 @@ typedef struct {
     pus_app_process_t* process; ///< Sends reports that continue in a step.
     /// Port that takes the requests.
     pus_port_t release;
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
     pus_event_action_definition_t* definitions;
     uint16_t definition_count;  ///< 1..65534.
     uint16_t* queue;            ///< One entry for each definition.

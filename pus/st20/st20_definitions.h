@@ -35,7 +35,7 @@ typedef struct {
     uint8_t memory_count;
     pus_parameter_place_t* places;
     uint16_t capacity;                    ///< <= 1024.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
     /// Locked while another loop uses the port, and while a definition changes; null: no other loop uses it.
     osal_mutex_t* guard;
 } pus_parameter_definitions_config_t;

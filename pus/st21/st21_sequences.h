@@ -42,7 +42,7 @@ typedef struct {
     pus_app_process_t* process; ///< Sends reports that continue in a step.
     /// Port that takes the requests.
     pus_port_t release;
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
     const pus_file_port_t* files;         ///< Null: sequences cannot be loaded by reference.
     pus_sequence_t* sequences;
     pus_sorted_index_node_t* nodes; ///< One entry for each sequence.

@@ -70,7 +70,7 @@ typedef struct {
     size_t search_count;
     uint32_t size_max;                    ///< Largest maximum size of a file [octets].
     uint16_t slices;                      ///< Slices copied in a step, >= 1.
-    const pus_persistence_t* persistence; ///< Null: without persistent records.
+    const pus_persistence_t* persistence; ///< Null: the service stores no records.
 } pus_files_config_t;
 
 typedef struct { // Private, except `counters`: read-only, for telemetry.

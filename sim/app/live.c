@@ -128,7 +128,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
     if (status == STATUS_OK) {
         record(live, actor, &rest, who);
         if (!is_aim || !live->is_aimed || live->is_silent || (strcmp(live->aims, who) != 0)) {
-            mark(live, line, who); // Of consecutive `aim` lines of a client only the first gets a mark.
+            mark(live, line, who); // Only the first of consecutive `aim` lines of a client gets a mark.
         }
     }
     if ((status == STATUS_OK) && is_hand) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checksum, octet codec and packets. Baselines: the checksum octet by octet; shifts without bounds; the
-/// checksum of the packet. Three packets, encoded and decoded, against the same by spacepackets
-/// (test/bench/peers/spacepackets), if that is built: both must give the same octets.
+/// Time of the checksum, the octet codec and packets. Baselines: the checksum octet by octet; shifts without
+/// checks of bounds; the checksum of the packet. If the library spacepackets is built
+/// (test/bench/peers/spacepackets), it encodes and decodes the same three packets as another baseline, and
+/// must give the same octets.
 #include "base/crc.h"
 #include "base/octets.h"
 #include "pus/core/packet.h"

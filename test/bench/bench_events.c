@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events: the additional cost of a reported event over the same report without a table of events and their
-// limits, and the cost of an event of a storm that its limit suppresses, compared with a reported one.
+// Time of an event: first of a reported event, compared with the same report without the table of events and
+// their limits; then of an event that its limit suppresses during a storm, compared with a reported event.
 #include "pus/st05/st05_events.h"
 #include "pus/core/tailoring.h"
 #include "test/bench/measure.h"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speed of whole flights of rokviss against their parts, in the same rounds: the bare plant loop, a bare futex ring.
+"""Compares the speed of whole flights of rokviss with that of their parts in the same rounds: the bare plant loop, a bare futex ring.
 
     image       simulator, all flight components and all logs in one program, per step of 0.5 ms;
                 baseline: the bare ODE plant loop (bound 3.5)

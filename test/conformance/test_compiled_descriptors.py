@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptors that are compiled into the programs of a board, against the reader of descriptors on the same files."""
+"""Compares the descriptors that are compiled into the programs of a board with the results of the reader of descriptors for the same files."""
 
 import pathlib
 import re

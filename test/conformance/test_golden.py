@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every file that the generator makes of the mission `actuators`, against test/conformance/golden.
+"""Compares every file that the generator makes of the mission `actuators` with test/conformance/golden.
 
-Of long files the golden has the part of the subsystem ACTUATORS, and of an XTCE database also an outline of the rest. Hashes of the mission
+From a long file the golden contains only the part of the subsystem ACTUATORS, and from an XTCE database also an outline of the rest. Hashes of the mission
 and of its other subsystems are words in it, so that it does not change with every descriptor. UPDATE_GOLDEN=1 writes the files again:
 
     UPDATE_GOLDEN=1 build/venv/bin/python -m pytest -p no:cacheprovider --rootdir=. test/conformance/test_golden.py

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scheduler's co-simulation port: a client sends any octets in pieces. It takes part only after a correct
-// join, and the reason for its removal is counted once. Each record has the octets of the client before the
-// port's next turn; kind 1 opens a new connection.
+// A client sends arbitrary octets in pieces to the co-simulation port of the scheduler. The client takes part
+// only after a correct join, and the reason for its removal is counted once. Each record contains the octets
+// that the client sends before the port's next turn; kind 1 opens a new connection.
 #include "sim/clock/cosimulation_port.h"
 #include "test/fuzz/fuzz.h"
 #include "test/fuzz/memory_socket.h"

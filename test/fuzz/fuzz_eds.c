@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Electronic data sheets: a sheet is refused with the file's name, or gives a consistent dictionary, of which
+// An electronic data sheet is either refused with the file's name, or gives a consistent dictionary in which
 // every object can be found, read and reset.
 #include "sim/devices/eds.h"
 #include "test/fuzz/fuzz.h"

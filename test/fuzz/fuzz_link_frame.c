@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data frames of a real-time link: an accepted frame, encoded again, gives the same octets; a consumer
-// accepts frames of its own link, epoch and layout only, and its sequence never decreases. Each record is a
+// A data frame of a real-time link that is accepted and encoded again has the same octets. A consumer accepts
+// frames of its own link, epoch and layout only, and its sequence count never decreases. Each record is a
 // frame.
 #include "base/crc.h"
 #include "fsw/framework/rtlink/link_channel.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mission descriptors with the real subsystems: a descriptor is refused with file and line, or gives a model
-// in which every index and range is consistent.
+// A mission descriptor, which names the real subsystems, is either refused with file and line, or gives a
+// model in which every index and range is consistent.
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/fuzz/fuzz.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Space packets: an accepted packet, encoded again, gives the same octets; each report of services 1, 129
-// and 130 that can be read, written again, gives the same source data; readers end on the last octet.
+// A space packet that is accepted and encoded again has the same octets. A report of services 1, 129 and 130
+// that can be read and is written again has the same source data; its reader ends on the last octet.
 #include "base/octets.h"
 #include "pus/core/packet.h"
 #include "pus/st01/st01_verification.h"

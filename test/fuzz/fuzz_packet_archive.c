@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a packet log as the archive reads them back: spool records (kind even) and lines (kind odd),
-// in pieces as they are written. The reader never stops at a complete record, and keeps an incomplete one.
+// The archive reads the parts of a packet log while they are written, so in pieces: spool records (even kind)
+// and lines (odd kind). The reader never stops at a complete record, and keeps an incomplete one.
 #define main packet_archive_main
 #include "launcher/packet_archive_sqlite_main.c"
 #undef main

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any on-board procedure: the units that it uses in a cycle are bounded, and so is the processor time for
+// An arbitrary on-board procedure uses a bounded number of units in a cycle, and bounded processor time for
 // these units. If the first octet is even, the rest is the code; if it is odd, each octet selects a piece of
 // code that is expensive by itself.
 #include "fsw/procedures/procedure_cost.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The packet dump tool: any file in each of its formats. The first octet selects format and style. It prints
-// to /dev/null, one line for each packet.
+// The packet dump tool reads an arbitrary file in each of its formats, and prints a line for each packet to
+// /dev/null. The first octet of the input selects format and style.
 #include "pus/tool/pusdump_input.h"
 #include "test/fuzz/fuzz.h"
 

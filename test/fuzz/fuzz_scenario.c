@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenario files, as hand, faults and operator read them: a file is refused with file and line, or played;
-// for two seconds of any script the hand's torques stay finite.
+// Hand, faults and operator read a scenario file. The file is either refused with file and line, or performed
+// for two seconds, in which the torques of the hand stay finite.
 #include "sim/app/faults.h"
 #include "sim/operator/hand.h"
 #include "sim/operator/scenario.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole subsystem, the manipulator with its drives, receives packets, link frames and CAN frames in any
 // order. They reach the dispatcher, every service of a subsystem, the state machine, parameters and devices.
-// Every report is well-formed, the reported state is the present one, and no request ends twice. In each
-// cycle, OPERATIONAL follows SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every
-// brake holds. Afterwards the subsystem can go to OFFLINE, where every pool is full again.
+// Every report is well-formed, and the reported state is the present one. In each cycle, OPERATIONAL follows
+// SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every brake holds. Afterwards the
+// subsystem can go to OFFLINE, where every pool is full again.
 //
 // Records by kind:
 //   0..4  the subsystem receives the packet, then runs for argument cycles
@@ -23,7 +23,6 @@
 #define DESCRIPTOR "descriptors/subsystems/manipulator.xml"
 #define STEPS_TO_OFFLINE 100000U
 #define STEPS_MAX 3000U // Maximum number of steps of the records of one input.
-#define TOKENS 64U
 #define CYCLES_TO_SECURE 50U      // From leaving OPERATIONAL until each drive that obeys has its brake on.
 #define OPERATION_ENABLED 0x000FU // Controlword of CiA 402: torque, the brake is released.
 
@@ -36,30 +35,6 @@ static uint64_t now_ns;
 static unsigned steps_left;
 static unsigned idle_cycles; // Cycles in which the drives obeyed, since OPERATIONAL was left.
 static unsigned refusals;    // Number of reports that the port refuses before it accepts one.
-
-// Requests that were accepted and have not ended: an end without a request, or a second end, is an error.
-// This is checked only while the numbers of open requests differ.
-static uint32_t open_requests[TOKENS];
-static unsigned open_count;
-
-static void note_verification(const pus_verification_t* const verification)
-{
-    unsigned at = 0U;
-    while ((at < open_count) && (open_requests[at] != verification->request_id)) {
-        at++;
-    }
-    if ((verification->subtype == 1U) && (open_count < TOKENS)) {
-        open_requests[open_count] = verification->request_id;
-        open_count++;
-    } else if ((verification->subtype == 7U) || (verification->subtype == 8U)) {
-        if (at < open_count) {
-            open_count--;
-            open_requests[at] = open_requests[open_count];
-        }
-    } else {
-        // This service is not counted.
-    }
-}
 
 static status_t take_report(void* const context, const uint8_t* const packet, const size_t size)
 {
@@ -75,7 +50,6 @@ static status_t take_report(void* const context, const uint8_t* const packet, co
     FUZZ_CHECK(tm.apid == MANIPULATOR_APID);
     if (tm.service == PUS_SERVICE_VERIFICATION) {
         FUZZ_CHECK(pus_verification_read(&tm, &verification) == STATUS_OK);
-        note_verification(&verification);
     }
     octet_reader_t reader = octet_reader(tm.data, tm.size);
     pus_subsystem_status_t status;
@@ -151,7 +125,6 @@ static void begin(void)
     joints[1]   = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     now_ns      = 0U;
     refusals    = 0U;
-    open_count  = 0U;
     idle_cycles = 0U;
     manipulator_init(&manipulator, &component, &flows);
     subsystem_init(&component, &config);

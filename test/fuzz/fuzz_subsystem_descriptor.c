@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subsystem descriptors: a document is refused with its line and leaves an empty model, or gives a model in
-// which every index, range and text is consistent. Reading twice gives the same hashes.
+// A subsystem descriptor is either refused with its line and leaves an empty model, or gives a model in which
+// every index, range and text is consistent. Reading twice gives the same hashes.
 #include "base/number.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/fuzz/fuzz.h"

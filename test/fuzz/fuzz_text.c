@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short texts from files: addresses of end nodes, and numbers of every type. The first octet selects the
-// kind.
+// Arbitrary short texts are read as the address of an end node, or as a number of each type. The first octet
+// selects which.
 #include "base/number.h"
 #include "base/text.h"
 #include "base/value.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Worlds and robots: a file is refused with file and line, or gives records in which every index is in range,
-// every tree lists parents first, and every number is finite.
+// The file of a world or of a robot is either refused with file and line, or gives records in which every
+// index is in range, every tree lists parents first, and every number is finite.
 #include "sim/operator/scene.h"
 #include "sim/plant/plant.h"
 #include "sim/world/world.h"

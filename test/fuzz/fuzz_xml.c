@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The XML parser: any octets. A document in one piece and in many gives the same result; elements that begin
-// also end if the document is well-formed; the arena is never exceeded.
+// The XML parser receives arbitrary octets. A document in one piece and the same document in many pieces give
+// the same result. If the document is well-formed, each element that begins also ends. The parser never uses
+// more memory than its arena has.
 #include "fsw/framework/xml/xml.h"
 #include "test/fuzz/fuzz.h"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run the C test programs, plain, with sanitizers, some against data races and the portable ones on an emulated board, then
+"""Run the C test programs: all plain and with sanitizers, some with a check for data races, the portable ones on an emulated board. Then run
 pytest; end with `N passed, M failed, K skipped`.
 
 Prints the closing lines of each runner (Unity, cmocka) as soon as it ends, each test of pytest as it begins and ends, all output

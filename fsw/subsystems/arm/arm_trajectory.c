@@ -164,8 +164,8 @@ void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t
     begin(trajectory, limits, share, blend);
 }
 
-/// Of the rotation vectors that turn to the same orientation, returns the one that is nearest to the vector
-/// of the point before. After a whole turn the axis is undefined; the axis of the point before then applies.
+/// Returns the rotation vector that turns to the same orientation and is nearest to the vector of the point
+/// before. After a whole turn the axis is undefined; the axis of the point before then applies.
 static arm_vector_t nearest(const arm_vector_t vector_rad, const arm_vector_t before_rad)
 {
     const double angle_rad   = arm_length(vector_rad);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client against a segmenting server that was written for this test after CiA 301, and against faulty
-// servers.
+// The client reads and writes objects of a segmenting server, which was written for this test after CiA 301,
+// and of faulty servers.
 #include "fsw/canopen/sdo_client.h"
 
 #include "unity.h"

@@ -422,7 +422,7 @@ static void pulses_and_accesses_reach_the_bus_of_the_device(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, result.data, 4U);
 }
 
-/// This is still true when the devices are commissioned again.
+/// A device without such settings has no mapping of its own, also when the devices are commissioned again.
 static void only_devices_with_settings_of_a_mapping_have_one_of_their_own(void)
 {
     make(2U, 4U, false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frame lengths against a second, bit-by-bit encoder written from the frame formats, against the well-known
-// worst-case formula, and against lengths counted by hand.
+// Compares frame lengths with those of a second encoder, which was written bit by bit from the frame formats,
+// with the well-known worst-case formula, and with lengths counted by hand.
 #include "sim/bus/frame_length.h"
 #include "unity.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A motor on a bench: free, against an elastic object, and with its brake on.
+// A motor on a bench turns freely, presses on an elastic object, and is held by its brake.
 #include "sim/plant/motor_bench.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/rokviss.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant against independent implementations of mechanics: a planar elastic arm integrated by Runge-Kutta,
-// and momentum of a free-floating robot.
+// Compares the plant with independent computations: a planar elastic arm that is integrated by Runge-Kutta,
+// and the momentum of a free-floating robot.
 #include "sim/plant/parameters.h"
 #include "sim/plant/plant.h"
 #include "test/support/bounds.h"

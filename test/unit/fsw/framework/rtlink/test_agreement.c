@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All cases of refusal, over small sets of terms, against an independent form of the rules in the header.
+// Compares the agreement, for all combinations of small sets of terms, with the rules of the header in
+// another form.
 #include "fsw/framework/rtlink/agreement.h"
 
 #include "unity.h"

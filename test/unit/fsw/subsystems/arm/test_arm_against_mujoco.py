@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kinematics and dynamics of the subsystem arm against MuJoCo, from the same URDF files: random robots of 1 to 12 joints, of which
-a third are linear axes."""
+"""Compares kinematics and dynamics of the subsystem arm with those of MuJoCo from the same URDF files: random robots of 1 to 12 joints,
+a third of which are linear axes."""
 
 import ctypes
 import pathlib

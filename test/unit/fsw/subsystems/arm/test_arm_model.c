@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinematics and dynamics against closed formulas and difference quotients; test_arm_against_mujoco.py
+// Compares kinematics and dynamics with closed formulas and difference quotients. test_arm_against_mujoco.py
 // compares them with MuJoCo.
 #include "fsw/subsystems/arm/arm_model.h"
 #include "test/support/bounds.h"
