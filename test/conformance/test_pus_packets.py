@@ -22,8 +22,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PUSDUMP = ROOT / "build/bin/pusdump"
 APID, TIME_SIZE = 16, 8
 NOW_NS = (2_000_000_000 * 1_000_000_000) + 42_500_000_000
-TIME = bytes.fromhex("1f0000002a800000")  # 42.5 s after the epoch 1958
-LAYOUT = UnpackParams(TIME_SIZE, 2, 2)  # octets of time, step id, failure code
+TIME = bytes.fromhex("1f0000002a800000")  # 42.5 s after the epoch of 1958.
+LAYOUT = UnpackParams(TIME_SIZE, 2, 2)  # Octets of the time, of the step id and of the failure code.
 
 
 class Process:

@@ -11,9 +11,9 @@ BUS_LOGS = ("can-robot.log", "can-joystick.log", "can-robot-b.log", "can-joystic
 MANIPULATOR = 16
 PING = b"\x11\x01"
 ALIVE = b"\x11\x02"
-PINGS = 20  # after each end and start of a process
-FEW = 3  # after a hang that ends before it is detected
-ASKED = 4 * PINGS + FEW + 1  # pings of the arm in total: four series, a short one, and the ping of all
+PINGS = 20  # Pings after each end and start of a process.
+FEW = 3  # Pings after a hang that ends before it is detected.
+ASKED = 4 * PINGS + FEW + 1  # Pings of the arm: four series, a short one, and the ping of all subsystems.
 
 
 def pings(begin_s, count=PINGS, step_s=0.01):

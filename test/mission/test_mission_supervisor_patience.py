@@ -10,10 +10,10 @@ import pytest
 from hirosco_gse import packets
 
 DEATH_S = 2.0
-AWAY_S = 5.0  # declared boot time of the supervisor
+AWAY_S = 5.0  # Declared boot time of the supervisor.
 MANIPULATOR = 16
-EPOCH_S = (datetime.datetime(2026, 6, 1, 12) - datetime.datetime(1958, 1, 1)).total_seconds()  # of rokviss
-SUPERVISOR_LOST = 6  # cause in TM[129,2]
+EPOCH_S = (datetime.datetime(2026, 6, 1, 12) - datetime.datetime(1958, 1, 1)).total_seconds()  # Epoch of rokviss after 1958.
+SUPERVISOR_LOST = 6  # Cause in TM[129,2].
 
 
 def _mission(hangar, patience):

@@ -34,8 +34,8 @@ static uint8_t data[DATA];
 static octet_reader_t reader;
 static interpreter_t before;
 static interpreter_t after;
-static const uint8_t* field; // The octets that are not read yet,
-static size_t left;          // and their number.
+static const uint8_t* field; // The octets that are not read yet.
+static size_t left;          // Number of these octets.
 
 /// Any state of the interpreter and its reader, in which the word at AT has been taken.
 static void any_state(void)

@@ -243,11 +243,11 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_route(&master, 0x191U, take, &master));
     scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_REMOTE, NULL, 0U);
     scripted_bus_deliver(&bus, 0x191U | OSAL_CAN_EXTENDED, octets, 8U);
-    scripted_bus_deliver(&bus, 0x712U, octets, 1U);     // Heartbeat of an unknown node,
-    scripted_bus_deliver(&bus, 0x711U, octets, 2U);     // one that is too long,
-    scripted_bus_deliver(&bus, 0x711U, NULL, 0U);       // too short,
-    scripted_bus_deliver(&bus, 0x711U, &octets[1], 1U); // of a state that does not exist.
-    scripted_bus_deliver(&bus, 0x091U, octets, 7U);     // Emergency, too short.
+    scripted_bus_deliver(&bus, 0x712U, octets, 1U);     // Heartbeat of an unknown node.
+    scripted_bus_deliver(&bus, 0x711U, octets, 2U);     // Heartbeat that is too long.
+    scripted_bus_deliver(&bus, 0x711U, NULL, 0U);       // Heartbeat that is too short.
+    scripted_bus_deliver(&bus, 0x711U, &octets[1], 1U); // Heartbeat with a state that does not exist.
+    scripted_bus_deliver(&bus, 0x091U, octets, 7U);     // Emergency that is too short.
     scripted_bus_deliver(&bus, 0x080U, octets, 0U);     // SYNC of another node.
     scripted_bus_deliver(&bus, 0x611U, octets, 8U);     // A second SDO client.
     scripted_bus_deliver(&bus, 0x000U, octets, 2U);     // A second NMT master.

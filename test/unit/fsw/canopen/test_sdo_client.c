@@ -327,9 +327,9 @@ static void answers_to_another_client_are_counted_and_dropped(void)
 {
     answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // A response without a request.
     begin_upload();
-    answer(0x4BU, 0x09U, 0x10U, 0U, 1U, 2U, 0U, 0U); // A response about another object,
-    answer(0x4BU, 0x08U, 0x10U, 1U, 1U, 2U, 0U, 0U); // about another sub-index,
-    answer(0x80U, 0x09U, 0x10U, 0U, 0U, 0U, 2U, 6U); // an abort of another access.
+    answer(0x4BU, 0x09U, 0x10U, 0U, 1U, 2U, 0U, 0U); // A response about another object.
+    answer(0x4BU, 0x08U, 0x10U, 1U, 1U, 2U, 0U, 0U); // A response about another sub-index.
+    answer(0x80U, 0x09U, 0x10U, 0U, 0U, 0U, 2U, 6U); // An abort of another access.
     TEST_ASSERT_EQUAL(STATUS_BUSY, result());
     TEST_ASSERT_EQUAL_UINT32(4U, client.counters.unasked);
     for (uint8_t length = 0U; length < 8U; length++) {

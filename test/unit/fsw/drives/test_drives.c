@@ -346,10 +346,10 @@ static void the_selected_channel_is_the_one_that_is_opened(void)
     TEST_ASSERT_EQUAL_UINT8(1U, double_last_event(&generic, 5U)->octets[0]);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(drives_hardware_init)); // The run has no bus of this name.
     TEST_ASSERT_EQUAL(STATUS_OK, drives_select_channel(&drives, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // Channel A alone is sufficient;
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init)); // Channel A alone is sufficient.
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // the missing B is reported
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // and cannot be selected.
+    TEST_ASSERT_EQUAL_UINT64(0U, double_last_event(&generic, 4U)->size);     // Reports the missing channel B.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, drives_select_channel(&drives, 1U)); // It cannot be selected.
 }
 
 static void limited_commands_of_all_axes_are_summed(void)

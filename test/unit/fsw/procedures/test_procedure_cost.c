@@ -103,8 +103,8 @@ static void the_cost_of_a_procedure_depends_on_its_code_alone(void)
 
 static const struct {
     const char* before;
-    const char* again; // Ten times; each costs at least this much more than
-    uint32_t units;    // a plain assignment.
+    const char* again; // Statement that is executed ten times.
+    uint32_t units;    // The statement costs at least this much more than a plain assignment.
 } paid[] = {
     {"local a, b, x = 7.5, 2.5", "x = a % b", 3U},
     {"local a, b, x = ('\\0'):rep(4096), ('\\0'):rep(4096)", "x = a < b", 1024U},

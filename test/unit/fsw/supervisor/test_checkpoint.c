@@ -544,8 +544,8 @@ static void a_damaged_annex_is_read_up_to_its_damage(void)
     commit();
     add("abc", "");
     add("def", "");
-    checkpoint.arrivals.octets[0] ^= 0xFFU;  // The size before the first block
-    checkpoint.arrivals.octets[18] ^= 0xFFU; // and the size after the last.
+    checkpoint.arrivals.octets[0] ^= 0xFFU;  // The size before the first block.
+    checkpoint.arrivals.octets[18] ^= 0xFFU; // The size after the last block.
     TEST_ASSERT_EQUAL_STRING("", blocks(false));
     TEST_ASSERT_EQUAL_STRING("", blocks(true));
     checkpoint.arrivals.used.count = 7U;

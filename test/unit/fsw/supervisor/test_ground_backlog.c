@@ -82,10 +82,10 @@ static void reports_leave_in_the_order_they_came(void)
 
 static void firm_reports_overtake_but_no_verification_its_own_answer(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 1U, 30U)); // An answer,
-    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 2U, 30U));  // and its end;
-    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 3U, 30U));  // a HIGH event of the same subsystem,
-    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 1U, 7U, 4U, 30U));  // the end of another subsystem's request.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 1U, 30U)); // An answer.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 2U, 30U));  // The end of the answered request.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 5U, 4U, 3U, 30U));  // A HIGH event of the same subsystem.
+    TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 1U, 7U, 4U, 30U));  // The end of a request to another subsystem.
     expect(false, 3U);
     expect(false, 4U);
     expect_none(false);

@@ -142,9 +142,9 @@ static void reports_of_others_change_nothing(void)
 {
     supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU);
-    report(17U, 1U, 5U, 7U, 0U); // Another subsystem,
-    report(16U, 2U, 5U, 7U, 0U); // another user,
-    report(16U, 1U, 6U, 7U, 0U); // another request.
+    report(17U, 1U, 5U, 7U, 0U); // Another subsystem.
+    report(16U, 2U, 5U, 7U, 0U); // Another user.
+    report(16U, 1U, 6U, 7U, 0U); // Another request.
     TEST_ASSERT_EQUAL(1U, table.count);
     report(16U, 1U, 5U, 7U, 0U);
     TEST_ASSERT_EQUAL(0U, table.count);

@@ -357,8 +357,8 @@ static void a_log_that_fails_is_reported_once_and_continues_in_the_ring(void)
     fixture_run(300U);
     const char* const reported = fixture_look();
     TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 5.4 000801")); // LOG_FAILED, strategy 1.
-    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 131.4 0103")); // The ring replaces it,
-    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));               // with the cause PUS_FAILURE_IO.
+    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 131.4 0103")); // The ring replaces the strategy.
+    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));               // The cause is PUS_FAILURE_IO.
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
     select_log(PACKET_LOG_ASCII);
     TEST_ASSERT_TRUE(fixture_has("G 131.4 0300"));

@@ -143,8 +143,8 @@ static void the_telemetry_cache_takes_reports_of_the_configuration(void)
     report(6U);
     expect_value(GOAL, 6U, 1U);
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
-    supervisor_telemetry_directory_define(&directory, &cache, ARM, 3U); // Configuration 3 has no structures,
-    supervisor_telemetry_directory_define(&directory, &cache, 17U, 1U); // and APID 17 has none.
+    supervisor_telemetry_directory_define(&directory, &cache, ARM, 3U); // Configuration 3 has no structures.
+    supervisor_telemetry_directory_define(&directory, &cache, 17U, 1U); // APID 17 has no structures.
     report(6U);
     TEST_ASSERT_EQUAL_UINT32(0U, cache.counters.unfitting);
 }

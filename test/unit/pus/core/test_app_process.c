@@ -308,8 +308,8 @@ static void an_event_that_waits_is_kept_until_it_is_sent(void)
     post_of_event(5U, 2U, 7U); // pus_app_process_keeps_event only reports HIGH events.
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(5U, 4U, 7U);
-    post_of_event(129U, 7U, 8U); // The notice of another event,
-    post_of_event(129U, 2U, 9U); // and a transition after them.
+    post_of_event(129U, 7U, 8U); // The notice of another event.
+    post_of_event(129U, 2U, 9U); // A transition.
     TEST_ASSERT_TRUE(pus_app_process_keeps_event(&bench.process, 7U));
     TEST_ASSERT_TRUE(pus_app_process_keeps_event(&bench.process, 8U));
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 9U));

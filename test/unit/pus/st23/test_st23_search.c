@@ -346,8 +346,8 @@ static void a_directory_that_disappears_is_skipped(void)
 {
     place_files();
     find("/", "*.txt");
-    step(); // The search is in /a,
-    step(); // then in /a/b.
+    step(); // The search is in /a.
+    step(); // The search is in /a/b.
     disk_remove("a/b/c/c.txt");
     disk_remove("a/b/c/c.bin");
     disk_remove("a/b/c");

@@ -188,8 +188,8 @@ static void the_master_is_heard_on_the_other_channel_within_ttoggle_heartbeat_ti
         TEST_ASSERT_TRUE(heard_ns[B] <= (begin_ns + DWELL + MS));
         send_heartbeats(B, 1000U * MS);
         TEST_ASSERT_EQUAL_UINT(B, node->active);
-        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // The heartbeat was received: the count starts again,
-        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // and this channel is the default from then on.
+        TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // The received heartbeat has reset the count.
+        TEST_ASSERT_EQUAL_UINT64(B, value(1U));  // This channel is the default from now on.
     }
 }
 

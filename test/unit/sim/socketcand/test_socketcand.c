@@ -230,8 +230,8 @@ static void time_waits_for_a_client_in_lock_step(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_stream_send(&client, (const uint8_t*)done, strlen(done), &sent));
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1234567000U, 20000U));
     (void)take(&client);
-    TEST_ASSERT_EQUAL_PTR(answer, strstr(answer, "< frame 080 ")); // The frames of the step,
-    TEST_ASSERT_NOT_NULL(strstr(answer, " >< step 1.234567 >"));   // then the end of the step.
+    TEST_ASSERT_EQUAL_PTR(answer, strstr(answer, "< frame 080 ")); // First the frames of the step.
+    TEST_ASSERT_NOT_NULL(strstr(answer, " >< step 1.234567 >"));   // Then the end of the step.
     bus_run_until(bus, bus_now_ns(bus) + MS);
     TEST_ASSERT_EQUAL_UINT(1U, heard_count); // The frame of the client is on the bus before the next step.
     // The client no longer answers:

@@ -472,8 +472,8 @@ static void fail_everywhere(const uint32_t limit, const uint32_t slack)
 
 static void a_commit_that_failed_is_repeated(void)
 {
-    fail_everywhere(900U, 900U); // Puts compact the journal,
-    fail_everywhere(3000U, 0U);  // commits compact it.
+    fail_everywhere(900U, 900U); // Puts compact the journal.
+    fail_everywhere(3000U, 0U);  // Commits compact the journal.
 }
 
 /// The remains of a failed write are cut off before anything else is written.

@@ -43,8 +43,9 @@ static bool was_beyond; // A call went beyond the area.
 static journal_t journal;
 static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
 static uint8_t record[RECORD];
-static unsigned committed[KEYS]; // Version of each record, 0: none, by the last acknowledged commit,
-static unsigned intended[KEYS];  // and by the commit in progress.
+// Version of each record; 0: the record does not exist.
+static unsigned committed[KEYS]; // After the last acknowledged commit.
+static unsigned intended[KEYS];  // After the commit in progress.
 static unsigned found[KEYS];
 static bool is_content_right;
 
