@@ -110,8 +110,8 @@ static void add_bus_frames(text_t* const text, const launcher_t* const launcher)
     add_number(text, "bus_interfaces_lost", launcher->bus_cuts);
 }
 
-/// Add for a component with its own clock the numbers of steps that were late by less than 0.1, 1, 10, 100
-/// ms, and by more.
+/// Add the numbers of steps that were late by less than 0.1, 1, 10 and 100 ms, and by more, if the component
+/// has its own clock.
 static void add_lateness(text_t* const text, const launcher_t* const launcher, const unsigned component)
 {
     if (launcher->scheduler != NULL) {

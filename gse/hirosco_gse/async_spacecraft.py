@@ -19,8 +19,8 @@ from .session import LinkLost
 from .spacecraft import Spacecraft
 from .station.world_port import WorldPort
 
-CONNECT_PAUSE_S = 0.1  # Between two attempts to connect.
-POLL_S = 0.02  # Between two requests for the simulated time.
+CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
+POLL_S = 0.02  # Time between two requests for the simulated time.
 
 
 class AsyncSpacecraft(Spacecraft):

@@ -23,7 +23,7 @@ import time
 from .session import LinkLost
 
 NEVER = "never"
-CONNECT_PAUSE_S = 0.1  # Between two attempts to connect.
+CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
 CLOSED = "the spacecraft closed the link; if all its places for connections are taken, try again within 30 s"
 
 

@@ -12,7 +12,7 @@ from .link import LinkLost
 from .session import SessionError
 
 ANSWER_S = 5.0  # Longest wait for an answer.
-POLL_S = 0.001  # Between two requests for the simulated time.
+POLL_S = 0.001  # Time between two requests for the simulated time.
 PACES = ("pause", "resume", "step", "speed")
 VERBS = ("hand", "fault", *PACES)
 REPORTS = ("frame", "columns", "truth", "dropped")

@@ -18,7 +18,7 @@ from .command import UsageError
 from .station.hub import Hub
 from .station.lights import LIGHTS
 
-REFRESH_S = 0.25  # Between two updates of the views.
+REFRESH_S = 0.25  # Time between two updates of the views.
 STALE_S = 5.0  # A value that is older is shown dimmed, whatever its interval is.
 COMMANDS_SHOWN = 50
 STYLES = {"INFORMATIVE": "", "LOW": "cyan", "MEDIUM": "yellow", "HIGH": "bold red"}

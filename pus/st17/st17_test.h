@@ -20,7 +20,7 @@ typedef struct { // Private.
     pus_test_port_t port;
 } pus_test_t;
 
-/// `port` may be null: without a connection test TC[17,3] is an unknown subtype.
+/// If `port` is null, there is no connection test, and TC[17,3] is an unknown subtype.
 void pus_test_init(pus_test_t* test, const pus_test_port_t* port);
 pus_service_t pus_test_service(pus_test_t* test);
 /// Send TM[17,4] to the request's source. Status of pus_tm_post.

@@ -288,7 +288,7 @@ class Expected:
             ms, us = divmod(self.dictionary.epoch_ns // 1000 + round(value * 10**6), 1000)
             return [ms // 86_400_000, ms % 86_400_000, us]
         if coding == "packet":
-            return [value[12:-2]]  # Between its length and its last octet.
+            return [value[12:-2]]  # The octets between the length and the last octet.
         return [value]
 
 

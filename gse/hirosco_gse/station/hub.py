@@ -32,13 +32,13 @@ from .world_port import Taps, Truth, WorldPort
 
 EVERYBODY = 0  # All ground users, as the destination of a report.
 LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that only read.
-PATIENCE_NS = 20_000_000_000  # For reports other than those of verification, in simulated time.
+PATIENCE_NS = 20_000_000_000  # Longest simulated time to wait for reports other than those of verification.
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1  # Period of tasks that depend on time.
-RETRY_S = 0.5  # Between two attempts to connect, and between two requests for the pace.
+RETRY_S = 0.5  # Time between two attempts to connect, and between two requests for the pace.
 HAND_S = 1.0  # If the last `aim` of a page is older, the page no longer holds the hand.
 LEAVE_S = 2.0  # A page that the user reloads connects again within this time.
-COUNT_S = 1.0  # Between two messages with the counts of packets.
+COUNT_S = 1.0  # Time between two messages with the counts of packets.
 GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
 KEPT_EVENTS = 10_000  # Events that the station stores.
 KEPT_COMMANDS = 500  # Commands that the station stores.

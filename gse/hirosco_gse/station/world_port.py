@@ -12,8 +12,8 @@ from ..place import ROOT
 from .bus_tap import BusTap
 
 ANSWER_S = 2.0  # Longest wait for an answer.
-SHOW_S = 0.25  # Between two messages about a bus.
-RETRY_S = 0.5  # Between two attempts to connect.
+SHOW_S = 0.25  # Time between two messages about a bus.
+RETRY_S = 0.5  # Time between two attempts to connect.
 TRUTH_HZ = 20
 
 

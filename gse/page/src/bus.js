@@ -5,7 +5,7 @@
 import { store } from "./store.js";
 import { el, symbol, text } from "./dom.js";
 
-const REFRESH_MS = 250; // Between two updates of the tab.
+const REFRESH_MS = 250; // Time between two updates of the tab.
 
 const number = (label) => {
   const value = el("span", { class: "value" }),

@@ -4,7 +4,7 @@
 import { store } from "./store.js";
 import { SYMBOL_OF_SEVERITY, svg, symbol } from "./dom.js";
 
-// // States in the order in which a lane draws them, from the lowest to the highest.
+// States in the order in which a lane draws them, from the lowest to the highest.
 const ACTIVATION = [
   "OFFLINE",
   "SOFTWARE_INIT",

@@ -9,7 +9,7 @@ import { el, number, text, wordOf } from "./dom.js";
 import { moving, tipForce } from "./kinematics.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
-const REFRESH_MS = 150; // Between two updates of the charts.
+const REFRESH_MS = 150; // Time between two updates of the charts.
 const STALE_S = 1; // An older last report shows no present value.
 const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const last = (list, leaf) => list?.[leaf];

@@ -5,7 +5,7 @@
 import { store } from "./store.js";
 import { el, flagsOf, number, show, svg, text, wordOf } from "./dom.js";
 
-const REFRESH_MS = 200; // Between two updates of the tables.
+const REFRESH_MS = 200; // Time between two updates of the tables.
 const NEAR = 0.1; // Share of the range that counts as near a limit.
 const SYMBOL = { live: "normal", late: "caution", stale: "stale", never: "off" };
 const WIDTH = 74; // Width of a gauge in units of its drawing.

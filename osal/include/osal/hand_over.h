@@ -35,8 +35,8 @@ typedef struct { // Private.
 
 /// Make the memory, as the device end, and set the device present. STATUS_OK and statuses of osal_shm_create.
 MUST_USE status_t osal_hand_over_create(osal_hand_over_t* hand_over, const char* name);
-/// Open it as the flight end. STATUS_OK, STATUS_NOT_FOUND (no memory, or the device is not present) and other
-/// statuses of osal_shm_open.
+/// Open the memory as the flight end. STATUS_OK, STATUS_NOT_FOUND (no memory, or the device is not present)
+/// and other statuses of osal_shm_open.
 MUST_USE status_t osal_hand_over_open(osal_hand_over_t* hand_over, const char* name);
 void osal_hand_over_close(osal_hand_over_t* hand_over);
 bool osal_hand_over_is_open(const osal_hand_over_t* hand_over);

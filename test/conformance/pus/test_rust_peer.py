@@ -15,7 +15,7 @@ from hirosco_gse.session import Request
 LIBRARY = ROOT / "build/peers/spacepackets/target/release/libcodec_spacepackets.so"
 pytestmark = [pytest.mark.long, pytest.mark.skipif(not LIBRARY.exists(), reason="not built: no cargo")]
 
-USER, SUPERVISOR, HAND = 2, 1, 17
+USER, SUPERVISOR, JOYSTICK = 2, 1, 17
 STATUS = SUPERVISOR << 21 | 24 << 16  # The first parameter of the supervisor, a structure.
 READ, NO_PACKET, WRONG_CHECKSUM = 1, 0, -1
 
@@ -68,7 +68,7 @@ def _carry_out(station, peer, apid, service, subtype, data=b""):
 
 def test_requests_of_the_peer_are_carried_out(station, peer):
     assert (17, 2) in _carry_out(station, peer, SUPERVISOR, 17, 1)
-    assert (17, 2) in _carry_out(station, peer, HAND, 17, 1)
+    assert (17, 2) in _carry_out(station, peer, JOYSTICK, 17, 1)
     assert (20, 2) in _carry_out(station, peer, SUPERVISOR, 20, 1, struct.pack(">BI", 1, STATUS))
     _carry_out(station, peer, SUPERVISOR, 3, 27, struct.pack(">BH", 1, 1))
 
@@ -76,7 +76,7 @@ def test_requests_of_the_peer_are_carried_out(station, peer):
 def test_a_request_of_the_peer_within_one_is_scheduled(station, peer):
     for subtype, data in ((3, b""), (23, b"\0"), (22, b"\1\1\1")):
         _carry_out(station, peer, SUPERVISOR, 11, subtype, data)
-    inner = peer.make(HAND, 77, 17, 1, b"")
+    inner = peer.make(JOYSTICK, 77, 17, 1, b"")
     due = packets.encode_time(station.dictionary.epoch_ns + 10**15)
     _carry_out(station, peer, SUPERVISOR, 11, 4, struct.pack(">BBB", 1, 1, 1) + due + inner)
     (activity,) = station.ask("SUPERVISOR", 11, 16)["n"]

@@ -19,7 +19,7 @@
 
 #define STEP_NS 500U
 #define PARTICIPANTS 6U
-/// Deliveries in one grant: so many that the grant spends most of its time under the lock.
+/// Deliveries in one grant. With this number, the grant spends most of its time under the lock.
 #define DELIVERIES 60U
 #define PATIENCE_NS 20000000000ULL
 

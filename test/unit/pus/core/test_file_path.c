@@ -52,7 +52,7 @@ static void paths_have_one_form(void)
     TEST_ASSERT_FALSE(reads(same[7][0]));
 }
 
-static void paths_that_leave_their_folder_are_refused(void)
+static void hostile_and_malformed_paths_are_refused(void)
 {
     static const char* const hostile[] = {
         "..",  "../a",  "a/..",  "a/../b", ".",   "./a",     "a/.", "a/./b",        "//",
@@ -64,7 +64,7 @@ static void paths_that_leave_their_folder_are_refused(void)
     }
     octet_reader_t reader = text("a\0b", 3U);
     TEST_ASSERT_FALSE(pus_file_path_read(&reader, &path));
-    reader = octet_reader((const uint8_t*)"\0\5abc", 5U);
+    reader = octet_reader((const uint8_t*)"\0\5abc", 5U); // The length field announces 5 characters.
     TEST_ASSERT_FALSE(pus_file_path_read(&reader, &path));
     reader = octet_reader((const uint8_t*)"\0", 1U);
     TEST_ASSERT_FALSE(pus_file_path_read(&reader, &path));
@@ -202,7 +202,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(paths_have_one_form);
-    RUN_TEST(paths_that_leave_their_folder_are_refused);
+    RUN_TEST(hostile_and_malformed_paths_are_refused);
     RUN_TEST(names_and_paths_have_a_maximum_length);
     RUN_TEST(names_are_joined);
     RUN_TEST(a_path_lies_within_its_own_folder_and_those_above);

@@ -118,6 +118,8 @@ static void a_faulty_filter_is_refused(void)
             continue;
         }
         const uint32_t before = (subtype == 8U) ? 7U : 0U;
+        // Kinds: window that ends before it begins, wrong P-field of either time, unknown sub-schedule,
+        // unknown group.
         for (unsigned kind = 0U; kind < 5U; kind++) {
             st11_fixture_begin();
             if (subtype == 8U) {
@@ -130,7 +132,7 @@ static void a_faulty_filter_is_refused(void)
             octet_write_u8(&st11_fixture.writer, 1U);
             octet_write_u8(&st11_fixture.writer, (kind == 4U) ? 9U : G);
             if ((kind == 1U) || (kind == 2U)) {
-                st11_fixture.data[window + ((kind == 1U) ? 1U : 9U)] = 0U; // The P-field is wrong.
+                st11_fixture.data[window + ((kind == 1U) ? 1U : 9U)] = 0U;
             }
             TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(subtype));
             EXPECT_MESSAGES(1, 1, 1, 4);
@@ -183,7 +185,7 @@ static void a_shift_keeps_the_distance_exactly(void)
     TEST_ASSERT_EQUAL_UINT64(before, pus_schedule_next(&st11_fixture.schedule.schedule));
 }
 
-static void a_shift_by_filter_is_complete_or_not_made(void)
+static void a_shift_by_filter_is_complete_or_refused(void)
 {
     st11_fixture_insert_ten();
     st11_fixture_begin();
@@ -307,7 +309,7 @@ int main(void)
     RUN_TEST(a_faulty_filter_is_refused);
     RUN_TEST(activities_are_shifted_by_identifier);
     RUN_TEST(a_shift_keeps_the_distance_exactly);
-    RUN_TEST(a_shift_by_filter_is_complete_or_not_made);
+    RUN_TEST(a_shift_by_filter_is_complete_or_refused);
     RUN_TEST(a_shift_of_all_activities_is_complete_or_refused);
     RUN_TEST(a_reset_forgets_all_but_the_groups);
     RUN_TEST(groups_are_created_and_deleted);

@@ -71,7 +71,7 @@ static void equal_seeds_give_equal_robots_and_unequal_seeds_do_not(void)
                      world.robot[0].model.body[2].mass_kg / nominal.robot[0].model.body[2].mass_kg);
 }
 
-/// Range of a true value over many seeds: it is within the bounds and covers most of their interval.
+/// Range of a true value over many seeds.
 typedef struct {
     double least;
     double most;
@@ -83,6 +83,7 @@ static void add(range_t* range, const double value)
     range->most  = fmax(range->most, value);
 }
 
+/// The range is within +- `most`, and covers most of this interval.
 static void expect_range(const range_t* range, const double most)
 {
     EXPECT_WITHIN(most, 0.05 * most, range->most);
@@ -141,7 +142,7 @@ static void the_start_of_a_robot_differs_within_its_bounds(void)
         robot->velocity_m_s[0] = 0.1;
         robot->spread_start    = (world_start_spread_t){0.05, 0.01, 0.005, 0.02};
         spread_apply(&world, seed);
-        double cosine = 0.0; // Between the x axes.
+        double cosine = 0.0; // Cosine of the angle between the x axes.
         for (unsigned k = 0U; k < 3U; k++) {
             cosine += robot->pose.rotation.at[k][0] * nominal.rotation.at[k][0];
         }

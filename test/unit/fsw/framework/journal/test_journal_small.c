@@ -35,7 +35,7 @@ typedef struct {
 } area_t;
 
 static area_t areas[2];
-static unsigned writes; // Since the last start of the script.
+static unsigned writes; // Number of writes since the script was last started.
 static unsigned cut_at; // Number of the write at which the power is cut; 0: none.
 static cut_t kind;
 static bool is_off;     // The power is cut: every call fails, and nothing changes.

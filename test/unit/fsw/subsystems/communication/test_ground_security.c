@@ -100,7 +100,7 @@ static void authentic_requests_are_forwarded(void)
     TEST_ASSERT_EQUAL_UINT32(5U, fixture_next_report(0U));
 }
 
-static void one_participant_waits_for_room(void)
+static void requests_wait_until_the_supervisor_has_room(void)
 {
     connect(0U);
     fixture.uplink_room = 1U;
@@ -304,7 +304,8 @@ static void each_refusal_is_published_under_its_name(void)
     TEST_ASSERT_EQUAL_UINT32(9U, shown->accepted);
 }
 
-/// Events come once every GROUND_TELLING_CYCLES; TC_NOT_KEPT if a mark could not be stored since then.
+/// Every GROUND_TELLING_CYCLES at most one event reports the refusals since the last one: TC_NOT_KEPT if a
+/// mark could not be stored, otherwise TC_NOT_AUTHENTIC.
 static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
 {
     const unsigned* const forged = &fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
@@ -319,7 +320,7 @@ static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
     TEST_ASSERT_EQUAL_UINT(1U, *lost);
     receiver.refused[SDLS_REFUSED_REPLAYED]++;
     fixture_run(GROUND_TELLING_CYCLES);
-    TEST_ASSERT_EQUAL_UINT(2U, *forged); // None of them because the mark could not be stored.
+    TEST_ASSERT_EQUAL_UINT(2U, *forged); // No mark failed since the last event.
     TEST_ASSERT_EQUAL_UINT(1U, *lost);
 }
 
@@ -327,7 +328,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(authentic_requests_are_forwarded);
-    RUN_TEST(one_participant_waits_for_room);
+    RUN_TEST(requests_wait_until_the_supervisor_has_room);
     RUN_TEST(packets_without_protection_end_their_connection);
     RUN_TEST(the_third_refusal_ends_a_connection);
     RUN_TEST(a_recorded_connection_cannot_be_replayed);
