@@ -380,10 +380,11 @@ static void a_boot_is_repeated_every_300_ms_at_the_missing_node_only(void)
     }
     TEST_ASSERT_EQUAL_UINT(0U, resets[0]);
     TEST_ASSERT_EQUAL_UINT(3U, resets[1]);
-    expect_no_fault(); // The refusal is reported once for each boot,
+    expect_no_fault(); // The refusal is reported once for each boot.
     canopen_network_stop(&network);
     (void)cycle(canopen_network_boot);
-    (void)cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED); // and again for the next.
+    // The next boot reports the refusal again.
+    (void)cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED);
 }
 
 static void no_reset_is_repeated_while_no_node_acknowledges(void)

@@ -234,11 +234,11 @@ static void a_configuration_that_timed_out_starts_again(void)
     select(2U);
     nodes[1]->is_pdo_mute = true;
     for (unsigned i = 0U; i < 50U; i++) {
-        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // The attempt times out;
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // The attempt times out.
     }
     nodes[1]->is_pdo_mute = false;
     for (unsigned i = 0U; i < 100U; i++) {
-        (void)cycle(NULL); // and some time later
+        (void)cycle(NULL); // Some time passes.
     }
     const unsigned syncs = bus.syncs;
     (void)cycle(NULL);

@@ -160,9 +160,10 @@ static void a_name_is_recorded_once(void)
 
 static void a_place_that_is_being_written_is_not_changed(void)
 {
-    block.flows[0].is_taken = 1U; // Another component is writing this place,
+    block.flows[0].is_taken = 1U; // Another component is writing this place.
     (void)strcpy(block.flows[0].name, "/run.flow.cam");
-    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam")); // perhaps with the same name.
+    // The name may be the same.
+    TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam"));
     TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[0].name);
     TEST_ASSERT_EQUAL_UINT32(1U, block.flows[0].is_taken);
     TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[1].name);

@@ -138,9 +138,9 @@ static void any_octet_that_changes_refuses_its_bank(void)
         checkpoint.banks[0].generation = 0U;
         checkpoint.banks[1].generation = 0U;
         state.log_number               = 1U;
-        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // The first commit writes one bank,
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // The first commit writes one bank.
         state.log_number = 2U;
-        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // the second writes the other.
+        supervisor_checkpoint_commit(&checkpoint, &state, &rings); // The second commit writes the other bank.
         const size_t newer = (checkpoint.banks[0].generation > checkpoint.banks[1].generation) ? 0U : 1U;
         ((uint8_t*)&checkpoint.banks[newer])[at] ^= 0x5AU;
         TEST_ASSERT_EQUAL(STATUS_OK, adopt());

@@ -187,9 +187,9 @@ static void the_graph_follows_the_link_reports_of_subsystems(void)
     fixture.members[FIXTURE_HAND].open_links |= (uint32_t)1U << (LINK_LONE_STATE - 1U);
     die();
     fixture_run(5U);
-    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00100001")); // Closed at one end during the death:
-    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));      // the supervisor closes the other end.
-    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // Opened without a command.
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00100001")); // One end was closed during the death.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));      // The supervisor closes the other end.
+    TEST_ASSERT_TRUE(fixture_has(LINK_DIFFERS "00110003")); // A link was opened without a command.
     TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0003"));
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
     fixture_forget();

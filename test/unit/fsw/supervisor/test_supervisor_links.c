@@ -488,11 +488,11 @@ static void the_last_link_of_a_mission_is_negotiated_opened_and_closed(void)
     }
     mission->link_count                       = last;
     supervisor->wanted[last - 1U].layout_size = 8U;
-    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // First negotiate,
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // First, the link is negotiated.
     fixture_run(5U);
     TEST_ASSERT_EQUAL(last, supervisor->accepted[last - 1U].link);
     TEST_ASSERT_EQUAL(0U, sessions());
-    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // then open.
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(supervisor, last)); // Then it is opened.
     fixture_run(5U);
     TEST_ASSERT_NOT_NULL(supervisor_link_graph_find(&supervisor->graph, last));
     fixture_forget();

@@ -264,10 +264,11 @@ static void frames_that_the_controller_refuses_are_counted(void** state)
     osal_can_frame_t received;
     (void)state;
     create(false);
+    // A frame that the wire end cannot send is an overrun of the node; a frame of the node is not.
     will_send(&wire, STATUS_FULL);
-    assert_int_equal(STATUS_FULL, can_counted_send(&wire, &frame)); // The overrun is counted for the node,
+    assert_int_equal(STATUS_FULL, can_counted_send(&wire, &frame));
     will_send(&node, STATUS_FULL);
-    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame)); // and none for the wire end.
+    assert_int_equal(STATUS_FULL, can_counted_send(&node, &frame));
     node.kernel_overruns = 10U;
     will_receive(&node, STATUS_EMPTY);
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&node, &received));

@@ -234,9 +234,9 @@ static void a_search_without_a_stop_fails_at_the_end_of_the_range(void)
     set(0x607DU, 2U, 500000U, 4U);
     prepare(0xFEU);
     seconds(1.3, SEARCH);
-    expect_bits(FAILED); // The axis still moves,
+    expect_bits(FAILED); // The axis still moves.
     seconds(0.3, SEARCH);
-    expect_bits(FAILED | REACHED); // and has stopped.
+    expect_bits(FAILED | REACHED); // The axis has stopped.
     EXPECT_WITHIN(START_RAD + 0.11, 0.01, motor.position_rad);
     EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad());
     cycles(2U, ENABLE, 0);

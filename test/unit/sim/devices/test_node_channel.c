@@ -202,9 +202,9 @@ static void the_search_ends_after_ntoggle_changes(void)
     TEST_ASSERT_EQUAL_UINT64(3U, value(4U));
     TEST_ASSERT_EQUAL_UINT(B, node->active); // An odd number of changes ends on the other channel.
     send_heartbeats(A, 500U * MS);
-    TEST_ASSERT_EQUAL_UINT(B, node->active); // The node stays there even if the master is on channel A,
+    TEST_ASSERT_EQUAL_UINT(B, node->active); // The node stays on B although the master is on channel A.
     send_heartbeats(B, 40U * MS);
-    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // until the master sends on channel B.
+    TEST_ASSERT_EQUAL_UINT64(0U, value(4U)); // A heartbeat on channel B resets the count.
     wait(DWELL + (5U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node->active); // The node searches again when it loses that heartbeat.
 }
@@ -292,9 +292,9 @@ static void a_cut_during_the_change_of_channel(void)
     wait(5U * MS);
     send_heartbeats(A, 100U * MS);
     node_cut(node, A, true);
-    send_heartbeats(B, DWELL); // The node is about to find the master on B, or has just found it,
+    send_heartbeats(B, DWELL); // The node is about to find the master on B, or has just found it.
     node_cut(node, B, true);
-    node_cut(node, A, false); // when B is cut and the first channel is restored.
+    node_cut(node, A, false); // B is cut and the first channel is restored.
     forget();
     send_heartbeats(A, (2U * DWELL) + (20U * MS));
     TEST_ASSERT_EQUAL_UINT(A, node->active);

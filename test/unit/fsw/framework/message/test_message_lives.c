@@ -151,7 +151,7 @@ static void send_to_a_life_that_was_never_heard(void)
 {
     party_restart(&party, 1U, 2U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, 1U));
-    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U)); // The receiver answers it at once:
+    TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U)); // The receiver answers the stale frame at once by SYNC.
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.stale);
     TEST_ASSERT_EQUAL(1U, end(1U)->counters.syncs);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));

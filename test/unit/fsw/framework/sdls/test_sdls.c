@@ -180,10 +180,10 @@ static void two_connections_keep_their_sessions(void)
     seal(&frame, sealer_key, (const uint8_t*)"b", 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
     sdls_accept(&receiver, &other);
-    frame.session = 1U; // The older session continues on its own connection,
+    frame.session = 1U; // The older session continues on its own connection.
     frame.count   = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("c"));
-    frame.count = 2U; // but not on another one.
+    frame.count = 2U; // It cannot continue on another connection.
     seal(&frame, sealer_key, (const uint8_t*)"d", 1U);
     TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
     sdls_begin(&other);

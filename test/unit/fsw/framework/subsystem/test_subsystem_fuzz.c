@@ -108,14 +108,14 @@ static void no_received_packet_makes_an_assertion_fail(void)
     }
     fixture.is_port_closed = false;
     fixture.ack            = 0U;
-    (void)fixture_state(STATE_OFFLINE); // Down from any state,
+    (void)fixture_state(STATE_OFFLINE); // The subsystem can go to OFFLINE from any state.
     fixture_run(30U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
     TEST_ASSERT_TRUE(pool_is_consistent(&fixture.subsystem.call_tokens));
     fixture.in_perform = NULL;
     fixture.ack        = PUS_ACK_ALL;
-    fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE); // and up again.
+    fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE); // It can go to OPERATIONAL again.
 }
 
 int main(void)

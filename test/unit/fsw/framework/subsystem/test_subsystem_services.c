@@ -196,11 +196,11 @@ static void the_last_call_token_is_reserved_for_the_ground(void)
     }
     fixture_run(1U);
     fixture_forget();
-    (void)fixture_function("WAIT", NULL, 0U); // A request from on board is refused,
+    (void)fixture_function("WAIT", NULL, 0U); // A request from on board is refused.
     fixture_expect("1.1 #7\n1.4 #7 0205 8\n");
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.subsystem.call_tokens.stats.refused);
     fixture.source = FIXTURE_USER;
-    (void)fixture_function("WAIT", NULL, 0U); // a request of the ground is performed.
+    (void)fixture_function("WAIT", NULL, 0U); // A request of the ground is performed.
     fixture_expect("1.1 #8\n1.3 #8\n");
     TEST_ASSERT_EQUAL_UINT16(SUBSYSTEM_CALL_TOKENS, fixture.subsystem.call_tokens.stats.taken);
 }

@@ -256,9 +256,9 @@ static void exceeding_the_torque_limit_is_reported_once_per_excess(void)
     rig_manipulator.parameters.torque_limit[1] = 12.0;
     for (unsigned excess = 1U; excess <= 3U; excess++) {
         rig_show(GRAVITY1, -12.5);
-        rig_idle(1U); // Sampled now,
+        rig_idle(1U); // This cycle samples the torque.
         TEST_ASSERT_EQUAL_UINT(excess - 1U, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
-        rig_idle(1U); // reported in the cycle that detects it.
+        rig_idle(1U); // The next cycle detects and reports the excess.
         TEST_ASSERT_EQUAL_UINT(excess, double_events(&rig_generic, MANIPULATOR_EVENT_TORQUE_LIMIT));
         rig_idle(50U);
         rig_show(GRAVITY1, -11.8); // Still within the hysteresis.

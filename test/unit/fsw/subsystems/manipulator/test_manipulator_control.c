@@ -211,9 +211,9 @@ static void engaging_under_load_lets_the_arm_settle_slowly(void)
     arm.external_nm[0]   = -11.0; // The spring pulls.
     arm.external_nm[1]   = -8.0;
     engage(hand, &motion, &step);
-    EXPECT_BELOW(0.1, step); // The torque has no step;
-    EXPECT_BELOW((11.0 / 4000.0) + (11.0 / 8000.0) + 0.0003,
-                 motion); // finally, the elastic deflection of loop and gear.
+    EXPECT_BELOW(0.1, step); // The torque has no step.
+    // The arm moves only by the elastic deflection of control loop and gear.
+    EXPECT_BELOW((11.0 / 4000.0) + (11.0 / 8000.0) + 0.0003, motion);
 }
 
 static void the_motor_target_begins_where_the_motor_is(void)
