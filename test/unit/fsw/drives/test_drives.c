@@ -242,7 +242,7 @@ static void a_configuration_that_timed_out_starts_again(void)
     }
     const unsigned syncs = bus.syncs;
     (void)cycle(NULL);
-    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // by then the network has stopped.
+    TEST_ASSERT_EQUAL_UINT(syncs, bus.syncs); // The network has stopped.
     TEST_ASSERT_EQUAL_HEX8(0x7FU, nodes[0]->nmt);
     const unsigned writes = nodes[1]->writes;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure)); // The operator tries again.

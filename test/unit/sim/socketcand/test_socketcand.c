@@ -218,9 +218,9 @@ static void time_waits_for_a_client_in_lock_step(void)
     TEST_ASSERT_EQUAL_STRING("< error syntax of step >", take(&client));
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 500U * 1000U, 0U));
     say(&client, "< step 2 >");
-    // The server waits for the client not in the first step,
+    // The server waits for the client only in each second step.
     TEST_ASSERT_EQUAL_UINT(0U, socketcand_end_step(server, 1000U * 1000U, 0U));
-    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1500U * 1000U, 0U)); // but in each second step.
+    TEST_ASSERT_EQUAL_UINT(1U, socketcand_end_step(server, 1500U * 1000U, 0U));
     osal_socket_close(&client);
     client = join_raw();
     say(&client, "< step 1 >");

@@ -11,8 +11,8 @@
 
 #define PMONS 2U
 #define STATISTICS 2U
-#define FIXTURE_CROSSED 20U // 16 octets of auxiliary data, as a PMON fills them,
-#define FIXTURE_FAILED 21U  // and 4, as an FMON fills them.
+#define FIXTURE_CROSSED 20U // Event of a PMON: 16 octets of auxiliary data.
+#define FIXTURE_FAILED 21U  // Event of an FMON: 4 octets of auxiliary data.
 #define TICKS_PER_S 16777216U
 
 static struct {

@@ -422,9 +422,9 @@ static void exactly_the_announced_octets_of_the_participant_are_taken(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 12U));
     TEST_ASSERT_EQUAL(5U, fixture.request_count);
     TEST_ASSERT_EQUAL(before, fixture.intrusions);
-    fixture_connect(1U); // Another client may connect at any time
+    fixture_connect(1U); // Another client may connect at any time.
     TEST_ASSERT_EQUAL(before + 1U, fixture.intrusions);
-    fixture_write_request(1U, 3U, 1U, 0U); // and send anything.
+    fixture_write_request(1U, 3U, 1U, 0U); // That client may send anything.
     fixture_run_until_requests(6U);
     TEST_ASSERT_EQUAL(before + 2U, fixture.intrusions);
 }
