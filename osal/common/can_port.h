@@ -5,8 +5,6 @@
 
 #include "osal/include/osal/can.h"
 
-#define CAN_SHM_NAME_MAX 64U ///< Octets of the name of a shared memory, '/' and NUL included.
-
 // The functions return the statuses of the functions of osal/can.h with the same name.
 /// can_shm.c: rings in shared memory. Name as in osal/shm.h.
 status_t can_shm_create(const char* name);

@@ -7,8 +7,7 @@
 
 #define PART_HEAD 12U // Octets before the code in a record: id (8), size (2), checksum (2).
 #define PART_DATA (PUS_RECORD_MAX - PART_HEAD)
-#define PARTS 3U          // Largest number of parts of one code.
-#define KEYS_EACH 4U      // Number of keys that are reserved for one procedure.
+#define KEYS_EACH 4U      // Keys that are reserved for one procedure; its code has at most 3 parts.
 #define ENGINE_KEY 65535U // Key of the record of the engine: running or stopped.
 
 uint32_t procedures_detail(const uint8_t* const id)

@@ -6,8 +6,8 @@
 
 #define METHOD_NEGATIVE_STOP (-1)
 #define METHOD_POSITIVE_STOP (-2)
-#define METHOD_HERE_OLD 35 // Number of the same method in editions before 37.
 #define METHOD_HERE 37     // The present position is the home position.
+#define METHOD_HERE_OLD 35 // Older number of the same method.
 
 #define BIT_START 0x0010U
 #define BIT_HALT 0x0100U
@@ -16,7 +16,7 @@ bool homing_init(homing_t* const homing, const axis_t* const axis, const double 
                  const double velocity_unit)
 {
     node_t* node           = axis->node;
-    const bool is_of_drive = ((axis->modes_supported->value >> (AXIS_MODE_HOMING - 1)) & 1U) != 0U;
+    const bool is_required = ((axis->modes_supported->value >> (AXIS_MODE_HOMING - 1)) & 1U) != 0U;
     *homing                = (homing_t){.position_unit = position_unit,
                                         .velocity_unit = velocity_unit,
                                         .method        = node_object(node, 0x6098U, 0U),
@@ -28,7 +28,7 @@ bool homing_init(homing_t* const homing, const axis_t* const axis, const double 
     const bool has_all     = (homing->method != NULL) && (homing->speed != NULL) &&
                          (homing->acceleration != NULL) && (homing->offset != NULL) &&
                          (homing->low_position != NULL) && (homing->high_position != NULL);
-    return has_all || !is_of_drive;
+    return has_all || !is_required;
 }
 
 void homing_reset(homing_t* const homing)

@@ -75,7 +75,7 @@ def _refusals(flight):
 
 
 @pytest.mark.parametrize("swap", [_swap_in_world, _swap_in_descriptor])
-def test_another_maker_than_the_descriptor_names_is_refused_by_its_vendor(house, swap):
+def test_a_drive_whose_vendor_differs_from_the_descriptor_is_refused(house, swap):
     """Commissioning reads the vendor before any motion."""
     swap(house, ("JOINT1",))
     flight = _fly(house, "commissioning")

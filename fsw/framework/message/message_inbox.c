@@ -7,7 +7,6 @@
 #include <string.h>
 
 #define AT_STAMP 0U // In the ring, the stamp replaces magic, version and kind, which have been checked.
-#define STAMP_OCTETS 4U
 // In the ring, this octet replaces the low octet of the addressee; 1 if the frame was dropped.
 #define AT_DROPPED 6U
 #define AT_LIFE 8U // Offset of the sender's life.

@@ -6,8 +6,6 @@
 
 #include <string.h>
 
-#define WIRE_BITS_MAX 1024U
-
 /// All bits of a frame, stuff bits included, and the begin and the end of its fast part.
 typedef struct {
     unsigned count; // Bits on the wire so far.
