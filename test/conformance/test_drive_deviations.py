@@ -70,7 +70,7 @@ def test_a_device_that_does_not_boot_is_reported_and_commissioning_fails(stage, 
 
 
 @pytest.mark.parametrize("index, code", [(0x6060, 0x06090030), (0x1400, 0x08000022)])
-def test_a_setting_that_is_refused_leaves_it_unconfigured(stage, down, index, code):
+def test_a_refused_setting_leaves_the_drive_unconfigured(stage, down, index, code):
     stage.play()
     assert stage.ground.request("PRE_OPERATIONAL")
     subindex = 0 if index == 0x6060 else 1

@@ -100,7 +100,7 @@ def test_a_command_that_writes_without_end_is_ended(kernel_folder, tmp_path, mon
 
 
 @pytest.mark.long
-def test_ctrl_c_ends_it(tmp_path):
+def test_ctrl_c_ends_the_vm(tmp_path):
     process = subprocess.Popen([*RUNNER, "--out", tmp_path, "echo begun; sleep 1000"], stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:

@@ -77,7 +77,7 @@ def test_a_base_that_telemetry_reports_is_that_of_telemetry(page):
     assert page.locator("station-scene .lacking").inner_text() == "wheels, thrusters: simulator’s truth"
 
 
-def test_all_of_it_is_truth_if_the_user_selects_the_truth(page):
+def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
     page.click("station-scene button:has-text('Simulator')")
     page.wait_for_selector("station-scene.truth")
     station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[13] < 1")

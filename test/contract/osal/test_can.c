@@ -135,7 +135,7 @@ static void full_ring_refuses_counts_and_loses_nothing_it_took(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&node, &late));
 }
 
-static void node_that_opens_has_received_nothing_and_what_it_sent_stays(void)
+static void a_node_that_opens_has_received_nothing_and_its_sent_frames_remain(void)
 {
     osal_can_frame_t out;
     const osal_can_frame_t frame = frame_of(0x181U, 8U, 0U);
@@ -260,7 +260,7 @@ int main(void)
     RUN_TEST(error_and_remote_frames_pass_through);
     RUN_TEST(lengths_that_no_frame_can_have_are_refused);
     RUN_TEST(full_ring_refuses_counts_and_loses_nothing_it_took);
-    RUN_TEST(node_that_opens_has_received_nothing_and_what_it_sent_stays);
+    RUN_TEST(a_node_that_opens_has_received_nothing_and_its_sent_frames_remain);
     RUN_TEST(names_and_addresses);
     RUN_TEST(a_frame_passes_if_it_matches_one_filter);
     RUN_TEST(a_mask_may_have_any_bit);

@@ -84,7 +84,7 @@ static void an_absent_device_cannot_be_opened(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_hand_over_create(&other, name));
 }
 
-static void a_closed_one_counts_nothing(void)
+static void a_closed_hand_over_counts_nothing(void)
 {
     osal_hand_over_t closed = OSAL_HAND_OVER_CLOSED;
     osal_hand_over_begin(&closed);
@@ -119,7 +119,7 @@ int main(void)
     RUN_TEST(a_connection_begins_with_nothing_on_the_way);
     RUN_TEST(octets_that_are_given_up_are_counted);
     RUN_TEST(an_absent_device_cannot_be_opened);
-    RUN_TEST(a_closed_one_counts_nothing);
+    RUN_TEST(a_closed_hand_over_counts_nothing);
     RUN_TEST(another_memory_is_not_taken_for_counts);
     return UNITY_END();
 }

@@ -347,7 +347,7 @@ static void ctrl_c_asks_the_mission_to_shut_down(void** state)
     assert_int_equal(0, launcher.exit_code);
 }
 
-static void ctrl_c_three_times_ends_it_at_once(void** state)
+static void ctrl_c_three_times_ends_the_run_at_once(void** state)
 {
     (void)state;
     expect_function_call(__wrap_launcher_start_all);
@@ -555,7 +555,7 @@ int main(void)
         cmocka_unit_test_setup(a_mission_that_has_finished_ends_the_run, set_up),
         cmocka_unit_test_setup(progress_is_shown_in_tenths, set_up),
         cmocka_unit_test_setup(ctrl_c_asks_the_mission_to_shut_down, set_up),
-        cmocka_unit_test_setup(ctrl_c_three_times_ends_it_at_once, set_up),
+        cmocka_unit_test_setup(ctrl_c_three_times_ends_the_run_at_once, set_up),
         cmocka_unit_test_setup(a_duration_asks_the_mission_to_shut_down_once, set_up),
         cmocka_unit_test_setup(a_mission_whose_operator_has_left_is_shut_down, set_up),
         cmocka_unit_test_setup(a_time_that_stands_still_ends_the_run, set_up),

@@ -404,7 +404,7 @@ static void refuse(const uint8_t kind, const void* const content, const size_t s
     link.at = link.end; // The proxy ends; here the next record follows.
 }
 
-static void what_is_no_record_of_a_program_is_refused(void)
+static void malformed_records_of_a_program_are_refused(void)
 {
     uint8_t content[16] = {0U};
     adopt();
@@ -461,7 +461,7 @@ int main(void)
     RUN_TEST(a_socket_of_a_link_is_adopted_once);
     RUN_TEST(a_datagram_that_is_lost_is_counted);
     RUN_TEST(files_of_the_program_are_forced_to_the_disk);
-    RUN_TEST(what_is_no_record_of_a_program_is_refused);
+    RUN_TEST(malformed_records_of_a_program_are_refused);
     RUN_TEST(the_end_of_the_program_is_seen);
     return UNITY_END();
 }

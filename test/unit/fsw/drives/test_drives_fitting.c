@@ -83,7 +83,7 @@ static void a_stream_device_is_refused_where_none_is_permitted(void)
     TEST_ASSERT_EQUAL_UINT32(10U, misfit.line);
 }
 
-static void another_mode_is_refused_and_so_are_two(void)
+static void a_missing_or_different_mode_is_refused(void)
 {
     expect_refused(BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" ENDNODE(" node='0x12'")
                        END,
@@ -261,7 +261,7 @@ int main(void)
     RUN_TEST(one_drive_is_refused_where_two_are_needed);
     RUN_TEST(another_class_is_refused);
     RUN_TEST(a_stream_device_is_refused_where_none_is_permitted);
-    RUN_TEST(another_mode_is_refused_and_so_are_two);
+    RUN_TEST(a_missing_or_different_mode_is_refused);
     RUN_TEST(every_device_has_one_end_node_on_can);
     RUN_TEST(each_bus_has_one_channel_b_and_each_node_one_bus);
     RUN_TEST(a_bus_has_room_for_sixteen_nodes_of_all_configurations);

@@ -53,7 +53,7 @@ static void hash_and_number_of_the_subsystem_select_the_descriptors(void)
     }
 }
 
-static void another_hash_is_refused_with_both_and_the_next_step(void)
+static void another_hash_is_refused_with_all_hashes_and_the_next_step(void)
 {
     const mission_descriptor_t* mission = NULL;
     subsystem_descriptor_t* own         = NULL;
@@ -99,7 +99,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(hash_and_number_of_the_subsystem_select_the_descriptors);
-    RUN_TEST(another_hash_is_refused_with_both_and_the_next_step);
+    RUN_TEST(another_hash_is_refused_with_all_hashes_and_the_next_step);
     RUN_TEST(a_subsystem_without_a_descriptor_is_refused);
     RUN_TEST(they_cannot_be_read_again);
     RUN_TEST(no_model_is_exchanged);

@@ -120,7 +120,7 @@ static void a_subsystem_that_was_not_up_stays_down(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129."));
 }
 
-static void unless_the_mission_requires_it_no_subsystem_is_recommissioned(void)
+static void no_subsystem_is_recommissioned_unless_the_mission_requires_that(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(ARM)->is_recommissioned = false;
@@ -144,9 +144,9 @@ static void a_subsystem_without_configuration_returns_to_its_earlier_state(void)
     TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, fixture.members[FIXTURE_LONE].phase);
 }
 
-// ---- Causes that stop it ----
+// ---- Causes that stop recommissioning ----
 
-static void a_mode_that_forbids_recommissioning_stops_it(void)
+static void a_mode_that_forbids_recommissioning_stops_the_running_one(void)
 {
     const uint8_t safe[1] = {MODE_SAFE};
     link_up(STATE_OPERATIONAL);
@@ -159,7 +159,7 @@ static void a_mode_that_forbids_recommissioning_stops_it(void)
 
 /// The mission permits configuration 2. A configuration whose number differs in the first octet is not
 /// permitted.
-static void a_configuration_that_is_not_permitted_stops_it(void)
+static void a_configuration_that_is_not_permitted_stops_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);
     supervisor_registry_find(&fixture.supervisor, ARM)->rested_with = 0x0102U;
@@ -179,7 +179,7 @@ static unsigned lines_with(const char* start)
 }
 
 /// The member stays in OFFLINE: it gets one command and has five seconds.
-static void a_member_that_does_not_follow_an_order_stops_it_in_time(void)
+static void a_member_that_does_not_follow_an_order_stops_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);
     mission_of(HAND)->is_recommissioned = false;
@@ -519,11 +519,11 @@ int main(void)
     RUN_TEST(a_network_is_recommissioned_with_its_links);
     RUN_TEST(recommissioning_ends_in_the_state_before_the_death);
     RUN_TEST(a_subsystem_that_was_not_up_stays_down);
-    RUN_TEST(unless_the_mission_requires_it_no_subsystem_is_recommissioned);
+    RUN_TEST(no_subsystem_is_recommissioned_unless_the_mission_requires_that);
     RUN_TEST(a_subsystem_without_configuration_returns_to_its_earlier_state);
-    RUN_TEST(a_mode_that_forbids_recommissioning_stops_it);
-    RUN_TEST(a_configuration_that_is_not_permitted_stops_it);
-    RUN_TEST(a_member_that_does_not_follow_an_order_stops_it_in_time);
+    RUN_TEST(a_mode_that_forbids_recommissioning_stops_the_running_one);
+    RUN_TEST(a_configuration_that_is_not_permitted_stops_recommissioning);
+    RUN_TEST(a_member_that_does_not_follow_an_order_stops_recommissioning);
     RUN_TEST(a_new_phase_is_progress);
     RUN_TEST(recommissioning_stops_in_time_when_a_partner_does_not_arrive);
     RUN_TEST(a_refused_link_is_requested_three_times);

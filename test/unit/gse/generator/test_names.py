@@ -82,7 +82,7 @@ def test_a_field_has_the_bounds_of_its_enumeration(with_side):
                                                      (9, "SIDE", field(min=0), "with an enumeration there is no min and no max"),
                                                      (9, "SIDE", field("INT8"), "one whose numbers fit INT8"),
                                                      (9, "SIDE", field("BOOL"), "one whose numbers fit BOOL")])
-def test_a_field_that_cannot_have_it_is_refused(with_side, line, name, item, says):
+def test_a_field_that_cannot_have_an_enumeration_is_refused(with_side, line, name, item, says):
     with pytest.raises(DescriptorError, match=f"d.xml:{line}: .*{says}"):
         names.enumerate_field(with_side, Element("d.xml", line, "Field", {"enumeration": name}), item)
 

@@ -420,7 +420,7 @@ static void a_file_that_cannot_be_opened_refuses_the_request(void)
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 
-static void a_file_of_which_nothing_is_wanted_is_closed_or_not_made(void)
+static void a_file_whose_areas_are_all_refused_is_closed_or_not_made(void)
 {
     memory_begin(ROM);
     memory_name_file();
@@ -489,7 +489,7 @@ int main(void)
     RUN_TEST(areas_are_dumped_to_a_file_one_behind_the_other);
     RUN_TEST(a_dump_to_a_file_ends_with_its_first_failure);
     RUN_TEST(a_file_that_cannot_be_opened_refuses_the_request);
-    RUN_TEST(a_file_of_which_nothing_is_wanted_is_closed_or_not_made);
+    RUN_TEST(a_file_whose_areas_are_all_refused_is_closed_or_not_made);
     RUN_TEST(a_request_longer_than_a_packet_is_refused);
     return UNITY_END();
 }

@@ -151,7 +151,7 @@ static void without_a_master_a_node_searches_from_power_on(void)
     TEST_ASSERT_EQUAL_UINT64(2U, value(4U));
 }
 
-static void after_the_loss_it_changes_after_ttoggle_heartbeat_times(void)
+static void after_a_loss_the_node_changes_channels_every_ttoggle_heartbeat_times(void)
 {
     wait(5U * MS);
     send_heartbeats(A, 100U * MS); // The last heartbeat was 20 ms ago.
@@ -336,7 +336,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_node_begins_on_bdefault_and_stays_on_the_channel_of_its_master);
     RUN_TEST(without_a_master_a_node_searches_from_power_on);
-    RUN_TEST(after_the_loss_it_changes_after_ttoggle_heartbeat_times);
+    RUN_TEST(after_a_loss_the_node_changes_channels_every_ttoggle_heartbeat_times);
     RUN_TEST(the_master_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times);
     RUN_TEST(the_search_ends_after_ntoggle_changes);
     RUN_TEST(a_ttoggle_of_zero_disables_the_search);

@@ -29,7 +29,7 @@ static void the_delay_doubles_up_to_its_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(7U, reconnect.failed);
 }
 
-static void a_connection_as_long_as_the_delay_resets_it(void)
+static void a_connection_as_long_as_the_delay_resets_the_delay(void)
 {
     flow_reconnect_failed(&reconnect, 0U);
     flow_reconnect_failed(&reconnect, 10U);
@@ -83,7 +83,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_delay_doubles_up_to_its_maximum);
-    RUN_TEST(a_connection_as_long_as_the_delay_resets_it);
+    RUN_TEST(a_connection_as_long_as_the_delay_resets_the_delay);
     RUN_TEST(a_connection_that_is_lost_at_once_counts_as_a_failure);
     RUN_TEST(time_and_delay_do_not_wrap);
     RUN_TEST(coding_errors_are_assertions);

@@ -120,7 +120,7 @@ static void the_tool_moves_by_the_scale_and_keeps_the_rest_of_its_pose(void)
     }
 }
 
-static void within_the_dead_band_nothing_moves_and_beyond_it_no_step(void)
+static void within_the_dead_band_the_tool_rests_and_beyond_it_moves_without_a_step(void)
 {
     const double first[2]        = {0.1, 0.1};
     const double inside[2]       = {0.109, 0.091};
@@ -336,7 +336,7 @@ int main(void)
     rig_load();
     RUN_TEST(coupling_the_hand_does_not_move_the_tool);
     RUN_TEST(the_tool_moves_by_the_scale_and_keeps_the_rest_of_its_pose);
-    RUN_TEST(within_the_dead_band_nothing_moves_and_beyond_it_no_step);
+    RUN_TEST(within_the_dead_band_the_tool_rests_and_beyond_it_moves_without_a_step);
     RUN_TEST(the_range_of_the_hand_ends_the_motion);
     RUN_TEST(without_the_hand_the_tool_comes_to_rest_and_waits);
     RUN_TEST(an_angle_that_is_not_a_number_counts_as_no_hand);
