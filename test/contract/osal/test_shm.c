@@ -60,7 +60,7 @@ static void pause_us(osal_clock_t* const clock, const uint64_t us)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_clock_wait(clock, osal_clock_now_ns(clock) + (1000U * us), NULL, 0U));
 }
 
-/// Looks for the block again and again, with a higher priority than its creator.
+/// Tries to open the block again and again, with a higher priority than its creator.
 static void look(void* context)
 {
     osal_clock_t clock;
@@ -107,7 +107,7 @@ static void memory_is_zero_as_soon_as_it_can_be_opened(void)
     TEST_ASSERT_EQUAL_UINT(0U, dirty);
 }
 
-static void names_that_exist_and_do_not(void)
+static void existing_and_missing_names_are_distinguished(void)
 {
     osal_shm_t one;
     osal_shm_t two;
@@ -154,8 +154,8 @@ static void names_out_of_the_contract_are_invalid(void)
 static void too_large_shared_memory_is_refused_and_leaves_no_name(void)
 {
     osal_shm_t shm;
-    for (unsigned shift = 1U; shift <= 8U;
-         shift++) { // 2^56 octets or more, 16 MiB or more on a small machine.
+    // The sizes are 2^56 octets or more; on a processor of 32 bits 16 MiB or more.
+    for (unsigned shift = 1U; shift <= 8U; shift++) {
         TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, osal_shm_create(&shm, name, SIZE_MAX >> shift));
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_open(&shm, name));
     }
@@ -194,7 +194,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(created_memory_is_zero_and_has_the_size_of_its_creator);
     RUN_TEST(memory_is_zero_as_soon_as_it_can_be_opened);
-    RUN_TEST(names_that_exist_and_do_not);
+    RUN_TEST(existing_and_missing_names_are_distinguished);
     RUN_TEST(names_with_a_prefix_are_listed_and_can_be_removed);
     RUN_TEST(names_out_of_the_contract_are_invalid);
     RUN_TEST(too_large_shared_memory_is_refused_and_leaves_no_name);

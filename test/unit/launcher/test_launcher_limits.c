@@ -88,7 +88,7 @@ static void a_limit_below_the_program_is_refused_with_file_and_line(void** state
 {
     (void)state;
     expect_program("bin/arm", 501U * 1024U, STATUS_OK);
-    assert_false(launcher_set_limits(&launcher, "m.xml")); // The second program is not looked at.
+    assert_false(launcher_set_limits(&launcher, "m.xml")); // The second program is not checked.
     assert_string_equal(
         "m.xml:10: memoryKiB=\"500\" of <Subsystem>: expected more KiB than the program alone "
         "needs, 501",
@@ -96,7 +96,7 @@ static void a_limit_below_the_program_is_refused_with_file_and_line(void** state
     assert_int_equal(1, launcher.exit_code);
 }
 
-static void without_a_limit_it_is_derived_from_the_program_and_printed(void** state)
+static void a_missing_limit_is_derived_from_the_program_and_printed(void** state)
 {
     (void)state;
     launcher.mission.storage.subsystems[0].memory_kib = 0U;
@@ -129,7 +129,7 @@ static void native_components_only_are_limited(void** state)
 
 // ---- Ends ----
 
-static void an_end_is_reported_once_it_is_known(void** state)
+static void an_end_is_reported_as_soon_as_it_is_known(void** state)
 {
     child_t child = {.name = "arm", .is_alive = false};
     (void)state;
@@ -186,9 +186,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(the_limit_of_the_mission_counts_if_the_program_fits),
         TEST(a_limit_below_the_program_is_refused_with_file_and_line),
-        TEST(without_a_limit_it_is_derived_from_the_program_and_printed),
+        TEST(a_missing_limit_is_derived_from_the_program_and_printed),
         TEST(native_components_only_are_limited),
-        TEST(an_end_is_reported_once_it_is_known),
+        TEST(an_end_is_reported_as_soon_as_it_is_known),
         TEST(the_peak_of_all_lives_is_kept),
         TEST(the_memory_of_a_component_that_failed_is_printed),
     };

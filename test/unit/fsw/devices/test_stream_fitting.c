@@ -87,7 +87,7 @@ static void two_devices_at_one_end_node_are_refused(void)
                           &misfit));
 }
 
-static void missing_fields_and_too_many_are_refused(void)
+static void missing_fields_and_too_many_fields_or_devices_are_refused(void)
 {
     char document[8192] = BEGIN "<Device name='X' type='stream'>"
                                 "<Field name='COUNT' direction='IN' type='UINT16'/>"
@@ -172,7 +172,7 @@ int main(void)
     RUN_TEST(every_end_node_but_can_is_accepted);
     RUN_TEST(devices_that_cannot_be_reached_are_refused);
     RUN_TEST(two_devices_at_one_end_node_are_refused);
-    RUN_TEST(missing_fields_and_too_many_are_refused);
+    RUN_TEST(missing_fields_and_too_many_fields_or_devices_are_refused);
     RUN_TEST(an_end_node_of_one_direction_serves_fields_of_that_direction);
     RUN_TEST(sixteen_fields_of_each_direction_are_accepted);
     RUN_TEST(more_than_sixteen_fields_to_flight_are_refused);

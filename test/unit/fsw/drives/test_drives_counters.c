@@ -22,7 +22,7 @@ void tearDown(void)
 {
 }
 
-/// A change of each source changes only the field of the same name.
+/// Each source has a value of its own, so that the value of a field shows its source.
 static void each_counter_is_published_under_its_name(void)
 {
     static const char* const names[] = {

@@ -75,7 +75,7 @@ static void a_subsystem_without_a_descriptor_is_refused(void)
     TEST_ASSERT_NOT_NULL(strstr(access.load(access.context, &run, 1U, &mission, &own), "for SECOND"));
 }
 
-static void they_cannot_be_read_again(void)
+static void compiled_descriptors_cannot_be_read_again(void)
 {
     char characters[DESCRIPTOR_ERROR_CHARACTERS];
     text_t error                  = text_in(characters, sizeof characters);
@@ -101,7 +101,7 @@ int main(void)
     RUN_TEST(hash_and_number_of_the_subsystem_select_the_descriptors);
     RUN_TEST(another_hash_is_refused_with_all_hashes_and_the_next_step);
     RUN_TEST(a_subsystem_without_a_descriptor_is_refused);
-    RUN_TEST(they_cannot_be_read_again);
+    RUN_TEST(compiled_descriptors_cannot_be_read_again);
     RUN_TEST(no_model_is_exchanged);
     return UNITY_END();
 }

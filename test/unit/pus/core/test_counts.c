@@ -71,7 +71,7 @@ static void numbers_continue_where_they_ended(void)
     TEST_ASSERT_EQUAL(0U, request(18U));
 }
 
-static void messages_beyond_a_full_table_of_counters_are_counted_together(void)
+static void all_counts_of_full_tables_continue(void)
 {
     begin();
     for (unsigned i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
@@ -105,7 +105,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(numbers_continue_where_they_ended);
-    RUN_TEST(messages_beyond_a_full_table_of_counters_are_counted_together);
+    RUN_TEST(all_counts_of_full_tables_continue);
     RUN_TEST(counts_out_of_range_are_not_sound);
     return UNITY_END();
 }

@@ -192,7 +192,7 @@ static void an_interface_that_opens_only_in_part_is_closed(void** state)
 }
 
 /// A controller that reports errors without end does not block its user.
-static void a_flood_of_error_frames_is_taken_in_piecewise(void** state)
+static void a_flood_of_error_frames_is_received_in_pieces(void** state)
 {
     osal_can_frame_t frame;
     (void)state;
@@ -213,7 +213,7 @@ int main(void)
         cmocka_unit_test_setup(an_interface_lost_while_sending_is_opened_again, set_up),
         cmocka_unit_test_setup(an_interface_lost_while_receiving_is_opened_again, set_up),
         cmocka_unit_test_setup(an_interface_that_opens_only_in_part_is_closed, set_up),
-        cmocka_unit_test_setup(a_flood_of_error_frames_is_taken_in_piecewise, set_up),
+        cmocka_unit_test_setup(a_flood_of_error_frames_is_received_in_pieces, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

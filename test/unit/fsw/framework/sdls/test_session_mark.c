@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The session mark with power cuts, damaged copies and failing disks: it never decreases.
+// The session mark never decreases, whatever power cuts, damaged copies and failing disks occur.
 #include "fsw/framework/sdls/session_mark.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"
@@ -28,7 +28,7 @@ void tearDown(void)
 {
 }
 
-static void open_it(const uint32_t expected)
+static void expect_session(const uint32_t expected)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_open(&mark, &medium, check));
     TEST_ASSERT_EQUAL_UINT32(expected, mark.session);
@@ -36,36 +36,36 @@ static void open_it(const uint32_t expected)
 
 static void numbers_survive_a_restart(void)
 {
-    open_it(0U);
+    expect_session(0U);
     for (uint32_t session = 1U; session <= SESSIONS; session++) {
         TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session * 3U));
-        open_it(session * 3U);
+        expect_session(session * 3U);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, UINT32_MAX));
-    open_it(UINT32_MAX);
+    expect_session(UINT32_MAX);
 }
 
-/// Also while a mark stays open, a number is valid only when both copies with it are on the disk.
+/// While the mark stays open, each session number is written into both copies.
 static void both_copies_are_updated(void)
 {
     const uint8_t* const octets = recorded.image[0].octets;
-    open_it(0U);
+    expect_session(0U);
     const size_t size = recorded.image[0].size;
     for (uint32_t session = 1U; session <= SESSIONS; session++) {
         TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session));
         TEST_ASSERT_EQUAL_MEMORY(octets, &octets[SESSION_MARK_APART], SESSION_MARK_RECORD);
         TEST_ASSERT_EQUAL_UINT64(size, recorded.image[0].size);
     }
-    open_it(SESSIONS);
+    expect_session(SESSIONS);
 }
 
 static void one_damaged_copy_is_repaired(void)
 {
-    open_it(0U);
+    expect_session(0U);
     TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, 5U));
     for (size_t octet = 0U; octet < (SESSION_MARK_APART + SESSION_MARK_RECORD); octet++) {
         recorded.image[0].octets[octet] ^= 0x10U;
-        open_it(5U); // Repairs it.
+        expect_session(5U); // Opening repairs the copy.
     }
     memset(recorded.image[0].octets, 0, SESSION_MARK_APART + SESSION_MARK_RECORD);
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_session_mark_open(&mark, &medium, check));
@@ -81,7 +81,7 @@ static void missing_marks_and_marks_of_another_key_are_refused(void)
 
 static void failures_of_the_disk_are_reported(void)
 {
-    open_it(0U);
+    expect_session(0U);
     uint32_t session = 0U;
     for (unsigned call = 1U; call <= 4U; call++) { // Write, sync, write, sync.
         recorded.calls      = 0U;
@@ -94,7 +94,7 @@ static void failures_of_the_disk_are_reported(void)
         recorded.fail_from = 0U;
         session++;
         TEST_ASSERT_EQUAL(STATUS_OK, sdls_session_mark_advance(&mark, session));
-        open_it(session);
+        expect_session(session);
     }
     for (unsigned call = 1U; call <= 2U; call++) { // The two copies are read.
         recorded.calls     = 0U;
@@ -113,13 +113,14 @@ static void cut(const size_t operation, const size_t size)
     recorded_apply(&recorded.operations[operation], size, media);
 }
 
-/// For each operation: the session numbers accepted before, and the highest one started.
+/// After a power cut within any operation, the mark has the session number that was being stored, or the number
+/// before it.
 static void power_cuts_keep_a_valid_mark(void)
 {
     static operation_t operations[OPERATIONS_MAX];
     static image_t start[2];
     static uint8_t data[4096];
-    open_it(0U);
+    expect_session(0U);
     recorded_copy(start, recorded.image);
     recorded_clear(start);
     medium = recorded_medium(0U);
@@ -144,9 +145,9 @@ static void power_cuts_keep_a_valid_mark(void)
             TEST_ASSERT_TRUE((mark.session == begun) || (mark.session == (begun - 1U)));
             const uint32_t found = mark.session;
             memset(recorded.image[0].octets, 0, SESSION_MARK_RECORD); // The next cut is in the first copy.
-            open_it(found);
+            expect_session(found);
             memset(&recorded.image[0].octets[SESSION_MARK_APART], 0, SESSION_MARK_RECORD);
-            open_it(found);
+            expect_session(found);
         }
     }
 }

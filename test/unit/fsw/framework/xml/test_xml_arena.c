@@ -78,7 +78,7 @@ static void a_block_that_still_fits_is_not_moved(void)
     char* const block = xml_arena_take(20U);
     (void)xml_arena_take(1U);
     TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 3U));
-    // The size up to the end of its last 16 octets.
+    // A block of 20 octets occupies 32, because sizes are multiples of 16.
     TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 32U));
 }
 
