@@ -108,9 +108,9 @@ medium_t supervisor_undo_open(undo_medium_t* const place, checkpoint_t* const ch
     if (checkpoint == NULL) {
         return *inner;
     }
-    *place               = (undo_medium_t){.inner = *inner, .checkpoint = checkpoint, .number = number};
-    size_t size          = 0U;
-    size_t from          = 0U;
+    *place      = (undo_medium_t){.inner = *inner, .checkpoint = checkpoint, .number = number};
+    size_t size = 0U;
+    size_t from = 0U;
     // Undo the newest write first: where writes overlapped, the octets before the oldest write must remain.
     const uint8_t* block = supervisor_checkpoint_before(checkpoint, &checkpoint->undo, &from, &size);
     for (; block != NULL; block = supervisor_checkpoint_before(checkpoint, &checkpoint->undo, &from, &size)) {

@@ -22,7 +22,7 @@
 
 #define DESCRIPTOR "descriptors/subsystems/manipulator.xml"
 #define STEPS_TO_OFFLINE 100000U
-#define STEPS_MAX 3000U // Maximum number of steps of the records of one input.
+#define STEPS_MAX 3000U           // Maximum number of steps of the records of one input.
 #define CYCLES_TO_SECURE 50U      // From leaving OPERATIONAL until each drive that obeys has its brake on.
 #define OPERATION_ENABLED 0x000FU // Controlword of CiA 402: torque, the brake is released.
 

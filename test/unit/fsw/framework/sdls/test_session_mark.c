@@ -113,8 +113,8 @@ static void cut(const size_t operation, const size_t size)
     recorded_apply(&recorded.operations[operation], size, media);
 }
 
-/// After a power cut within any operation, the mark has the session number that was being stored, or the number
-/// before it.
+/// After a power cut within any operation, the mark has the session number that was being stored, or the
+/// number before it.
 static void power_cuts_keep_a_valid_mark(void)
 {
     static operation_t operations[OPERATIONS_MAX];
