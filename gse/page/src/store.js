@@ -76,7 +76,7 @@ class Store {
   // Send a request to the station. The promise resolves with the answer.
   ask(order) {
     return new Promise((resolve) => {
-      if (!this.hasSocket) {
+      if (this.socket?.readyState !== WebSocket.OPEN) {
         resolve({ refused: this.replay ? this.link.text : "the station does not answer" });
         return;
       }

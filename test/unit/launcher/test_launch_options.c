@@ -303,7 +303,7 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--bus can --interface robot=", "expected BUS=INTERFACE"},
         {"--bus vcan --interface robot=can0", "use --bus can"},
         {"--interface robot=can0", "use --bus can"},
-        {"--bus can --interface robot=can0 --interface joystick=can1 --sim-interface robot=can2", "on none"},
+        {"--bus can --interface robot=can0 --interface joystick=can1 --sim-interface robot=can2", "or on no bus"},
         {"--bus can --time real --interface robot=can0 --tools 29536", "no part in this run"},
         {"--bus vcan --nodes 2", "one network namespace"},
         {"--scenario", "a value is missing"},
