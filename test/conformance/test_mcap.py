@@ -85,10 +85,10 @@ def test_every_frame_is_there_and_signals_are_those_of_cantools(run, messages):
         rows = log.frames(message.frame_id)
         shown = messages[f"/can/robot/{name.lower()}"]
         assert len(rows) == len(shown) > 0
-        for row, (time_ns, message) in list(zip(rows, shown))[::50]:
+        for row, (time_ns, decoded) in list(zip(rows, shown))[::50]:
             wanted = message.decode(bytes(log.data[row, : log.length[row]]), decode_choices=False)
             assert time_ns == log.time_us[row] * 1000
-            assert [getattr(message, field) for field in message.__slots__] == pytest.approx([float(value) for value in wanted.values()])
+            assert [getattr(decoded, field) for field in decoded.__slots__] == pytest.approx([float(value) for value in wanted.values()])
 
 
 def test_other_frames_are_raw(run, messages):
