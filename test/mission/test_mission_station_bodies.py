@@ -55,6 +55,7 @@ def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar)
     station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[12] > 0.02")
     before = page.evaluate(SEEN)
     station.until(page, f"window.station.scene.bodies[0].arm.node.matrix.elements[12] > {before[0][0]} + 0.02")
+    station.until(page, f"window.station.scene.actuators.wheels[0].angle < {before[1]}")
     after = page.evaluate(SEEN)
     assert after[3] == ["PUSH1", "PUSH2"]
     assert after[1] < before[1] and after[2] == pytest.approx(-0.95, abs=0.01)  # The wheel turns backwards, with 11.4 of 12 Nms.
