@@ -8,7 +8,7 @@ from page import escape, shell, table
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "pus" / "catalogue"
 FILE, TITLE = "icd-messages.html", "Messages of the packet services"
-# # Octets of a field by its coding, if the catalogue does not give its size.
+# Octets of a field by its coding, if the catalogue does not give its size.
 OCTETS = {"id": "4", "layout": "1", "text": "2 + n", "octets": "2 + n", "packet": "n", "rest": "the rest"} | {
     name: str(size) for name, size in catalogue.CODINGS.items()
 }

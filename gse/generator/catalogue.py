@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from source import DescriptorError
 
-# # Octets of a field of each coding with a fixed size.
+# Octets of a field of each coding with a fixed size.
 CODINGS = {"u8": 1, "u16": 2, "u32": 4, "u64": 8, "i16": 2, "i32": 4, "i64": 8, "f64": 8, "time": 8, "reltime": 7, "cds": 8}
 CODINGS |= {"position": 6, "name": 8}
 VARIABLE = {"text": "SIZED", "octets": "SIZED", "packet": "PACKET", "rest": "REST"}

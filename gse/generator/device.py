@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from source import BUS_NAME_MAX, NUMBER_OUT_OF_RANGE, TYPES, read_number
 
-# # Attributes of an end node that describe the records which it transfers.
+# Attributes of an end node that describe the records which it transfers.
 RECORDS = ("checksum", "silence", "retry", "retryLongest")
 ENDNODES = {  # type: required and optional attributes; all others are refused
     "CAN": (("bus", "node"), ()),

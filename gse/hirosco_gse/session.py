@@ -17,7 +17,7 @@ from .failures import Failure
 
 GROUND_USER = 1  # Source id of telecommands of the command line.
 OUT_OF_RANGE = 0x0203  # Failure code of a value outside its limits.
-# # Subtypes of ST[01] with which a verification ends.
+# Subtypes of ST[01] with which a verification ends.
 FINAL_SUBTYPES = (2, 4, 7, 8, 10)
 ENDED = 32  # Requests whose reports may still arrive in parts.
 ASKED = 0x4000  # Packets that are remembered until a script logs them.

@@ -79,6 +79,9 @@ SENTENCES = {".c": COMMENT, ".h": COMMENT, ".inc": COMMENT, ".js": COMMENT, ".py
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
+DOUBLED_MARK = re.compile(r"^\s*(?:///? ///?|# #) ")
+
+
 def comment_breaches(path, lines):
     """Comments wider than the code, and banners in another form, such as a single line between blank ones."""
     for number, (before, line, after) in enumerate(zip(["-", *lines], lines, [*lines[1:], "-"]), 1):
@@ -130,6 +133,8 @@ def breaches(path, words, turns):
             yield f"{path}:{number}: '{found[0]}' does not belong here"
         if (path.name == "Makefile" or path.suffix == ".mk") and len(line) > MAKEFILE_COLUMNS:
             yield f"{path}:{number}: {len(line)} columns, {MAKEFILE_COLUMNS} allowed"
+        if path.suffix in SENTENCES and path.suffix != ".md" and DOUBLED_MARK.match(line):
+            yield f"{path}:{number}: a comment begins with one mark"
         if path.suffix in {".js", ".css"} and len(line) > COMMENT_COLUMNS:
             yield f"{path}:{number}: {len(line)} columns, {COMMENT_COLUMNS} allowed"
     for number, sentence in sentences(path, text):

@@ -213,6 +213,9 @@ def test_text(tmp_path, monkeypatch, text, complaint):
         ("sim/a.c", "int a;\n\n// One step.\nint b;", None),
         ("sim/a.c", "// ---- One step -----------------", "a banner is written"),
         ("sim/a.c", "// " + "-" * 60, "a banner is written"),
+        ("sim/a.c", "    // " "// The next step.", "begins with one mark"),
+        ("gse/a.js", "// " "// The next step.", "begins with one mark"),
+        ("gse/a.py", "# " "# The next step.", "begins with one mark"),
     ],
 )
 def test_turns_in_texts_and_width_of_comments(tmp_path, monkeypatch, name, line, complaint):

@@ -7,7 +7,7 @@ import { el, text } from "./dom.js";
 
 const LIST_MS = 250; // Period of checking whether the tab is open.
 
-// // Button that opens a command in the tab Command.
+// Button that opens a command in the tab Command.
 const prepare = (line, word) =>
   el("button", { "aria-label": line, onclick: () => store.tell("again", line) }, word);
 

@@ -6,7 +6,7 @@ import { after, History } from "./history.js";
 import { posesBetween } from "./kinematics.js";
 
 const KEPT_COMMANDS = 500;
-// // A gap between reports [s] in which the robot is not drawn; time after the last report in which it is
+// A gap between reports [s] in which the robot is not drawn; time after the last report in which it is
 // drawn.
 const GAP_S = 1,
   LAST_S = 3;

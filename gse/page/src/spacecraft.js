@@ -96,7 +96,7 @@ const BOXES = {
   SOFTWARE_DEINIT: [159, 164, 118, 22],
   OFFLINE: [0, 200, 286, 28],
 };
-// // Paths of the arrows between the boxes in the drawing.
+// Paths of the arrows between the boxes in the drawing.
 const ARROWS = [
   "M55 43v-15",
   "M80 28v15",
