@@ -50,6 +50,8 @@ bool launcher_check_device_classes(launcher_t* launcher);
 bool launcher_check_remote_endian(launcher_t* launcher);
 /// True if the program of the component runs on another processor and has a proxy.
 bool launcher_has_proxy(const launcher_t* launcher, unsigned component);
+/// Octets of messages that may be on their way to the component (message_set_window).
+uint32_t launcher_message_window(const launcher_t* launcher, unsigned component);
 /// Add program and arguments of a component's process, or of its proxy.
 void launcher_add_component(const launcher_t* launcher, unsigned component, arguments_t* arguments);
 

@@ -340,6 +340,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
         const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
         component->apid                            = subsystem->apid;
         component->message_descriptor              = -1;
+        component->message_window                  = launcher_message_window(launcher, i);
         component->life                            = 1U;
         component->wanted_life                     = 1U;
         run_state_beat(run, i, 0U, OSAL_LOCKSTEP_NEVER);

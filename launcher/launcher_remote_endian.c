@@ -5,6 +5,7 @@
 
 #include "base/assertion.h"
 #include "base/text.h"
+#include "fsw/framework/message/message.h"
 #include "osal/include/osal/file.h"
 
 #include <string.h>
@@ -90,6 +91,13 @@ static const processor_t* processor_of(const launcher_t* const launcher, const u
 bool launcher_has_proxy(const launcher_t* const launcher, const unsigned component)
 {
     return processor_of(launcher, component) != NULL;
+}
+
+uint32_t launcher_message_window(const launcher_t* const launcher, const unsigned component)
+{
+    const processor_t* const processor = processor_of(launcher, component);
+    return ((processor != NULL) && (processor->board != NULL)) ? MESSAGE_SMALL_WINDOW_OCTETS
+                                                               : MESSAGE_WINDOW_OCTETS;
 }
 
 /// Refuse the run; the reason consists of the three texts. Returns false.

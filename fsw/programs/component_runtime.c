@@ -272,8 +272,7 @@ static status_t send_up(void* const context, const uint8_t* const packet, const 
 }
 
 CAPACITY_CHECK(peers_fit, MESSAGE_PEERS_MAX >= (MISSION_SUBSYSTEMS_MAX - 1U));
-// A wait polls the message socket, those of the links that the component consumes, and up to eight of its
-// own.
+// A wait polls the message socket, those of the links that the component consumes, and up to eight others.
 CAPACITY_CHECK(sockets_fit, COMPONENT_RUNTIME_SOCKETS_MAX >= (1U + CAPACITY_SUBSYSTEM_LINKS + 8U));
 
 // ---- Opening a runtime ----
@@ -325,7 +324,8 @@ static bool is_by_tipc(const component_runtime_t* const runtime)
 
 static status_t add_peers(component_runtime_t* const runtime)
 {
-    status_t status = STATUS_OK;
+    status_t status = message_set_window(&runtime->endpoint, runtime->apid,
+                                         runtime->run->components[runtime->component].message_window);
     for (unsigned i = 0U; (i < runtime->run->component_count) && (status == STATUS_OK); i++) {
         const run_component_t* const peer = &runtime->run->components[i];
         const bool is_needed = (runtime->apid == SUPERVISOR_APID) || (peer->apid == SUPERVISOR_APID);
@@ -333,6 +333,9 @@ static status_t add_peers(component_runtime_t* const runtime)
             continue; // Subsystems communicate with the supervisor only.
         }
         status = message_add_peer(&runtime->endpoint, peer->apid);
+        status = (status == STATUS_OK)
+                     ? message_set_window(&runtime->endpoint, peer->apid, peer->message_window)
+                     : status;
         if ((status != STATUS_OK) || !osal_socket_is_open(&runtime->message_socket)) {
             continue;
         }
@@ -386,11 +389,10 @@ status_t component_runtime_open_inbox(component_runtime_t* const runtime, messag
     }
     status = add_peers(runtime);
     read_lives(runtime);
-    return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many components", status);
+    return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many peers, or too large a window", status);
 }
 
-/// Returns the life of this process. The supervisor restarts without a command, and its messages continue in
-/// their life.
+/// Returns the life of this process. The supervisor restarts without a command; its messages keep their life.
 static uint32_t process_life(const run_component_t* const component)
 {
     return (component->apid == SUPERVISOR_APID) ? __atomic_load_n(&component->found_life, __ATOMIC_ACQUIRE)

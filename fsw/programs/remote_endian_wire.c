@@ -8,7 +8,7 @@
 #define SIZE_OCTETS 4U
 #define HEADER_OCTETS (SIZE_OCTETS + 1U)
 #define SIZE_RUN_OCTETS                                                                                      \
-    (32U + RUN_IDENTITY_MAX + (3U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (16U + DESCRIPTOR_NAME_MAX)) + \
+    (32U + RUN_IDENTITY_MAX + (3U * RUN_PATH_MAX) + (MISSION_SUBSYSTEMS_MAX * (22U + DESCRIPTOR_NAME_MAX)) + \
      (RUN_LINKS_MAX * 6U)) ///< Largest size of the content.
 /// Size of a `done`, without its frames.
 #define SIZE_DONE_OCTETS (24U + (OSAL_LOCKSTEP_PARTICIPANTS_MAX * 8U))
@@ -169,6 +169,7 @@ void remote_endian_write_run(octet_writer_t* const writer, const run_state_t* co
         write_text(writer, one->name);
         octet_write_u32(writer, (uint32_t)one->message_descriptor);
         octet_write_u16(writer, one->message_port);
+        octet_write_u32(writer, one->message_window);
         octet_write_u32(writer, one->life);
         octet_write_u32(writer, one->link_floor);
     }
@@ -202,6 +203,7 @@ bool remote_endian_read_run(octet_reader_t* const reader, run_state_t* const out
         is_good                    = read_text(reader, one->name, sizeof one->name);
         one->message_descriptor    = (int)octet_read_u32(reader);
         one->message_port          = octet_read_u16(reader);
+        one->message_window        = octet_read_u32(reader);
         one->life                  = octet_read_u32(reader);
         one->link_floor            = octet_read_u32(reader);
     }

@@ -18,11 +18,14 @@
 #include <stdint.h>
 
 #define RUN_LINKS_MAX CAPACITY_LINKS
+// A program on a board, which has its own copy of the run state, defines smaller numbers of both.
+#ifndef RUN_FLOWS_MAX
 #define RUN_FLOWS_MAX 32U
+#define RUN_PROCESSES_MAX 64U
+#endif
 #define RUN_IDENTITY_MAX 24U
 #define RUN_PATH_MAX 256U
 #define RUN_NAME_MAX 64U
-#define RUN_PROCESSES_MAX 64U
 #define RUN_SIMULATOR 0U                     ///< Number of the simulator as participant.
 #define RUN_COMPUTERS_MAX CAPACITY_COMPUTERS ///< On-board computers.
 #define RUN_STEP_NS 500000U                  ///< Time step of the scheduler [ns].
@@ -45,6 +48,7 @@ typedef struct {
     int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
     uint16_t message_port;     ///< UDP port of the message socket.
     uint64_t message_identity; ///< TIPC identity of the message socket.
+    uint32_t message_window;   ///< Octets on their way to it (message_set_window); 0: MESSAGE_WINDOW_OCTETS.
     /// Written by the supervisor (the first life by the launcher):
     uint32_t life;        ///< Number of the last start that was commanded, from 1.
     uint32_t link_floor;  ///< Links of the life `life` have epochs above this number.

@@ -17,10 +17,16 @@
 #define COMPONENT_PLAY_OUTS_MAX                                                                              \
     1U // fsw/programs/component_runtime.h: a program on a board has no link with a relay.
 
-#define PUS_PACKET_MAX 1024U         // pus/core/tailoring.h: longer requests are rejected with TM[1,2].
-#define PUS_PLAIN_SIZE 4096U         // pus/core/app_process.h
-#define SUBSYSTEM_INBOX_OCTETS 2048U // fsw/framework/subsystem/subsystem_core.h
+#define PUS_PACKET_MAX 1024U // pus/core/tailoring.h: longer requests are rejected with TM[1,2].
+#define PUS_PLAIN_SIZE 3584U // pus/core/app_process.h
+// fsw/framework/message/message.h: the launcher gives this window to components on a board.
+#define MESSAGE_ROOM_OCTETS MESSAGE_SMALL_WINDOW_OCTETS
+#define SUBSYSTEM_INBOX_OCTETS 1536U // fsw/framework/subsystem/subsystem_core.h
+#define SUBSYSTEM_LOOP_ANSWER 1536U
 #define SUBSYSTEM_FUNCTIONAL 2U
+// fsw/programs/run_state.h: flows that the program itself creates; it starts no process.
+#define RUN_FLOWS_MAX 8U
+#define RUN_PROCESSES_MAX 1U
 #define RTLINK_PAYLOAD_MAX 256U  // fsw/framework/rtlink/agreement.h
 #define JOURNAL_RECORD_MAX 2048U // fsw/framework/journal/journal.h
 // fsw/framework/rtlink/play_out.h: the one buffer is not used.

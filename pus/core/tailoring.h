@@ -53,6 +53,9 @@
 
 #define PUS_NAME_SIZE 8U   ///< Size of a function id: the name of the function, padded with NUL [octets].
 #define PUS_COUNT_MAX 255U ///< Largest count in a request.
+/// Number of entries of `each` octets for which `octets` have room, at most PUS_COUNT_MAX.
+#define PUS_COUNT_OF(octets, each)                                                                           \
+    ((((octets) / (each)) < PUS_COUNT_MAX) ? ((octets) / (each)) : PUS_COUNT_MAX)
 
 /// Service types.
 #define PUS_SERVICE_VERIFICATION 1U

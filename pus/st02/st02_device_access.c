@@ -208,6 +208,10 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     if (request->reader.size > sizeof operation->data) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
+    const size_t count = request->reader.octets[0];
+    if ((request->token.subtype == PUS_DEVICE_DUMP_REGISTER) && (count > PUS_DEVICE_REGISTERS_MAX)) {
+        return pus_refused(PUS_FAILURE_TABLE_FULL, PUS_DEVICE_REGISTERS_MAX);
+    }
     operation->refused = 0U;
     operation->failure = pus_no_failure();
     operation->token   = request->token;

@@ -20,7 +20,11 @@
 #define PUS_DEVICE_DATA_MAX 512U          ///< Maximum size of the data of one acquisition [octets].
 #define PUS_DEVICE_PROTOCOL_SIZE 4U       ///< Protocol-specific data [octets].
 #define PUS_DEVICE_INSTRUCTIONS_MAX 2048U ///< More than any request can contain.
-#define PUS_DEVICE_TIMED_OUT 0xFFFFU      ///< Return code of an acquisition that timed out.
+/// Registers of one TC[2,5]: their addresses and values fit one report.
+#ifndef PUS_DEVICE_REGISTERS_MAX
+#define PUS_DEVICE_REGISTERS_MAX PUS_COUNT_OF(PUS_TM_DATA_MAX - 2U, 8U)
+#endif
+#define PUS_DEVICE_TIMED_OUT 0xFFFFU ///< Return code of an acquisition that timed out.
 
 /// Kind of an instruction: the subtype of its request.
 enum {
@@ -90,7 +94,7 @@ typedef struct {   // Private: a request in progress.
     pus_failure_t failure; // First failure of the request.
     pus_token_t token;
     uint8_t left_out[PUS_DEVICE_INSTRUCTIONS_MAX / 8U]; // Bit n - 1: instruction n was refused, or failed.
-    uint32_t values[PUS_COUNT_MAX];                     // Values of registers.
+    uint32_t values[PUS_DEVICE_REGISTERS_MAX];          // Values of registers.
     uint8_t data[PUS_TC_DATA_MAX];
     size_t size;
 } pus_device_operation_t;

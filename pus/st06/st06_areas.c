@@ -4,11 +4,6 @@
 
 #include <string.h>
 
-static pus_failure_t none(void)
-{
-    return pus_no_failure();
-}
-
 pus_failure_t memory_fail(pus_memory_service_t* const service, const uint16_t code, const uint32_t detail)
 {
     service->counters.refused++;
@@ -42,7 +37,7 @@ pus_failure_t memory_find(const pus_memory_t* const memories, const uint8_t coun
             return pus_failure(PUS_FAILURE_UNKNOWN_ID, out_target->base_id);
         }
     }
-    return none();
+    return pus_no_failure();
 }
 
 pus_failure_t memory_target(const pus_memory_service_t* const service, octet_reader_t* const reader,
@@ -75,7 +70,7 @@ pus_failure_t memory_check_access(const pus_memory_service_t* const service,
     if (is_write && ((memory->write == NULL) || service->config.states[target->index].is_protected)) {
         return pus_failure(PUS_FAILURE_PROTECTED, memory->id);
     }
-    return none();
+    return pus_no_failure();
 }
 
 pus_failure_t memory_verify(pus_memory_service_t* const service, const pus_memory_t* const memory,
@@ -97,5 +92,5 @@ pus_failure_t memory_verify(pus_memory_service_t* const service, const pus_memor
         done += piece;
         next += (uint32_t)piece;
     }
-    return is_same ? none() : memory_fail(service, PUS_FAILURE_VERIFY, crc);
+    return is_same ? pus_no_failure() : memory_fail(service, PUS_FAILURE_VERIFY, crc);
 }

@@ -18,6 +18,10 @@
 
 /// Octets that one operation processes in one step, a multiple of each access width.
 #define PUS_MEMORY_SLICE 1024U
+/// Areas of a request that becomes an operation: their addresses, lengths and checksums fit one report.
+#ifndef PUS_MEMORY_AREAS_MAX
+#define PUS_MEMORY_AREAS_MAX PUS_COUNT_OF(PUS_TM_DATA_MAX - 7U, 10U)
+#endif
 #define PUS_MEMORY_ATOMIC 4U ///< Octets that TC[6,11] loads in one write.
 
 /// A memory, or a device that is accessed in the same way.
@@ -63,8 +67,8 @@ typedef struct {  // Private: a request in progress.
     uint16_t entry;   // Size of the entry of an area [octets].
     pus_token_t token;
     pus_failure_t failure; // First failure of the request.
-    uint16_t checksums[PUS_COUNT_MAX];
-    bool is_left_out[PUS_COUNT_MAX]; // The area was refused, or has failed.
+    uint16_t checksums[PUS_MEMORY_AREAS_MAX];
+    bool is_left_out[PUS_MEMORY_AREAS_MAX]; // The area was refused, or has failed.
     uint8_t data[PUS_TC_DATA_MAX];
 } pus_memory_operation_t;
 

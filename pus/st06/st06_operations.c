@@ -23,11 +23,6 @@ enum { // Phases of the load of an area from a file.
 #define AREA_SIZE 8U       // Address and length of an area in a request [octets].
 #define FILE_AREA_SIZE 14U // Address, offset in the file, length and checksum [octets].
 
-static pus_failure_t none(void)
-{
-    return pus_no_failure();
-}
-
 // ---- Operations ----
 
 typedef struct {      // An area of an operation.
@@ -256,7 +251,7 @@ static void load_slice(pus_memory_service_t* const service, pus_memory_operation
     const area_t area                  = area_of(operation, operation->index);
     const uint32_t piece               = smaller(*room, area.length - operation->done);
     const uint32_t address             = operation->origin + area.address + operation->done;
-    pus_failure_t failure              = none();
+    pus_failure_t failure              = pus_no_failure();
     status_t status =
         files->read(files->context, operation->file, area.offset + operation->done, service->octets, piece);
     if ((status == STATUS_OK) && (operation->phase == (uint8_t)PHASE_LOAD)) {
@@ -409,7 +404,7 @@ static pus_failure_t failure_of(const status_t status, const size_t place)
 {
     switch (status) {
     case STATUS_OK:
-        return none();
+        return pus_no_failure();
     case STATUS_NOT_FOUND:
     case STATUS_INVALID:
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, (uint32_t)place);
@@ -447,8 +442,13 @@ static bool check_areas(pus_memory_service_t* const service, pus_request_t* cons
     return operation->refused < operation->count;
 }
 
-/// Set up an operation for a request. Its areas follow in the request; MEMORY_CHECK_OBJECT has only one area,
-/// the whole object.
+/// Returns the number of areas of a request. MEMORY_CHECK_OBJECT has only one, the whole object.
+static size_t areas_of(const pus_request_t* const request, const memory_kind_t kind)
+{
+    return (kind == MEMORY_CHECK_OBJECT) ? 1U : request->reader.octets[request->reader.position];
+}
+
+/// Set up an operation for a request, in which its areas follow.
 static void take(pus_memory_operation_t* const operation, const pus_request_t* const request,
                  const memory_kind_t kind, const memory_target_t* const target)
 {
@@ -456,7 +456,7 @@ static void take(pus_memory_operation_t* const operation, const pus_request_t* c
     operation->is_object = target->is_object;
     operation->memory    = target->index;
     operation->phase     = PHASE_CHECK;
-    operation->count     = 1U;
+    operation->count     = (uint8_t)areas_of(request, kind);
     operation->index     = 0U;
     operation->refused   = 0U;
     operation->checksum  = CRC16_START;
@@ -467,13 +467,12 @@ static void take(pus_memory_operation_t* const operation, const pus_request_t* c
     operation->list      = 0U;
     operation->entry     = (kind == MEMORY_LOAD_FILE) ? FILE_AREA_SIZE : AREA_SIZE;
     operation->token     = request->token;
-    operation->failure   = none();
+    operation->failure   = pus_no_failure();
     if (kind == MEMORY_CHECK_OBJECT) {
         octets_put_u32(operation->data, 0U);
         octets_put_u32(&operation->data[4], target->size);
     } else {
-        operation->count = request->reader.octets[request->reader.position];
-        operation->list  = (uint16_t)(request->reader.position + 1U);
+        operation->list = (uint16_t)(request->reader.position + 1U);
         (void)memcpy(operation->data, request->reader.octets, request->reader.size);
     }
 }
@@ -497,7 +496,7 @@ static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_reques
             // The new file is closed again; nothing was written to it.
             (void)files->close(files->context, operation->file);
         }
-        return none();
+        return pus_no_failure();
     }
     if (operation->kind == (uint8_t)MEMORY_DUMP_FILE) {
         status = files->create(files->context, name, &operation->file);
@@ -529,6 +528,9 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
     }
     if (has_file) {
         name = read_name(&request->reader);
+    }
+    if (areas_of(request, kind) > PUS_MEMORY_AREAS_MAX) {
+        return pus_refused(PUS_FAILURE_TABLE_FULL, PUS_MEMORY_AREAS_MAX);
     }
     take(operation, request, kind, &target);
     failure = begin_areas(service, request, operation, &target, &name, place);

@@ -3,6 +3,7 @@
 
 #include "base/assertion.h"
 #include "fsw/framework/message/message_frame.h"
+#include "fsw/framework/message/message_window.h"
 
 #include <string.h>
 
@@ -12,16 +13,6 @@
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is not a loss: a number was forged or damaged.
 #define FIRST_LIFE 1U
 
-static message_channel_t* channel_of(const message_endpoint_t* const endpoint, const uint16_t peer)
-{
-    for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        if (endpoint->places[i].channel.position.peer == peer) {
-            return &endpoint->places[i].channel;
-        }
-    }
-    return NULL;
-}
-
 void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t life,
                   const message_carrier_t carrier, message_place_t* const places, const size_t place_count)
 {
@@ -30,6 +21,7 @@ void message_open(message_endpoint_t* const endpoint, const uint16_t self, const
     (void)memset(endpoint, 0, sizeof *endpoint);
     endpoint->self        = self;
     endpoint->life        = life;
+    endpoint->window      = MESSAGE_ROOM_OCTETS;
     endpoint->carrier     = carrier;
     endpoint->outlet      = carrier;
     endpoint->places      = places;
@@ -39,14 +31,15 @@ void message_open(message_endpoint_t* const endpoint, const uint16_t self, const
 status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t peer)
 {
     FSW_ASSERT(endpoint != NULL);
-    if (channel_of(endpoint, peer) != NULL) {
+    if (message_channel_of(endpoint, peer) != NULL) {
         return STATUS_EXISTS;
     }
     if (endpoint->channel_count == endpoint->place_count) {
         return STATUS_EXHAUSTED;
     }
     message_place_t* const place = &endpoint->places[endpoint->channel_count];
-    place->channel               = (message_channel_t){.position.peer = peer, .sync_at = STRAYS_MAX};
+    place->channel =
+        (message_channel_t){.position.peer = peer, .window = MESSAGE_WINDOW_OCTETS, .sync_at = STRAYS_MAX};
     message_inbox_init(&place->channel.inbox, place->octets, sizeof place->octets);
     endpoint->channel_count++;
     return STATUS_OK;
@@ -77,18 +70,6 @@ static status_t send_frame(message_endpoint_t* const endpoint, message_channel_t
     }
     endpoint->counters.unreachable += ((status != STATUS_OK) && (status != STATUS_FULL)) ? 1U : 0U;
     return status;
-}
-
-/// Returns the number of blocks that may be sent while `blocks` and `octets` of the window stay free; 0 if
-/// the largest block does not fit.
-static uint32_t credit_of(const message_channel_t* const channel, const uint32_t blocks,
-                          const uint32_t octets)
-{
-    const uint32_t left = MESSAGE_WINDOW - (channel->position.sent - channel->position.credited);
-    return (((channel->position.under_way + MESSAGE_FRAME_MAX + octets) > MESSAGE_WINDOW_OCTETS) ||
-            (left <= blocks))
-               ? 0U
-               : (left - blocks);
 }
 
 /// Record that the peer has taken all frames before number `taken`, which frees their room in the window.
@@ -125,7 +106,7 @@ static void refused_for_credit(message_endpoint_t* const endpoint, message_chann
 void message_probe(message_endpoint_t* const endpoint, const uint16_t peer)
 {
     FSW_ASSERT(endpoint != NULL);
-    message_channel_t* const channel = channel_of(endpoint, peer);
+    message_channel_t* const channel = message_channel_of(endpoint, peer);
     if ((channel != NULL) && (channel->position.sent != channel->position.credited)) {
         sync(endpoint, channel);
     }
@@ -137,38 +118,19 @@ bool message_is_of_past(const message_endpoint_t* const endpoint)
     return endpoint->is_past;
 }
 
-static uint32_t credit_to(const message_endpoint_t* const endpoint, const uint16_t peer,
-                          const uint32_t blocks, const uint32_t octets)
-{
-    FSW_ASSERT(endpoint != NULL);
-    const message_channel_t* const channel = channel_of(endpoint, peer);
-    return (channel != NULL) ? credit_of(channel, blocks, octets) : 0U;
-}
-
-uint32_t message_credit(const message_endpoint_t* const endpoint, const uint16_t peer)
-{
-    return credit_to(endpoint, peer, 0U, 0U);
-}
-
-uint32_t message_credit_plain(const message_endpoint_t* const endpoint, const uint16_t peer)
-{
-    return credit_to(endpoint, peer, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
-}
-
-/// Send a message if at least this many blocks and octets of the window remain free afterwards.
-static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t to,
-                             const uint8_t* const octets, const size_t size, const uint32_t reserve,
-                             const uint32_t reserve_octets)
+/// Send a message; a plain one leaves the reserve of the window free.
+static status_t send_block(message_endpoint_t* const endpoint, const uint16_t to, const uint8_t* const octets,
+                           const size_t size, const bool is_plain)
 {
     FSW_ASSERT((endpoint != NULL) && ((octets != NULL) || (size == 0U)));
-    message_channel_t* const channel = channel_of(endpoint, to);
+    message_channel_t* const channel = message_channel_of(endpoint, to);
     if (channel == NULL) {
         return STATUS_NOT_FOUND;
     }
     if (size > MESSAGE_PAYLOAD_MAX) {
         return STATUS_TOO_LARGE;
     }
-    if (credit_of(channel, reserve, reserve_octets) == 0U) {
+    if (message_window_credit(channel, is_plain) == 0U) {
         refused_for_credit(endpoint, channel);
         return STATUS_FULL;
     }
@@ -186,13 +148,13 @@ static status_t send_leaving(message_endpoint_t* const endpoint, const uint16_t 
 status_t message_send(message_endpoint_t* const endpoint, const uint16_t to, const uint8_t* const octets,
                       const size_t size)
 {
-    return send_leaving(endpoint, to, octets, size, 0U, 0U);
+    return send_block(endpoint, to, octets, size, false);
 }
 
 status_t message_send_plain(message_endpoint_t* const endpoint, const uint16_t to,
                             const uint8_t* const octets, const size_t size)
 {
-    return send_leaving(endpoint, to, octets, size, MESSAGE_RESERVE, MESSAGE_RESERVE_OCTETS);
+    return send_block(endpoint, to, octets, size, true);
 }
 
 /// Returns the channel of the sender of a frame; null if there is none, or if the frame is malformed.
@@ -201,7 +163,7 @@ static message_channel_t* channel_of_frame(const message_endpoint_t* const endpo
 {
     FSW_ASSERT((endpoint != NULL) && ((frame != NULL) || (size == 0U)));
     return message_frame_is_well_formed(frame, size, endpoint->self)
-               ? channel_of(endpoint, message_frame_from(frame))
+               ? message_channel_of(endpoint, message_frame_from(frame))
                : NULL;
 }
 
@@ -259,7 +221,7 @@ static void begin_peer_life(message_endpoint_t* const endpoint, message_channel_
 void message_set_life(message_endpoint_t* const endpoint, const uint16_t peer, const uint32_t life)
 {
     FSW_ASSERT((endpoint != NULL) && (life >= FIRST_LIFE));
-    message_channel_t* const channel = channel_of(endpoint, peer);
+    message_channel_t* const channel = message_channel_of(endpoint, peer);
     if (channel == NULL) {
         return;
     }
@@ -458,7 +420,7 @@ static void return_credit(message_endpoint_t* const endpoint, message_channel_t*
 {
     FSW_ASSERT(channel != NULL);
     if (((channel->position.taken - channel->position.acknowledged) >= (MESSAGE_WINDOW / 2U)) ||
-        (channel->position.unacknowledged >= (MESSAGE_WINDOW_OCTETS / 2U))) {
+        (channel->position.unacknowledged >= message_window_interval(endpoint->window))) {
         // If this frame is not sent, the next receive sends it again.
         (void)send_frame(endpoint, channel, MESSAGE_CREDIT, NULL, 0U);
     }
@@ -499,7 +461,7 @@ static void process_all_of(message_endpoint_t* const endpoint, message_channel_t
         catch_up(channel);
     }
     // A frame that brings no credit does not prove that no frame was lost: refusals continue to count.
-    if (credit_of(channel, 0U, 0U) > 0U) {
+    if (message_window_credit(channel, false) > 0U) {
         channel->refusals = 0U;
     }
 }

@@ -4,7 +4,7 @@
 ///
 /// An endpoint has an address (the component's id) and a channel to each peer. If the window of a channel has
 /// no room for the largest block, message_send returns STATUS_FULL and nothing is lost. The last
-/// MESSAGE_RESERVE blocks and MESSAGE_RESERVE_OCTETS of a window are reserved for message_send;
+/// MESSAGE_RESERVE blocks and a quarter of the octets of a window are reserved for message_send;
 /// message_send_plain does not use them. Each peer has its own inbox, which holds a full window of that peer:
 /// a peer that floods its window, or whose blocks are not taken, does not block other peers.
 ///
@@ -26,14 +26,25 @@
 #define MESSAGE_HEADER_OCTETS 24U
 #define MESSAGE_PAYLOAD_MAX 4096U
 #define MESSAGE_FRAME_MAX (MESSAGE_HEADER_OCTETS + MESSAGE_PAYLOAD_MAX)
-#define MESSAGE_WINDOW 32U           ///< Blocks that may be on their way on a channel in one direction.
-#define MESSAGE_WINDOW_OCTETS 32768U ///< Octets of these blocks, including their headers.
+#define MESSAGE_WINDOW 32U ///< Blocks that may be on their way on a channel in one direction.
+/// Octets of these blocks, including their headers, unless both ends of the channel set a smaller number
+/// (message_set_window).
+#define MESSAGE_WINDOW_OCTETS 32768U
+/// Smallest number: the window to a component whose program runs on a board.
+#define MESSAGE_SMALL_WINDOW_OCTETS 8192U
+/// Largest window for which the inboxes of a program have room. A build for a board defines a smaller one.
+#ifndef MESSAGE_ROOM_OCTETS
+#define MESSAGE_ROOM_OCTETS MESSAGE_WINDOW_OCTETS
+#endif
 #define MESSAGE_PEERS_MAX CAPACITY_SUBSYSTEMS
-#define MESSAGE_HEAD_OCTETS 16U      ///< Octets of a waiting block that can be read in place.
-#define MESSAGE_RESERVE 8U           ///< Blocks of a window reserved for message_send.
-#define MESSAGE_RESERVE_OCTETS 8192U ///< Octets of a window reserved for message_send.
+#define MESSAGE_HEAD_OCTETS 16U ///< Octets of a waiting block that can be read in place.
+#define MESSAGE_RESERVE 8U      ///< Blocks of a window reserved for message_send.
+/// Octets of a window reserved for message_send.
+#define MESSAGE_RESERVE_OCTETS(window) ((window) / 4U)
 /// Inboxes that hold full windows of `peers` channels: each block needs the octets of its frame plus four.
 #define MESSAGE_INBOX_OCTETS(peers) ((peers) * (MESSAGE_WINDOW_OCTETS + (MESSAGE_WINDOW * 4U)))
+CAPACITY_CHECK(inboxes_have_room_for_a_window, (MESSAGE_ROOM_OCTETS >= MESSAGE_SMALL_WINDOW_OCTETS) &&
+                                                   (MESSAGE_ROOM_OCTETS <= MESSAGE_WINDOW_OCTETS));
 
 /// Function that sends a frame to a peer. STATUS_OK: the frame counts as sent; STATUS_FULL: try again; any
 /// other status: the peer cannot be reached now.
@@ -81,6 +92,7 @@ typedef struct {
 typedef struct { // Private.
     message_position_t position;
     message_inbox_t inbox; // Frames from this peer.
+    uint32_t window;       // Octets that may be on their way to this peer.
     bool is_life_set;      // Set by message_set_life: received frames do not change it.
     bool is_introduced;    // A frame was sent to the peer in this life of the endpoint.
     bool is_syncing;       // A SYNC was sent and not answered yet.
@@ -92,7 +104,7 @@ typedef struct { // Private.
 /// Private: storage for one peer, its channel and the octets of its inbox.
 typedef struct {
     message_channel_t channel;
-    uint8_t octets[MESSAGE_INBOX_OCTETS(1U)];
+    uint8_t octets[MESSAGE_ROOM_OCTETS + (MESSAGE_WINDOW * 4U)];
 } message_place_t;
 
 typedef struct { // Private, except `counters`.
@@ -101,6 +113,7 @@ typedef struct { // Private, except `counters`.
     message_arrival_t arrival;
     uint16_t self;
     uint32_t life;
+    uint32_t window; // Octets that may be on their way from each peer.
     message_place_t* places;
     size_t place_count;
     size_t channel_count; // Number of places in use, from the first one.
@@ -123,6 +136,12 @@ void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t life, me
                   message_place_t* places, size_t place_count);
 /// Add a channel to a peer. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED (no place is free).
 MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
+/// Set the window of all channels to `component`, which is a peer or this endpoint: octets that may be on
+/// their way to it on one channel; 0: MESSAGE_WINDOW_OCTETS. Both ends of a channel must set the same number
+/// before they send a block. STATUS_OK; STATUS_NOT_FOUND (no such peer); STATUS_OUT_OF_RANGE (less than
+/// MESSAGE_SMALL_WINDOW_OCTETS, more than MESSAGE_WINDOW_OCTETS, or for this endpoint more than
+/// MESSAGE_ROOM_OCTETS).
+MUST_USE status_t message_set_window(message_endpoint_t* endpoint, uint16_t component, uint32_t octets);
 /// Set the life of a peer, >= 1. If it differs from the known life, the channel is reset immediately. No
 /// effect for an unknown peer.
 void message_set_life(message_endpoint_t* endpoint, uint16_t peer, uint32_t life);

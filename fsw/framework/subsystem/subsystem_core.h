@@ -55,12 +55,16 @@
 #define SUBSYSTEM_CALL_TOKENS 8U
 #define SUBSYSTEM_SERVICES 24U
 #define SUBSYSTEM_OPTIONAL_SERVICES DESCRIPTOR_SERVICES_MAX ///< See optional_services.h.
+/// Free room that a mailbox must have before a request is performed, so that its reports fit: the longest
+/// answer, and the reports of its verification. The application process of the loop keeps further reports in
+/// as many octets.
+#ifndef SUBSYSTEM_LOOP_ANSWER
+#define SUBSYSTEM_LOOP_ANSWER (2U * PUS_PACKET_MAX)
+#endif
+#define SUBSYSTEM_MAILBOX_RESERVE ((size_t)SUBSYSTEM_LOOP_ANSWER)
+#define SUBSYSTEM_LOOP_KEPT SUBSYSTEM_LOOP_ANSWER
 /// Size of the mailbox from a loop of services to the main loop.
-#define SUBSYSTEM_MAILBOX_OCTETS (3U * PUS_PACKET_MAX)
-/// Free room that a mailbox must have before a request is performed, so that its reports fit; the application
-/// process of the loop keeps further reports in SUBSYSTEM_LOOP_KEPT octets.
-#define SUBSYSTEM_MAILBOX_RESERVE ((size_t)2U * PUS_PACKET_MAX)
-#define SUBSYSTEM_LOOP_KEPT (2U * PUS_PACKET_MAX)
+#define SUBSYSTEM_MAILBOX_OCTETS (SUBSYSTEM_LOOP_ANSWER + PUS_PACKET_MAX)
 #ifndef SUBSYSTEM_INBOX_OCTETS
 #define SUBSYSTEM_INBOX_OCTETS 4096U ///< Size of the ring of requests to a loop of services.
 #endif
@@ -76,6 +80,8 @@
 #define SUBSYSTEM_MEDIUM_CYCLES 4U
 
 CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (SUBSYSTEM_CALL_TOKENS + 2U) <= 16U);
+CAPACITY_CHECK(loop_answer_fits, SUBSYSTEM_LOOP_ANSWER >= PUS_ANSWER_ROOM);
+CAPACITY_CHECK(loop_inbox_holds_a_request, SUBSYSTEM_INBOX_OCTETS >= (SUBSYSTEM_LOOP_SCRATCH + 4U));
 CAPACITY_CHECK(firm_ring_holds_links, SUBSYSTEM_LINKS <= 8U);
 CAPACITY_CHECK(loop_scratch_holds_a_sample, SUBSYSTEM_LOOP_SCRATCH >= SUBSYSTEM_SAMPLE_OCTETS);
 

@@ -171,17 +171,19 @@ static int set_up(void** state)
     (void)state;
     (void)memset(&run, 0, sizeof run);
     is_mission_there = true;
-    options          = (launch_options_t){.mission   = "rokviss",
-                                          .scenario  = "press",
-                                          .world     = "rokviss",
-                                          .seed      = 7U,
-                                          .is_free   = true,
-                                          .transport = "",
-                                          .links     = "",
-                                          .computers = 1U,
-                                          .output    = "",
-                                          .storage   = "",
-                                          .key       = ""};
+    options          = (launch_options_t){.mission       = "rokviss",
+                                          .scenario      = "press",
+                                          .world         = "rokviss",
+                                          .seed          = 7U,
+                                          .is_free       = true,
+                                          .transport     = "",
+                                          .links         = "",
+                                          .computers     = 1U,
+                                          .output        = "",
+                                          .storage       = "",
+                                          .key           = "",
+                                          .remote_endian = "",
+                                          .rtos          = ""};
     (void)strcpy(&folder[sizeof folder - 7U], "XXXXXX");
     return (mkdtemp(folder) != NULL) ? 0 : 1;
 }

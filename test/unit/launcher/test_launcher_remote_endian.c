@@ -3,6 +3,8 @@
 // files must exist, and how the program is started. The files are mocked.
 #include "launcher/launcher_internal.h"
 
+#include "fsw/framework/message/message.h"
+
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -153,6 +155,8 @@ static void each_subsystem_on_a_board_needs_its_program_and_the_emulator(void** 
     assert_false(launcher_has_proxy(&launcher, 1U));
     assert_true(launcher_has_proxy(&launcher, 2U));
     assert_true(launcher_has_proxy(&launcher, 3U));
+    assert_int_equal(MESSAGE_WINDOW_OCTETS, launcher_message_window(&launcher, 1U));
+    assert_int_equal(MESSAGE_SMALL_WINDOW_OCTETS, launcher_message_window(&launcher, 3U));
     expect_file(M7_ARM, true);
     expect_file(BOARD_RUNNER, true);
     expect_file(M3_GRIPPER, false);

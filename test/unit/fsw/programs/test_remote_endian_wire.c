@@ -46,6 +46,7 @@ static run_state_t sample_run(void)
                                           .name               = "MANIPULATOR",
                                           .message_descriptor = 8,
                                           .message_port       = 40002U,
+                                          .message_window     = 8192U,
                                           .life               = 3U,
                                           .link_floor         = 5U};
     for (unsigned i = 0U; i < RUN_LINKS_MAX; i++) {
@@ -90,6 +91,8 @@ static void the_run_state_passes_the_wire_unchanged(void)
     TEST_ASSERT_EQUAL_UINT16(16U, heard.components[1].apid);
     TEST_ASSERT_EQUAL_INT(8, heard.components[1].message_descriptor);
     TEST_ASSERT_EQUAL_UINT16(40002U, heard.components[1].message_port);
+    TEST_ASSERT_EQUAL_UINT32(0U, heard.components[0].message_window);
+    TEST_ASSERT_EQUAL_UINT32(8192U, heard.components[1].message_window);
     TEST_ASSERT_EQUAL_UINT32(3U, heard.components[1].life);
     TEST_ASSERT_EQUAL_UINT32(5U, heard.components[1].link_floor);
     TEST_ASSERT_EQUAL_INT_ARRAY(run.link_descriptors, heard.link_descriptors, RUN_LINKS_MAX);

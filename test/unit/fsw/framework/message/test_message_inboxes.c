@@ -87,7 +87,8 @@ static void fill_the_octets_up_to_the_reserve(void)
     while (message_send_plain(end(0U), party_id(1U), block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
         plain++;
     }
-    TEST_ASSERT_EQUAL((MESSAGE_WINDOW_OCTETS - MESSAGE_RESERVE_OCTETS) / MESSAGE_FRAME_MAX, plain);
+    TEST_ASSERT_EQUAL(
+        (MESSAGE_WINDOW_OCTETS - MESSAGE_RESERVE_OCTETS(MESSAGE_WINDOW_OCTETS)) / MESSAGE_FRAME_MAX, plain);
     uint32_t firm = 0U;
     while (party_send(&party, 0U, 1U, block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
         firm++;
@@ -236,9 +237,94 @@ static void frames_beyond_a_window_are_dropped_and_counted(void)
     party_in_each_form(&party, flood_beyond_the_window);
 }
 
+// ---- Windows smaller than the largest ----
+
+#define SMALL MESSAGE_SMALL_WINDOW_OCTETS
+
+static void shrink_the_window_to_member_1(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, message_set_window(end(0U), party_id(1U), SMALL));
+    TEST_ASSERT_EQUAL(STATUS_OK, message_set_window(end(1U), party_id(1U), SMALL));
+}
+
+static uint32_t send_all(status_t (*send)(message_endpoint_t*, uint16_t, const uint8_t*, size_t),
+                         const size_t size)
+{
+    uint32_t sent = 0U;
+    while (send(end(0U), party_id(1U), block, size) == STATUS_OK) {
+        sent++;
+    }
+    return sent;
+}
+
+static void fill_a_small_window(void)
+{
+    const size_t frame   = MESSAGE_HEADER_OCTETS + 500U;
+    const uint32_t most  = SMALL - MESSAGE_FRAME_MAX;
+    const uint32_t plain = ((most - MESSAGE_RESERVE_OCTETS(SMALL)) / frame) + 1U;
+    shrink_the_window_to_member_1();
+    TEST_ASSERT_EQUAL(plain, send_all(message_send_plain, 500U));
+    TEST_ASSERT_EQUAL(0U, message_credit_plain(end(0U), party_id(1U)));
+    TEST_ASSERT_EQUAL(((most / frame) + 1U) - plain, send_all(message_send, 500U));
+    TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
+    party_take_in(&party, 1U);
+    TEST_ASSERT_TRUE(end(1U)->places[0].channel.inbox.blocks.peak <= (SMALL + (MESSAGE_WINDOW * 4U)));
+    uint32_t blocks = 0U; // The other direction keeps the largest window.
+    while (party_send(&party, 1U, 0U, block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
+        blocks++;
+    }
+    TEST_ASSERT_EQUAL(LARGEST_BLOCKS, blocks);
+}
+
+static void a_small_window_limits_one_direction(void)
+{
+    party_in_each_form(&party, fill_a_small_window);
+}
+
+/// Blocks of every size pass: with credit only for half of the small window, the largest block would wait
+/// after some sizes until a SYNC.
+static void pass_blocks_of_every_size(void)
+{
+    unsigned from = 0U;
+    size_t size   = 0U;
+    shrink_the_window_to_member_1();
+    for (size_t i = 0U; i <= MESSAGE_PAYLOAD_MAX; i += 7U) {
+        for (unsigned k = 0U; k < 2U; k++) {
+            const size_t octets = (k == 0U) ? i : MESSAGE_PAYLOAD_MAX;
+            TEST_ASSERT_EQUAL(STATUS_OK, message_send_plain(end(0U), party_id(1U), block, octets));
+            TEST_ASSERT_EQUAL(STATUS_OK, party_receive(&party, 1U, &from, taken, sizeof taken, &size));
+            TEST_ASSERT_EQUAL(octets, size);
+            expect_nothing(0U); // Credit arrives.
+        }
+    }
+    TEST_ASSERT_EQUAL(0U, end(0U)->counters.no_credit + end(0U)->counters.syncs + end(1U)->counters.overruns);
+}
+
+static void a_receiver_with_a_small_window_returns_credit_in_time(void)
+{
+    party_in_each_form(&party, pass_blocks_of_every_size);
+}
+
+static void impossible_windows_are_refused(void)
+{
+    party_open(&party, PARTY_RING);
+    for (unsigned i = 0U; i < 2U; i++) {
+        const uint16_t component = party_id(i);
+        TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, message_set_window(end(0U), component, SMALL - 1U));
+        TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE,
+                          message_set_window(end(0U), component, MESSAGE_WINDOW_OCTETS + 1U));
+        TEST_ASSERT_EQUAL(STATUS_OK, message_set_window(end(0U), component, MESSAGE_WINDOW_OCTETS));
+    }
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, message_set_window(end(0U), 99U, SMALL));
+    party_close(&party);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_small_window_limits_one_direction);
+    RUN_TEST(a_receiver_with_a_small_window_returns_credit_in_time);
+    RUN_TEST(impossible_windows_are_refused);
     RUN_TEST(the_last_blocks_of_a_window_are_reserved);
     RUN_TEST(the_last_octets_of_a_window_are_reserved);
     RUN_TEST(a_receiver_that_accepts_no_data_still_accepts_credit);

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// The windows of messages between components, which the run determines.
+#include "fsw/programs/component_runtime.h"
+
+#include "unity.h"
+
+#include <string.h>
+
+#define ARM 16U
+
+static run_state_t run;
+static mission_descriptor_t mission;
+static message_ring_carrier_t hub;
+static component_runtime_t runtimes[2];
+static message_place_t places[2];
+
+static void ignore(void* const context, const uint16_t to)
+{
+    (void)context;
+    (void)to;
+}
+
+void setUp(void)
+{
+    run = (run_state_t){.component_count = 2U,
+                        .components      = {{.apid = SUPERVISOR_APID, .name = "SUPERVISOR", .life = 1U},
+                                            {.apid = ARM, .name = "ARM", .life = 1U}}};
+    message_ring_carrier_init(&hub, (message_delivery_notice_t){NULL, ignore});
+    for (unsigned i = 0U; i < 2U; i++) {
+        runtimes[i] = (component_runtime_t){.run       = &run,
+                                            .mission   = &mission,
+                                            .component = i,
+                                            .apid      = run.components[i].apid,
+                                            .life      = 1U,
+                                            .hub       = &hub};
+    }
+}
+
+void tearDown(void)
+{
+}
+
+static status_t open_inbox(const unsigned index)
+{
+    return component_runtime_open_inbox(&runtimes[index], &places[index], 1U);
+}
+
+static uint32_t send_largest(const unsigned from, const uint16_t to)
+{
+    static const uint8_t block[MESSAGE_PAYLOAD_MAX];
+    uint32_t sent = 0U;
+    while (message_send(&runtimes[from].endpoint, to, block, sizeof block) == STATUS_OK) {
+        sent++;
+    }
+    return sent;
+}
+
+static void both_ends_use_the_window_of_the_run(void)
+{
+    run.components[1].message_window = MESSAGE_SMALL_WINDOW_OCTETS;
+    TEST_ASSERT_EQUAL(STATUS_OK, open_inbox(0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, open_inbox(1U));
+    TEST_ASSERT_EQUAL_UINT32(MESSAGE_SMALL_WINDOW_OCTETS / MESSAGE_FRAME_MAX, send_largest(0U, ARM));
+    TEST_ASSERT_EQUAL_UINT32(MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX, send_largest(1U, SUPERVISOR_APID));
+    TEST_ASSERT_EQUAL_UINT32(MESSAGE_SMALL_WINDOW_OCTETS, runtimes[1].endpoint.window);
+    TEST_ASSERT_EQUAL_UINT32(MESSAGE_WINDOW_OCTETS, runtimes[0].endpoint.window);
+}
+
+static void a_window_for_which_there_is_no_room_is_refused_in_words(void)
+{
+    run.components[1].message_window = MESSAGE_ROOM_OCTETS + 1U;
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, open_inbox(1U));
+    TEST_ASSERT_EQUAL_STRING_LEN("ARM: too many peers, or too large a window: ", runtimes[1].error, 44U);
+    TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, open_inbox(0U));
+    TEST_ASSERT_NOT_NULL(strstr(runtimes[0].error, "SUPERVISOR: too many peers"));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(both_ends_use_the_window_of_the_run);
+    RUN_TEST(a_window_for_which_there_is_no_room_is_refused_in_words);
+    return UNITY_END();
+}
