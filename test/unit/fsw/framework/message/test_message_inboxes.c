@@ -259,7 +259,7 @@ static uint32_t send_all(status_t (*send)(message_endpoint_t*, uint16_t, const u
 
 static void fill_a_small_window(void)
 {
-    const size_t frame   = MESSAGE_HEADER_OCTETS + 500U;
+    const uint32_t frame = (uint32_t)MESSAGE_HEADER_OCTETS + 500U;
     const uint32_t most  = SMALL - MESSAGE_FRAME_MAX;
     const uint32_t plain = ((most - MESSAGE_RESERVE_OCTETS(SMALL)) / frame) + 1U;
     shrink_the_window_to_member_1();
