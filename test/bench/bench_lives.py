@@ -61,11 +61,11 @@ class Round:
             self.heard.append(time.monotonic_ns())
 
     def ping(self, count):
-        """Send pings to the manipulator, at most 5 ms apart, without waiting for the answers."""
+        """Send pings to the manipulator, 5 ms apart, without waiting for the answers."""
         for _ in range(count):
             self.sent.append(time.monotonic_ns())
             self.pings.append(self.station.send("MANIPULATOR", 17, 1))
-            self.station.pump(0.005)
+            self.station.listen(0.005)
 
     def strike(self, name, number):
         """Cause the fault amid pings. Returns the instant [ns] on the machine's clock."""
@@ -79,7 +79,7 @@ class Round:
         """Ping the joystick until it answers."""
         while True:
             ping = self.station.send(name, 17, 1)
-            self.station.pump(0.005)
+            self.station.listen(0.005)
             if 7 in ping.stages:
                 return
 

@@ -182,17 +182,34 @@ def test_operator_that_leaves_early(folder, form, lines):
     flying.assert_clean(flight)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["joystick", "simulator", "operator"])
-def test_the_launcher_ends_a_flight_with_a_suspended_process(folder, name):
-    """A suspended process neither ends nor continues: the launcher ends the flight after half a minute."""
+def _fly_with_a_suspended_process(folder, name):
     flight = flying.start(folder, "--scenario", "telepresence")
     flying.wait_until(lambda: flight.steps() >= 10, "step 10")
     os.kill(flight.children()[name], signal.SIGSTOP)
     flight.wait()
-    assert flight.code != 0
-    assert "stands still" in flight.facts["exit_reason"]
+    assert flight.facts["reproducible"] is False
     flying.assert_clean(flight)
+    return flight
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["simulator", "operator"])
+def test_the_launcher_ends_a_flight_with_a_suspended_process(folder, name):
+    """A suspended process neither ends nor continues, and none can replace it: the launcher ends the flight after
+    half a minute."""
+    flight = _fly_with_a_suspended_process(folder, name)
+    assert flight.code != 0
+    assert f"simulated time has stopped; the grant is held by {name}" in flight.facts["exit_reason"]
+
+
+@pytest.mark.long
+def test_a_suspended_subsystem_is_replaced_in_stepped_time(folder):
+    """After five seconds of wall-clock time the launcher takes the grant from it, and the supervisor kills it and
+    starts it again."""
+    flight = _fly_with_a_suspended_process(folder, "joystick")
+    assert "joystick hangs: suspended, so that the others continue" in flight.transcript() + flight.output
+    assert flight.facts["exit_reason"].startswith("joystick was ended by signal 9"), flight.transcript()
+    assert next(entry for entry in flight.facts["processes"] if entry["name"] == "joystick")["starts"] == 2
 
 
 def _guard_of(flight):
