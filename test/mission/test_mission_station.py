@@ -9,12 +9,10 @@ import json
 import os
 import re
 import signal
-import struct
 import subprocess
 import sys
 
 import flying
-import pressing
 import pytest
 from hirosco_gse import run as runs
 from playwright.sync_api import sync_playwright
@@ -31,6 +29,9 @@ SEND = "station-work button.go"  # The time line has a button of this class, too
 SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
 TABS = {("laptop", "dark"): "Telemetry", ("laptop", "light"): "On-board", ("tablet", "dark"): "Command", ("tablet", "light"): "Bus",
         ("phone", "dark"): "Operate", ("phone", "light"): "Operate"}
+PAUSE_MS = 1200  # Longer than a report of the display structure, or the status of a subsystem, may be late.
+# Ages of subsystems, and of the structures in the tab Telemetry.
+AGES = "[...document.querySelectorAll('station-subsystems .age, .readings .age')].map((age) => age.textContent)"
 AGES_OUTSIDE = """[...document.querySelectorAll('.readings .age')].filter((age) =>
     age.getBoundingClientRect().right > age.closest('.scroll').getBoundingClientRect().right).length"""
 # Texts of the bar, and values with words of the tab Telemetry, that do not fit their boxes.
@@ -63,12 +64,20 @@ SCENARIO = """
 """
 
 
+class Address(str):
+    """Address of a station; `process` is its process."""
+
+    process = None
+
+
 @contextlib.contextmanager
 def serving(*options):
     """Address of a station with these options."""
     words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", *options, "--http-port", "0"]
     process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
-    yield re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
+    address = Address(re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group())
+    address.process = process
+    yield address
     process.send_signal(signal.SIGINT)
     process.wait(flying.MOMENT_S)
 
@@ -268,11 +277,11 @@ def test_a_procedure_and_a_file_are_uploaded_and_listed(page):
 
 def test_a_stale_force_is_not_drawn(page):
     shown = page.evaluate("""() => {
-      const scene = window.station.scene, at = scene.last.at;
-      scene.last.at = performance.now() - 5000;
+      const scene = window.station.scene, seen = scene.last.seen;
+      scene.last.seen -= 5000;
       scene.dim();
       const found = [scene.veil.hidden, scene.shaft.visible, scene.forceLabel.hidden, scene.values.force.textContent];
-      scene.last.at = at;
+      scene.last.seen = seen;
       return found;
     }""")
     assert shown == [False, False, True, "–"]
@@ -304,10 +313,26 @@ def test_the_hand_moves_the_stick(page, flight):
 
 
 def test_the_page_pauses_simulated_time(page):
+    """In the middle of a movement robot, clock and ages stand still, and nothing becomes stale; a step moves the robot."""
+    present = "[...window.station.scene.joints, window.station.store.now()]"
+    page.evaluate("window.station.store.command('cmd MANIPULATOR.MOVE_TO POSITION=0.4,-0.8 DURATION=3')")
+    start = page.evaluate("window.station.scene.joints[0]")
+    until(page, f"Math.abs(window.station.scene.joints[0] - {start}) > 0.02")
     page.click("[aria-label='Pause the world (Space)']")
     page.wait_for_selector("[aria-label='Pause the world (Space)'][aria-pressed='true']")
+    page.wait_for_timeout(300)  # The robot is drawn one period behind.
+    before = page.evaluate(f"[{present}, {AGES}]")
+    page.wait_for_timeout(PAUSE_MS)
+    assert page.evaluate(f"[{present}, {AGES}]") == before
+    assert abs(before[0][0] - 0.4) > 0.02, "the movement has ended before the pause"
+    assert page.locator(".veil").is_hidden() and page.locator(".row.stale").count() == 0
+    page.click("[aria-label='Step 0.1 s (.)']")
+    until(page, f"{present}[0] !== {before[0][0]}")
+    assert page.get_attribute("[aria-label='Pause the world (Space)']", "aria-pressed") == "true"
     page.click("[aria-label='Pause the world (Space)']")
     page.wait_for_selector("[aria-label='Pause the world (Space)'][aria-pressed='false']")
+    assert page.locator(".veil").is_hidden() and page.evaluate("window.station.store.freshness('SUPERVISOR', 1)") == "live"
+    until(page, "Math.abs(window.station.scene.joints[0] - 0.4) < 0.002")
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
@@ -366,6 +391,50 @@ def test_a_key_lists_the_keys(page):
     page.locator("station-scene canvas").focus()
     page.keyboard.press("?")
     page.wait_for_selector("td:has-text('STOP ALL') >> nth=0")
+
+
+def test_a_station_that_is_silent_is_an_alarm(page, address):
+    """Its connection stays open. The page says so, in its title too, disables the commands except STOP, and goes on with the station."""
+    address.process.send_signal(signal.SIGSTOP)
+    try:
+        page.wait_for_selector(".slot.critical:has-text('Link lost: the station does not answer')")
+        page.wait_for_selector(".veil:has-text('the station does not answer; last seen')")
+        assert page.title() == "▼ Link lost: the station does not answer: rokviss"
+        assert page.inner_text("#alarm-said") == "link lost: the station does not answer"
+        assert page.evaluate("window.station.store.barrier()") == "the station does not answer"
+        assert page.is_disabled("[aria-label='Pause the world (Space)']") and page.is_enabled(".stop")
+        assert page.inner_text(".live-mark") == "LIVE" and page.get_attribute(".live-mark", "href") is None
+    finally:
+        address.process.send_signal(signal.SIGCONT)
+    page.wait_for_selector(".slot:not(.critical):has-text('No open alarm')")
+    page.wait_for_selector(".veil", state="hidden")
+    assert page.is_enabled("[aria-label='Pause the world (Space)']") and page.title() == "rokviss: ground station"
+
+
+def test_a_page_that_was_busy_does_not_call_the_station_silent(page):
+    """Messages that arrived while the page computed are read after its timers."""
+    heard = page.evaluate("""async () => {
+        const { store } = window.station, found = [];
+        store.on("link", () => found.push(store.link.text));
+        const until = performance.now() + 1600;
+        while (performance.now() < until);
+        await new Promise((done) => setTimeout(done, 500));
+        return found;
+    }""")
+    assert heard == []
+
+
+def test_the_trace_has_the_reports_that_no_picture_shows(page):
+    """A page in the background draws no pictures. When it is shown again, its trace is that of the tip."""
+    points = page.evaluate("""async () => {
+        const { scene, store } = window.station, before = scene.last.time;
+        scene.frame = () => false;
+        await store.command("cmd MANIPULATOR.MOVE_TO POSITION=0.9,-1.3 DURATION=0.5");
+        while (scene.last.time < before + 1.5) await new Promise((done) => setTimeout(done, 50));
+        delete scene.frame;
+        return scene.trace.filter(([time]) => time > before).length;
+    }""")
+    assert points >= 20
 
 
 def test_only_the_present_state_is_marked(page):
@@ -438,65 +507,6 @@ def test_the_player_plays_and_seeks(page):
     box = page.locator("[role=slider]").bounding_box()
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     assert page.evaluate("station.store.time / station.replay.end") == pytest.approx(0.5, abs=0.01)
-
-
-def test_a_report_moves_a_free_body(browser, hangar):
-    """Mission actuators: a satellite without joints, whose pose is in the truth only."""
-    flight = flying.fly(hangar / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
-    bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
-    with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
-        page = context.new_page()
-        page.set_default_timeout(LIMIT_MS)
-        faults = []
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        page.goto((flight.folder / "report.html").resolve().as_uri())
-        until(page, "Boolean(window.station?.replay?.film)")
-        for seconds in (14.0, 11.0):
-            page.evaluate("seconds => station.replay.seek(seconds)", seconds)
-            row = nearest(bases["time_us"] / 1e6, seconds)
-            place = page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)")
-            assert place == pytest.approx(list(bases["position_m"][row, 0]), abs=1e-5) and abs(place[0]) > 1e-3
-        page.evaluate("station.replay.seek(0)")
-        assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
-        page.screenshot(path=str(hangar / "report-free-body.png"))
-        assert not faults
-
-
-def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, hangar):
-    """A mesh and a coloured cylinder move with their links; there are no shells and housings beside them."""
-    world = pressing.write_world(folder / "world")
-    urdf = folder / "world" / "rokviss.urdf"
-    corners = ((0, 0, 0), (220, 0, 0), (0, 0, 80)), ((0, 0, 0), (0, 60, 0), (220, 0, 0))  # mm
-    triangles = b"".join(struct.pack("<12fH", 0, 0, 0, *(x for corner in three for x in corner), 0) for three in corners)
-    (folder / "world" / "upper.stl").write_bytes(b"\0" * 80 + struct.pack("<I", len(corners)) + triangles)
-    visuals = {
-        "upper": '<visual><geometry><mesh filename="upper.stl" scale="0.001 0.001 0.001"/></geometry></visual>',
-        "lower": '<visual><origin xyz="0.1 0 0" rpy="0 1.5708 0"/><geometry><cylinder radius="0.03" length="0.2"/></geometry>'
-                 '<material name="blue"><color rgba="0 0 1 1"/></material></visual>',
-    }
-    text = urdf.read_text(encoding="utf-8")
-    for name, visual in visuals.items():
-        text = text.replace(f'<link name="{name}">', f'<link name="{name}">{visual}')
-    urdf.write_text(text, encoding="utf-8")
-    scenario = flying.write_scenario(folder / "short.scn", "0.5 operator shutdown")
-    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image", report="yes")
-    assert flight.code == 0, flight.transcript()
-    with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
-        page = context.new_page()
-        page.set_default_timeout(LIMIT_MS)
-        page.goto((folder / "out" / "report.html").resolve().as_uri())
-        until(page, "Boolean(window.station?.replay?.film)")
-        drawn = page.evaluate("""() => {
-            const found = [];  // Without the rings of the brakes and the marks of the limits.
-            station.scene.bodies[0].arm.node.traverse((node) => {
-                if (node.isMesh && !["TorusGeometry", "ConeGeometry"].includes(node.geometry.type)) found.push([node.geometry.type, node.material.color.getHex()]);
-            });
-            return found;
-        }""")
-        page.screenshot(path=str(hangar / "report-visuals.png"))
-    kinds = [kind for kind, _ in drawn]
-    assert kinds.count("BufferGeometry") == 1 and ["CylinderGeometry", 0x0000FF] in drawn
-    assert len(drawn) == 3  # With the collision sphere of the finger, which has no visual.
 
 
 def write_film(browser, folder):

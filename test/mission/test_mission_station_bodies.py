@@ -3,11 +3,14 @@
 telemetry, are moved by the simulator's truth, and the page says so."""
 
 import shutil
+import struct
 import subprocess
 
 import flying
+import pressing
 import pytest
 import test_mission_station as station
+from hirosco_gse import run as runs
 
 WORLDS = flying.ROOT / "descriptors" / "worlds"
 WHEEL = '<Wheel name="WHEEL1" on="satellite.body" axis="0 0 1" momentum="12" torque="0.2" start="{start}" bus="platform" node="0x44" eds="wheel.eds"/>'
@@ -43,8 +46,14 @@ def flight(hangar):
 
 
 @pytest.fixture(scope="module")
-def page(flight):
-    with station.serving("--run", flight.folder) as address, station.browsing() as browser:
+def browser():
+    with station.browsing() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def page(flight, browser):
+    with station.serving("--run", flight.folder) as address:
         page = station.opened(browser, address, "window.station.store.states.get('ACTUATORS')?.state === 'OPERATIONAL' && window.station.scene.truth?.last", color_scheme="dark")
         yield page
         assert not page.faults
@@ -85,3 +94,62 @@ def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
     assert page.locator("station-scene .lacking").is_hidden()
     page.click("station-scene button:has-text('Telemetry')")
     page.wait_for_selector("station-scene:not(.truth)")
+
+
+def test_a_report_moves_a_free_body(browser, hangar):
+    """Mission actuators: a satellite without joints, whose pose is in the truth only."""
+    flight = flying.fly(hangar / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
+    bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
+    with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
+        page = context.new_page()
+        page.set_default_timeout(station.LIMIT_MS)
+        faults = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto((flight.folder / "report.html").resolve().as_uri())
+        station.until(page, "Boolean(window.station?.replay?.film)")
+        for seconds in (14.0, 11.0):
+            page.evaluate("seconds => station.replay.seek(seconds)", seconds)
+            row = station.nearest(bases["time_us"] / 1e6, seconds)
+            place = page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)")
+            assert place == pytest.approx(list(bases["position_m"][row, 0]), abs=1e-5) and abs(place[0]) > 1e-3
+        page.evaluate("station.replay.seek(0)")
+        assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
+        page.screenshot(path=str(hangar / "report-free-body.png"))
+        assert not faults
+
+
+def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, hangar):
+    """A mesh and a coloured cylinder move with their links; there are no shells and housings beside them."""
+    world = pressing.write_world(folder / "world")
+    urdf = folder / "world" / "rokviss.urdf"
+    corners = ((0, 0, 0), (220, 0, 0), (0, 0, 80)), ((0, 0, 0), (0, 60, 0), (220, 0, 0))  # mm
+    triangles = b"".join(struct.pack("<12fH", 0, 0, 0, *(x for corner in three for x in corner), 0) for three in corners)
+    (folder / "world" / "upper.stl").write_bytes(b"\0" * 80 + struct.pack("<I", len(corners)) + triangles)
+    visuals = {
+        "upper": '<visual><geometry><mesh filename="upper.stl" scale="0.001 0.001 0.001"/></geometry></visual>',
+        "lower": '<visual><origin xyz="0.1 0 0" rpy="0 1.5708 0"/><geometry><cylinder radius="0.03" length="0.2"/></geometry>'
+                 '<material name="blue"><color rgba="0 0 1 1"/></material></visual>',
+    }
+    text = urdf.read_text(encoding="utf-8")
+    for name, visual in visuals.items():
+        text = text.replace(f'<link name="{name}">', f'<link name="{name}">{visual}')
+    urdf.write_text(text, encoding="utf-8")
+    scenario = flying.write_scenario(folder / "short.scn", "0.5 operator shutdown")
+    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image", report="yes")
+    assert flight.code == 0, flight.transcript()
+    with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
+        page = context.new_page()
+        page.set_default_timeout(station.LIMIT_MS)
+        page.goto((folder / "out" / "report.html").resolve().as_uri())
+        station.until(page, "Boolean(window.station?.replay?.film)")
+        drawn = page.evaluate("""() => {
+            const found = [];  // Without the rings of the brakes and the marks of the limits.
+            station.scene.bodies[0].arm.node.traverse((node) => {
+                if (node.isMesh && !["TorusGeometry", "ConeGeometry"].includes(node.geometry.type)) found.push([node.geometry.type, node.material.color.getHex()]);
+            });
+            return found;
+        }""")
+        page.screenshot(path=str(hangar / "report-visuals.png"))
+    kinds = [kind for kind, _ in drawn]
+    assert kinds.count("BufferGeometry") == 1 and ["CylinderGeometry", 0x0000FF] in drawn
+    assert len(drawn) == 3  # With the collision sphere of the finger, which has no visual.

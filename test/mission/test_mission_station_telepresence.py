@@ -22,6 +22,8 @@ RANGE_RAD, DEAD_ZONE = 0.35, 0.08  # Angle of a full deflection on the page, and
 # Code that makes the page lose the control of the hand -> message of the page.
 LOSSES = {
     "window.dispatchEvent(new Event('blur'))": "the window lost the focus",
+    "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+    "document.dispatchEvent(new Event('visibilitychange')); delete document.hidden": "the page is hidden",
     "document.querySelector('.field').dispatchEvent(new PointerEvent('pointercancel'))": "the pointer was lost",
     "window.station.store.socket.close()": "link lost",
 }

@@ -120,6 +120,7 @@ class Hub:
         self.dictionary = self.session = self.flight = self.world = None
         self.link = {"kind": "link", "is_live": False, "text": "no flight yet"}
         self.hand = {"kind": "hand", "page": None, "other": None}
+        self._step_end_s = -math.inf  # Simulated time at which the last step ends.
         self._aims = (None, 0.0)  # Page that aims the hand, and the time of its last `aim`.
         self.pace = {"kind": "pace", "is_there": False, "is_paused": False, "speed": 1.0}
         self._numbers = itertools.count(1)
@@ -511,6 +512,10 @@ class Hub:
             return {"kind": "live", "line": line, "refused": str(problem)}
         if is_hand:
             self._aims = (page, time.monotonic()) if words[1] == "aim" else (None, 0.0)
+        if words[0] in ("pause", "resume", "step"):
+            self._step_end_s = seconds + float(words[1]) if words[0] == "step" else -math.inf
+        # Simulated time is paused in a step, too: it stands still after it, and a page can only resume it.
+        is_paused = is_paused or seconds < self._step_end_s
         self._say_pace({"kind": "pace", "is_there": True, "is_paused": is_paused, "speed": self.world_port.speed})
         self._say_hand()
         return {"kind": "live", "line": line, "time": seconds}

@@ -25,6 +25,7 @@ from .hub import Hub
 # Messages that wait for a slow browser. If there are more, the oldest housekeeping is dropped, and the page gets the
 # number of dropped messages.
 QUEUE = 400
+ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 READS = ("structures", "plan", "forms", "script", "watch")
@@ -63,9 +64,12 @@ class _Browser:
         self._wake.set()
 
     async def send(self):
-        """Send the waiting messages until the connection ends."""
+        """Send the waiting messages until the connection ends. Without any, say each ALIVE_S that the station runs."""
         while True:
-            await self._wake.wait()
+            try:
+                await asyncio.wait_for(self._wake.wait(), ALIVE_S)
+            except TimeoutError:
+                await self.socket.send_str(ALIVE)
             self._wake.clear()
             while self.waiting:
                 if self.dropped > self._told:

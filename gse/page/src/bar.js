@@ -196,7 +196,8 @@ class Bar extends HTMLElement {
     this.pause.disabled = this.step.disabled = this.speed.disabled = !is_there;
     this.pause.setAttribute("aria-pressed", String(store.pace.is_paused));
     this.followSpeed(store.pace.speed);
-    this.stop.disabled = Boolean(store.barrier());
+    // A silent station performs what waits for it when it goes on, and to stop late is better than never.
+    this.stop.disabled = Boolean(store.barrier()) && !store.isSilent;
     this.drawAlarm();
   }
 
@@ -229,6 +230,10 @@ class Bar extends HTMLElement {
     } else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
     else text(this.what, "No open alarm");
     this.what.title = this.what.textContent;
+    const isAlarm = this.slot_.classList.contains("critical");
+    const name = store.hello?.mission ?? "hirosco";
+    // The title is all that a page in the background shows.
+    document.title = isAlarm ? `▼ ${this.what.textContent}: ${name}` : `${name}: ground station`;
     this.counts.replaceChildren(
       ...ORDER.map((severity) =>
         el(

@@ -226,10 +226,12 @@ class TimeLine extends HTMLElement {
   // In a replay the player has the time line, and this one is hidden.
   draw() {
     if (store.replay) return;
+    // Only a station that answers can replay the flight.
+    const isOver = !store.link.is_live && store.hasSocket && !store.isSilent && store.hello !== null;
     this.mark.classList.toggle("is-off", !store.link.is_live);
-    text(this.mark, store.link.is_live ? "LIVE" : "Replay");
-    if (store.link.is_live || !store.hello) this.mark.removeAttribute("href");
-    else this.mark.href = "/?replay";
+    text(this.mark, isOver ? "Replay" : "LIVE");
+    if (isOver) this.mark.href = "/?replay";
+    else this.mark.removeAttribute("href");
     const members = shownMembers();
     this.names.replaceChildren(...members.map((name) => el("div", { style: "line-height:14px" }, name)));
     const width = this.drawing.clientWidth || 800;

@@ -21,6 +21,12 @@ store.on("state", (message) => {
     message.cause && message.since === message.time ? `${message.subsystem} ${message.state}` : "";
 });
 
+let wasLive = false;
+store.on("link", ({ is_live, text }) => {
+  if (wasLive && !is_live) document.getElementById("alarm-said").textContent = `link lost: ${text}`;
+  wasLive = is_live;
+});
+
 document.getElementById("theme")?.addEventListener("click", toggleTheme);
 
 const refuse = (text) => store.take({ kind: "link", is_live: false, is_refused: true, text });

@@ -46,6 +46,8 @@ export class Replay {
     this.pace();
     this.use(this.truth?.t.length ? "truth" : "telemetry");
     let last = performance.now();
+    // A browser draws no page in the background; its replay stands still there.
+    document.addEventListener("visibilitychange", () => (last = performance.now()));
     const frame = (now) => {
       if (this.isPlaying) {
         this.seek(this.time + ((now - last) / 1000) * this.speed);

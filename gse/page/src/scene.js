@@ -7,13 +7,12 @@ import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment
 
 import { Actuators } from "./actuators.js";
 import { Arm, LOOK, shape } from "./body.js";
-import { SceneMarks, token } from "./scene_marks.js";
+import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
 import { place, placedByTelemetry, placedByTruth, poses, tipForce, tipOf } from "./kinematics.js";
 import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
-const TRACE_S = 6; // Length of the trace of the tip.
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
 // Without a graphics processor: shortest and longest time between two pictures; that time in delays of the
@@ -464,8 +463,7 @@ class Scene extends SceneMarks {
     if (!this.robot || store.replay) return;
     const isStale =
       Boolean(this.last) &&
-      !store.pace.is_paused &&
-      performance.now() - this.last.at > STALE_PERIODS * Math.max(STALE_MS, this.last.period);
+      store.clock() - this.last.seen > STALE_PERIODS * Math.max(STALE_MS, this.last.period);
     this.veil.hidden = store.link.is_live && !isStale;
     const why = store.link.is_live ? `${this.source} reports no position` : store.link.text;
     text(this.veil.firstChild, `${why}; last seen ${(this.last?.time ?? store.time).toFixed(3)} s`);
@@ -490,8 +488,10 @@ class Scene extends SceneMarks {
       values: message.values,
       positions: this.where(this.robot, message.values, this.truth.last).positions,
       at: performance.now(),
+      seen: store.clock(),
       period: Math.min(300, period * 1000),
     };
+    this.remember(message.time, this.tipAt(message.values, message.time));
   }
 
   // Draw the scene if it has changed; true if it was drawn.
@@ -555,12 +555,7 @@ class Scene extends SceneMarks {
     this.drawGhost(values);
     this.drawLimits(positions);
     this.drawSprings(tip);
-    this.trace.push([store.time, ...tip]);
-    while (this.trace.length > 2 && this.trace[0][0] < store.time - TRACE_S) this.trace.shift();
-    this.line.geometry.dispose();
-    this.line.geometry = new THREE.BufferGeometry().setFromPoints(
-      this.trace.map(([, ...point]) => new THREE.Vector3(...point)),
-    );
+    this.drawTrace(tip);
     this.isChanged = true;
   }
 

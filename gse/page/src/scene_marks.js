@@ -15,6 +15,8 @@ const FORCE_LEAST = 0.5; // Smallest force that is drawn [N].
 const GHOST_M = 0.002,
   GHOST_RAD = (0.5 * Math.PI) / 180;
 const NEAR = 0.1; // Share of the range that counts as near a limit.
+export const TRACE_S = 6; // Length of the trace of the tip.
+const GAP_S = 1; // Time without reports that interrupts the trace.
 export const token = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
@@ -220,5 +222,24 @@ export class SceneMarks extends HTMLElement {
     };
     put(this.forceLabel, this.forceEnd);
     put(this.ghostLabel, this.ghostEnd, 24);
+  }
+
+  // The trace of a flight does not depend on pictures, which a page in the background does not draw. It
+  // begins anew after a gap in the reports.
+  remember(time, tip) {
+    const before = this.trace[this.trace.length - 1]?.[0] ?? time;
+    if (!store.replay && time - before > GAP_S) this.trace = [];
+    this.trace.push([time, ...tip]);
+    while (this.trace.length > 2 && this.trace[0][0] < time - TRACE_S) this.trace.shift();
+  }
+
+  // In a flight the robot is drawn one period behind the last report, whose place is therefore left out.
+  drawTrace(tip) {
+    if (store.replay) this.remember(store.time, tip);
+    const points = store.replay ? this.trace : [...this.trace.slice(0, -1), [store.time, ...tip]];
+    this.line.geometry.dispose();
+    this.line.geometry = new THREE.BufferGeometry().setFromPoints(
+      points.map(([, ...point]) => new THREE.Vector3(...point)),
+    );
   }
 }

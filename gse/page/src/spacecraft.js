@@ -61,7 +61,7 @@ class Subsystems extends HTMLElement {
       const known = store.states.get(name);
       const heard = store.heard.get(name);
       const since = heard === undefined ? null : (store.clock() - heard) / 1000;
-      const periods = since === null || store.pace.is_paused ? 0 : (since * 1000) / store.period(name);
+      const periods = since === null ? 0 : (since * 1000) / store.period(name);
       const isStale = periods > 3;
       const state = known?.state ?? "not reported";
       show(

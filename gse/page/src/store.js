@@ -5,6 +5,10 @@
 const EVENTS_KEPT = 10000;
 const HISTORY_S = 600; // Time for which reports are stored.
 const RETRY_MS = 500; // Time between two attempts to connect.
+// The station sends a message at least every 0.5 s. Time without any after which it is silent, and time
+// between two looks at that.
+const SILENT_MS = 1000,
+  LOOK_MS = 200;
 const LEAST_PERIOD_MS = 350; // Shortest period that freshness uses: faster reports may arrive in groups.
 
 class Store {
@@ -14,13 +18,16 @@ class Store {
     this.next = 1;
     this.offset = null; // Mission time minus the clock of the page [s].
     this.hasSocket = false;
+    this.isSilent = false; // The connection to the station is open, but nothing arrives.
+    this.silence = { ms: 0, at: 0 };
+    this.still = { ms: 0, since: null }; // Time spent in pauses, and beginning of the present pause [ms].
     this.replay = null;
     this.clear();
   }
 
   clear() {
     this.hello = null;
-    this.link = { is_live: false, text: "connecting" };
+    this.link = this.told = { is_live: false, text: "connecting" }; // Shown; last reported by the station
     this.pace = { is_there: false, is_paused: false, speed: 1 };
     this.hand = { page: null, other: null }; // Page, or other program, that commands the hand; null: none
     this.mismatches = new Map(); // "SUBSYSTEM" -> text: its interface hash differs from the dictionary
@@ -53,30 +60,64 @@ class Store {
   }
 
   tell(kind, message) {
+    if (kind === "link" || kind === "pace") this.stand();
     for (const call of this.listeners.get(kind) ?? []) call(message);
   }
 
   connect() {
     const socket = new WebSocket(`ws://${location.host}/ws`);
+    this.looking ??= setInterval(() => this.look(), LOOK_MS);
     socket.onopen = () => {
       this.hasSocket = true;
       this.socket = socket;
+      this.silence = { ms: 0, at: performance.now() };
     };
-    socket.onmessage = (event) => this.take(JSON.parse(event.data));
+    socket.onmessage = (event) => {
+      this.hear();
+      this.take(JSON.parse(event.data));
+    };
     socket.onclose = () => {
-      this.hasSocket = false;
+      this.hasSocket = this.isSilent = false;
       for (const answer of this.waiting.values()) answer({ refused: "the station does not answer" });
       this.waiting.clear();
-      this.link = { is_live: false, text: "no station, trying again" };
-      this.tell("link", this.link);
+      this.lose("no station, trying again");
       setTimeout(() => this.connect(), RETRY_MS);
     };
+  }
+
+  lose(text) {
+    this.link = { is_live: false, text };
+    this.tell("link", this.link);
+  }
+
+  // A message of the station has arrived.
+  hear() {
+    this.silence.ms = 0;
+    if (!this.isSilent) return;
+    this.isSilent = false;
+    this.link = this.told;
+    this.tell("link", this.link);
+  }
+
+  // Tell if the station is silent. If the page itself was busy or asleep, the messages of that time may still
+  // wait to be read, so little of it counts.
+  look() {
+    const now = performance.now();
+    this.silence.ms += Math.min(now - this.silence.at, 2 * LOOK_MS);
+    this.silence.at = now;
+    if (!this.hasSocket || this.isSilent || this.silence.ms < SILENT_MS) return;
+    this.isSilent = true;
+    this.lose("the station does not answer");
+  }
+
+  isOpen() {
+    return this.socket?.readyState === WebSocket.OPEN;
   }
 
   // Send a request to the station. The promise resolves with the answer.
   ask(order) {
     return new Promise((resolve) => {
-      if (this.socket?.readyState !== WebSocket.OPEN) {
+      if (!this.isOpen()) {
         resolve({ refused: this.replay ? this.link.text : "the station does not answer" });
         return;
       }
@@ -128,9 +169,18 @@ class Store {
     return this.subsystem(name)?.configurations.find((item) => item.name === present);
   }
 
-  // Present time for the ages of values [ms]: by the clock of the page, in a replay the mission time.
+  // Present time for the ages of values [ms]: by the clock of the page without pauses of simulated time, in a
+  // replay the mission time.
   clock() {
-    return this.replay ? this.time * 1000 : performance.now();
+    return this.replay ? this.time * 1000 : (this.still.since ?? performance.now()) - this.still.ms;
+  }
+
+  // Simulated time stands still from now on, or goes on. Without a link the page does not know, so ages grow.
+  stand() {
+    const isStill = this.pace.is_paused && this.link.is_live;
+    if (isStill === (this.still.since !== null)) return;
+    if (isStill) this.still.since = performance.now();
+    else this.still = { ms: this.still.ms + performance.now() - this.still.since, since: null };
   }
 
   // Electrical power that the present states need [W]; null if the mission does not define it.
@@ -151,7 +201,7 @@ class Store {
 
   // Reason why no command can be sent now; null if commands can be sent.
   barrier() {
-    if (!this.link.is_live) return this.replay ? this.link.text : "no link";
+    if (!this.link.is_live) return this.replay || this.isSilent ? this.link.text : "no link";
     return this.hello?.read_only ? "this station is read only" : null;
   }
 
@@ -171,7 +221,6 @@ class Store {
   freshness(name, id) {
     const report = this.reports.get(`${name}/${id}`);
     if (!report) return "never";
-    if (this.pace.is_paused) return "live";
     const periods = (this.clock() - report.at) / Math.max(LEAST_PERIOD_MS, this.periodOf(name, id));
     return periods < 2 ? "live" : periods < 3 ? "late" : "stale";
   }
@@ -220,7 +269,7 @@ class Store {
   }
 
   take_link(message) {
-    this.link = message;
+    this.link = this.told = message;
   }
   take_pace(message) {
     this.pace = message;
@@ -248,12 +297,12 @@ class Store {
       lane.push([message.since ?? this.time, message.state]);
     this.lanes.set(message.subsystem, lane);
     this.states.set(message.subsystem, message);
-    if (message.time !== null) this.heard.set(message.subsystem, performance.now());
+    if (message.time !== null) this.heard.set(message.subsystem, this.clock());
   }
 
   take_housekeeping(message) {
     this.advance(message.time);
-    const now = performance.now();
+    const now = this.clock();
     this.heard.set(message.subsystem, now);
     if (!this.values.has(message.subsystem)) this.values.set(message.subsystem, new Map());
     const values = this.values.get(message.subsystem);

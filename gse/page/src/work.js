@@ -129,7 +129,7 @@ class Hand {
       if (event.gamepad.index === this.pad) this.release("the gamepad was disconnected");
     });
     store.on("link", () => {
-      if (!store.link.is_live) this.release("link lost");
+      if (!store.link.is_live) this.release(store.isSilent ? store.link.text : "link lost");
     });
     this.keys = new Set();
     document.addEventListener("keyup", (event) => this.keys.delete(event.key));
@@ -261,7 +261,8 @@ class Hand {
       this.asked = performance.now();
       const [x, y] = this.aim;
       const answer = await store.live(`hand aim ${x.toFixed(5)} ${y.toFixed(5)} ${AIM_S}`);
-      if (answer.refused && this.aim) {
+      if (answer.refused && this.aim && !store.isOpen()) this.release("link lost");
+      else if (answer.refused && this.aim) {
         this.aim = this.from = null;
         this.note = `The simulator refuses the hand: ${answer.refused}`;
         this.draw();
@@ -285,8 +286,7 @@ class Hand {
     const known = store.values.get(source)?.get("CUR_VALUES.POSITION");
     const position = known?.value ?? [0, 0];
     const felt = store.value(source, "CUR_VALUES.FELT_TORQUE") ?? [0, 0];
-    const isFresh =
-      (known && store.clock() - known.at < Math.max(600, 3 * known.period)) || store.pace.is_paused;
+    const isFresh = known && store.clock() - known.at < Math.max(600, 3 * known.period);
     const state = store.states.get(source)?.state;
     const owner = this.aim ? null : store.handOwner();
     const isThere = Boolean(source) && store.pace.is_there && !store.barrier() && !owner;
@@ -326,7 +326,8 @@ class Hand {
       circle.setAttribute("cx", x);
       circle.setAttribute("cy", y);
     }
-    if (isFresh) this.trace.push([store.clock(), x, y]);
+    if (isFresh && this.trace[this.trace.length - 1]?.[0] !== store.clock())
+      this.trace.push([store.clock(), x, y]);
     while (
       this.trace.length &&
       (this.trace[0][0] < store.clock() - TRACE_MS || this.trace[0][0] > store.clock())

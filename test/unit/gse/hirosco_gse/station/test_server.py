@@ -22,7 +22,7 @@ from hirosco_gse.station import display as display_module
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import targets as targets_module
 from hirosco_gse.station.identity import Identity
-from hirosco_gse.station.server import QUEUE, Station, _Browser
+from hirosco_gse.station.server import ALIVE, ALIVE_S, QUEUE, Station, _Browser
 from spacecraft import Spacecraft, failure, success
 from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, begin, station_of, visit
 
@@ -309,6 +309,27 @@ def test_a_slow_browser_loses_housekeeping_only():
 
     asyncio.run(send())
     assert sent[:2] == [{"kind": "dropped", "updates": 51}, {"kind": "event"}] and len(sent) == QUEUE + 2 and sent[-1]["n"] == 2
+
+
+def test_a_station_with_nothing_to_say_says_that_it_runs():
+    sent = []
+
+    class Socket:
+        async def send_str(self, text):
+            sent.append(text)
+
+    async def listen():
+        browser = _Browser(Socket())
+        sender = asyncio.create_task(browser.send())
+        while sent.count(ALIVE) < 2:
+            await asyncio.sleep(ALIVE_S / 10)
+        browser.put("last")
+        while sent[-1] != "last":
+            await asyncio.sleep(0)
+        sender.cancel()
+
+    asyncio.run(asyncio.wait_for(listen(), 60 * ALIVE_S))
+    assert set(sent) == {ALIVE, "last"} and sent.count("last") == 1
 
 
 def test_requestable_states_are_those_of_the_documentation():

@@ -136,6 +136,25 @@ def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monk
     assert later["refused"] == "the hand is taken by station-WEB_2"
 
 
+def test_simulated_time_is_paused_in_a_step(place):
+    """While the step lasts, the live port answers that simulated time passes."""
+    answers = {"pause": (2.0, True), "step 0.5": (2.0, False), "time": (2.4, False), "resume": (2.5, False)}
+
+    class Stepping(World):
+        async def ask(self, line):
+            return answers[line]
+
+    async def story(page, station):
+        station.hub.world_port = Stepping()
+        paused = []
+        for line in ("pause", "step 0.5", "time", "resume", "time"):
+            await page.ask(do="live", line=line)
+            paused.append(station.hub.pace["is_paused"])
+        return paused
+
+    assert visit(place, story) == [True, True, True, False, False]
+
+
 @pytest.mark.parametrize("has_hand", [True, False])
 def test_a_page_that_disappears_gives_its_hand_back(place, has_hand):
     """Only the page that has aimed last: another page that is closed leaves the hand as it is."""
