@@ -108,3 +108,8 @@ status_t osal_task_set_priority(const int priority)
     vTaskPrioritySet(NULL, native_priority(priority));
     return STATUS_OK;
 }
+
+void osal_task_unpin(void)
+{
+    // There is one processor.
+}

@@ -10,6 +10,7 @@
 #include <signal.h>
 #include <stddef.h>
 #include <string.h>
+#include <unistd.h>
 
 #define PRIORITY_MAX 99
 /// Smaller than the default, because a program that locks its memory locks the whole stack.
@@ -91,4 +92,12 @@ status_t osal_task_set_priority(const int priority)
     const struct sched_param parameters = {.sched_priority = priority};
     const int policy                    = (priority > 0) ? SCHED_FIFO : SCHED_OTHER;
     return (pthread_setschedparam(pthread_self(), policy, &parameters) == 0) ? STATUS_OK : STATUS_DENIED;
+}
+
+void osal_task_unpin(void)
+{
+    cpu_set_t set;
+    if (sched_getaffinity(getppid(), sizeof set, &set) == 0) {
+        (void)sched_setaffinity(0, sizeof set, &set); // Without permission the task stays pinned.
+    }
 }

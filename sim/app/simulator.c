@@ -579,15 +579,15 @@ void simulator_statistics(const simulator_t* const simulator, simulator_statisti
     }
 }
 
-void simulator_flush(simulator_t* const simulator)
+void simulator_flush(simulator_t* const simulator, const bool waits)
 {
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         if (simulator->segment[i].log != NULL) {
-            frame_log_flush(simulator->segment[i].log);
+            frame_log_flush(simulator->segment[i].log, waits);
         }
     }
     instrument_set_flush(simulator->instruments);
     if (simulator->truth_log != NULL) {
-        truth_flush(simulator->truth_log);
+        truth_flush(simulator->truth_log, waits);
     }
 }

@@ -398,7 +398,7 @@ static void save_logs(const int signal_number)
 {
     if (dying_simulator != NULL) {
         // NOLINTNEXTLINE(bugprone-signal-handler,cert-sig30-c): the program ends anyway.
-        simulator_flush(dying_simulator);
+        simulator_flush(dying_simulator, true);
     }
     // The signal then ends the process as it does without this handler.
     (void)signal(signal_number, SIG_DFL);
@@ -476,7 +476,7 @@ static void run(simulator_t* const simulator, const options_t* const options, os
         }
         wake_ns = simulator_step(simulator, now_ns);
         if (now_ns >= flush_ns) { // At most one second is lost if the simulator is killed.
-            simulator_flush(simulator);
+            simulator_flush(simulator, false);
             flush_ns = now_ns + NS_PER_S;
         }
     }

@@ -2,8 +2,8 @@
 #include "sim/logs/frame_log.h"
 
 #include "sim/logs/record_file.h"
+#include "sim/logs/write_behind.h"
 
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +20,7 @@
 
 struct frame_log {
     char interface[FRAME_LOG_INTERFACE_MAX];
+    write_behind_t frames;
     record_file_t text;
     record_file_t pcap;
 };
@@ -172,18 +173,46 @@ size_t frame_log_record(const osal_can_frame_t* const frame, uint8_t* const octe
     return (size_t)(end - octets) + data_octets;
 }
 
-void frame_log_write(frame_log_t* const log, const osal_can_frame_t* const frame)
+/// Returns the octets of a frame up to the end of its data, or of eight octets of data: nearly all frames are
+/// short, and a copy of constant size is faster.
+static size_t size_of(const osal_can_frame_t* const frame)
 {
-    char* const line = (char*)record_file_room(&log->text, FRAME_LOG_LINE_MAX);
-    record_file_add(&log->text, frame_log_line(frame, log->interface, line));
-    uint8_t* const record = record_file_room(&log->pcap, FRAME_LOG_RECORD_MAX);
-    record_file_add(&log->pcap, frame_log_record(frame, record));
+    return offsetof(osal_can_frame_t, data) + ((frame->length <= 8U) ? 8U : frame->length);
 }
 
-void frame_log_flush(frame_log_t* const log)
+void frame_log_write(frame_log_t* const log, const osal_can_frame_t* const frame)
 {
+    const size_t size = size_of(frame);
+    uint8_t* octets   = write_behind_room(&log->frames, size);
+    if (frame->length <= 8U) {
+        memcpy(octets, frame, offsetof(osal_can_frame_t, data) + 8U);
+    } else {
+        memcpy(octets, frame, size);
+    }
+    write_behind_add(&log->frames, size);
+}
+
+/// Format frames and pass them to the operating system.
+static void write_frames(void* const context, const uint8_t* const octets, const size_t size)
+{
+    frame_log_t* log       = context;
+    osal_can_frame_t frame = {0};
+    for (size_t at = 0U; at < size; at += size_of(&frame)) {
+        memcpy(&frame, &octets[at], offsetof(osal_can_frame_t, data));
+        memcpy(frame.data, &octets[at + offsetof(osal_can_frame_t, data)],
+               size_of(&frame) - offsetof(osal_can_frame_t, data));
+        char* const line = (char*)record_file_room(&log->text, FRAME_LOG_LINE_MAX);
+        record_file_add(&log->text, frame_log_line(&frame, log->interface, line));
+        uint8_t* const record = record_file_room(&log->pcap, FRAME_LOG_RECORD_MAX);
+        record_file_add(&log->pcap, frame_log_record(&frame, record));
+    }
     record_file_flush(&log->text);
     record_file_flush(&log->pcap);
+}
+
+void frame_log_flush(frame_log_t* const log, const bool waits)
+{
+    write_behind_flush(&log->frames, waits);
 }
 
 static bool open_file(record_file_t* const file, const char* const folder, const char* const interface,
@@ -206,6 +235,14 @@ static void write_pcap_header(record_file_t* const file)
     record_file_add(file, PCAP_HEADER_OCTETS);
 }
 
+/// True if all records were written.
+static bool close_files(frame_log_t* const log)
+{
+    const bool has_text = record_file_close(&log->text);
+    const bool has_pcap = record_file_close(&log->pcap);
+    return has_text && has_pcap;
+}
+
 status_t frame_log_open(const char* const folder, const char* const interface, frame_log_t** const out_log)
 {
     *out_log = NULL;
@@ -220,10 +257,12 @@ status_t frame_log_open(const char* const folder, const char* const interface, f
     log->pcap.descriptor = -1;
     if (!open_file(&log->text, folder, interface, "log") ||
         !open_file(&log->pcap, folder, interface, "pcap")) {
-        (void)frame_log_close(log);
+        (void)close_files(log);
+        free(log);
         return STATUS_IO;
     }
     write_pcap_header(&log->pcap);
+    write_behind_open(&log->frames, write_frames, log);
     *out_log = log;
     return STATUS_OK;
 }
@@ -233,8 +272,8 @@ status_t frame_log_close(frame_log_t* const log)
     if (log == NULL) {
         return STATUS_OK;
     }
-    const bool has_text = record_file_close(&log->text);
-    const bool has_pcap = record_file_close(&log->pcap);
+    write_behind_close(&log->frames);
+    const bool is_complete = close_files(log);
     free(log);
-    return (has_text && has_pcap) ? STATUS_OK : STATUS_IO;
+    return is_complete ? STATUS_OK : STATUS_IO;
 }

@@ -2,12 +2,11 @@
 /// Log of the frames on one bus, in two files: text like that of `candump -L` (simulated time, microseconds),
 /// and pcap with link type 227 (SocketCAN, nanoseconds). can-utils and tshark read them.
 ///
-/// Lines and records are formatted without printf, each kind into its own buffer; one system call writes a
-/// full buffer.
+/// A task of the log formats lines and records, without printf, and writes them (write_behind.h).
 ///
 /// Ownership  frame_log_open allocates, frame_log_close writes the rest and frees.
-/// Context    One task; frame_log_flush may also be called from the signal handler of a program that crashes.
-/// Time       About 0.1 us per frame.
+/// Context    One task; frame_log_flush may also be called from the signal handler of a crash.
+/// Time       Passing a frame to the task takes about 10 ns, formatting it there about 0.1 us.
 #ifndef SIM_LOGS_FRAME_LOG_H
 #define SIM_LOGS_FRAME_LOG_H
 
@@ -15,6 +14,7 @@
 #include "osal/include/osal/can.h"
 #include "osal/include/osal/can_interface.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -29,8 +29,8 @@ typedef struct frame_log frame_log_t;
 MUST_USE status_t frame_log_open(const char* folder, const char* interface, frame_log_t** out_log);
 /// Append a data or error frame with its time.
 void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame);
-/// Pass buffered records to the operating system.
-void frame_log_flush(frame_log_t* log);
+/// Let the task of the log write the frames so far. `waits`: return when the operating system has them.
+void frame_log_flush(frame_log_t* log, bool waits);
 /// Write the rest, close the files and free the log. Null is allowed. Returns STATUS_OK, STATUS_IO: some
 /// records were not written.
 status_t frame_log_close(frame_log_t* log);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/truth/truth.h"
 
+#include "sim/logs/write_behind.h"
+
 #include <lcm/eventlog.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdio_ext.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define EVENT_MAX 16384U // Longest event: the names of a world with all entries.
-#define BUFFER_OCTETS 131072U
+#define EVENT_MAX 16384U            // Longest event: the names of a world with all entries.
 #define HEADER_OCTETS 28U           // Octets of an event before the name of its channel.
 #define SYNCHRONISATION 0xEDA1DA01U // First octets of an event.
 #define CHANNEL_MAX 16U             ///< Names of channels are shorter.
@@ -76,9 +76,9 @@ struct truth {
     uint64_t octets;
     uint64_t most_octets;
     bool is_cut;
-    bool failed;
+    bool failed; // The task of `events` sets it.
     history_t history[STATE_CHANNELS];
-    char buffer[BUFFER_OCTETS]; // glibc ignores the size of a buffer that it allocates itself.
+    write_behind_t events;
 };
 
 static void put_u8(event_t* const event, const uint8_t value)
@@ -164,24 +164,37 @@ static void begin(event_t* const event, const uint64_t fingerprint, const uint64
     put_u64(event, time_ns);
 }
 
-/// Write an event by one call. lcm_eventlog_write_event writes nine pieces, which takes longer.
-static status_t write_record(truth_t* const truth, const char* const channel, event_t* const event)
+static bool has_failed(const truth_t* const truth)
 {
-    uint8_t head[HEADER_OCTETS + CHANNEL_MAX];
+    return __atomic_load_n(&truth->failed, __ATOMIC_RELAXED);
+}
+
+/// Write whole events. After a failure the log ends, because a reader could not detect a gap.
+static void write_events(void* const context, const uint8_t* const octets, const size_t size)
+{
+    truth_t* truth = context;
+    if (!has_failed(truth) && (fwrite(octets, size, 1U, truth->log->f) != 1U)) {
+        __atomic_store_n(&truth->failed, true, __ATOMIC_RELAXED);
+    }
+}
+
+/// Pass an event to the task that writes it. lcm_eventlog_write_event writes nine pieces, which takes longer.
+static status_t write_record(truth_t* const truth, const char* const channel, const event_t* const event)
+{
     const size_t length = strlen(channel);
+    const size_t size   = HEADER_OCTETS + length + event->used;
+    uint8_t* head       = write_behind_room(&truth->events, size);
     store_u32(&head[0], SYNCHRONISATION);
     store_u64(&head[4], (uint64_t)truth->log->eventcount);
     store_u64(&head[12], event->time_ns / 1000U);
     store_u32(&head[20], (uint32_t)length);
     store_u32(&head[24], (uint32_t)event->used);
-    for (size_t i = 0U; i < length; i++) {
-        head[HEADER_OCTETS + i] = (uint8_t)channel[i];
-    }
+    memcpy(&head[HEADER_OCTETS], channel, length);
+    memcpy(&head[HEADER_OCTETS + length], event->octet, event->used);
+    write_behind_add(&truth->events, size);
     truth->log->eventcount++;
-    truth->octets += HEADER_OCTETS + length + event->used;
-    truth->failed = (fwrite(head, HEADER_OCTETS + length, 1U, truth->log->f) != 1U) ||
-                    (fwrite(event->octet, event->used, 1U, truth->log->f) != 1U);
-    return truth->failed ? STATUS_IO : STATUS_OK;
+    truth->octets += size;
+    return has_failed(truth) ? STATUS_IO : STATUS_OK;
 }
 
 /// Write CUT, the last event of a log that has reached its maximum size.
@@ -196,7 +209,7 @@ static status_t cut(truth_t* const truth, const uint64_t time_ns)
 
 static status_t write_event(truth_t* const truth, const char* const channel, event_t* const event)
 {
-    if (truth->failed) {
+    if (has_failed(truth)) {
         return STATUS_IO;
     }
     if (truth->is_cut) {
@@ -256,7 +269,7 @@ static status_t write_state(truth_t* const truth, const state_channel_t channel,
     const bool is_at_rest = is_same(event, &history->written);
     if (is_at_rest && (event->time_ns < (history->written.time_ns + TRUTH_INTERVAL_NS))) {
         copy_event(&history->left_out, event);
-        return truth->failed ? STATUS_IO : STATUS_OK;
+        return has_failed(truth) ? STATUS_IO : STATUS_OK;
     }
     history->left_out.used = is_at_rest ? 0U : history->left_out.used;
     const status_t status  = write_left_out(truth, channel);
@@ -276,10 +289,8 @@ status_t truth_open(const char* const path, const uint64_t most_octets, truth_t*
         free(truth);
         return STATUS_IO;
     }
-    // One task writes thousands of small pieces a second: use a large buffer, and do not lock the file for
-    // each.
-    (void)__fsetlocking(truth->log->f, FSETLOCKING_BYCALLER);
-    (void)setvbuf(truth->log->f, truth->buffer, _IOFBF, sizeof truth->buffer);
+    (void)setvbuf(truth->log->f, NULL, _IONBF, 0U);
+    write_behind_open(&truth->events, write_events, truth);
     truth->most_octets = most_octets;
     *out_truth         = truth;
     return STATUS_OK;
@@ -293,15 +304,16 @@ status_t truth_close(truth_t* const truth)
     for (unsigned i = 0U; i < STATE_CHANNELS; i++) {
         (void)write_left_out(truth, (state_channel_t)i); // The log then shows the end of the rest.
     }
-    const bool failed = truth->failed || (fflush(truth->log->f) != 0) || (ferror(truth->log->f) != 0);
+    write_behind_close(&truth->events);
+    const bool failed = has_failed(truth);
     lcm_eventlog_destroy(truth->log);
     free(truth);
     return failed ? STATUS_IO : STATUS_OK;
 }
 
-void truth_flush(truth_t* const truth)
+void truth_flush(truth_t* const truth, const bool waits)
 {
-    (void)fflush(truth->log->f); // truth_close reports what could not be written.
+    write_behind_flush(&truth->events, waits); // truth_close reports what could not be written.
 }
 
 static void put_bools(event_t* const event, const bool* const value, const unsigned count)

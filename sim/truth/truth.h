@@ -3,8 +3,8 @@
 /// telemetry with it. Two runs with the same seed give the same file, octet for octet.
 ///
 /// The .lcm files in the folder of this header define the types; sim/truth/README.md describes channels and
-/// rates. A channel at rest is written only every TRUTH_INTERVAL_NS. Writing takes about 0.4 us per event and
-/// does not wait for the disk.
+/// rates. A channel at rest is written only every TRUTH_INTERVAL_NS. A task of the log
+/// writes the events (sim/logs/write_behind.h).
 ///
 /// Ownership  truth_open allocates, truth_close frees and flushes.
 #ifndef SIM_TRUTH_TRUTH_H
@@ -26,8 +26,9 @@ typedef struct truth truth_t;
 /// is null).
 MUST_USE status_t truth_open(const char* path, uint64_t most_octets, truth_t** out_truth);
 
-/// Pass buffered events to the operating system.
-void truth_flush(truth_t* truth);
+/// Let the task of the log write the events so far. `waits`: return when the operating system has them; may
+/// then be called in the signal handler of a crash.
+void truth_flush(truth_t* truth, bool waits);
 
 /// Flush and close; null is allowed. Returns STATUS_OK or STATUS_IO: some events were not written.
 status_t truth_close(truth_t* truth);

@@ -132,9 +132,44 @@ static void exhausted_tasks_are_reported_as_a_status(void)
     TEST_ASSERT_EQUAL(0, exit_status);
 }
 
+static void count_processors(void* context)
+{
+    int* const count = context;
+    cpu_set_t set;
+    osal_task_unpin();
+    *count = (sched_getaffinity(0, sizeof set, &set) == 0) ? CPU_COUNT(&set) : 0;
+}
+
+static void a_task_of_a_pinned_program_can_use_the_processors_of_its_parent(void)
+{
+    cpu_set_t all;
+    int status = 0;
+    TEST_ASSERT_EQUAL(0, sched_getaffinity(0, sizeof all, &all));
+    const pid_t child = fork();
+    if (child == 0) {
+        size_t first = 0U;
+        int count    = 0;
+        cpu_set_t one;
+        osal_task_t task;
+        while (!CPU_ISSET(first, &all)) {
+            first++;
+        }
+        CPU_ZERO(&one);
+        CPU_SET(first, &one);
+        const bool is_pinned  = sched_setaffinity(0, sizeof one, &one) == 0;
+        const bool is_started = osal_task_start(&task, count_processors, &count, 0) == STATUS_OK;
+        osal_task_join(&task);
+        const bool is_own_pinned = (sched_getaffinity(0, sizeof one, &one) == 0) && (CPU_COUNT(&one) == 1);
+        _exit((is_pinned && is_started && is_own_pinned && (count == CPU_COUNT(&all))) ? 0 : 1);
+    }
+    TEST_ASSERT_EQUAL(child, waitpid(child, &status, 0));
+    TEST_ASSERT_EQUAL(0, status);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_task_of_a_pinned_program_can_use_the_processors_of_its_parent);
     RUN_TEST(a_task_without_a_priority_is_scheduled_as_others);
     RUN_TEST(signals_stay_with_the_first_task);
     RUN_TEST(priority_is_set_where_permitted);

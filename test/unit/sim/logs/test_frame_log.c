@@ -138,7 +138,7 @@ static void files_hold_every_frame(void)
     for (unsigned i = 0U; i < 20000U; i++) { // More than the buffers hold.
         frame_log_write(log, &frame);
     }
-    frame_log_flush(log);
+    frame_log_flush(log, true);
     const long line = (long)strlen("(0000000000.000000) robot 123#0000000000000000\n");
     TEST_ASSERT_EQUAL_INT(20000 * line, size_of("log"));
     TEST_ASSERT_EQUAL_INT(24 + (20000 * 32), size_of("pcap"));
@@ -187,7 +187,7 @@ static void a_full_disk_leaves_complete_lines_and_records(void)
     const long line              = (long)strlen("(0000000000.000000) robot 123#0000000000000000\n");
     TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
     frame_log_write(log, &frame);
-    frame_log_flush(log);
+    frame_log_flush(log, true);
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
     const rlim_t before = limit.rlim_cur;
     // Room for two lines and a part of a third; in pcap for the header, two records and a part.
@@ -197,7 +197,7 @@ static void a_full_disk_leaves_complete_lines_and_records(void)
     for (unsigned i = 0U; i < 10U; i++) {
         frame_log_write(log, &frame);
     }
-    frame_log_flush(log);
+    frame_log_flush(log, true);
     limit.rlim_cur = before;
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     // After a failure the log writes nothing more, because a reader could not detect the gap.

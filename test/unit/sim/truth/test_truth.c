@@ -148,7 +148,7 @@ static unsigned write_steps(const unsigned first, const unsigned last, const dou
         zero[1] = -zero[1]; // A changed sign of zero is not a change.
         TEST_ASSERT_EQUAL(STATUS_OK, truth_stick(truth, (uint64_t)i * STEP_NS, &stick));
     }
-    truth_flush(truth);
+    truth_flush(truth, true);
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
     lcm_eventlog_t* log         = lcm_eventlog_create(path, "r");
     lcm_eventlog_event_t* event = NULL;
