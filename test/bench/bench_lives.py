@@ -144,7 +144,7 @@ def rounds(measure, *words):
     return values
 
 
-def tell(name, values, bound):
+def print_row(name, values, bound):
     """Print a row whose baseline is the bound."""
     ratios = [value / bound for value in values]
     print(f"BENCH {name} {statistics.median(values):.3f} ms {bound} {statistics.median(ratios):.3f} {min(ratios):.3f} {max(ratios):.3f}")
@@ -154,10 +154,10 @@ def main():
     """Fly the rounds and print the BENCH lines."""
     for kind in ("real", "free"):
         found = rounds(hang, kind)
-        tell(f"hang_found_{kind}", [value for value, _ in found], 40)
-        tell(f"hang_others_wait_{kind}", [value for _, value in found], 50)
-    tell("supervisor_back", rounds(death, "supervisor", SUPERVISOR, is_event(RESTARTED)), 200)
-    tell("restart_to_ready", rounds(death, "joystick", JOYSTICK, lambda p: p.message == (17, 2)), 200)
+        print_row(f"hang_found_{kind}", [value for value, _ in found], 40)
+        print_row(f"hang_others_wait_{kind}", [value for _, value in found], 50)
+    print_row("supervisor_back", rounds(death, "supervisor", SUPERVISOR, is_event(RESTARTED)), 200)
+    print_row("restart_to_ready", rounds(death, "joystick", JOYSTICK, lambda p: p.message == (17, 2)), 200)
 
 
 if __name__ == "__main__":

@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Size of the text (code and constants), compiled with -Os and without unwind tables, and of the RAM of each
-subsystem.
+"""Size of the text (code and constants) and of the RAM, compiled with -Os and without unwind tables.
 
-Text on x86-64: of each library of the framework and of the packet services by its objects; of the
-framework with the services that every subsystem has, linked together as in a program, where equal
-constants occur once and other libraries only as far as they are referenced; and the addition of each
-option with what it needs: each other service, each end node but CAN, stream devices on all of them, control of drives, protected
-telecommands, limits of resources, and the parts of supervisor and launcher only: reading the whole
-mission, taking over the channels of a process that died. Text for a Cortex-M: of all packet services by
-their objects. Baselines: the limit of each.
+Rows of text on x86-64:
+- each library of the framework and of the packet services: the sum of its objects
+- the framework with the services that every subsystem has, linked as in a program: equal constants count once, and other
+  libraries only as far as they are referenced
+- the addition of each option with what it needs: each other service, each end node but CAN, stream devices on all end
+  nodes, control of drives, protected telecommands, limits of resources, and what only supervisor and launcher have:
+  reading the whole mission, taking over the channels of a process that died
+Row of text for a Cortex-M: all packet services, the sum of their objects. The baseline of a row is its limit.
 
-RAM of a subsystem is what it adds to an image on x86-64, all of it static: its component with services and
-persistent records, the storage of its own code, its inbox, its runtime, its descriptor. What a program has
-once, whatever its subsystems, is a row of its own: the mission's descriptor, the reader of descriptors,
-the proxy's stream. Not counted: stacks, constants, the port of the operating system layer, shared memory
-of buses and links. The supervisor has the services of the whole spacecraft, and communication a queue for
-each of the ground's connections: rows of their own without a bound."""
+Rows of RAM: what each subsystem adds to an image on x86-64, all of it static: its component with services and
+persistent records, the storage of its own code, its inbox, its runtime, its descriptor. Further rows have what a program
+needs once: the mission's descriptor, the reader of descriptors, the proxy's stream. Stacks, constants, the port of the
+operating system layer and shared memory of buses and links do not count. Supervisor (services of the whole
+spacecraft) and communication (a queue for each connection of the ground) have rows without a bound."""
 
 import pathlib
 import re

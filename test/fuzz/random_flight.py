@@ -200,7 +200,7 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATI
 
 
 def judge(counts):
-    """Each followed telecommand is accepted or refused, once; the flight ends by its own shutdown."""
+    """Check that each followed telecommand was accepted or refused once, and that the flight ended by its own shutdown."""
     seed = counts["seed"]
     assert counts["shut_down"] == 1, f"seed {seed}: the flight ended early: {counts}"
     answered = counts["accepted"] + counts["refused"] + counts["unrouted"]

@@ -24,7 +24,7 @@ def outcomes():
 
 
 @pytest.mark.parametrize("target", run_fuzz.targets())
-def test_target(outcomes, target):
+def test_a_target_passes_its_inputs(outcomes, target):
     _, code, output = outcomes[target].result()
     print(run_fuzz.line_of(target, code, output))
     assert code == 0, run_fuzz.explain(target, output)
@@ -36,7 +36,7 @@ def test_a_corpus_is_kept(target):
 
 
 @pytest.mark.parametrize("target", run_fuzz.targets())
-def test_runs_are_counted(target):
+def test_the_runs_of_each_target_are_counted(target):
     assert run_fuzz.fixed_runs(target, SECONDS), f"{target} is not in {run_fuzz.RUNS}: run_fuzz.py --calibrate"
 
 

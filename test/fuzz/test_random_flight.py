@@ -99,6 +99,6 @@ def test_requests_of_all_services_are_in_the_pool(tmp_path):
 
 
 @pytest.mark.long
-def test_a_million_telecommands(tmp_path):
+def test_a_million_telecommands_violate_no_invariant(tmp_path):
     total = sum(random_flight.fly(seed, LONG_COUNT, tmp_path)["sent"] for seed in range(1, LONG_FLIGHTS + 1))
     assert total == LONG_COUNT * LONG_FLIGHTS

@@ -51,6 +51,6 @@ def test_terms_are_used():
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])
-def test_term_has_meaning_and_source(row):
+def test_each_term_has_a_meaning_and_a_source(row):
     _, meaning, source = row
     assert meaning and SOURCE.match(source), source

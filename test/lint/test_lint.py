@@ -64,7 +64,7 @@ def layer_breaches(tmp_path, monkeypatch, path, text):
         ("test/unit/pus/test_a.c", '"fsw/supervisor/b.h"', False),
     ],
 )
-def test_layers(tmp_path, monkeypatch, path, include, allowed):
+def test_an_include_that_its_layer_does_not_allow_is_found(tmp_path, monkeypatch, path, include, allowed):
     found = layer_breaches(tmp_path, monkeypatch, path, f"#include {include}\n")
     assert (not found) == allowed, found
 
@@ -89,7 +89,7 @@ TREE = {
         ("base/b.c", '"sim/a.h"', ["base/b.c:1", "sim/a.h:1"]),
     ],
 )
-def test_cycles_of_top_folders(path, include, places):
+def test_a_cycle_of_includes_between_top_folders_is_found(path, include, places):
     """Two folders that include each other, or several in a ring, are reported with each include that closes
     the ring."""
     tree = {**TREE, **({path: f"#include {include}\n"} if path else {})}
@@ -126,7 +126,7 @@ def test_cycle_over_three_folders_is_found():
         ("void f(void); void canopen_f(void) { f(); }", "fsw/canopen/a.c", None),
     ],
 )
-def test_symbols(tmp_path, source, place, complaint):
+def test_a_forbidden_symbol_is_found(tmp_path, source, place, complaint):
     (tmp_path / "a.c").write_text(source)
     built = tmp_path / "a.o"
     subprocess.run(["gcc", "-O2", "-c", tmp_path / "a.c", "-o", built], check=True, stderr=subprocess.DEVNULL)
@@ -184,7 +184,7 @@ LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"
         (LICENCE + "/// Context    One task, that\n/// of the caller.\n", "not indented"),
     ],
 )
-def test_text(tmp_path, monkeypatch, text, complaint):
+def test_a_text_that_breaks_a_rule_is_found(tmp_path, monkeypatch, text, complaint):
     found = text_breaches(tmp_path, monkeypatch, "a.c", text)
     assert (not found) if complaint is None else any(complaint in line for line in found), found
 
@@ -218,7 +218,7 @@ def test_text(tmp_path, monkeypatch, text, complaint):
         ("gse/a.py", "# " "# The next step.", "begins with one mark"),
     ],
 )
-def test_turns_in_texts_and_width_of_comments(tmp_path, monkeypatch, name, line, complaint):
+def test_forbidden_turns_and_wide_comments_are_found(tmp_path, monkeypatch, name, line, complaint):
     (tmp_path / name).parent.mkdir()
     licence = LICENCE.replace("//", "#") if name.endswith(".py") else LICENCE
     found = text_breaches(tmp_path, monkeypatch, name, licence + line + "\n")
@@ -246,7 +246,7 @@ def test_turns_in_texts_and_width_of_comments(tmp_path, monkeypatch, name, line,
         ("#define COUNT(a) \\\n    (sizeof(a) / sizeof((a)[0]))", None),
     ],
 )
-def test_dialect(tmp_path, monkeypatch, line, complaint):
+def test_a_prefix_test_and_parentheses_of_sizeof_are_found(tmp_path, monkeypatch, line, complaint):
     found = text_breaches(tmp_path, monkeypatch, "a.c", LICENCE + line + "\n")
     assert (not found) if complaint is None else any(complaint in text for text in found), found
 
@@ -308,7 +308,7 @@ DEVIATIONS = """
         ("/usr/include/a.h:3: misra-c2012-7.1 text", False),
     ],
 )
-def test_misra(finding, is_open):
+def test_a_finding_is_accepted_if_a_deviation_covers_it(finding, is_open):
     found, unused = check_misra.judge([finding], check_misra.read_deviations(DEVIATIONS))
     assert (found == [finding]) == is_open
     assert 5 not in unused, "a rule checked by hand needs no finding"
@@ -357,7 +357,7 @@ def test_misra_checks_changed_files_and_their_includers(changed, looked_at):
         ("see `docs/gone.md`", "no such file: docs/gone.md"),
     ],
 )
-def test_links(tmp_path, text, complaint):
+def test_a_broken_link_is_found(tmp_path, text, complaint):
     docs = tmp_path / "docs"
     docs.mkdir()
     (docs / "a.md").write_text(f"# Title\n\n{text}\n")
@@ -407,7 +407,7 @@ def measured(exclusions, *lines):
         (["pus/b.c | if (a) { | 1 | another file"], (50.0, 50.0), [False]),
     ],
 )
-def test_coverage_exclusions(exclusions, figures, is_used):
+def test_an_exclusion_excludes_the_stated_branches_only(exclusions, figures, is_used):
     library, rows = measured(exclusions, (1, 3, [3, 0]), (2, 0, [2, 0]))
     assert library.figures() == figures
     assert [row.is_used for row in rows] == is_used
@@ -453,7 +453,7 @@ WORLD = """<World name="lab" step="1ms" gravity="0 0 0"><Robot name="arm" urdf="
         ("id = 0x12AU + 0x2A1U + 42U;", False),
     ],
 )
-def test_names_of_worlds_in_the_simulator(tmp_path, line, finds):
+def test_names_of_worlds_in_the_simulator_are_found(tmp_path, line, finds):
     worlds, sources = tmp_path / "descriptors" / "worlds", tmp_path / "sim" / "app"
     worlds.mkdir(parents=True)
     sources.mkdir(parents=True)
@@ -475,7 +475,7 @@ def test_names_of_worlds_in_the_simulator(tmp_path, line, finds):
         ([50.0, 100.0, True], 1),
     ],
 )
-def test_coverage_marks(mark, findings):
+def test_coverage_below_a_mark_and_open_branches_of_a_complete_library_are_found(mark, findings):
     library, _ = measured([], (1, 3, [3, 0]))
     assert len(list(check_coverage.compare({"pus": library}, {"pus": mark}))) == findings
 

@@ -68,7 +68,7 @@ def installed(machine, clone):
 WHOLE = ["examples/unity_config.h", "license.txt", "src/unity.c"]
 
 
-def test_fetched_once_for_all_clones(machine):
+def test_unity_is_fetched_once_for_all_clones(machine):
     done, calls = fetch(machine, "one")
     assert (done.returncode, calls, installed(machine, "one")) == (0, 2, WHOLE), done.stderr
     assert [path.name for path in (machine / "one" / "build" / "third_party").iterdir()] == ["unity"]
@@ -77,7 +77,7 @@ def test_fetched_once_for_all_clones(machine):
     assert (done.returncode, calls, installed(machine, "two")) == (0, 2, WHOLE), done.stderr
 
 
-def test_damaged_cache_is_fetched_again(machine):
+def test_a_damaged_cache_is_fetched_again(machine):
     fetch(machine, "one")
     (cached,) = (machine / "cache" / "hirosco").iterdir()
     whole = cached.read_bytes()
@@ -191,7 +191,7 @@ def test_python_packages_that_cannot_be_fetched_are_named(index, fresh_venv):
     assert list(place.glob("build/venv/lib/*/site-packages/other-3.0.dist-info"))
 
 
-def test_damaged_wheel_is_fetched_again(index, fresh_venv):
+def test_a_damaged_wheel_is_fetched_again(index, fresh_venv):
     install(index, clone(index / "a", fresh_venv))
     (cached,) = (index / "cache" / "hirosco" / "wheels").glob("other*")
     whole = cached.read_bytes()

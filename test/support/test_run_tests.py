@@ -26,7 +26,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
         ("", 0, (1, 0, 0)),
     ],
 )
-def test_count(output, code, expected):
+def test_the_cases_of_a_runner_are_counted_by_its_closing_lines(output, code, expected):
     count = run_tests.count_cases(output, code)
     assert (count.passed, count.failed, count.skipped) == expected
 

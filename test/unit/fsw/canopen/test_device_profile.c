@@ -51,8 +51,8 @@ static void entries_become_words_at_their_places(void)
 
 static void a_mapping_must_follow_the_order_of_cia_301(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 0U, 0U)); // The object already has an entry.
-    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U, 2U, 1U));        // An entry of another object.
+    TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 0U, 0U)); // The PDO is enabled.
+    TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U, 2U, 1U)); // Another entry than the COB-ID does not disable it.
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 0U, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1800U, 1U, DISABLED | 0x191U));
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, map(0x1A00U, 1U, TORQUE)); // The number of entries is not 0.

@@ -31,7 +31,7 @@ static void drives_are_commissioned_operated_and_stopped(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_start));
     TEST_ASSERT_EQUAL_HEX8(0x05U, joints[0]->nmt);
     // The first frame is sent in the cycle of the start.
-    TEST_ASSERT_EQUAL_UINT(0U, joints[0]->pdos_received - 1U);
+    TEST_ASSERT_EQUAL_UINT(1U, joints[0]->pdos_received);
     TEST_ASSERT_EQUAL_UINT(2U, joints[0]->last_pdo);
     idle(5U);
     TEST_ASSERT_EQUAL_HEX16(0x0250U, joints[0]->status[0]);
@@ -203,7 +203,7 @@ static void a_device_of_another_type_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_network_configure(&network, now_ns));
 }
 
-/// A device whose profile is the same as that of the class; only its identity differs.
+/// The device has the profile of the class; only its identity differs.
 static void a_device_of_another_maker_or_kind_is_refused(void)
 {
     scripted_object(joints[1], 0x1018U, 1U)->value = 0x0000029CU;
@@ -289,8 +289,8 @@ static void a_network_can_be_configured_again_for_another_mode(void)
     expect_no_fault();
 }
 
-/// RPDO1 carries position and torque offset, RPDO2 torque and velocity: the old offset would be added to the
-/// torque.
+/// RPDO1 carries position and torque offset, RPDO2 torque and velocity. If the offset kept its old value, the
+/// drive would add it to the torque.
 static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
 {
     canopen_cia402_axis_t* const axis = &network.devices[0]->device.axes[0];
@@ -305,7 +305,7 @@ static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
     expect_refusal(0x11U, REFUSAL_ABORTED, 0x60B200U, 0x08000022U);
     scripted_object(joints[0], 0x60B2U, 0U)->abort_code = 0U;
     unsigned writes                                     = joints[0]->writes;
-    // The settings and one write access more.
+    // One more write access than settings: it sets the torque offset to zero.
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL_UINT(writes + 4U + 1U, joints[0]->writes);
     TEST_ASSERT_EQUAL_HEX32(0U, scripted_object(joints[0], 0x60B2U, 0U)->value);
@@ -323,7 +323,7 @@ static void nothing_commanded_in_one_configuration_acts_in_the_next(void)
     set(0U, 0x1401U, 1U, 4U, 0x80000311U);
     set(0U, 0x1400U, 1U, 4U, 0x00000211U);
     writes = joints[0]->writes;
-    // In no other mode do the targets act.
+    // Targets act only in their own mode, so they need not be set to zero.
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_configure));
     TEST_ASSERT_EQUAL_UINT(writes + 2U, joints[0]->writes);
     expect_no_fault();

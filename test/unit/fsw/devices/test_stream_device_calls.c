@@ -70,7 +70,8 @@ static int begin(void** state)
     return 0;
 }
 
-/// A cycle in which the end node has this status and gives so many records.
+/// Run a cycle in which opening the end node returns this status and the end node gives this number of
+/// records.
 static void cycle(const uint64_t now_ns, const status_t opened, const int records)
 {
     expect_value(__wrap_flow_step, now_ns, now_ns);
@@ -84,7 +85,7 @@ static void cycle(const uint64_t now_ns, const status_t opened, const int record
     stream_device_sense(&device, now_ns);
 }
 
-static void a_device_that_never_pauses_does_not_hold_up_a_cycle(void** state)
+static void a_device_that_never_pauses_does_not_delay_a_cycle(void** state)
 {
     (void)state;
     cycle(MS_NS, STATUS_OK, RECORDS_AT_ONCE);
@@ -93,13 +94,14 @@ static void a_device_that_never_pauses_does_not_hold_up_a_cycle(void** state)
     assert_int_equal(RECORDS_AT_ONCE + 3, device.counters.received);
 }
 
-/// A device may be silent because its connection is dead; one that was opened a moment ago gets its time.
+/// A connection without records may be dead: it is given up when it has been silent for SILENCE_MS, counted
+/// from its opening or from its last record.
 static void a_new_connection_is_not_given_up_before_its_time(void** state)
 {
     uint64_t now_ns = MS_NS;
     (void)state;
     assert_int_equal(STATUS_BUSY, stream_device_open(&device, now_ns));
-    for (unsigned i = 0U; i < (3U * SILENCE_MS); i++) { // Closed: there is nothing to give up.
+    for (unsigned i = 0U; i < (3U * SILENCE_MS); i++) { // No connection is open, so none is given up.
         cycle(now_ns, STATUS_CLOSED, 0);
         now_ns += MS_NS;
     }
@@ -110,7 +112,7 @@ static void a_new_connection_is_not_given_up_before_its_time(void** state)
     }
     expect_function_call(__wrap_flow_give_up);
     cycle(now_ns, STATUS_OK, 0);
-    cycle(now_ns + MS_NS, STATUS_OK, 1); // A record: it has its time again.
+    cycle(now_ns + MS_NS, STATUS_OK, 1); // The time begins again with this record.
     cycle(now_ns + (SILENCE_MS * MS_NS), STATUS_OK, 0);
     expect_function_call(__wrap_flow_give_up);
     cycle(now_ns + ((SILENCE_MS + 1U) * MS_NS), STATUS_OK, 0);
@@ -130,12 +132,12 @@ static void a_connection_that_closes_within_a_cycle_is_closed(void** state)
     assert_int_equal(STATUS_OK, stream_device_take_fault(&device, &fault));
     assert_int_equal(STREAM_DEVICE_LOST, fault.kind);
     assert_int_equal(STREAM_CAUSE_CLOSED, fault.cause);
-    stream_device_command(&device); // Sends nothing: the end node is closed.
+    stream_device_command(&device); // No record is sent, because the end node is closed.
     expect_function_call(__wrap_flow_close);
     stream_device_close(&device);
 }
 
-static void what_the_end_node_refuses_is_counted_and_a_full_one_delays_the_stop(void** state)
+static void refused_records_are_counted_and_a_full_end_node_delays_the_stop(void** state)
 {
     static const uint8_t safe[] = {0U, 0U, 4U};
     static const struct {
@@ -157,10 +159,10 @@ static void what_the_end_node_refuses_is_counted_and_a_full_one_delays_the_stop(
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(a_device_that_never_pauses_does_not_hold_up_a_cycle, begin),
+        cmocka_unit_test_setup(a_device_that_never_pauses_does_not_delay_a_cycle, begin),
         cmocka_unit_test_setup(a_new_connection_is_not_given_up_before_its_time, begin),
         cmocka_unit_test_setup(a_connection_that_closes_within_a_cycle_is_closed, begin),
-        cmocka_unit_test_setup(what_the_end_node_refuses_is_counted_and_a_full_one_delays_the_stop, begin),
+        cmocka_unit_test_setup(refused_records_are_counted_and_a_full_end_node_delays_the_stop, begin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -224,7 +224,7 @@ static void a_device_that_was_not_brought_up_cannot_be_configured(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(1U);
-    descriptor.storage.endnodes[generic.configuration->first_device].node = 0x33U; // Each device has one.
+    descriptor.storage.endnodes[generic.configuration->first_device].node = 0x33U; // One end node per device.
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, run_action(configure));
 }
 

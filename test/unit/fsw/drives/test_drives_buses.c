@@ -49,7 +49,8 @@ static bool fits(void)
     return drives_fit(&descriptor, &drives_need, &misfit);
 }
 
-/// `count` drives, of which device i is on bus i mod `on`. The channels B are the buses from number `on`.
+/// Load a descriptor of `count` drives on `on` buses: device i is on bus i mod `on`. The channels B are the
+/// buses from number `on`.
 static void make(const unsigned on, const unsigned count, const bool has_channel_b)
 {
     size_t length = 0U;
@@ -156,7 +157,8 @@ static void expect_status(const unsigned node, const uint16_t status)
     TEST_ASSERT_EQUAL_HEX16(status, nodes[node]->status[0] & 0x006FU);
 }
 
-static void fly(const unsigned on, const unsigned count)
+/// Commission `count` drives on `on` buses, exchange process data with each, and secure them.
+static void operate(const unsigned on, const unsigned count)
 {
     make(on, count, false);
     engage();
@@ -187,27 +189,27 @@ static void fly(const unsigned on, const unsigned count)
 
 static void six_drives_operate_on_one_bus(void)
 {
-    fly(1U, 6U);
+    operate(1U, 6U);
 }
 
 static void seven_drives_operate_on_one_bus(void)
 {
-    fly(1U, 7U);
+    operate(1U, 7U);
 }
 
 static void seven_drives_operate_on_two_buses(void)
 {
-    fly(2U, 7U);
+    operate(2U, 7U);
 }
 
 static void drives_operate_on_full_buses(void)
 {
-    fly(2U, 2U * NETWORK_DEVICES_MAX);
+    operate(2U, 2U * NETWORK_DEVICES_MAX);
 }
 
 static void all_devices_operate_on_all_buses(void)
 {
-    fly(DRIVES_BUSES_MAX, DRIVES_DEVICES_MAX);
+    operate(DRIVES_BUSES_MAX, DRIVES_DEVICES_MAX);
 }
 
 /// The settings of the mode belong to another configuration, so the device must not move.
@@ -242,7 +244,7 @@ static void sync_begins_on_all_buses_in_the_same_cycle(void)
     TEST_ASSERT_TRUE(buses[1].syncs > 0U);
 }
 
-/// All wait for a bus that is commissioned later; the other buses are not commissioned again.
+/// All buses wait for a bus that is commissioned later; the other buses are not commissioned again.
 static void the_slowest_bus_determines_the_end_of_a_step(void)
 {
     make(2U, 2U, false);
@@ -269,7 +271,7 @@ static void the_slowest_bus_determines_the_end_of_a_step(void)
 }
 
 /// All buses are secured without waiting for each other; a second call acts on all of them again.
-static void all_buses_are_secured_before_any_is_waited_for(void)
+static void no_bus_waits_for_another_to_be_secured(void)
 {
     for (unsigned stuck = 0U; stuck < 2U; stuck++) {
         const unsigned other = 1U - stuck;
@@ -495,7 +497,7 @@ int main(void)
     RUN_TEST(a_device_of_another_configuration_is_not_enabled);
     RUN_TEST(sync_begins_on_all_buses_in_the_same_cycle);
     RUN_TEST(the_slowest_bus_determines_the_end_of_a_step);
-    RUN_TEST(all_buses_are_secured_before_any_is_waited_for);
+    RUN_TEST(no_bus_waits_for_another_to_be_secured);
     RUN_TEST(a_bus_that_cannot_be_opened_leaves_none_open);
     RUN_TEST(a_failure_on_one_bus_ends_the_step);
     RUN_TEST(a_failure_is_returned_while_another_bus_is_busy);

@@ -74,7 +74,7 @@ static void another_class_is_refused(void)
     TEST_ASSERT_EQUAL_STRING("type", misfit.says);
 }
 
-/// Also one with an end node on CAN: nothing would operate it.
+/// An end node on CAN does not help: no object of the program would operate the device.
 static void a_stream_device_is_refused_where_none_is_permitted(void)
 {
     TEST_ASSERT_FALSE(fits(BEGIN DEVICE("A", "0x11") DEVICE(

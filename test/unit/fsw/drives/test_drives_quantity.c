@@ -30,6 +30,7 @@ static pus_device_port_t port;
 static pus_device_result_t result;
 static uint8_t octets[DRIVES_QUANTITY_OCTETS];
 
+/// Parse the descriptor with its first `from` replaced by `to`.
 static status_t parse(const char* const from, const char* const to)
 {
     char text[sizeof document + 64U];

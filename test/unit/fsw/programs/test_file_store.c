@@ -130,6 +130,7 @@ static uint8_t send(const uint8_t subtype)
     return last_subtype;
 }
 
+/// Send a request whose data begin with the path and name of a file. Returns the subtype of its last report.
 static uint8_t request(const uint8_t subtype, const char* const path, const char* const name)
 {
     begin();
@@ -142,8 +143,9 @@ static uint8_t request(const uint8_t subtype, const char* const path, const char
     return send(subtype);
 }
 
-static uint8_t order(const uint8_t subtype, const char* const path, const char* const name,
-                     const char* const new_path, const char* const new_name)
+/// Copy or move a file by operation 1. Returns the subtype of the last report.
+static uint8_t request_with_target(const uint8_t subtype, const char* const path, const char* const name,
+                                   const char* const new_path, const char* const new_name)
 {
     begin();
     octet_write_u16(&writer, 1U);
@@ -160,10 +162,10 @@ static void requests_are_performed_on_the_disk(void)
     TEST_ASSERT_EQUAL_UINT8(7U, request(1U, "/logs", "new"));
     expect_content("root/logs/new", "");
     put_file("root/one", "content");
-    TEST_ASSERT_EQUAL_UINT8(7U, order(14U, "/", "one", "/logs", "copy"));
+    TEST_ASSERT_EQUAL_UINT8(7U, request_with_target(14U, "/", "one", "/logs", "copy"));
     expect_content("root/logs/copy", "content");
-    TEST_ASSERT_EQUAL_UINT8(4U, order(14U, "/", "one", "/logs", "copy"));
-    TEST_ASSERT_EQUAL_UINT8(7U, order(15U, "/logs", "copy", "/", "moved"));
+    TEST_ASSERT_EQUAL_UINT8(4U, request_with_target(14U, "/", "one", "/logs", "copy"));
+    TEST_ASSERT_EQUAL_UINT8(7U, request_with_target(15U, "/logs", "copy", "/", "moved"));
     expect_content("root/moved", "content");
     TEST_ASSERT_EQUAL_UINT8(7U, request(2U, "", "one"));
     TEST_ASSERT_FALSE(osal_file_exists(real("root/one")));
@@ -210,11 +212,11 @@ static void hostile_requests_change_no_file(void)
         for (size_t k = 0U; k < sizeof subtypes; k++) {
             TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, request(subtypes[k], path, name), name);
         }
-        TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(14U, path, name, "", "stolen"), name);
-        TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(15U, path, name, "", "stolen"), name);
+        TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, request_with_target(14U, path, name, "", "stolen"), name);
+        TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, request_with_target(15U, path, name, "", "stolen"), name);
         // A symbolic link at the place of the target is detected when the copy gets its name.
-        TEST_ASSERT_NOT_EQUAL_MESSAGE(7U, order(14U, "logs", "one", path, name), name);
-        TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, order(15U, "logs", "one", path, name), name);
+        TEST_ASSERT_NOT_EQUAL_MESSAGE(7U, request_with_target(14U, "logs", "one", path, name), name);
+        TEST_ASSERT_EQUAL_UINT8_MESSAGE(4U, request_with_target(15U, "logs", "one", path, name), name);
     }
     expect_content("secret", "secret");
     TEST_ASSERT_FALSE(osal_file_exists(real("root/stolen")));

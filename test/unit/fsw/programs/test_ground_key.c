@@ -49,14 +49,14 @@ void tearDown(void)
     (void)rmdir(folder);
 }
 
-static void opens(void)
+static void expect_opened(void)
 {
     TEST_ASSERT_TRUE_MESSAGE(ground_key_open(&key, path, error), error);
     TEST_ASSERT_EQUAL_UINT32(6U, key.receiver.mark.session);
     ground_key_close(&key);
 }
 
-static void refuses(const char* const words)
+static void expect_refused(const char* const words)
 {
     TEST_ASSERT_FALSE(ground_key_open(&key, path, error));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
@@ -64,20 +64,20 @@ static void refuses(const char* const words)
     TEST_ASSERT_FALSE(key.receiver.is_open);
 }
 
-static void octets_and_digits_are_keys(void)
+static void a_key_file_may_contain_octets_or_digits(void)
 {
-    opens();
+    expect_opened();
     const char* const lower = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f\n";
     const char* const upper = "000102030405060708090A0B0C0D0E0F101112131415161718191A1B1C1D1E1F";
     put(path, lower, strlen(lower));
-    opens();
+    expect_opened();
     put(path, lower, strlen(lower) - 1U);
-    opens();
+    expect_opened();
     put(path, upper, strlen(upper));
-    opens();
+    expect_opened();
 }
 
-static void a_path_without_room_for_that_of_the_mark_is_refused(void)
+static void a_path_without_room_for_the_path_of_the_mark_is_refused(void)
 {
     static const char step[] = "/././././././././././././././././././././././././././././././././././././././"
                                "./././././././././././././././././././././././././././././././././././././.";
@@ -110,7 +110,7 @@ static void other_content_is_refused(void)
     for (size_t i = 0U; i < (sizeof contents / sizeof contents[0]); i++) {
         if (strlen(contents[i]) != SDLS_KEY_OCTETS) {
             put(path, contents[i], strlen(contents[i]));
-            refuses("not a key");
+            expect_refused("not a key");
         }
     }
 }
@@ -120,10 +120,10 @@ static void a_key_file_that_other_users_may_access_is_refused(void)
     static const mode_t modes[] = {0640U, 0604U, 0620U, 0602U, 0610U, 0644U};
     for (size_t i = 0U; i < (sizeof modes / sizeof modes[0]); i++) {
         TEST_ASSERT_EQUAL(0, chmod(path, modes[i]));
-        refuses("chmod 600");
+        expect_refused("chmod 600");
     }
     TEST_ASSERT_EQUAL(0, chmod(path, 0400U));
-    opens();
+    expect_opened();
 }
 
 /// A program that can write the mark can set it back, and send recorded telecommands again.
@@ -132,40 +132,41 @@ static void a_mark_that_others_may_write_is_refused(void)
     static const mode_t modes[] = {0666U, 0660U, 0606U, 0620U, 0602U, 0644U};
     for (size_t i = 0U; i < (sizeof modes / sizeof modes[0]); i++) {
         TEST_ASSERT_EQUAL(0, chmod(mark, modes[i]));
-        refuses("key.received: other users than its owner have access to the mark of the key; run chmod 600");
+        expect_refused(
+            "key.received: other users than its owner have access to the mark of the key; run chmod 600");
     }
     TEST_ASSERT_EQUAL(0, chmod(mark, 0600U));
-    opens();
+    expect_opened();
 }
 
 static void missing_files_are_not_made(void)
 {
     TEST_ASSERT_EQUAL(0, unlink(mark));
-    refuses("gse key make");
+    expect_refused("gse key make");
     TEST_ASSERT_FALSE(osal_file_exists(mark));
     TEST_ASSERT_EQUAL(0, unlink(path));
-    refuses("gse key make");
+    expect_refused("gse key make");
 }
 
 static void marks_of_another_key_and_damaged_marks_are_refused(void)
 {
     put(mark, "", 0U);
-    refuses("damaged, or of another key");
+    expect_refused("damaged, or of another key");
     tearDown();
     setUp();
     const uint8_t other[SDLS_KEY_OCTETS] = {9U};
     put(path, other, sizeof other);
-    refuses("damaged, or of another key");
+    expect_refused("damaged, or of another key");
 }
 
 static void a_receiver_that_was_open_is_closed_by_a_failure(void)
 {
-    opens();
+    expect_opened();
     TEST_ASSERT_FALSE(key.receiver.is_open);
     TEST_ASSERT_TRUE(ground_key_open(&key, path, error));
     osal_file_close(&key.mark);
     TEST_ASSERT_EQUAL(0, chmod(path, 0644U));
-    refuses("chmod 600");
+    expect_refused("chmod 600");
 }
 
 /// Static storage is zero when a program begins, and 0 is the descriptor of standard input.
@@ -181,20 +182,20 @@ static void a_key_that_was_never_opened_closes_no_descriptor(void)
     (void)close(next);
 }
 
-static void one_flight_has_a_key(void)
+static void a_key_is_used_by_one_flight_at_a_time(void)
 {
     static ground_key_t first;
     TEST_ASSERT_TRUE(ground_key_open(&first, path, error));
-    refuses("another flight");
+    expect_refused("another flight");
     ground_key_close(&first);
-    opens();
+    expect_opened();
 }
 
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(octets_and_digits_are_keys);
-    RUN_TEST(a_path_without_room_for_that_of_the_mark_is_refused);
+    RUN_TEST(a_key_file_may_contain_octets_or_digits);
+    RUN_TEST(a_path_without_room_for_the_path_of_the_mark_is_refused);
     RUN_TEST(other_content_is_refused);
     RUN_TEST(a_key_file_that_other_users_may_access_is_refused);
     RUN_TEST(a_mark_that_others_may_write_is_refused);
@@ -202,6 +203,6 @@ int main(void)
     RUN_TEST(marks_of_another_key_and_damaged_marks_are_refused);
     RUN_TEST(a_receiver_that_was_open_is_closed_by_a_failure);
     RUN_TEST(a_key_that_was_never_opened_closes_no_descriptor);
-    RUN_TEST(one_flight_has_a_key);
+    RUN_TEST(a_key_is_used_by_one_flight_at_a_time);
     return UNITY_END();
 }

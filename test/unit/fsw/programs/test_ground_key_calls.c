@@ -91,7 +91,7 @@ static void expect_close(void)
     expect_function_call(__wrap_osal_file_close);
 }
 
-static void refuses(const char* const words)
+static void expect_refused(const char* const words)
 {
     assert_false(ground_key_open(&key, "k", error));
     assert_non_null(strstr(error, words));
@@ -148,7 +148,7 @@ static void copies_are_wiped_if_the_mark_cannot_be_used(void** state)
             will_return(__wrap_sdls_open, rows[i].read);
         }
         expect_close();
-        refuses(rows[i].words);
+        expect_refused(rows[i].words);
     }
 }
 
@@ -162,7 +162,7 @@ static void content_that_is_no_key_is_wiped(void** state)
     expect_any(__wrap_sdls_wipe, octets);
     expect_value(__wrap_sdls_wipe, size, SDLS_KEY_OCTETS);
     expect_close();
-    refuses("k: not a key; expected 32 octets or 64 hexadecimal digits");
+    expect_refused("k: not a key; expected 32 octets or 64 hexadecimal digits");
 }
 
 int main(void)

@@ -13,7 +13,7 @@
 #define ORIGIN_NS 5000U
 #define NOW_NS 1000000U
 /// Longest wait. After it the task checks whether it has a loop and whether it must end.
-#define LOOK_NS 20000000U
+#define CHECK_NS 20000000U
 
 static subsystem_t component;
 static loop_tasks_t tasks;
@@ -139,9 +139,9 @@ static void a_task_waits_until_its_loop_is_due_or_until_it_checks_again(void** s
     (void)state;
     start();
     expect_round(0U, NOW_NS + 1U, NOW_NS + 1U, STATUS_OK);
-    expect_round(0U, NOW_NS + LOOK_NS - 1U, NOW_NS + LOOK_NS - 1U, STATUS_OK);
-    expect_round(0U, NOW_NS + LOOK_NS + 1U, NOW_NS + LOOK_NS, STATUS_OK);
-    expect_round(0U, UINT64_MAX, NOW_NS + LOOK_NS, STATUS_CLOSED); // The clock is closed, so the task ends.
+    expect_round(0U, NOW_NS + CHECK_NS - 1U, NOW_NS + CHECK_NS - 1U, STATUS_OK);
+    expect_round(0U, NOW_NS + CHECK_NS + 1U, NOW_NS + CHECK_NS, STATUS_OK);
+    expect_round(0U, UINT64_MAX, NOW_NS + CHECK_NS, STATUS_CLOSED); // The clock is closed, so the task ends.
     entry_of_task(&tasks.tasks[1]);
     tasks.is_over = true; // The task must end, so there is no further round.
     entry_of_task(&tasks.tasks[1]);
@@ -193,7 +193,7 @@ static void a_task_that_does_not_begin_its_turn_is_not_alive(void** state)
     }
     assert_true(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_PATIENCE_MS - 6U) * ms));
     assert_false(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_PATIENCE_MS - 5U) * ms));
-    assert_true(loop_tasks_are_alive(&tasks, (UINT32_MAX - 7ULL) * ms)); // The turn is after the look.
+    assert_true(loop_tasks_are_alive(&tasks, (UINT32_MAX - 7ULL) * ms)); // The turn began after the check.
 }
 
 /// A task notes the time of each turn.

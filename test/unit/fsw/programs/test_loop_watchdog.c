@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop of services that hangs below the loop of its program: the watchdog resets the board. The program
-// runs twice: in its first life the loop works, then hangs; in its second it looks what happened.
+// A loop of services hangs whose priority is lower than that of the program's own loop: the watchdog resets
+// the board. The program runs twice: in its first life the loop works and then hangs; its second life checks
+// when the reset came.
 #include "fsw/programs/loop_tasks.h"
 
 #include "osal/include/osal/file.h"
@@ -11,7 +12,7 @@
 #define MS 1000000ULL
 #define WORKS_NS (2000U * MS)
 #define HANGS_NS (5000U * MS)
-#define NOTE "loop-watchdog.note" ///< Made when the loop begins to hang.
+#define NOTE "loop-watchdog.note" ///< File that is created before the loop hangs.
 
 static subsystem_t component;
 static loop_tasks_t tasks;
@@ -54,7 +55,7 @@ static void run_until(osal_clock_t* const clock, const uint64_t end_ns)
 }
 
 /// First life of the program; a reset ends it.
-static void a_loop_below_hangs(void)
+static void a_hanging_loop_of_low_priority_resets_the_board(void)
 {
     osal_clock_t clock;
     osal_file_t note;
@@ -70,13 +71,13 @@ static void a_loop_below_hangs(void)
     osal_file_close(&note);
     __atomic_store_n(&hangs, true, __ATOMIC_RELAXED);
     run_until(&clock, HANGS_NS);
-    TEST_FAIL_MESSAGE("the watchdog did not see the hang");
+    TEST_FAIL_MESSAGE("the watchdog did not detect the hang");
 }
 
-static void the_watchdog_has_reset_the_board(void)
+static void the_reset_came_while_the_loop_hung(void)
 {
     TEST_ASSERT_TRUE(osal_watchdog_has_reset());
-    TEST_ASSERT_TRUE_MESSAGE(osal_file_exists(NOTE), "it was reset while the loop worked");
+    TEST_ASSERT_TRUE_MESSAGE(osal_file_exists(NOTE), "the board was reset while the loop still worked");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(NOTE));
 }
 
@@ -84,9 +85,9 @@ int main(void)
 {
     UNITY_BEGIN();
     if (osal_watchdog_has_reset()) {
-        RUN_TEST(the_watchdog_has_reset_the_board);
+        RUN_TEST(the_reset_came_while_the_loop_hung);
     } else {
-        RUN_TEST(a_loop_below_hangs);
+        RUN_TEST(a_hanging_loop_of_low_priority_resets_the_board);
     }
     return UNITY_END();
 }

@@ -10,6 +10,7 @@
 #include "unity.h"
 
 #define PATIENCE_MS 10000U
+#define HEAD_OCTETS 5U ///< Length field and kind of a message.
 
 static remote_endian_wire_t one;
 static remote_endian_wire_t other;
@@ -137,19 +138,19 @@ static void a_truncated_run_state_or_one_out_of_bounds_is_refused(void)
     unsigned component    = 0U;
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_RUN);
     remote_endian_write_run(&writer, &run, 1U);
-    const size_t size = writer.position - 5U;
+    const size_t size = writer.position - HEAD_OCTETS;
     for (size_t cut = 0U; cut < size; cut++) {
-        octet_reader_t reader = octet_reader(&one.octets[5], cut);
+        octet_reader_t reader = octet_reader(&one.octets[HEAD_OCTETS], cut);
         TEST_ASSERT_FALSE(remote_endian_read_run(&reader, &heard, &component));
     }
-    octet_reader_t longer = octet_reader(&one.octets[5], size + 1U);
+    octet_reader_t longer = octet_reader(&one.octets[HEAD_OCTETS], size + 1U);
     TEST_ASSERT_FALSE(remote_endian_read_run(&longer, &heard, &component));
     // The component's index follows after identity, mission path and folders, each with its length in front,
     // and after the hash.
-    const size_t index = 5U + 8U + 8U + strlen(run.identity) + strlen(run.mission_path) + strlen(run.folder) +
-                         strlen(run.storage);
+    const size_t index = HEAD_OCTETS + 8U + 8U + strlen(run.identity) + strlen(run.mission_path) +
+                         strlen(run.folder) + strlen(run.storage);
     octets_put_u32(&one.octets[index], 2U);
-    octet_reader_t beyond = octet_reader(&one.octets[5], size);
+    octet_reader_t beyond = octet_reader(&one.octets[HEAD_OCTETS], size);
     TEST_ASSERT_FALSE(remote_endian_read_run(&beyond, &heard, &component));
 }
 
@@ -190,7 +191,7 @@ static void a_done_message_carries_its_values(void)
     done.deliveries.octets[15]  = 300U;
     octet_writer_t writer       = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
     remote_endian_write_done(&writer, &done);
-    octet_reader_t reader = octet_reader(&one.octets[5], writer.position - 5U);
+    octet_reader_t reader = octet_reader(&one.octets[HEAD_OCTETS], writer.position - HEAD_OCTETS);
     TEST_ASSERT_TRUE(remote_endian_read_done(&reader, &heard));
     TEST_ASSERT_EQUAL_HEX64(done.wake_ns, heard.wake_ns);
     TEST_ASSERT_EQUAL_HEX32(5U, heard.opened);
@@ -198,12 +199,12 @@ static void a_done_message_carries_its_values(void)
     TEST_ASSERT_EQUAL_UINT32(4U, heard.deliveries.lives[1]);
     TEST_ASSERT_EQUAL_UINT32(2U, heard.deliveries.messages[1]);
     TEST_ASSERT_EQUAL_UINT32(300U, heard.deliveries.octets[15]);
-    octet_reader_t cut = octet_reader(&one.octets[5], writer.position - 6U);
+    octet_reader_t cut = octet_reader(&one.octets[HEAD_OCTETS], writer.position - HEAD_OCTETS - 1U);
     TEST_ASSERT_FALSE(remote_endian_read_done(&cut, &heard));
     done.is_lossy = false;
     writer        = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
     remote_endian_write_done(&writer, &done);
-    reader = octet_reader(&one.octets[5], writer.position - 5U);
+    reader = octet_reader(&one.octets[HEAD_OCTETS], writer.position - HEAD_OCTETS);
     TEST_ASSERT_TRUE(remote_endian_read_done(&reader, &heard));
     TEST_ASSERT_FALSE(heard.is_lossy);
 }
@@ -397,7 +398,7 @@ static void full_buses_are_handed_over(void)
         TEST_ASSERT_EQUAL_UINT8(OSAL_CAN_DATA_MAX, got.length);
         TEST_ASSERT_EQUAL_HEX8(i & 0xFFU, got.data[0]);
     }
-    octet_reader_t closed = octet_reader(&one.octets[5], writer.position - 5U);
+    octet_reader_t closed = octet_reader(&one.octets[HEAD_OCTETS], writer.position - HEAD_OCTETS);
     to.open               = 0x80U; // The frame is for bus 0.
     bool has_more         = false;
     TEST_ASSERT_FALSE(remote_endian_read_frames(&closed, &to, &has_more));

@@ -8,8 +8,9 @@
 
 extern octet_writer_t request_data;
 
-/// Begin application data; send them to the supervisor, which reports failures only, and give it a step.
+/// Begin application data in request_data.
 void request_begin(void);
+/// Send request_data to the supervisor, which reports failures only, and let it make one step.
 void request_send(uint8_t service, uint8_t subtype);
 /// Send a request with constant octets as data.
 #define REQUEST(service, subtype, octets) request_octets((service), (subtype), (octets), sizeof(octets) - 1U)
@@ -19,11 +20,13 @@ void request_within(uint16_t apid, uint16_t sequence);
 
 /// Enable ST[11] or ST[22] with sub-schedule 1 and group 1.
 void schedule_enable(uint8_t service);
-/// Define the release of a request: by an activity at a time of the run, by an activity at a position, by an
-/// action on an event of ARM that may be raised at once, by the activated sequence SEQ.
+/// Insert an activity of ST[11] that releases a TC[17,1] at a time of the run.
 void release_at(uint64_t time_ns, uint16_t apid, uint16_t sequence);
+/// Insert an activity of ST[22] that releases a TC[17,1] at a position on the orbit.
 void release_where(uint64_t position, uint16_t apid, uint16_t sequence);
+/// Add and enable an action of ST[19] that releases a TC[17,1] when ARM raises this event.
 void release_on(uint16_t event, uint16_t apid, uint16_t sequence);
+/// Load and activate the sequence SEQ of ST[21] with a TC[17,1].
 void release_in_sequence(uint16_t apid, uint16_t sequence);
 
 #endif // TEST_UNIT_FSW_SUPERVISOR_RELEASES_H

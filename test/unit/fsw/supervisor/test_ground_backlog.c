@@ -80,7 +80,7 @@ static void reports_leave_in_the_order_they_came(void)
     expect_none(true);
 }
 
-static void firm_reports_overtake_but_no_verification_its_own_answer(void)
+static void firm_reports_overtake_plain_ones_but_not_the_answer_they_complete(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 17U, 2U, 1U, 30U)); // An answer.
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 2U, 30U));  // The end of the answered request.
@@ -352,7 +352,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(reports_leave_in_the_order_they_came);
-    RUN_TEST(firm_reports_overtake_but_no_verification_its_own_answer);
+    RUN_TEST(firm_reports_overtake_plain_ones_but_not_the_answer_they_complete);
     RUN_TEST(each_class_has_its_own_room);
     RUN_TEST(plain_reports_leave_the_blocks_reserved_for_firm_ones);
     RUN_TEST(bulk_reports_leave_room_for_requests);

@@ -389,8 +389,9 @@ static void packets_lost_in_the_ring_leave_a_gap_in_the_file(void)
     expect_text("packets.ascii", "1 0.000000000 TC 18\n2 4 GAP\n5 0.000000000 TC 18\n6 0.000000000 TC 18\n");
 }
 
-/// In one step: records that no file has accepted wait in the ring, and then the file must get them.
-static void more_than_the_ring_between_two_steps(void)
+/// The ring becomes full between two steps. The log then writes its records to the file; records that the
+/// file does not accept are lost and counted.
+static void more_records_than_the_ring_holds_are_written_between_two_steps(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     open_log(PACKET_LOG_ASCII);
@@ -539,7 +540,7 @@ int main(void)
     RUN_TEST(opening_is_repeated_until_the_folder_exists);
     RUN_TEST(records_in_the_ring_survive_a_full_disk);
     RUN_TEST(packets_lost_in_the_ring_leave_a_gap_in_the_file);
-    RUN_TEST(more_than_the_ring_between_two_steps);
+    RUN_TEST(more_records_than_the_ring_holds_are_written_between_two_steps);
     RUN_TEST(the_delay_between_retries_doubles_up_to_32_s);
     RUN_TEST(a_file_that_was_removed_is_made_again);
     RUN_TEST(a_long_ring_is_written_in_portions);

@@ -94,8 +94,8 @@ static void read_pipe(void)
     content[content_size] = '\0';
 }
 
-/// Read the pipe until the writer is done, at this time.
-static void let_it_finish(uint64_t now_ns)
+/// Read the pipe until the writer is done, then step the log at this time.
+static void finish_writing(uint64_t now_ns)
 {
     while (__atomic_load_n(&packets.is_busy, __ATOMIC_ACQUIRE)) {
         read_pipe();
@@ -162,10 +162,10 @@ static void a_slow_disk_does_not_delay_the_supervisor(void)
     append(300U);
     supervisor_packet_log_step(&packets, 5U * SECOND_NS);
     TEST_ASSERT_EQUAL(0U, packets.written_number);
-    let_it_finish(6U * SECOND_NS); // The first piece is written; the next one begins.
+    finish_writing(6U * SECOND_NS); // The first piece is written; the next one begins.
     TEST_ASSERT_EQUAL(300U, packets.written_number);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
-    let_it_finish(6U * SECOND_NS);
+    finish_writing(6U * SECOND_NS);
     TEST_ASSERT_EQUAL(601U, packets.written_number);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     TEST_ASSERT_TRUE(packets.slowest_ns > 0U);
@@ -186,7 +186,7 @@ static void the_ring_stays_selected_while_the_disk_is_slow(void)
     supervisor_packet_log_step(&packets, SECOND_NS);
     for (unsigned i = 1U; i <= 5U; i++) {
         append(300U);
-        let_it_finish(((i * 2U) * SECOND_NS));
+        finish_writing(((i * 2U) * SECOND_NS));
         TEST_ASSERT_EQUAL(i * 300U, packets.written_number);
         TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     }
@@ -204,7 +204,7 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
     supervisor_packet_log_step(&packets, SECOND_NS); // From now on the ring keeps 100 records.
     append(100U);
     TEST_ASSERT_EQUAL(400U, packets.failures);
-    let_it_finish(SECOND_NS);
+    finish_writing(SECOND_NS);
     TEST_ASSERT_EQUAL(100U, packets.failures);
     close_slow_log();
     TEST_ASSERT_EQUAL(100U, packets.failures);
@@ -237,7 +237,7 @@ static void a_strategy_is_selected_while_the_disk_is_slow(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.wanted);
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&packets, PACKET_LOG_RING));
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.wanted);
-    let_it_finish(0U);
+    finish_writing(0U);
     TEST_ASSERT_EQUAL(300U, packets.written_number); // The piece in progress is in the file.
     TEST_ASSERT_FALSE(packets.is_open);
     read_pipe();

@@ -35,7 +35,7 @@ static void report(uint16_t apid, uint16_t destination, uint32_t id, uint8_t sub
 
 // For each set of acknowledgement flags, the report of success that ends the request; 0: the request is not
 // tracked.
-static void the_last_report_asked_for_ends_a_request(void)
+static void the_last_requested_report_ends_a_request(void)
 {
     static const uint8_t last[16] = {0U, 1U, 3U, 3U, 3U, 3U, 3U, 3U, 7U, 7U, 7U, 7U, 7U, 7U, 7U, 7U};
     for (uint8_t ack = 0U; ack < 16U; ack++) {
@@ -235,7 +235,7 @@ static void an_own_request_is_open_until_it_ends(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_last_report_asked_for_ends_a_request);
+    RUN_TEST(the_last_requested_report_ends_a_request);
     RUN_TEST(every_failure_except_of_a_step_ends_a_request);
     RUN_TEST(later_instructions_are_performed_after_a_refused_one);
     RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_reported_as_lost);

@@ -60,7 +60,7 @@ static void a_permission_names_the_rule_that_allows(void)
 }
 
 /// A difference in any part of the key denies the request.
-static void denies_when_any_part_of_the_key_differs(void)
+static void a_request_is_denied_if_any_part_of_its_key_differs(void)
 {
     permission_request_t request = move_to();
     request.select               = "TARE";
@@ -150,7 +150,7 @@ static void without_rules_only_the_built_in_set_is_allowed(void)
 
 /// Lower states and ERROR_OPERATIONAL are always allowed; higher states never without a rule. Rows: present
 /// state; columns: target.
-static void requests_for_a_state_are_free_downwards_only(void)
+static void only_requests_for_lower_states_need_no_rule(void)
 {
     static const char* const expected[10] = {
         // Target 0123456789
@@ -205,10 +205,10 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_permission_names_the_rule_that_allows);
-    RUN_TEST(denies_when_any_part_of_the_key_differs);
+    RUN_TEST(a_request_is_denied_if_any_part_of_its_key_differs);
     RUN_TEST(a_rule_may_be_for_a_whole_service);
     RUN_TEST(without_rules_only_the_built_in_set_is_allowed);
-    RUN_TEST(requests_for_a_state_are_free_downwards_only);
+    RUN_TEST(only_requests_for_lower_states_need_no_rule);
     RUN_TEST(a_rule_allows_an_upward_request_from_its_state_only);
     RUN_TEST(any_selector_matches_a_request_without_one);
     return UNITY_END();

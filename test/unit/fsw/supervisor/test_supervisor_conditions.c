@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions that the missions of the other tests leave the same: each decides alone in permission, recovery
-// and the handshake of links (make mcdc).
+// Conditions of permission, recovery and the handshake of links that never change in the missions of the
+// other tests. Here each of them alone decides the result (make mcdc).
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -47,7 +47,7 @@ static uint16_t refusal_of(const uint16_t apid, const uint8_t state)
     return supervisor_permission_of(&fixture.supervisor, &tc).code;
 }
 
-static void only_a_doubt_about_the_barring_state_bars_the_way_down(void)
+static void a_doubtful_state_matters_only_if_it_forbids_the_transition(void)
 {
     fixture_link_up(STATE_SAFE_OPERATIONAL);
     entry_of(HAND)->doubt = DOUBT_SILENT;
@@ -58,7 +58,7 @@ static void only_a_doubt_about_the_barring_state_bars_the_way_down(void)
     TEST_ASSERT_EQUAL(PUS_FAILURE_MEMBER_ACTIVE, refusal_of(ARM, STATE_OFFLINE));
 }
 
-static void any_doubt_bars_the_way_up_to_operation(void)
+static void any_doubt_about_a_member_forbids_the_transition_to_operational(void)
 {
     fixture_link_up(STATE_SAFE_OPERATIONAL);
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_OPERATIONAL));
@@ -76,7 +76,7 @@ static void a_mission_without_a_power_limit_needs_no_power(void)
 }
 
 /// A mission may permit any state: the target itself refuses those that cannot be requested.
-static void states_that_cannot_be_requested_are_left_to_the_target(void)
+static void requests_for_impossible_states_are_passed_to_the_target(void)
 {
     mission()->storage.rules[0].is_any = true;
     mission()->storage.rules[0].modes  = UINT8_MAX;
@@ -87,7 +87,7 @@ static void states_that_cannot_be_requested_are_left_to_the_target(void)
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_ERROR_OPERATIONAL));
     TEST_ASSERT_EQUAL(PUS_FAILURE_RESOURCES, refusal_of(ARM, STATE_PRE_OPERATIONAL));
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
-    entry_of(ARM)->doubt = DOUBT_SILENT; // A request up would be refused as uncertain.
+    entry_of(ARM)->doubt = DOUBT_SILENT; // A request for a higher state would be refused.
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_POST_OPERATIONAL));
     entry_of(ARM)->state = STATE_OFFLINE;
     TEST_ASSERT_EQUAL(PUS_FAILURE_STATE_IN_DOUBT, refusal_of(ARM, STATE_POST_OPERATIONAL));
@@ -95,41 +95,42 @@ static void states_that_cannot_be_requested_are_left_to_the_target(void)
 
 // ---- Recovery ----
 
-static void occur(const uint16_t apid, const uint8_t severity, const uint16_t event)
+static void occur_event(const uint16_t apid, const uint8_t severity, const uint16_t event)
 {
     const pus_event_occurrence_t occurrence = {.apid = apid, .event = event, .severity = severity};
     supervisor_error_event(&fixture.supervisor, &occurrence);
 }
 
-/// Order that stands after a reaction to `event` of ARM, while the order `open` waits to be sent.
-static state_t order_after(const state_t open, const uint16_t event)
+/// Returns the state to which ARM is ordered after the reaction to `event`, if the order `open` was waiting
+/// to be sent.
+static state_t ordered_state_after(const state_t open, const uint16_t event)
 {
     registry_entry_t* const arm = entry_of(ARM);
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     arm->is_order_pending = true;
     arm->ordered          = open;
-    occur(ARM, PUS_SEVERITY_MEDIUM, event);
+    occur_event(ARM, PUS_SEVERITY_MEDIUM, event);
     return arm->ordered;
 }
 
-static void an_open_order_that_leads_lower_is_not_replaced(void)
+static void a_waiting_order_for_a_lower_state_is_not_replaced(void)
 {
     enum {
         TIRED  = 3,
         STRAIN = 2
     };
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, order_after(STATE_OFFLINE, TIRED));
-    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_PRE_OPERATIONAL, TIRED));
-    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, order_after(STATE_SAFE_OPERATIONAL, TIRED));
-    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, order_after(STATE_ERROR_OPERATIONAL, TIRED));
-    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, order_after(STATE_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, ordered_state_after(STATE_OFFLINE, TIRED));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, ordered_state_after(STATE_PRE_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, ordered_state_after(STATE_SAFE_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, ordered_state_after(STATE_ERROR_OPERATIONAL, TIRED));
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, ordered_state_after(STATE_OPERATIONAL, TIRED));
     const mission_plan_t* const plan =
         descriptor_mission_find_plan(mission(), DESCRIPTOR_MEDIUM, ARM, STRAIN);
     TEST_ASSERT_NOT_NULL(plan);
     mission()->storage.actions[plan->first_action].state = STATE_PRE_OPERATIONAL;
-    TEST_ASSERT_EQUAL(STATE_OFFLINE, order_after(STATE_OFFLINE, STRAIN));
-    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_PRE_OPERATIONAL, STRAIN));
-    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, order_after(STATE_SAFE_OPERATIONAL, STRAIN));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, ordered_state_after(STATE_OFFLINE, STRAIN));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, ordered_state_after(STATE_PRE_OPERATIONAL, STRAIN));
+    TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, ordered_state_after(STATE_SAFE_OPERATIONAL, STRAIN));
 }
 
 static void the_loss_of_a_process_outside_of_the_mission_orders_nothing(void)
@@ -174,7 +175,7 @@ static uint16_t event_of_loss(const uint16_t event)
     return run->event_id;
 }
 
-/// A plan for any subsystem is none for the events of the supervisor itself.
+/// A plan for any subsystem does not apply to events of the supervisor itself.
 static void only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss(void)
 {
     TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_SUBSYSTEM_SILENT,
@@ -186,7 +187,7 @@ static void only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss(void)
     TEST_ASSERT_EQUAL_UINT16(0U, run->plan); // Plan 0 is the plan for a HIGH event of this subsystem.
 }
 
-/// Note an event of the supervisor about `apid`; number of noted events.
+/// Note an event of the supervisor about `apid`. Returns the number of noted events.
 static uint16_t noted_after(const uint16_t event, const uint16_t apid)
 {
     const uint8_t data[4] = {(uint8_t)(event >> 8U), (uint8_t)event, (uint8_t)(apid >> 8U), (uint8_t)apid};
@@ -296,7 +297,7 @@ static void end_reports(const unsigned member, const uint8_t state)
     fixture_run(1U);
 }
 
-static void each_end_is_heard_only_in_its_own_step(void)
+static void a_report_of_an_end_counts_only_in_its_own_step(void)
 {
     agree();
     fixture.members[FIXTURE_ARM].ignores_links  = true;
@@ -318,7 +319,8 @@ static void each_end_is_heard_only_in_its_own_step(void)
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.graph.count);
 }
 
-/// After a takeover, a subsystem reports the state of one link. True if the manager read the report.
+/// Report the state of one link as a subsystem does after a takeover. Returns true if the manager read the
+/// report.
 static bool reports_link(const uint16_t apid, const uint16_t destination, const uint16_t link,
                          const uint8_t state, const size_t size)
 {
@@ -371,11 +373,11 @@ static void only_an_open_link_of_the_mission_is_closed_after_a_takeover(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(only_a_doubt_about_the_barring_state_bars_the_way_down);
-    RUN_TEST(any_doubt_bars_the_way_up_to_operation);
+    RUN_TEST(a_doubtful_state_matters_only_if_it_forbids_the_transition);
+    RUN_TEST(any_doubt_about_a_member_forbids_the_transition_to_operational);
     RUN_TEST(a_mission_without_a_power_limit_needs_no_power);
-    RUN_TEST(states_that_cannot_be_requested_are_left_to_the_target);
-    RUN_TEST(an_open_order_that_leads_lower_is_not_replaced);
+    RUN_TEST(requests_for_impossible_states_are_passed_to_the_target);
+    RUN_TEST(a_waiting_order_for_a_lower_state_is_not_replaced);
     RUN_TEST(the_loss_of_a_process_outside_of_the_mission_orders_nothing);
     RUN_TEST(a_high_finding_about_the_supervisor_needs_a_plan_of_its_own);
     RUN_TEST(only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss);
@@ -383,7 +385,7 @@ int main(void)
     RUN_TEST(a_new_negotiation_that_fails_ends_the_former_agreement);
     RUN_TEST(a_link_is_renewed_only_if_it_can_be_negotiated_again);
     RUN_TEST(an_agreed_link_is_opened_again_only_with_a_session_and_a_producer);
-    RUN_TEST(each_end_is_heard_only_in_its_own_step);
+    RUN_TEST(a_report_of_an_end_counts_only_in_its_own_step);
     RUN_TEST(only_a_whole_report_to_the_supervisor_settles_the_links);
     RUN_TEST(only_an_open_link_of_the_mission_is_closed_after_a_takeover);
     return UNITY_END();

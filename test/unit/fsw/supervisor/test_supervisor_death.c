@@ -10,13 +10,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define RESTARTED "G 5.2 0014"
-#define DIFFERS "G 5.2 0015"
-#define LINK_DIFFERS "G 5.2 0018"
-#define DAMAGED "G 5.4 0016"
-#define BACK "G 5.1 001F"
-#define STOPPED "G 5.2 0020"
-#define GRIPLESS 5U // HIGH, without a plan.
+// Reports of events of the supervisor, up to the event number; fields of the event follow.
+#define RESTARTED "G 5.2 0014"    ///< SUPERVISOR_RESTARTED.
+#define DIFFERS "G 5.2 0015"      ///< ADOPTION_DIFFERS.
+#define LINK_DIFFERS "G 5.2 0018" ///< ADOPTION_LINK_DIFFERS.
+#define DAMAGED "G 5.4 0016"      ///< CHECKPOINT_DAMAGED.
+#define BACK "G 5.1 001F"         ///< RECOMMISSIONED.
+#define STOPPED "G 5.2 0020"      ///< RECOMMISSION_STOPPED.
+#define GRIPLESS 5U               // HIGH, without a plan.
 
 static checkpoint_t checkpoint;
 static supervisor_config_t configuration;
@@ -59,7 +60,7 @@ static void die(void)
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
     osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
-    life++; // In most tests the next one begins a new life of the channels.
+    life++; // The channels begin a new life, too.
     message_open(&fixture.endpoint, SUPERVISOR_APID, life, fixture.endpoint.carrier, inbox,
                  sizeof inbox / sizeof inbox[0]);
     for (unsigned i = 0U; i < FIXTURE_MEMBERS; i++) {
@@ -273,7 +274,7 @@ static void expect_recommissioned(void)
     TEST_ASSERT_TRUE(fixture_has(BACK "00100005"));
     TEST_ASSERT_TRUE(fixture_has(BACK "00110005"));
     TEST_ASSERT_FALSE(fixture_has(STOPPED));
-    TEST_ASSERT_FALSE(fixture_has("G 1.")); // No user has requested this.
+    TEST_ASSERT_FALSE(fixture_has("G 1.")); // No verification, because no user has requested this.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
@@ -296,7 +297,9 @@ static void expect_taken_over(const registry_entry_t* was, const registry_entry_
     TEST_ASSERT_EQUAL_UINT64(was->recommission.since_ns, entry->recommission.since_ns);
 }
 
-static void who_is_on_the_way_back_arrives(unsigned ticks)
+/// The supervisor dies this number of ticks after the begin of the recommissioning; its successor completes
+/// it.
+static void die_while_recommissioning(unsigned ticks)
 {
     start_recommissioning();
     fixture_run(ticks);
@@ -318,7 +321,7 @@ static void who_is_on_the_way_back_arrives(unsigned ticks)
 static void a_recommissioning_continues(void)
 {
     for (unsigned ticks = 0U; ticks < 140U; ticks += 3U) {
-        who_is_on_the_way_back_arrives(ticks);
+        die_while_recommissioning(ticks);
         tearDown();
         setUp();
     }
@@ -326,7 +329,7 @@ static void a_recommissioning_continues(void)
 
 /// Supervisor and member die. The next supervisor detects the death of the member and knows its earlier
 /// state.
-static void a_member_that_dies_with_it_is_recommissioned(void)
+static void a_member_that_dies_with_the_supervisor_is_recommissioned(void)
 {
     start_recommissioning();
     fixture_run(200U);
@@ -576,7 +579,7 @@ int main(void)
     RUN_TEST(a_restarted_supervisor_has_the_networks);
     RUN_TEST(a_negotiation_continues);
     RUN_TEST(a_recommissioning_continues);
-    RUN_TEST(a_member_that_dies_with_it_is_recommissioned);
+    RUN_TEST(a_member_that_dies_with_the_supervisor_is_recommissioned);
     RUN_TEST(a_restarted_supervisor_has_the_mode);
     RUN_TEST(a_restarted_supervisor_has_the_records_in_memory);
     RUN_TEST(an_interrupted_step_is_repeated);

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TICKS_OF_A_STATUS 130U ///< The status comes once a second.
+#define TICKS_OF_A_STATUS 130U ///< A status report arrives once a second, every 100 ticks.
 #define OTHER_HASH 0x1122334455667788ULL
 
 void setUp(void)
@@ -55,7 +55,7 @@ static void another_interface_is_reported_once_and_refused(void)
 {
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(3U * TICKS_OF_A_STATUS);
-    expect_reported(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
+    expect_reported(fixture_look(), SUPERVISOR_EVENT_INTERFACE_DIFFERS, lone()->interface_hash, OTHER_HASH);
     fixture_forget();
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
@@ -78,7 +78,7 @@ static void with_another_interface_a_subsystem_may_go_down_and_answer(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
 }
 
-static void with_the_correct_interface_recommissioning_continues(void)
+static void with_the_correct_interface_again_requests_are_permitted(void)
 {
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
@@ -91,7 +91,7 @@ static void with_the_correct_interface_recommissioning_continues(void)
     // After an equal descriptor, the same difference is reported again.
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
-    expect_reported(fixture_look(), 9U, lone()->interface_hash, OTHER_HASH);
+    expect_reported(fixture_look(), SUPERVISOR_EVENT_INTERFACE_DIFFERS, lone()->interface_hash, OTHER_HASH);
 }
 
 static void another_configuration_is_reported_once_for_each_and_not_refused(void)
@@ -101,8 +101,8 @@ static void another_configuration_is_reported_once_for_each_and_not_refused(void
     fixture.members[FIXTURE_LONE].configuration_offset = 2U; // The subsystem has read another file.
     fixture_run(3U * TICKS_OF_A_STATUS);
     const char* const text = fixture_look();
-    expect_reported(text, 10U, lone()->configuration_hash, 1U);
-    expect_reported(text, 10U, lone()->configuration_hash, 2U);
+    expect_reported(text, SUPERVISOR_EVENT_CONFIGURATION_DIFFERS, lone()->configuration_hash, 1U);
+    expect_reported(text, SUPERVISOR_EVENT_CONFIGURATION_DIFFERS, lone()->configuration_hash, 2U);
     (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
     fixture_run(3U);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_LONE].state);
@@ -114,7 +114,7 @@ int main(void)
     RUN_TEST(equal_descriptors_are_not_reported);
     RUN_TEST(another_interface_is_reported_once_and_refused);
     RUN_TEST(with_another_interface_a_subsystem_may_go_down_and_answer);
-    RUN_TEST(with_the_correct_interface_recommissioning_continues);
+    RUN_TEST(with_the_correct_interface_again_requests_are_permitted);
     RUN_TEST(another_configuration_is_reported_once_for_each_and_not_refused);
     return UNITY_END();
 }

@@ -330,7 +330,7 @@ static void see_late(uint16_t apid, uint64_t by_ns)
     fixture_step();
 }
 
-/// A process that is repeatedly as late as its mission allows, to the nanosecond, has no reaction.
+/// The supervisor does not react to a process that is repeatedly exactly as late as its mission allows.
 static void a_process_that_is_slow_within_its_time_is_not_killed(void)
 {
     const uint64_t patience_ns = patience_of(ARM);
@@ -338,8 +338,8 @@ static void a_process_that_is_slow_within_its_time_is_not_killed(void)
     fixture.late_apid = ARM;
     for (unsigned i = 0U; i < 50U; i++) {
         fixture.promise_ns = fixture.now_ns;
-        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS)); // The process makes no step
-        // and is checked at the last permitted instant, too.
+        // The process makes no step. The supervisor also checks it at the last permitted instant.
+        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS));
         fixture_step();
         TEST_ASSERT_EQUAL_UINT64(patience_ns, fixture.supervisor.now_ns - fixture.promise_ns);
     }
@@ -393,7 +393,7 @@ static void a_repeated_detection_of_a_hang_has_one_reaction(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-/// Otherwise a request could reach the earlier life and never be answered.
+/// A request that is sent earlier could reach the former life and would then never be answered.
 static void nothing_is_sent_to_a_restarted_process_before_it_is_heard(void)
 {
     fixture.members[FIXTURE_LONE].is_silent  = true;

@@ -20,7 +20,7 @@
 #define RECORDS 256U
 #define STORE_OCTETS 131072U
 #define RING "RING\0\0\0\0"
-#define RESTARTED "G 5.2 0014"
+#define RESTARTED "G 5.2 0014" ///< Report of the event SUPERVISOR_RESTARTED.
 #define MS 1000000ULL
 #define APIDS 32U
 
@@ -42,7 +42,7 @@ static void point(void)
     }
 }
 
-// ---- Its effects on others ----
+// ---- Effects of the supervisor on files, members and processes ----
 
 ssize_t write(int descriptor, const void* octets, size_t size)
 {
@@ -295,7 +295,7 @@ void tearDown(void)
     fixture_configure = NULL;
 }
 
-// ---- Judgement ----
+// ---- Expected effects ----
 
 static const char* text; // Text of all lines since the step.
 
@@ -324,7 +324,7 @@ static void see(uint64_t number, const char* hex)
     TEST_ASSERT_TRUE(apid < APIDS);
     if (is_report && (apid != HAND)) { // HAND counts from the beginning after its restart.
         if (last_count[apid] >= 0) {
-            TEST_ASSERT_EQUAL_MESSAGE(last_count[apid] + 1, count, "a sequence count");
+            TEST_ASSERT_EQUAL_MESSAGE(last_count[apid] + 1, count, "a sequence count is missing or doubled");
         }
         last_count[apid] = count;
     }
@@ -434,7 +434,7 @@ static void make_busy(void)
     fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "ab", 2U);
 }
 
-static void expect_store_of_one(void)
+static void expect_one_stored_packet(void)
 {
     pus_packet_store_t* const store = &fixture.supervisor.spacecraft.storage.service.stores[0].log;
     pus_stored_packet_t packet;
@@ -454,7 +454,7 @@ static void expect_all_once(void)
     expect_end(busy.stop);
     expect_end(busy.log);
     expect_end(busy.insert);
-    // Including the request that the schedule has released.
+    // Four requests of the ground, and the request that the schedule has released.
     TEST_ASSERT_EQUAL(5U, count_lines("16 TC 17.1 from 1\n"));
     TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", busy.link)));
     TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.8 #%u ", busy.link))); // HAND has died.
@@ -467,7 +467,7 @@ static void expect_all_once(void)
     TEST_ASSERT_EQUAL(1U, fixture.stops);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
-    expect_store_of_one();
+    expect_one_stored_packet();
     expect_complete_log();
     expect_frames_once();
 }

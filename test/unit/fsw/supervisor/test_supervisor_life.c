@@ -125,7 +125,7 @@ static const char* at(const char* text, const char* line)
     return found;
 }
 
-/// This is true at any place in the table of the mission.
+/// The subsystem in the first place of the table starts like the others.
 static void an_autostart_subsystem_starts_at_any_place_of_the_table(void)
 {
     fixture_open();
@@ -218,8 +218,9 @@ static void a_stop_request_right_after_the_start_is_obeyed(void)
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-/// Each step of the shutdown waits three seconds for a member, at any place in the table of the mission.
-static void shut_down_while_it_hangs(const unsigned member, const char* const order_to_offline)
+/// Shut the mission down while a member answers no request: each step of the shutdown waits three seconds for
+/// it.
+static void shut_down_with_hanging_member(const unsigned member, const char* const order_to_offline)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
@@ -239,12 +240,12 @@ static void shut_down_while_it_hangs(const unsigned member, const char* const or
 
 static void the_first_member_delays_no_other_when_it_hangs(void)
 {
-    shut_down_while_it_hangs(FIXTURE_ARM, "16 TC 129.8 00");
+    shut_down_with_hanging_member(FIXTURE_ARM, "16 TC 129.8 00");
 }
 
 static void a_member_that_hangs_delays_no_other(void)
 {
-    shut_down_while_it_hangs(FIXTURE_HAND, "17 TC 129.8 00");
+    shut_down_with_hanging_member(FIXTURE_HAND, "17 TC 129.8 00");
 }
 
 static void the_mission_shuts_down_without_communication(void)

@@ -11,8 +11,10 @@
 #include <string.h>
 
 #define SECOND 100U ///< Ticks.
-#define BACK "G 5.1 001F"
-#define STOPPED "G 5.2 0020"
+// Reports of events, up to the event number; APID and further fields follow.
+#define BACK "G 5.1 001F"    ///< RECOMMISSIONED.
+#define STOPPED "G 5.2 0020" ///< RECOMMISSION_STOPPED.
+#define HUNG "G 5.4 001E"    ///< PROCESS_HUNG.
 
 static mission_subsystem_t* mission_of(uint16_t apid)
 {
@@ -370,8 +372,8 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         fixture_run(ticks);
         on_the_way += is_under_way(ARM) ? 1U : 0U;
         hang(FIXTURE_ARM);
-        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // A completed one has started again.
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(fixture_look(), "G 5.4 001E0010"), where);
+        TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // A completed recommissioning has started again.
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(fixture_look(), HUNG "0010"), where);
         fixture_run(5U * SECOND);
         const char* const text = fixture_look();
         TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
@@ -408,7 +410,7 @@ static void the_recovery_plan_of_a_hanging_partner_ends_recommissioning(void)
         TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, deaths_of(HAND), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, "G 5.4 001E0011"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, HUNG "0011"), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(
             1U, times_reported(text, BACK "0010") + times_reported(text, STOPPED "0010"), where);
@@ -447,7 +449,7 @@ static void hangs_during_recommissioning_use_up_the_restart_budget(void)
     TEST_ASSERT_EQUAL(3U, fixture.starts);
     TEST_ASSERT_FALSE(is_under_way(ARM) || is_under_way(HAND));
     const char* const text = fixture_look();
-    TEST_ASSERT_EQUAL(1U, times_reported(text, "G 5.4 001E0010"));
+    TEST_ASSERT_EQUAL(1U, times_reported(text, HUNG "0010"));
     TEST_ASSERT_EQUAL(1U, times_reported(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
     TEST_ASSERT_EQUAL(0U, times_reported(text, BACK "0010"));
 }

@@ -11,7 +11,11 @@
 
 #define RECORDS 256U
 #define LONE_REACHED "18 TC 17.1 from 1\n"
-#define INTERRUPTED "G 5.2 0017"
+// Reports of events, up to the event number; fields of the event follow.
+#define REFUSED "G 5.2 000B"     ///< RECORD_REFUSED: table, key, reason.
+#define IN_DOUBT "G 5.2 000C"    ///< RELEASE_IN_DOUBT: source, APID, sequence count.
+#define INTERRUPTED "G 5.2 0017" ///< FLIGHT_INTERRUPTED: mode, since.
+#define DAMAGED "G 5.4 005A"     ///< JOURNAL_DAMAGED.
 #define MS 1000000ULL
 
 static journal_t journal;
@@ -119,13 +123,13 @@ static void a_record_of_no_service_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
     power_cut();
     TEST_ASSERT_EQUAL_UINT32(3U, fixture.supervisor.spacecraft.refused);
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B6312345678"));
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0F00000005"));
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B1100000006")); // ST[17] has no records.
+    TEST_ASSERT_TRUE(fixture_has(REFUSED "6312345678"));
+    TEST_ASSERT_TRUE(fixture_has(REFUSED "0F00000005"));
+    TEST_ASSERT_TRUE(fixture_has(REFUSED "1100000006")); // ST[17] has no records.
 }
 
-/// A flipped bit early in the file: schedules and procedures are lost. This is reported once, and the mode is
-/// SAFE.
+/// A flipped bit early in the file loses schedules and procedures. The supervisor reports this once and
+/// starts in mode SAFE.
 static void a_damaged_journal_is_reported(void)
 {
     TEST_ASSERT_NOT_EQUAL(0U, fixture.supervisor.mode);
@@ -135,15 +139,15 @@ static void a_damaged_journal_is_reported(void)
     recorded_durable(images);
     images[0].octets[60] ^= 1U;
     restore_power();
-    TEST_ASSERT_TRUE(fixture_has("G 5.4 005A"));
+    TEST_ASSERT_TRUE(fixture_has(DAMAGED));
     TEST_ASSERT_EQUAL_UINT8(0U, fixture.supervisor.mode);
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
     fixture_forget();
     fixture_run(20U);
-    TEST_ASSERT_FALSE(fixture_has("G 5.4 005A"));
+    TEST_ASSERT_FALSE(fixture_has(DAMAGED));
     shut_down();
     power_cut();
-    TEST_ASSERT_FALSE(fixture_has("G 5.4 005A"));
+    TEST_ASSERT_FALSE(fixture_has(DAMAGED));
     TEST_ASSERT_NOT_EQUAL(0U, fixture.supervisor.mode);
 }
 
@@ -180,7 +184,7 @@ static void after_a_shutdown_the_spacecraft_starts_in_the_initial_mode(void)
 }
 
 /// If the record of an interrupted flight cannot be erased, the next flight starts in the fallback mode.
-static void the_record_is_kept_if_the_disk_refuses_to_erase_it(void)
+static void the_record_of_the_mode_is_kept_if_the_disk_refuses_to_erase_it(void)
 {
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
     recorded.failure    = STATUS_IO;
@@ -216,7 +220,7 @@ static void a_record_that_contains_no_mode_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, PUS_SERVICE_MISSION, 0U, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
     power_cut();
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B8300000000"));
+    TEST_ASSERT_TRUE(fixture_has(REFUSED "8300000000"));
     TEST_ASSERT_FALSE(fixture_has(INTERRUPTED));
     TEST_ASSERT_EQUAL_UINT8(MODE_NOMINAL, fixture.supervisor.mode);
 }
@@ -231,7 +235,7 @@ static void the_mode_changes_although_the_disk_refuses_the_record(void)
         supervisor_mode_fall_back(&fixture.supervisor);
         fixture_run(1U);
         TEST_ASSERT_EQUAL_UINT8(MODE_SAFE, fixture.supervisor.mode);
-        TEST_ASSERT_TRUE(fixture_has("G 5.2 000B8300000000"));
+        TEST_ASSERT_TRUE(fixture_has(REFUSED "8300000000"));
         set_mode(MODE_NOMINAL);
     }
 }
@@ -245,7 +249,7 @@ static void a_journal_that_cannot_be_read_is_reported(void)
     recorded.fail_count = 1U;
     fixture_open();
     fixture_run(60U);
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0000000000"));
+    TEST_ASSERT_TRUE(fixture_has(REFUSED "0000000000"));
     TEST_ASSERT_EQUAL_UINT8(PUS_TIME_NO_REPORTS, fixture.supervisor.spacecraft.storage.time.exponent);
 }
 
@@ -276,16 +280,16 @@ static void a_service_that_cannot_begin_is_reported(void)
     REQUEST(PUS_SERVICE_STORAGE, 20U, "\1RING\0\0\0\0\0\1\0\0\0\0");
     has_store = true;
     power_cut();
-    TEST_ASSERT_TRUE(fixture_has("G 5.2 000B0F00000000"));
+    TEST_ASSERT_TRUE(fixture_has(REFUSED "0F00000000"));
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.refused);
 }
 
-/// Report of a supervisor that starts again: 0: the release is repeated; 1: its result is uncertain; 2: it
-/// was done.
+/// Returns what the restarted supervisor does: 0: it repeats the release; 1: it reports that the result is in
+/// doubt; 2: nothing, because the release was complete.
 static unsigned outcome(void)
 {
     const bool is_reached  = fixture_has(LONE_REACHED);
-    const bool is_reported = fixture_has("G 5.2 000C000100120005");
+    const bool is_reported = fixture_has(IN_DOUBT "000100120005");
     TEST_ASSERT_FALSE(is_reached && is_reported);
     return is_reached ? 0U : (is_reported ? 1U : 2U);
 }
@@ -330,7 +334,7 @@ int main(void)
     RUN_TEST(a_damaged_journal_is_reported);
     RUN_TEST(after_a_power_cut_the_spacecraft_starts_in_the_fallback_mode);
     RUN_TEST(after_a_shutdown_the_spacecraft_starts_in_the_initial_mode);
-    RUN_TEST(the_record_is_kept_if_the_disk_refuses_to_erase_it);
+    RUN_TEST(the_record_of_the_mode_is_kept_if_the_disk_refuses_to_erase_it);
     RUN_TEST(the_mission_defines_the_fallback_mode);
     RUN_TEST(a_record_that_contains_no_mode_is_reported);
     RUN_TEST(the_mode_changes_although_the_disk_refuses_the_record);

@@ -230,7 +230,7 @@ static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
     TEST_ASSERT_TRUE(fixture_has(expected));
     TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 from 1"));
     fixture_forget();
-    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // Known to be full.
+    const uint16_t third = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U); // ARM is known to be full.
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(1U);
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\n", third);
@@ -344,7 +344,7 @@ static void connection_tests_reads_and_status_are_always_allowed(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.1 06"));
 }
 
-// ---- Gates ----
+// ---- Conditions for higher states ----
 
 static void a_request_beyond_the_power_is_refused(void)
 {
@@ -527,7 +527,7 @@ static void a_command_does_not_wait_behind_requests(void)
 static void answers_wait_by_class_and_requests_with_them(void)
 {
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
-    for (unsigned i = 0U; i < 1000U; i++) { // FIRM reports of a subsystem: all its verification reports.
+    for (unsigned i = 0U; i < 1000U; i++) { // Verification reports of a subsystem are FIRM.
         const uint8_t data[6] = {0x18U, 16U, 0xC0U, 0U, 0U, 0U};
         fixture_report(FIXTURE_ARM, PUS_SERVICE_VERIFICATION, 7U, data, 4U);
         fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, data, 6U);

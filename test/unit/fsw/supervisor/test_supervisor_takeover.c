@@ -9,8 +9,8 @@
 
 static checkpoint_t checkpoint;
 static supervisor_config_t configuration;
-static supervisor_t was;
-static const supervisor_t* const is = &fixture.supervisor;
+static supervisor_t former;
+static const supervisor_t* const successor = &fixture.supervisor;
 
 static void configure(supervisor_config_t* config)
 {
@@ -25,8 +25,8 @@ void setUp(void)
     fixture_configure = configure;
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
-    for (uint16_t i = 0U; i < is->mission->subsystem_count; i++) {
-        ((mission_subsystem_t*)is->registry[i].mission)->is_recommissioned = true;
+    for (uint16_t i = 0U; i < fixture.supervisor.mission->subsystem_count; i++) {
+        ((mission_subsystem_t*)fixture.supervisor.registry[i].mission)->is_recommissioned = true;
     }
     fixture.members[FIXTURE_ARM].is_running  = false;
     fixture.members[FIXTURE_LONE].is_passive = true;
@@ -42,7 +42,7 @@ void tearDown(void)
 static void take_over(void)
 {
     static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
-    was = fixture.supervisor;
+    former = fixture.supervisor;
     osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     message_open(&fixture.endpoint, SUPERVISOR_APID, 2U, fixture.endpoint.carrier, inbox,
@@ -60,15 +60,15 @@ static void the_tables_of_links_are_restored(void)
     fixture.supervisor.accepted[2]     = (link_edge_t){.link = 3U, .ends = {ARM, 1U, LONE, 3U}};
     fixture_run(2U);
     take_over();
-    TEST_ASSERT_TRUE((was.link_epoch > 0U) && (was.link_transaction > 0U) && (was.renewed > 0U));
-    TEST_ASSERT_EQUAL_UINT32(was.link_epoch, is->link_epoch);
-    TEST_ASSERT_EQUAL_UINT32(was.link_transaction, is->link_transaction);
-    TEST_ASSERT_EQUAL_HEX32(was.renewed, is->renewed);
-    TEST_ASSERT_EQUAL_MEMORY(was.renewals, is->renewals, sizeof was.renewals);
-    TEST_ASSERT_EQUAL_MEMORY(was.wanted, is->wanted, sizeof was.wanted);
-    TEST_ASSERT_EQUAL_MEMORY(was.accepted, is->accepted, sizeof was.accepted);
-    TEST_ASSERT_EQUAL_MEMORY(&was.graph, &is->graph, sizeof was.graph);
-    TEST_ASSERT_EQUAL_MEMORY(was.sessions, is->sessions, sizeof was.sessions);
+    TEST_ASSERT_TRUE((former.link_epoch > 0U) && (former.link_transaction > 0U) && (former.renewed > 0U));
+    TEST_ASSERT_EQUAL_UINT32(former.link_epoch, successor->link_epoch);
+    TEST_ASSERT_EQUAL_UINT32(former.link_transaction, successor->link_transaction);
+    TEST_ASSERT_EQUAL_HEX32(former.renewed, successor->renewed);
+    TEST_ASSERT_EQUAL_MEMORY(former.renewals, successor->renewals, sizeof former.renewals);
+    TEST_ASSERT_EQUAL_MEMORY(former.wanted, successor->wanted, sizeof former.wanted);
+    TEST_ASSERT_EQUAL_MEMORY(former.accepted, successor->accepted, sizeof former.accepted);
+    TEST_ASSERT_EQUAL_MEMORY(&former.graph, &successor->graph, sizeof former.graph);
+    TEST_ASSERT_EQUAL_MEMORY(former.sessions, successor->sessions, sizeof former.sessions);
 }
 
 static void requests_plans_and_counters_are_restored(void)
@@ -78,23 +78,23 @@ static void requests_plans_and_counters_are_restored(void)
     fixture.supervisor.mode            = MODE_SAFE;
     fixture_run(2U);
     take_over();
-    TEST_ASSERT_EQUAL(1U, was.pending.count);
-    TEST_ASSERT_TRUE(was.plans.runs[0].member_count > 0U); // The death of ARM has started this run.
-    TEST_ASSERT_EQUAL_MEMORY(&was.plans, &is->plans, sizeof was.plans);
-    TEST_ASSERT_EQUAL_MEMORY(&was.pending, &is->pending, sizeof was.pending);
-    TEST_ASSERT_EQUAL_MEMORY(&was.counters, &is->counters, sizeof was.counters);
-    TEST_ASSERT_EQUAL_UINT32(7000U, is->path.period_ms);
-    TEST_ASSERT_TRUE((was.path.since_ns > 0U) && (was.path.position > 0U));
-    TEST_ASSERT_EQUAL_UINT64(was.path.since_ns, is->path.since_ns);
-    TEST_ASSERT_EQUAL_UINT64(was.path.position, is->path.position);
-    TEST_ASSERT_EQUAL_UINT32(was.lives + 1U, is->lives);
-    TEST_ASSERT_EQUAL_UINT64(was.now_ns, is->now_ns);
-    TEST_ASSERT_EQUAL_UINT64(was.now_ns, subsystem_now_ns(&is->subsystem));
-    TEST_ASSERT_EQUAL(MODE_SAFE, is->mode);
-    TEST_ASSERT_TRUE(is->is_continued);
-    TEST_ASSERT_EQUAL_UINT64(was.log.next_number, is->log.next_number);
-    TEST_ASSERT_EQUAL_UINT64(was.log.written_number, is->log.written_number);
-    TEST_ASSERT_EQUAL(was.log.wanted, is->log.wanted);
+    TEST_ASSERT_EQUAL(1U, former.pending.count);
+    TEST_ASSERT_TRUE(former.plans.runs[0].member_count > 0U); // The death of ARM has started this run.
+    TEST_ASSERT_EQUAL_MEMORY(&former.plans, &successor->plans, sizeof former.plans);
+    TEST_ASSERT_EQUAL_MEMORY(&former.pending, &successor->pending, sizeof former.pending);
+    TEST_ASSERT_EQUAL_MEMORY(&former.counters, &successor->counters, sizeof former.counters);
+    TEST_ASSERT_EQUAL_UINT32(7000U, successor->path.period_ms);
+    TEST_ASSERT_TRUE((former.path.since_ns > 0U) && (former.path.position > 0U));
+    TEST_ASSERT_EQUAL_UINT64(former.path.since_ns, successor->path.since_ns);
+    TEST_ASSERT_EQUAL_UINT64(former.path.position, successor->path.position);
+    TEST_ASSERT_EQUAL_UINT32(former.lives + 1U, successor->lives);
+    TEST_ASSERT_EQUAL_UINT64(former.now_ns, successor->now_ns);
+    TEST_ASSERT_EQUAL_UINT64(former.now_ns, subsystem_now_ns(&successor->subsystem));
+    TEST_ASSERT_EQUAL(MODE_SAFE, successor->mode);
+    TEST_ASSERT_TRUE(successor->is_continued);
+    TEST_ASSERT_EQUAL_UINT64(former.log.next_number, successor->log.next_number);
+    TEST_ASSERT_EQUAL_UINT64(former.log.written_number, successor->log.written_number);
+    TEST_ASSERT_EQUAL(former.log.wanted, successor->log.wanted);
 }
 
 static void expect_same_state(const registry_entry_t* before, const registry_entry_t* after)
@@ -117,9 +117,9 @@ static void the_data_of_members_are_restored(void)
     fixture.members[FIXTURE_HAND].configuration_offset = 2U;
     fixture_run(110U); // The member reports once a second.
     take_over();
-    for (uint16_t i = 0U; i < was.mission->subsystem_count; i++) {
-        const registry_entry_t* const before = &was.registry[i];
-        const registry_entry_t* const after  = &is->registry[i];
+    for (uint16_t i = 0U; i < former.mission->subsystem_count; i++) {
+        const registry_entry_t* const before = &former.registry[i];
+        const registry_entry_t* const after  = &successor->registry[i];
         TEST_ASSERT_EQUAL(before->restarts, after->restarts);
         TEST_ASSERT_EQUAL(before->restarts, after->deaths);
         if (before->mission->apid == SUPERVISOR_APID) {
@@ -137,8 +137,8 @@ static void the_data_of_members_are_restored(void)
         TEST_ASSERT_EQUAL(before->is_restarted, after->is_restarted);
         TEST_ASSERT_EQUAL_MEMORY(&before->recommission, &after->recommission, sizeof before->recommission);
     }
-    TEST_ASSERT_EQUAL(1U, is->registry[0].restarts);
-    TEST_ASSERT_TRUE(is->registry[1].is_interface_mismatched);
+    TEST_ASSERT_EQUAL(1U, successor->registry[0].restarts);
+    TEST_ASSERT_TRUE(successor->registry[1].is_interface_mismatched);
 }
 
 static void reports_that_wait_for_the_ground_wait_again(void)
@@ -150,10 +150,11 @@ static void reports_that_wait_for_the_ground_wait_again(void)
     }
     take_over();
     for (size_t i = 0U; i < PUS_CLASSES; i++) {
-        TEST_ASSERT_EQUAL(was.ground_backlog.lines[i].span, is->ground_backlog.lines[i].span);
-        TEST_ASSERT_EQUAL_UINT32(was.ground_backlog.lines[i].octets, is->ground_backlog.lines[i].octets);
+        TEST_ASSERT_EQUAL(former.ground_backlog.lines[i].span, successor->ground_backlog.lines[i].span);
+        TEST_ASSERT_EQUAL_UINT32(former.ground_backlog.lines[i].octets,
+                                 successor->ground_backlog.lines[i].octets);
     }
-    TEST_ASSERT_TRUE(is->ground_backlog.lines[PUS_CLASS_BULK].span > 0U);
+    TEST_ASSERT_TRUE(successor->ground_backlog.lines[PUS_CLASS_BULK].span > 0U);
 }
 
 int main(void)

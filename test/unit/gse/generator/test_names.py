@@ -32,7 +32,7 @@ def test_names_are_numbered_from_the_first():
 
 
 @pytest.mark.parametrize("values", ["OFF OFF", "OFF on", "OFF  ON", "", "OFF " + "X" * 33])
-def test_other_names_are_refused(values):
+def test_an_enumeration_with_invalid_names_is_refused(values):
     with pytest.raises(DescriptorError, match=r"d.xml:2: values=.* of <Item>: expected different upper-case identifiers"):
         names.enumerations(subsystem(), container({"name": "MODE", "values": values}))
 
@@ -139,7 +139,7 @@ def test_a_field_has_description_quantity_and_warning(tmp_path):
     assert (count["description"], count["kind"]) == ("so many", "packets") and "warning" not in count
 
 
-def test_events_and_functions_and_their_values(tmp_path):
+def test_events_functions_and_their_values_have_descriptions(tmp_path):
     arm = described(tmp_path, "event HOT | - | too hot", "event ARM.HOT.AXIS | - | which one", "function *.TIME | - | how long")
     assert (arm["events"][0]["description"], arm["events"][0]["parameters"][0]["description"]) == ("too hot", "which one")
     assert arm["functions"][0]["description"] == "" and arm["functions"][0]["arguments"][0]["description"] == "how long"

@@ -26,7 +26,7 @@ def element(**attributes):
 
 @pytest.mark.parametrize("text, value", [("0", 0), ("18446744073709551615", 2**64 - 1), ("18446744073709551616", None), ("0xFf", 255),
                                          ("-1", None), ("-0", None), ("1.0", None), ("", None), ("0x", None), ("1 ", None)])
-def test_unsigned_numbers(text, value):
+def test_unsigned_numbers_are_read_or_refused(text, value):
     assert source.read_unsigned(text) == value
 
 
@@ -39,12 +39,12 @@ def test_unsigned_numbers(text, value):
     ("3.5e38", "FLOAT", NUMBER_OUT_OF_RANGE), ("3.4e22", "FLOAT", 3.4e22), ("0.0000", "DOUBLE", 0.0),
     ("123456789012345", "DOUBLE", 123456789012345.0), ("1234567890123456", "DOUBLE", NUMBER_OUT_OF_RANGE),  # 15 digits are exact.
     ("1e22", "DOUBLE", 1e22), ("1e23", "DOUBLE", NUMBER_OUT_OF_RANGE), ("1e-22", "DOUBLE", 1e-22), ("1e-23", "DOUBLE", NUMBER_OUT_OF_RANGE)])
-def test_numbers_of_a_type(text, kind, value):
+def test_numbers_of_a_type_are_read_or_refused(text, kind, value):
     assert source.read_number(text, kind) == value
 
 
 @pytest.mark.parametrize("text, value", [("500us", 500), ("2ms", 2000), ("1s", 1000000), ("10s", 10000000)])
-def test_times(text, value):
+def test_times_are_read_in_microseconds(text, value):
     assert element(t=text).time_us("t", 500, 10_000_000) == value
 
 
@@ -92,7 +92,7 @@ def test_ids_are_compared_as_numbers_and_names_as_text():
     ("<Top name='a'>\n</Item>", 2, "not well-formed: mismatched tag"),
     (b"<Top name='\xff'/>", 1, "not well-formed: not well-formed (invalid token)"),
     (b"<!--" + bytes((32,)) * (1 << 20) + b"--><Top name='a'/>", 0, "octets, at most 1048576")])
-def test_what_is_no_descriptor_is_refused_with_its_line(tmp_path, text, line, says):
+def test_a_file_that_is_no_descriptor_is_refused_with_the_line(tmp_path, text, line, says):
     with pytest.raises(DescriptorError) as refused:
         read(tmp_path, text)
     assert str(refused.value).startswith(f"{tmp_path}/d.xml:{line}: ")

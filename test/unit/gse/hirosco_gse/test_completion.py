@@ -59,7 +59,7 @@ def test_names_of_the_dictionary_complete_a_line(dictionary, line, some):
     "dance ", "state NOBODY X", "config NOBODY ", "cmd NOBODY.MOVE_TO ", "set MANIPULATOR.NOTHING ", "tc SUPERVISOR 99,99 ", "status more ",
     "ping MANIPULATOR more ", "cmd MANIPULATOR.MOVE_TO POSITION=", "--timeout ", "tc SUPERVISOR x,y ", "hk enable NOBODY ", "fault unplug nowhere ",
 ])
-def test_nothing_completes_what_the_dictionary_does_not_have(dictionary, line):
+def test_a_name_that_the_dictionary_does_not_have_is_not_completed(dictionary, line):
     assert completion.complete(line.split(" "), lambda options: dictionary) == []
 
 
@@ -76,7 +76,7 @@ def test_words_of_enumerations_are_values(dictionary_path):
     assert enabled == ["n="]
 
 
-def test_files_complete_paths(dictionary, tmp_path, monkeypatch):
+def test_paths_are_completed_from_files(dictionary, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "runs").mkdir()
     (tmp_path / "rest.scn").touch()

@@ -44,7 +44,7 @@ def telemetry(dictionary):
     return [build_tm(MANIPULATOR, number, *item, 1, dictionary.epoch_ns + 1_500_000_000) for number, item in enumerate(data)]
 
 
-def test_telecommands_in_hexadecimal(shown):
+def test_telecommands_in_hexadecimal_are_decoded(shown):
     move = b"MOVE_TO\0" + struct.pack(">BHddHd", 2, 1, 0.5, -0.25, 2, 2.0)
     for request, words in [
         ((16, 8, 1, move), "TC[8,1]    to MANIPULATOR: MOVE_TO POSITION=[0.5, -0.25] rad  DURATION=2 s"),
@@ -83,7 +83,7 @@ def test_json_has_the_values(dictionary_path, telemetry, capsys):
     assert [row["packet"] for row in rows] == ["TM[129,5]", "TM[3,25]", "TM[5,3]", "TM[1,4]"]
 
 
-def test_the_packet_log_of_a_run(shown, telemetry, tmp_path):
+def test_the_packet_log_of_a_run_is_decoded(shown, telemetry, tmp_path):
     """The log has a malformed telecommand as it was received; the run may have ended in the middle of a
     line."""
     wrong = bytearray(packets.build_tc(MANIPULATOR, 5, 17, 1))
@@ -105,7 +105,7 @@ FRAMES = """(0000000025.170055) robot 191#3706414B4C00F4FF
 """
 
 
-def test_a_log_of_candump(shown, dictionary_path, tmp_path):
+def test_a_log_of_candump_is_decoded_as_by_cantools(shown, dictionary_path, tmp_path):
     """The values equal those of cantools with the same database."""
     (tmp_path / "bus.log").write_text(FRAMES + "(0000000025.1", encoding="ascii")
     code, lines, _ = shown(tmp_path / "bus.log")
@@ -149,7 +149,7 @@ def _segment(sequence, payload, ports=(PORT, 40000), version=4):
 
 
 @pytest.mark.parametrize(("link_type", "head", "version"), [(1, bytes(12) + b"\x08\0", 4), (0, bytes(4), 4), (101, b"", 6), (113, bytes(16), 4), (276, bytes(20), 4)])
-def test_a_capture_of_the_ground_port(shown, telemetry, tmp_path, link_type, head, version):
+def test_a_capture_of_the_ground_port_is_decoded(shown, telemetry, tmp_path, link_type, head, version):
     """Packets are in several segments, one of which is sent twice; another connection of the machine is
     ignored."""
     octets = b"".join(telemetry)
@@ -170,7 +170,7 @@ def test_a_segment_that_the_capture_does_not_have_is_counted(shown, telemetry, t
     assert code == 0 and f"{len(telemetry[0])} octets of the connection are missing" in lines[0] and "TM[5,3]" in lines[1]
 
 
-def test_captures_of_packets_and_of_a_bus(shown, telemetry, tmp_path):
+def test_captures_of_packets_and_of_a_bus_are_decoded(shown, telemetry, tmp_path):
     (tmp_path / "packets.pcap").write_bytes(_pcap(147, telemetry, ">", 0xA1B23C4D))
     assert len(shown(tmp_path / "packets.pcap")[1]) == 4
     frame = struct.pack(">IB3x", 0x711, 1) + b"\x05"
@@ -200,7 +200,7 @@ TM = "0.1 TM 0802c0\n"
     ("p.pcapng", _pcapng(1, [bytes(60)])[:-3], ["p.pcapng: offset", "the capture was cut"]),
     ("p.pcapng", _pcapng(1, [])[:28] + struct.pack("<IIIIIIII", 6, 32, 3, 0, 0, 0, 0, 32), ["p.pcapng: offset 28: found interface 3"]),
 ])
-def test_damaged_input_is_named_by_its_place(shown, tmp_path, name, content, words):
+def test_the_message_about_damaged_input_names_the_place(shown, tmp_path, name, content, words):
     (tmp_path / name).write_bytes(content)
     code, _, err = shown(tmp_path / name)
     assert code == 1 and all(word in err for word in words), err
@@ -247,7 +247,7 @@ def test_missing_files_are_reported_and_standard_input_is_decoded(shown, tmp_pat
     assert code == 0 and "TC[17,1]" in lines[0]
 
 
-def test_every_octet_of_a_capture_may_be_wrong(dictionary, dictionary_path, telemetry, tmp_path):
+def test_a_capture_with_any_wrong_octet_is_decoded_or_refused(dictionary, dictionary_path, telemetry, tmp_path):
     """A damaged file is partly decoded or refused with a text; no other exception leaves the decoder."""
     raw = _pcapng(101, [_segment(1000, telemetry[0])])
     for at in range(0, len(raw), 3):
@@ -260,7 +260,7 @@ def test_every_octet_of_a_capture_may_be_wrong(dictionary, dictionary_path, tele
                 assert "damaged.pcapng: " in str(problem)
 
 
-def test_the_example_of_the_readme(shown):
+def test_the_example_of_the_readme_is_decoded(shown):
     text = (ROOT / "gse" / "README.md").read_text(encoding="utf-8")
     octets = next(line.split()[2] for line in text.splitlines() if line.startswith("gse/gse decode 1810"))
     assert shown(octets)[1] == ["TC[17,1]   to MANIPULATOR: perform an are-you-alive connection test"]

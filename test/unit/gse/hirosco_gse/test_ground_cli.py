@@ -35,14 +35,14 @@ def console(dictionary_path, capsys):
         craft.close()
 
 
-def test_ping(console):
+def test_ping_prints_that_a_subsystem_answers(console):
     code, out, _, received = console(lambda p: success(p, (17, 2, b"")), "ping", "MANIPULATOR")
     assert code == 0
     assert "MANIPULATOR is alive" in out
     assert [(p.apid, p.message, p.user, p.ack, p.data) for p in received] == [(16, (17, 1), 1, 15, b"")]
 
 
-def test_ping_all_as_json(console):
+def test_ping_without_a_name_reaches_all_and_prints_json(console):
     code, out, _, received = console(lambda p: success(p, (17, 2, b"")), "ping", "--json")
     assert code == 0
     assert {json.loads(line)["subsystem"] for line in out.splitlines()} == {
@@ -141,7 +141,7 @@ def test_failures_of_a_subsystem_are_shown_by_their_names(named, number, words):
     assert code == 1 and words in err
 
 
-def test_function_with_arguments(console):
+def test_a_function_is_called_with_its_arguments(console):
     words = ["cmd", "manipulator.move_to", "position=0.5,-0.25", "duration=2"]
     code, _, _, received = console(success, *words)
     assert code == 0
@@ -164,7 +164,7 @@ def test_function_with_arguments(console):
         (["process", "start", "JOYSTICK"], 1, (131, 6), b"\0\x11"),
     ],
 )
-def test_requests_on_the_wire(console, words, apid, message, data):
+def test_each_command_sends_its_request(console, words, apid, message, data):
     code, _, _, received = console(success, *words)
     assert code == 0
     assert (received[0].apid, received[0].message, received[0].data) == (apid, message, data)
@@ -185,7 +185,7 @@ def test_get_prints_the_value(console, dictionary):
     assert "TORQUE_LIMIT=[12, 38.5]" in out
 
 
-def test_create_structure(console, dictionary):
+def test_a_structure_is_created_with_its_parameters(console, dictionary):
     words = ["hk", "create", "MANIPULATOR", "5000", "1000", "TORQUE_OFFSET", "4:DES_POSITION"]
     code, _, _, received = console(success, *words)
     assert code == 0
@@ -211,7 +211,7 @@ def test_link_is_requested_then_opened(console):
     assert received[1].data == struct.pack(">HIBBI", 9, 0, 0, 0, 1000)
 
 
-def test_link_refusal_in_words(console):
+def test_a_refused_link_is_reported_in_words(console):
     code, _, err, _ = console(lambda p: failure(p, 8, 0x0409, 3 << 8 | 4), "link", "open", "HAND_POSITION")
     assert code == 1
     assert "sampling period" in err
@@ -245,18 +245,18 @@ def test_rejections_are_reported_in_words(console, subtype, code, detail, words)
         ["mode", "PARTY"], ["--port", "many", "ping"], ["hk", "create", "MANIPULATOR", "x", "1", "DES_POSITION"],
     ],
 )
-def test_usage_errors(dictionary_path, capsys, words):
+def test_wrong_usage_is_refused(dictionary_path, capsys, words):
     """They are detected before a link is needed."""
     assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
     assert capsys.readouterr().err
 
 
-def test_no_link(dictionary_path, capsys):
+def test_without_a_spacecraft_the_exit_code_is_3(dictionary_path, capsys):
     assert main(["--port", "1", "--dictionary", str(dictionary_path), "ping"]) == 3
     assert "no link" in capsys.readouterr().err
 
 
-def test_link_lost(console):
+def test_a_lost_link_is_reported(console):
     code, _, err, _ = console(lambda p: None, "ping", "MANIPULATOR")
     assert code == 3
     assert "closed the link" in err
@@ -268,7 +268,7 @@ def test_time_out_names_the_missing_report(console):
     assert "end of verification" in err
 
 
-def test_others_reports_are_not_ours(console):
+def test_reports_of_other_clients_do_not_end_a_request(console):
     """The verification of another client's request with another sequence count does not end our request."""
 
     def answer(packet):
@@ -285,7 +285,7 @@ def test_raw_sends_octets_as_they_are(console):
     assert received[0].raw == raw
 
 
-def test_stop_orders_all_that_fly(console):
+def test_stop_commands_all_subsystems_that_run(console):
     def answer(packet):
         if packet.message == (131, 8):
             rows = [(17, 2, 5), (16, 2, 4), (1, 2, 5), (2, 2, 5)]

@@ -53,7 +53,7 @@ def test_buzz_of_the_torque_is_seen_without_motion(run):
     assert contact_figures.press_hold(run)["hold_force_ripple_nm"] == pytest.approx(0.01)
 
 
-def test_energy_is_what_the_torque_takes_from_the_hand(run):
+def test_the_energy_is_the_work_that_the_torque_takes_from_the_hand(run):
     stick, torque = run.truth["STICK", "position_rad"], run.truth["STICK", "motor_torque_nm"]
     phase = 2 * np.pi * 10 * TIME
     stick[:, 0] = 1e-3 * np.sin(phase)
@@ -73,7 +73,7 @@ def test_lost_contact_and_a_peak_are_seen(run):
     assert found["hold_force_peak"] == pytest.approx(2.0)
 
 
-def test_a_press_with_more_than_the_force_asked_is_a_peak(run):
+def test_a_press_with_more_than_the_commanded_force_is_a_peak(run):
     """The largest force is compared with the force that the hand intends, and not with the mean force, which
     would grow with it."""
     run.truth["CONTACT", "contact_force_n"] *= 1.2
@@ -83,7 +83,7 @@ def test_a_press_with_more_than_the_force_asked_is_a_peak(run):
     assert not figures.holds("hold_force_peak", found["hold_force_peak"], figures.PRESS_BOUNDS)
 
 
-def test_transparency_sees_a_wrong_gain_of_changes(run):
+def test_transparency_detects_a_wrong_gain_of_changes(run):
     assert contact_figures.dynamic_transparency(run)["dynamic_transparency"] < 0.001
     part = slice(44_000, 56_000)
     felt = run.stick_rpdo.words["0"]

@@ -21,7 +21,7 @@ def tm(apid, service, subtype, data, user=1):
     return packets.parse(build_tm(apid, 0, service, subtype, data, user, 10**18))
 
 
-def test_names_and_numbers(dictionary):
+def test_items_are_found_by_name_and_number(dictionary):
     manipulator = dictionary.subsystem("manipulator")
     assert manipulator is dictionary.subsystem("16") is dictionary.subsystem_of_apid(16)
     assert dictionary.mode("nominal") == dictionary.mode("1") == 1
@@ -47,7 +47,7 @@ def test_layout_hash_is_that_of_the_generator(dictionary):
                 assert ours.port(port["id"], is_consumer).octets == port["octets"]
 
 
-def test_a_file_that_is_no_dictionary(tmp_path):
+def test_a_file_that_is_no_dictionary_is_refused(tmp_path):
     with pytest.raises(DictionaryError, match="run make"):
         Dictionary.load(tmp_path / "none.json")
     for text in ("{", "[]", '{"mission": "x"}', '{"mission": "x", "epoch": 0, "subsystems": [{}]}'):
@@ -86,7 +86,7 @@ def test_the_configuration_in_force_chooses_the_structure(dictionary):
             assert ("LINK_AGE" in decoded["values"]) == (configuration.name.startswith("TELEPRESENCE"))
 
 
-def test_event_with_values(dictionary):
+def test_an_event_is_decoded_with_its_values(dictionary):
     event = dictionary.subsystem("MANIPULATOR").event("TORQUE_LIMIT")
     data = struct.pack(">H", event.id) + b"".join(bytes(item.size) for item in event.parameters)
     decoded = telemetry.decode(tm(MANIPULATOR, 5, 3, data, 0), dictionary)
@@ -96,7 +96,7 @@ def test_event_with_values(dictionary):
     assert "error" in telemetry.decode(tm(MANIPULATOR, 5, 3, b"\0\xff", 0), dictionary)
 
 
-def test_reports_of_the_mission_services(dictionary):
+def test_reports_of_the_mission_services_are_decoded(dictionary):
     decoded = telemetry.decode(tm(16, 129, 2, struct.pack(">BBBHBHI", 4, 5, 0, 2, 1, 9, 77)), dictionary)
     assert (decoded["previous"], decoded["state"], decoded["configuration"], decoded["cause"], decoded["cycle"]) == (
         "SAFE_OPERATIONAL", "OPERATIONAL", "TELEPRESENCE", "own error", 77,
@@ -141,7 +141,7 @@ def test_every_truncation_is_an_error_and_no_exception(dictionary):
         (0x7777, 5, "not known"),
     ],
 )
-def test_failures_in_words(dictionary, code, detail, words):
+def test_a_failure_is_written_in_words(dictionary, code, detail, words):
     failure = Failure.decode(2, struct.pack(">HHI", code, 0, detail))
     text = failure.words(dictionary)
     assert re.search(words, text)
@@ -158,12 +158,12 @@ def test_every_failure_has_words_and_its_detail(dictionary):
         assert not detail or not text.startswith(f"refused at start of execution: {what} [0x")
 
 
-def test_failed_step_has_its_step(dictionary):
+def test_the_report_of_a_failed_step_has_the_number_of_the_step(dictionary):
     failure = Failure.decode(6, struct.pack(">HHHI", 2, 0x0301, 0, 2))
     assert "HARDWARE_INIT" in failure.words(dictionary)
 
 
-def test_structured_values_of_users(dictionary):
+def test_a_structure_is_encoded_from_the_text_of_all_its_values(dictionary):
     control = dictionary.subsystem("JOYSTICK").parameter("CONTROL")
     text = ",".join(str(n) for n in range(sum(item.count for item in control.fields)))
     assert len(control.encode_text(text)) == control.size

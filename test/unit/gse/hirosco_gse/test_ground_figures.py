@@ -29,7 +29,7 @@ def value(run, name):
     return figures.compute(run)[0][name]
 
 
-def test_known_answers(flown):
+def test_figures_of_the_synthetic_flight_have_the_known_values(flown):
     found, reasons = figures.compute(flown)
     assert not reasons
     assert all(figures.holds(name, found[name]) for name in figures.BOUNDS)
@@ -86,7 +86,7 @@ def test_no_answer_to_noise_gives_no_latency(run):
     assert value(run, "latency_back_cycles") is None
 
 
-def test_tracking_sees_gain_and_ignores_lag(run):
+def test_the_tracking_error_depends_on_gain_and_not_on_lag(run):
     clean = value(run, "tracking_error")
     for cycles in run.joint_tpdo:
         _later(cycles, ["position"], 5)
@@ -98,7 +98,7 @@ def test_tracking_sees_gain_and_ignores_lag(run):
     assert value(run, "tracking_error") > 0.01
 
 
-def test_tracking_needs_three_periods(run):
+def test_the_tracking_error_needs_three_periods(run):
     verbs = run.truth["OPERATOR"]["verb"]
     verbs[(run.truth["OPERATOR"]["time_us"] > 8_000_000) & (verbs == "circle")] = "rest"
     found, reasons = figures.compute(run)
@@ -107,14 +107,14 @@ def test_tracking_needs_three_periods(run):
 
 
 @pytest.mark.parametrize(("name", "window"), [("reflection_error", (28, 37)), ("reflection_error_contour", (16, 25))])
-def test_reflection_sees_a_wrong_mean(run, name, window):
+def test_the_reflection_error_shows_a_wrong_mean(run, name, window):
     part = slice(int(window[0] / synthetic.DT), int(window[1] / synthetic.DT))
     run.stick_rpdo.words["0"][part] = (run.stick_rpdo.words["0"][part] * 1.03).astype(np.int64)
     assert value(run, name) == pytest.approx(0.03, abs=0.01)
     assert not figures.holds(name, value(run, name))
 
 
-def test_reflection_needs_a_force(run):
+def test_the_reflection_error_needs_a_force(run):
     run.truth["CONTACT"]["external_torque_nm"][:] *= 0.1
     assert value(run, "reflection_error") is None
 
@@ -259,7 +259,7 @@ def test_an_empty_folder_has_reasons_for_everything(tmp_path, dictionary):
         assert reasons[name]
 
 
-def test_bus_log_lines():
+def test_lines_of_a_bus_log_are_read_or_refused():
     text = b"(0000000001.000500) robot 191##5010203040506070A\n(0000000002.123456) robot 080#\n(0000000002.200000) robot 20000024#0008000000000000\n"
     bus = logs.parse_bus(text)
     assert list(bus.time_us) == [1_000_500, 2_123_456, 2_200_000]
@@ -275,7 +275,7 @@ def test_bus_log_lines():
             logs.parse_bus(text + wrong)
 
 
-def test_packet_log_lines(dictionary):
+def test_lines_of_a_packet_log_are_read_or_refused(dictionary):
     from hirosco_gse import packets
 
     raw = packets.build_tc(16, 0, 17, 1)
@@ -290,7 +290,7 @@ def test_packet_log_lines(dictionary):
             packet_log.parse_packets([wrong])
 
 
-def test_truth_cut_off_in_the_middle(flight_folder, tmp_path):
+def test_a_truth_log_that_is_cut_is_read_up_to_the_cut(flight_folder, tmp_path):
     octets = (flight_folder / "truth.lcm").read_bytes()[: 1_000_003]
     channels = logs.parse_lcm(octets)
     assert len(channels["JOINTS"][0]) > 1000

@@ -110,7 +110,7 @@ def test_any_message_is_a_command(dictionary):
         ("status", (18, 8), b""),
     ],
 )
-def test_words_for_procedures(dictionary, words, message, data):
+def test_words_become_requests_for_procedures(dictionary, words, message, data):
     (request,) = commands.plan(["procedure", *words.split()], dictionary).requests
     assert ((request.service, request.subtype), request.apid, request.data) == (message, 1, data)
 
@@ -129,6 +129,6 @@ def test_procedures_are_read_from_files(dictionary, tmp_path):
 
 
 @pytest.mark.parametrize("words", ["", "run", "stop", "engine", "engine off", "tell LOOK", "run LOOK 7", "run LOOK byte:7", "status LOOK"])
-def test_words_that_are_no_procedure(dictionary, words):
+def test_words_that_are_no_request_for_procedures_are_refused(dictionary, words):
     with pytest.raises(commands.UsageError):
         commands.plan(["procedure", *words.split()], dictionary)

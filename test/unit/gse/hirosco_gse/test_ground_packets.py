@@ -10,7 +10,7 @@ from spacepackets.ecss import PusTc
 from tm_packets import build_tm
 
 
-def test_tc_equals_independent_encoder():
+def test_a_telecommand_equals_that_of_an_independent_encoder():
     random_source = random.Random(1)
     for _ in range(300):
         apid, sequence = random_source.randrange(1, 2047), random_source.randrange(0x4000)
@@ -28,7 +28,7 @@ def test_tc_equals_independent_encoder():
         assert PusTc.unpack(ours).app_data == data
 
 
-def test_known_packets():
+def test_known_packets_are_read():
     """The packets are worked examples of other implementations."""
     assert packets.build_tc(100, 25, 17, 1).hex() == "1864c01900062f11010001ebe6"
     # CUC 4+3 with another P-field (agency epoch): the error contains the P-field.
@@ -39,12 +39,12 @@ def test_known_packets():
 @pytest.mark.parametrize(
     ("text", "crc"), [("", 0xFFFF), ("0000", 0x1D0F), ("000000", 0xCC9C), ("ABCDEF01", 0x04A2), ("1456F89A0001", 0x7FD5)]
 )
-def test_crc(text, crc):
+def test_the_checksum_of_known_texts_is_computed(text, crc):
     assert packets.crc16(bytes.fromhex(text)) == crc
     assert packets.crc16(b"123456789") == 0x29B1
 
 
-def test_time_round_trip():
+def test_a_written_time_is_read_back():
     assert packets.encode_time(42_500_000_000).hex() == "1f0000002a800000"
     for time_ns in (0, 1, 59, 60, 500_000, 10**9 - 1, 2_159_006_400 * 10**9 + 123_456_789):
         assert abs(packets.decode_time(packets.encode_time(time_ns)) - time_ns) <= 60
@@ -98,7 +98,7 @@ def test_splitter_accepts_any_division_of_the_stream():
         assert found == wanted
 
 
-def test_too_large_is_refused():
+def test_a_packet_that_is_too_large_is_refused():
     with pytest.raises(packets.PacketError, match="65542"):
         packets.build_tc(1, 0, 6, 2, bytes(65542))
     with pytest.raises(packets.PacketError, match="11 bits"):
@@ -109,18 +109,18 @@ def test_too_large_is_refused():
     ("kind", "text", "expected"),
     [("UINT16", "0x1F", [31]), ("DOUBLE", "-0.5", [-0.5]), ("BOOL", "true", [True]), ("INT8", "-128", [-128])],
 )
-def test_values_of_users(kind, text, expected):
+def test_words_become_values(kind, text, expected):
     assert values.from_text(kind, 1, text) == expected
     assert values.decode(kind, 1, values.encode(kind, expected), 0)[0] == expected
 
 
 @pytest.mark.parametrize(("kind", "text"), [("UINT8", "256"), ("UINT8", "-1"), ("INT16", "40000"), ("FLOAT", "1e99")])
-def test_values_that_do_not_fit(kind, text):
+def test_values_that_do_not_fit_are_refused(kind, text):
     with pytest.raises(values.ValueProblem):
         values.encode(kind, values.from_text(kind, 1, text))
 
 
 @pytest.mark.parametrize(("kind", "count", "text"), [("DOUBLE", 2, "1"), ("DOUBLE", 1, "x"), ("UINT8", 1, "1.5"), ("BOOL", 1, "2")])
-def test_words_that_are_no_values(kind, count, text):
+def test_words_that_are_no_values_are_refused(kind, count, text):
     with pytest.raises(values.ValueProblem):
         values.from_text(kind, count, text)

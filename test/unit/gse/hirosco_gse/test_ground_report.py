@@ -42,7 +42,7 @@ def test_a_flight_with_other_device_classes_than_the_dictionary_is_reported(flow
     assert report.mismatches(run) == ([f"the flight had device classes {flown}, the dictionary has those of {known}: run make"] if is_told else [])
 
 
-def test_page_holds_everything_it_shows(written):
+def test_the_page_contains_everything_that_it_shows(written):
     page = (written / "report.html").read_text()
     assert not re.findall(r'(?:src|href)=["\'](?!data:)', re.sub(r"<script>.*?</script>", "", page, flags=re.S))
     assert "default-src 'none'" in page
@@ -179,20 +179,20 @@ def test_a_report_that_cannot_be_made_fails_a_run_with_bounds(flight_folder, dic
 
 
 @pytest.mark.parametrize(("facts", "code"), [({"scenario": "commissioning", "exit_code": 0}, 1), ([1], 4)])
-def test_a_report_that_cannot_be_made_of_odd_facts(tmp_path, dictionary_path, capsys, facts, code):
+def test_a_report_that_cannot_be_written_is_an_error(tmp_path, dictionary_path, capsys, facts, code):
     (tmp_path / "run.json").write_text(json.dumps(facts))
     (tmp_path / "report.html").mkdir()
     assert report.main([str(tmp_path), str(dictionary_path)]) == code
     assert capsys.readouterr().err.startswith("report: not written: ")
 
 
-def test_no_folder(tmp_path, capsys):
+def test_a_missing_folder_is_refused(tmp_path, capsys):
     assert report.main([str(tmp_path / "none")]) == 1
     assert report.main([]) == 1
     assert "usage" in capsys.readouterr().err
 
 
-def test_without_a_dictionary(flight_folder, tmp_path):
+def test_a_report_without_a_dictionary_names_the_next_step(flight_folder, tmp_path):
     shutil.copy(flight_folder / "can-robot.log", tmp_path)
     shutil.copy(flight_folder / "packets.log", tmp_path)
     assert report.main([str(tmp_path), str(tmp_path / "none.json")]) == 0

@@ -69,7 +69,7 @@ def test_an_expected_refusal_may_have_a_name_of_the_addressee(dictionary_path_of
         ("2 operator ping\n1 operator ping", "before the operator's line above"),
     ],
 )
-def test_lines_that_are_no_steps(dictionary, text, message):
+def test_a_line_that_is_no_step_is_refused(dictionary, text, message):
     with pytest.raises(ScriptError, match=message) as error:
         Script.parse("# a comment\n" + text, "some.scn", dictionary)
     assert str(error.value).startswith("some.scn:")
@@ -160,12 +160,12 @@ def test_rejection_ends_the_script_with_file_and_line(dictionary):
     assert flight.entries[-1]["outcome"].startswith("FAILED")
 
 
-def test_time_out_of_a_step(dictionary):
+def test_a_step_that_times_out_ends_the_script(dictionary):
     with pytest.raises(ScriptFailure, match="end of verification did not come within 1 s"):
         Flight(dictionary, lambda p: []).run("0 operator mode SAFE\n")
 
 
-def test_expected_refusal(dictionary):
+def test_an_expected_refusal_is_required(dictionary):
     text = "0 operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL\n"
     flight = Flight(dictionary, lambda p: failure(p, 2, 0x0111, 16 << 16 | 2)).run(text)
     assert "HAND_POSITION" in flight.entries[0]["outcome"]
@@ -184,7 +184,7 @@ def test_a_tried_step_may_fail(dictionary):
     assert "completed" in Flight(dictionary).run("0 operator try state MANIPULATOR OFFLINE\n").entries[0]["outcome"]
 
 
-def test_wait_state(dictionary):
+def test_wait_state_waits_for_a_transition(dictionary):
     text = "0 operator wait-state MANIPULATOR OFFLINE 2\n"
     flight = Flight(dictionary).at(0.5, transition(16, 6)).at(1.5, transition(16, 0)).run(text)
     assert flight.entries[0]["end"] == 1.5
@@ -192,7 +192,7 @@ def test_wait_state(dictionary):
         Flight(dictionary).at(0.5, transition(16, 6)).at(2.5, transition(16, 0)).run(text)
 
 
-def test_expect_state(dictionary):
+def test_expect_state_checks_the_present_state(dictionary):
     text = "1 operator expect-state MANIPULATOR OPERATIONAL\n"
     Flight(dictionary).at(0.5, transition(16, 5)).run(text)
     with pytest.raises(ScriptFailure, match="its state is SAFE_OPERATIONAL"):
@@ -214,14 +214,14 @@ def test_each_event_answers_one_wait(dictionary):
         Flight(dictionary).run("1 operator expect-event JOYSTICK OPERATOR_NOTE\n")
 
 
-def test_nowait_is_settled_at_the_end(dictionary):
+def test_a_step_with_nowait_is_judged_at_the_end(dictionary):
     text = "0 operator nowait mode SAFE\n0 operator nowait mode NOMINAL\n1 operator mode NOMINAL\n"
     assert [time for time, _ in Flight(dictionary).run(text).sent] == [0, 0, SECOND]
     with pytest.raises(ScriptFailure, match="test.scn:1: expected success of mode SAFE, came: .*aborted"):
         Flight(dictionary, lambda p: failure(p, 8, 0x0405, 0) if p.data == b"\0" else success(p)).run(text)
 
 
-def test_end_leaves_the_rest(dictionary):
+def test_end_skips_the_remaining_steps(dictionary):
     assert len(Flight(dictionary).run("0 operator mode SAFE\n1 operator end\n2 operator mode NOMINAL\n").sent) == 1
 
 
@@ -284,7 +284,7 @@ class CosimulationPort(threading.Thread):
         return words[1], int(words[2])
 
 
-def test_stepped_time_through_the_cosimulation_port(dictionary_path, tmp_path, capsys):
+def test_a_script_runs_in_stepped_time_through_the_cosimulation_port(dictionary_path, tmp_path, capsys):
     cosimulation = CosimulationPort(tmp_path / "cosim", 0)
     port = cosimulation.station.getsockname()[1]
     cosimulation.start()
@@ -355,7 +355,7 @@ def test_a_script_that_does_not_load_is_a_usage_error(dictionary_path, tmp_path,
     assert "s.scn:1:" in capsys.readouterr().err
 
 
-def test_no_scheduler_behind_the_cosimulation_port(tmp_path):
+def test_a_missing_scheduler_is_reported(tmp_path):
     with pytest.raises(LinkLost, match="no scheduler"):
         StepClock(tmp_path / "none", 1)
 

@@ -43,7 +43,7 @@ def _numbers(octets):
         (7, 1, sdls.LAST, "64656667", "200100270080000100000000000000070000000162dfb75b881091d14bcf67a8a11544b308c506bf"),
     ],
 )
-def test_known_frames(session, count, part, text, octets):
+def test_frames_equal_those_of_the_spacecraft_s_tests(session, count, part, text, octets):
     assert sdls.frame(sdls._cipher(KEY), session, count, part, bytes.fromhex(text)).hex() == octets
     assert sdls.key_check(KEY).hex() == "f05d76ae4ab99fe5"
 
@@ -150,7 +150,7 @@ def test_no_number_is_used_again_after_a_torn_write(key):
             assert sdls.next_session(key, check) == 3
 
 
-def test_the_last_number_is_the_last(key):
+def test_no_number_follows_the_last_one(key):
     check = sdls.key_check(sdls.read_key(key))
     body = sdls.RECORD.pack(sdls.MAGIC, sdls.VERSION, 0xFFFFFFFE, check)
     record = body + zlib.crc32(body).to_bytes(4, "big")

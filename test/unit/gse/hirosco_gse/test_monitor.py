@@ -96,7 +96,7 @@ def test_the_flight_is_shown_and_commanded(reached):
     asyncio.run(look())
 
 
-def test_it_runs_in_a_terminal(reached, monkeypatch):
+def test_the_monitor_runs_in_a_terminal(reached, monkeypatch):
     given, run, _ = reached
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("LINES", "24")

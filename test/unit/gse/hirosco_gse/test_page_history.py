@@ -115,7 +115,7 @@ def test_an_attitude_turns_by_the_shorter_way_between_two_reports(modules):
     assert all(math.hypot(*row[n:n + 4]) == pytest.approx(1) for row in found for n in (3, 10))
 
 
-def test_what_is_no_whole_recording_is_refused(modules):
+def test_an_incomplete_recording_is_refused(modules):
     """The recordings are not compressed, have no end or have a damaged head; only the last one is whole."""
     head = b'{"tables": [{"rows": 2, "per": 1, "leaves": []}]}'
     whole = gzip.compress(struct.pack("<I", len(head)) + head + bytes(8))

@@ -111,7 +111,7 @@ def test_a_world_without_joints_has_its_bodies_wheels_and_valves(tmp_path):
     assert table["leaves"]["VALVE"][:, 0].tolist() == [0] * 10 + [1] * 5 + [0] * 5
 
 
-def test_several_contacts_are_all_there(flight_folder, dictionary_path):
+def test_a_recording_contains_all_contacts(flight_folder, dictionary_path):
     run = runs.load(flight_folder, dictionary_path, has_buses=False)
     table = run.truth["CONTACTS"]
     run.truth["CONTACTS"] = {name: column if name == "time_us" else np.concatenate([column, 2.0 * column], axis=1) for name, column in table.items()}
@@ -126,7 +126,7 @@ def test_the_same_run_gives_the_same_octets(run):
     assert recording.make(run) == recording.make(run)
 
 
-def test_a_recording_is_made_of_what_there_is(tmp_path, dictionary_path, flight_folder):
+def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dictionary_path, flight_folder):
     assert Reader(recording.make(runs.load(tmp_path, dictionary_path))).head["states"] == []
     (tmp_path / "truth.lcm").write_bytes((flight_folder / "truth.lcm").read_bytes())
     without = runs.Run(tmp_path, None)

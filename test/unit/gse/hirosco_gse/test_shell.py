@@ -75,7 +75,7 @@ def test_events_since_the_last_prompt_are_shown(talk, dictionary):
     assert any("events before these" in line for line in shown)
 
 
-def test_the_prompt_completes_and_remembers(dictionary_path, tmp_path):
+def test_the_prompt_completes_words_and_keeps_its_history(dictionary_path, tmp_path):
     """On a pseudo-terminal: Tab, a refusal in red, and in the next session the line before with the arrow
     key."""
     simulated = Simulated(lambda packet: failure(packet, 4, 0x0204, 0x0305) if packet.data[:4] == b"TARE" else success(packet))
@@ -99,7 +99,7 @@ class _Terminal:
 
 @pytest.mark.parametrize(("is_terminal", "variables", "is_red"), [
     (True, {}, True), (False, {}, False), (True, {"NO_COLOR": "1"}, False), (True, {"NO_COLOR": ""}, True), (True, {"TERM": "dumb"}, False)])
-def test_colours_are_for_terminals(monkeypatch, is_terminal, variables, is_red):
+def test_only_a_terminal_gets_colours(monkeypatch, is_terminal, variables, is_red):
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     for name, value in variables.items():

@@ -171,7 +171,7 @@ def test_other_device_classes_are_reported_when_a_flight_is_joined(tmp_path, dic
     assert list(craft.session.mismatches.values()) == reported
 
 
-def test_without_a_link(crafts, dictionary_path):
+def test_calls_without_a_link_raise_an_error(crafts, dictionary_path):
     with pytest.raises(LinkLost, match="no link"):
         Spacecraft(port=1, dictionary=dictionary_path).connect()
     craft = Spacecraft(port=1, dictionary=dictionary_path)
@@ -204,7 +204,7 @@ def world(tmp_path):
     server.close()
 
 
-def test_the_live_world_obeys(crafts, world):
+def test_lines_for_the_live_world_are_sent_and_answered(crafts, world):
     craft, _ = crafts(success)
     assert craft.hand("aim", 0.1, 0, 0.5) == 2.5
     craft.pause()

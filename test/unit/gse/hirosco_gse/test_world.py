@@ -54,7 +54,7 @@ def test_joints_in_any_order_of_the_file_move_in_the_frame_of_their_parent(tmp_p
     assert robot.links["b"].shapes[0].size == (2.0, 4.0, 6.0)
 
 
-def test_what_cannot_be_read_is_named(tmp_path):
+def test_an_element_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(world.WorldError, match="none.xml"):
         world.read(tmp_path / "none.xml")
     path = tmp_path / "r.urdf"

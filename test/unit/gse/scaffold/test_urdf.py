@@ -57,13 +57,13 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((ARM[0], ARM[1].replace("</link>", "<collision/></link>"), ARM[2]), "<collision>: expected <geometry>"),
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 1")), 'xyz="0 1" of <axis>: expected 3 numbers'),
 ])
-def test_what_is_no_chain_of_joints_is_refused(read, parts, says):
+def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, says):
     with pytest.raises(urdf.UrdfError) as refusal:
         read(*parts)
     assert says in str(refusal.value)
 
 
-def test_the_line_of_what_is_refused_is_named(tmp_path):
+def test_a_refusal_names_the_line(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text(f'<robot name="robot">\n{ARM[0]}\n{ARM[1]}\n\n{joint("slide", "base", "upper", "floating")}</robot>', encoding="utf-8")
     with pytest.raises(Refusal, match="robot.urdf:5: joint slide: type=\"floating\": expected revolute, continuous or prismatic"):

@@ -11,15 +11,15 @@
 static control_port_energy_t energy;
 static control_port_watch_t watch;
 static unsigned alarms;
-static double told_j;
+static double reported_j;
 
 void setUp(void)
 {
     watch =
         (control_port_watch_t){.limit_j = 2.0e-3, .time_s = 5.0, .rest_rad = 1.0e-3, .period_s = PERIOD_S};
     control_port_energy_reset(&energy);
-    alarms = 0U;
-    told_j = 0.0;
+    alarms     = 0U;
+    reported_j = 0.0;
 }
 
 void tearDown(void)
@@ -32,7 +32,7 @@ static void step(const double torque, const double position)
     const double positions[2] = {0.3, position};
     const double given        = control_port_energy_step(&energy, &watch, torques, positions);
     alarms += (given > 0.0) ? 1U : 0U;
-    told_j = (given > 0.0) ? given : told_j;
+    reported_j = (given > 0.0) ? given : reported_j;
 }
 
 /// A port that damps (sign 1) or drives (-1) an oscillation of 0.5 mrad at 20 Hz about a drifting position.
@@ -51,7 +51,7 @@ static void an_oscillation_at_rest_is_reported_once_in_each_window(void)
 {
     swing(5.01, -1.0, 0.0);
     TEST_ASSERT_EQUAL_UINT(1U, alarms);
-    EXPECT_WITHIN(7.85e-3, 0.1e-3, told_j);
+    EXPECT_WITHIN(7.85e-3, 0.1e-3, reported_j);
     EXPECT_WITHIN(-7.85e-3, 0.1e-3, energy.taken_j);
     EXPECT_ABOVE(7.8e-3, energy.given_j);
     swing(10.0, -1.0, 0.0);

@@ -14,8 +14,8 @@
 #include <unistd.h>
 
 #define KINDS 6U
-#define IN 4U
-#define OUT 3U
+#define IN 4U  ///< Octets of a message from the device.
+#define OUT 3U ///< Octets of a message to the device.
 #define FIRST_NS 10U
 #define LONGEST_NS 40U
 

@@ -212,19 +212,19 @@ static void a_refused_opening_is_counted_with_its_reason(void)
 
 static flow_shm_shape_t impossible;
 
-static void begin_the_impossible(void)
+static void begin_with_the_impossible_shape(void)
 {
     begin(&reader, "x", false, impossible);
 }
 
-static void impossible_request_formats_are_coding_errors(void)
+static void impossible_shapes_are_coding_errors(void)
 {
     const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 0U, 1U},    {FLOW_SHM_LATEST, 8U, 2U},
                                        {FLOW_SHM_QUEUE, 8U, 0U},     {FLOW_SHM_QUEUE, 65537U, 1U},
                                        {FLOW_SHM_QUEUE, 8U, 65537U}, {(flow_shm_kind_t)7, 8U, 1U}};
     for (unsigned i = 0U; i < (sizeof shapes / sizeof shapes[0]); i++) {
         impossible = shapes[i];
-        TEST_ASSERT_TRUE(assertion_fails(begin_the_impossible));
+        TEST_ASSERT_TRUE(assertion_fails(begin_with_the_impossible_shape));
     }
 }
 
@@ -394,7 +394,7 @@ int main(void)
     RUN_TEST(a_refused_opening_is_counted_with_its_reason);
     RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(records_of_another_size_are_coding_errors);
-    RUN_TEST(impossible_request_formats_are_coding_errors);
+    RUN_TEST(impossible_shapes_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
     RUN_TEST(a_writer_that_closes_is_reported_after_its_last_value);
     RUN_TEST(a_new_writer_takes_the_place_of_a_killed_one);

@@ -226,7 +226,7 @@ static void a_refused_serial_line_is_reported_with_the_reason(void)
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
 }
 
-static void records_travel_in_the_flows_order(void)
+static void records_have_the_byte_order_of_the_flow(void)
 {
     for (unsigned order = 0U; order < (unsigned)FLOW_ORDERS; order++) {
         const flow_format_t format = {
@@ -434,12 +434,12 @@ static void a_fifo_waits_for_its_reader(void)
     expect_far("on\n", 3U);
     (void)close(far);
     far = -1;
-    TEST_ASSERT_EQUAL(STATUS_OK, say("off", 3U)); // Accepted, and lost with the connection.
+    TEST_ASSERT_EQUAL(STATUS_OK, say("off", 3U)); // The octets are accepted and lost with the connection.
     TEST_ASSERT_FALSE(flow.link.is_open);
     TEST_ASSERT_EQUAL_UINT32(4U, flow.counters.discarded);
 }
 
-static void raw_octets_of_a_device(void)
+static void raw_octets_are_received_in_pieces_that_fit(void)
 {
     (void)strcpy(path, "/dev/zero");
     begin(ENDNODE_FILE, "zeros", (flow_format_t){.framing = FLOW_FRAMING_RAW});
@@ -452,7 +452,7 @@ static void raw_octets_of_a_device(void)
     }
 }
 
-static void endless_garbage_does_not_hold_up_a_cycle(void)
+static void endless_invalid_octets_do_not_delay_a_cycle(void)
 {
     (void)strcpy(path, "/dev/zero");
     begin(ENDNODE_FILE, "zeros", (flow_format_t){.framing = FLOW_FRAMING_SLIP});
@@ -484,7 +484,7 @@ int main(void)
     RUN_TEST(a_serial_line_carries_frames_both_ways);
     RUN_TEST(a_disconnected_serial_line_is_opened_again);
     RUN_TEST(a_refused_serial_line_is_reported_with_the_reason);
-    RUN_TEST(records_travel_in_the_flows_order);
+    RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(a_client_repeats_its_connection_attempts_until_the_server_is_back);
     RUN_TEST(a_server_that_does_not_read_fills_the_outbox);
@@ -493,8 +493,8 @@ int main(void)
     RUN_TEST(a_quota_that_is_used_up_is_a_refusal);
     RUN_TEST(a_file_is_read_as_it_grows);
     RUN_TEST(a_fifo_waits_for_its_reader);
-    RUN_TEST(raw_octets_of_a_device);
-    RUN_TEST(endless_garbage_does_not_hold_up_a_cycle);
+    RUN_TEST(raw_octets_are_received_in_pieces_that_fit);
+    RUN_TEST(endless_invalid_octets_do_not_delay_a_cycle);
     RUN_TEST(an_end_node_kind_without_stream_is_a_coding_error);
     const int failures = UNITY_END();
     (void)rmdir(folder);

@@ -34,7 +34,7 @@ status_t __wrap_osal_tcp_connect_begin(osal_socket_t* connection, osal_address_t
     return mock_type(status_t);
 }
 
-/// As many octets as the test says.
+/// Accepts as many octets as the test sets.
 status_t __wrap_osal_device_write(osal_device_t* device, const uint8_t* octets, size_t size,
                                   size_t* out_written)
 {
@@ -140,6 +140,7 @@ static int close_flow(void** state)
     return 0;
 }
 
+/// Expect that the flow writes `held` octets, of which the device accepts `taken`.
 static void writes(const size_t held, const size_t taken, const status_t status)
 {
     expect_value(__wrap_osal_device_write, size, held);
@@ -177,7 +178,7 @@ static void expect_taken(const size_t count)
     expect_value(__wrap_osal_hand_over_take, count, count);
 }
 
-/// Nothing is announced: an empty device is not waited for.
+/// No octets are announced, so the flow does not wait for the empty device.
 static void nothing_is_due(void)
 {
     const uint8_t* payload = NULL;
@@ -189,7 +190,7 @@ static void nothing_is_due(void)
     assert_int_equal(0U, held);
 }
 
-/// After the wait that the test expects the octets are there.
+/// The octets arrive within the wait that the test expects.
 static void octets_come_late(void)
 {
     const uint8_t* payload = NULL;
@@ -203,7 +204,7 @@ static void octets_come_late(void)
     assert_memory_equal("two", payload, held);
 }
 
-/// Octets that do not come within the wait that the test expects are counted as lost.
+/// Octets that do not arrive within the wait that the test expects count as lost.
 static void octets_do_not_come(void)
 {
     const uint8_t* payload = NULL;

@@ -184,7 +184,8 @@ static void two_reads_share_one_limit(void)
     say(0U, octets, 28U);
     TEST_ASSERT_EQUAL_UINT64(28U, step(FLOW_TCP_UNLIMITED));
     say(0U, &octets[28], sizeof octets - 28U);
-    TEST_ASSERT_EQUAL_UINT64(30U, step(30U)); // Four octets that have room behind the 28, then 26 of 32.
+    // First the four octets for which the buffer has room behind the 28; then 26, the rest of the limit.
+    TEST_ASSERT_EQUAL_UINT64(30U, step(30U));
     TEST_ASSERT_EQUAL_UINT(1U + 14U, seen.frames[0]);
 }
 
@@ -327,7 +328,7 @@ static void a_frame_as_long_as_the_buffer_still_fits(void)
     TEST_ASSERT_EQUAL_UINT(0U, seen.disconnected);
 }
 
-static void the_user_may_end_a_connection_inside_its_framer(void)
+static void the_callback_for_frames_may_end_the_connection(void)
 {
     join(0U);
     seen.ends_inside = true;
@@ -373,7 +374,7 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     uint8_t room[BUFFER];
     join(0U);
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
-    join(1U); // A place is free, but no further socket.
+    join(1U); // A place is free, but the quota has no further socket.
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
     TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
     flow_tcp_init(&second, places, 1U, room, BUFFER);
@@ -423,7 +424,7 @@ int main(void)
     RUN_TEST(a_client_may_be_disconnected_to_make_room_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);
     RUN_TEST(a_frame_as_long_as_the_buffer_still_fits);
-    RUN_TEST(the_user_may_end_a_connection_inside_its_framer);
+    RUN_TEST(the_callback_for_frames_may_end_the_connection);
     RUN_TEST(sending_accepts_what_the_kernel_accepts);
     RUN_TEST(sockets_are_counted_where_a_quota_is_given);
     RUN_TEST(ending_all_connections_reports_each_client_once);

@@ -109,7 +109,7 @@ static void frames_have_the_documented_octets(void)
 }
 
 /// The stream is divided at every pair of positions, and into single octets.
-static void frames_may_be_cut_anywhere(void)
+static void frames_are_found_wherever_the_stream_is_divided(void)
 {
     for (size_t f = 0U; f < FORMATS; f++) {
         octets_t stream   = {.size = 0U};
@@ -271,7 +271,7 @@ static void the_end_of_a_stream_discards_its_incomplete_frame(void)
 }
 
 /// For any input, a frame never has more octets than fit, and the next frame after an end octet is found.
-static void invalid_octets_never_close_a_flow(void)
+static void the_next_frame_after_random_octets_is_found(void)
 {
     uint32_t random = 12345U;
     begin(&formats[2]);
@@ -295,13 +295,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(frames_have_the_documented_octets);
-    RUN_TEST(frames_may_be_cut_anywhere);
+    RUN_TEST(frames_are_found_wherever_the_stream_is_divided);
     RUN_TEST(frames_that_are_too_long_are_skipped);
     RUN_TEST(slip_recovers_from_invalid_octets);
     RUN_TEST(lines_end_with_lf_or_cr_lf);
     RUN_TEST(lengths_from_zero_to_the_maximum_are_accepted);
     RUN_TEST(raw_octets_are_passed_on_unchanged);
     RUN_TEST(the_end_of_a_stream_discards_its_incomplete_frame);
-    RUN_TEST(invalid_octets_never_close_a_flow);
+    RUN_TEST(the_next_frame_after_random_octets_is_found);
     return UNITY_END();
 }

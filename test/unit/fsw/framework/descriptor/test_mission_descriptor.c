@@ -51,7 +51,7 @@ static void load_the_good_one(void)
     TEST_ASSERT_EQUAL(STATUS_OK, status);
 }
 
-static void reads_mission_and_subsystems(void)
+static void mission_and_subsystems_are_read(void)
 {
     load_the_good_one();
     TEST_ASSERT_EQUAL_STRING("flight", mission.name);
@@ -73,7 +73,7 @@ static void reads_mission_and_subsystems(void)
     TEST_ASSERT_NULL(descriptor_mission_find_subsystem(&mission, 1U));
 }
 
-static void reads_modes_log_buses_and_ground(void)
+static void modes_log_buses_and_ground_are_read(void)
 {
     load_the_good_one();
     TEST_ASSERT_EQUAL_UINT16(3U, mission.initial_mode);
@@ -90,7 +90,7 @@ static void reads_modes_log_buses_and_ground(void)
     TEST_ASSERT_EQUAL_UINT16(1U, mission.users[0].id);
 }
 
-static void resolves_links_to_the_ids_of_ports(void)
+static void links_are_resolved_to_the_ids_of_ports(void)
 {
     load_the_good_one();
     const mission_link_t* const back = descriptor_mission_find_link(&mission, 17U, 4U, 16U, 2U);
@@ -105,7 +105,7 @@ static void resolves_links_to_the_ids_of_ports(void)
     TEST_ASSERT_NULL(descriptor_mission_find_link(&mission, 16U, 1U, 17U, 4U));
 }
 
-static void resolves_plans_and_finds_the_first_that_matches(void)
+static void plans_are_resolved_and_the_first_that_matches_is_found(void)
 {
     load_the_good_one();
     const mission_plan_t* const lost = descriptor_mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 9U);
@@ -269,7 +269,7 @@ static void an_error_in_a_subsystem_names_its_file(void)
 
 /// Leap years, the first days of two months, and the ends: `date -u -d DATE +%s` plus the 378691200 s from
 /// 1958 to 1970.
-static void reads_epochs_of_leap_years_and_at_the_ends(void)
+static void epochs_are_read_in_leap_years_and_at_both_limits(void)
 {
     static const struct {
         const char* words;
@@ -308,7 +308,7 @@ static void the_mission_sets_the_time_a_subsystem_waits_for_its_supervisor(void)
                              descriptor_mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
 }
 
-static void the_fallback_mode_is_the_one_marked_or_0(void)
+static void the_fallback_mode_is_the_marked_one_or_mode_0(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
     TEST_ASSERT_EQUAL_UINT8(0U, mission.fallback_mode);
@@ -319,7 +319,7 @@ static void the_fallback_mode_is_the_one_marked_or_0(void)
     TEST_ASSERT_EQUAL_UINT8(5U, mission.fallback_mode);
 }
 
-static void the_selection_of_a_rule_may_be_any(void)
+static void a_rule_may_be_for_any_selector(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "select='MOVE_TO'", "select='*'")));
     TEST_ASSERT_TRUE(mission.rules[0].is_any);
@@ -517,7 +517,7 @@ static void load_nothing_of_a_mission(void)
     (void)!descriptor_load_mission(&loader, path, MISSION_ANY_TARGET, NULL, &mission, &scratch);
 }
 
-static void loading_a_part_of_a_mission_without_a_subsystem_is_asserted(void)
+static void loading_a_part_of_a_mission_without_a_subsystem_is_a_coding_error(void)
 {
     write_file("flight.xml", flight_document);
     TEST_ASSERT_TRUE(assertion_fails(load_nothing_of_a_mission));
@@ -564,19 +564,19 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(reads_mission_and_subsystems);
-    RUN_TEST(reads_modes_log_buses_and_ground);
-    RUN_TEST(resolves_links_to_the_ids_of_ports);
-    RUN_TEST(resolves_plans_and_finds_the_first_that_matches);
+    RUN_TEST(mission_and_subsystems_are_read);
+    RUN_TEST(modes_log_buses_and_ground_are_read);
+    RUN_TEST(links_are_resolved_to_the_ids_of_ports);
+    RUN_TEST(plans_are_resolved_and_the_first_that_matches_is_found);
     RUN_TEST(each_error_contains_file_line_and_cause);
     RUN_TEST(a_ground_with_a_key_may_be_open);
     RUN_TEST(an_error_in_a_subsystem_names_its_file);
     RUN_TEST(ports_that_share_no_method_make_no_link);
-    RUN_TEST(reads_epochs_of_leap_years_and_at_the_ends);
+    RUN_TEST(epochs_are_read_in_leap_years_and_at_both_limits);
     RUN_TEST(time_is_reported_in_the_format_of_the_mission);
     RUN_TEST(the_mission_sets_the_time_a_subsystem_waits_for_its_supervisor);
-    RUN_TEST(the_fallback_mode_is_the_one_marked_or_0);
-    RUN_TEST(the_selection_of_a_rule_may_be_any);
+    RUN_TEST(the_fallback_mode_is_the_marked_one_or_mode_0);
+    RUN_TEST(a_rule_may_be_for_any_selector);
     RUN_TEST(the_first_of_several_mistakes_is_reported);
     RUN_TEST(paths_are_relative_to_the_mission_or_absolute);
     RUN_TEST(a_bus_is_the_redundant_one_of_at_most_one_other);
@@ -586,7 +586,7 @@ int main(void)
     RUN_TEST(the_hashes_of_a_mission_depend_on_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
     RUN_TEST(loading_a_mission_leaves_the_requested_model);
-    RUN_TEST(loading_a_part_of_a_mission_without_a_subsystem_is_asserted);
+    RUN_TEST(loading_a_part_of_a_mission_without_a_subsystem_is_a_coding_error);
     RUN_TEST(a_subsystem_finds_the_errors_of_its_own_descriptor);
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};

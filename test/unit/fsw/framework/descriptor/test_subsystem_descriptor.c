@@ -31,7 +31,7 @@ static void load_the_good_one(void)
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
 }
 
-static void reads_identity_resources_and_times(void)
+static void identity_resources_and_times_are_read(void)
 {
     load_the_good_one();
     TEST_ASSERT_EQUAL_STRING("ARM", arm.name);
@@ -63,7 +63,7 @@ typedef struct {
     double position[2];
 } hand_payload_t;
 
-static void reads_parameters_with_ids_and_layouts(void)
+static void parameters_are_read_with_ids_and_layouts(void)
 {
     load_the_good_one();
     const descriptor_parameter_t* const values = descriptor_find_parameter(&arm, "CUR_VALUES");
@@ -92,7 +92,7 @@ static void reads_parameters_with_ids_and_layouts(void)
     TEST_ASSERT_NULL(descriptor_find_parameter(&arm, "POSITION"));
 }
 
-static void reads_events_of_both_kinds(void)
+static void events_of_both_kinds_are_read(void)
 {
     load_the_good_one();
     const descriptor_event_t* const limit = descriptor_find_event(&arm, 3U);
@@ -114,7 +114,7 @@ static const descriptor_function_t* function_of(const char* name)
     return descriptor_named(arm.functions, arm.function_count, sizeof arm.functions[0], name);
 }
 
-static void reads_functions(void)
+static void functions_are_read(void)
 {
     load_the_good_one();
     const descriptor_function_t* const move_to = function_of("MOVE_TO");
@@ -132,7 +132,7 @@ static void reads_functions(void)
     TEST_ASSERT_NULL(function_of("MOVE_T"));
 }
 
-static void reads_housekeeping_of_a_configuration(void)
+static void housekeeping_of_a_configuration_is_read(void)
 {
     load_the_good_one();
     const descriptor_configuration_t* const alone = descriptor_find_configuration(&arm, 1U);
@@ -161,7 +161,7 @@ static const descriptor_device_t* device_of(const descriptor_configuration_t* co
                             sizeof arm.devices[0], name);
 }
 
-static void reads_ports_and_devices_of_a_configuration(void)
+static void ports_and_devices_of_a_configuration_are_read(void)
 {
     static const char layout[] = "KIND:UINT8:1\nPOSITION:DOUBLE:2\n";
     load_the_good_one();
@@ -204,7 +204,7 @@ static void reads_ports_and_devices_of_a_configuration(void)
     TEST_ASSERT_NULL(device_of(coupled, "JOINT2"));
 }
 
-static void reads_quantities_of_a_device(void)
+static void quantities_of_a_device_are_read(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK,
                       load(damaged(arm_document, "<Endnode type='CAN' bus='robot'",
@@ -216,7 +216,7 @@ static void reads_quantities_of_a_device(void)
     TEST_ASSERT_TRUE(arm.quantities[0].scale == -0.5);
 }
 
-static void reads_the_records_of_a_device_and_the_times_of_its_end_node(void)
+static void records_of_a_device_and_times_of_its_end_node_are_read(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(arm_document));
     const descriptor_device_t* const device = device_of(descriptor_find_configuration(&arm, 2U), "GROUND");
@@ -236,7 +236,7 @@ static void reads_the_records_of_a_device_and_the_times_of_its_end_node(void)
     TEST_ASSERT_FALSE(file->has_checksum);
 }
 
-static void reads_each_bit_rate_of_a_serial_line(void)
+static void each_bit_rate_of_a_serial_line_is_read(void)
 {
     static const uint32_t rates[] = {9600U, 19200U, 38400U, 57600U, 115200U, 230400U, 460800U, 921600U};
     for (size_t i = 0U; i < (sizeof rates / sizeof rates[0]); i++) {
@@ -257,7 +257,7 @@ static void reads_each_bit_rate_of_a_serial_line(void)
     "<Loop name='" name "' samplingTime='10ms' priority='20' services='" services "'/>"
 #define LOOP(name) "<Loop name='" name "' samplingTime='10ms' priority='20'/>"
 
-static void reads_loops_of_a_configuration(void)
+static void loops_of_a_configuration_are_read(void)
 {
     const char* const with =
         LOOP("FAST") "<Loop name='SLOW' samplingTime='2s' priority='7' services='20 17'/>"
@@ -556,7 +556,7 @@ static void a_missing_file_is_reported(void)
 
 /// Random damage: the reader may accept or refuse the document, but must not crash; the lists of an accepted
 /// document are within their bounds.
-static void survives_random_damage(void)
+static void random_damage_never_crashes_the_reader(void)
 {
     static char document[8192];
     const size_t size = strlen(arm_document);
@@ -579,21 +579,21 @@ static void survives_random_damage(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(reads_identity_resources_and_times);
-    RUN_TEST(reads_parameters_with_ids_and_layouts);
-    RUN_TEST(reads_events_of_both_kinds);
-    RUN_TEST(reads_functions);
-    RUN_TEST(reads_housekeeping_of_a_configuration);
-    RUN_TEST(reads_quantities_of_a_device);
-    RUN_TEST(reads_the_records_of_a_device_and_the_times_of_its_end_node);
-    RUN_TEST(reads_each_bit_rate_of_a_serial_line);
-    RUN_TEST(reads_loops_of_a_configuration);
-    RUN_TEST(reads_ports_and_devices_of_a_configuration);
+    RUN_TEST(identity_resources_and_times_are_read);
+    RUN_TEST(parameters_are_read_with_ids_and_layouts);
+    RUN_TEST(events_of_both_kinds_are_read);
+    RUN_TEST(functions_are_read);
+    RUN_TEST(housekeeping_of_a_configuration_is_read);
+    RUN_TEST(quantities_of_a_device_are_read);
+    RUN_TEST(records_of_a_device_and_times_of_its_end_node_are_read);
+    RUN_TEST(each_bit_rate_of_a_serial_line_is_read);
+    RUN_TEST(loops_of_a_configuration_are_read);
+    RUN_TEST(ports_and_devices_of_a_configuration_are_read);
     RUN_TEST(each_error_contains_file_line_and_cause);
     RUN_TEST(a_file_cut_at_every_octet_is_an_error);
     RUN_TEST(hostile_documents_are_errors_with_a_line);
     RUN_TEST(states_have_names_and_are_found_by_them);
     RUN_TEST(a_missing_file_is_reported);
-    RUN_TEST(survives_random_damage);
+    RUN_TEST(random_damage_never_crashes_the_reader);
     return UNITY_END();
 }

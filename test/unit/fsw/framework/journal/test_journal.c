@@ -273,8 +273,8 @@ static void a_stale_tail_is_not_accepted(void)
     expect_kept(0U, 1U, 10U, 1U);
 }
 
-/// The same for a generation that was started twice, by compactions whose first record is equal. The cut that
-/// ends the second compaction loses only the emptying of the medium, if that was not synced.
+/// Two compactions start the same generation with an equal first record. Cuts lose this record of the first
+/// one, then an unsynced emptying by the second one: the old records behind it could be taken for valid.
 static void a_stale_generation_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -298,7 +298,7 @@ static void a_stale_generation_is_not_accepted(void)
     const size_t second = recorded.count;
     TEST_ASSERT_EQUAL(STATUS_OK, put(2U, 8000U, 60U)); // This put compacts the journal.
     TEST_ASSERT_EQUAL_UINT32(1U, journal.stats.compactions);
-    for (size_t i = second; i < (second + 4U); i++) { // All up to the first record, which is missing.
+    for (size_t i = second; i < (second + 4U); i++) { // The operations up to the first record.
         const bool is_sure = (i > second) || (recorded.operations[second + 1U].kind == OPERATION_SYNC);
         if (is_sure) {
             recorded_apply(&recorded.operations[i], recorded.operations[i].size, saved);

@@ -254,7 +254,7 @@ static void several_damaged_octets_are_reported_or_harmless(void)
     }
 }
 
-/// Cases from operations: a flipped bit early in the file; a file of zeros.
+/// Two typical damages: a flipped bit early in the file, and a file of zeros.
 static void lost_transactions_are_counted(void)
 {
     recorded_clear(empty);

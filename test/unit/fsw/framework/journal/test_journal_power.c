@@ -144,8 +144,9 @@ static void change(void)
     }
 }
 
-/// Marks: even numbers for changes, the odd number after it for their commit.
-static void live(void)
+/// Put and commit transactions. The recorded operations are marked: those of the changes of a transaction
+/// with an even number, those of its commit with the next odd number.
+static void run_transactions(void)
 {
     for (unsigned i = 0U; i < TRANSACTIONS; i++) {
         const uint32_t changes = random_below((random_below(6U) == 0U) ? 24U : 5U);
@@ -312,7 +313,7 @@ static void every_power_cut_leaves_complete_transactions(void)
         states[0]   = replayed;
         states[1]   = replayed;
         state_count = 2U;
-        live();
+        run_transactions();
         compactions += journal.stats.compactions;
         full += journal.stats.full;
         die_everywhere();

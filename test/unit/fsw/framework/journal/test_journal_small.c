@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A journal on a medium of 64 KiB, as the records of a program on a board: two areas of 32 KiB. The power is
-// cut at each write of a script with compactions; of that write nothing, a half or everything is there, or
-// all that was not synced is lost. It runs on a board, too.
+// cut at each write of a script with compactions. The medium then has no octet, one half or all octets of
+// that write, or it has lost all octets that were not synced. The test also runs on a board.
 #include "fsw/framework/journal/journal.h"
 
 #include "unity.h"
@@ -199,7 +199,8 @@ static status_t change(const unsigned transaction)
     return journal_put(&journal, TABLE, key, record, RECORD);
 }
 
-/// Run the script until its end or until the power is cut. Then `committed` or `intended` is there.
+/// Run the script until its end or until the power is cut. The journal must then have the records of
+/// `committed` or of `intended`.
 static void run_script(void)
 {
     for (unsigned i = 0U; i < 2U; i++) { // Octets behind the size are never read.
@@ -223,9 +224,9 @@ static void run_script(void)
     }
 }
 
-/// Switch the power on again: all of the last commit or all of the one in progress is there, nothing is
-/// damaged, and the journal continues.
-static void expect_whole(void)
+/// Switch the power on again. Expect the records of the last commit or of the commit in progress, no damage,
+/// and that the journal accepts another commit.
+static void expect_whole_transaction(void)
 {
     is_off = false;
     cut_at = 0U;
@@ -267,10 +268,10 @@ static void the_script_fits_the_medium_and_compacts(void)
     TEST_ASSERT_TRUE(journal.stats.compactions >= 2U);
     TEST_ASSERT_EQUAL_UINT32(TRANSACTIONS, journal.stats.commits);
     TEST_ASSERT_EQUAL_MEMORY(intended, committed, sizeof committed);
-    expect_whole();
+    expect_whole_transaction();
 }
 
-static void every_write_can_be_the_last_one(void)
+static void a_power_cut_at_any_write_leaves_a_whole_transaction(void)
 {
     unsigned cuts = 0U;
     for (kind = CUT_BEFORE; kind < CUTS; kind++) {
@@ -281,14 +282,14 @@ static void every_write_can_be_the_last_one(void)
             run_script();
             is_cut = is_off;
             cuts += is_cut ? 1U : 0U;
-            expect_whole();
+            expect_whole_transaction();
         }
     }
     TEST_ASSERT_FALSE(was_beyond);
     TEST_ASSERT_TRUE(cuts > ((unsigned)CUTS * TRANSACTIONS));
 }
 
-static void a_full_medium_refuses_puts_and_keeps_what_it_has(void)
+static void a_full_medium_refuses_puts_and_keeps_its_records(void)
 {
     status_t status = STATUS_OK;
     unsigned count  = 0U;
@@ -305,14 +306,14 @@ static void a_full_medium_refuses_puts_and_keeps_what_it_has(void)
         TEST_ASSERT_EQUAL(STATUS_OK, journal_erase(&journal, TABLE, key));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
-    expect_whole();
+    expect_whole_transaction();
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_script_fits_the_medium_and_compacts);
-    RUN_TEST(every_write_can_be_the_last_one);
-    RUN_TEST(a_full_medium_refuses_puts_and_keeps_what_it_has);
+    RUN_TEST(a_power_cut_at_any_write_leaves_a_whole_transaction);
+    RUN_TEST(a_full_medium_refuses_puts_and_keeps_its_records);
     return UNITY_END();
 }

@@ -34,7 +34,7 @@ typedef struct {
     message_udp_carrier_t udp;
     osal_socket_t watch;
     message_tipc_carrier_t tipc;
-    message_carrier_t carrier; // Below the interposer.
+    message_carrier_t carrier; // The carrier under test, which the carrier of the endpoint calls.
     unsigned announced;        // Datagrams on their way to this member.
 } party_member_t;
 

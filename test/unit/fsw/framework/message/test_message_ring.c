@@ -154,6 +154,7 @@ typedef struct { // The model: a plain list.
     size_t used;
 } model_t;
 
+/// Put a random block into the ring and the model; both must accept or refuse it.
 static void put_into_both(message_ring_t* ring, model_t* model, size_t capacity)
 {
     uint8_t octets[MODEL_OCTETS];
@@ -195,7 +196,7 @@ static void take_from_both(message_ring_t* ring, model_t* model)
     (void)memmove(&model->sizes[0], &model->sizes[1], (MODEL_BLOCKS - 1U) * sizeof model->sizes[0]);
 }
 
-static void look_at_both(const message_ring_t* ring, const model_t* model)
+static void compare_both(const message_ring_t* ring, const model_t* model)
 {
     uint8_t octets[MODEL_OCTETS + 1U] = {0};
     const size_t capacity             = draw(MODEL_OCTETS);
@@ -222,7 +223,7 @@ static void a_ring_behaves_like_a_list(void)
             } else {
                 take_from_both(&ring, &model);
             }
-            look_at_both(&ring, &model);
+            compare_both(&ring, &model);
             TEST_ASSERT_EQUAL(model.count, ring.blocks);
             TEST_ASSERT_EQUAL(model.used, ring.used);
             TEST_ASSERT_TRUE(ring.peak <= capacity);

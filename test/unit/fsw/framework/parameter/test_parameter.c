@@ -65,7 +65,7 @@ void tearDown(void)
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
 }
 
-static void id_holds_apid_layout_and_number(void)
+static void an_id_contains_apid_layout_and_number(void)
 {
     const uint32_t id = PARAMETER_ID(2046U, VALUE_ARRAY, 65535U);
     TEST_ASSERT_EQUAL_HEX32(0xFFD9FFFFU, id);
@@ -74,7 +74,7 @@ static void id_holds_apid_layout_and_number(void)
     TEST_ASSERT_EQUAL_UINT16(65535U, PARAMETER_NUMBER(id));
 }
 
-static void reads_a_structure_big_endian_without_padding(void)
+static void a_structure_is_read_big_endian_without_padding(void)
 {
     static const uint8_t expected[] = {0xFF, 0xFF, 0xFF, 0xFE, 0x3F, 0xF8, 0, 0, 0,    0,    0, 0,
                                        0xC0, 0x04, 0,    0,    0,    0,    0, 0, 0xBE, 0xEF, 1};
@@ -84,7 +84,7 @@ static void reads_a_structure_big_endian_without_padding(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, sizeof expected);
 }
 
-static void finds_by_id(void)
+static void parameters_are_found_by_id(void)
 {
     const parameter_entry_t* by_id = NULL;
     for (size_t i = 0U; i < 3U; i++) {
@@ -98,7 +98,7 @@ static void finds_by_id(void)
     TEST_ASSERT_EQUAL_UINT32(2U, dictionary.refusals.unknown);
 }
 
-static void refuses_parameters_already_published_or_without_room(void)
+static void parameters_already_published_or_without_room_are_refused(void)
 {
     static parameter_entry_t few[1];
     static parameter_bounds_t four[4];
@@ -192,7 +192,7 @@ static octet_reader_t target_value(const double first, const double second)
     return octet_reader(octets, writer.position);
 }
 
-static void writes_only_settable_parameters(void)
+static void only_settable_parameters_are_written(void)
 {
     octet_reader_t reader = target_value(-0.5, 1.0);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_write(&dictionary, UNKNOWN, &reader));
@@ -237,7 +237,7 @@ static void a_write_changes_all_fields_or_none(void)
 }
 
 /// NaN and infinity are refused even without bounds in the descriptor; a BOOL is 0 or 1.
-static void refuses_octets_that_are_not_a_value_of_the_type(void)
+static void octets_that_are_no_value_of_the_type_are_refused(void)
 {
     octet_writer_t writer = octet_writer(octets, sizeof octets);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_settable(&dictionary, VALUES, true));
@@ -273,7 +273,7 @@ static void a_structure_that_is_written_back_reads_the_same(void)
     }
 }
 
-static void sets_initial_values_from_text(void)
+static void initial_values_are_set_from_text(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_set_initial(&dictionary, TARGET, "TARGET", "-1.5 2e-3"));
     TEST_ASSERT_EQUAL_DOUBLE(-1.5, target[0]);
@@ -297,7 +297,7 @@ static void sets_initial_values_from_text(void)
 }
 
 /// Parameters are found in whatever order they were published.
-static void finds_all_parameters_in_any_order_of_publishing(void)
+static void all_parameters_are_found_in_any_order_of_publishing(void)
 {
     static char names[64][4];
     static parameter_definition_t many[64];
@@ -377,7 +377,7 @@ static void no_entries(void)
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_init(&none, entries, 0U, bounds, 1U));
 }
 
-static void asserts_on_definitions_that_contradict_themselves(void)
+static void definitions_that_contradict_themselves_are_coding_errors(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(publish_with_a_wrong_wire_size));
     TEST_ASSERT_TRUE(assertion_fails(publish_beyond_the_storage));
@@ -387,21 +387,21 @@ static void asserts_on_definitions_that_contradict_themselves(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(id_holds_apid_layout_and_number);
-    RUN_TEST(reads_a_structure_big_endian_without_padding);
-    RUN_TEST(finds_by_id);
-    RUN_TEST(refuses_parameters_already_published_or_without_room);
+    RUN_TEST(an_id_contains_apid_layout_and_number);
+    RUN_TEST(a_structure_is_read_big_endian_without_padding);
+    RUN_TEST(parameters_are_found_by_id);
+    RUN_TEST(parameters_already_published_or_without_room_are_refused);
     RUN_TEST(a_read_that_does_not_fit_writes_nothing);
     RUN_TEST(an_entry_is_read_without_the_lock);
     RUN_TEST(a_read_during_a_write_is_repeated_under_the_lock);
     RUN_TEST(while_values_change_an_entry_is_read_with_the_lock);
-    RUN_TEST(writes_only_settable_parameters);
+    RUN_TEST(only_settable_parameters_are_written);
     RUN_TEST(a_write_changes_all_fields_or_none);
-    RUN_TEST(refuses_octets_that_are_not_a_value_of_the_type);
+    RUN_TEST(octets_that_are_no_value_of_the_type_are_refused);
     RUN_TEST(a_structure_that_is_written_back_reads_the_same);
-    RUN_TEST(sets_initial_values_from_text);
-    RUN_TEST(finds_all_parameters_in_any_order_of_publishing);
+    RUN_TEST(initial_values_are_set_from_text);
+    RUN_TEST(all_parameters_are_found_in_any_order_of_publishing);
     RUN_TEST(finding_a_parameter_takes_at_most_two_comparisons_on_average);
-    RUN_TEST(asserts_on_definitions_that_contradict_themselves);
+    RUN_TEST(definitions_that_contradict_themselves_are_coding_errors);
     return UNITY_END();
 }

@@ -76,7 +76,7 @@ static void a_value_is_written_completely_or_refused(void)
     TEST_ASSERT_EQUAL_UINT32((2U * good.wire_size) + 1U, dictionary.refusals.no_room);
 }
 
-static void self_test_finds_damage(void)
+static void the_self_test_finds_damage(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &good, storage));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_publish(&dictionary, &other, other_storage));
@@ -105,6 +105,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_definition_agrees_with_its_fields);
     RUN_TEST(a_value_is_written_completely_or_refused);
-    RUN_TEST(self_test_finds_damage);
+    RUN_TEST(the_self_test_finds_damage);
     return UNITY_END();
 }

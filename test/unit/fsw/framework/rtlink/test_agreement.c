@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the agreement, for all combinations of small sets of terms, with the rules of the header in
-// another form.
+// Compares the agreement, for all combinations of small sets of terms, with an independent formulation of the
+// rules in the header.
 #include "fsw/framework/rtlink/agreement.h"
 
 #include "unity.h"

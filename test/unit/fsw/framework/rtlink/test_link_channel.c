@@ -147,7 +147,7 @@ static void age(void)
     expect_number(2U);
 }
 
-static void a_sample_is_stale_beyond_its_age_and_not_at_it(void)
+static void a_sample_is_stale_only_beyond_the_largest_age(void)
 {
     over_each_method(age);
 }
@@ -481,7 +481,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_link_exists_from_open_to_close);
     RUN_TEST(the_latest_sample_is_read);
-    RUN_TEST(a_sample_is_stale_beyond_its_age_and_not_at_it);
+    RUN_TEST(a_sample_is_stale_only_beyond_the_largest_age);
     RUN_TEST(losses_are_counted_in_samples_that_were_due);
     RUN_TEST(the_sequence_number_wraps);
     RUN_TEST(an_earlier_opening_is_forgotten);

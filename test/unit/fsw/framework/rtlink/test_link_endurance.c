@@ -129,7 +129,7 @@ static void expect_clean(const figures_t* figures, uint32_t samples)
     TEST_ASSERT_EQUAL_UINT32(0U, figures->lost);
 }
 
-static void two_kilohertz_for_thirty_minutes(void)
+static void no_sample_is_lost_at_two_kilohertz_in_thirty_minutes(void)
 {
     static const uint32_t samples = 2000U * 60U * 30U;
     const rtlink_terms_t agreed   = terms(RTLINK_METHOD_SHARED_MEMORY, 500U);
@@ -231,7 +231,7 @@ static pid_t start(unsigned participant, osal_lockstep_t* scheduler, figures_t* 
 
 /// The run has no time-out, because the processes may wait long for a processor. If one of them fails, the
 /// other one is released.
-static void ten_kilohertz_for_one_minute_between_processes(void)
+static void no_sample_is_lost_between_processes_at_ten_kilohertz(void)
 {
     osal_shm_t shm;
     char name[64];
@@ -265,7 +265,7 @@ static void ten_kilohertz_for_one_minute_between_processes(void)
 
 // ---- UDP ----
 
-static void two_kilohertz_over_udp(void)
+static void no_sample_is_lost_over_udp_at_two_kilohertz(void)
 {
     static const uint32_t samples = 2000U * 30U;
     static uint8_t frame[LINK_FRAME_MAX];
@@ -292,8 +292,8 @@ static void two_kilohertz_over_udp(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(two_kilohertz_for_thirty_minutes);
-    RUN_TEST(ten_kilohertz_for_one_minute_between_processes);
-    RUN_TEST(two_kilohertz_over_udp);
+    RUN_TEST(no_sample_is_lost_at_two_kilohertz_in_thirty_minutes);
+    RUN_TEST(no_sample_is_lost_between_processes_at_ten_kilohertz);
+    RUN_TEST(no_sample_is_lost_over_udp_at_two_kilohertz);
     return UNITY_END();
 }

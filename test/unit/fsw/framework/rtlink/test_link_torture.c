@@ -103,8 +103,8 @@ static void no_sample_is_ever_torn(void)
         TEST_ASSERT_EQUAL(0U, readers[i].backwards);
         TEST_ASSERT_TRUE(readers[i].reads >= READS_AMID);
         TEST_ASSERT_EQUAL(number - 1U, readers[i].consumer.sequence);
-        // After the first sample, each sample was either read or counted as missed.
         TEST_ASSERT_EQUAL(0U, readers[i].consumer.counters.refused);
+        // No sample is both read and counted as missed; samples before the first read are not counted.
         TEST_ASSERT_TRUE((readers[i].consumer.counters.frames + readers[i].consumer.counters.lost) <= number);
         rtlink_consumer_close(&readers[i].consumer);
     }

@@ -183,7 +183,7 @@ static void without_delay_and_budget_a_sample_is_due_at_its_time(void)
     expect(3U, 3U * PERIOD_NS);
 }
 
-static void of_several_samples_due_at_one_read_the_newest_is_read_and_all_are_counted(void)
+static void the_newest_of_several_due_samples_is_read_and_all_are_counted(void)
 {
     arrive(3U);
     arrive(0U);
@@ -334,7 +334,7 @@ int main(void)
     RUN_TEST(a_duplicated_sample_takes_no_place);
     RUN_TEST(samples_that_lie_far_apart_are_in_order);
     RUN_TEST(without_delay_and_budget_a_sample_is_due_at_its_time);
-    RUN_TEST(of_several_samples_due_at_one_read_the_newest_is_read_and_all_are_counted);
+    RUN_TEST(the_newest_of_several_due_samples_is_read_and_all_are_counted);
     RUN_TEST(a_lost_sample_is_counted_when_the_next_is_due_and_the_last_is_held);
     RUN_TEST(a_late_sample_that_is_the_newest_is_read_at_once);
     RUN_TEST(a_sample_is_stale_three_budgets_after_its_play_out_time);

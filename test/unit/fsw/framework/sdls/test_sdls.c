@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that the receiver accepts and refuses. The frames of known_answers_are_computed were made by another
-// implementation of AES-GCM (pyca/cryptography, which is OpenSSL);
-// test/unit/gse/hirosco_gse/test_ground_sdls.py has the same octets.
+// Frames that the receiver accepts and refuses. frames_of_another_implementation_are_accepted has frames made
+// with pyca/cryptography (OpenSSL); test/unit/gse/hirosco_gse/test_ground_sdls.py has the same octets.
 #include "base/octets.h"
 #include "test/support/assertion.h"
 #include "test/support/recorded_media.h"
@@ -52,7 +51,8 @@ static status_t take_text(const char* const text)
     return take();
 }
 
-static void refused(const sdls_refusal_t reason, const uint32_t times)
+/// Expect that frames were refused for this reason only.
+static void expect_refused(const sdls_refusal_t reason, const uint32_t times)
 {
     for (unsigned i = 0U; i < SDLS_REFUSALS; i++) {
         TEST_ASSERT_EQUAL_UINT32((i == (unsigned)reason) ? times : 0U, receiver.refused[i]);
@@ -96,14 +96,14 @@ static size_t hex(const char* const text, uint8_t* const octets)
     return size;
 }
 
-static void known(const char* const text)
+static void take_known_frame(const char* const text)
 {
     frame.size = hex(text, frame.octets);
     TEST_ASSERT_EQUAL(STATUS_OK, take());
     TEST_ASSERT_EQUAL(frame.size, shown.taken);
 }
 
-static void known_answers_are_computed(void)
+static void frames_of_another_implementation_are_accepted(void)
 {
     uint8_t check[SESSION_MARK_CHECK];
     uint8_t expected[SDLS_FRAME_MAX];
@@ -111,16 +111,17 @@ static void known_answers_are_computed(void)
     sealer_key_check(sealer_key, check);
     TEST_ASSERT_EQUAL_MEMORY(expected, check, sizeof check);
 
-    known("2001003100c00001000000000000000100000000290aa47d319bc59af5529e9a7be54538e048770377ec5a9c6d922351ac"
-          "ba");
+    take_known_frame(
+        "2001003100c00001000000000000000100000000290aa47d319bc59af5529e9a7be54538e048770377ec5a9c6d922351ac"
+        "ba");
     TEST_ASSERT_EQUAL(14U, shown.size);
     (void)hex("1801c0000006190811010001c5d2", expected);
     TEST_ASSERT_EQUAL_MEMORY(expected, shown.packet, 14U);
 
     sdls_begin(&session);
-    known("20010026004000010000000000000007000000008317ae457af0ad7502a7c483e925565fb06fb9");
+    take_known_frame("20010026004000010000000000000007000000008317ae457af0ad7502a7c483e925565fb06fb9");
     TEST_ASSERT_NULL(shown.packet);
-    known("200100270080000100000000000000070000000162dfb75b881091d14bcf67a8a11544b308c506bf");
+    take_known_frame("200100270080000100000000000000070000000162dfb75b881091d14bcf67a8a11544b308c506bf");
     TEST_ASSERT_EQUAL(7U, shown.size);
     TEST_ASSERT_EQUAL_MEMORY("abcdefg", shown.packet, 7U);
     TEST_ASSERT_EQUAL_UINT32(3U, receiver.accepted);
@@ -145,7 +146,7 @@ static void the_last_number_is_accepted_once(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("c"));
     frame.session = 0U;
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("c"));
-    refused(SDLS_REFUSED_REPLAYED, 4U);
+    expect_refused(SDLS_REFUSED_REPLAYED, 4U);
 }
 
 static void counts_are_taken_one_by_one(void)
@@ -168,7 +169,7 @@ static void counts_are_taken_one_by_one(void)
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("a"));
     frame.count = 0U;
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("a"));
-    refused(SDLS_REFUSED_REPLAYED, 8U);
+    expect_refused(SDLS_REFUSED_REPLAYED, 8U);
 }
 
 static void two_connections_keep_their_sessions(void)
@@ -223,7 +224,7 @@ static void a_change_of_any_octet_or_bit_is_detected(void)
 }
 
 /// Change a field of the primary header and make the MAC correct: the header is checked first.
-static void header(const size_t offset, const uint8_t octet)
+static void expect_header_refused(const size_t offset, const uint8_t octet)
 {
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
     frame.octets[offset] = octet;
@@ -233,14 +234,14 @@ static void header(const size_t offset, const uint8_t octet)
 
 static void headers_of_other_frames_are_refused(void)
 {
-    header(0U, 0x00U); // Sequence-controlled.
-    header(0U, 0x60U); // Version 1.
-    header(0U, 0x30U); // Control command.
-    header(1U, 0x02U); // Another spacecraft.
-    header(2U, 0x04U); // Another channel.
-    header(4U, 0x01U); // A frame with a sequence number.
-    header(3U, SDLS_FRAME_MIN - 2U);
-    refused(SDLS_REFUSED_FRAME, 7U);
+    expect_header_refused(0U, 0x00U); // Sequence-controlled.
+    expect_header_refused(0U, 0x60U); // Version 1.
+    expect_header_refused(0U, 0x30U); // Control command.
+    expect_header_refused(1U, 0x02U); // Another spacecraft.
+    expect_header_refused(2U, 0x04U); // Another channel.
+    expect_header_refused(4U, 0x01U); // A frame with a sequence number.
+    expect_header_refused(3U, SDLS_FRAME_MIN - 2U);
+    expect_refused(SDLS_REFUSED_FRAME, 7U);
     frame.octets[2] = 0x03U; // The greatest length: the end of the frame has not arrived.
     frame.octets[3] = 0xFFU;
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, look());
@@ -254,12 +255,12 @@ static void other_keys_and_associations_are_refused(void)
     seal(&frame, other, (const uint8_t*)"ping", 4U);
     TEST_ASSERT_EQUAL(STATUS_CHECKSUM, take());
     TEST_ASSERT_EQUAL(frame.size, shown.taken);
-    refused(SDLS_REFUSED_FORGED, 1U);
+    expect_refused(SDLS_REFUSED_FORGED, 1U);
     receiver.refused[SDLS_REFUSED_FORGED] = 0U;
     frame.spi                             = SDLS_SPI + 1U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, take_text("ping"));
     TEST_ASSERT_EQUAL(frame.size, shown.taken);
-    refused(SDLS_REFUSED_ASSOCIATION, 1U);
+    expect_refused(SDLS_REFUSED_ASSOCIATION, 1U);
 }
 
 static void a_vector_has_twelve_octets(void)
@@ -274,10 +275,10 @@ static void a_vector_has_twelve_octets(void)
     gcm_aes256_encrypt(&cipher, 1U, &frame.octets[SDLS_CLEAR_OCTETS], &one);
     gcm_aes256_digest(&cipher, SDLS_MAC_OCTETS, &frame.octets[SDLS_CLEAR_OCTETS + 1U]);
     TEST_ASSERT_EQUAL(STATUS_STALE, look());
-    refused(SDLS_REFUSED_REPLAYED, 1U);
+    expect_refused(SDLS_REFUSED_REPLAYED, 1U);
 }
 
-static void part(const uint8_t flags, const size_t size, const status_t expected)
+static void take_segment(const uint8_t flags, const size_t size, const status_t expected)
 {
     static uint8_t content[CONTENT_MAX];
     memset(content, (int)frame.count, sizeof content);
@@ -290,40 +291,40 @@ static void part(const uint8_t flags, const size_t size, const status_t expected
 static void segments_are_assembled_to_a_packet(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
-        part(SEALER_FIRST, CONTENT_MAX, STATUS_OK);
-        part(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
-        part(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
-        part(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
+        take_segment(SEALER_FIRST, CONTENT_MAX, STATUS_OK);
+        take_segment(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
+        take_segment(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
+        take_segment(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
         TEST_ASSERT_NULL(shown.packet);
-        part(SEALER_LAST, SDLS_PACKET_MAX - (4U * CONTENT_MAX) + 1U, STATUS_OUT_OF_RANGE);
-        part(SEALER_LAST, SDLS_PACKET_MAX - (4U * CONTENT_MAX), STATUS_OK);
+        take_segment(SEALER_LAST, SDLS_PACKET_MAX - (4U * CONTENT_MAX) + 1U, STATUS_OUT_OF_RANGE);
+        take_segment(SEALER_LAST, SDLS_PACKET_MAX - (4U * CONTENT_MAX), STATUS_OK);
         TEST_ASSERT_EQUAL(SDLS_PACKET_MAX, shown.size);
         for (size_t at = 0U; at < shown.size; at++) {
             TEST_ASSERT_EQUAL_UINT8((5U * i) + (at / CONTENT_MAX), shown.packet[at]);
         }
     }
-    refused(SDLS_REFUSED_PARTS, 2U);
+    expect_refused(SDLS_REFUSED_PARTS, 2U);
 }
 
 static void segments_in_the_wrong_order_are_refused(void)
 {
-    part(SEALER_LAST, 1U, STATUS_OUT_OF_RANGE);
-    part(SEALER_MIDDLE, 1U, STATUS_OUT_OF_RANGE);
-    part(SEALER_WHOLE | 1U, 1U, STATUS_OUT_OF_RANGE); // Another MAP.
-    part(SEALER_FIRST, 1U, STATUS_OK);
-    part(SEALER_FIRST, 1U, STATUS_OUT_OF_RANGE);
-    part(SEALER_WHOLE, 1U, STATUS_OUT_OF_RANGE);
-    part(SEALER_LAST | 1U, 1U, STATUS_OUT_OF_RANGE);
-    part(SEALER_LAST, 1U, STATUS_OK);
-    refused(SDLS_REFUSED_PARTS, 6U);
+    take_segment(SEALER_LAST, 1U, STATUS_OUT_OF_RANGE);
+    take_segment(SEALER_MIDDLE, 1U, STATUS_OUT_OF_RANGE);
+    take_segment(SEALER_WHOLE | 1U, 1U, STATUS_OUT_OF_RANGE); // Another MAP.
+    take_segment(SEALER_FIRST, 1U, STATUS_OK);
+    take_segment(SEALER_FIRST, 1U, STATUS_OUT_OF_RANGE);
+    take_segment(SEALER_WHOLE, 1U, STATUS_OUT_OF_RANGE);
+    take_segment(SEALER_LAST | 1U, 1U, STATUS_OUT_OF_RANGE);
+    take_segment(SEALER_LAST, 1U, STATUS_OK);
+    expect_refused(SDLS_REFUSED_PARTS, 6U);
     sdls_begin(&session); // An incomplete packet is discarded with its connection.
     frame.session++;
     frame.count = 0U;
-    part(SEALER_FIRST, 1U, STATUS_OK);
+    take_segment(SEALER_FIRST, 1U, STATUS_OK);
     sdls_begin(&session);
     frame.session++;
     frame.count = 0U;
-    part(SEALER_WHOLE, 2U, STATUS_OK);
+    take_segment(SEALER_WHOLE, 2U, STATUS_OK);
     TEST_ASSERT_EQUAL(2U, shown.size);
 }
 
@@ -334,7 +335,7 @@ static void a_session_whose_mark_cannot_be_stored_is_refused(void)
     recorded.fail_count = 1U;
     recorded.failure    = STATUS_FULL;
     TEST_ASSERT_EQUAL(STATUS_IO, take_text("a"));
-    refused(SDLS_REFUSED_NOT_KEPT, 1U);
+    expect_refused(SDLS_REFUSED_NOT_KEPT, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("a")); // The disk has room again.
     recorded.fail_from = 0U;
 }
@@ -346,7 +347,7 @@ static void without_a_mark_no_frame_is_accepted(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_open(&receiver, sealer_key, &medium));
     TEST_ASSERT_EQUAL(STATUS_IO, take_text("a"));
     TEST_ASSERT_EQUAL(frame.size, shown.taken);
-    refused(SDLS_REFUSED_NOT_KEPT, 1U);
+    expect_refused(SDLS_REFUSED_NOT_KEPT, 1U);
 }
 
 static void secrets_are_wiped_at_the_end(void)
@@ -361,7 +362,7 @@ static void secrets_are_wiped_at_the_end(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(known_answers_are_computed);
+    RUN_TEST(frames_of_another_implementation_are_accepted);
     RUN_TEST(accepting_a_frame_that_was_not_checked_is_a_coding_error);
     RUN_TEST(the_last_number_is_accepted_once);
     RUN_TEST(counts_are_taken_one_by_one);

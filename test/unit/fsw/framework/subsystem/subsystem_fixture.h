@@ -5,11 +5,11 @@
 ///     fixture_open(NULL);
 ///     fixture_state(STATE_PRE_OPERATIONAL);     // A telecommand; the first has number 0.
 ///     fixture_run(1U);                          // Cycles.
-///     fixture_expect("1.1 #0\n" ...);           // All lines since the last look.
+///     fixture_expect("1.1 #0\n" ...);           // All lines since the last call.
 ///
 /// Lines: "1.5 #0 step 3", "1.4 #0 0204 3" (code, detail), "129.2 0>1 ENTERING cause 0 code 0000 cfg 0",
-/// "5.4 event 1 aux 0007", "130.10 link 1 2>3 reason 0"; callbacks as "* secure"; links and lists see
-/// supervisor_fixture.c.
+/// "5.4 event 1 aux 0007", "130.10 link 1 2>3 reason 0"; callbacks as "* secure".
+/// subsystem_fixture_lines.c writes all forms of lines.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_H
 #define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reports as lines of text, for supervisor_fixture.c.
+/// Reports as lines of text, for subsystem_fixture.c.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_LINES_H
 #define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_LINES_H
 

@@ -46,7 +46,7 @@ static const char* cell_name(unsigned row, unsigned column)
     return text;
 }
 
-static void every_request_in_every_state(void)
+static void every_request_has_the_documented_answer_in_every_state(void)
 {
     for (unsigned row = 0U; row < STATE_COUNT; row++) {
         for (unsigned column = 0U; column < COLUMNS; column++) {
@@ -75,7 +75,7 @@ static void every_request_in_every_state(void)
     }
 }
 
-static void no_other_target_can_be_asked_for(void)
+static void no_other_target_can_be_requested(void)
 {
     static const unsigned others[] = {1U, 2U, 7U, 8U, 9U, 10U, 11U, 255U};
     for (unsigned row = 0U; row < STATE_COUNT; row++) {
@@ -132,8 +132,8 @@ static void with_a_refused_descriptor_the_machine_stays_offline(void)
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
 
-// "event in". "log" and "stay" change nothing: the transition under way continues, as the list of states
-// after the bar shows.
+// Row: event; column: present state. A list without a bar has the states that follow the event. An event with
+// a bar changes nothing: a transition in progress continues through the states behind the bar.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
     [EVENT_NETWORK_FAILED]  = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
@@ -143,7 +143,7 @@ static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
                         "|0"},
 };
 
-static void every_event_in_every_state(void)
+static void every_event_has_the_documented_effect_in_every_state(void)
 {
     for (unsigned event = 0U; event < STATE_EVENT_COUNT; event++) {
         for (unsigned column = 0U; column < STATE_COUNT; column++) {
@@ -223,7 +223,7 @@ static void check_outcome(const outcome_row_t* row, state_outcome_t outcome)
     TEST_ASSERT_EQUAL_MESSAGE(machine.state, machine.target, name);
 }
 
-static void every_outcome_of_every_action(void)
+static void every_outcome_of_every_action_has_the_documented_effect(void)
 {
     TEST_ASSERT_EQUAL(ACTION_COUNT - 1, sizeof outcome_rows / sizeof outcome_rows[0]);
     for (unsigned i = 0U; i < (sizeof outcome_rows / sizeof outcome_rows[0]); i++) {
@@ -389,14 +389,14 @@ static void a_valid_descriptor_may_replace_the_refused_one(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_request_in_every_state);
-    RUN_TEST(no_other_target_can_be_asked_for);
+    RUN_TEST(every_request_has_the_documented_answer_in_every_state);
+    RUN_TEST(no_other_target_can_be_requested);
     RUN_TEST(going_up_needs_a_configuration);
     RUN_TEST(configurations_are_selected_in_pre_operational_only);
     RUN_TEST(with_a_refused_descriptor_the_machine_stays_offline);
-    RUN_TEST(every_event_in_every_state);
+    RUN_TEST(every_event_has_the_documented_effect_in_every_state);
     RUN_TEST(an_error_leads_to_error_operational_before_its_action);
-    RUN_TEST(every_outcome_of_every_action);
+    RUN_TEST(every_outcome_of_every_action_has_the_documented_effect);
     RUN_TEST(a_failure_on_the_way_down_does_not_stop_the_transition);
     RUN_TEST(the_next_request_clears_an_earlier_failure);
     RUN_TEST(requests_for_0_and_6_interrupt_an_action);

@@ -115,7 +115,7 @@ static void waiting_events_do_not_prevent_requests(void)
 static void the_first_of_many_refused_instructions_and_their_number_are_reported(void)
 {
     uint8_t ids[1U + (2U * PUS_COUNT_MAX)] = {PUS_COUNT_MAX};
-    ids[2]                                 = FIXTURE_NOTE; // One that is known.
+    ids[2]                                 = FIXTURE_NOTE; // Only the first id is that of an event.
     for (unsigned i = 1U; i < PUS_COUNT_MAX; i++) {
         ids[1U + (2U * i)] = 0x7FU;
     }
@@ -131,7 +131,7 @@ static void the_first_of_many_refused_instructions_and_their_number_are_reported
     TEST_ASSERT_TRUE((reported >= taken) && (reported < 254U));
     TEST_ASSERT_EQUAL((254U * taken) - reported, reports_lost());
     fixture_forget();
-    // All events; reported when the port accepts packets again.
+    // The same request with the port open: all its reports are sent.
     (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids);
     TEST_ASSERT_EQUAL(254U, count_lines(fixture_look(), "1.4 #"));
 }

@@ -119,7 +119,7 @@ static void a_configuration_that_fails_is_revoked(void)
     }
 }
 
-static void devices_that_cannot_be_secured_are_an_event(void)
+static void devices_that_cannot_be_secured_raise_an_event(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     spoil(ACTION_SECURE, true);
@@ -518,7 +518,7 @@ int main(void)
     RUN_TEST(actuators_that_do_not_engage_are_switched_off);
     RUN_TEST(actuators_that_do_not_disengage_are_secured);
     RUN_TEST(a_configuration_that_fails_is_revoked);
-    RUN_TEST(devices_that_cannot_be_secured_are_an_event);
+    RUN_TEST(devices_that_cannot_be_secured_raise_an_event);
     RUN_TEST(failures_of_downward_transitions_are_reported_and_do_not_stop_them);
     RUN_TEST(random_histories_report_consecutive_states);
     RUN_TEST(every_request_ends_exactly_once);

@@ -290,7 +290,7 @@ static void callbacks_receive_the_time(void)
     TEST_ASSERT_EQUAL_UINT64(fixture.now_ns + 5U, subsystem_now_ns(&fixture.subsystem));
 }
 
-static void the_cycle_follows_the_configuration(void)
+static void the_period_of_the_cycle_follows_the_configuration(void)
 {
     TEST_ASSERT_EQUAL(10000000U, subsystem_period_ns(&fixture.subsystem));
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
@@ -317,7 +317,7 @@ static void a_component_wakes_when_something_is_due(void)
     const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
     TEST_ASSERT_TRUE(wake_ns > fixture.now_ns);
     TEST_ASSERT_TRUE((wake_ns - fixture.now_ns) <= FIXTURE_PERIOD_NS);
-    TEST_ASSERT_EQUAL_MESSAGE(0U, wake_ns % FIXTURE_PERIOD_NS, "the cycle stands on the grid of the run");
+    TEST_ASSERT_EQUAL_MESSAGE(0U, wake_ns % FIXTURE_PERIOD_NS, "a cycle begins at a multiple of its period");
     const uint32_t cycle = subsystem_cycle(&fixture.subsystem);
     // A message wakes the component, but this is not a cycle.
     (void)subsystem_step(&fixture.subsystem, wake_ns - 1U);
@@ -396,7 +396,7 @@ int main(void)
     RUN_TEST(the_health_contains_each_counter_once);
     RUN_TEST(an_action_runs_once_a_cycle);
     RUN_TEST(callbacks_receive_the_time);
-    RUN_TEST(the_cycle_follows_the_configuration);
+    RUN_TEST(the_period_of_the_cycle_follows_the_configuration);
     RUN_TEST(a_component_wakes_when_something_is_due);
     RUN_TEST(status_is_reported_once_a_second_and_on_request);
     RUN_TEST(reconfiguring_revokes_the_old_configuration);

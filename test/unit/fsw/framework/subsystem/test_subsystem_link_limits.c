@@ -2,14 +2,14 @@
 // Links in rare circumstances: unreachable ends, full tables, ends that differ from the agreement.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
-static uint8_t reaching; ///< Result of the resolver.
+static uint8_t reaching_methods; ///< Methods that reach the partner: result of the callback `methods`.
 
 static uint8_t methods(void* context, uint16_t port, uint16_t link)
 {
     (void)context;
     (void)port;
     (void)link;
-    return reaching;
+    return reaching_methods;
 }
 
 static void open_with(const char* old, const char* with)
@@ -24,10 +24,10 @@ static void a_method_that_cannot_reach_the_partner_is_not_offered(void)
     limited.methods                = methods;
     fixture.subsystem.config.links = &limited;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
-    reaching = 0U;
+    reaching_methods = 0U;
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "130.2 0000\n"));
-    reaching = 0xFFU;
+    reaching_methods = 0xFFU;
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "130.2 0003"));
     accept_port(PORT_IN, 1U);
@@ -39,7 +39,7 @@ static void without_links_every_request_is_refused(void)
     fixture.subsystem.config.links = NULL;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     accept_port(PORT_IN, 1U);
-    TEST_ASSERT_TRUE(fixture_has("130.5 reason 6"));
+    TEST_ASSERT_TRUE(fixture_has("130.5 reason 6")); // PUS_LINK_REASON_STATE.
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\0", 1U);
     TEST_ASSERT_TRUE(fixture_has("130.2"));
 }
@@ -50,7 +50,7 @@ static void a_method_of_another_kind_is_never_offered(void)
               "methods='STREAM MESSAGE_QUEUE'><ParamRef name='A'");
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     accept_port(PORT_OUT, 1U);
-    TEST_ASSERT_TRUE(fixture_has("130.5 reason 4 "));
+    TEST_ASSERT_TRUE(fixture_has("130.5 reason 4 ")); // PUS_LINK_REASON_METHOD.
 }
 
 /// The descriptor has nine ports; SUBSYSTEM_LINKS is eight.

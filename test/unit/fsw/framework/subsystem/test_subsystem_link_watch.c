@@ -2,7 +2,7 @@
 // Reactions of a component to a failure of a link or of the subsystem behind it.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
-// ---- The gate ----
+// ---- Condition for SAFE_OPERATIONAL ----
 
 static void required_links_are_needed_for_safe_operational(void)
 {

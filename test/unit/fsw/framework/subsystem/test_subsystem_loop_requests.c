@@ -72,7 +72,7 @@ static unsigned count_lines(const char* lines, const char* start)
     return count;
 }
 
-static void a_request_waits_for_its_loop_and_nothing_else_does(void)
+static void only_requests_to_services_of_a_loop_wait_for_it(void)
 {
     static const uint8_t limit[] = {1U, 0x02U, 0x09U, 0U, 1U, 0x40U, 0U, 0U, 0U, 0U, 0U, 0U, 0U};
     begin();
@@ -80,8 +80,8 @@ static void a_request_waits_for_its_loop_and_nothing_else_does(void)
     values(1U, &fixture_count_id);
     (void)fixture_command(17U, 1U, NULL, 0U);
     fixture_expect("1.1 #0\n1.1 #1\n");
-    (void)fixture_command(20U, 3U, limit,
-                          sizeof limit); // Setting values affects the control: it is performed at once.
+    // TC[20,3] affects the control, so the loop of the component performs it at once.
+    (void)fixture_command(20U, 3U, limit, sizeof limit);
     fixture_expect("1.1 #2\n1.3 #2\n1.7 #2\n");
     fixture_run_until(next_ns - 1U);
     fixture_expect("");
@@ -280,7 +280,7 @@ static void reports_that_a_loop_lost_are_counted_in_the_health(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_request_waits_for_its_loop_and_nothing_else_does);
+    RUN_TEST(only_requests_to_services_of_a_loop_wait_for_it);
     RUN_TEST(a_service_that_no_loop_names_is_performed_at_once);
     RUN_TEST(without_a_configuration_requests_are_performed_at_once);
     RUN_TEST(a_request_performed_in_the_loop_is_refused_like_any_other);

@@ -214,8 +214,8 @@ static void a_loop_runs_each_of_its_cycles_once_and_keeps_its_period_when_late(v
     }
     fixture_run(1U);
     TEST_ASSERT_FALSE(fixture_has("3.25"));
-    (void)subsystem_loop_step(&fixture.subsystem, FAST,
-                              at_ns + (3U * FAST_NS)); // Two cycles are late: 7 of 5 and 2 of 5.
+    // Cycles 5, 6 and 7 are performed, two of them late. Cycle 5 completes the first report.
+    (void)subsystem_loop_step(&fixture.subsystem, FAST, at_ns + (3U * FAST_NS));
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("3.25 0066"));
     (void)fixture_look();

@@ -113,7 +113,8 @@ static void request(uint8_t service, uint8_t subtype)
     writer = octet_writer(data, sizeof data);
 }
 
-static void accepted(uint8_t service, uint8_t subtype)
+/// Send a request and expect that it is completed.
+static void expect_completed(uint8_t service, uint8_t subtype)
 {
     fixture_forget();
     request(service, subtype);
@@ -163,23 +164,23 @@ static void write_id(uint16_t id)
     octet_write_u16(&writer, id);
 }
 
-/// PMON `id` is enabled with the function, in PRE_OPERATIONAL.
-static void monitored(uint16_t id, uint16_t low_event, uint16_t high_event)
+/// In PRE_OPERATIONAL, add PMON `id` on COUNT, enable it and the monitoring function, and run one cycle.
+static void monitor_count(uint16_t id, uint16_t low_event, uint16_t high_event)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture.count = 15U;
     write_pmon(id, low_event, high_event);
-    accepted(12U, 5U);
+    expect_completed(12U, 5U);
     write_id(id);
-    accepted(12U, 1U);
-    accepted(12U, 15U);
+    expect_completed(12U, 1U);
+    expect_completed(12U, 15U);
     fixture_run(1U);
     fixture_forget();
 }
 
 static void an_event_carries_the_values_of_its_monitor(void)
 {
-    monitored(1U, 0U, FIXTURE_CROSSED);
+    monitor_count(1U, 0U, FIXTURE_CROSSED);
     fixture.count = 21U;
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("5.2 event 20 aux 0001"
@@ -191,7 +192,7 @@ static void an_event_carries_the_values_of_its_monitor(void)
 
 static void an_event_of_another_size_contains_the_parameters_of_its_definition(void)
 {
-    monitored(1U, FIXTURE_NOTE, FIXTURE_LINK_STALE);
+    monitor_count(1U, FIXTURE_NOTE, FIXTURE_LINK_STALE);
     fixture.limit = 1.0;
     fixture.count = 9U;
     fixture_run(1U);
@@ -230,7 +231,7 @@ static void only_events_of_the_descriptor_are_accepted(void)
 static void an_event_that_a_new_descriptor_does_not_have_is_not_raised(void)
 {
     static subsystem_descriptor_t without;
-    monitored(1U, 0U, FIXTURE_CROSSED);
+    monitor_count(1U, 0U, FIXTURE_CROSSED);
     TEST_ASSERT_TRUE(fixture_parse(fixture_descriptor(), &without));
     fixture.next_descriptor = &without;
     (void)fixture_state(STATE_OFFLINE);
@@ -278,7 +279,7 @@ static void a_callback_of_the_subsystem_selects_the_monitored_parameters(void)
 
 static void functional_monitoring_raises_events_too(void)
 {
-    monitored(1U, 0U, 0U);
+    monitor_count(1U, 0U, 0U);
     octet_write_u8(&writer, 1U);
     octet_write_u16(&writer, 5U); // FMON 5, without a validity condition.
     octet_write_u32(&writer, 0U);
@@ -287,10 +288,10 @@ static void functional_monitoring_raises_events_too(void)
     octet_write_u16(&writer, 1U);
     octet_write_u8(&writer, 1U);
     octet_write_u16(&writer, 1U);
-    accepted(12U, 23U);
+    expect_completed(12U, 23U);
     write_id(5U);
-    accepted(12U, 19U);
-    accepted(12U, 17U);
+    expect_completed(12U, 19U);
+    expect_completed(12U, 17U);
     fixture.count = 21U;
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has("5.2 event 21 aux 00050001\n"));
@@ -298,7 +299,7 @@ static void functional_monitoring_raises_events_too(void)
 
 static void parameters_that_are_absent_are_not_checked(void)
 {
-    monitored(1U, FIXTURE_CROSSED, FIXTURE_CROSSED);
+    monitor_count(1U, FIXTURE_CROSSED, FIXTURE_CROSSED);
     (void)fixture_state(STATE_OFFLINE);
     fixture_run(10U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
@@ -317,7 +318,7 @@ static void a_definition_is_restored_from_its_record(void)
     begin(&persistence);
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     write_pmon(7U, FIXTURE_NOTE, FIXTURE_CROSSED);
-    accepted(12U, 5U);
+    expect_completed(12U, 5U);
     restore_the_record(12U);
     TEST_ASSERT_EQUAL_UINT16(1U, storage.monitoring.monitoring.pmon_count);
 }
@@ -346,7 +347,7 @@ static void intervals_are_measured_in_time_and_not_in_cycles(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture_run(1U);
     write_statistic(5U);
-    accepted(4U, 6U);
+    expect_completed(4U, 6U);
     fixture_run(100U); // 100 cycles of 1 ms.
     TEST_ASSERT_EQUAL_UINT32(20U, samples());
     (void)fixture_state(STATE_OFFLINE);
@@ -365,7 +366,7 @@ static void no_interval_is_shorter_than_a_millisecond(void)
     request(4U, 6U);
     TEST_ASSERT_TRUE(fixture_has("1.4 #"));
     write_statistic(1U);
-    accepted(4U, 6U);
+    expect_completed(4U, 6U);
     fixture_run(10U);
     TEST_ASSERT_EQUAL_UINT32(10U, samples());
 }
@@ -375,7 +376,7 @@ static void a_statistic_is_restored_from_its_record(void)
     begin(&persistence);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     write_statistic(1U);
-    accepted(4U, 6U);
+    expect_completed(4U, 6U);
     restore_the_record(4U);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     fixture_run(10U);

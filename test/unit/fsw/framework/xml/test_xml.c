@@ -89,7 +89,7 @@ static void the_size_of_pieces_does_not_change_the_result(void)
     }
 }
 
-static void finds_attributes_by_name(void)
+static void attributes_are_found_by_name(void)
 {
     const char* const attributes[] = {"one", "1", "two", "2", NULL};
     const xml_element_t element    = {.name = "A", .attributes = attributes};
@@ -108,7 +108,7 @@ static void a_document_cut_at_every_octet_is_an_error_not_a_crash(void)
     TEST_ASSERT_EQUAL(STATUS_OK, parse_pieces(sample, end, 7U));
 }
 
-static void refuses_malformed_documents_with_the_line(void)
+static void malformed_documents_are_refused_with_the_line(void)
 {
     static const struct {
         const char* document;
@@ -135,7 +135,7 @@ static void refuses_malformed_documents_with_the_line(void)
     }
 }
 
-static void refuses_text_but_not_space_between_elements(void)
+static void text_between_elements_is_refused_and_space_is_not(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parse("<A> \t\r\n </A>"));
     TEST_ASSERT_EQUAL(STATUS_OK, parse("<A>&#13;&#9;&#32;<![CDATA[ ]]></A>"));
@@ -145,7 +145,7 @@ static void refuses_text_but_not_space_between_elements(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<A><![CDATA[x]]></A>"));
 }
 
-static void refuses_encodings_other_than_utf8(void)
+static void encodings_other_than_utf8_are_refused(void)
 {
     static const char utf16[]   = "\xFF\xFE<\0A\0/\0>\0";
     static const char utf16be[] = "\xFE\xFF\0<\0A\0/\0>";
@@ -168,7 +168,7 @@ static void refuses_encodings_other_than_utf8(void)
     TEST_ASSERT_EQUAL_STRING("<A@1.2#1 x=\xC3\xA4>A@1", trace);
 }
 
-static void refuses_unknown_versions(void)
+static void unknown_versions_are_refused(void)
 {
     static const char* const versions[] = {"2", "1", "1.1", "", "one", "1.00"};
     for (size_t i = 0U; i < (sizeof versions / sizeof versions[0]); i++) {
@@ -180,7 +180,7 @@ static void refuses_unknown_versions(void)
     TEST_ASSERT_EQUAL_STRING("version is not 1.0", parser.error.message);
 }
 
-static void refuses_octets_before_the_beginning_and_after_the_end(void)
+static void octets_before_the_beginning_and_after_the_end_are_refused(void)
 {
     xml_init(&parser, arena, XML_ARENA_WORDS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_feed(&parser, "<A/>", 4U));
@@ -190,7 +190,7 @@ static void refuses_octets_before_the_beginning_and_after_the_end(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, xml_finish(&parser));
 }
 
-static void refuses_document_type_declarations_and_entities(void)
+static void document_type_declarations_and_entities_are_refused(void)
 {
     TEST_ASSERT_EQUAL(
         STATUS_INVALID,
@@ -202,7 +202,7 @@ static void refuses_document_type_declarations_and_entities(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<!DOCTYPE A><A/>"));
 }
 
-static void refuses_nesting_of_a_hundred_thousand(void)
+static void a_hundred_thousand_nested_elements_are_refused(void)
 {
     static char document[300001];
     for (size_t i = 0U; i < 300000U; i += 3U) {
@@ -276,7 +276,7 @@ static void each_limit_is_reached_and_not_passed(void)
 }
 
 /// A hundred megabytes that are never in memory at once: the limit of octets ends the parsing.
-static void refuses_a_document_of_a_hundred_megabytes(void)
+static void a_document_of_a_hundred_megabytes_is_refused(void)
 {
     static char spaces[65536];
     memset(spaces, ' ', sizeof spaces);
@@ -307,7 +307,7 @@ static void a_token_without_end_exhausts_the_arena(void)
     }
 }
 
-static void stops_where_the_handler_refuses(void)
+static void parsing_stops_where_the_handler_refuses(void)
 {
     refuse_at = 3U;
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, parse(sample));
@@ -355,7 +355,7 @@ static void many_documents_use_no_more_than_one(void)
 
 /// Random damage to a correct document: the parser may accept or refuse it, but must not crash or leave the
 /// bounds of the arena (also under ASan).
-static void survives_random_damage(void)
+static void random_damage_never_crashes_the_parser(void)
 {
     static char document[sizeof sample];
     uint32_t random = 0xC0FFEEU;
@@ -393,23 +393,23 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(elements_attributes_and_lines_are_reported);
     RUN_TEST(the_size_of_pieces_does_not_change_the_result);
-    RUN_TEST(finds_attributes_by_name);
+    RUN_TEST(attributes_are_found_by_name);
     RUN_TEST(a_document_cut_at_every_octet_is_an_error_not_a_crash);
-    RUN_TEST(refuses_malformed_documents_with_the_line);
-    RUN_TEST(refuses_text_but_not_space_between_elements);
-    RUN_TEST(refuses_encodings_other_than_utf8);
-    RUN_TEST(refuses_unknown_versions);
-    RUN_TEST(refuses_octets_before_the_beginning_and_after_the_end);
+    RUN_TEST(malformed_documents_are_refused_with_the_line);
+    RUN_TEST(text_between_elements_is_refused_and_space_is_not);
+    RUN_TEST(encodings_other_than_utf8_are_refused);
+    RUN_TEST(unknown_versions_are_refused);
+    RUN_TEST(octets_before_the_beginning_and_after_the_end_are_refused);
     RUN_TEST(a_cut_is_distinguished_from_an_error);
-    RUN_TEST(refuses_document_type_declarations_and_entities);
-    RUN_TEST(refuses_nesting_of_a_hundred_thousand);
+    RUN_TEST(document_type_declarations_and_entities_are_refused);
+    RUN_TEST(a_hundred_thousand_nested_elements_are_refused);
     RUN_TEST(each_limit_is_reached_and_not_passed);
-    RUN_TEST(refuses_a_document_of_a_hundred_megabytes);
+    RUN_TEST(a_document_of_a_hundred_megabytes_is_refused);
     RUN_TEST(a_token_without_end_exhausts_the_arena);
-    RUN_TEST(stops_where_the_handler_refuses);
+    RUN_TEST(parsing_stops_where_the_handler_refuses);
     RUN_TEST(an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up);
     RUN_TEST(an_arena_can_begin_at_an_odd_word);
     RUN_TEST(many_documents_use_no_more_than_one);
-    RUN_TEST(survives_random_damage);
+    RUN_TEST(random_damage_never_crashes_the_parser);
     return UNITY_END();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Some versions of expat call handlers again after XML_StopParser; the mocked expat here parses to the
-// end.
+// Some versions of expat call handlers again after XML_StopParser; the reader must ignore these calls. Here
+// XML_StopParser is mocked and has no effect, so expat parses to the end.
 #include "fsw/framework/xml/xml.h"
 
 #include <expat.h>

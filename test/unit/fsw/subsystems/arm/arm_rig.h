@@ -66,7 +66,7 @@ void rig_set_up(void);
 void rig_tear_down(void);
 /// Let the drives report an arm at rest in this pose, with the torques of its weight.
 void rig_show(const double pose_rad[RIG_JOINTS]);
-/// One cycle with an entry action; null: without one.
+/// Run one cycle, with an entry action or null. Returns the status of the action.
 status_t rig_cycle(rig_action_t action);
 void rig_idle(unsigned cycles);
 /// Perform the entry actions up to a state in a configuration.

@@ -11,7 +11,7 @@
 #define PI 3.14159265358979323846
 #define CASES 2000U
 
-static const arm_rotation_t none = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+static const arm_rotation_t unrotated = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
 
 void setUp(void)
 {
@@ -53,14 +53,14 @@ static void half_a_turn_about_each_axis_has_its_angle(void)
     for (unsigned k = 0U; k < 3U; k++) {
         arm_vector_t vector     = {{0.0, 0.0, 0.0}};
         vector.at[k]            = PI;
-        const arm_rotation_t to = arm_rotation_turned_by(&none, vector);
-        const arm_vector_t back = arm_rotation_between(&none, &to);
+        const arm_rotation_t to = arm_rotation_turned_by(&unrotated, vector);
+        const arm_vector_t back = arm_rotation_between(&unrotated, &to);
         EXPECT_WITHIN(PI, 1.0e-15, arm_length(back));
         EXPECT_WITHIN(PI, 1.0e-15, fabs(back.at[k]));
     }
-    const arm_vector_t still = arm_rotation_between(&none, &none);
+    const arm_vector_t still = arm_rotation_between(&unrotated, &unrotated);
     EXPECT_WITHIN(0.0, 0.0, arm_length(still));
-    const arm_rotation_t same = arm_rotation_turned_by(&none, still);
+    const arm_rotation_t same = arm_rotation_turned_by(&unrotated, still);
     EXPECT_WITHIN(1.0, 0.0, same.at[2][2]);
 }
 

@@ -276,16 +276,16 @@ static void fewer_joints_lead_the_position_alone(void)
     TEST_ASSERT_EQUAL(ARM_HAND_LEADS, hand.state);
 }
 
-static const arm_rotation_t unturned = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+static const arm_rotation_t unrotated = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
 
 /// A bent arm of two joints with parallel axes along y, whose tool moves in a plane.
 static void begin_in_a_plane(void)
 {
     const double bent[RIG_JOINTS] = {0.3, 0.8, 0.0, 0.0, 0.0, 0.0};
-    const arm_pose_t outer        = {.rotation = unturned, .position_m = {{0.5, 0.0, 0.0}}};
+    const arm_pose_t outer        = {.rotation = unrotated, .position_m = {{0.5, 0.0, 0.0}}};
     model                         = (arm_model_t){.joint_count = 2U, .tool = outer};
-    model.link[0]                 = (arm_link_t){.origin = {.rotation = unturned}, .axis = {{0.0, 1.0, 0.0}}};
-    model.link[1]                 = (arm_link_t){.origin = outer, .axis = {{0.0, 1.0, 0.0}}};
+    model.link[0] = (arm_link_t){.origin = {.rotation = unrotated}, .axis = {{0.0, 1.0, 0.0}}};
+    model.link[1] = (arm_link_t){.origin = outer, .axis = {{0.0, 1.0, 0.0}}};
     begin(bent);
 }
 

@@ -60,8 +60,8 @@ static void a_double_pendulum_needs_the_torques_of_the_textbook(void)
     EXPECT_WITHIN((m12 * 2.0) + (m22 * 3.0) + c2 + g2, 1.0e-13, torque[1]);
 }
 
-/// The reach of the maker's arm in its zero pose is known: the flange lies at (-0.8172, -0.2329, 0.0628).
-/// A mass of 2 kg on a linear axis that turns in a plane in which gravity acts: polar coordinates.
+/// A mass of 2 kg on a linear axis, which turns in a plane in which gravity acts. The formulas are those of
+/// polar coordinates.
 static void a_linear_axis_that_turns_needs_the_forces_of_the_textbook(void)
 {
     arm_model_t polar          = double_pendulum();
@@ -82,6 +82,7 @@ static void a_linear_axis_that_turns_needs_the_forces_of_the_textbook(void)
     EXPECT_WITHIN(2.0 * ((3.0 - (radius * 1.1 * 1.1)) + (9.81 * sin(0.4))), 1.0e-13, effort[1]);
 }
 
+/// According to the data sheet, the flange of the arm in its zero pose is at (-0.8172, -0.2329, 0.0628).
 static void the_tool_of_the_six_joint_arm_has_the_position_of_the_data_sheet(void)
 {
     const double zero[ARM_JOINTS_MAX] = {0.0};

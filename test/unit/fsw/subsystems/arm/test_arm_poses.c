@@ -16,7 +16,7 @@
 #define ROUNDING 1.0e-9
 #define STEPS_MAX 200000U
 
-static const arm_rotation_t none = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
+static const arm_rotation_t unrotated = {{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
 static arm_trajectory_t trajectory;
 static arm_limits_t limits;
 static arm_pose_t start;
@@ -60,7 +60,7 @@ static arm_pose_t add(const arm_vector_t shift_m, const arm_vector_t turn_rad)
 {
     const arm_pose_t pose     = {.rotation   = arm_rotation_turned_by(&start.rotation, turn_rad),
                                  .position_m = arm_sum(start.position_m, shift_m)};
-    const arm_vector_t vector = arm_rotation_between(&none, &pose.rotation);
+    const arm_vector_t vector = arm_rotation_between(&unrotated, &pose.rotation);
     TEST_ASSERT_EQUAL(STATUS_OK, arm_trajectory_add_pose(&trajectory, pose.position_m.at, vector.at));
     return pose;
 }
@@ -197,7 +197,8 @@ static void the_tool_turns_on_beyond_half_a_turn(void)
     EXPECT_WITHIN(3.5, 1.0e-6, trajectory.point[2][5]);
 }
 
-/// Half a turn has two axes, and a whole one any axis: the tool turns on through both, and beyond them.
+/// A rotation by half a turn has two possible axes, and one by a whole turn any axis. The tool nevertheless
+/// keeps turning about its axis.
 static void the_tool_turns_on_through_half_and_whole_turns(void)
 {
     arm_pose_t poses[6];
@@ -228,7 +229,7 @@ static rig_pose_t pose_by(const double x, const double y, const double z, const 
 {
     rig_pose_t pose;
     const arm_rotation_t turned = arm_rotation_turned_by(&start.rotation, (arm_vector_t){{0.0, 0.0, turn}});
-    const arm_vector_t rotation = arm_rotation_between(&none, &turned);
+    const arm_vector_t rotation = arm_rotation_between(&unrotated, &turned);
     const double shift[3]       = {x, y, z};
     for (unsigned i = 0U; i < 3U; i++) {
         pose.position[i] = start.position_m.at[i] + shift[i];

@@ -36,7 +36,9 @@ static void note(const unsigned client, const uint16_t user, const uint16_t apid
     communication_ground_routes_note(&routes, client, packet);
 }
 
-static uint32_t of(const uint16_t user, const uint16_t apid, const uint16_t sequence, const uint8_t subtype)
+/// Returns the clients, one bit each, that receive a verification report of a request.
+static uint32_t clients_of(const uint16_t user, const uint16_t apid, const uint16_t sequence,
+                           const uint8_t subtype)
 {
     uint8_t packet[PUS_TM_HEADER_SIZE + 4U + PUS_CRC_SIZE] = {0x08U, 0x01U};
     packet[7]                                              = PUS_SERVICE_VERIFICATION;
@@ -54,15 +56,15 @@ static void a_request_is_known_by_user_apid_and_count(void)
     note(1U, 1U, 0x410U, 0x2001U, COMPLETION);
     note(2U, 1U, 16U, 1U, COMPLETION);
     note(3U, 3U, 16U, 0x2001U, COMPLETION);
-    TEST_ASSERT_EQUAL_HEX32(1U << 0U, of(1U, 16U, 0x2001U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U << 1U, of(1U, 0x410U, 0x2001U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U << 2U, of(1U, 16U, 1U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U << 3U, of(3U, 16U, 0x2001U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(0x7U, of(1U, 17U, 1U, 1U)); // An unknown request of a known user.
-    TEST_ASSERT_EQUAL_HEX32(0U, of(2U, 16U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U << 0U, clients_of(1U, 16U, 0x2001U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U << 1U, clients_of(1U, 0x410U, 0x2001U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U << 2U, clients_of(1U, 16U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U << 3U, clients_of(3U, 16U, 0x2001U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(0x7U, clients_of(1U, 17U, 1U, 1U)); // An unknown request of a known user.
+    TEST_ASSERT_EQUAL_HEX32(0U, clients_of(2U, 16U, 1U, 1U));
 }
 
-/// After its last report, the same number belongs to the next request.
+/// After the last report of a request, its number belongs to the next request.
 static void a_request_is_known_until_its_end(void)
 {
     static const uint8_t ends[] = {2U, 7U, 8U, 10U};
@@ -70,13 +72,13 @@ static void a_request_is_known_until_its_end(void)
         setUp();
         note(0U, 1U, 16U, 1U, COMPLETION);
         note(1U, 1U, 16U, 2U, COMPLETION);
-        TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 1U));
-        TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 3U));
-        TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 5U));
-        TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 6U));
-        TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, ends[i]));
+        TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 1U));
+        TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 3U));
+        TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 5U));
+        TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 6U));
+        TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, ends[i]));
         note(1U, 1U, 16U, 1U, COMPLETION);
-        TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 1U, 1U));
+        TEST_ASSERT_EQUAL_HEX32(2U, clients_of(1U, 16U, 1U, 1U));
     }
 }
 
@@ -85,16 +87,16 @@ static void a_refused_start_is_not_the_end(void)
 {
     note(0U, 1U, 16U, 1U, COMPLETION);
     note(1U, 1U, 16U, 2U, COMPLETION);
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 4U));
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 7U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 4U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 7U));
 }
 
 static void two_connections_with_the_same_count_are_both_informed(void)
 {
     note(0U, 1U, 16U, 1U, COMPLETION);
     note(1U, 1U, 16U, 1U, COMPLETION);
-    TEST_ASSERT_EQUAL_HEX32(3U, of(1U, 16U, 1U, 7U));
-    TEST_ASSERT_EQUAL_HEX32(3U, of(1U, 16U, 1U, 7U));
+    TEST_ASSERT_EQUAL_HEX32(3U, clients_of(1U, 16U, 1U, 7U));
+    TEST_ASSERT_EQUAL_HEX32(3U, clients_of(1U, 16U, 1U, 7U));
 }
 
 static void other_reports_go_to_each_connection_of_the_user(void)
@@ -115,10 +117,10 @@ static void a_connection_that_has_ended_gets_nothing(void)
     note(0U, 1U, 16U, 1U, COMPLETION);
     note(1U, 1U, 16U, 2U, COMPLETION);
     communication_ground_routes_left(&routes, 0U);
-    TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 1U, 7U)); // The other connection of this user.
-    TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 2U, 7U));
+    TEST_ASSERT_EQUAL_HEX32(2U, clients_of(1U, 16U, 1U, 7U)); // The other connection of this user.
+    TEST_ASSERT_EQUAL_HEX32(2U, clients_of(1U, 16U, 2U, 7U));
     communication_ground_routes_left(&routes, 1U);
-    TEST_ASSERT_EQUAL_HEX32(0U, of(1U, 16U, 1U, 7U));
+    TEST_ASSERT_EQUAL_HEX32(0U, clients_of(1U, 16U, 1U, 7U));
 }
 
 /// A full table removes first a request without a report about its end, otherwise the oldest one; only the
@@ -132,16 +134,16 @@ static void a_full_table_removes_the_least_needed_request(void)
     }
     note(1U, 1U, 16U, 1000U, COMPLETION); // Replaces 1.
     TEST_ASSERT_EQUAL_UINT32(0U, routes.forgotten);
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 0U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(3U, of(1U, 16U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 0U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(3U, clients_of(1U, 16U, 1U, 1U));
     note(1U, 1U, 16U, 1001U, COMPLETION); // Replaces 0.
     TEST_ASSERT_EQUAL_UINT32(1U, routes.forgotten);
-    TEST_ASSERT_EQUAL_HEX32(3U, of(1U, 16U, 0U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 2U, 7U)); // The request has been removed.
+    TEST_ASSERT_EQUAL_HEX32(3U, clients_of(1U, 16U, 0U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 2U, 7U)); // The request has been removed.
     note(1U, 1U, 16U, 1002U, COMPLETION);
     TEST_ASSERT_EQUAL_UINT32(1U, routes.forgotten);
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 3U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(2U, of(1U, 16U, 1002U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 3U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(2U, clients_of(1U, 16U, 1002U, 1U));
 }
 
 static void the_order_of_arrival_may_wrap(void)
@@ -151,8 +153,8 @@ static void the_order_of_arrival_may_wrap(void)
         note(0U, 1U, 16U, i, COMPLETION);
     }
     note(1U, 1U, 16U, 1000U, COMPLETION);
-    TEST_ASSERT_EQUAL_HEX32(3U, of(1U, 16U, 0U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U, of(1U, 16U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(3U, clients_of(1U, 16U, 0U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(1U, 16U, 1U, 1U));
 }
 
 static void users_beyond_the_table_are_counted(void)
@@ -163,9 +165,9 @@ static void users_beyond_the_table_are_counted(void)
     TEST_ASSERT_EQUAL_UINT32(0U, routes.forgotten);
     note(1U, 100U, 16U, 1U, COMPLETION);
     TEST_ASSERT_EQUAL_UINT32(1U, routes.forgotten);
-    TEST_ASSERT_EQUAL_HEX32(2U, of(100U, 17U, 1U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(0U, of(GROUND_USERS, 17U, 1U, 1U));
-    TEST_ASSERT_EQUAL_HEX32(1U, of(GROUND_USERS - 1U, 17U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(2U, clients_of(100U, 17U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(0U, clients_of(GROUND_USERS, 17U, 1U, 1U));
+    TEST_ASSERT_EQUAL_HEX32(1U, clients_of(GROUND_USERS - 1U, 17U, 1U, 1U));
 }
 
 int main(void)

@@ -37,7 +37,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 static const flow_resolver_t resolver = {NULL, resolve};
 
 /// Act as the device: send a record with its value, and receive the last command.
-static void live(uint8_t command[COMMAND_OCTETS])
+static void act_as_device(uint8_t command[COMMAND_OCTETS])
 {
     const uint32_t raw            = (uint32_t)value;
     uint8_t record[RECORD_OCTETS] = {
@@ -53,14 +53,15 @@ static void live(uint8_t command[COMMAND_OCTETS])
     }
 }
 
-static void fly(status_t (*const action)(void* self), const unsigned cycles, uint8_t command[COMMAND_OCTETS])
+static void run_cycles(status_t (*const action)(void* self), const unsigned cycles,
+                       uint8_t command[COMMAND_OCTETS])
 {
     for (unsigned i = 0U; i < cycles; i++) {
-        live(command);
+        act_as_device(command);
         (void)double_cycle(&generic, action, generic.state != STATE_HARDWARE_INIT);
         generic.now_ns += MS_NS;
     }
-    live(command);
+    act_as_device(command);
 }
 
 static status_t configure(void* const self)
@@ -86,9 +87,9 @@ void setUp(void)
     generic.now_ns    = MS_NS;
     generic.period_ns = MS_NS;
     generic.state     = STATE_HARDWARE_INIT;
-    fly(generic.callbacks->hardware_init, 5U, command);
+    run_cycles(generic.callbacks->hardware_init, 5U, command);
     generic.state = STATE_PRE_OPERATIONAL;
-    fly(configure, 2U, command);
+    run_cycles(configure, 2U, command);
     generic.state = STATE_OPERATIONAL;
     TEST_ASSERT_EQUAL(STATUS_OK, generic.callbacks->engage(&own));
 }
@@ -105,11 +106,11 @@ static void the_axis_is_commanded_and_its_arrival_is_reported_once(void)
     uint8_t command[COMMAND_OCTETS] = {0U};
     const uint8_t expected[5]       = {1U, 0x00U, 0x07U, 0xA1U, 0x20U}; // Enabled, to 500000.
     own.parameters.target[0]        = 0.5;
-    fly(NULL, 3U, command);
+    run_cycles(NULL, 3U, command);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, command, 5U);
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
     value = 499000;
-    fly(NULL, 10U, command);
+    run_cycles(NULL, 10U, command);
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.499, own.parameters.cur_values.value[0]);
     // The last record was sent after the last cycle.
@@ -124,7 +125,7 @@ static void out_of_operation_the_axis_is_disabled(void)
     uint8_t command[COMMAND_OCTETS] = {1U};
     generic.state                   = STATE_SAFE_OPERATIONAL;
     own.parameters.target[0]        = 0.5;
-    fly(NULL, 3U, command);
+    run_cycles(NULL, 3U, command);
     TEST_ASSERT_EQUAL_HEX8(0U, command[0]);
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, INSTRUMENTS_EVENT_ARRIVED));
 }
@@ -136,7 +137,7 @@ static void stop_holds_the_present_value(void)
     const subsystem_function_t other = {.function_id = 99U};
     own.parameters.target[0]         = 0.5;
     value                            = 100000;
-    fly(NULL, 3U, command);
+    run_cycles(NULL, 3U, command);
     TEST_ASSERT_EQUAL(STATUS_OK, generic.callbacks->perform(&own, &stop));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.1, own.parameters.target[0]);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, generic.callbacks->perform(&own, &other));

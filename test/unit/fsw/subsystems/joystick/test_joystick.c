@@ -28,7 +28,7 @@ static void robot_feels(const double first_nm, const double second_nm)
     rig_generic.ports[ROBOT].age_us      = 500U;
 }
 
-static void telepresence_from_offline_and_back(void)
+static void the_joystick_goes_from_offline_to_telepresence_and_back(void)
 {
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
     rig_idle(5U);
@@ -138,7 +138,7 @@ static void unplugging_is_detected_at_once(void)
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->secure));
 }
 
-static void force_displays_a_torque_for_a_time(void)
+static void the_function_force_displays_a_torque_for_a_time(void)
 {
     const joystick_force_arguments_t force = {{0.3, -0.15}, 0.5};
     const joystick_force_arguments_t large = {{1.6, 0.0}, 0.5};
@@ -417,13 +417,13 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(telepresence_from_offline_and_back);
+    RUN_TEST(the_joystick_goes_from_offline_to_telepresence_and_back);
     RUN_TEST(a_stick_that_gives_energy_at_rest_is_reported);
     RUN_TEST(the_displayed_torque_rises_smoothly_to_the_robot_s_torque);
     RUN_TEST(a_torque_that_is_not_renewed_expires);
     RUN_TEST(no_torque_is_applied_until_engaged);
     RUN_TEST(unplugging_is_detected_at_once);
-    RUN_TEST(force_displays_a_torque_for_a_time);
+    RUN_TEST(the_function_force_displays_a_torque_for_a_time);
     RUN_TEST(a_force_is_allowed_up_to_the_ceiling);
     RUN_TEST(stop_and_leaving_operation_end_a_force);
     RUN_TEST(setting_the_desired_torque_lasts_until_stop);

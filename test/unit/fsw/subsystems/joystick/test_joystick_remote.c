@@ -42,7 +42,7 @@ static joystick_hand_motion_payload_t sent(void)
     return hand;
 }
 
-static void a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model(void)
+static void a_hand_at_rest_feels_the_far_robot_and_a_moving_hand_the_model(void)
 {
     robot_touches(0.05, -0.02, 0.0);
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
@@ -53,7 +53,7 @@ static void a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model(void)
     TEST_ASSERT_EQUAL_UINT64(0U, rig_generic.ports[HAND].written_size);
     EXPECT_WITHIN(0.05, 1.0e-9, sent().position[0]);
     EXPECT_WITHIN(-0.02, 1.0e-9, sent().position[1]);
-    rig_stick->position[0] -= 500; // 0.5 mrad down; the last report of the robot is from before.
+    rig_stick->position[0] -= 500; // The stick moves 0.5 mrad down after the last report of the robot.
     rig_idle(4000U);
     const double model = 7000.0 * 2.0 * 0.5e-3 * ((0.3265 * 0.3265) + (0.0655 * 0.0655));
     EXPECT_WITHIN(0.03 * ((15.0 * 0.3265) + model), 5.0e-3, rig_torque(0U));
@@ -101,7 +101,7 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(a_hand_at_rest_feels_a_far_robot_and_a_moved_one_the_model);
+    RUN_TEST(a_hand_at_rest_feels_the_far_robot_and_a_moving_hand_the_model);
     RUN_TEST(a_port_that_gives_away_too_much_energy_is_damped);
     RUN_TEST(energy_of_the_environment_may_be_given_to_the_hand);
     return UNITY_END();

@@ -184,7 +184,7 @@ static void a_debt_of_energy_is_removed_by_damping(void)
     TEST_ASSERT_TRUE(damp(-1.0, 0.0, 0.0) == 0.0);
 }
 
-static void an_old_reserve_does_not_pay_for_more_than_the_cap(void)
+static void an_old_reserve_is_limited_to_its_cap(void)
 {
     TEST_ASSERT_TRUE(damp(10.0, 0.3, 0.4) == 0.0);
     TEST_ASSERT_TRUE(damp(10.0 - 1.9e-3, 0.3, 0.4) == 0.0);
@@ -204,6 +204,6 @@ int main(void)
     RUN_TEST(a_stretched_robot_has_no_model);
     RUN_TEST(a_port_that_gave_no_energy_away_is_not_damped);
     RUN_TEST(a_debt_of_energy_is_removed_by_damping);
-    RUN_TEST(an_old_reserve_does_not_pay_for_more_than_the_cap);
+    RUN_TEST(an_old_reserve_is_limited_to_its_cap);
     return UNITY_END();
 }

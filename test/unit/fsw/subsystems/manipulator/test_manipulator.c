@@ -21,7 +21,7 @@ void tearDown(void)
 
 // ---- Life ----
 
-static void telepresence_from_offline_and_back(void)
+static void the_manipulator_goes_from_offline_to_telepresence_and_back(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_PRE_OPERATIONAL);
     rig_idle(10U);
@@ -196,7 +196,7 @@ static void torque_mode_does_not_engage_in_contact_without_a_zero(void)
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_callbacks->engage));
 }
 
-static void a_sensor_zero_is_kept_while_the_hardware_is_initialised(void)
+static void a_sensor_zero_is_kept_until_the_hardware_is_initialised_again(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
@@ -557,7 +557,7 @@ int main(void)
         return 1;
     }
     UNITY_BEGIN();
-    RUN_TEST(telepresence_from_offline_and_back);
+    RUN_TEST(the_manipulator_goes_from_offline_to_telepresence_and_back);
     RUN_TEST(leaving_operation_takes_one_cycle);
     RUN_TEST(a_subsystem_that_ended_can_be_initialised_again);
     RUN_TEST(a_missing_bus_fails_at_once);
@@ -567,7 +567,7 @@ int main(void)
     RUN_TEST(the_sensors_are_tared_on_the_brake);
     RUN_TEST(torque_mode_waits_for_the_tare);
     RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
-    RUN_TEST(a_sensor_zero_is_kept_while_the_hardware_is_initialised);
+    RUN_TEST(a_sensor_zero_is_kept_until_the_hardware_is_initialised_again);
     RUN_TEST(a_command_takes_over_the_automatic_tare);
     RUN_TEST(engaging_commands_the_present_torques_of_the_joints);
     RUN_TEST(exceeding_the_torque_limit_is_reported_once_per_excess);

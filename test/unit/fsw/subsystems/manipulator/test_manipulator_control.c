@@ -168,7 +168,7 @@ static void a_contact_force_is_not_taken_for_a_sensor_offset(void)
 
 // ---- Control ----
 
-/// Largest motion of the links and largest step of the command after engaging.
+/// Engage the arm. Returns the largest motion of the links and the largest step of the command after that.
 static void engage(const double* const hand, double* const out_motion, double* const out_step)
 {
     for (unsigned i = 0U; i < 1000U; i++) {

@@ -61,7 +61,7 @@ static void the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on(voi
 
 /// The torques are less than gravity: a force pushes the arm up. The arm presses down only with energy that
 /// the hand has put in, and yields to a force above the limit.
-static void the_arm_yields_to_a_force_and_presses_only_what_is_paid_for(void)
+static void the_arm_yields_to_a_force_and_presses_only_with_received_energy(void)
 {
     far_hand_at(0.0, 0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
@@ -95,6 +95,6 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on);
-    RUN_TEST(the_arm_yields_to_a_force_and_presses_only_what_is_paid_for);
+    RUN_TEST(the_arm_yields_to_a_force_and_presses_only_with_received_energy);
     return UNITY_END();
 }

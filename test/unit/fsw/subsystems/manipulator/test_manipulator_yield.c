@@ -107,7 +107,7 @@ static void the_first_hand_couples_and_free_space_changes_nothing(void)
 
 /// 10 N above the limit the arm yields with 80 mm/s along the normal. Below the limit it comes back, but not
 /// beyond the hand.
-static void the_arm_gives_way_above_the_force_limit(void)
+static void the_arm_yields_above_the_force_limit(void)
 {
     couple();
     push(0.0, 20.0, 4000U);
@@ -130,7 +130,7 @@ static void the_arm_gives_way_above_the_force_limit(void)
 }
 
 /// The force contains friction: at the touch its direction is the normal; later only its slow part is used.
-static void the_normal_is_that_of_the_touch_and_then_slow(void)
+static void the_normal_is_that_of_the_touch_and_then_changes_slowly(void)
 {
     couple();
     push(0.0, 0.9, 4000U);
@@ -166,8 +166,8 @@ static void a_fast_shake_is_no_touch(void)
     }
 }
 
-/// The arm carries a force against the former normal and does not yield to it.
-static void opposite_forces_leave_a_normal(void)
+/// The mean of two opposite forces is zero and has no direction.
+static void forces_that_cancel_keep_the_last_normal(void)
 {
     gains.contact_corner = 1.0 / PERIOD_S;
     gains.normal_corner  = 0.5 / PERIOD_S;
@@ -179,7 +179,7 @@ static void opposite_forces_leave_a_normal(void)
 
 /// The hand moves, the environment pushes, and energy arrives late and with losses. In no cycle does the arm
 /// give away more than the received energy plus the tolerance.
-static void the_arm_never_gives_away_more_than_was_paid(void)
+static void the_arm_never_gives_away_more_energy_than_it_received(void)
 {
     const double tolerance = gains.tolerance + 1.0e-12;
     couple();
@@ -238,7 +238,7 @@ static void a_press_without_energy_waits_and_continues_slowly(void)
 }
 
 /// The reserve at a contact is never larger than the cap, however long the hand has worked before.
-static void an_old_reserve_does_not_pay_for_more_than_the_cap(void)
+static void an_old_reserve_is_limited_to_its_cap(void)
 {
     couple();
     double torque[2];
@@ -279,13 +279,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_first_hand_couples_and_free_space_changes_nothing);
-    RUN_TEST(the_arm_gives_way_above_the_force_limit);
-    RUN_TEST(the_normal_is_that_of_the_touch_and_then_slow);
+    RUN_TEST(the_arm_yields_above_the_force_limit);
+    RUN_TEST(the_normal_is_that_of_the_touch_and_then_changes_slowly);
     RUN_TEST(a_fast_shake_is_no_touch);
-    RUN_TEST(opposite_forces_leave_a_normal);
-    RUN_TEST(the_arm_never_gives_away_more_than_was_paid);
+    RUN_TEST(forces_that_cancel_keep_the_last_normal);
+    RUN_TEST(the_arm_never_gives_away_more_energy_than_it_received);
     RUN_TEST(a_press_without_energy_waits_and_continues_slowly);
-    RUN_TEST(an_old_reserve_does_not_pay_for_more_than_the_cap);
+    RUN_TEST(an_old_reserve_is_limited_to_its_cap);
     RUN_TEST(a_stretched_arm_follows_the_hand);
     return UNITY_END();
 }

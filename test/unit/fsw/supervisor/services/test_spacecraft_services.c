@@ -132,6 +132,7 @@ static void fill_queue(void)
     while (spacecraft_release(&fixture.supervisor, packet, size) == STATUS_OK) {
     }
     const message_ring_t* const queue = &fixture.supervisor.spacecraft.released;
+    // The remaining room is too small for another request; truncated requests fill it to the last octet.
     while (spacecraft_release(&fixture.supervisor, packet, message_ring_room(queue)) == STATUS_OK) {
     }
 }

@@ -11,7 +11,7 @@ from hirosco_gse.station import world_port
 from hirosco_gse.station.bus_tap import BusTap, error_of
 
 
-def test_the_newest_of_each_identifier_with_its_rate():
+def test_the_newest_frame_of_each_identifier_is_sent_with_its_rate():
     tap = BusTap("robot", 1e6, 5e6, Database(ROOT / "build" / "generated" / "rokviss-robot.dbc"))
     tap.message()
     tap.feed(b"ok 1.000000000\nframe (0000000001.000000) robot 080#\nframe (00000000")

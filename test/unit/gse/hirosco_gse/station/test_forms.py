@@ -58,7 +58,7 @@ def test_every_verb_of_hand_and_fault_has_a_form(mission):
     ("hand rest", {}, "hand rest"),
     ("hand aim", {"radians 1": "0.1", "radians 2": "-0.2", "seconds": "1"}, "hand aim 0.1 -0.2 1"),
 ])
-def test_what_is_typed_becomes_a_line_of_the_live_port(form, values, line):
+def test_values_of_a_form_become_a_line_of_the_live_port(form, values, line):
     forms = Forms(Dictionary.load(ROOT / "build" / "generated" / "rokviss.json"))
     assert forms.text(form, values) == line
 
@@ -91,7 +91,7 @@ def sample(field):
     return ",".join([f"{number:g}" if field["type"] in ("FLOAT", "DOUBLE") else str(int(number))] * field.get("count", 1))
 
 
-def test_what_a_form_sends_are_the_octets_of_the_command_line(mission):
+def test_a_form_sends_the_octets_of_the_command_line(mission):
     made = Forms(mission)
     for identity, form in made.by_id.items():
         if identity.startswith("tc ") or form.kind == "simulated world":
@@ -178,7 +178,7 @@ def test_values_that_are_missing_or_out_of_range_are_reported(dictionary, identi
      ("cmd MANIPULATOR.TARE", False), ("cmd MANIPULATOR.CHANNEL CHANNEL=1", True), ("get MANIPULATOR.DES_POSITION", False),
      ("at 10 ping MANIPULATOR", False), ("at 10 mode SAFE", True), ("at +1 file delete /a", True), ("at 10 cmd MANIPULATOR.CHANNEL CHANNEL=1", True)],
 )
-def test_what_must_be_armed_follows_from_the_requests(dictionary, text, wanted):
+def test_the_requests_decide_whether_a_form_must_be_armed(dictionary, text, wanted):
     assert critical.is_critical(commands.plan(shlex.split(text), dictionary), dictionary) == wanted
 
 

@@ -97,7 +97,7 @@ def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraf
     assert "procedure" not in script["text"] and "not understood" in refused["refused"]
 
 
-def test_a_list_is_asked_for_and_nothing_else(place, spacecraft):
+def test_a_page_can_request_only_lists_without_a_command(place, spacecraft):
     """Such a request is not in the list of commands, so it must not command anything."""
 
     async def story(page, _):
@@ -158,7 +158,7 @@ def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_en
     assert made[0].data[:6] == struct.pack(">HI", display_module.ID, 100)
 
 
-def test_what_was_enabled_for_pages_is_disabled_when_the_last_one_leaves(place, spacecraft, monkeypatch):
+def test_structures_enabled_for_pages_are_disabled_when_the_last_page_leaves(place, spacecraft, monkeypatch):
     """These are the display structure and a structure that a page has enabled in its tables, but not one that
     an operator has enabled."""
     monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
@@ -211,7 +211,7 @@ def test_a_gap_in_the_counters_of_messages_is_a_loss(dictionary):
     assert hub.counts["rows"] == {"MANIPULATOR": {"received": 10, "lost": 3}}
 
 
-def test_a_flight_that_ends_and_the_next(place, spacecraft):
+def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft):
     """The page is informed that the link is lost, then it gets all data of the next flight, and commands
     reach that flight."""
     second = Spacecraft(answer)
@@ -374,12 +374,12 @@ def test_barred_states_have_the_condition_that_bars_them(dictionary, mode, confi
         ([1, 3, 8], True, ["done", "done", "empty", "failed"]),
     ],
 )
-def test_lights(stages, is_finished, cells):
+def test_the_lights_show_the_stages_of_a_request(stages, is_finished, cells):
     verification = Verification(None, b"", 0, stages, is_finished=is_finished)
     assert hub_module.lights_of([verification]) == cells
 
 
-def test_leaves_of_housekeeping():
+def test_housekeeping_becomes_leaves_with_their_paths():
     values = {"CUR": {"A": [1.0, 2.0], "B": [3]}, "SAMPLED": [[1.0, 2.0], [3.0, 4.0]], "ONE": (5,)}
     assert telemetry.leaves(values) == {"CUR.A": [1.0, 2.0], "CUR.B": [3], "SAMPLED": [3.0, 4.0], "ONE": [5]}
 

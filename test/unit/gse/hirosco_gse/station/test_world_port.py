@@ -101,7 +101,7 @@ def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, 
 
 
 class World:
-    """Answers like those of a live port."""
+    """Replaces the client of the live port: stores each line and accepts it."""
 
     def __init__(self):
         self.lines, self.speed, self.hand = [], 1.0, None
@@ -188,7 +188,7 @@ def test_a_row_of_the_true_state_becomes_leaves_of_the_page():
         "CUR_VALUES.POSITION": [1.0], "CUR_VALUES.TORQUE": [2.0], "BRAKE": [0.0]}
 
 
-def test_only_pages_that_want_the_truth_get_it(place):
+def test_only_pages_that_request_the_true_state_get_it(place):
     async def story(page, station):
         truth = {"kind": "truth", "time": 1.0, "values": {}}
         station.publish(truth)
@@ -203,7 +203,7 @@ def test_only_pages_that_want_the_truth_get_it(place):
     assert visit(place, story) == ([2.0], True, None)
 
 
-def test_the_pace_that_others_set_is_followed(place):
+def test_the_page_shows_the_pace_that_another_client_sets(place):
     world = World()
 
     async def story(page, station):
@@ -242,7 +242,7 @@ def links_answer(received):
     return answered
 
 
-def test_links_are_asked_for_while_a_page_is_open(place, spacecraft, monkeypatch):
+def test_the_status_of_links_is_requested_while_a_page_is_open(place, spacecraft, monkeypatch):
     """Count, rate and age change; a transition is shown at once with its cause."""
     received = [1000]
     spacecraft._answer = links_answer(received)
