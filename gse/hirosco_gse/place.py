@@ -2,6 +2,7 @@
 """Ground port, mission and key of a flight, from the files that the launcher writes into the run folder."""
 
 import contextlib
+import json
 import os
 import pathlib
 from dataclasses import dataclass
@@ -38,6 +39,16 @@ def world_of(run):
         name = ""
     name = name or mission_of(run)
     return ROOT / name if name.endswith(".xml") else ROOT / "descriptors" / "worlds" / f"{name}.xml"
+
+
+def end_of(run):
+    """(words about the end of a flight, whether it ended as planned) from the launcher's file run.json."""
+    try:
+        facts = json.loads((run / "run.json").read_text(encoding="utf-8"))
+        code, reason, seconds = facts["exit_code"], facts["exit_reason"], facts["simulated_s"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return f"the flight of {run.name} has ended", False
+    return f"flight ended at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", code == 0
 
 
 def default_key(run, host, port):

@@ -34,9 +34,15 @@ PAUSE_MS = 1200  # Longer than a report of the display structure, or the status 
 AGES = "[...document.querySelectorAll('station-subsystems .age, .readings .age')].map((age) => age.textContent)"
 AGES_OUTSIDE = """[...document.querySelectorAll('.readings .age')].filter((age) =>
     age.getBoundingClientRect().right > age.closest('.scroll').getBoundingClientRect().right).length"""
-# Texts of the bar, and values with words of the tab Telemetry, that do not fit their boxes.
-CUT = """[...document.querySelectorAll('station-bar, station-bar *, .readings td.worded')].filter((node) =>
+# Texts of the bar, and names and values with words of the tab Telemetry, that do not fit their boxes.
+CUT = """[...document.querySelectorAll('station-bar, station-bar *, .readings td.worded, .readings td.name')].filter((node) =>
     node.clientWidth && (node.scrollWidth > node.clientWidth + 1 || node.getBoundingClientRect().right > innerWidth + 1)).map((node) => node.textContent)"""
+# Pairs of boxes over the scene that cover each other.
+OVERLAPPING = """(() => {
+    const boxes = [...document.querySelectorAll('station-scene .hud')].map((node) => [node.className, node.getBoundingClientRect()]).filter(([, box]) => box.width);
+    return boxes.flatMap(([name, a], n) => boxes.slice(n + 1).filter(([, b]) =>
+        a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom).map(([other]) => `${name} / ${other}`));
+})()"""
 # How often a jump of a replay draws the network, and how many parts the hidden time line of a flight draws until its next turn.
 DRAWN_BY_A_JUMP = """async () => {
     const drawn = new MutationObserver(() => {}), line = document.querySelector("station-timeline");
@@ -159,6 +165,12 @@ def test_a_telecommand_moves_the_joint_of_the_scene(page):
     page.click(SEND + ":not(:disabled)")
     until(page, "Math.abs(window.station.scene.joints[0] - 0.9) < 0.002 && Math.abs(window.station.scene.joints[1] + 1.3) < 0.002")
     page.wait_for_selector("station-work [aria-label='accepted done, started done, step not reported, completed done']")
+
+
+def test_the_fastest_structure_moves_the_robot(page):
+    """MANIPULATOR reports its positions in two structures, 4 and 20 times a second."""
+    page.wait_for_selector("station-scene .hud:text-is('Telemetry 20 Hz')")
+    assert page.evaluate("[station.scene.last.structure, station.store.reports.has('MANIPULATOR/4711')]") == [9003, True]
 
 
 def test_a_value_out_of_range_is_not_sent(page):
@@ -343,9 +355,9 @@ def test_the_page_is_accessible(page, theme, size, hangar):
     page.evaluate("tab => document.getElementById(`work-${tab}`).click()", tab)
     serious = accessibility(page, theme)
     page.screenshot(path=str(hangar / f"page-{size}-{theme}-{tab}.png"))
-    cut = page.evaluate(CUT)
+    cut, overlapping = page.evaluate(CUT), page.evaluate(OVERLAPPING)
     page.set_viewport_size({"width": 1440, "height": 900})
-    assert not serious and not cut
+    assert not serious and not cut and not overlapping
 
 
 def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
@@ -447,12 +459,14 @@ def test_only_the_present_state_is_marked(page):
     assert page.inner_text(".readings .value.word >> nth=0") == "SAFE_OPERATIONAL"  # The last state that housekeeping reported.
 
 
-def test_a_lost_link_is_shown(page, flight):
+def test_the_end_of_the_flight_is_shown_and_is_no_alarm(page, flight):
     """This test ends the flight, so it is the last one that uses the flight."""
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
-    page.wait_for_selector(".slot.critical:has-text('Link lost')")
+    facts = json.loads(flight.read("run.json"))
+    page.wait_for_selector(f".slot:not(.critical):has-text('Flight ended at {facts['simulated_s']:.2f} s, code 0')")
     page.wait_for_selector(".veil:has-text('last seen')")
+    page.wait_for_selector(".link-cell svg[aria-label='ended']")
     assert page.is_disabled(".stop")
 
 

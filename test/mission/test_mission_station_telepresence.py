@@ -178,6 +178,22 @@ def test_the_hand_is_given_back_when_focus_pointer_or_station_is_lost(page, flig
     station.until(page, "window.station.store.hasSocket && window.station.store.link.is_live")
 
 
+def test_the_name_of_a_curve_is_at_its_end(page):
+    """The curve ends in the middle of its view."""
+    placed, end = page.evaluate("""async () => {
+        const strip = station.strips.strips[2], { plot } = strip, drawn = [];
+        strip.about.lines[0].short = "f";
+        strip.put([[0, 15], [1, 2]], [0, 30]);
+        await Promise.resolve();
+        plot.ctx.fillText = (...words) => drawn.push(words);
+        strip.marks(plot);
+        delete plot.ctx.fillText;
+        delete strip.about.lines[0].short;
+        return [drawn[0][1], plot.valToPos(15, "x", true)];
+    }""")
+    assert end < placed < end + 10
+
+
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, hangar):
     """The fault comes from the command line; the page shows it without a change of the layout, and axe finds nothing serious."""

@@ -18,7 +18,7 @@ from .. import commands, sdls, telemetry, world
 from ..async_link import AsyncLink
 from ..command import UsageError
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
-from ..place import CLASSES, DEFAULT_PORT, LOOPBACK, Place, compare_classes, world_of
+from ..place import CLASSES, DEFAULT_PORT, LOOPBACK, Place, compare_classes, end_of, world_of
 from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
 from . import display
 from .about import hello
@@ -183,7 +183,7 @@ class Hub:
 
     async def _connect(self, run):
         if (run / "run.json").exists():  # Another flight may listen at its port now.
-            self._say_link(False, f"the flight of {run.name} has ended")
+            self._say_link(False, *end_of(run))
             return
         if not self._given.get("port") and not (run / "ground.port").exists():
             self._say_link(False, f"no flight in {run.name}")
@@ -220,8 +220,9 @@ class Hub:
         await self._connection.receive(self._resume_all)
         self._say_link(False, f"{where} closed the link")
 
-    def _say_link(self, is_live, text):
-        now = {"kind": "link", "is_live": is_live, "text": text}
+    def _say_link(self, is_live, text, is_over=False):
+        """is_over: the flight has ended as planned."""
+        now = {"kind": "link", "is_live": is_live, "text": text} | ({"is_over": True} if is_over else {})
         if now != self.link:
             self.link = now
             self.publish(now)

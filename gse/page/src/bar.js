@@ -8,6 +8,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0]; // 0: as fast as possible
 const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
 const EPOCH_TAI_S = 378691200; // Seconds from the epoch of TAI, 1958-01-01, to the epoch of Date, 1970-01-01.
 const causeOf = (separator, item, end) => (item.cause ? `${separator}${item.cause}${end}` : "");
+const upper = (words) => words[0].toUpperCase() + words.slice(1);
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
 const SYMBOL = { HIGH: "critical", MEDIUM: "serious", LOW: "caution" };
 
@@ -179,11 +180,11 @@ class Bar extends HTMLElement {
 
   draw() {
     text(this.missionName, store.hello?.mission ?? "hirosco");
-    show(
-      this.linkSymbol,
-      store.link.is_live ? "normal" : store.replay ? "off" : "critical",
-      store.link.is_live ? "live" : store.replay ? "replay" : "lost",
-    );
+    const { is_live, is_over, is_waiting } = store.link;
+    if (is_live) show(this.linkSymbol, "normal", "live");
+    else if (store.replay || is_over) show(this.linkSymbol, "off", is_over ? "ended" : "replay");
+    else if (is_waiting) show(this.linkSymbol, "standby", "waiting");
+    else show(this.linkSymbol, "critical", "lost");
     text(
       this.linkText,
       store.link.is_live ? (store.hello?.read_only ? "live, read only" : "live") : store.link.text,
@@ -217,9 +218,12 @@ class Bar extends HTMLElement {
     );
     const broken = store.links.filter((row) => ["stale", "failed"].includes(row.state));
     const isRefused = Boolean(store.link.is_refused);
-    const isLost = isRefused || (!store.link.is_live && !store.replay && store.hello !== null);
-    this.slot_.classList.toggle("critical", failed.length > 0 || broken.length > 0 || isLost);
-    if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
+    const { is_live, is_over, is_waiting } = store.link;
+    const isLost = isRefused || (!is_live && !is_over && !store.replay && store.hello !== null);
+    const isBroken = !is_over && (failed.length > 0 || broken.length > 0);
+    this.slot_.classList.toggle("critical", isBroken || isLost);
+    if (is_over || is_waiting) text(this.what, upper(store.link.text));
+    else if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
     else if (failed.length) {
       const names = failed.map((item) => item.subsystem).join(", ");
       const since = number(failed[0].since, "s").trim();

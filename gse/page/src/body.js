@@ -13,6 +13,13 @@ function material(colour, roughness, metalness = 0) {
   return new THREE.MeshStandardMaterial({ color: colour, roughness, metalness });
 }
 
+// Parts that stand on the floor are cut off below it.
+export function cutBelow(level) {
+  LOOK.ground.clippingPlanes = LOOK.stand.clippingPlanes = [
+    new THREE.Plane(new THREE.Vector3(0, 0, 1), -level),
+  ];
+}
+
 export const LOOK = {
   shell: material(0xe8e6e0, 0.42),
   housing: material(0x3a4149, 0.6),

@@ -22,8 +22,9 @@ store.on("state", (message) => {
 });
 
 let wasLive = false;
-store.on("link", ({ is_live, text }) => {
-  if (wasLive && !is_live) document.getElementById("alarm-said").textContent = `link lost: ${text}`;
+store.on("link", ({ is_live, is_over, text }) => {
+  if (wasLive && !is_live && !is_over)
+    document.getElementById("alarm-said").textContent = `link lost: ${text}`;
   wasLive = is_live;
 });
 
@@ -57,6 +58,7 @@ async function begin() {
     store.connect();
     return;
   }
+  store.take({ kind: "link", is_live: false, is_waiting: true, text: "the station prepares the replay" });
   const answer = await fetch("/recording");
   if (answer.ok) await replay(new Uint8Array(await answer.arrayBuffer()));
   else refuse(`Cannot replay: ${await answer.text()}`);

@@ -6,7 +6,7 @@ import * as THREE from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
 import { Actuators } from "./actuators.js";
-import { Arm, LOOK, shape } from "./body.js";
+import { Arm, cutBelow, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
@@ -351,7 +351,7 @@ class Scene extends SceneMarks {
       .map((about) => place(about.pose)[2] - about.size[2] / 2);
     this.level = Math.min(0, ...bottoms);
     this.renderer.localClippingEnabled = true;
-    LOOK.ground.clippingPlanes = [new THREE.Plane(new THREE.Vector3(0, 0, 1), -this.level)];
+    cutBelow(this.level);
     for (const about of shapes) this.content.add(shape(about, LOOK.ground));
   }
 
@@ -475,23 +475,25 @@ class Scene extends SceneMarks {
   take(message) {
     if (message.subsystem !== this.source || !message.values["CUR_VALUES.POSITION"] || !this.robot) return;
     if (this.last && message.time < this.last.time && message.time > this.last.time - 60) return;
+    // Reports of different intervals would make the movement uneven.
+    if (store.isSlower(this.source, message.structure, this.last?.structure)) return;
     const period = this.last
       ? Math.min(0.3, Math.max(0.01, message.time - this.last.time)) / (store.pace.speed || 1)
       : 0.05;
-    if (period < 0.2) {
-      const source = this.which === "truth" ? "Simulator’s truth" : "Telemetry";
-      text(this.rate, `${source} ${Math.round(1 / (period * (store.pace.speed || 1)))} Hz`);
-    }
     this.before = this.drawn ?? [];
     this.last = {
       time: message.time,
       values: message.values,
+      structure: message.structure,
       positions: this.where(this.robot, message.values, this.truth.last).positions,
       at: performance.now(),
       seen: store.clock(),
       period: Math.min(300, period * 1000),
     };
     this.remember(message.time, this.tipAt(message.values, message.time));
+    const source = this.which === "truth" ? "Simulator’s truth" : "Telemetry";
+    const span = message.time - this.trace[0][0];
+    text(this.rate, span > 0.3 ? `${source} ${Math.round((this.trace.length - 1) / span)} Hz` : source);
   }
 
   // Draw the scene if it has changed; true if it was drawn.

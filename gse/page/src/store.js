@@ -225,6 +225,12 @@ class Store {
     return periods < 2 ? "live" : periods < 3 ? "late" : "stale";
   }
 
+  // Whether a structure is reported less often than another one that is live.
+  isSlower(name, id, other) {
+    if (id === undefined || other === undefined || id === other) return false;
+    return this.freshness(name, other) === "live" && this.periodOf(name, other) <= this.periodOf(name, id);
+  }
+
   // Present mission time [s]. It also advances between two reports, but not in a pause.
   now() {
     if (this.offset === null) return this.time;

@@ -254,13 +254,14 @@ class Strip {
     ctx.font = `${11 * devicePixelRatio}px "IBM Plex Mono"`;
     this.about.lines.forEach((line, n) => {
       const data = plot.data[n + 1];
-      const value = data.findLast((item) => item !== null && item !== undefined);
-      if (!line.short || value === null || value === undefined) return;
+      const at = data.findLastIndex((item) => item !== null && item !== undefined);
+      if (!line.short || at < 0) return;
+      const end = Math.min(plot.valToPos(plot.data[0][at], "x", true), bbox.left + bbox.width);
       ctx.fillStyle = token(line.colour);
       ctx.fillText(
         line.short,
-        bbox.left + bbox.width + 3 * devicePixelRatio,
-        plot.valToPos(value, "y", true) + 4 * devicePixelRatio,
+        end + 3 * devicePixelRatio,
+        plot.valToPos(data[at], "y", true) + 4 * devicePixelRatio,
       );
     });
     ctx.restore();

@@ -233,16 +233,21 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
     assert (17, 1) in [packet.message for packet in second.received]
 
 
-def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft):
+@pytest.mark.parametrize("facts, told", [
+    ({}, {"text": "the flight of first has ended"}),
+    ({"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}, {"text": "flight ended at 93.62 s, code 0", "is_over": True}),
+    ({"exit_code": 1, "exit_reason": "simulated time stands still", "simulated_s": 7}, {"text": "flight ended at 7.00 s, code 1: simulated time stands still"}),
+])
+def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft, facts, told):
     """The launcher uses the first free port: the port of a flight that has ended may belong to a flight with
-    another run folder."""
+    another run folder. Only a flight that ended as planned is no alarm."""
 
     async def story(page, station):
-        (place / "first" / "run.json").write_text("{}")
+        (place / "first" / "run.json").write_text(json.dumps(facts))
         station.hub._connection.abort()
         return await page.until(lambda message: message["kind"] == "link" and "ended" in message["text"])
 
-    assert visit(place, story) == {"kind": "link", "is_live": False, "text": "the flight of first has ended"}
+    assert visit(place, story) == {"kind": "link", "is_live": False, **told}
 
 
 def test_a_command_under_way_ends_with_the_link(place, spacecraft):
