@@ -30,15 +30,17 @@ typedef struct {
 
 typedef struct { // Process data write the raw words; all else is read-only outside.
     uint16_t statusword;
+    uint16_t controlword;
     int32_t position;
     int32_t velocity;
     int16_t torque;
     int16_t current;
-    uint16_t controlword;
     int32_t target_position;
     int16_t torque_offset;
     int16_t target_torque;
     int32_t target_velocity;
+    /// Commands cut at a limit of the axis or at the range of their word [commands, wraps].
+    uint32_t limited;
     canopen_cia402_scale_t scale;
     canopen_cia402_goal_t goal;
     /// A fault may be reset on the way to the goal.
@@ -47,8 +49,6 @@ typedef struct { // Process data write the raw words; all else is read-only outs
     /// The axis has left OPERATION ENABLED without a command.
     bool has_dropped;
     bool is_homing;
-    /// Commands cut at a limit of the axis or at the range of their word [commands, wraps].
-    uint32_t limited;
 } canopen_cia402_axis_t;
 
 /// Initialise the axis with the goal DISABLED; all words are 0.

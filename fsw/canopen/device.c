@@ -25,7 +25,7 @@
 #define HALF 0.5
 #define OCTET_BITS 8U
 
-#define FIRST_UNIT 3U // Index of the first unit in the list of accesses that identify a device.
+#define FIRST_TORQUE 3U // Index of the first torque in the list of accesses that identify a device.
 
 /// Return to the mapping of the class, which the device itself restores at its boot-up.
 static void forget_mapping(canopen_device_t* const device)
@@ -118,14 +118,14 @@ static void ask_mapping(canopen_device_t* const device, uint16_t* const count, c
     }
 }
 
-/// Append the accesses of the first step: identity, torques and units.
+/// Append the accesses of the first step: identity and torques.
 static void ask_identity(canopen_device_t* const device, uint16_t* const count)
 {
     const canopen_device_profile_t* const profile = device->profile;
     ask_number(device, count, OBJECT_DEVICE_TYPE, 0U, profile->device_type);
     ask_number(device, count, OBJECT_IDENTITY, IDENTITY_VENDOR, profile->vendor_id);
     ask_number(device, count, OBJECT_IDENTITY, IDENTITY_PRODUCT, profile->product_code);
-    for (uint8_t i = 0U; i < profile->axis_count; i++) { // take_units reads the results in this order.
+    for (uint8_t i = 0U; i < profile->axis_count; i++) { // take_torques reads the results in this order.
         const uint16_t offset = (uint16_t)(i * PROFILE_AXIS_STEP);
         if (profile->axes[i].has_torque) {
             ask(device, count,
@@ -136,32 +136,40 @@ static void ask_identity(canopen_device_t* const device, uint16_t* const count)
                     .index = (uint16_t)(OBJECT_MAX_TORQUE + offset), .octets = 2U, .kind = SETTING_READ});
         }
     }
-    // A device that uses other units would move by wrong amounts.
-    for (uint8_t i = 0U; i < profile->axis_count; i++) {
-        for (uint8_t k = 0U; k < profile->axes[i].unit_count; k++) {
-            const canopen_profile_unit_t* const unit = &profile->axes[i].units[k];
-            ask(device, count,
-                (canopen_setting_t){.index    = unit->index,
-                                    .subindex = unit->subindex,
-                                    .octets   = unit->octets,
-                                    .kind     = SETTING_VERIFY,
-                                    .value    = unit->value});
-        }
+}
+
+/// Append the accesses that verify the units of an axis: with other units, it would move by wrong amounts.
+static void ask_units(canopen_device_t* const device, uint16_t* const count,
+                      const canopen_profile_axis_t* const axis)
+{
+    for (uint8_t i = 0U; i < axis->unit_count; i++) {
+        const canopen_profile_unit_t* const unit = &axis->units[i];
+        ask(device, count,
+            (canopen_setting_t){.index    = unit->index,
+                                .subindex = unit->subindex,
+                                .octets   = unit->octets,
+                                .kind     = SETTING_VERIFY,
+                                .value    = unit->value});
     }
 }
 
-/// List the accesses of the next step: first identity and units, then the mapping of each PDO.
+/// List the accesses of the next step: first identity and torques, then the units of each axis, and the
+/// mapping of each PDO.
 static void begin_step(canopen_device_t* const device)
 {
     const canopen_device_profile_t* const profile = device->profile;
+    const unsigned first_transmit                 = 1U + profile->axis_count;
+    const unsigned first_receive                  = first_transmit + profile->transmit_count;
     uint16_t count                                = 0U;
     if (device->identified == 0U) {
         ask_identity(device, &count);
-    } else if (device->identified <= profile->transmit_count) {
-        const uint8_t number = (uint8_t)(device->identified - 1U);
+    } else if (device->identified < first_transmit) {
+        ask_units(device, &count, &profile->axes[device->identified - 1U]);
+    } else if (device->identified < first_receive) {
+        const unsigned number = device->identified - first_transmit;
         ask_mapping(device, &count, (uint16_t)(OBJECT_TRANSMIT_MAPPING + number), &profile->transmit[number]);
     } else {
-        const uint8_t number = (uint8_t)(device->identified - 1U - profile->transmit_count);
+        const unsigned number = device->identified - first_receive;
         ask_mapping(device, &count, (uint16_t)(OBJECT_RECEIVE_MAPPING + number), &profile->receive[number]);
     }
     canopen_setting_run_begin(&device->run, device->identify, count);
@@ -182,17 +190,17 @@ static canopen_sdo_client_t* client_of(canopen_device_t* const device)
 
 /// Compute the torque units from the rated torques that the device has reported. STATUS_OK, STATUS_INVALID
 /// (no rated torque).
-static status_t take_units(canopen_device_t* const device)
+static status_t take_torques(canopen_device_t* const device)
 {
-    uint16_t unit = FIRST_UNIT;
+    uint16_t place = FIRST_TORQUE;
     for (uint8_t i = 0U; i < device->profile->axis_count; i++) {
         if (!device->profile->axes[i].has_torque) {
             continue;
         }
-        const double rated_nm  = (double)device->identify[unit].value * MILLI;
-        const double max_share = (double)device->identify[unit + 1U].value * PER_MILLE;
+        const double rated_nm  = (double)device->identify[place].value * MILLI;
+        const double max_share = (double)device->identify[place + 1U].value * PER_MILLE;
         if (!(rated_nm > 0.0)) {
-            device->run.position       = unit;
+            device->run.position       = place;
             device->run.is_other_value = true;
             return STATUS_INVALID;
         }
@@ -200,7 +208,7 @@ static status_t take_units(canopen_device_t* const device)
         scale.torque_nm              = rated_nm * PER_MILLE;
         scale.torque_max_nm          = rated_nm * max_share;
         canopen_cia402_axis_init(&device->axes[i], scale);
-        unit = (uint16_t)(unit + 2U);
+        place = (uint16_t)(place + 2U);
     }
     return STATUS_OK;
 }
@@ -208,14 +216,16 @@ static status_t take_units(canopen_device_t* const device)
 status_t canopen_device_identify_step(canopen_device_t* const device)
 {
     FSW_ASSERT(device != NULL);
-    const unsigned last = (unsigned)device->profile->transmit_count + device->profile->receive_count;
+    const canopen_device_profile_t* const profile = device->profile;
+    const unsigned last = (unsigned)profile->axis_count + profile->transmit_count + profile->receive_count;
     status_t status     = canopen_setting_run_step(&device->run, client_of(device));
     if ((status == STATUS_OK) && (device->identified == 0U)) {
-        status = take_units(device);
+        status = take_torques(device);
     }
-    if ((status == STATUS_OK) && (device->identified < last)) {
+    // The next step starts in the same cycle in which the previous one ended; an axis may have no units.
+    while ((status == STATUS_OK) && (device->identified < last)) {
         device->identified++;
-        begin_step(device); // The next step starts in the same cycle in which the previous one ended.
+        begin_step(device);
         status = canopen_setting_run_step(&device->run, client_of(device));
     }
     return status;

@@ -15,17 +15,19 @@
 #include "fsw/canopen/device_profile.h"
 #include "fsw/canopen/master.h"
 #include "fsw/canopen/setting.h"
+#include "base/capacities.h"
 #include "base/status.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 /// Numbers of accesses in one step of an identification. The first step reads type, vendor and product of the
-/// device, and torque and units of each axis; each further step reads the mapping of one PDO.
-#define DEVICE_IDENTIFY_UNITS (3U + ((2U + PROFILE_UNITS_MAX) * PROFILE_AXES_MAX))
-#define DEVICE_IDENTIFY_MAPPING (1U + PROFILE_ENTRIES_MAX)
-#define DEVICE_IDENTIFY_MAX                                                                                  \
-    ((DEVICE_IDENTIFY_UNITS > DEVICE_IDENTIFY_MAPPING) ? DEVICE_IDENTIFY_UNITS : DEVICE_IDENTIFY_MAPPING)
+/// device, and the torques of each axis; a step for each axis reads its units; each further step reads the
+/// mapping of one PDO, which is the longest step.
+#define DEVICE_IDENTIFY_FIRST (3U + (2U * PROFILE_AXES_MAX))
+#define DEVICE_IDENTIFY_MAX (1U + PROFILE_ENTRIES_MAX)
+CAPACITY_CHECK(steps_of_an_identification_fit,
+               (DEVICE_IDENTIFY_MAX >= DEVICE_IDENTIFY_FIRST) && (DEVICE_IDENTIFY_MAX >= PROFILE_UNITS_MAX));
 
 typedef struct {
     uint16_t cob;
@@ -55,8 +57,8 @@ typedef struct { // axes may be used as axis.h says; all else is read-only outsi
     canopen_device_pdo_t transmit[PROFILE_PDOS_MAX];
     canopen_device_pdo_t receive[PROFILE_PDOS_MAX];
     uint32_t values[PROFILE_VALUES_MAX]; ///< Bits of each value of the profile.
-    uint32_t malformed;                  ///< Process data of a wrong length, dropped [frames, wraps].
     canopen_setting_t identify[DEVICE_IDENTIFY_MAX];
+    uint32_t malformed; ///< Process data of a wrong length, dropped [frames, wraps].
     uint8_t identified; ///< Steps of the identification that have ended.
     bool is_followed;   ///< The settings have been written, and the PDOs have been changed accordingly.
     uint8_t cleared;    ///< Receive PDOs whose values are set to zero, or need not be set.

@@ -68,10 +68,10 @@ typedef struct { // An object that states a unit, and its value.
 typedef struct { // Units and limits of an axis.
     double position_rad;
     double velocity_rad_s;
-    bool has_torque; ///< The device has a rated torque; torques are fractions of it.
-    double low_rad;  ///< Limits of positions (0x607D); both 0: none.
+    double low_rad; ///< Limits of positions (0x607D); both 0: none.
     double high_rad;
     double speed_rad_s; ///< Largest speed (0x6080, behind the gear); 0: not limited.
+    bool has_torque;    ///< The device has a rated torque; torques are fractions of it.
     uint8_t unit_count;
     canopen_profile_unit_t units[PROFILE_UNITS_MAX];
 } canopen_profile_axis_t;

@@ -16,11 +16,11 @@ static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const 
     return false;
 }
 
-/// Refuse content that exceeds a capacity, whose value is in `says` as '#'.
-static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says,
+/// Refuse items that exceed a capacity.
+static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, const char* const items,
                          const uint32_t most)
 {
-    *misfit = (subsystem_misfit_t){line, says, most};
+    *misfit = (subsystem_misfit_t){line, items, most};
     return false;
 }
 
@@ -76,16 +76,13 @@ static bool node_fits(nodes_t* const nodes, const descriptor_endnode_t* const en
     }
     nodes->bus_count = (uint8_t)(nodes->bus_count + ((on_bus == 0U) ? 1U : 0U));
     if (nodes->bus_count > DRIVES_BUSES_MAX) {
-        return refuse_above(out_misfit, endnode->line, "too many buses of one subsystem, at most #",
-                            DRIVES_BUSES_MAX);
+        return refuse_above(out_misfit, endnode->line, "buses of one subsystem", DRIVES_BUSES_MAX);
     }
     if (on_bus == NETWORK_DEVICES_MAX) {
-        return refuse_above(out_misfit, endnode->line, "too many nodes on one bus, at most #",
-                            NETWORK_DEVICES_MAX);
+        return refuse_above(out_misfit, endnode->line, "nodes on one bus", NETWORK_DEVICES_MAX);
     }
     if (nodes->node_count == DRIVES_DEVICES_MAX) {
-        return refuse_above(out_misfit, endnode->line, "too many nodes of one subsystem, at most #",
-                            DRIVES_DEVICES_MAX);
+        return refuse_above(out_misfit, endnode->line, "nodes of one subsystem", DRIVES_DEVICES_MAX);
     }
     nodes->nodes[nodes->node_count] = endnode;
     nodes->node_count++;
@@ -211,8 +208,7 @@ static bool mappings_fit(const subsystem_descriptor_t* const descriptor, subsyst
         }
         if (count == DRIVES_MAPPINGS_MAX) {
             return refuse_above(out_misfit, setting->line,
-                                "<Setting> of a mapping: expected at most # devices with other mappings than "
-                                "their class",
+                                "devices whose <Setting> changes the mapping of their class",
                                 DRIVES_MAPPINGS_MAX);
         }
         nodes[count] = endnode->node;

@@ -29,7 +29,7 @@ CORTEX_M = ["clang", "--target=thumbv7em-none-eabi", "-mcpu=cortex-m4", *FLAGS, 
 OUT = pathlib.Path("build/size")
 ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
-# The descriptor takes 71 KiB of this RAM, and the table of 32 devices on four buses 56 KiB.
+# The descriptor takes 71 KiB of this RAM, and the table of 32 devices on four buses 58 KiB.
 ALLOWED_RAM = 356 * 1024
 ALLOWED_RAM_OF = {"arm": 384 * 1024}  # For 12 joints, paths, and every optional service of a descriptor.
 SIZES = """

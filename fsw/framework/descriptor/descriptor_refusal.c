@@ -28,7 +28,7 @@ status_t descriptor_refuse(text_t* const out_error, const char* const path, cons
 {
     FSW_ASSERT((out_error != NULL) && (path != NULL) && (says != NULL));
     text_add_pattern(out_error, "%:#: ", path, NULL, line);
-    text_add_pattern(out_error, says, NULL, NULL, most);
+    text_add_pattern(out_error, (most > 0U) ? "too many %, at most #" : "%", says, NULL, most);
     return STATUS_UNSUPPORTED;
 }
 

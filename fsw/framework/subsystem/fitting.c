@@ -14,49 +14,36 @@ static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const 
     return false;
 }
 
-/// Refuse content that exceeds a capacity, whose value is in `says` as '#'.
-static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says,
+/// Refuse items that exceed a capacity.
+static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, const char* const items,
                          const size_t most)
 {
-    *misfit = (subsystem_misfit_t){line, says, (uint32_t)most};
+    *misfit = (subsystem_misfit_t){line, items, (uint32_t)most};
     return false;
 }
-
-typedef struct { // Number of items in a list of a descriptor, and capacity of the program.
-    uint32_t count;
-    uint32_t most;
-    uint32_t line; // Line of the first item beyond the capacity.
-    const char* says;
-} list_fit_t;
-
-#define LINE_OF(items, count, index) (((index) < (count)) ? (items)[(index)].line : 0U)
 
 /// Check the lists that have a place for each item of the descriptor.
 static bool lists_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
-    uint32_t bounds      = 0U;
-    uint32_t bounds_line = 0U;
+    if (descriptor->parameter_count > SUBSYSTEM_PARAMETERS) {
+        return refuse_above(out_misfit, descriptor->parameters[SUBSYSTEM_PARAMETERS].line,
+                            "<ParamRef> in this program", SUBSYSTEM_PARAMETERS);
+    }
+    uint32_t bounds = 0U;
     for (uint16_t i = 0U; i < descriptor->parameter_count; i++) {
         bounds += descriptor->parameters[i].field_count;
-        bounds_line = ((bounds > SUBSYSTEM_BOUNDS) && (bounds_line == 0U)) ? descriptor->parameters[i].line
-                                                                           : bounds_line;
-    }
-    const list_fit_t lists[] = {
-        {descriptor->parameter_count, SUBSYSTEM_PARAMETERS,
-         LINE_OF(descriptor->parameters, descriptor->parameter_count, SUBSYSTEM_PARAMETERS),
-         "too many <ParamRef> in this program, at most #"},
-        {bounds, SUBSYSTEM_BOUNDS, bounds_line,
-         "too many fields of all <ParamRef> in this program, at most #"},
-        {descriptor->event_count, SUBSYSTEM_EVENTS,
-         LINE_OF(descriptor->events, descriptor->event_count, SUBSYSTEM_EVENTS),
-         "too many <Event> in this program, at most #"},
-        {descriptor->function_count, SUBSYSTEM_FUNCTIONS,
-         LINE_OF(descriptor->functions, descriptor->function_count, SUBSYSTEM_FUNCTIONS),
-         "too many <Function> in this program, at most #"}};
-    for (size_t i = 0U; i < (sizeof lists / sizeof lists[0]); i++) {
-        if (lists[i].count > lists[i].most) {
-            return refuse_above(out_misfit, lists[i].line, lists[i].says, lists[i].most);
+        if (bounds > SUBSYSTEM_BOUNDS) {
+            return refuse_above(out_misfit, descriptor->parameters[i].line,
+                                "fields of all <ParamRef> in this program", SUBSYSTEM_BOUNDS);
         }
+    }
+    if (descriptor->event_count > SUBSYSTEM_EVENTS) {
+        return refuse_above(out_misfit, descriptor->events[SUBSYSTEM_EVENTS].line, "<Event> in this program",
+                            SUBSYSTEM_EVENTS);
+    }
+    if (descriptor->function_count > SUBSYSTEM_FUNCTIONS) {
+        return refuse_above(out_misfit, descriptor->functions[SUBSYSTEM_FUNCTIONS].line,
+                            "<Function> in this program", SUBSYSTEM_FUNCTIONS);
     }
     return true;
 }
@@ -82,12 +69,11 @@ static bool functions_fit(const subsystem_descriptor_t* const descriptor,
         const descriptor_function_t* const function = &descriptor->functions[i];
         count += function->argument_count;
         if (count > SUBSYSTEM_ARGUMENTS) {
-            return refuse_above(out_misfit, function->line,
-                                "too many <Argument> in one descriptor, at most #", SUBSYSTEM_ARGUMENTS);
+            return refuse_above(out_misfit, function->line, "<Argument> in one descriptor",
+                                SUBSYSTEM_ARGUMENTS);
         }
         if (function->memory_size > (SUBSYSTEM_ARGUMENT_WORDS * sizeof(uint64_t))) {
-            return refuse_above(out_misfit, function->line,
-                                "too many octets of arguments in memory, at most #",
+            return refuse_above(out_misfit, function->line, "octets of arguments in memory",
                                 SUBSYSTEM_ARGUMENT_WORDS * sizeof(uint64_t));
         }
     }
@@ -98,11 +84,11 @@ static bool structure_fits(const descriptor_structure_t* const structure,
                            subsystem_misfit_t* const out_misfit)
 {
     if (structure->sampled_count > PUS_HK_SETS_MAX) {
-        return refuse_above(out_misfit, structure->line,
-                            "too many <SampledNREPTimes> in one <HKService>, at most #", PUS_HK_SETS_MAX);
+        return refuse_above(out_misfit, structure->line, "<SampledNREPTimes> in one <HKService>",
+                            PUS_HK_SETS_MAX);
     }
     if (structure->octets > SUBSYSTEM_SAMPLE_OCTETS) {
-        return refuse_above(out_misfit, structure->line, "too many octets in one <HKService>, at most #",
+        return refuse_above(out_misfit, structure->line, "octets in one <HKService>",
                             SUBSYSTEM_SAMPLE_OCTETS);
     }
     return true;
@@ -115,13 +101,12 @@ static bool housekeeping_fits(const subsystem_descriptor_t* const descriptor,
     for (uint16_t c = 0U; fits && (c < descriptor->configuration_count); c++) {
         const descriptor_configuration_t* const configuration = &descriptor->configurations[c];
         if (configuration->structure_count > SUBSYSTEM_STRUCTURES) {
-            return refuse_above(out_misfit, configuration->line,
-                                "too many <HKService> in one <Configuration>, at most #",
+            return refuse_above(out_misfit, configuration->line, "<HKService> in one <Configuration>",
                                 SUBSYSTEM_STRUCTURES);
         }
         if (configuration->loop_count > SUBSYSTEM_LOOPS) {
-            return refuse_above(out_misfit, configuration->line,
-                                "too many <Loop> in one <Configuration>, at most #", SUBSYSTEM_LOOPS);
+            return refuse_above(out_misfit, configuration->line, "<Loop> in one <Configuration>",
+                                SUBSYSTEM_LOOPS);
         }
         for (uint16_t i = 0U; fits && (i < configuration->structure_count); i++) {
             fits = structure_fits(&descriptor->structures[configuration->first_structure + i], out_misfit);

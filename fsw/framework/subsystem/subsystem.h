@@ -49,7 +49,7 @@ typedef struct {
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
     uint32_t line;    ///< Line of the descriptor file.
-    const char* says; ///< Text: value found, and value expected; '#' stands for `most`.
+    const char* says; ///< Value found, and value expected; items of which there are too many if `most` > 0.
     uint32_t most;    ///< Capacity of the program; 0 if no capacity is exceeded.
 } subsystem_misfit_t;
 

@@ -21,6 +21,21 @@ static void a_device_in_another_unit_is_refused(void)
     expect_refusal(0x12U, REFUSAL_VALUE, 0x60A800U, 0xFD410000U);
 }
 
+/// An axis whose sheet states no units has an empty step: the mapping of its process data is still read.
+static void devices_without_units_are_identified_to_the_end(void)
+{
+    static canopen_device_profile_t profile;
+    profile                    = *network.devices[0]->device.profile;
+    profile.axes[0].unit_count = 0U;
+    for (unsigned i = 0U; i < 2U; i++) {
+        network.devices[i]->device.profile = &profile;
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
+    scripted_object(joints[1], 0x1600U, 0U)->value = 7U;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
+    expect_refusal(0x12U, REFUSAL_VALUE, 0x160000U, 7U);
+}
+
 /// Limits come from the data sheet until a setting changes them; a boot-up restores the limits of the data
 /// sheet.
 static void limits_follow_sheet_and_settings(void)
@@ -58,6 +73,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_device_in_another_unit_is_refused);
+    RUN_TEST(devices_without_units_are_identified_to_the_end);
     RUN_TEST(limits_follow_sheet_and_settings);
     RUN_TEST(a_manufacturer_code_has_the_severity_of_the_data_sheet);
     return UNITY_END();

@@ -233,8 +233,11 @@ static void the_refusal_is_an_error_with_file_and_line(void)
 {
     char characters[DESCRIPTOR_ERROR_CHARACTERS];
     text_t error = text_in(characters, sizeof characters);
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&error, "arm.xml", 7U, "at most #", 12U));
-    TEST_ASSERT_EQUAL_STRING("arm.xml:7: at most 12", characters);
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&error, "arm.xml", 7U, "<Loop>", 12U));
+    TEST_ASSERT_EQUAL_STRING("arm.xml:7: too many <Loop>, at most 12", characters);
+    error = text_in(characters, sizeof characters);
+    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, descriptor_refuse(&error, "arm.xml", 8U, "100 % of #1", 0U));
+    TEST_ASSERT_EQUAL_STRING("arm.xml:8: 100 % of #1", characters);
 }
 
 // ---- Lists of a program with smaller capacities than the reader of descriptors ----
