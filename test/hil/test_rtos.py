@@ -12,11 +12,12 @@ import sys
 import place as places
 import pytest
 
-sys.path[:0] = [str(places.ROOT / "test" / part) for part in ("mission", "board")]
+sys.path[:0] = [str(places.ROOT / "test" / part) for part in ("mission", "board", "conformance/pus")]
 
 import flight as boards
 import flying
 import lives
+import station as stations
 from test_tutorial import copy_of_tree
 
 M7, M3 = "mps2-an500", "mps2-an385"
@@ -24,6 +25,7 @@ LOGS = ("packets.log", "truth.lcm", "can-robot.log", "can-robot-b.log", "can-joy
 BUS_LOGS = LOGS[2:]
 EMULATOR = "qemu-system-arm"[:15]  # The name of a process has at most 15 characters.
 FLIGHT_S, END_S = 20, 60
+LENGTH, TABLE_FULL = 0x0101, 0x0205  # Failure codes.
 CYCLES = 108000
 PROCESSORS = places.ROOT / "test" / "hil" / "processors"  # A mission with three subsystems that drive devices.
 FLOWN = ("manipulator", "joystick")  # Programs that the normal tests fly; those of LONG=1 build the others, too.
@@ -196,8 +198,25 @@ def _below(pid):
     return found
 
 
+def _send_largest_requests(flight):
+    """Dumps of as many areas as a board accepts, of more, and of so many that the telecommand is longer than 1024 octets: TM[1,4] and
+    TM[1,2], and the next request is performed."""
+    station = stations.Station(flight, stations.Notes())
+    try:
+        for areas, stage, code, detail in ((99, 7, None, None), (100, 4, TABLE_FULL, 99), (126, 4, TABLE_FULL, 99), (127, 2, LENGTH, None),
+                                           (255, 2, LENGTH, None), (1, 7, None, None)):
+            places = [{"start_address": place, "length": 1} for place in range(areas)]
+            sent = station.send("MANIPULATOR", 6, 5, memory_id=2, n=places)
+            outcome = station.settle(sent)
+            assert outcome.stages[-1] == stage and len(outcome.failures) == (code is not None), (areas, outcome.stages, outcome.failures)
+            assert code is None or (outcome.failure.code, outcome.failure.detail) == (code, detail or outcome.failure.detail), areas
+    finally:
+        station.close()
+
+
 def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
-    """kill -9 of the emulator in operation: drives leave operation, and nothing is left of the run."""
+    """kill -9 of the emulator in operation: drives leave operation, and nothing is left of the run. Before, requests that are too long for
+    the board are rejected."""
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", *flying.bring_up(0.1)]
     lines += [f"{second} operator ping all" for second in range(3, FLIGHT_S)]
     scenario = flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
@@ -207,6 +226,7 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
         flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and EMULATOR in _below(flight.process.pid),
                           f"step {step}")
         assert flight.process.poll() is None, flight.transcript()
+        _send_largest_requests(flight)
         os.kill(_below(flight.process.pid)[EMULATOR], signal.SIGKILL)
         flight.wait()
     finally:
