@@ -14,27 +14,28 @@ static mission_subsystem_t* ground(void)
     return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->mission;
 }
 
-static void die(void)
+static void kill_communication(void)
 {
     fixture.members[FIXTURE_GROUND].is_running = false;
     fixture_run(1U);
 }
 
-/// Communication is dead, and is not started again before 100 ms have passed.
-static void be_dead(void)
+/// Kill communication twice: after the second death, the supervisor does not restart it before 100 ms have
+/// passed.
+static void leave_communication_dead(void)
 {
     ground()->restart_budget = 3U;
-    die();
+    kill_communication();
     fixture_run(100U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
     TEST_ASSERT_TRUE(supervisor_ground_backlog_is_empty(&fixture.supervisor.ground_backlog));
-    die();
+    kill_communication();
     TEST_ASSERT_EQUAL(PROCESS_LOST,
                       supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->process);
     fixture_forget();
 }
 
-static void be_back(void)
+static void expect_communication_restarted(void)
 {
     TEST_ASSERT_EQUAL(1U, fixture.starts);
     fixture_run(100U);
@@ -89,7 +90,7 @@ void tearDown(void)
 static void reports_wait_in_order_while_communication_is_down(void)
 {
     char expected[2048] = "";
-    be_dead();
+    leave_communication_dead();
     for (uint16_t i = 0U; i < 20U; i++) { // Fewer than a window.
         report_number(PUS_SERVICE_EVENTS, PUS_SEVERITY_INFORMATIVE, (uint16_t)(1000U + i));
         report_firm(i);
@@ -99,7 +100,7 @@ static void reports_wait_in_order_while_communication_is_down(void)
                        1000U + i, i, i);
     }
     fixture_expect("");
-    be_back();
+    expect_communication_restarted();
     char found[2048] = "";
     for (const char* at = strstr(fixture_look(), "G/16"); at != NULL; at = strstr(at + 1U, "G/16")) {
         (void)strncat(found, at, strcspn(at, "\n") + 1U);
@@ -109,7 +110,7 @@ static void reports_wait_in_order_while_communication_is_down(void)
 
 static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
 {
-    be_dead();
+    leave_communication_dead();
     const supervisor_ground_t before = fixture.supervisor.ground;
     for (uint16_t i = 0U; i < 240U; i++) {
         report_number(PUS_SERVICE_EVENTS, PUS_SEVERITY_INFORMATIVE, (uint16_t)(1000U + i));
@@ -118,7 +119,7 @@ static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
         fixture_step();
     }
     const supervisor_ground_t now = fixture.supervisor.ground;
-    be_back();
+    expect_communication_restarted();
     const char* const text = fixture_look();
     const arrivals_t firm  = arrivals_of(text, "G/16 1.7 #", "%u");
     const arrivals_t plain = arrivals_of(text, "G/16 5.1 ", "%4X");
@@ -129,7 +130,7 @@ static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
     TEST_ASSERT_EQUAL_UINT32(before.dropped_firm, fixture.supervisor.ground.dropped_firm);
     TEST_ASSERT_EQUAL_UINT32(241U, plain.count + behind.count + (now.dropped_plain - before.dropped_plain));
     TEST_ASSERT_EQUAL_UINT32(240U, bulk.count + (now.dropped_bulk - before.dropped_bulk));
-    // The other blocks of the smallest size are reserved for FIRM reports.
+    // Of the 768 smallest blocks, 256 are reserved for FIRM reports.
     TEST_ASSERT_TRUE((plain.count + bulk.count) <= 512U);
     TEST_ASSERT_TRUE((plain.count >= 200U) && (bulk.count >= 60U));
     fixture_forget();
@@ -141,13 +142,13 @@ static void dropped_reports_are_counted_and_no_firm_report_is_lost(void)
 /// More FIRM reports than have room: the first ones arrive, the others are counted.
 static void the_first_of_too_many_firm_reports_are_kept(void)
 {
-    be_dead();
+    leave_communication_dead();
     for (uint16_t i = 0U; i < 600U; i++) {
         report_firm(i);
         fixture_step();
     }
     TEST_ASSERT_FALSE(supervisor_ground_takes_requests(&fixture.supervisor));
-    be_back();
+    expect_communication_restarted();
     const arrivals_t firm = arrivals_of(fixture_look(), "G/16 1.7 #", "%u");
     TEST_ASSERT_TRUE((firm.count > 500U) && (firm.count <= GROUND_FIRM_REPORTS));
     TEST_ASSERT_EQUAL(firm.count - 1U, firm.last);

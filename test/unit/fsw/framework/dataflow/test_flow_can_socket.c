@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// flow_can over SocketCAN, on a virtual interface that the test makes. On a kernel without SocketCAN only the
-// refusal is tested; test/hil runs this program again on a kernel with SocketCAN.
+// flow_can over SocketCAN, on a virtual interface that the test makes. On a kernel without SocketCAN the
+// program only tests that opening is refused; test/hil runs it again on a kernel with SocketCAN.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow_can.h"
 

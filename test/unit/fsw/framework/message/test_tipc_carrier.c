@@ -4,6 +4,7 @@
 #include "fsw/framework/message/tipc_carrier.h"
 
 #include "base/octets.h"
+#include "fsw/framework/message/message_frame.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -32,8 +33,8 @@ static const uint8_t octets[3] = {1U, 2U, 3U};
 
 // ---- The mocked kernel ----
 
-static uint8_t sent[MESSAGE_FRAME_MAX]; // Last frame.
-static uint8_t coming[MESSAGE_FRAME_MAX];
+static uint8_t sent[MESSAGE_FRAME_MAX];     // Last frame.
+static uint8_t received[MESSAGE_FRAME_MAX]; // Frame that the mocked kernel returns next.
 
 status_t __wrap_osal_tipc_send(osal_socket_t* sock, osal_tipc_name_t to, const uint8_t* frame, size_t size)
 {
@@ -56,7 +57,7 @@ status_t __wrap_osal_tipc_receive(osal_socket_t* sock, uint64_t* out_from, uint8
         *out_from = mock_type(uint64_t);
         *out_size = mock_type(size_t);
         assert_in_range(*out_size, 0U, capacity);
-        (void)memcpy(frame, coming, *out_size);
+        (void)memcpy(frame, received, *out_size);
     }
     return status;
 }
@@ -180,7 +181,7 @@ static void messages_of_unknown_senders_are_dropped(void** state)
     assert_int_equal(1U, carrier.other_senders);
 }
 
-static void errors_are_passed_on(void** state)
+static void a_message_that_is_too_large_is_malformed_and_errors_are_passed_on(void** state)
 {
     (void)state;
     will_return(__wrap_osal_tipc_receive, STATUS_TOO_LARGE);
@@ -193,20 +194,20 @@ static void errors_are_passed_on(void** state)
 static void a_message_beyond_the_window_is_dropped_and_counted(void** state)
 {
     (void)state;
-    (void)memset(coming, 0, sizeof coming);
-    octets_put_u16(&coming[0], 0x484DU);
-    coming[2] = 1U;
-    octets_put_u16(&coming[4], PEER);
-    octets_put_u16(&coming[6], SELF);
-    octets_put_u32(&coming[8], 1U);
+    (void)memset(received, 0, sizeof received);
+    octets_put_u16(&received[0], 0x484DU);
+    received[2] = 1U;
+    octets_put_u16(&received[4], PEER);
+    octets_put_u16(&received[6], SELF);
+    octets_put_u32(&received[8], 1U);
     unsigned kept = 0U;
-    while (message_deliver(&endpoint, coming, MESSAGE_FRAME_MAX) == STATUS_OK) {
+    while (message_deliver(&endpoint, received, MESSAGE_FRAME_MAX) == STATUS_OK) {
         kept++;
     }
     assert_int_equal(MESSAGE_WINDOW_OCTETS / MESSAGE_FRAME_MAX, kept);
     will_receive(PEER_SOCKET, MESSAGE_FRAME_MAX);
     assert_int_equal(STATUS_OK, message_tipc_carrier_pump(&carrier, &endpoint));
-    assert_int_equal(2U, endpoint.counters.overruns);
+    assert_int_equal(2U, endpoint.counters.overruns); // The last frame of the loop, and this one.
 }
 
 // ---- Hints ----
@@ -234,7 +235,7 @@ static void a_peer_that_is_back_is_queried(void** state)
     will_send(PEER, MESSAGE_HEADER_OCTETS, STATUS_OK);
     expect_value(delivered, to, PEER);
     take_hints();
-    assert_int_equal(2U, sent[3]); // A probe.
+    assert_int_equal(MESSAGE_SYNC, sent[3]); // The kind of the frame.
     assert_int_equal(1U, endpoint.counters.syncs);
 }
 
@@ -265,7 +266,7 @@ int main(void)
         cmocka_unit_test_setup(peers_beyond_the_capacity_are_refused, set_up),
         cmocka_unit_test_setup(returned_messages_are_counted_and_not_delivered, set_up),
         cmocka_unit_test_setup(messages_of_unknown_senders_are_dropped, set_up),
-        cmocka_unit_test_setup(errors_are_passed_on, set_up),
+        cmocka_unit_test_setup(a_message_that_is_too_large_is_malformed_and_errors_are_passed_on, set_up),
         cmocka_unit_test_setup(a_message_beyond_the_window_is_dropped_and_counted, set_up),
         cmocka_unit_test_setup(names_that_exist_at_the_beginning_give_no_hint, set_up),
         cmocka_unit_test_setup(a_peer_that_is_back_is_queried, set_up),

@@ -48,7 +48,7 @@ static double potential(const double q[2])
     return model.gravity * ((model.link_mass[0] * at.z[0]) + (model.link_mass[1] * at.z[1]));
 }
 
-/// Kinetic energy; velocities of the centres of mass are differences of their positions.
+/// Kinetic energy at velocity v; velocities of the centres of mass are differences of their positions.
 static double kinetic(const double q[2], const double v[2])
 {
     const double ahead[2]  = {q[0] + (STEP * v[0]), q[1] + (STEP * v[1])};
@@ -66,7 +66,8 @@ static double kinetic(const double q[2], const double v[2])
     return energy;
 }
 
-static double quadratic(const manipulator_arm_terms_t* const terms, const double v[2])
+/// Kinetic energy by the mass matrix of the model, v M v / 2.
+static double kinetic_by_model(const manipulator_arm_terms_t* const terms, const double v[2])
 {
     double product[2];
     manipulator_arm_inertia_times(terms, v, product);
@@ -75,7 +76,7 @@ static double quadratic(const manipulator_arm_terms_t* const terms, const double
 
 typedef void (*check_t)(const double q[2], const double v[2]);
 
-static void everywhere(const check_t check)
+static void in_many_poses(const check_t check)
 {
     for (double q1 = -1.0; q1 <= 3.0; q1 += 0.37) {
         for (double q2 = -3.0; q2 <= 0.5; q2 += 0.41) {
@@ -93,7 +94,7 @@ static void everywhere(const check_t check)
 static void check_kinetic(const double q[2], const double v[2])
 {
     const manipulator_arm_terms_t terms = manipulator_arm_terms(&model, q);
-    EXPECT_WITHIN(kinetic(q, v), 1.0e-8, quadratic(&terms, v));
+    EXPECT_WITHIN(kinetic(q, v), 1.0e-8, kinetic_by_model(&terms, v));
     // The mass matrix is positive definite.
     EXPECT_ABOVE(0.0, (terms.m11 * terms.m22) - (terms.m12 * terms.m12));
 }
@@ -130,7 +131,7 @@ static void differentiate(const double q[2], const double v[2], double rate[2], 
         const manipulator_arm_terms_t p = manipulator_arm_terms(&model, plus);
         const manipulator_arm_terms_t m = manipulator_arm_terms(&model, minus);
         rate[i]                         = (pa[i] - pb[i]) / (2.0 * STEP);
-        gradient[i]                     = (quadratic(&p, v) - quadratic(&m, v)) / (2.0 * STEP);
+        gradient[i]                     = (kinetic_by_model(&p, v) - kinetic_by_model(&m, v)) / (2.0 * STEP);
     }
 }
 
@@ -154,17 +155,17 @@ static void check_coriolis(const double q[2], const double v[2])
 
 static void the_mass_matrix_gives_the_kinetic_energy(void)
 {
-    everywhere(check_kinetic);
+    in_many_poses(check_kinetic);
 }
 
 static void gravity_is_the_gradient_of_the_potential_energy(void)
 {
-    everywhere(check_gravity);
+    in_many_poses(check_gravity);
 }
 
 static void velocity_terms_follow_from_the_mass_matrix(void)
 {
-    everywhere(check_coriolis);
+    in_many_poses(check_coriolis);
 }
 
 static void the_home_pose_needs_the_expected_holding_torques(void)
