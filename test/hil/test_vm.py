@@ -87,6 +87,12 @@ def test_make_passes_the_command_as_it_is_written(tmp_path):
     assert made.returncode == 2 and "Error 9" in made.stderr  # make's own form of an exit code
 
 
+def test_the_kernel_does_not_check_the_timer_of_the_emulator(tmp_path):
+    """On a machine with much other work the check fails, and the kernel panics."""
+    line = microvm.arguments(tmp_path, tmp_path, tmp_path, 0, 512, "debug", False)
+    assert {"no_timer_check", "debug"} <= set(line[line.index("-append") + 1].split())
+
+
 def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
     outcome = microvm.run("sleep 1000", seconds=1, out=tmp_path / "out", folder=kernel_folder)
     assert (outcome.code, outcome.limit) == (microvm.LIMIT_REACHED, True)
