@@ -154,9 +154,35 @@ def _events(whole):
     return at[kept], ends[kept]
 
 
+class Events:
+    """Octets of the events of a channel: a sequence of views into the log, made when they are asked for. A log of an hour has millions of events."""
+
+    def __init__(self, octets, starts, ends):
+        self._view, self._starts, self._ends = memoryview(octets), starts, ends
+
+    def __len__(self):
+        return len(self._starts)
+
+    def __getitem__(self, number):
+        return self._view[int(self._starts[number]) : int(self._ends[number])]
+
+    def __iter__(self):
+        return (self._view[start:end] for start, end in zip(self._starts.tolist(), self._ends.tolist()))
+
+    def heads(self, size):
+        """The first octets of each event, one after the other. Raises LogError if an event is shorter."""
+        shortest = int((self._ends - self._starts).min(initial=size))
+        if shortest < size:
+            raise LogError(f"an event has {shortest} octets, expected {size}")
+        if not len(self):
+            return b""
+        rows = np.ndarray((len(self._view) - size + 1,), f"V{size}", self._view, 0, (1,))  # At each place of the log.
+        return rows[self._starts].tobytes()
+
+
 def parse_lcm(octets):
-    """Dict channel -> (array of times [us], list of event octets) of an LCM event log."""
-    whole, view = np.frombuffer(octets, np.uint8), memoryview(octets)
+    """Dict channel -> (array of times [us], Events) of an LCM event log."""
+    whole = np.frombuffer(octets, np.uint8)
     at, ends = _events(whole)
     sizes = _u32(whole, at + 20)
     starts = at + _LCM_HEADER.size + sizes
@@ -171,7 +197,7 @@ def parse_lcm(octets):
         place = int(at[firsts[group]]) + _LCM_HEADER.size
         name = bytes(octets[place : place + int(sizes[firsts[group]])]).decode("ascii", "replace")
         times = (_u32(whole, at[rows] + 12) << 32) | _u32(whole, at[rows] + 16)
-        channels[name] = (times, [view[start:end] for start, end in zip(starts[rows].tolist(), ends[rows].tolist())])
+        channels[name] = (times, Events(octets, starts[rows], ends[rows]))
     return channels
 
 

@@ -95,7 +95,7 @@ def _sizes(member, numbers):
 
 
 def _columns(events, members):
-    """Dict name -> array of members without text: a row for each event. Counts are those of the first event."""
+    """Dict name -> array of members without text: a row for each event (logs.Events). Counts are those of the first event."""
     fields, numbers, at = [("head", f"V{HEAD - 8}"), ("time_ns", ">i8")], {}, HEAD
     for member in members:
         kind = np.dtype((NUMBERS[member.kind], _sizes(member, numbers)))
@@ -103,8 +103,7 @@ def _columns(events, members):
             numbers[member.name] = int(np.frombuffer(events[0], kind, 1, at)[0])
         fields.append((member.name, kind))
         at += kind.itemsize
-    rest = len(events[0]) - at if events else 0  # Octets of a text at the end.
-    table = np.frombuffer(b"".join([event[:at] for event in events] if rest else events), np.dtype(fields))
+    table = np.frombuffer(events.heads(at), np.dtype(fields))
     found = {"time_us": table["time_ns"] // 1000}
     for member in members:
         if member.name in numbers:

@@ -14,7 +14,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "gse"))
-from hirosco_gse import truth  # noqa: E402
+from hirosco_gse import logs, truth  # noqa: E402
 
 WRITER = ROOT / "build/test/unit/sim/truth/test_truth"
 TYPES = sorted((ROOT / "sim/truth").glob("*.lcm"))
@@ -64,7 +64,7 @@ def test_the_reader_of_the_ground_has_the_fingerprints_of_lcm_gen(types):
 
 
 def test_the_reader_of_the_ground_finds_the_same_members(types, events):
-    read = truth.decode({channel: ((), [event.data]) for channel, event in events.items()})
+    read = truth.decode({channel: ((), logs.Events(event.data, np.array([0]), np.array([len(event.data)]))) for channel, event in events.items()})
     for channel in events:
         message = decode(types, events, channel)
         for member in truth.types()[channel].members:

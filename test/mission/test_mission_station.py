@@ -509,6 +509,24 @@ def test_the_flight_that_has_ended_is_replayed(page, address, flight):
     assert not page.faults
 
 
+def test_a_jump_makes_no_entry_of_the_log_twice_and_none_that_is_hidden(page):
+    """This test continues on the page of the test before."""
+    kept, count, commands = page.evaluate("""async () => {
+        const log = document.querySelector("station-log"), rest = () => new Promise((done) => setTimeout(done, 300));
+        station.replay.seek(station.replay.end);
+        await rest();
+        const before = [...log.eventList.children];
+        station.replay.seek(station.replay.end / 2);
+        await rest();
+        const after = [...log.eventList.children];
+        return [after.filter((entry) => before.includes(entry)).length, after.length, log.commandList.childElementCount];
+    }""")
+    assert kept == count > 0 and commands == 0
+    page.click("#log-Commands")
+    assert page.locator("station-log [aria-label='Commands'] .entry").count() > 5
+    page.click("#log-Events")
+
+
 def test_the_player_plays_and_seeks(page):
     """This test continues on the page of the test before."""
     page.evaluate("station.replay.seek(1)")
@@ -545,15 +563,6 @@ def write_film(browser, folder):
         station.send_signal(signal.SIGINT)
         station.wait(flying.MOMENT_S)
     pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
-
-
-@pytest.mark.usefixtures("flight")  # It has built the page.
-def test_a_wrong_recording_is_refused_in_words(browser, folder):
-    folder.mkdir(exist_ok=True)
-    (folder / "kept.recording").write_text("no recording", encoding="utf-8")
-    with serving("--replay", folder / "kept.recording") as address, contextlib.closing(opened(browser, address, "true")) as refused:
-        until(refused, "document.querySelector('station-bar').textContent.includes('Cannot replay: expected a recording of a run')")
-        assert "No open alarm" not in refused.locator("station-bar").text_content() and not refused.faults
 
 
 def test_a_report_is_one_file(browser, fleet, hangar):

@@ -2,6 +2,7 @@
 """The page of the station beside a satellite that flies freely: its base, a reaction wheel and the thrusters, of which the mission has no
 telemetry, are moved by the simulator's truth, and the page says so."""
 
+import contextlib
 import shutil
 import struct
 import subprocess
@@ -153,3 +154,12 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, hangar):
     kinds = [kind for kind, _ in drawn]
     assert kinds.count("BufferGeometry") == 1 and ["CylinderGeometry", 0x0000FF] in drawn
     assert len(drawn) == 3  # With the collision sphere of the finger, which has no visual.
+
+
+@pytest.mark.usefixtures("flight")  # It has built the page.
+def test_a_wrong_recording_is_refused_in_words(browser, folder):
+    folder.mkdir(exist_ok=True)
+    (folder / "kept.recording").write_text("no recording", encoding="utf-8")
+    with station.serving("--replay", folder / "kept.recording") as address, contextlib.closing(station.opened(browser, address, "true")) as refused:
+        station.until(refused, "document.querySelector('station-bar').textContent.includes('Cannot replay: expected a recording of a run')")
+        assert "No open alarm" not in refused.locator("station-bar").text_content() and not refused.faults

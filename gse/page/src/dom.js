@@ -197,9 +197,9 @@ export function lights(cells) {
   return node;
 }
 
-// Make the tabs of a panel from pairs [name, element]. Returns the list element and a function that opens a
-// tab.
-export function tabs(prefix, pairs) {
+// Make the tabs of a panel from pairs [name, element]. `opened` is called after a tab was opened. Returns the
+// list element and a function that opens a tab.
+export function tabs(prefix, pairs, opened = () => {}) {
   const list = el("div", { role: "tablist", "aria-label": prefix });
   const idOf = (name) => `${prefix}-${name.replace(" ", "-")}`;
   const open = (wanted) => {
@@ -209,6 +209,7 @@ export function tabs(prefix, pairs) {
       tab.tabIndex = name === wanted ? 0 : -1;
       panel.hidden = name !== wanted;
     }
+    opened();
   };
   for (const [name, panel] of pairs) {
     const tab = el(

@@ -49,7 +49,9 @@ class Log extends HTMLElement {
         name,
         name === "Events" ? el("div", {}, this.filter, list) : el("div", {}, list),
       ]),
+      () => this.pages && this.draw(),
     );
+    this.made = new Map(); // In a replay: event -> its entry, which is shown again and again.
     this.append(this.pages.list, ...this.lists.map(([, list]) => list.parentElement));
     store.on("hello event command seen ready", () => this.plan());
     store.on("event", (event) => {
@@ -111,16 +113,17 @@ class Log extends HTMLElement {
       ),
     ];
     if (!store.replay) return el("div", { class: isUnseen ? "entry critical" : "entry" }, ...parts);
-    const isPast = event.number < store.events.length;
-    return el(
-      "button",
-      {
-        class: isPast ? "entry" : "entry to-come",
-        "aria-current": event.number === store.events.length - 1 ? "true" : null,
-        onclick: () => store.replay.seek(event.time),
-      },
-      ...parts,
-    );
+    return el("button", { class: "entry", onclick: () => store.replay.seek(event.time) }, ...parts);
+  }
+
+  // Entry of an event of a replay, marked as past, present or to come.
+  replayed(event) {
+    if (!this.made.has(event)) this.made.set(event, this.entry(event));
+    const entry = this.made.get(event);
+    entry.classList.toggle("to-come", event.number >= store.events.length);
+    if (event.number === store.events.length - 1) entry.setAttribute("aria-current", "true");
+    else entry.removeAttribute("aria-current");
+    return entry;
   }
 
   draw() {
@@ -130,6 +133,13 @@ class Log extends HTMLElement {
     );
     text(this.pages.list.querySelector("#log-Commands"), `Commands ${store.commands.size}`);
     this.offer();
+    // Only the list of the open tab is drawn.
+    if (!this.eventList.parentElement.hidden) this.drawEvents();
+    if (!this.commandList.parentElement.hidden) this.drawCommands();
+    if (this.facts && store.replay && !this.facts.firstChild) this.drawFacts();
+  }
+
+  drawEvents() {
     const newest = store.events
       .filter((event) => this.isShown(event))
       .slice(-SHOWN)
@@ -139,9 +149,11 @@ class Log extends HTMLElement {
     );
     const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
     const shown = store.replay ? this.around() : ordered;
+    const entryOf = (event) =>
+      store.replay ? this.replayed(event) : this.entry(event, unseen.includes(event));
     this.eventList.replaceChildren(
       ...(shown.length
-        ? shown.map((event) => this.entry(event, unseen.includes(event)))
+        ? shown.map(entryOf)
         : [
             el(
               "p",
@@ -151,7 +163,9 @@ class Log extends HTMLElement {
           ]),
     );
     this.eventList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
-    if (this.facts && store.replay && !this.facts.firstChild) this.drawFacts();
+  }
+
+  drawCommands() {
     const commands = [...store.commands.values()].slice(-SHOWN).reverse();
     this.commandList.replaceChildren(
       ...(commands.length

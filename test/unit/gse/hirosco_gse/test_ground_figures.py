@@ -302,12 +302,18 @@ def _event(body):
     return b"\x11" * 8 + struct.pack(">q", 500_000) + body
 
 
+def _channel(*events):
+    """Content of a channel, as logs.parse_lcm returns it."""
+    ends = np.cumsum([len(octets) for octets in events])
+    return np.zeros(len(events), np.int64), logs.Events(b"".join(events), np.concatenate([[0], ends[:-1]]), ends)
+
+
 def test_truth_has_all_joints_and_what_is_in_the_world():
     joints = _event(struct.pack(">i21d3B", 3, *range(21), 0, 1, 0))
     bases = _event(struct.pack(">i26d", 2, *range(26)))
     wheels = _event(struct.pack(">i4d", 2, *range(4)))
     names = _event(struct.pack(">I6sII3s", 6, b"WHEEL\0", 1, 3, b"W1\0"))
-    truth = runs.decode_truth({"NAMES": ([0], [names]), "JOINTS": ([0], [joints]), "BASE": ([0], [bases]), "WHEEL": ([0], [wheels])})
+    truth = runs.decode_truth({"NAMES": _channel(names), "JOINTS": _channel(joints), "BASE": _channel(bases), "WHEEL": _channel(wheels)})
     assert truth["WHEEL"]["momentum_nms"].tolist() == [[0, 1]] and truth["WHEEL"]["torque_nm"].tolist() == [[2, 3]]
     assert truth["JOINTS"]["velocity_rad_s"].tolist() == [[3, 4, 5]]
     assert truth["JOINTS"]["external_torque_nm"].tolist() == [[18, 19, 20]]
@@ -315,9 +321,19 @@ def test_truth_has_all_joints_and_what_is_in_the_world():
     assert truth["BASE"]["rotation"].tolist() == [[[6, 7, 8, 9], [10, 11, 12, 13]]]
     assert "CONTACT" not in truth and "STICK" not in truth
     springs = _event(struct.pack(">i12d2?", 2, *range(12), True, False))
-    scene = runs.decode_truth({"JOINTS": ([0], [joints]), "SPRING": ([0], [springs])})["CONTACT"]
+    scene = runs.decode_truth({"JOINTS": _channel(joints), "SPRING": _channel(springs)})["CONTACT"]
     assert scene["tip_m"].tolist() == [[0, 1, 2]] and scene["spring_force_n"].tolist() == [[6, 7, 8]]
     assert scene["spring_hooked"].tolist() == [True] and scene["in_contact"].tolist() == [False]
+
+
+def test_events_give_their_first_octets_and_a_short_one_is_refused():
+    _, events = _channel(b"abcd", b"efg", b"hij")
+    assert [bytes(octets) for octets in events] == [b"abcd", b"efg", b"hij"] and bytes(events[2]) == b"hij"
+    assert events.heads(3) == b"abcefghij" and events.heads(2) == b"abefhi"
+    with pytest.raises(logs.LogError, match="an event has 3 octets, expected 4"):
+        events.heads(4)
+    none = logs.Events(b"", np.zeros(0, np.int64), np.zeros(0, np.int64))
+    assert len(none) == 0 and none.heads(4) == b""
 
 
 def test_a_log_is_read_event_by_event_though_its_data_look_like_events():
