@@ -37,25 +37,34 @@ static void take(stuffing_t* const stuffing, const uint32_t next)
     stuffing->stuffed += next >> 3;
 }
 
-/// Table of steps by whole octets: state | stuff bits << 3, for each state and octet. The first call fills
-/// it.
-static const uint8_t* octet_steps(void)
+/// Tables of steps by whole octets.
+typedef struct {
+    uint8_t stuffing[8U * 256U]; ///< For each state and octet: state | stuff bits << 3.
+    uint16_t crc15[256];
+} octet_steps_t;
+
+/// Returns the tables. The first call fills them.
+static const octet_steps_t* octet_steps(void)
 {
-    static uint8_t steps[8U * 256U];
+    static octet_steps_t steps;
     static bool is_filled;
-    for (uint32_t i = 0U; !is_filled && (i < sizeof steps); i++) {
+    for (uint32_t i = 0U; !is_filled && (i < sizeof steps.stuffing); i++) {
         const uint32_t high = nibble_step[i >> 8][(i >> 4) & 15U];
         const uint32_t low  = nibble_step[high & STATE_MASK][i & 15U];
-        steps[i]            = (uint8_t)((low & STATE_MASK) | (((high >> 3) + (low >> 3)) << 3));
+        steps.stuffing[i]   = (uint8_t)((low & STATE_MASK) | (((high >> 3) + (low >> 3)) << 3));
+    }
+    for (uint32_t i = 0U; !is_filled && (i < 256U); i++) {
+        const uint32_t high = crc15_step[i >> 4];
+        steps.crc15[i]      = (uint16_t)(((high << 4) & 0x7FFFU) ^ crc15_step[((high >> 11) ^ i) & 15U]);
     }
     is_filled = true;
-    return steps;
+    return &steps;
 }
 
 /// Send the low `count` bits of `bits`, most significant first.
 static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
-    const uint8_t* steps = octet_steps();
+    const uint8_t* steps = octet_steps()->stuffing;
     stuffing_t now       = *stuffing;
     for (; (count % 4U) != 0U; count--) {
         take(&now, bit_step[now.state][(bits >> (count - 1U)) & 1U]);
@@ -73,7 +82,7 @@ static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t
 
 static void stuff_octets(stuffing_t* const stuffing, const uint8_t* const octets, const size_t size)
 {
-    const uint8_t* steps = octet_steps();
+    const uint8_t* steps = octet_steps()->stuffing;
     stuffing_t now       = *stuffing;
     for (size_t i = 0U; i < size; i++) {
         take(&now, steps[(now.state << 8) | octets[i]]);
@@ -81,15 +90,19 @@ static void stuff_octets(stuffing_t* const stuffing, const uint8_t* const octets
     *stuffing = now;
 }
 
+static uint32_t crc15_octet(const uint32_t crc, const uint32_t octet)
+{
+    return ((crc << 8) & 0x7FFFU) ^ octet_steps()->crc15[((crc >> 7) ^ octet) & 255U];
+}
+
 static uint32_t crc15_bits(uint32_t crc, const uint64_t bits, uint32_t count)
 {
-    for (; (count % 4U) != 0U; count--) {
+    for (; (count % 8U) != 0U; count--) {
         const uint32_t feedback = ((crc >> 14) ^ (uint32_t)(bits >> (count - 1U))) & 1U;
         crc                     = ((crc << 1) & 0x7FFFU) ^ ((feedback != 0U) ? 0x4599U : 0U);
     }
-    for (; count != 0U; count -= 4U) {
-        const uint32_t index = ((crc >> 11) ^ (uint32_t)(bits >> (count - 4U))) & 15U;
-        crc                  = ((crc << 4) & 0x7FFFU) ^ crc15_step[index];
+    for (; count != 0U; count -= 8U) {
+        crc = crc15_octet(crc, (uint32_t)(bits >> (count - 8U)));
     }
     return crc;
 }
@@ -142,7 +155,7 @@ uint16_t frame_crc15(const osal_can_frame_t* const frame)
     uint32_t crc          = crc15_bits(0U, header.bits, header.count);
     if ((frame->id & OSAL_CAN_REMOTE) == 0U) {
         for (size_t i = 0U; i < frame->length; i++) {
-            crc = crc15_bits(crc, frame->data[i], 8U);
+            crc = crc15_octet(crc, frame->data[i]);
         }
     }
     return (uint16_t)crc;

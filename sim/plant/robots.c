@@ -330,26 +330,35 @@ static double slider_speed(const joint_t* const joint)
     return axis[0] * (v[0] - carried[0]) + axis[1] * (v[1] - carried[1]) + axis[2] * (v[2] - carried[2]);
 }
 
+/// Returns the position of a hinge that was at `before` when ODE computed joint->angle_rad, and is now at
+/// `angle_rad` of ODE, which is limited to half a turn.
+static double unwrapped(const joint_t* const joint, const double angle_rad, const double before)
+{
+    const double change = angle_rad - joint->angle_rad;
+    const double turn   = (change > M_PI) ? -2.0 * M_PI : ((change < -M_PI) ? 2.0 * M_PI : 0.0);
+    return before + (change + turn);
+}
+
 double joint_position(const joint_t* const joint, const double before)
 {
     if (joint->model->kind == ROBOT_JOINT_PRISMATIC) {
         return joint->start + dJointGetSliderPosition(joint->ode);
     }
-    const double change = dJointGetHingeAngle(joint->ode) - joint->angle_rad;
-    const double turn   = (change > M_PI) ? -2.0 * M_PI : ((change < -M_PI) ? 2.0 * M_PI : 0.0);
-    return before + (change + turn);
+    return unwrapped(joint, dJointGetHingeAngle(joint->ode), before);
 }
 
 /// Read position and speed of a joint; angles are not limited to half a turn.
 static void read_joint(joint_t* const joint, double* const position, double* const velocity)
 {
-    *position = joint_position(joint, *position);
     if (joint->model->kind == ROBOT_JOINT_PRISMATIC) {
+        *position = joint_position(joint, *position);
         *velocity = slider_speed(joint);
         return;
     }
-    joint->angle_rad = dJointGetHingeAngle(joint->ode);
-    *velocity        = dJointGetHingeAngleRate(joint->ode);
+    const double angle_rad = dJointGetHingeAngle(joint->ode);
+    *position              = unwrapped(joint, angle_rad, *position);
+    *velocity              = dJointGetHingeAngleRate(joint->ode);
+    joint->angle_rad       = angle_rad;
 }
 
 static void read_base(const plant_t* const plant, const unsigned robot, plant_base_t* const out_base)
