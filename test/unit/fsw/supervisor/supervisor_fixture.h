@@ -3,7 +3,9 @@
 /// by themselves or stay silent, fake processes, and simulated time. Each packet that reaches a member or
 /// the ground is recorded as a line of text:
 ///
-///     "G 1.2 #5 0110 103"          a report of the supervisor to the ground; of APID 16: "G/16 ..."
+///     "G 1.2 #5 0110 103"          a report of the supervisor to the ground: request number 5, failure code
+///                                  (PUS_FAILURE_ in pus/core/tailoring.h) and detail; of APID 16: "G/16 ..."
+///     "G 5.4 00010010"             TM[5,4] with event 1 (descriptors/subsystems/supervisor.xml) and its data
 ///     "G time 2"                   a spacecraft time packet of a report every 2^2 s
 ///     "16 TC 129.1 05 from 8001"   a request that reached a member, with its data
 ///
@@ -30,6 +32,15 @@
 #define LINK_ARM_STATE 1U  ///< ARM port 1 -> HAND port 2.
 #define LINK_HAND_POS 2U   ///< HAND port 1 -> ARM port 2.
 #define LINK_LONE_STATE 3U ///< ARM port 1 -> LONE port 3: a second reader.
+// Events of ARM; HAND and LONE have BROKEN and STRAIN.
+#define BROKEN 1U   ///< HIGH; for ARM a plan only logs it, for HAND a plan takes the network down.
+#define STRAIN 2U   ///< MEDIUM; ARM and LONE have a plan.
+#define TIRED 3U    ///< MEDIUM, without a plan.
+#define NOTE 4U     ///< LOW, without a plan.
+#define GRIPLESS 5U ///< HIGH, without a plan.
+#define TORQUE 6U   ///< MEDIUM; a plan of 20 s.
+#define JAMMED 7U   ///< HIGH; a plan of 30 s.
+#define WORN 8U     ///< LOW; a plan of 0.1 s.
 #define MODE_SAFE 0U
 #define MODE_NOMINAL 1U
 #define FIXTURE_USER 1U
@@ -110,7 +121,7 @@ void fixture_fill(unsigned member);
 void fixture_send(unsigned member, const uint8_t* octets, size_t size);
 /// Send a report of a member to all ground users.
 void fixture_report(unsigned member, uint8_t service, uint8_t subtype, const void* data, size_t size);
-/// Send an event of a member: severity 1..4.
+/// Send an event of a member with a PUS_SEVERITY_.
 void fixture_event(unsigned member, uint8_t severity, uint16_t event);
 /// Send a verification report of this member about request number n of user 1.
 void fixture_verify(unsigned member, uint8_t subtype, uint16_t number);

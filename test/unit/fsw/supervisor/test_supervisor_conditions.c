@@ -115,10 +115,6 @@ static state_t ordered_state_after(const state_t open, const uint16_t event)
 
 static void a_waiting_order_for_a_lower_state_is_not_replaced(void)
 {
-    enum {
-        TIRED  = 3,
-        STRAIN = 2
-    };
     TEST_ASSERT_EQUAL(STATE_OFFLINE, ordered_state_after(STATE_OFFLINE, TIRED));
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, ordered_state_after(STATE_PRE_OPERATIONAL, TIRED));
     TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, ordered_state_after(STATE_SAFE_OPERATIONAL, TIRED));

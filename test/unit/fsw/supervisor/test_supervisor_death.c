@@ -17,7 +17,6 @@
 #define DAMAGED "G 5.4 0016"      ///< CHECKPOINT_DAMAGED.
 #define BACK "G 5.1 001F"         ///< RECOMMISSIONED.
 #define STOPPED "G 5.2 0020"      ///< RECOMMISSION_STOPPED.
-#define GRIPLESS 5U               // HIGH, without a plan.
 
 static checkpoint_t checkpoint;
 static supervisor_config_t configuration;
@@ -225,7 +224,7 @@ static void a_restarted_supervisor_has_the_networks(void)
     fixture_step();
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
     die();
@@ -423,7 +422,7 @@ static void expect_that_everything_arrives_once(unsigned sends)
     (void)fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TEST, 1U, NULL, 0U);
     (void)fixture_request_state(HAND, STATE_PRE_OPERATIONAL);
-    fixture_event(FIXTURE_LONE, 1U, 4U);
+    fixture_event(FIXTURE_LONE, PUS_SEVERITY_INFORMATIVE, NOTE);
     const bool has_died = dies_within_a_step(sends);
     fixture_run(60U);
     const char* const text = fixture_look();

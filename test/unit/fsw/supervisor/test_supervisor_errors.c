@@ -8,12 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define BROKEN 1U ///< HIGH; for ARM a plan only logs it, for HAND a plan takes the network down.
-#define STRAIN 2U
-#define TIRED 3U
-#define NOTE 4U
-#define GRIPLESS 5U ///< HIGH, without a plan.
-
 void setUp(void)
 {
     fixture_open_up();
@@ -46,7 +40,7 @@ static void a_high_error_shuts_the_network_down_in_the_same_step(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
     // HAND gets a command; ARM goes down without one; LONE is not in the network. The events report that
     // network 16 was shut down because of 16, and that its plan has started.
@@ -77,7 +71,7 @@ static void an_event_about_a_message_has_the_time_of_the_step_that_takes_it_in(v
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.now_ns += FIXTURE_TICK_NS / 2U; // A message wakes the supervisor between two ticks.
-    notice(FIXTURE_ARM, 4U, GRIPLESS);
+    notice(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("G 5.1 000600100005"));
     TEST_ASSERT_UINT64_WITHIN(1000U, fixture.now_ns, fixture.event_ns);
@@ -86,7 +80,7 @@ static void an_event_about_a_message_has_the_time_of_the_step_that_takes_it_in(v
 static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    notice(FIXTURE_ARM, 4U, GRIPLESS);
+    notice(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
     // The event is not reported to the ground.
     fixture_expect("G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
@@ -97,11 +91,11 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_forget();
-    notice(FIXTURE_ARM, 3U, TIRED);
+    notice(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0401 from 8001"));
     fixture_forget();
-    notice(FIXTURE_ARM, 2U, NOTE);
+    notice(FIXTURE_ARM, PUS_SEVERITY_LOW, NOTE);
     notice(FIXTURE_ARM, 9U, GRIPLESS); // 9 is not a severity.
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
@@ -111,15 +105,16 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
 static void one_failure_has_one_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
-    fixture_event(FIXTURE_HAND, 4U, BROKEN); // HAND belongs to the plan run of the other failure.
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    // HAND belongs to the plan run of the other failure.
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     run_ms(700);
     // After the end of that run, the next failure has a run of its own.
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
 }
@@ -129,8 +124,8 @@ static void failures_of_separate_networks_have_separate_plans(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
-    fixture_event(FIXTURE_LONE, 4U, BROKEN);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
+    fixture_event(FIXTURE_LONE, PUS_SEVERITY_HIGH, BROKEN);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.plans_started);
     run_ms(600);
@@ -143,7 +138,7 @@ static void a_partner_in_error_or_lost_receives_no_second_command(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("17 TC 129.8 06"));
     run_ms(700);
@@ -152,7 +147,7 @@ static void a_partner_in_error_or_lost_receives_no_second_command(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture.start_result                     = STATUS_NOT_FOUND;
     fixture.members[FIXTURE_HAND].is_running = false;
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
     run_ms(700);
     TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[1].process);
@@ -162,7 +157,7 @@ static void a_partner_in_error_or_lost_receives_no_second_command(void)
 static void a_plan_of_the_mission_replaces_the_built_in_one(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_event(FIXTURE_HAND, 4U, BROKEN);
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("G 131.2 010003")); // NOMINAL to SAFE, cause plan.
@@ -180,7 +175,7 @@ static void a_plan_that_only_logs_has_no_other_effect(void)
 {
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, BROKEN);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, BROKEN);
     run_ms(1000);
     fixture_expect("G/16 5.4 0001\nG 5.1 000600100001\n");
 }
@@ -190,7 +185,7 @@ static void a_subsystem_without_links_goes_down_alone(void)
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_LONE, 4U, BROKEN);
+    fixture_event(FIXTURE_LONE, PUS_SEVERITY_HIGH, BROKEN);
     run_ms(700);
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
@@ -206,7 +201,7 @@ static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_s
     for (unsigned i = 0U; i < 2U; i++) {
         fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
         fixture_forget();
-        fixture_event(FIXTURE_ARM, 3U, events[i]);
+        fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, events[i]);
         fixture_step();
         // The cause is the plan or the error of the subsystem.
         TEST_ASSERT_TRUE(
@@ -226,7 +221,7 @@ static void a_medium_error_never_commands_a_higher_state(void)
         for (unsigned k = 0U; k < 2U; k++) {
             fixture_place(FIXTURE_ARM, states[i]);
             fixture_forget();
-            fixture_event(FIXTURE_ARM, 3U, events[k]);
+            fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, events[k]);
             fixture_run(3U);
             TEST_ASSERT_FALSE_MESSAGE(fixture_has("16 TC"), "an order for a higher state");
         }
@@ -241,7 +236,7 @@ static void a_plan_may_take_a_member_to_its_safe_state(void)
     for (unsigned i = 0U; i < 4U; i++) {
         fixture_place(FIXTURE_LONE, states[i]);
         fixture_forget();
-        fixture_event(FIXTURE_LONE, 3U, STRAIN);
+        fixture_event(FIXTURE_LONE, PUS_SEVERITY_MEDIUM, STRAIN);
         fixture_run(2U);
         TEST_ASSERT_EQUAL((i == 1U) || (i == 2U), fixture_has("18 TC 129.8 0603 from 8001"));
     }
@@ -250,8 +245,8 @@ static void a_plan_may_take_a_member_to_its_safe_state(void)
 static void low_and_informative_events_are_only_logged(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_event(FIXTURE_ARM, 2U, NOTE);
-    fixture_event(FIXTURE_ARM, 1U, NOTE);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_LOW, NOTE);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_INFORMATIVE, NOTE);
     run_ms(1000);
     fixture_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
 }
@@ -352,7 +347,7 @@ static void a_process_that_is_slow_within_its_time_is_not_killed(void)
     TEST_ASSERT_EQUAL(1U, fixture.kills);
     TEST_ASSERT_EQUAL(1U, fixture.starts);
     fixture_run(1U);
-    TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 001E0010")); // PROCESS_HUNG.
 }
 
 static unsigned times_reported(const char* text, const char* line)
@@ -384,8 +379,8 @@ static void a_repeated_detection_of_a_hang_has_one_reaction(void)
         TEST_ASSERT_EQUAL(hang, fixture.kills);
         TEST_ASSERT_EQUAL(started[hang], fixture.starts);
         const char* const text = fixture_look();
-        TEST_ASSERT_EQUAL(1U, times_reported(text, "G 5.4 001E0012"));
-        TEST_ASSERT_EQUAL(0U, times_reported(text, "G 5.4 00010012"));
+        TEST_ASSERT_EQUAL(1U, times_reported(text, "G 5.4 001E0012")); // PROCESS_HUNG.
+        TEST_ASSERT_EQUAL(0U, times_reported(text, "G 5.4 00010012")); // PROCESS_LOST.
         TEST_ASSERT_EQUAL((hang < 3U) ? 0U : 1U, times_reported(text, "G 131.2 01"));
         fixture_forget();
     }
@@ -517,23 +512,23 @@ static void random_errors_leave_the_supervisor_consistent(void)
 static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command(void)
 {
     static const char shut_down[] = "G 5.1 000300100010";
-    fixture_event(FIXTURE_LONE, 4U, BROKEN); // LONE has no links.
+    fixture_event(FIXTURE_LONE, PUS_SEVERITY_HIGH, BROKEN); // LONE has no links.
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // A new failure; HAND needs no command.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // A new failure; HAND needs no command.
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(shut_down));
     TEST_ASSERT_FALSE(fixture_has("17 TC 129.8"));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure without a command.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure without a command.
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has(shut_down));
     fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, GRIPLESS); // The same failure with a command.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure with a command.
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has(shut_down));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
@@ -545,18 +540,18 @@ static void a_command_without_an_answer_is_repeated_after_a_second(void)
     const registry_entry_t* const arm = supervisor_registry_find(&fixture.supervisor, ARM);
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].is_passive = true;
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
     fixture_forget();
     const uint64_t ordered_ns = arm->order.time_ns;
     fixture.now_ns            = ordered_ns + 999999999U;
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();
     TEST_ASSERT_EQUAL_UINT64(ordered_ns + 999999999U, fixture.supervisor.now_ns);
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8"));
     fixture.now_ns = ordered_ns + 1000000000U;
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
 }

@@ -430,7 +430,7 @@ static void make_busy(void)
     request_within(ARM, 78U);
     busy.insert = fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TIME_SCHEDULE, 4U, request_data.octets,
                              request_data.position);
-    fixture_event(FIXTURE_ARM, 1U, 4U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_INFORMATIVE, NOTE);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "ab", 2U);
 }
 

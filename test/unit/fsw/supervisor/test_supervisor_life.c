@@ -282,7 +282,7 @@ static void no_recovery_plan_starts_during_the_shutdown(void)
     (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
     fixture_run(5U);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, 5U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
     // The network is secured without a plan and without a restart.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));

@@ -32,15 +32,15 @@ typedef struct {
 } failure_t;
 
 static const failure_t failures[] = {
-    {"TIRED, MEDIUM, no plan", FIXTURE_ARM, 3U, 3U},
-    {"STRAIN, MEDIUM, a plan of one action", FIXTURE_ARM, 3U, 2U},
-    {"TORQUE, MEDIUM, a plan of 20 s", FIXTURE_ARM, 3U, 6U},
-    {"HAND's STRAIN, MEDIUM, no plan", FIXTURE_HAND, 3U, 2U},
-    {"WORN, LOW, a plan of 0.1 s", FIXTURE_ARM, 2U, 8U},
-    {"GRIPLESS, HIGH, no plan", FIXTURE_ARM, 4U, 5U},
-    {"BROKEN, HIGH, a plan that logs", FIXTURE_ARM, 4U, 1U},
-    {"JAMMED, HIGH, a plan of 30 s", FIXTURE_ARM, 4U, 7U},
-    {"HAND's BROKEN, HIGH, a plan of 0.2 s", FIXTURE_HAND, 4U, 1U},
+    {"TIRED, MEDIUM, no plan", FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED},
+    {"STRAIN, MEDIUM, a plan of one action", FIXTURE_ARM, PUS_SEVERITY_MEDIUM, STRAIN},
+    {"TORQUE, MEDIUM, a plan of 20 s", FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TORQUE},
+    {"HAND's STRAIN, MEDIUM, no plan", FIXTURE_HAND, PUS_SEVERITY_MEDIUM, STRAIN},
+    {"WORN, LOW, a plan of 0.1 s", FIXTURE_ARM, PUS_SEVERITY_LOW, WORN},
+    {"GRIPLESS, HIGH, no plan", FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS},
+    {"BROKEN, HIGH, a plan that logs", FIXTURE_ARM, PUS_SEVERITY_HIGH, BROKEN},
+    {"JAMMED, HIGH, a plan of 30 s", FIXTURE_ARM, PUS_SEVERITY_HIGH, JAMMED},
+    {"HAND's BROKEN, HIGH, a plan of 0.2 s", FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN},
 };
 
 #define FAILURES (sizeof failures / sizeof failures[0])
@@ -48,7 +48,7 @@ static const failure_t failures[] = {
 /// Act as a failed subsystem: after a HIGH event it is in ERROR_OPERATIONAL before it reports the event.
 static void fail(const failure_t* failure)
 {
-    if (failure->severity == 4U) {
+    if (failure->severity == PUS_SEVERITY_HIGH) {
         fixture_place(failure->member, STATE_ERROR_OPERATIONAL);
     }
     fixture_event(failure->member, failure->severity, failure->event);
@@ -67,7 +67,7 @@ static void bring_back_up(void)
 static void check(const failure_t* failure, const char* text)
 {
     const unsigned other = (failure->member == FIXTURE_ARM) ? FIXTURE_HAND : FIXTURE_ARM;
-    if (failure->severity == 4U) {
+    if (failure->severity == PUS_SEVERITY_HIGH) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_ERROR_OPERATIONAL, fixture.members[other].state, text);
     } else if (failure->severity == 3U) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, fixture.members[failure->member].state, text);
@@ -108,12 +108,12 @@ static void a_running_plan_does_not_suppress_a_reaction(void)
 static void a_high_error_ends_a_medium_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_event(FIXTURE_ARM, 3U, 6U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TORQUE);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0403 from 8001"));
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, 5U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
     fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 00130010000600100005\nG 5.1 000600100005\n"
                    "17 TC 129.8 0602 from 8001\n");
@@ -130,25 +130,25 @@ static void a_medium_error_during_a_high_plan_starts_no_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
-    fixture_event(FIXTURE_ARM, 4U, 7U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, JAMMED);
     fixture_run(2U);
     fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
-    fixture_event(FIXTURE_HAND, 3U, 2U);
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_MEDIUM, STRAIN);
     fixture_run(2U);
     TEST_ASSERT_TRUE(
         fixture_has("17 TC 129.8 0401 from 8001")); // No plan applies: only the built-in reaction follows.
-    fixture_event(FIXTURE_ARM, 3U, 6U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TORQUE);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007")); // PLAN_OVERRULED.
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
 static void a_failure_of_the_same_severity_joins_the_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_event(FIXTURE_ARM, 4U, 7U);
-    fixture_event(FIXTURE_HAND, 4U, 1U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, JAMMED);
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.joined);
@@ -158,21 +158,21 @@ static void a_command_that_was_sent_is_not_repeated(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].is_passive = true;
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     run_ms(500);
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
     run_ms(600); // After this time the command may have been lost.
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 04"));
     fixture_forget();
     // Another command is sent at once and has the effect that the first should have had.
-    fixture_event(FIXTURE_HAND, 4U, 1U);
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.8 04"));
@@ -182,10 +182,10 @@ static void a_pending_command_is_not_replaced_by_one_of_lower_severity(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_ARM);
-    fixture_event(FIXTURE_HAND, 4U, 1U);
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_HIGH, BROKEN);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture.supervisor.registry[0].is_order_pending);
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, fixture.supervisor.registry[0].ordered);
 }
@@ -199,17 +199,17 @@ static void an_error_during_the_shutdown_still_secures_the_network(void)
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 04"));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, 5U);
-    fixture_event(FIXTURE_ARM, 3U, 6U);
-    fixture_event(FIXTURE_ARM, 2U, 8U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TORQUE);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_LOW, WORN);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.counters.plans_started);
     run_ms(3100); // Then all members are commanded to OFFLINE, and nothing interrupts this.
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 00"));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 4U, 5U);
-    fixture_event(FIXTURE_ARM, 3U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_run(2U);
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
@@ -233,7 +233,7 @@ static void the_supervisors_own_errors_have_plans(void)
     fixture_forget();
     break_the_log();
     run_ms(300);
-    TEST_ASSERT_TRUE(fixture_has("G 5.4 000801"));
+    TEST_ASSERT_TRUE(fixture_has("G 5.4 000801"));       // LOG_FAILED.
     TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008")); // PLAN_STARTED: only the supervisor takes part.
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));

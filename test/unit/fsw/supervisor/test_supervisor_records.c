@@ -110,7 +110,7 @@ static void definitions_of_each_service_are_restored(void)
     fixture_run(1U);
     TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
     fixture_forget();
-    fixture_event(FIXTURE_ARM, 2U, 4U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_LOW, NOTE);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
 }

@@ -221,7 +221,7 @@ static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
     const uint16_t second = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(2U);
-    fixture_event(FIXTURE_LONE, 1U, 77U);
+    fixture_event(FIXTURE_LONE, PUS_SEVERITY_INFORMATIVE, 77U);
     fixture_step();
     fixture_expect("G/18 5.1 004D\n");
     fixture_run(PATIENCE_TICKS);
@@ -500,7 +500,7 @@ static void a_command_without_room_stays_pending(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture_fill(FIXTURE_HAND);
-    fixture_event(FIXTURE_ARM, 4U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, TIRED);
     fixture_run(1U);
     fixture_forget();
     fixture.members[FIXTURE_HAND].takes_nothing = false;
@@ -518,7 +518,7 @@ static void a_command_does_not_wait_behind_requests(void)
         (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
     }
-    fixture_event(FIXTURE_ARM, 4U, 3U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, TIRED);
     fixture_step();
     TEST_ASSERT_FALSE(supervisor_registry_find(&fixture.supervisor, HAND)->is_order_pending);
     TEST_ASSERT_TRUE(message_credit(&fixture.endpoint, HAND) < MESSAGE_RESERVE);

@@ -8,8 +8,8 @@
 ///     fixture_expect("1.1 #0\n" ...);           // All lines since the last call.
 ///
 /// Lines: "1.5 #0 step 3", "1.4 #0 0204 3" (code, detail), "129.2 0>1 ENTERING cause 0 code 0000 cfg 0",
-/// "5.4 event 1 aux 0007", "130.10 link 1 2>3 reason 0"; callbacks as "* secure".
-/// subsystem_fixture_lines.c writes all forms of lines.
+/// "5.4 event 1 aux 0007", "130.10 link 1 2>3 reason 0"; callbacks as "* secure". Failure codes (PUS_FAILURE_
+/// in pus/core/tailoring.h) and details are hexadecimal. subsystem_fixture_lines.c writes all forms of lines.
 #ifndef TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_H
 #define TEST_UNIT_FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_FIXTURE_H
 

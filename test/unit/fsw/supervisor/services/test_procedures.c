@@ -120,7 +120,7 @@ static void requests_share_the_counts_of_the_supervisor(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
-    fixture_event(FIXTURE_ARM, 3U, 2U); // The plan of this event commands ARM.
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, STRAIN); // The plan of this event commands ARM.
     fixture_run(10U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 "));
     expect_ends(1U, 0U);

@@ -10,7 +10,6 @@
 #include <string.h>
 
 #define LONE_REACHED "18 TC 17.1 from 1\n"
-#define NOTE 4U // Event of ARM.
 #define MS 1000000ULL
 
 void setUp(void)
@@ -54,14 +53,14 @@ static void a_request_is_released_at_its_position(void)
 static void a_request_is_released_by_its_event(void)
 {
     release_on(NOTE, LONE, 0U);
-    fixture_event(FIXTURE_ARM, 2U, NOTE + 1U);
-    fixture_event(FIXTURE_HAND, 2U, NOTE);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_LOW, NOTE + 1U);
+    fixture_event(FIXTURE_HAND, PUS_SEVERITY_LOW, NOTE);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 2U, "\4", 1U);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_EVENTS, 8U, "\0\4", 2U); // A list of disabled events.
     fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 26U, "\0\4", 2U);
     fixture_run(3U);
     TEST_ASSERT_FALSE(fixture_has(LONE_REACHED));
-    fixture_event(FIXTURE_ARM, 2U, NOTE);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_LOW, NOTE);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has(LONE_REACHED));
 }
@@ -158,7 +157,7 @@ static void an_event_that_finds_the_queue_full_is_kept(void)
 {
     release_on(NOTE, LONE, 0U);
     fill_queue();
-    fixture_event(FIXTURE_ARM, 2U, NOTE);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_LOW, NOTE);
     expect_retried();
     TEST_ASSERT_TRUE(pus_event_action_is_waiting(&fixture.supervisor.spacecraft.schedules.actions));
 }
