@@ -82,7 +82,8 @@ build/$(BOARD)/bin/$(subst _,-,$1): $(call target_parts,$1) osal/freertos/mps2.l
 	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -Wl,-Map,$(SIZED)/$1/$1.map -o $$@ $$(filter %.o,$$^) $$(call group,$$^) -lm -lc -lgcc
 endef
 ifdef TARGET
-# This file changes when MISSION changes. Every program depends on it, so it contains the missions asked for last.
+# This file changes when MISSION changes. Every program depends on it, so the programs are always those of the missions
+# that were requested last.
 build/$(BOARD)/mission: force
 	@mkdir -p $(@D) && echo '$(ONE_MISSION)' | cmp -s - $@ || echo '$(ONE_MISSION)' >$@
 $(foreach p,$(TARGET_NAMES),$(foreach d,$(call sized_dirs,$p),$(eval $(call sized_library_rule,$p,$d))))

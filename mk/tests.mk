@@ -112,7 +112,8 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
     $(foreach s,arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
     $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_endurance.c \
     %/test_link_torture.c %/test_long_lists.c %/test_packet_store_power.c %/test_descriptor_limits.c,$(TESTS)))
-# Those that take long on the board, or link what only they need there, run with LONG=1 (`make check-full`).
+# Portable tests that take long on the board, or that link libraries that only they need there, run only with LONG=1
+# (`make check-full`).
 LONG_BOARD_TESTS := $(filter test/unit/fsw/programs/% test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
     %_torture.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
     $(foreach t,ring epochs lives overload,%/test_message_$t.c) \

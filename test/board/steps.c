@@ -25,14 +25,14 @@ typedef struct {
     uint8_t after;
     uint32_t count;
     uint32_t longest;
-    uint32_t bins[BINS]; ///< The last has all that are longer.
+    uint32_t bins[BINS]; ///< Number of steps in each bin; the last bin also has all longer steps.
 } row_t;
 
 static row_t rows[ROWS_MAX];
 static size_t row_count;
 static uint64_t begin_ns;
 static bool is_in_step;
-static state_t before; ///< After the last step: a request that is received changes the state before the step.
+static state_t before; ///< State after the last step, because a received request may change it before a step.
 static state_t after;
 
 void __real_component_runtime_pump(component_runtime_t* runtime, uint32_t messages,
@@ -91,14 +91,15 @@ void __wrap_run_state_beat(run_state_t* const block, const unsigned component, c
                            const uint64_t wake_ns)
 {
     __real_run_state_beat(block, component, now_ns, wake_ns);
-    if (is_in_step) { // The first beat is before the first step.
+    if (is_in_step) { // The first beat comes before the first step and is not counted.
         note((uint32_t)((osal_clock_monotonic_ns() - begin_ns) / INSTRUCTION_NS));
         is_in_step = false;
         before     = after;
     }
 }
 
-/// Upper end of the bin below which this share [percent] of the steps lies.
+/// Returns a number of instructions (the upper end of a bin) that this share [percent] of the steps do not
+/// exceed.
 static uint32_t quantile(const row_t* const row, const uint32_t percent)
 {
     uint64_t sum   = 0U;
@@ -133,7 +134,8 @@ static void print_numbers(const char* const word, const char* const name, const 
 void __wrap_port_exit(const int code)
 {
     port_stack_t stacks[PORT_STACKS_MAX];
-    const size_t stack_count = (code == 0) ? port_stacks(stacks) : 0U; // Not after a fault.
+    // The use of the stacks is printed only after a normal end.
+    const size_t stack_count = (code == 0) ? port_stacks(stacks) : 0U;
     for (size_t i = 0U; i < row_count; i++) {
         const row_t* const row   = &rows[i];
         const uint32_t numbers[] = {row->before,        row->after,         row->count,

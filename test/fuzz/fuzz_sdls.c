@@ -14,10 +14,10 @@
 
 // Bits of a record's kind.
 #define SEALED 0x01U  ///< session u8, count u8, segment header u8, content.
-#define HANG_UP 0x02U ///< The connection ends before it, and a new one begins.
-#define RESTART 0x04U ///< All connections end before it, and the receiver is opened again.
-#define REFUSE 0x08U  ///< Meanwhile the disk refuses writes.
-#define LEAVE 0x10U   ///< The caller does not accept the frame.
+#define HANG_UP 0x02U ///< Before the record, its connection ends and a new one begins.
+#define RESTART 0x04U ///< Before the record, all connections end and the receiver is opened again.
+#define REFUSE 0x08U  ///< During the record, the disk refuses writes.
+#define LEAVE 0x10U   ///< The caller does not take the frame that the receiver has accepted.
 
 static const uint8_t secret[SDLS_KEY_OCTETS] = {0x77U, 0x13U};
 

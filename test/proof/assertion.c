@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In a proof no assertion of the code may fail: it is a statement to prove like all others.
+// In a proof each assertion of the code is a further statement to prove.
 #include "base/assertion.h"
 #include "test/proof/proof.h"
 

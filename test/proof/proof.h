@@ -9,14 +9,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// PROVE: a statement holds whenever it is reached. IMPLIES, only within PROVE: the condition has this
-/// consequence. NEVER: this place is not reached.
+/// PROVE: the statement is true whenever it is reached. IMPLIES, only within PROVE: if the condition is true,
+/// the consequence is true. NEVER: this place is not reached.
 ///
-/// With PROOF_REACHED each statement says instead that it is never reached with all of its conditions true;
-/// run_proofs.py expects each to fail, because a statement that is not reached proves nothing.
+/// With PROOF_REACHED each assertion claims instead that the statement is never reached with all of its
+/// conditions true; run_proofs.py expects each to fail, because a statement that is never reached proves
+/// nothing.
 #define ASSUME(condition) __CPROVER_assume(condition)
 #ifdef PROOF_REACHED
-static bool proof_is_idle; // A condition in the statement is false, so that its consequence does not count.
+static bool proof_is_idle; // A condition of the statement is false, so its consequence was not examined.
 static inline bool proof_idle(void)
 {
     proof_is_idle = true;
@@ -36,7 +37,7 @@ static inline bool proof_idle(void)
 #define NEVER(text) __CPROVER_assert(false, text)
 #endif
 
-// Any value: CBMC knows these by the beginning of their names.
+// Functions that return any value: CBMC recognizes them by the beginning of their names.
 bool nondet_bool(void);
 uint8_t nondet_u8(void);
 uint16_t nondet_u16(void);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Two media in memory that record every write, so that a test can cut the power at any of them: of what was
-/// not synced yet, any part may be missing and any write may be torn. Errors are injected on request.
+/// Two media in memory that record every write, so that a test can cut the power at any of them: any part of
+/// what was not synced yet may be missing, and any write may be torn. The test can inject errors.
 #ifndef TEST_SUPPORT_RECORDED_MEDIA_H
 #define TEST_SUPPORT_RECORDED_MEDIA_H
 
@@ -54,8 +54,8 @@ medium_t recorded_medium(size_t index);
 void recorded_clear(const image_t images[2]);
 /// Apply an operation to its image; of a write, the first `size` octets.
 void recorded_apply(const operation_t* operation, size_t size, image_t images[2]);
-/// The guaranteed content of the media: only what was synced. A failed sync loses what was written before it,
-/// although it can still be read.
+/// Get the guaranteed content of the media, which is only what was synced. A failed sync loses what was
+/// written before it, although it can still be read.
 void recorded_durable(image_t images[2]);
 /// Copy both media.
 void recorded_copy(image_t to[2], const image_t from[2]);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The far side of a CAN bus for tests: nodes that do what CiA 301 and 402 require, or the errors that the
-/// test orders. No bus timing: all that flight has sent is answered in one call.
+/// Nodes on a CAN bus for tests of the flight software: they behave as CiA 301 and 402 require, or make the
+/// errors that the test requests. There is no bus timing: one call answers all frames of the flight software.
 ///
-/// A node has every object (unknown ones read as zero), and process data by its kind.
+/// A node has every object; an object that was not set reads as zero. Its kind determines its process data.
 #ifndef TEST_SUPPORT_SCRIPTED_BUS_H
 #define TEST_SUPPORT_SCRIPTED_BUS_H
 

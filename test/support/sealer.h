@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The sender's side for tests: protected frames, with any field as the test sets it.
+/// A sender of protected telecommand frames for tests, which can set each field to any value.
 #ifndef TEST_SUPPORT_SEALER_H
 #define TEST_SUPPORT_SEALER_H
 
@@ -23,9 +23,9 @@ typedef struct {
 
 /// Make a frame with the content (1..988 octets) under the key.
 void seal(sealed_t* frame, const uint8_t key[SDLS_KEY_OCTETS], const uint8_t* content, size_t size);
-/// The value that identifies a key in its mark, as the ground computes it.
+/// Compute the value that identifies a key in its mark, as the ground does.
 void sealer_key_check(const uint8_t key[SDLS_KEY_OCTETS], uint8_t out_check[SESSION_MARK_CHECK]);
-/// Make a medium with the mark of the key at a session, as the ground does.
+/// Write the mark of a key for a session to a medium, as the ground does.
 void sealer_make_mark(const medium_t* medium, const uint8_t key[SDLS_KEY_OCTETS], uint32_t session);
 
 #endif // TEST_SUPPORT_SEALER_H

@@ -151,7 +151,7 @@ static void a_node_that_opens_has_received_nothing_and_its_sent_frames_remain(vo
     assert_same(&frame, &out);
 }
 
-static void names_and_addresses(void)
+static void addresses_of_missing_buses_and_malformed_addresses_are_refused(void)
 {
     osal_can_t other;
     char other_address[96];
@@ -261,7 +261,7 @@ int main(void)
     RUN_TEST(lengths_that_no_frame_can_have_are_refused);
     RUN_TEST(full_ring_refuses_counts_and_loses_nothing_it_took);
     RUN_TEST(a_node_that_opens_has_received_nothing_and_its_sent_frames_remain);
-    RUN_TEST(names_and_addresses);
+    RUN_TEST(addresses_of_missing_buses_and_malformed_addresses_are_refused);
     RUN_TEST(a_frame_passes_if_it_matches_one_filter);
     RUN_TEST(a_mask_may_have_any_bit);
     RUN_TEST(removed_bus_stays_usable_for_open_ends);

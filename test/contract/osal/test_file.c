@@ -92,7 +92,7 @@ static void read_in_parts_up_to_the_end(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read(&file, part, sizeof part, &size)); // The file is closed.
 }
 
-static void load_has_bounds(void)
+static void a_file_is_loaded_only_if_it_fits(void)
 {
     char content[10];
     size_t size = 7U;
@@ -266,7 +266,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(create_empties_a_file_and_append_adds_to_it);
     RUN_TEST(read_in_parts_up_to_the_end);
-    RUN_TEST(load_has_bounds);
+    RUN_TEST(a_file_is_loaded_only_if_it_fits);
     RUN_TEST(operations_on_missing_files_report_not_found);
     RUN_TEST(update_reads_and_writes_anywhere);
     RUN_TEST(resize_cuts_and_extends_with_zeros);

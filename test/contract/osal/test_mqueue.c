@@ -95,7 +95,7 @@ static void the_minimum_queue_is_always_granted_and_an_excessive_one_never(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_open(&other, name));
 }
 
-static void names_that_exist_and_do_not(void)
+static void existing_missing_and_malformed_names_are_distinguished(void)
 {
     osal_mqueue_t other;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_mqueue_create(&other, name, 4U, OCTETS));
@@ -134,7 +134,7 @@ int main(void)
     RUN_TEST(messages_arrive_whole_and_in_order);
     RUN_TEST(limits_are_reached_and_reported);
     RUN_TEST(the_minimum_queue_is_always_granted_and_an_excessive_one_never);
-    RUN_TEST(names_that_exist_and_do_not);
+    RUN_TEST(existing_missing_and_malformed_names_are_distinguished);
     RUN_TEST(a_sender_is_informed_when_the_receiver_starts_again);
     return UNITY_END();
 }

@@ -61,7 +61,7 @@ static void pause_us(osal_clock_t* const clock, const uint64_t us)
 }
 
 /// Tries to open the block again and again, with a higher priority than its creator.
-static void look(void* context)
+static void open_repeatedly(void* context)
 {
     osal_clock_t clock;
     (void)context;
@@ -90,7 +90,7 @@ static void memory_is_zero_as_soon_as_it_can_be_opened(void)
     osal_task_t task;
     osal_clock_t clock;
     osal_clock_open_real(&clock, osal_clock_monotonic_ns());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, look, NULL, 20));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, open_repeatedly, NULL, 20));
     for (unsigned i = 0U; i < 4U; i++) {
         osal_shm_t shm;
         __atomic_store_n(&created, i + 1U, __ATOMIC_RELEASE);

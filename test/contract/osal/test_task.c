@@ -44,7 +44,7 @@ static void a_task_runs_once_with_its_context_and_joins(void)
     }
 }
 
-static void count_when_told(void* context)
+static void count_after_go(void* context)
 {
     seen_t* const own = context;
     if (osal_event_wait(&own->go, LONG_MS) == STATUS_OK) {
@@ -57,7 +57,7 @@ static void count_when_told(void* context)
 static void several_tasks_run_at_the_same_time_each_with_its_own_context(void)
 {
     for (size_t i = 0U; i < TASKS; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&tasks[i], count_when_told, &seen[i], 0));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&tasks[i], count_after_go, &seen[i], 0));
     }
     for (size_t i = TASKS; i > 0U; i--) {
         TEST_ASSERT_EQUAL_UINT32(0U, seen[i - 1U].runs);

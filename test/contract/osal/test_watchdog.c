@@ -35,7 +35,7 @@ static void a_wrong_period_or_a_missing_watchdog_is_refused(void)
     TEST_ASSERT_FALSE(osal_watchdog_has_reset());
 }
 
-static void a_loop_that_feeds_it_is_not_reset(void)
+static void a_loop_that_feeds_the_watchdog_is_not_reset(void)
 {
     if (!has_watchdog) {
         TEST_IGNORE_MESSAGE("this port has no watchdog");
@@ -47,7 +47,7 @@ static void a_loop_that_feeds_it_is_not_reset(void)
     TEST_ASSERT_FALSE(osal_watchdog_has_reset());
 }
 
-static void the_whole_period_may_pass_before_it_is_fed(void)
+static void the_watchdog_may_be_fed_near_the_end_of_its_period(void)
 {
     if (!has_watchdog) {
         TEST_IGNORE_MESSAGE("this port has no watchdog");
@@ -59,7 +59,7 @@ static void the_whole_period_may_pass_before_it_is_fed(void)
     TEST_ASSERT_FALSE(osal_watchdog_has_reset());
 }
 
-static void a_stopped_one_does_nothing(void)
+static void a_stopped_watchdog_does_nothing(void)
 {
     osal_watchdog_stop();
     osal_watchdog_feed(); // The call does not start the watchdog.
@@ -70,7 +70,7 @@ static void a_stopped_one_does_nothing(void)
 
 /// After a reset the program begins again; in this second start it must end here, otherwise the board would
 /// be reset again and again.
-static void no_test_was_reset(void)
+static void the_watchdog_has_not_reset_the_board(void)
 {
     TEST_ASSERT_FALSE_MESSAGE(osal_watchdog_has_reset(), "a test before was reset by the watchdog");
 }
@@ -78,13 +78,13 @@ static void no_test_was_reset(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(no_test_was_reset);
+    RUN_TEST(the_watchdog_has_not_reset_the_board);
     if (osal_watchdog_has_reset()) {
         return UNITY_END();
     }
     RUN_TEST(a_wrong_period_or_a_missing_watchdog_is_refused);
-    RUN_TEST(a_loop_that_feeds_it_is_not_reset);
-    RUN_TEST(the_whole_period_may_pass_before_it_is_fed);
-    RUN_TEST(a_stopped_one_does_nothing);
+    RUN_TEST(a_loop_that_feeds_the_watchdog_is_not_reset);
+    RUN_TEST(the_watchdog_may_be_fed_near_the_end_of_its_period);
+    RUN_TEST(a_stopped_watchdog_does_nothing);
     return UNITY_END();
 }

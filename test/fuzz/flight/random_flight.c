@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The image of a mission, commanded by random telecommands in each of its time steps, with invariants that
-// are checked in each cycle of each subsystem. It is linked with launcher/image_main.c; functions of the
-// flight software and of the simulator are wrapped (-Wl,--wrap) where the checks look.
+// are checked in each cycle of each subsystem. It is linked with launcher/image_main.c; the checks are in
+// wrappers (-Wl,--wrap) of functions of the flight software and of the simulator.
 // test/fuzz/random_flight.py starts it by `hirosco run`.
 //
-// Environment: RANDOM_FLIGHT="SEED TELECOMMANDS POOL RESULT". A violation writes the seed, the reason and the
-// last telecommands to RESULT.failure, as pusdump reads them, and ends the program; the same seed repeats it.
+// Environment: RANDOM_FLIGHT="SEED TELECOMMANDS POOL RESULT". After a violation the program writes the seed,
+// the reason and the last telecommands to RESULT.failure, in a format that pusdump reads, and aborts. The
+// same seed repeats the flight.
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/programs/run_state.h"
 #include "fsw/subsystems/communication/communication.h"
@@ -30,15 +31,16 @@
 #define QUIET_NS 15000000000ULL     // Time from the last telecommand until the shutdown of the mission.
 #define SECURED_CYCLES 400U         // Cycles from leaving OPERATIONAL until each brake holds: 200 ms.
 #define LINKLESS_CYCLES 2U          // Cycles in OPERATIONAL after the loss of a required link.
-#define CALM_STEPS 40U              // Time steps between two telecommands in quieter times, on average.
+#define CALM_STEPS 40U              // Time steps between two telecommands of phase CALM, on average.
 #define SCRIPT_STEP_NS 200000000ULL // Time between two requests of the script.
 #define SCRIPT_NS 4000000000ULL
 #define POOL_MAX 1048576U
 
-enum { // Times of a flight.
-    LOAD = 0,
-    CALM,
-    SCRIPT
+/// Phases of a flight, which differ in the telecommands that are sent.
+enum {
+    LOAD = 0, // Three in two time steps on average: random ones of all kinds.
+    CALM,     // Few, which bring subsystems up in any order.
+    SCRIPT    // Those of the script in order, which lead to operation with links.
 };
 enum { // Stages of a telecommand.
     UNSENT = 0,
@@ -56,7 +58,7 @@ static struct {
     run_state_t* run;
     osal_lockstep_t* scheduler;
     osal_socket_t socket;
-    telecommand_t waiting; // Rest of a telecommand that the connection did not take.
+    telecommand_t waiting; // The last telecommand; the octets from `waiting_from` on are not sent yet.
     size_t waiting_from;
     uint64_t now_ns;
     uint64_t last_ns; // Time of the last telecommand.
@@ -66,12 +68,12 @@ static struct {
     uint32_t refused;
     uint32_t unrouted;
     uint32_t arrived;   // Requests that reached the supervisor, on-board ones included.
-    uint32_t reports;   // All of the spacecraft.
+    uint32_t reports;   // Reports of all processes of the spacecraft.
     uint32_t forwarded; // Reports that arrived on ground.
     uint32_t connections;
     uint32_t cycles_operational;
     uint32_t operational_entries;
-    uint32_t linked_cycles; // In OPERATIONAL with required links.
+    uint32_t linked_cycles; // Cycles in OPERATIONAL of subsystems that need links.
     uint64_t phase_end_ns;
     uint32_t phase;     // LOAD, CALM or SCRIPT.
     uint32_t script_at; // Number of the next request of the script.
@@ -264,7 +266,7 @@ uint64_t __wrap_supervisor_step(supervisor_t* const supervisor, const uint64_t n
     HOLDS(supervisor->graph.count <= LINK_GRAPH_EDGES, SUPERVISOR_APID);
     HOLDS(supervisor->own_event_count <= SUPERVISOR_OWN_EVENTS, SUPERVISOR_APID);
     HOLDS(supervisor->log.failures == 0U, SUPERVISOR_APID);
-    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) { // No two owners of an epoch.
+    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) { // Two links must not open with the same epoch.
         for (size_t k = 0U; k < i; k++) {
             const link_session_t* const one   = &supervisor->sessions[i];
             const link_session_t* const other = &supervisor->sessions[k];
@@ -290,7 +292,7 @@ static void follow(const pus_tm_t* const tm)
     const bool is_end   = (tm->subtype == 2U) || (tm->subtype == 7U) || (tm->subtype == 10U) ||
                         (((tm->subtype == 4U) || (tm->subtype == 8U)) && is_whole);
     if (*at == UNSENT) {
-        return; // It answers random octets.
+        return; // The report answers a packet of random octets, which is not followed.
     }
     switch (tm->subtype) {
     case 1U:
@@ -383,7 +385,7 @@ static void connect_again(void)
     flight.connections++;
 }
 
-/// Send the waiting telecommand; false if a rest is left.
+/// Send the waiting telecommand, or its rest. False if a part is not sent yet.
 static bool send_waiting(void)
 {
     unsigned component = 0U;
@@ -425,8 +427,7 @@ static void note(const telecommand_t* const telecommand)
     }
 }
 
-/// Begin a time of load, a quieter one with requests that bring subsystems up in any order, or one of the
-/// script.
+/// Begin the next phase: after LOAD either CALM or SCRIPT, after these LOAD again.
 static void begin_phase(void)
 {
     static const uint32_t longest_ms[] = {[LOAD] = 1600U, [CALM] = 3000U, [SCRIPT] = 1U};
@@ -436,11 +437,11 @@ static void begin_phase(void)
     flight.phase_end_ns = flight.now_ns + ((flight.phase == SCRIPT) ? SCRIPT_NS : ((uint64_t)ms * 1000000U));
 }
 
-/// The next telecommand of this time step; false: there is none.
+/// Get the next telecommand of this time step. False if there is no further one.
 static bool next_telecommand(telecommand_t* const out)
 {
     telecommands_t* const telecommands = &flight.telecommands;
-    if (flight.phase == LOAD) { // One and a half in each step, on average.
+    if (flight.phase == LOAD) { // True in 3 of 5 calls: 1.5 telecommands in a time step, on average.
         const bool is_due = (telecommands_random(telecommands, 5U) > 1U);
         if (is_due) {
             telecommands_draw(telecommands, out);

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#define SEQUENCES 16000U // Counts above are those of requests inside of requests.
+#define SEQUENCES 16000U // Larger sequence counts belong to requests that are nested in others.
 #define ENTRY_HEADER 6U
 #define SHUTDOWN_SERVICE 131U
 #define SHUTDOWN_SUBTYPE 5U
@@ -111,7 +111,7 @@ static void draw_octets(telecommands_t* const self, telecommand_t* const out)
     for (size_t i = 0U; i < out->size; i++) {
         out->octets[i] = (uint8_t)telecommands_random(self, 256U);
     }
-    if (telecommands_random(self, 2U) == 0U) { // A header that is nearly sound.
+    if (telecommands_random(self, 2U) == 0U) { // Half of them get a header whose first fields are valid.
         static const uint8_t apids[] = {1U, 2U, 16U, 17U};
         out->octets[0]               = 0x18U;
         out->octets[1]               = apids[telecommands_random(self, sizeof apids)];

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: crc16_ccitt_more is the checksum by its definition, bit by bit: x^16 + x^12 + x^5 + 1, most
-//     significant bit first. Both are linear: the definition shifts and adds modulo 2, and the code adds
-//     entries of tables, each of which is linear (proved here). So equality for each single bit of the
-//     register and of the octets is equality for all. The checksum continues from any register: a string of
-//     any length is a series of blocks of eight octets and of single octets.
+// Proves: crc16_ccitt_more computes the checksum of the definition, which divides bit by bit by x^16 + x^12 +
+//     x^5 + 1, most significant bit first. Both computations are linear: the definition shifts and adds
+//     modulo 2, and the code adds entries of tables, each of which is linear (proved here). So if both agree
+//     for each single bit of the register and of the octets, they agree for all values. The checksum
+//     continues from any register, so a string of any length is a sequence of blocks of eight octets and of
+//     single octets.
 // Bounds: every register; a block of eight octets and a single octet, each of any value.
 // Replaced: nothing.
 // Sources:
@@ -30,7 +31,7 @@ static uint16_t by_definition(const uint16_t start, const uint8_t* const octets,
     return (uint16_t)crc;
 }
 
-/// Each entry of a table is the sum of those of its bits.
+/// Each entry of a table is the sum (modulo 2) of the entries of the single bits of its index.
 static void prove_tables_linear(void)
 {
     for (size_t table = 0U; table < 16U; table++) {

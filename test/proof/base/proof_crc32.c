@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: crc32_iso is the checksum by its definition, bit by bit: polynomial 0x04C11DB7, least significant
-//     bit first, which begins with ones and ends inverted. For strings of one size both are linear but for
-//     a constant: the definition shifts and adds modulo 2, and the code adds entries of tables, each of
-//     which is linear (proved here). So equality for the string of zeros and for each single bit is
-//     equality for all strings of this size. After a block of four octets the register has any value, as
-//     that of the block: so equality for a block and an octet is equality for a string of any length.
-// Bounds: strings of 0, 1, 4, 5 and 8 octets of any value; of any length by induction.
+// Proves: crc32_iso computes the checksum of the definition, which divides bit by bit by the polynomial
+//     0x04C11DB7, least significant bit first, from a register of ones, and inverts the result. For strings
+//     of equal size both computations are linear except for a constant: the definition shifts and adds modulo
+//     2, and the code adds entries of tables, each of which is linear (proved here). So if both agree for the
+//     string of zeros and for each string with a single bit, they agree for all strings of this size. After a
+//     block of four octets the register can have any value, because the block can have any value; so
+//     agreement for a block and the octets after it is agreement for a string of any length.
+// Bounds: strings of 0, 1, 4, 5 and 8 octets of any value; any length by induction.
 // Replaced: nothing.
 // Sources:
 // Options: --unwind 17
@@ -19,7 +20,7 @@
 
 #include "test/proof/proof.h"
 
-#define POLYNOMIAL 0xEDB88320U // Its least significant bit is that of the highest power.
+#define POLYNOMIAL 0xEDB88320U // 0x04C11DB7 with its bits in reverse order.
 #define STRING 8U
 
 static uint32_t by_definition(const uint8_t* const octets, const size_t size)
@@ -34,7 +35,7 @@ static uint32_t by_definition(const uint8_t* const octets, const size_t size)
     return ~crc;
 }
 
-/// Each entry of a table is the sum of those of its bits.
+/// Each entry of a table is the sum (modulo 2) of the entries of the single bits of its index.
 static void prove_tables_linear(void)
 {
     for (size_t table = 0U; table < 8U; table++) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: the reader and the writer of fields access no octet outside their buffer, whatever is asked and
-//     in which order; a failure stays; what is written is read again, field by field; a reader that is done
-//     has read every octet.
+// Proves: the reader and the writer of fields access no octet outside their buffer, for any requests in any
+//     order; a reader or writer that has failed stays failed; each field is read with the value that was
+//     written; a reader that reports that it is done has read every octet.
 // Bounds: buffers of 0..12 octets, any two fields of 1, 2, 4 or 8 octets or strings of any size.
 // Replaced: nothing.
 // Sources: base/octets.c
@@ -75,7 +75,7 @@ void proof(void)
     for (size_t i = 0U; i < FIELDS; i++) {
         values[i] = write_field(&writer, kinds[i], sizes[i]);
         PROVE(writer.position <= size, "the writer is inside its buffer");
-        PROVE(IMPLIES(had_failed, writer.failed), "a failure of the writer stays");
+        PROVE(IMPLIES(had_failed, writer.failed), "a writer that has failed stays failed");
         had_failed = writer.failed;
     }
     octet_reader_t reader = octet_reader(octets, size);
@@ -83,12 +83,12 @@ void proof(void)
     for (size_t i = 0U; i < FIELDS; i++) {
         const uint64_t value = read_field(&reader, kinds[i], sizes[i]);
         PROVE(reader.position <= reader.size, "the reader is inside its buffer");
-        PROVE(IMPLIES(had_failed, reader.failed && (value == 0U)), "a failure of the reader stays");
+        PROVE(IMPLIES(had_failed, reader.failed && (value == 0U)), "a reader that has failed stays failed");
         PROVE(IMPLIES(!writer.failed, !reader.failed && (value == values[i])), "a field is read as written");
         PROVE(octet_reader_left(&reader) == (reader.failed ? 0U : reader.size - reader.position),
-              "octets left");
+              "the octets left are those after the position");
         had_failed = reader.failed;
     }
     PROVE(IMPLIES(octet_reader_is_done(&reader), reader.position == reader.size),
-          "done: every octet is read");
+          "a reader that is done has read every octet");
 }

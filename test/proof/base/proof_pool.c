@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: every call on every sound pool leaves a sound pool: each block is either taken or exactly once in
-//     the list of free blocks, and the counters agree. A taken block was free and is inside the storage;
-//     the reserve is given only by pool_take_reserved; a wrong pointer is refused and changes nothing but
-//     its counter.
-// Bounds: pools of four blocks of 8 octets with a reserve of one, every sound state, one call: an induction
-//     without bound on the number of calls.
+//     the list of free blocks, and the counters agree. A block that is given was free and is inside the
+//     storage; only pool_take_reserved gives the blocks of the reserve; a wrong pointer is refused and
+//     changes only the counter of wrong pointers.
+// Bounds: pools of four blocks of 8 octets with a reserve of one block, every sound state, one call; by
+//     induction any number of calls.
 // Replaced: nothing.
 // Sources: base/pool.c
 // Options: --unwind 6
@@ -88,7 +88,7 @@ static void prove_taking(pool_t* const pool, const bool is_reserved)
         PROVE((block >= storage) && (block < &storage[BLOCKS]), "a block is inside the storage");
         const size_t index = (size_t)(block - storage);
         PROVE((holders[index] == 0U) && (slots[index].holders == 1U), "a block was free and has one holder");
-        PROVE(pool->stats.taken == (taken + 1U), "it is counted");
+        PROVE(pool->stats.taken == (taken + 1U), "a block that is given is counted");
     }
 }
 

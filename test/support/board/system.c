@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the C library of a board asks of the system, for tests only: Unity prints by the console of the
-// operating system layer, and the formatting of numbers takes memory. Flight software does not call it.
-// The port has no memory to give; what a test allocates comes from the heap here (--wrap in mk/tests.mk).
+// System calls of the C library of a board, for tests only: Unity prints on the console of the operating
+// system layer, and formatting numbers allocates memory. Flight software does not call them. The port has no
+// heap, so this file has one for what a test allocates (--wrap in mk/tests.mk).
 #include "osal/freertos/semihosting.h"
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/console.h"
@@ -15,7 +15,7 @@
 
 #define HEAP_OCTETS 262144U
 #define TEXT_OCTETS 128U
-#define ABORTED 134 // As the exit code of a shell for SIGABRT.
+#define ABORTED 134 // Exit code that a shell reports after SIGABRT.
 
 int _write(int descriptor, const char* text, int size);
 int _read(int descriptor, char* text, int size);
@@ -67,7 +67,7 @@ int _close(const int descriptor)
     return -1;
 }
 
-/// A character device: its lines are written one by one.
+/// Report a character device, so that the C library writes each line at once.
 int _fstat(const int descriptor, struct stat* const about)
 {
     (void)descriptor;
@@ -89,7 +89,7 @@ int _lseek(const int descriptor, const int offset, const int origin)
     return 0;
 }
 
-/// For abort().
+/// Called by abort().
 int _kill(const int process, const int number)
 {
     (void)process;

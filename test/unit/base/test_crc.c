@@ -60,13 +60,13 @@ static void fill(uint8_t* octets, size_t size, uint32_t seed)
     }
 }
 
-static void published_check_values(void)
+static void the_published_check_values_are_computed(void)
 {
     TEST_ASSERT_EQUAL_HEX16(0x29B1U, crc16_ccitt(CHECK_TEXT, CHECK_SIZE));
     TEST_ASSERT_EQUAL_HEX32(0xCBF43926U, crc32_iso(CHECK_TEXT, CHECK_SIZE));
 }
 
-static void vectors_of_the_packet_standard(void)
+static void the_verification_patterns_of_the_packet_standard_are_computed(void)
 {
     // The verification patterns that ECSS-E-ST-70-41C gives for packet error control.
     static const struct {
@@ -146,7 +146,7 @@ static void one_and_two_wrong_bits_are_always_detected(void)
     }
 }
 
-static void fnv_of_published_texts_and_in_parts(void)
+static void fnv_is_computed_for_published_texts_and_in_parts(void)
 {
     TEST_ASSERT_EQUAL_HEX64(0xAF63DC4C8601EC8CULL, fnv64(FNV64_START, (const uint8_t*)"a", 1U));
     TEST_ASSERT_EQUAL_HEX64(0x85944171F73967E8ULL, fnv64(FNV64_START, (const uint8_t*)"foobar", 6U));
@@ -179,14 +179,14 @@ static void null_with_a_size_is_a_coding_error(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(published_check_values);
-    RUN_TEST(vectors_of_the_packet_standard);
+    RUN_TEST(the_published_check_values_are_computed);
+    RUN_TEST(the_verification_patterns_of_the_packet_standard_are_computed);
     RUN_TEST(empty_input_gives_the_start_values);
     RUN_TEST(every_octet_and_every_pair_equals_the_reference);
     RUN_TEST(long_texts_equal_the_reference);
     RUN_TEST(a_packet_with_its_own_crc_gives_zero);
     RUN_TEST(one_and_two_wrong_bits_are_always_detected);
-    RUN_TEST(fnv_of_published_texts_and_in_parts);
+    RUN_TEST(fnv_is_computed_for_published_texts_and_in_parts);
     RUN_TEST(null_with_a_size_is_a_coding_error);
     return UNITY_END();
 }

@@ -20,7 +20,7 @@ typedef struct {
     uint64_t value;
 } unsigned_case_t;
 
-static void reads_unsigned_words(void)
+static void unsigned_numbers_are_read(void)
 {
     static const unsigned_case_t cases[] = {
         {"0", STATUS_OK, 0U},
@@ -55,7 +55,7 @@ static void reads_unsigned_words(void)
     }
 }
 
-static void reads_the_ends_of_each_integer_type(void)
+static void the_smallest_and_the_largest_number_of_each_integer_type_are_read(void)
 {
     static const struct {
         value_type_t type;
@@ -89,7 +89,7 @@ static void reads_the_ends_of_each_integer_type(void)
     }
 }
 
-static void refuses_reals_that_it_cannot_round_correctly(void)
+static void reals_that_cannot_be_rounded_correctly_are_refused(void)
 {
     static const char* const too_long[] = {
         "1234567890123456", "1e23", "1e-23", "0.00000000000000000000001", "1.2345678901234567", "1e9999"};
@@ -108,7 +108,7 @@ static void refuses_reals_that_it_cannot_round_correctly(void)
 }
 
 /// Compare bit for bit with the C library, which rounds correctly.
-static void rounds_as_the_c_library_does(void)
+static void reals_are_rounded_as_by_the_c_library(void)
 {
     uint64_t random = 0x9E3779B97F4A7C15ULL;
     for (unsigned i = 0U; i < 200000U; i++) {
@@ -147,7 +147,7 @@ static void the_entries_of_a_list_are_read_in_order(void)
 }
 
 /// Zero has no digits that a power of ten could make too large, and 'E' is the same as 'e'.
-static void reads_zeros_and_both_exponent_signs(void)
+static void zeros_and_both_letters_of_the_exponent_are_read(void)
 {
     static const char* const zeros[] = {"0", "0.000", "0e9999", "0.0E-9999", "0e0"};
     double value                     = 1.0;
@@ -165,7 +165,7 @@ static void reads_zeros_and_both_exponent_signs(void)
 }
 
 /// A refused text changes neither the value nor the position in the text.
-static void refuses_values_out_of_range_of_the_type(void)
+static void values_out_of_range_of_the_type_are_refused(void)
 {
     static const struct {
         const char* text;
@@ -193,7 +193,7 @@ static void refuses_values_out_of_range_of_the_type(void)
     }
 }
 
-static void reads_words_for_bool_and_bounds_of_float(void)
+static void words_for_bool_and_the_bounds_of_float_are_read(void)
 {
     const char* at = "true false 1 0 yes";
     bool flag      = false;
@@ -217,13 +217,13 @@ static void reads_words_for_bool_and_bounds_of_float(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(reads_unsigned_words);
-    RUN_TEST(reads_the_ends_of_each_integer_type);
-    RUN_TEST(refuses_reals_that_it_cannot_round_correctly);
-    RUN_TEST(rounds_as_the_c_library_does);
+    RUN_TEST(unsigned_numbers_are_read);
+    RUN_TEST(the_smallest_and_the_largest_number_of_each_integer_type_are_read);
+    RUN_TEST(reals_that_cannot_be_rounded_correctly_are_refused);
+    RUN_TEST(reals_are_rounded_as_by_the_c_library);
     RUN_TEST(the_entries_of_a_list_are_read_in_order);
-    RUN_TEST(reads_zeros_and_both_exponent_signs);
-    RUN_TEST(refuses_values_out_of_range_of_the_type);
-    RUN_TEST(reads_words_for_bool_and_bounds_of_float);
+    RUN_TEST(zeros_and_both_letters_of_the_exponent_are_read);
+    RUN_TEST(values_out_of_range_of_the_type_are_refused);
+    RUN_TEST(words_for_bool_and_the_bounds_of_float_are_read);
     return UNITY_END();
 }

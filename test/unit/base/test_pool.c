@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pools of blocks: references, reserve, warning thresholds, and the self-test.
 #include "base/pool.h"
 #include "test/support/assertion.h"
 #include "test/support/consistent_pool.h"
@@ -41,7 +42,7 @@ static void* take(void)
     return block;
 }
 
-static void gives_every_block_once_then_refuses(void)
+static void a_pool_gives_every_block_once_then_refuses(void)
 {
     void* blocks[BLOCKS];
     for (unsigned i = 0U; i < BLOCKS; i++) {
@@ -62,7 +63,7 @@ static void gives_every_block_once_then_refuses(void)
     TEST_ASSERT_EQUAL_UINT16(BLOCKS, pool.stats.peak);
 }
 
-static void holds_a_block_until_its_last_reference(void)
+static void a_block_is_held_until_its_last_reference_is_released(void)
 {
     void* const block = take();
     TEST_ASSERT_EQUAL(STATUS_OK, pool_retain(&pool, block));
@@ -77,7 +78,7 @@ static void holds_a_block_until_its_last_reference(void)
     TEST_ASSERT_EQUAL_UINT32(2U, pool.stats.rejected);
 }
 
-static void counts_references_up_to_their_limit(void)
+static void references_are_counted_up_to_their_limit(void)
 {
     void* const block = take();
     for (unsigned i = 1U; i < UINT16_MAX; i++) {
@@ -91,7 +92,7 @@ static void counts_references_up_to_their_limit(void)
     TEST_ASSERT_EQUAL_UINT16(0U, pool.stats.taken);
 }
 
-static void refuses_pointers_that_are_not_its_blocks(void)
+static void pointers_that_are_not_blocks_of_the_pool_are_refused(void)
 {
     uint64_t stranger   = 0U;
     uint8_t* const mine = take();
@@ -110,7 +111,7 @@ static void refuses_pointers_that_are_not_its_blocks(void)
 
 /// The index of a block is computed by a multiplication, whose rounding must be correct up to the last of
 /// very many blocks.
-static void finds_each_of_very_many_blocks(void)
+static void each_of_very_many_blocks_is_found(void)
 {
     enum {
         MANY  = 65534,
@@ -129,7 +130,7 @@ static void finds_each_of_very_many_blocks(void)
     }
 }
 
-static void keeps_the_reserve_for_commanding(void)
+static void the_reserve_is_kept_for_commanding(void)
 {
     make(2U);
     for (unsigned i = 0U; i < (BLOCKS - 2U); i++) {
@@ -143,7 +144,7 @@ static void keeps_the_reserve_for_commanding(void)
     TEST_ASSERT_EQUAL_UINT32(3U, pool.stats.refused);
 }
 
-static void warns_at_75_percent_and_falls_back_at_65(void)
+static void a_pool_warns_at_75_percent_and_clears_the_warning_at_65(void)
 {
     void* blocks[BLOCKS];
     for (unsigned i = 0U; i < 14U; i++) {
@@ -170,7 +171,7 @@ static void warns_at_75_percent_and_falls_back_at_65(void)
     TEST_ASSERT_EQUAL_UINT32(2U, pool.stats.warnings);
 }
 
-static void takes_thresholds_from_a_descriptor_that_is_applied_later(void)
+static void thresholds_may_be_set_when_a_descriptor_is_applied_later(void)
 {
     for (unsigned i = 0U; i < 10U; i++) {
         (void)take();
@@ -183,7 +184,7 @@ static void takes_thresholds_from_a_descriptor_that_is_applied_later(void)
 
 /// In the smallest pool one block is 100 %: taking it raises the warning, and releasing it clears the
 /// warning.
-static void warns_in_a_pool_of_one_block(void)
+static void a_pool_of_one_block_warns_when_the_block_is_taken(void)
 {
     pool_init(&pool, storage, slots, &(pool_setup_t){1U, 1U, 0U, 75U, 65U});
     void* const block = take();
@@ -201,7 +202,7 @@ static uint32_t next_random(uint32_t* const state)
 }
 
 /// Compare with a model that knows how often each block is held.
-static void agrees_with_a_model_over_many_random_steps(void)
+static void a_pool_agrees_with_a_model_over_many_random_steps(void)
 {
     make(3U);
     void* held[BLOCKS]          = {0};
@@ -233,7 +234,7 @@ static void agrees_with_a_model_over_many_random_steps(void)
     }
 }
 
-static void self_test_finds_a_damaged_list(void)
+static void the_self_test_finds_a_damaged_list(void)
 {
     void* const first = take();
     (void)take();
@@ -278,7 +279,7 @@ static void with_all_blocks_reserved(void)
     pool_init(&pool, storage, slots, &(pool_setup_t){8U, 4U, 4U, 75U, 65U});
 }
 
-static void asserts_on_coding_errors(void)
+static void coding_errors_are_assertions(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(with_clear_at_warn));
     TEST_ASSERT_TRUE(assertion_fails(with_no_blocks));
@@ -288,17 +289,17 @@ static void asserts_on_coding_errors(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(gives_every_block_once_then_refuses);
-    RUN_TEST(holds_a_block_until_its_last_reference);
-    RUN_TEST(counts_references_up_to_their_limit);
-    RUN_TEST(refuses_pointers_that_are_not_its_blocks);
-    RUN_TEST(finds_each_of_very_many_blocks);
-    RUN_TEST(keeps_the_reserve_for_commanding);
-    RUN_TEST(warns_at_75_percent_and_falls_back_at_65);
-    RUN_TEST(takes_thresholds_from_a_descriptor_that_is_applied_later);
-    RUN_TEST(warns_in_a_pool_of_one_block);
-    RUN_TEST(agrees_with_a_model_over_many_random_steps);
-    RUN_TEST(self_test_finds_a_damaged_list);
-    RUN_TEST(asserts_on_coding_errors);
+    RUN_TEST(a_pool_gives_every_block_once_then_refuses);
+    RUN_TEST(a_block_is_held_until_its_last_reference_is_released);
+    RUN_TEST(references_are_counted_up_to_their_limit);
+    RUN_TEST(pointers_that_are_not_blocks_of_the_pool_are_refused);
+    RUN_TEST(each_of_very_many_blocks_is_found);
+    RUN_TEST(the_reserve_is_kept_for_commanding);
+    RUN_TEST(a_pool_warns_at_75_percent_and_clears_the_warning_at_65);
+    RUN_TEST(thresholds_may_be_set_when_a_descriptor_is_applied_later);
+    RUN_TEST(a_pool_of_one_block_warns_when_the_block_is_taken);
+    RUN_TEST(a_pool_agrees_with_a_model_over_many_random_steps);
+    RUN_TEST(the_self_test_finds_a_damaged_list);
+    RUN_TEST(coding_errors_are_assertions);
     return UNITY_END();
 }

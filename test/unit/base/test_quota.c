@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Limits on the number of system objects in use, and their warning.
 #include "base/quota.h"
 
 #include "test/support/assertion.h"

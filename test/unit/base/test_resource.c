@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// An arena that is divided into pools of blocks of different sizes.
 #include "base/resource.h"
 #include "test/support/consistent_pool.h"
 
@@ -31,7 +32,7 @@ static void* take(const size_t octets)
     return block;
 }
 
-static void gives_the_smallest_block_that_fits(void)
+static void the_smallest_block_that_fits_is_given(void)
 {
     (void)take(0U);
     (void)take(32U);
@@ -73,7 +74,7 @@ static void a_block_returns_to_its_pool(void)
     TEST_ASSERT_TRUE(resource_is_returned(&memory));
 }
 
-static void refuses_an_arena_that_is_too_small_at_every_size(void)
+static void an_arena_of_any_size_that_is_too_small_is_refused(void)
 {
     for (size_t words = 0U; words < ARENA_WORDS; words++) {
         TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, resource_init(&memory, arena, words, sizes, 3U));
@@ -81,7 +82,7 @@ static void refuses_an_arena_that_is_too_small_at_every_size(void)
     TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, sizes, 3U));
 }
 
-static void refuses_impossible_sizes(void)
+static void impossible_sizes_are_refused(void)
 {
     const resource_size_t falling[]  = {{64U, 2U, 0U}, {64U, 2U, 0U}};
     const resource_size_t none[]     = {{64U, 0U, 0U}};
@@ -103,7 +104,7 @@ static void refuses_impossible_sizes(void)
 }
 
 /// Even with as many pools as possible, octets behind the last pool are not taken for another pool.
-static void refuses_a_block_larger_than_the_last_of_all_pools(void)
+static void a_block_larger_than_those_of_the_last_pool_is_refused(void)
 {
     static const resource_size_t all[RESOURCE_SIZES_MAX] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U},
                                                             {32U, 1U, 0U}, {40U, 1U, 0U}, {48U, 1U, 0U}};
@@ -134,12 +135,12 @@ static void damage_in_any_pool_is_found(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(gives_the_smallest_block_that_fits);
+    RUN_TEST(the_smallest_block_that_fits_is_given);
     RUN_TEST(many_small_blocks_do_not_use_up_the_large_ones);
     RUN_TEST(a_block_returns_to_its_pool);
-    RUN_TEST(refuses_an_arena_that_is_too_small_at_every_size);
-    RUN_TEST(refuses_impossible_sizes);
-    RUN_TEST(refuses_a_block_larger_than_the_last_of_all_pools);
+    RUN_TEST(an_arena_of_any_size_that_is_too_small_is_refused);
+    RUN_TEST(impossible_sizes_are_refused);
+    RUN_TEST(a_block_larger_than_those_of_the_last_pool_is_refused);
     RUN_TEST(damage_in_any_pool_is_found);
     return UNITY_END();
 }

@@ -42,7 +42,7 @@ static const uint64_t numbers[] = {0U,
 #define NUMBERS (sizeof numbers / sizeof numbers[0])
 
 /// printf of the C library is the independent reference of all number formats.
-static void unsigned_numbers_as_printf_prints_them(void)
+static void unsigned_numbers_are_written_as_by_printf(void)
 {
     for (size_t i = 0U; i < NUMBERS; i++) {
         char expected[32];
@@ -55,7 +55,7 @@ static void unsigned_numbers_as_printf_prints_them(void)
     }
 }
 
-static void signed_numbers_as_printf_prints_them(void)
+static void signed_numbers_are_written_as_by_printf(void)
 {
     static const int64_t values[] = {0, 1, -1, 42, -42, INT32_MIN, INT64_MAX, INT64_MIN, INT64_MIN + 1};
     for (size_t i = 0U; i < (sizeof values / sizeof values[0]); i++) {
@@ -67,7 +67,7 @@ static void signed_numbers_as_printf_prints_them(void)
     }
 }
 
-static void digits_pad_with_zeros_and_keep_the_lowest(void)
+static void a_fixed_number_of_digits_is_padded_with_zeros_or_truncated_to_the_lowest(void)
 {
     text_t text = fresh();
     text_add_digits(&text, 42U, 5U);
@@ -83,7 +83,7 @@ static void digits_pad_with_zeros_and_keep_the_lowest(void)
     TEST_ASSERT_EQUAL_STRING("18446744073709551615", text.characters);
 }
 
-static void hexadecimal_as_printf_prints_it(void)
+static void hexadecimal_numbers_are_written_as_by_printf(void)
 {
     for (size_t i = 0U; i < NUMBERS; i++) {
         char expected[32];
@@ -153,7 +153,7 @@ static void text_that_does_not_fit_is_cut_and_reported(void)
     }
 }
 
-static void truncation_remains_marked(void)
+static void a_text_that_was_truncated_remains_marked(void)
 {
     text_t text = text_in(buffer, 3U);
     text_add(&text, "abc");
@@ -218,15 +218,15 @@ static void words_are_joined_in_order_and_cut_at_the_end_of_the_buffer(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(unsigned_numbers_as_printf_prints_them);
-    RUN_TEST(signed_numbers_as_printf_prints_them);
-    RUN_TEST(digits_pad_with_zeros_and_keep_the_lowest);
-    RUN_TEST(hexadecimal_as_printf_prints_it);
+    RUN_TEST(unsigned_numbers_are_written_as_by_printf);
+    RUN_TEST(signed_numbers_are_written_as_by_printf);
+    RUN_TEST(a_fixed_number_of_digits_is_padded_with_zeros_or_truncated_to_the_lowest);
+    RUN_TEST(hexadecimal_numbers_are_written_as_by_printf);
     RUN_TEST(every_octet_has_two_lower_case_digits);
     RUN_TEST(seconds_have_nine_decimals);
     RUN_TEST(parts_are_sent_one_after_the_other);
     RUN_TEST(text_that_does_not_fit_is_cut_and_reported);
-    RUN_TEST(truncation_remains_marked);
+    RUN_TEST(a_text_that_was_truncated_remains_marked);
     RUN_TEST(coding_errors_are_caught);
     RUN_TEST(words_are_joined_in_order_and_cut_at_the_end_of_the_buffer);
     return UNITY_END();

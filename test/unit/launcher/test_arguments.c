@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The list of arguments of a process that the launcher starts.
 #include "launcher/arguments.h"
 
 #include "unity.h"

@@ -36,8 +36,8 @@ static void expect(const char* const line)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(header, line), header);
 }
 
-/// Arrays of C have at least one item; two structures and 256 octets are for definitions of ground.
-static void an_empty_descriptor_needs_the_least(void)
+/// An array in C has at least one item. Two structures and 256 octets are for definitions by the ground.
+static void an_empty_descriptor_needs_the_smallest_capacities(void)
 {
     write();
     expect("#define DRIVES_BUSES_MAX 1U\n#define DRIVES_DEVICES_MAX 1U\n#define DRIVES_MAPPINGS_MAX 1U\n");
@@ -103,7 +103,8 @@ static void lists_have_a_place_for_each_item(void)
            "3U\n");
     expect("#define SUBSYSTEM_STRUCTURES 5U\n#define SUBSYSTEM_SAMPLE_OCTETS 300U\n");
     expect("#define SUBSYSTEM_LOOPS 2U\n#define SUBSYSTEM_LINKS 2U\n");
-    expect("#define SUBSYSTEM_HOST_RECORDS 69U\n"); // 16 + 2 x 5 structures + 5 events + 2 parameters + 36.
+    // 16 + 2 x 5 structures + 5 events + 2 parameters + 32 and 4 definitions of monitoring.
+    expect("#define SUBSYSTEM_HOST_RECORDS 69U\n");
 }
 
 static void the_largest_of_all_missions_counts(void)
@@ -120,7 +121,7 @@ static void the_largest_of_all_missions_counts(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_empty_descriptor_needs_the_least);
+    RUN_TEST(an_empty_descriptor_needs_the_smallest_capacities);
     RUN_TEST(nodes_of_all_configurations_count_once);
     RUN_TEST(lists_have_a_place_for_each_item);
     RUN_TEST(the_largest_of_all_missions_counts);

@@ -524,8 +524,8 @@ static void an_operator_that_fails_ends_the_mission(void** state)
 static void a_life_that_is_over_is_asked_to_end_and_then_killed(void** state)
 {
     (void)state;
-    expect_wait(3U, order_the_next_life,
-                0U); // A participant of the scheduler has one second to end by itself.
+    // A participant of the scheduler has one second to end by itself, and one more after it was asked to end.
+    expect_wait(3U, order_the_next_life, 0U);
     expect_wait(3U, pass_a_second, 0U);
     expect_stop(false);
     expect_wait(3U, pass_a_second, 0U);

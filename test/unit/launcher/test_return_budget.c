@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// How often a supervisor that has died is started again, and after which delay.
 #include "launcher/return_budget.h"
 
 #include "unity.h"

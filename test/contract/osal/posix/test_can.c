@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// CAN in shared memory between two processes, and SocketCAN on a kernel without it.
 #define _GNU_SOURCE
 #include "osal/include/osal/can.h"
 

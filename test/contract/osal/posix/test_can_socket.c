@@ -81,7 +81,7 @@ static void command(const char* verb, const char* interface, const char* argumen
 
 // ---- On any kernel ----
 
-static void names_that_no_interface_has(void)
+static void names_that_no_interface_can_have_are_refused(void)
 {
     osal_can_interface_t seen;
     osal_can_claim_t claim;
@@ -97,7 +97,7 @@ static void names_that_no_interface_has(void)
                       osal_can_interface_make(first, true, "a label of more characters than there may be"));
 }
 
-static void a_claim_is_held_by_one(void)
+static void a_claim_has_one_holder(void)
 {
     osal_can_claim_t one;
     osal_can_claim_t two;
@@ -458,8 +458,8 @@ int main(void)
     (void)snprintf(counted_address, sizeof counted_address, "can:%s@osal-can-test-%u", first, number);
     (void)snprintf(other_end, sizeof other_end, "can:%s@osal-can-test-%u", second, number);
     UNITY_BEGIN();
-    RUN_TEST(names_that_no_interface_has);
-    RUN_TEST(a_claim_is_held_by_one);
+    RUN_TEST(names_that_no_interface_can_have_are_refused);
+    RUN_TEST(a_claim_has_one_holder);
     RUN_TEST(a_missing_interface_is_reported);
     has_vcan = can_make_vcan();
     if (has_vcan) {

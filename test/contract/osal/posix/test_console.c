@@ -71,7 +71,7 @@ static void say_three(int number)
     _exit(osal_console_is_terminal() ? 1 : 0);
 }
 
-static void lines_and_parts_of_lines(void)
+static void lines_and_parts_of_lines_go_to_their_stream_unchanged(void)
 {
     TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, say_three));
     TEST_ASSERT_EQUAL_STRING("one\ntwo \n", output);
@@ -98,7 +98,7 @@ static void introduce(int number)
     _exit(is_right ? 0 : 1);
 }
 
-static void name_version_and_usage_are_said_when_asked_for(void)
+static void name_version_and_usage_are_printed_on_request(void)
 {
     TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, introduce));
     TEST_ASSERT_EQUAL_STRING("name " HIROSCO_VERSION "\nname " HIROSCO_VERSION "\nusage: how\n", output);
@@ -200,8 +200,8 @@ int main(void)
 {
     (void)signal(SIGPIPE, SIG_IGN);
     UNITY_BEGIN();
-    RUN_TEST(lines_and_parts_of_lines);
-    RUN_TEST(name_version_and_usage_are_said_when_asked_for);
+    RUN_TEST(lines_and_parts_of_lines_go_to_their_stream_unchanged);
+    RUN_TEST(name_version_and_usage_are_printed_on_request);
     RUN_TEST(lines_of_several_processes_do_not_mix);
     RUN_TEST(a_slow_reader_does_not_stop_the_caller);
     RUN_TEST(a_failed_assertion_prints_one_line_and_ends_the_program);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Order of names, symbolic links, special files and missing permissions.
 #define _GNU_SOURCE
 #include "osal/include/osal/directory.h"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Events between processes, and interruptions by signals.
 #define _GNU_SOURCE
 #include "osal/include/osal/event.h"
 

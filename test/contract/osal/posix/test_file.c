@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Permissions of files, full disks and interruptions by signals.
 #define _GNU_SOURCE
 #include "osal/include/osal/file.h"
 
@@ -126,7 +127,7 @@ static void short_and_interrupted_writes_are_completed(void)
     TEST_ASSERT_EQUAL(0, exit_status);
 }
 
-static void folders_with_parents(void)
+static void folders_are_made_with_their_parents(void)
 {
     char deep[128];
     char beneath_file[128];
@@ -206,7 +207,7 @@ int main(void)
     RUN_TEST(secrets_are_readable_by_their_owner_only);
     RUN_TEST(full_disk_is_a_status);
     RUN_TEST(short_and_interrupted_writes_are_completed);
-    RUN_TEST(folders_with_parents);
+    RUN_TEST(folders_are_made_with_their_parents);
     RUN_TEST(reserved_room_can_be_written_to);
     RUN_TEST(no_privilege_is_denied);
     return UNITY_END();

@@ -16,16 +16,17 @@
 #define WORK_NS 50000000ULL
 
 typedef struct {
-    bool is_plain; ///< The lock is one of the system without inheritance.
+    bool is_plain; ///< The lock is `plain`, a lock of the system without priority inheritance.
     osal_mutex_t mutex;
     pthread_mutex_t plain;
-    osal_event_t held;    ///< From low to first: low has the lock.
-    osal_event_t go;      ///< From first to low: unlock.
-    osal_event_t working; ///< From middle to first: middle runs.
-    osal_event_t waiting; ///< From high to first: high locks next.
-    uint32_t place;
-    uint32_t high_place;
-    uint32_t middle_place;
+    // Events between the tasks and the test.
+    osal_event_t held;    ///< The low task has the lock.
+    osal_event_t go;      ///< The low task shall unlock.
+    osal_event_t working; ///< The middle task runs.
+    osal_event_t waiting; ///< The high task is about to lock.
+    uint32_t ended;       ///< Number of tasks that have done their work.
+    uint32_t high_rank;
+    uint32_t middle_rank;
 } scene_t;
 
 static scene_t scene;
@@ -73,7 +74,7 @@ static void run_middle(void* context)
     const uint64_t until_ns = osal_clock_monotonic_ns() + WORK_NS;
     while (osal_clock_monotonic_ns() < until_ns) {
     }
-    scene.middle_place = __atomic_add_fetch(&scene.place, 1U, __ATOMIC_ACQ_REL);
+    scene.middle_rank = __atomic_add_fetch(&scene.ended, 1U, __ATOMIC_ACQ_REL);
 }
 
 static void run_high(void* context)
@@ -81,7 +82,7 @@ static void run_high(void* context)
     (void)context;
     osal_event_signal(&scene.waiting);
     lock();
-    scene.high_place = __atomic_add_fetch(&scene.place, 1U, __ATOMIC_ACQ_REL);
+    scene.high_rank = __atomic_add_fetch(&scene.ended, 1U, __ATOMIC_ACQ_REL);
     unlock();
 }
 
@@ -120,16 +121,16 @@ static void the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
 {
     begin(false);
     play();
-    TEST_ASSERT_EQUAL_UINT32(1U, scene.high_place);
-    TEST_ASSERT_EQUAL_UINT32(2U, scene.middle_place);
+    TEST_ASSERT_EQUAL_UINT32(1U, scene.high_rank);
+    TEST_ASSERT_EQUAL_UINT32(2U, scene.middle_rank);
 }
 
 static void without_priority_inheritance_the_inversion_occurs(void)
 {
     begin(true);
     play();
-    TEST_ASSERT_EQUAL_UINT32(1U, scene.middle_place);
-    TEST_ASSERT_EQUAL_UINT32(2U, scene.high_place);
+    TEST_ASSERT_EQUAL_UINT32(1U, scene.middle_rank);
+    TEST_ASSERT_EQUAL_UINT32(2U, scene.high_rank);
 }
 
 int main(void)

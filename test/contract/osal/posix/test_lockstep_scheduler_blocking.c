@@ -195,7 +195,7 @@ static void use_directory(void)
 }
 
 /// No program reads the console: the call waits, but for a limited time.
-static void say_to_a_sleeping_reader(void)
+static void print_to_a_full_pipe(void)
 {
     static char block[4096];
     int ends[2];
@@ -359,7 +359,7 @@ static void every_wait_but_that_of_the_clock_keeps_the_grant(void)
                                           wait_for_process,
                                           use_file,
                                           use_directory,
-                                          say_to_a_sleeping_reader,
+                                          print_to_a_full_pipe,
                                           ask_the_kernel,
                                           use_devices,
                                           use_shared_memory,

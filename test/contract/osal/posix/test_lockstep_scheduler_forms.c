@@ -281,8 +281,8 @@ static void* shared_memory(size_t size)
     return memory;
 }
 
-static void live(uint64_t seed, uint32_t length, trace_t* trace, osal_lockstep_t* scheduler,
-                 unsigned participant, int launcher)
+static void run_participant(uint64_t seed, uint32_t length, trace_t* trace, osal_lockstep_t* scheduler,
+                            unsigned participant, int launcher)
 {
     uint64_t wake_ns = first_wake(seed, participant);
     osal_grant_t grant;
@@ -335,7 +335,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
             if (order != 0U) {
                 (void)close(request[1]); // Only participant 0 orders restarts: when it ends, the pipe ends.
             }
-            live(seed, length, trace, scheduler, order, request[1]);
+            run_participant(seed, length, trace, scheduler, order, request[1]);
         }
         if (started == (int)PARTICIPANTS) {
             (void)close(request[1]);

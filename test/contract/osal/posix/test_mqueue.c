@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Message queues whose sender has died.
 #define _GNU_SOURCE
 #include "osal/include/osal/mqueue.h"
 
@@ -47,7 +48,7 @@ static void messages_of_a_dead_process_are_received(void)
     if (other == 0) {
         osal_mqueue_t theirs;
         if ((osal_mqueue_open(&theirs, name) == STATUS_OK) &&
-            (osal_mqueue_send(&theirs, (const uint8_t*)"testament", 9U) == STATUS_OK)) {
+            (osal_mqueue_send(&theirs, (const uint8_t*)"message", 7U) == STATUS_OK)) {
             (void)raise(SIGKILL);
         }
         _exit(1);
@@ -55,7 +56,7 @@ static void messages_of_a_dead_process_are_received(void)
     int exit_status = 0;
     TEST_ASSERT_EQUAL(other, waitpid(other, &exit_status, 0));
     TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
-    expect("testament");
+    expect("message");
 }
 
 int main(void)

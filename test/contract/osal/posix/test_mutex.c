@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Locks between processes, one of which may die while it holds the lock.
 #define _GNU_SOURCE
 #include "osal/include/osal/mutex.h"
 

@@ -79,7 +79,7 @@ static void every_octet_passes_unchanged_both_ways(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_device_read(&line, seen, sizeof seen, &held));
 }
 
-static void bit_rates_of_the_contract(void)
+static void only_the_bit_rates_of_the_contract_are_accepted(void)
 {
     static const uint32_t bauds[] = OSAL_SERIAL_BAUDS;
     for (size_t i = 0U; i < (sizeof bauds / sizeof bauds[0]); i++) {
@@ -148,7 +148,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_octet_passes_unchanged_both_ways);
-    RUN_TEST(bit_rates_of_the_contract);
+    RUN_TEST(only_the_bit_rates_of_the_contract_are_accepted);
     RUN_TEST(octets_received_before_opening_are_discarded);
     RUN_TEST(a_line_that_hangs_up_is_closed_and_opened_again);
     RUN_TEST(a_line_whose_peer_does_not_read_is_full);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Shared memory between two processes.
 #define _GNU_SOURCE
 #include "osal/include/osal/shm.h"
 

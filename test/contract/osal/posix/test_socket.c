@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// UDP, TCP and local sockets of this machine.
 #define _GNU_SOURCE
 #include "osal/include/osal/socket.h"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Priorities and signals of tasks, with and without privilege.
 #define _GNU_SOURCE
 #include "osal/include/osal/task.h"
 
@@ -84,8 +85,8 @@ static void priority_is_set_where_permitted(void)
     TEST_ASSERT_EQUAL(SCHED_OTHER, own.policy);
 }
 
-/// Without privilege a task with a priority still starts.
-static void priority_without_privilege(void)
+/// Without privilege a task still starts, but does not get its priority.
+static void without_privilege_a_task_starts_with_no_priority(void)
 {
     if (geteuid() != 0U) {
         TEST_IGNORE_MESSAGE("the tests above ran without privilege");
@@ -173,7 +174,7 @@ int main(void)
     RUN_TEST(a_task_without_a_priority_is_scheduled_as_others);
     RUN_TEST(signals_stay_with_the_first_task);
     RUN_TEST(priority_is_set_where_permitted);
-    RUN_TEST(priority_without_privilege);
+    RUN_TEST(without_privilege_a_task_starts_with_no_priority);
     RUN_TEST(exhausted_tasks_are_reported_as_a_status);
     return UNITY_END();
 }

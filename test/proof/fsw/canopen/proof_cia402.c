@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: a statusword is decoded to the state whose bits CiA 402 gives, and to no other; torque is enabled
-//     only when the goal is ENABLED and the drive is switched on; power only for STANDBY and ENABLED; a
-//     fault is reset only if it may be, by a rising edge; DISABLED is reached only without power.
+// Proves: each statusword is decoded to the state to which CiA 402 assigns its bits; torque is commanded only
+//     for the goal ENABLED and from SWITCHED_ON on, power only for the goals STANDBY and ENABLED; a fault is
+//     reset only with permission, by a rising edge; the goal DISABLED is not reached in a state with power.
 // Bounds: every statusword, state, goal and previous controlword.
 // Replaced: nothing.
 // Sources: fsw/canopen/cia402.c
@@ -39,7 +39,7 @@ static canopen_cia402_state_t by_definition(const uint16_t word)
             matches++;
         }
     }
-    PROVE(matches <= 1U, "a statusword is of one state at most");
+    PROVE(matches <= 1U, "a statusword belongs to at most one state");
     return found;
 }
 
@@ -58,16 +58,16 @@ void proof(void)
     PROVE(IMPLIES((word & 0x0FU) == 0x0FU,
                   (goal == CIA402_GOAL_ENABLED) &&
                       ((state == CIA402_SWITCHED_ON) || (state == CIA402_OPERATION_ENABLED))),
-          "torque only when wanted, and from SWITCHED_ON");
-    PROVE(IMPLIES((word & 0x0FU) == 0x07U, wants_power), "power only when wanted");
+          "torque is commanded only for ENABLED, from SWITCHED_ON on");
+    PROVE(IMPLIES((word & 0x0FU) == 0x07U, wants_power), "power is commanded only for STANDBY and ENABLED");
     PROVE(IMPLIES((word & CIA402_CONTROL_FAULT_RESET) != 0U,
                   may_reset && wants_power && (state == CIA402_FAULT) &&
                       ((previous & CIA402_CONTROL_FAULT_RESET) == 0U)),
-          "a reset is a rising edge, in FAULT, if it may be");
+          "a fault is reset only with permission, in FAULT, by a rising edge");
     PROVE(IMPLIES(goal == CIA402_GOAL_DISABLED, word == CIA402_CONTROL_DISABLE_VOLTAGE),
-          "DISABLED is at once");
+          "the goal DISABLED removes the voltage at once");
     PROVE(IMPLIES(canopen_cia402_is_at_goal(state, CIA402_GOAL_DISABLED),
                   (state != CIA402_OPERATION_ENABLED) && (state != CIA402_QUICK_STOP_ACTIVE) &&
                       (state != CIA402_FAULT_REACTION) && (state != CIA402_SWITCHED_ON)),
-          "DISABLED is reached without power only");
+          "the goal DISABLED is reached only without power");
 }

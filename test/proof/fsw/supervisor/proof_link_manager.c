@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: an epoch has one owner: each opening of a link gets an epoch that is larger than all before, and
-//     the supervisor orders the producer of that link first to open with this epoch; it orders the consumer
-//     of the same link to open with the same epoch when the producer has reported that it is open. Two
-//     openings never have one epoch, and a link never has two sessions. A consumer accepts only frames with
-//     the epoch of its own opening (fsw/framework/rtlink/proof_link_channel.c), so it accepts those of one
-//     producer only.
-// Bounds: two sessions in any sound state, two links between any subsystems, one call of any kind (an
-//     induction without bound on the number of calls), up to 2^32 - 1 openings.
-// Replaced: the sending of a request may fail; reports of subsystems have any content, and name two links
-//     at most; the registry, the mission and the graph of links return any result; verification and events
-//     do nothing.
-//     The supervisor has only the members that its manager of links uses.
+// Proves: an epoch has one owner. Each opening of a link gets an epoch that is larger than all earlier ones,
+//     and the supervisor first orders the producer of that link to open with this epoch; when the producer
+//     has reported that it is open, the supervisor orders the consumer of the same link to open with the same
+//     epoch. Two openings never have the same epoch, and a link never has two sessions. A consumer accepts
+//     only frames with the epoch of its own opening (fsw/framework/rtlink/proof_link_channel.c), so it
+//     accepts frames of only one producer.
+// Bounds: two sessions in any sound state, two links between any subsystems, one call of any kind (by
+//     induction any number of calls), up to 2^32 - 1 openings.
+// Replaced: the sending of a request may fail; reports of subsystems have any content, and name at most two
+//     links; the registry, the mission and the graph of links return any result; verification and events do
+//     nothing. The supervisor has only the members that its link manager uses.
 // Sources: base/octets.c
 // Options: --unwind 4
 // Reduced: fsw/supervisor/checkpoint.h
@@ -86,7 +85,7 @@ static pus_link_open_t ordered;        // The order to open.
 static uint16_t ordered_apid;          // Addressee of the order.
 static unsigned orders;                // Number of orders to open.
 
-// ---- In the place of the services and of the other parts of the supervisor ----
+// ---- Replacements of the services and of the other parts of the supervisor ----
 
 octet_writer_t pus_tc_begin(pus_requester_t* const requester, const uint16_t apid, const uint8_t service,
                             const uint8_t subtype, const uint8_t ack)
@@ -296,7 +295,7 @@ status_t supervisor_link_graph_add(link_graph_t* const graph, const link_edge_t*
     return nondet_bool() ? STATUS_OK : STATUS_EXHAUSTED;
 }
 
-// ---- What is proved ----
+// ---- Statements ----
 
 static bool is_opening(const link_session_t* const session)
 {
@@ -369,7 +368,8 @@ static void any_sound_state(void)
     ASSUME((supervisor.link_epoch < UINT32_MAX) && is_sound());
 }
 
-/// One call of any kind; returns the APID whose report it is, or 0.
+/// Make one call of any kind. Returns the APID of the reporting subsystem if the call passes a report, else
+/// 0.
 static uint16_t call(void)
 {
     const pus_token_t token          = {.source = nondet_u16()};

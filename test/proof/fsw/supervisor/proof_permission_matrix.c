@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: without a rule that allows it, every request is forbidden but the built-in set: no function, no
-//     request up, no service outside the set is in it. A rule allows only what its service, subtype,
-//     target, modes, states and selector name; a request that a rule names is allowed.
-// Bounds: every request with a function name or none; every mission with 0 to 2 rules, which are looked at
+// Proves: without a rule that allows it, every request outside the built-in set is forbidden; this set
+//     contains no function, no request for a higher state, and no request of a service that it does not name.
+//     A rule allows only requests that have its service, subtype, target, mode, state and selector, and a
+//     request that matches a rule is allowed.
+// Bounds: every request, with a function name or without; every mission with 0 to 2 rules, which are examined
 //     one after the other.
-// Replaced: strcmp says for the name of each rule at will whether it is the name in the request.
+// Replaced: strcmp decides arbitrarily, for the name of each rule, whether it equals the name in the request.
 // Sources: fsw/supervisor/permission_matrix.c
 // Options: --unwind 18
 // Fault: fsw/supervisor/permission_matrix.c
@@ -72,16 +73,17 @@ void proof(void)
     const bool is_unknown  = (request.service == 2U) || (request.service == 6U) || (request.service == 9U) ||
                             (request.service == 13U) || (request.service > 131U);
     PROVE((status == STATUS_OK) || (status == STATUS_FORBIDDEN), "allowed or forbidden");
-    PROVE((status == STATUS_OK) == (rule != PERMISSION_RULE_NONE), "what is allowed is allowed by something");
+    PROVE((status == STATUS_OK) == (rule != PERMISSION_RULE_NONE),
+          "an allowed request has a rule or is in the built-in set");
     PROVE(IMPLIES(is_up || is_function || is_unknown, rule != PERMISSION_RULE_ALWAYS),
-          "no function and no request up is in the built-in set");
+          "no function and no request for a higher state is in the built-in set");
     PROVE(IMPLIES((rule != PERMISSION_RULE_NONE) && (rule != PERMISSION_RULE_ALWAYS),
                   (rule >= 0) && (rule < (int)mission.rule_count)),
           "the rule exists");
     for (int i = 0; i < (int)RULES; i++) {
-        PROVE(IMPLIES(rule == i, allows(&rules[i], &request)), "the rule allows it");
+        PROVE(IMPLIES(rule == i, allows(&rules[i], &request)), "the reported rule allows the request");
         PROVE(IMPLIES((status == STATUS_FORBIDDEN) && (i < (int)mission.rule_count),
                       !allows(&rules[i], &request)),
-              "what is forbidden no rule allows");
+              "no rule allows a forbidden request");
     }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: a chain gives back the octets that were appended, whatever the sizes; if there are not enough
-//     blocks, nothing changes and no block is lost; after it is freed every block is free. No access is
-//     outside a block.
-// Bounds: three blocks of 56 octets; two strings of 0..90 octets, any one octet of which is followed.
-// Replaced: memcpy checks both ranges and follows one octet, which has any place.
+// Proves: a chain returns the octets that were appended, for strings of any size; if there are not enough
+//     blocks, nothing changes and no block is lost; after the chain is freed, every block is free. No access
+//     is outside a block.
+// Bounds: three blocks of 56 octets; two strings of 0..90 octets, of which the proof follows any one octet.
+// Replaced: memcpy checks that both ranges are accessible, and follows the octet, which can be at any place.
 // Sources: base/pool.c
 // Options: --unwind 5
 // Fault: pus/core/block_chain.c
@@ -56,7 +56,7 @@ void proof(void)
     const bool fits       = PUS_BLOCK_CHAIN_BLOCKS(first_size + second_size) <= BLOCKS;
     PROVE((status == STATUS_OK) == fits, "a string that fits is appended");
     PROVE(IMPLIES(!fits, (chain.size == first_size) && (chains.pool.stats.taken == taken)),
-          "else nothing changes");
+          "if the string does not fit, nothing changes");
     const size_t whole = first_size + (fits ? second_size : 0U);
     PROVE(chain.size == whole, "the size is that of all octets");
     PROVE(chains.pool.stats.taken == PUS_BLOCK_CHAIN_BLOCKS(whole), "no block more than needed");

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: a path that pus_file_path_read accepts never leaves the root: it has no empty name, none that
-//     begins with a dot, none with a wildcard or a character that cannot be printed, and no slash at its
-//     end; a name that is appended has none either. A path is written as it was read. No access is outside
-//     the octets.
-// Bounds: texts of 0..6 octets in a buffer of 8, a folder before the name.
+// Proves: a path that pus_file_path_read accepts never leaves the root: it has no empty name, no name that
+//     begins with a dot, no wildcard, no character that cannot be printed, and no slash at its end. The same
+//     is true after pus_file_path_read_name has appended a name. No access is outside the octets.
+// Bounds: texts of 0..6 octets in a buffer of 8 octets; the name is appended to a folder or to the root.
 // Replaced: nothing.
 // Sources: pus/core/file_path.c base/octets.c
 // Options: --unwind 10 --unwindset strlen.0:20,strrchr.0:20
@@ -19,7 +18,7 @@
 #define BUFFER 8U
 #define LONGEST 6U
 
-/// True if `text` is a list of names with slashes between them; by the words of file_path.h.
+/// True if `text` is a list of names with slashes between them, as file_path.h defines a path.
 static bool is_inside(const char* const text)
 {
     bool is_start = true;

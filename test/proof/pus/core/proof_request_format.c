@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: each word of a format does what request_format.h says of it, from every state of the reader: it
-//     takes exactly the octets of its field, refuses a count that is too small, a layout without a scalar
-//     value and a nested request of a size that no request has, and goes on at the right word; a group is
-//     repeated as often as it was counted, then the format goes on behind it. No access is outside the data
-//     or the format. So a request is read as its format states, word by word.
-// Bounds: data of 0..20 octets that are read to any place; any operands, selector, layouts and counts within
-//     counts; one word, and one end of groups, which is an induction over the words of any format.
+// Proves: from every state of the reader, each word of a format has the effect that request_format.h
+//     describes: it takes exactly the octets of its field, refuses a count that is too small, a layout
+//     without a scalar value and a nested request of a size that no request can have, and continues at the
+//     right word. A group is repeated as often as its count states; then the format continues after it. No
+//     access is outside the data or the format. So a request is read as its format states, word by word.
+// Bounds: data of 0..20 octets that were read up to any place; any operands, selector, layouts and nested
+//     counts; one word and one end of groups, by induction the words of any format.
 // Replaced: nothing.
 // Sources: base/octets.c base/value.c
 // Options: --unwind 6
@@ -77,7 +77,7 @@ static void prove_count(const bool is_good)
     const size_t behind = AT + 3U + words[AT + 2U];
     PROVE(is_good == ((left >= 1U) && (field[0] >= least)), "a count is there, and large enough");
     if (is_good && (field[0] == 0U)) {
-        PROVE(goes_to(behind) && takes(1U), "no group is skipped over");
+        PROVE(goes_to(behind) && takes(1U), "a count of 0 continues after the group");
     } else if (is_good) {
         const loop_t* const loop = &after.loops[before.depth];
         PROVE((after.depth == (before.depth + 1U)) && (after.next == &words[AT + 3U]) && takes(1U),
@@ -101,8 +101,9 @@ static void prove_value(const bool is_good)
 static void prove_packet(const bool is_good)
 {
     const size_t size = (left >= PUS_TC_MIN) ? ((size_t)octets_u16_at(&field[4]) + 7U) : 0U;
-    PROVE(is_good == ((size >= 13U) && (size <= 4096U)), "a request has a size that exists");
-    PROVE(IMPLIES(is_good, goes_to(AT + 1U) && takes(size)), "a request has the size that it tells");
+    PROVE(is_good == ((size >= 13U) && (size <= 4096U)), "a nested request has a permitted size");
+    PROVE(IMPLIES(is_good, goes_to(AT + 1U) && takes(size)),
+          "a nested request takes the size of its length field");
 }
 
 static void prove_plain(const uint8_t word, const bool is_good)
@@ -112,7 +113,7 @@ static void prove_plain(const uint8_t word, const bool is_good)
         PROVE(is_good && goes_to(AT + 2U) && takes(operand), "octets are skipped");
     } else if (word == PUS_REQUEST_FORMAT_SELECT) {
         PROVE(is_good && goes_to(AT + 1U) && takes(1U), "a selector is an octet");
-        PROVE(IMPLIES(left >= 1U, after.selector == field[0]), "it is the octet in the data");
+        PROVE(IMPLIES(left >= 1U, after.selector == field[0]), "the selector is the octet in the data");
     } else if (word == PUS_REQUEST_FORMAT_CASE) {
         const size_t body = (operand == before.selector) ? 0U : words[AT + 2U];
         PROVE(is_good && goes_to(AT + 3U + body) && takes(0U), "a case is for its selector only");
@@ -121,13 +122,13 @@ static void prove_plain(const uint8_t word, const bool is_good)
     } else if (word == PUS_REQUEST_FORMAT_ID) {
         PROVE(is_good && goes_to(AT + 2U) && takes(4U), "an id has four octets");
         PROVE(IMPLIES(left >= 4U, after.layouts[operand] == (field[1] & 0x1FU)),
-              "it has the layout of its value");
+              "an id gives the layout of its value");
     } else if (word == PUS_REQUEST_FORMAT_LAYOUT) {
         PROVE(is_good && goes_to(AT + 2U) && takes(1U), "a layout is an octet");
-        PROVE(IMPLIES(left >= 1U, after.layouts[operand] == field[0]), "it is that of the value");
+        PROVE(IMPLIES(left >= 1U, after.layouts[operand] == field[0]), "the layout is the octet in the data");
     } else if (word == PUS_REQUEST_FORMAT_SIZED) {
         const size_t size = (left >= 2U) ? octets_u16_at(field) : 0U;
-        PROVE(is_good && goes_to(AT + 1U) && takes(2U + size), "a text has the size that it tells");
+        PROVE(is_good && goes_to(AT + 1U) && takes(2U + size), "a text takes the size of its length field");
     } else if (word == PUS_REQUEST_FORMAT_REST) {
         PROVE(is_good && goes_to(AT + 1U) && takes(left), "all octets are taken");
     } else {
@@ -139,7 +140,7 @@ static void prove_word(void)
 {
     const uint8_t word = words[AT];
     ASSUME(word != PUS_REQUEST_FORMAT_END);
-    // The generator of the formats keeps these two.
+    // The generator of the formats ensures these two conditions.
     ASSUME((word != PUS_REQUEST_FORMAT_COUNT) || (before.depth < PUS_REQUEST_FORMAT_DEPTH));
     ASSUME(((word != PUS_REQUEST_FORMAT_ID) && (word != PUS_REQUEST_FORMAT_LAYOUT) &&
             (word != PUS_REQUEST_FORMAT_VALUE)) ||
@@ -157,7 +158,7 @@ static void prove_word(void)
     }
 }
 
-/// The end of groups: the innermost that has some left begins again, those inside of it are done.
+/// The end of groups: the innermost group with repetitions left begins again; the groups inside it have none.
 static void prove_end_of_groups(void)
 {
     repeat(&after);
@@ -172,7 +173,7 @@ static void prove_end_of_groups(void)
                   ((after.loops[depth - 1U].left + 1U) == before.loops[depth - 1U].left),
               "the next group begins");
     } else {
-        PROVE(after.next == before.next, "the format goes on behind the groups");
+        PROVE(after.next == before.next, "the format continues after the groups");
     }
 }
 

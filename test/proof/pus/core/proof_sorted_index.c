@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: after any series of insertions and removals the index gives exactly the slots that are in it, in
-//     the order of tag and serial, from the first one and from any bound; no access is outside the nodes.
-// Bounds: three slots, four calls, any tags below 4; the serial is the number of the call, as no two slots
-//     have one tag and serial.
+// Proves: after any series of insertions and removals the index returns exactly the slots that it contains,
+//     in the order of tag and serial, from the first one and from any bound; no access is outside the nodes.
+// Bounds: three slots, four calls, any tags below 4; the serial is the number of the call, because no two
+//     slots may have the same tag and serial.
 // Replaced: nothing.
 // Sources: pus/core/sorted_index.c
 // Options: --unwind 6

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. What is accepted has the
-//     size that its length field says, a right checksum, the fields of its headers, and a view of its data
-//     inside the packet; what is refused names its failure and has no data.
-// Bounds: every packet of 0..4096 octets, the largest of the mission, and one octet more.
+// Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. An accepted packet has the
+//     size that its length field states, a correct checksum, the fields of its headers, and a view of its
+//     data inside the packet; for a refused packet the failure is reported, and the result has no data.
+// Bounds: every packet of 0..4096 octets (the largest of the mission), and packets of 4097 octets.
 // Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
 // Sources: pus/core/packet.c base/octets.c
 // Options: --unwind 2
@@ -49,7 +49,7 @@ void proof(void)
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
         PROVE((size >= PUS_TC_MIN) && (crc == 0U) && (summed == size),
               "what is accepted has its least size and a right checksum of all its octets");
-        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field tells the size");
+        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field states the size");
         PROVE((tc.size == size - PUS_TC_MIN) && (tc.data == &octets[PUS_TC_MIN - PUS_CRC_SIZE]),
               "the data are between header and checksum");
         PROVE(pus_packet_is_tc(octets, size) && (size <= PUS_PACKET_MAX), "what is accepted is a request");

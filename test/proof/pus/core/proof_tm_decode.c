@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: pus_tm_decode accesses no octet outside a packet. What is accepted has the size that its length
-//     field says, a right checksum, the fields of its headers, a time of the format of this mission, and a
-//     view of its data inside the packet; what is refused names its failure and has no data.
-// Bounds: every packet of 0..4096 octets, the largest of the mission, and one octet more.
+// Proves: pus_tm_decode accesses no octet outside a packet. An accepted packet has the size that its length
+//     field states, a correct checksum, the fields of its headers, a time in the format of this mission, and
+//     a view of its data inside the packet; for a refused packet the failure is reported, and the result has
+//     no data.
+// Bounds: every packet of 0..4096 octets (the largest of the mission), and packets of 4097 octets.
 // Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
 // Sources: pus/core/packet.c pus/core/packet_report.c base/octets.c
 // Options: --unwind 2
@@ -41,7 +42,7 @@ void proof(void)
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
         PROVE((size >= PUS_TM_MIN) && (crc == 0U) && (summed == size),
               "what is accepted has its least size, the checksum of all its octets is right");
-        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field tells the size");
+        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field states the size");
         PROVE((tm.size == size - PUS_TM_MIN) && (tm.data == &octets[PUS_TM_HEADER_SIZE]),
               "the data are between header and checksum");
         PROVE(octets[PUS_TM_HEADER_SIZE - PUS_TIME_SIZE] == PUS_TIME_P_FIELD, "the time is of this format");

@@ -40,7 +40,7 @@ static void words_are_arguments(void)
     TEST_ASSERT_NULL(list[0]);
 }
 
-static void the_wire_is_not_for_main(void)
+static void the_argument_wire_is_not_passed_to_main(void)
 {
     TEST_ASSERT_NULL(take("program wire=100000:100001 --proxy 0"));
     TEST_ASSERT_EQUAL_INT(3, count);
@@ -69,7 +69,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(words_are_arguments);
-    RUN_TEST(the_wire_is_not_for_main);
+    RUN_TEST(the_argument_wire_is_not_passed_to_main);
     RUN_TEST(one_argument_too_many_is_refused);
     return UNITY_END();
 }

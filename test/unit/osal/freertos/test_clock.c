@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop of 2 kHz on the timers of the board, next to a tick of the kernel of 1 kHz. Times are counts of
-// the
-// free-running timer (40 ns), read from its register; on the emulated board they follow from the
-// instructions.
+// The loop of 2 kHz on the timers of the board; the tick of the kernel is only 1 kHz. Times are counts of the
+// free-running timer (40 ns), read from its register. On the emulated board they depend only on the number of
+// instructions, so these bounds do not depend on the load of the machine.
 #include "osal/include/osal/clock.h"
 
 #include "osal/freertos/board.h"
@@ -13,16 +12,16 @@
 #define PERIOD_NS 500000U
 #define PERIOD_COUNTS (PERIOD_NS / BOARD_CLOCK_NS)
 #define CYCLES 1000U
-#define LATE_COUNTS 1250U ///< 50 us: wake-up and the interrupts before it.
+#define LATE_COUNTS 1250U ///< 50 us, for the wake-up and the interrupts before it.
 
 static osal_clock_t wall;
 static uint32_t is_over;
-static uint32_t others_waits;
+static uint32_t disturber_waits;
 
 void setUp(void)
 {
-    is_over      = 0U;
-    others_waits = 0U;
+    is_over         = 0U;
+    disturber_waits = 0U;
     osal_clock_open_real(&wall, 0U);
 }
 
@@ -62,17 +61,17 @@ static void loop(const uint64_t worked_ns)
     TEST_ASSERT_TRUE(latest_of_second <= LATE_COUNTS); // The loop has not drifted.
 }
 
-static void the_period_holds_in_counts_of_the_timer(void)
+static void an_idle_loop_keeps_its_period_in_counts_of_the_timer(void)
 {
     loop(0U);
 }
 
-static void the_period_holds_however_long_a_cycle_works(void)
+static void a_loop_that_works_for_most_of_its_period_keeps_its_period(void)
 {
     loop((PERIOD_NS * 9U) / 10U);
 }
 
-/// Sleeps and works at other times, below the loop.
+/// A task with a lower priority than the loop: it sleeps 130 us and works 70 us, again and again.
 static void disturb(void* const context)
 {
     osal_clock_t clock;
@@ -84,14 +83,14 @@ static void disturb(void* const context)
             (osal_clock_now_ns(&clock) < wake_ns)) {
             return;
         }
-        (void)__atomic_add_fetch(&others_waits, 1U, __ATOMIC_RELEASE);
+        (void)__atomic_add_fetch(&disturber_waits, 1U, __ATOMIC_RELEASE);
         const uint64_t end_ns = osal_clock_now_ns(&clock) + 70000U;
         while (osal_clock_now_ns(&clock) < end_ns) {
         }
     }
 }
 
-static void the_period_holds_beside_tasks_with_other_waits(void)
+static void a_loop_keeps_its_period_beside_tasks_with_other_waits(void)
 {
     osal_task_t tasks[3];
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_set_priority(60));
@@ -104,10 +103,10 @@ static void the_period_holds_beside_tasks_with_other_waits(void)
         osal_task_join(&tasks[i]);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_set_priority(0));
-    TEST_ASSERT_TRUE(others_waits > 1000U);
+    TEST_ASSERT_TRUE(disturber_waits > 1000U);
 }
 
-/// Cycles that were missed are not repeated in place of waiting, and the next one is on the grid again.
+/// A wait for a time that has passed returns at once; the wait after it ends on the grid of periods again.
 static void a_late_cycle_does_not_move_the_grid(void)
 {
     const uint64_t begin_ns = ((osal_clock_now_ns(&wall) / PERIOD_NS) + 2U) * PERIOD_NS;
@@ -122,7 +121,8 @@ static void a_late_cycle_does_not_move_the_grid(void)
     TEST_ASSERT_TRUE(late <= LATE_COUNTS);
 }
 
-/// A socket cannot end a sleep here, so such a wait is refused at once instead of sleeping over what arrives.
+/// On a board no socket can end a sleep, so a wait for sockets is refused at once; otherwise it would react
+/// too late to what arrives.
 static void a_wait_for_sockets_is_refused_at_once(void)
 {
     osal_socket_t socket           = OSAL_SOCKET_CLOSED;
@@ -135,9 +135,9 @@ static void a_wait_for_sockets_is_refused_at_once(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_period_holds_in_counts_of_the_timer);
-    RUN_TEST(the_period_holds_however_long_a_cycle_works);
-    RUN_TEST(the_period_holds_beside_tasks_with_other_waits);
+    RUN_TEST(an_idle_loop_keeps_its_period_in_counts_of_the_timer);
+    RUN_TEST(a_loop_that_works_for_most_of_its_period_keeps_its_period);
+    RUN_TEST(a_loop_keeps_its_period_beside_tasks_with_other_waits);
     RUN_TEST(a_late_cycle_does_not_move_the_grid);
     RUN_TEST(a_wait_for_sockets_is_refused_at_once);
     return UNITY_END();

@@ -132,7 +132,7 @@ static void numbers_of_descriptors_have_any_length(void)
     TEST_ASSERT_EQUAL_STRING("/dev/fd/12", paths[1]);
 }
 
-static void what_is_not_two_numbers_is_refused(void)
+static void an_argument_that_is_not_two_numbers_is_refused(void)
 {
     static const char* const bad[] = {"",     ":",   "3",   "3:",           ":4",
                                       "3:4x", "3-4", "a:4", "2147483648:4", "3:99999999999"};
@@ -209,7 +209,7 @@ static void a_record_of_a_wrong_size_is_refused_and_reported(void)
 }
 
 /// The answer of the serving process is the result of the sync, of a file or of the names in its folder.
-static void a_sync_is_that_of_the_serving_process(void)
+static void a_sync_has_the_result_of_the_serving_process(void)
 {
     static const uint8_t of_file[]  = {0U,  0U,  0U,  6U, TARGET_WIRE_SYNC, TARGET_WIRE_SYNC_CONTENT,
                                        'a', '/', 'b', 'c'};
@@ -224,7 +224,7 @@ static void a_sync_is_that_of_the_serving_process(void)
     TEST_ASSERT_EQUAL(STATUS_IO, wire_sync("d", true));
     TEST_ASSERT_EQUAL(sizeof of_names, written_size);
     TEST_ASSERT_EQUAL_MEMORY(of_names, written, sizeof of_names);
-    arrive(TARGET_WIRE_SYNCED, "\2", 1U); // Neither.
+    arrive(TARGET_WIRE_SYNCED, "\2", 1U); // Neither success (1) nor failure (0).
     TEST_ASSERT_EQUAL(STATUS_CLOSED, wire_sync("d", true));
 }
 
@@ -244,11 +244,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(numbers_of_descriptors_have_any_length);
-    RUN_TEST(what_is_not_two_numbers_is_refused);
+    RUN_TEST(an_argument_that_is_not_two_numbers_is_refused);
     RUN_TEST(malformed_records_of_the_serving_process_are_refused_and_reported);
     RUN_TEST(a_record_of_a_wrong_size_is_refused_and_reported);
     RUN_TEST(a_datagram_without_room_is_counted_and_reported);
-    RUN_TEST(a_sync_is_that_of_the_serving_process);
+    RUN_TEST(a_sync_has_the_result_of_the_serving_process);
     RUN_TEST(a_path_that_does_not_fit_is_not_synced);
     return UNITY_END();
 }

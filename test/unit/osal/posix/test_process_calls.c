@@ -224,7 +224,7 @@ static void signals_that_the_parent_ignores_end_the_child(void** state)
 }
 
 /// In a program whose standard input is closed, descriptor 0 is valid.
-static void a_process_is_looked_at_also_with_closed_standard_input(void** state)
+static void the_state_of_a_process_is_read_also_with_closed_standard_input(void** state)
 {
     const osal_process_t self = {.id = (int32_t)getpid(), .descriptor = DESCRIPTOR};
     const int kept            = dup(STDIN_FILENO);
@@ -255,7 +255,7 @@ static void a_signal_that_is_not_sent_is_reported(void** state)
     assert_int_equal(STATUS_NOT_FOUND, osal_process_stop(&none, true));
 }
 
-static void an_interrupted_look_for_the_end_is_repeated(void** state)
+static void an_interrupted_query_for_the_end_is_repeated(void** state)
 {
     osal_process_t process       = {.id = 1, .descriptor = DESCRIPTOR};
     osal_process_result_t result = {.has_ended = true};
@@ -310,9 +310,9 @@ int main(void)
         TEST(a_child_keeps_named_descriptors_only_also_with_an_old_kernel),
         TEST(a_named_descriptor_that_is_not_open_is_an_error),
         TEST(signals_that_the_parent_ignores_end_the_child),
-        TEST(a_process_is_looked_at_also_with_closed_standard_input),
+        TEST(the_state_of_a_process_is_read_also_with_closed_standard_input),
         TEST(a_signal_that_is_not_sent_is_reported),
-        TEST(an_interrupted_look_for_the_end_is_repeated),
+        TEST(an_interrupted_query_for_the_end_is_repeated),
         TEST(an_interrupted_wait_continues_for_the_rest_of_its_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reports of an application process: their counts, the two rings of reports that the port has refused (firm
+// reports and plain ones), and which reports overtake others.
 #include "pus/core/app_process.h"
 
 #include "pus/st05/st05_events.h"

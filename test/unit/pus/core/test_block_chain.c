@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Records in chains of blocks from a common pool.
 #include "pus/core/block_chain.h"
 
 #include "unity.h"

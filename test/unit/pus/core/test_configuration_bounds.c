@@ -45,7 +45,7 @@ static void expect_bounds(void (*const begin)(void), const uint64_t least, const
     const uint64_t outside[] = {least - 1U, greatest + 1U};
     for (unsigned i = 0U; i < 2U; i++) {
         value = inside[i];
-        TEST_ASSERT_FALSE_MESSAGE(assertion_fails(begin), "a permitted value was asserted");
+        TEST_ASSERT_FALSE_MESSAGE(assertion_fails(begin), "a permitted value failed an assertion");
         value = outside[i];
         if (value != ((i == 0U) ? UINT64_MAX : 0U)) { // There is a value beyond the bound.
             TEST_ASSERT_TRUE_MESSAGE(assertion_fails(begin), "a value out of bounds was accepted");
@@ -121,7 +121,7 @@ static void begin_longer(void)
     pus_app_process_lengthen(&bench.process, &port);
 }
 
-static void senders(void)
+static void the_bounds_of_processes_and_requesters_are_asserted(void)
 {
     expect_bounds(begin_process, 1U, PUS_APID_MAX);
     expect_bounds(begin_requester, 1U, PUS_APID_MAX);
@@ -206,7 +206,7 @@ static void begin_monitoring_with_members(void)
     begin_monitoring(1U, (uint8_t)value);
 }
 
-static void services_that_sample(void)
+static void the_bounds_of_services_that_sample_are_asserted(void)
 {
     expect_bounds(begin_housekeeping, 0U, PUS_TM_DATA_MAX - 2U);
     expect_bounds(begin_housekeeping_without_functional, 0U, 0U);
@@ -301,7 +301,7 @@ static void begin_functions_with_argument_at(void)
     pus_functions_init(&functions, &function, 1U, &function_port, room, 16U);
 }
 
-static void tables_of_events_and_functions(void)
+static void the_bounds_of_events_and_functions_are_asserted(void)
 {
     expect_bounds(begin_events_without_tables, 0U, 0U);
     expect_bounds(begin_event_of_severity, PUS_SEVERITY_INFORMATIVE, PUS_SEVERITY_HIGH);
@@ -415,7 +415,7 @@ static void begin_procedures_with_cycle(void)
     begin_procedures(1U, value);
 }
 
-static void services_that_keep_requests(void)
+static void the_bounds_of_services_that_keep_requests_are_asserted(void)
 {
     expect_powers_of_two(begin_schedule_with_buckets);
     expect_powers_of_two(begin_event_action_with_buckets);
@@ -527,7 +527,7 @@ static void begin_selection(void)
     pus_selection_init(&selection, (void*)room, (uint16_t)value);
 }
 
-static void services_that_keep_packets(void)
+static void the_bounds_of_services_that_keep_packets_are_asserted(void)
 {
     expect_bounds(begin_large_with_report, PUS_PACKET_MAX, PUS_LARGE_MAX);
     expect_bounds(begin_large_with_uplink, 0U, PUS_LARGE_MAX);
@@ -541,11 +541,11 @@ static void services_that_keep_packets(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(senders);
-    RUN_TEST(services_that_sample);
+    RUN_TEST(the_bounds_of_processes_and_requesters_are_asserted);
+    RUN_TEST(the_bounds_of_services_that_sample_are_asserted);
     RUN_TEST(a_memory_lies_in_its_address_space_and_is_aligned);
-    RUN_TEST(tables_of_events_and_functions);
-    RUN_TEST(services_that_keep_requests);
-    RUN_TEST(services_that_keep_packets);
+    RUN_TEST(the_bounds_of_events_and_functions_are_asserted);
+    RUN_TEST(the_bounds_of_services_that_keep_requests_are_asserted);
+    RUN_TEST(the_bounds_of_services_that_keep_packets_are_asserted);
     return UNITY_END();
 }

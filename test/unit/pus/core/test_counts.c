@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Sequence counts and message type counters that continue in the next life of a process.
 #include "pus/core/counts.h"
 
 #include "base/octets.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The heap of entries by the cycle in which they are due, compared with a plain table.
 #include "pus/core/due_heap.h"
 
 #include "unity.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Paths, names and patterns of files in requests: accepted forms, refused forms and lengths.
 #include "pus/core/file_path.h"
 
 #include "unity.h"

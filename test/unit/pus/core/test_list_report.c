@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reports that are lists: they are divided into packets, and a list that the port refuses continues in later
+// steps.
 #include "pus/core/list_report.h"
 
 #include "test/unit/pus/fixtures/reports.h"

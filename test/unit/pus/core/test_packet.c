@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Encoding and decoding of space packets, their time code, and the division of a stream into packets.
 #include "pus/core/packet.h"
 
 #include "base/crc.h"

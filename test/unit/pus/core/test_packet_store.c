@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// A packet store on a recorded medium: order, times, deletion, recovery, damage and failures of the medium.
 #include "pus/core/packet_store.h"
 
 #include "test/support/assertion.h"

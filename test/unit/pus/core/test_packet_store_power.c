@@ -75,8 +75,10 @@ static void read_all(unsigned* const out_first, unsigned* const out_last)
     TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
 }
 
-/// Open the media again after a power cut, use the store, sync everything, and cut the power again.
-static void judge(const unsigned synced, const unsigned oldest)
+/// Expect that the store opens after a power cut with at least the packets up to `synced`, and without a loss
+/// of packets from `oldest` on. Then add packets, sync everything, cut the power again, and expect all
+/// packets.
+static void expect_recovered(const unsigned synced, const unsigned oldest)
 {
     unsigned first = 0U;
     unsigned last  = 0U;
@@ -124,7 +126,10 @@ static void apply(const operation_t* const operation, const size_t size, image_t
     }
 }
 
-static void fly(const unsigned sync_every)
+/// Store all packets with a sync after each `sync_every`. Then cut the power in each recorded operation: of
+/// the operations since the last sync, any subset is on the media, and the last operation is torn at any of 4
+/// places.
+static void cut_at_every_operation(const unsigned sync_every)
 {
     static const size_t torn[] = {0U, 13U, 700U, SIZE_MAX};
     unsigned oldest_of[PACKETS + 1U]; // Oldest packet in the store after this number of packets.
@@ -147,7 +152,7 @@ static void fly(const unsigned sync_every)
         const size_t begin      = begin_of(flight.operations, end);
         const unsigned in_doubt = (unsigned)(end - begin);
         TEST_ASSERT_TRUE(in_doubt <= 8U);
-        // Number of packets whose records were synced before this operation.
+        // A write of more than 1000 octets is the record of a packet; shorter ones are headers of blocks.
         for (; settled < begin; settled++) {
             const operation_t* const done = &flight.operations[settled];
             apply(done, done->size, durable);
@@ -168,7 +173,7 @@ static void fly(const unsigned sync_every)
                     }
                 }
                 apply(last, part, pending);
-                judge(synced, oldest_of[last->mark]);
+                expect_recovered(synced, oldest_of[last->mark]);
             }
         }
     }
@@ -177,14 +182,14 @@ static void fly(const unsigned sync_every)
 static void every_power_cut_leaves_consecutive_packets(void)
 {
     cuts = 0U;
-    fly(3U);
+    cut_at_every_operation(3U);
     TEST_ASSERT_TRUE(cuts > 100U);
 }
 
 static void every_power_cut_leaves_consecutive_packets_where_only_blocks_are_synced(void)
 {
     cuts = 0U;
-    fly(1000U);
+    cut_at_every_operation(1000U);
     TEST_ASSERT_TRUE(cuts > 100U);
 }
 

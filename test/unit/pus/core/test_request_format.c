@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The interpreter of request formats, with the generated formats of requests. The suffix of a format is the
+// service and the subtype of its request.
 #include "pus/core/request_format.h"
 
 #include "generated/pus/st11_request_formats.h"
@@ -42,7 +44,7 @@ static void expect_exact(const uint8_t* const program, const uint8_t* const octe
     TEST_ASSERT_FALSE(                                                                                       \
         has_format(program, (const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__})))
 
-static void no_fields_take_no_octets(void)
+static void a_format_without_fields_accepts_no_octets(void)
 {
     TEST_ASSERT_TRUE(has_format(PUS_REQUEST_FORMAT_11_1, NULL, 0U));
     EXPECT_WRONG(PUS_REQUEST_FORMAT_11_1, 0U);
@@ -114,7 +116,7 @@ static void nested_requests_begin_with_their_length(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(no_fields_take_no_octets);
+    RUN_TEST(a_format_without_fields_accepts_no_octets);
     RUN_TEST(counts_repeat_their_groups);
     RUN_TEST(counts_may_be_nested);
     RUN_TEST(selectors_choose_the_fields_that_follow);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Requests that a process sends: counts of each addressee, tokens and refusals.
 #include "pus/core/requester.h"
 
 #include "unity.h"

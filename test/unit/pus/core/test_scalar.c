@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Scalar values of parameters: type, octets, comparison and differences.
 #include "pus/core/scalar.h"
 
 #include "pus/core/tailoring.h"

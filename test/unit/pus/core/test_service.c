@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The dispatcher: acceptance, start and completion of requests, and requests that another loop performs.
 #include "pus/core/service.h"
 
 #include "pus/core/request_format.h"

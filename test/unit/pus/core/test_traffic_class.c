@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The traffic class (firm, plain or bulk) of each kind of packet.
 #include "pus/core/traffic_class.h"
 
 #include "base/octets.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The subsystem's side of ST[129]: states, configurations and status. The numbers of requests and reports are
+// subtypes; pus/catalogue/private/st129_management.txt has their names and fields.
 #include "pus/private/st129_management.h"
 
 #include "pus/st01/st01_verification.h"

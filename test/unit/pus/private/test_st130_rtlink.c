@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The subsystem's side of ST[130]: offers, opening, closing and status of real-time links. The numbers of
+// requests and reports are subtypes; pus/catalogue/private/st130_links.txt has their names and fields.
 #include "pus/private/st130_rtlink.h"
 
 #include "test/unit/pus/fixtures/reports.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The supervisor's ST[131]: mode, log strategy, shutdown, processes, networks. The numbers of requests and
+// reports are subtypes; pus/catalogue/private/st131_mission.txt has their names and fields.
 #include "pus/private/st131_mission.h"
 
 #include "pus/private/st129_management.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Verification reports: which acknowledgement flag requests which report, their octets, and their reader.
 #include "pus/st01/st01_verification.h"
 
 #include "test/unit/pus/fixtures/reports.h"

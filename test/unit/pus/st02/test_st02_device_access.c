@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Access to devices: switching, registers, pulses, commands and acquisitions, with devices that fail. The
+// numbers of requests and reports are subtypes; pus/catalogue/st02_device_access.txt has their names and
+// fields.
 #include "pus/st02/st02_device_access.h"
 
 #include "pus/st01/st01_verification.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Diagnostic structures, and functional reporting definitions with both kinds of structures.
+// Diagnostic structures, and functional reporting definitions with both kinds of structures. The numbers of
+// requests and reports are subtypes; pus/catalogue/st03_housekeeping.txt has their names and fields.
 #include "test/unit/pus/fixtures/parameters.h"
 #include "test/unit/pus/fixtures/records.h"
 #include "test/unit/pus/fixtures/reports.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Housekeeping structures: sampling, requests that change them, and sampling in another loop. The numbers of
+// requests and reports are subtypes; pus/catalogue/st03_housekeeping.txt has their names and fields.
 #include "pus/st03/st03_housekeeping.h"
 
 #include "test/unit/pus/fixtures/parameters.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Statistics of parameters: values, intervals, definitions and their records. The numbers of requests and
+// reports are subtypes; pus/catalogue/st04_statistics.txt has their names and fields.
 #include "pus/st04/st04_statistics.h"
 
 #include "test/support/bounds.h"
@@ -94,7 +96,7 @@ static status_t send_empty(const uint8_t subtype)
     return bench_request(subtype, NULL, 0U);
 }
 
-static void defined(const uint32_t id, const int64_t ticks)
+static void send_definition(const uint32_t id, const int64_t ticks)
 {
     begin(1U);
     define(id, ticks);
@@ -103,7 +105,7 @@ static void defined(const uint32_t id, const int64_t ticks)
 }
 
 /// Send TC[4,1]; the answer is report 2.
-static void reported(const bool does_reset)
+static void request_report(const bool does_reset)
 {
     const uint8_t flag = does_reset ? 1U : 0U;
     bench_clear();
@@ -167,12 +169,12 @@ static entry_t only_entry(const size_t index)
 static void samples_become_extremes_mean_and_deviation(void)
 {
     static const uint64_t values[] = {2U, 4U, 4U, 4U, 5U, 5U, 7U, 9U}; // Mean 5, deviation 2.
-    defined(LEVEL, CYCLE_TICKS);
+    send_definition(LEVEL, CYCLE_TICKS);
     for (size_t i = 0U; i < 8U; i++) {
         scalar_set(LEVEL, values[i]);
         step(1U);
     }
-    reported(false);
+    request_report(false);
     uint64_t from         = 0U;
     uint64_t to           = 0U;
     octet_reader_t reader = bench_data(2U);
@@ -188,24 +190,25 @@ static void samples_become_extremes_mean_and_deviation(void)
     TEST_ASSERT_EQUAL_UINT64(CYCLE_NS, entry.minimum_ns);
     EXPECT_WITHIN(5.0, 1e-12, entry.mean);
     EXPECT_WITHIN(2.0, 1e-12, entry.deviation);
-    reported(true); // The flag resets, after the report.
+    request_report(true); // The flag resets, after the report.
     TEST_ASSERT_EQUAL_UINT32(8U, only_entry(2U).samples);
     scalar_set(LEVEL, 3U);
     step(1U);
-    reported(false);
+    request_report(false);
     TEST_ASSERT_EQUAL_UINT32(1U, only_entry(2U).samples);
     EXPECT_WITHIN(3.0, 0.0, only_entry(2U).mean);
     EXPECT_WITHIN(0.0, 0.0, only_entry(2U).deviation);
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(3U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
-    reported(false);
-    TEST_ASSERT_EQUAL_UINT64(18U, bench_report(2U).size); // A parameter without a sample is not reported.
+    request_report(false);
+    TEST_ASSERT_EQUAL_UINT64(18U,
+                             bench_report(2U).size); // A parameter without a sample is not request_report.
 }
 
 static void extremes_are_exact_and_small_changes_on_large_values_are_kept(void)
 {
-    defined(LEVEL, CYCLE_TICKS);
-    defined(REAL, CYCLE_TICKS);
+    send_definition(LEVEL, CYCLE_TICKS);
+    send_definition(REAL, CYCLE_TICKS);
     scalar_set(LEVEL, UINT64_MAX - 1U);
     scalar_set(REAL, bits_of_double(1e9 + 4.0));
     step(1U);
@@ -217,7 +220,7 @@ static void extremes_are_exact_and_small_changes_on_large_values_are_kept(void)
     step(1U);
     scalar_set(REAL, bits_of_double(1e9 + 16.0));
     step(1U);
-    reported(false);
+    request_report(false);
     uint64_t from         = 0U;
     uint64_t to           = 0U;
     octet_reader_t reader = bench_data(2U);
@@ -232,7 +235,7 @@ static void extremes_are_exact_and_small_changes_on_large_values_are_kept(void)
 
 static void values_that_are_not_finite_are_left_out(void)
 {
-    defined(REAL, CYCLE_TICKS);
+    send_definition(REAL, CYCLE_TICKS);
     scalar_set(REAL, 0x7FF8000000000000ULL);
     step(1U);
     scalar_set(REAL, 0x7FF0000000000000ULL);
@@ -241,7 +244,7 @@ static void values_that_are_not_finite_are_left_out(void)
     step(1U);
     scalar_set(REAL, bits_of_double(-1.5));
     step(1U);
-    reported(false);
+    request_report(false);
     TEST_ASSERT_EQUAL_UINT32(1U, only_entry(2U).samples);
     EXPECT_WITHIN(-1.5, 0.0, only_entry(2U).mean);
     TEST_ASSERT_EQUAL_UINT32(3U, statistics.counters.not_finite);
@@ -252,7 +255,7 @@ static void values_that_are_not_finite_are_left_out(void)
 
 static void a_full_statistic_accepts_no_more_samples(void)
 {
-    defined(LEVEL, CYCLE_TICKS);
+    send_definition(LEVEL, CYCLE_TICKS);
     step(1U);
     entries[0].samples = UINT32_MAX - 1U;
     step(3U);
@@ -262,18 +265,18 @@ static void a_full_statistic_accepts_no_more_samples(void)
 
 static void each_parameter_is_sampled_in_its_interval(void)
 {
-    defined(LEVEL, CYCLE_TICKS * 3);
-    defined(REAL, (CYCLE_TICKS * 5) + 1);
+    send_definition(LEVEL, CYCLE_TICKS * 3);
+    send_definition(REAL, (CYCLE_TICKS * 5) + 1);
     step(15U);
     TEST_ASSERT_EQUAL_UINT32(5U + 3U, statistics.counters.samples);
-    defined(LEVEL, CYCLE_TICKS); // An update starts the statistics again.
+    send_definition(LEVEL, CYCLE_TICKS); // An update starts the statistics again.
     step(2U);
     TEST_ASSERT_EQUAL_UINT32(2U, entries[0].samples);
 }
 
 static void each_periodic_report_covers_one_interval(void)
 {
-    defined(LEVEL, CYCLE_TICKS);
+    send_definition(LEVEL, CYCLE_TICKS);
     begin(0U);
     data.position = 0U;
     write_ticks(CYCLE_TICKS * 4);
@@ -310,7 +313,7 @@ static void intervals_below_a_cycle_are_refused(void)
         expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 0U);
     }
     TEST_ASSERT_EQUAL_UINT32(8U, statistics.counters.refused);
-    defined(LEVEL, (1LL << 55) - 1); // The interval is 68 years.
+    send_definition(LEVEL, (1LL << 55) - 1); // The interval is 68 years.
     step(2U);
     TEST_ASSERT_EQUAL_UINT32(1U, statistics.counters.samples);
 }
@@ -419,8 +422,8 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
     static const uint8_t expected[] = {0, 0, 0, 2, 0,    0, 0, 0, 2, 2, 3, 0, 1, //
                                        0, 0, 0, 0, 0x20, 0, 0, 2, 9, 0, 1, 0, 0, 0, 1, 0x80, 0, 0};
     const pus_parameter_port_t port = statistics.config.parameters;
-    defined(LEVEL, CYCLE_TICKS);
-    defined(REAL, CYCLE_TICKS * 12);
+    send_definition(LEVEL, CYCLE_TICKS);
+    send_definition(REAL, CYCLE_TICKS * 12);
     begin(0U);
     data.position = 0U;
     write_ticks((int64_t)PUS_TIME_TICKS_PER_S * 2);
@@ -461,7 +464,7 @@ static void a_change_that_cannot_be_stored_is_refused(void)
 static void without_a_store_all_requests_are_performed(void)
 {
     statistics.config.persistence = NULL;
-    defined(LEVEL, CYCLE_TICKS);
+    send_definition(LEVEL, CYCLE_TICKS);
     begin(0U);
     TEST_ASSERT_EQUAL(STATUS_OK, send(7U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);

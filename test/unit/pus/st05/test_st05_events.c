@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Event reports: disabled events, events that wait, and the limiter of events. The numbers of requests and
+// reports are subtypes; pus/catalogue/st05_events.txt has their names and fields.
 #include "pus/st05/st05_events.h"
 
 #include "test/unit/pus/fixtures/reports.h"
@@ -185,7 +187,7 @@ static void limit(void)
 }
 
 /// Raise an event this number of times at one time. Returns the number of events that were reported.
-static unsigned passed(const uint16_t id, const unsigned times, const uint64_t now_ns)
+static unsigned count_reported_of(const uint16_t id, const unsigned times, const uint64_t now_ns)
 {
     const uint32_t before = events.counters.reported;
     for (unsigned i = 0U; i < times; i++) {
@@ -203,18 +205,18 @@ static void a_burst_passes_and_then_the_rate(void)
         bench_clear();
         limit();
         if (i == 2U) {
-            TEST_ASSERT_EQUAL(1U, passed(1U, 1U, begin - (5000U * MS)));
+            TEST_ASSERT_EQUAL(1U, count_reported_of(1U, 1U, begin - (5000U * MS)));
         }
-        TEST_ASSERT_EQUAL(20U, passed(1U, 100U, begin));
-        TEST_ASSERT_EQUAL(0U, passed(1U, 10U, begin + (99U * MS)));
-        TEST_ASSERT_EQUAL(1U, passed(1U, 10U, begin + (100U * MS)));
-        TEST_ASSERT_EQUAL(0U, passed(1U, 10U, begin + (199U * MS)));
-        TEST_ASSERT_EQUAL(3U, passed(1U, 10U, begin + (400U * MS)));
+        TEST_ASSERT_EQUAL(20U, count_reported_of(1U, 100U, begin));
+        TEST_ASSERT_EQUAL(0U, count_reported_of(1U, 10U, begin + (99U * MS)));
+        TEST_ASSERT_EQUAL(1U, count_reported_of(1U, 10U, begin + (100U * MS)));
+        TEST_ASSERT_EQUAL(0U, count_reported_of(1U, 10U, begin + (199U * MS)));
+        TEST_ASSERT_EQUAL(3U, count_reported_of(1U, 10U, begin + (400U * MS)));
         // 1.9 s later all occurrences of the burst except one are permitted again.
-        TEST_ASSERT_EQUAL(19U, passed(1U, 50U, begin + (2300U * MS)));
-        TEST_ASSERT_EQUAL(20U, passed(1U, 50U, begin + (90000U * MS)));
-        TEST_ASSERT_EQUAL(3U, passed(2U, 5U, begin)); // Each event has a limit of its own.
-        TEST_ASSERT_EQUAL(1U, passed(2U, 5U, begin + MS));
+        TEST_ASSERT_EQUAL(19U, count_reported_of(1U, 50U, begin + (2300U * MS)));
+        TEST_ASSERT_EQUAL(20U, count_reported_of(1U, 50U, begin + (90000U * MS)));
+        TEST_ASSERT_EQUAL(3U, count_reported_of(2U, 5U, begin)); // Each event has a limit of its own.
+        TEST_ASSERT_EQUAL(1U, count_reported_of(2U, 5U, begin + MS));
         TEST_ASSERT_EQUAL_UINT32(events.states[NOISE].raised + events.states[OTHER].raised,
                                  events.counters.reported + events.counters.suppressed);
     }
@@ -222,7 +224,7 @@ static void a_burst_passes_and_then_the_rate(void)
 
 static void an_event_without_a_rate_always_passes(void)
 {
-    TEST_ASSERT_EQUAL(100U, passed(300U, 100U, 0U));
+    TEST_ASSERT_EQUAL(100U, count_reported_of(300U, 100U, 0U));
     TEST_ASSERT_EQUAL_UINT32(0U, events.counters.suppressed);
 }
 
@@ -238,14 +240,14 @@ static void suppressed_events_are_reported_once_a_second(void)
 {
     limit();
     TEST_ASSERT_FALSE(pus_events_step(&events, 0U));
-    (void)passed(1U, 25U, MS);
-    (void)passed(2U, 5U, MS);
+    (void)count_reported_of(1U, 25U, MS);
+    (void)count_reported_of(2U, 5U, MS);
     bench_clear();
     TEST_ASSERT_TRUE(pus_events_step(&events, MS)); // The events are reported in turn, one per step.
     TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
     TEST_ASSERT_EQUAL_UINT32(2U, count_reported(0U, 2U));
-    (void)passed(2U, 4U, 2U * MS);
-    (void)passed(1U, 7U, 2U * MS);
+    (void)count_reported_of(2U, 4U, 2U * MS);
+    (void)count_reported_of(1U, 7U, 2U * MS);
     bench_clear();
     TEST_ASSERT_TRUE(pus_events_step(&events, 1000U * MS));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count); // The interval has not ended yet.
@@ -260,7 +262,7 @@ static void suppressed_events_are_reported_once_a_second(void)
 static void the_number_of_suppressed_events_is_reported_later_if_there_is_no_room(void)
 {
     limit();
-    (void)passed(1U, 30U, MS);
+    (void)count_reported_of(1U, 30U, MS);
     bench_clear();
     while (raise_event(SUPPRESSED, 6U) == STATUS_OK) { // Fill the queue of reports.
         bench.refusals   = 1000U;
@@ -278,7 +280,7 @@ static void without_the_event_nothing_is_reported(void)
 {
     limit();
     pus_events_report_suppressed_by(&events, 0U);
-    (void)passed(1U, 30U, MS);
+    (void)count_reported_of(1U, 30U, MS);
     TEST_ASSERT_FALSE(pus_events_step(&events, 2000U * MS));
     TEST_ASSERT_EQUAL_UINT32(10U, events.counters.suppressed);
 }
@@ -310,7 +312,7 @@ static void all_occurrences_of_a_storm_add_up(void)
     uint32_t sum = 0U;
     limit();
     for (uint64_t ms = 0U; ms < 60000U; ms++) {
-        (void)passed(1U, 100U, ms * MS);
+        (void)count_reported_of(1U, 100U, ms * MS);
         (void)pus_events_step(&events, ms * MS);
         for (size_t i = 0U; i < bench.count; i++) {
             sum += (bench_report(i).data[1] == SUPPRESSED) ? count_reported(i, 1U) : 1U;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Loads of memory, write protection and scrubbing. The numbers of requests and reports are subtypes;
+// pus/catalogue/st06_memory.txt has their names and fields.
 #include "pus/st06/st06_memory.h"
 
 #include "base/crc.h"

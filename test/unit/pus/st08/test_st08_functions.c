@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Functions: their arguments in a struct, and every refusal. The numbers of requests and reports are
+// subtypes; pus/catalogue/st08_functions.txt has their names and fields.
 #include "pus/st08/st08_functions.h"
 
 #include "pus/st01/st01_verification.h"

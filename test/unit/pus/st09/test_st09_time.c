@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Time reports: formats, rates and refusals of the port. The numbers of requests and reports are subtypes;
+// pus/catalogue/st09_time.txt has their names and fields.
 #include "pus/st09/st09_time.h"
 
 #include "base/crc.h"

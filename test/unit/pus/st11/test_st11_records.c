@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The records of a time schedule: which changes survive a power cut, and records that are refused. The
+// numbers of requests and reports are subtypes; pus/catalogue/st11_time_schedule.txt has their names and
+// fields.
 #include "pus/core/schedule_internal.h"
 #include "pus/st11/st11_time_schedule.h"
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Selection of scheduled activities by identifier or filter, to delete or to shift them; groups. The numbers
+// of requests and reports are subtypes; pus/catalogue/st11_time_schedule.txt has their names and fields.
 #include "pus/st11/st11_time_schedule.h"
 
 #include "test/unit/pus/fixtures/records.h"

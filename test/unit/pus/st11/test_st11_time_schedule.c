@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Insertion and release of activities, limits of the schedule, and jumps of time. The numbers of requests and
+// reports are subtypes; pus/catalogue/st11_time_schedule.txt has their names and fields.
 #include "pus/st11/st11_time_schedule.h"
 
 #include "test/unit/pus/fixtures/records.h"

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Definitions of parameter monitoring (PMON): which are refused, their deletion, modification, reports and
+// records. The numbers of requests and reports are subtypes; pus/catalogue/st12_monitoring.txt has their
+// names and fields.
 #include "pus/st12/st12_monitoring.h"
 
 #include "test/unit/pus/fixtures/monitors.h"
@@ -19,7 +22,7 @@ void tearDown(void)
 {
 }
 
-static void function_enabled(void)
+static void enable_function(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(15U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -142,7 +145,7 @@ static void the_lower_and_the_upper_limit_may_be_equal(void)
 /// The store has lost the record of the definition.
 static void a_definition_without_a_stored_record_is_deleted(void)
 {
-    limit_added(1U, LEVEL);
+    add_limit(1U, LEVEL);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
     records_start();
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(6U, 1U, 1U));
@@ -177,7 +180,7 @@ static void the_table_accepts_its_capacity_and_no_id_twice(void)
 
 static void only_disabled_definitions_are_deleted(void)
 {
-    limit_added(1U, LEVEL);
+    add_limit(1U, LEVEL);
     data_begin(2U);
     data_limit(2U, LEVEL, 0U, 1U);
     data_limit(3U, LEVEL, 0U, 1U);
@@ -197,7 +200,7 @@ static void only_disabled_definitions_are_deleted(void)
 static void unknown_ids_are_refused_alone(void)
 {
     static const uint8_t subtypes[] = {1U, 2U};
-    limit_added(1U, LEVEL);
+    add_limit(1U, LEVEL);
     for (size_t i = 0U; i < sizeof subtypes; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_ids(subtypes[i], 2U, 1U));
         EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 8);
@@ -207,9 +210,9 @@ static void unknown_ids_are_refused_alone(void)
 
 static void all_are_deleted_while_the_function_is_disabled(void)
 {
-    limit_added(1U, LEVEL);
-    limit_added(2U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    add_limit(2U, LEVEL);
+    enable_function();
     expect_start_failed(4U, PUS_FAILURE_STATE, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(16U));
     records.erase_status = STATUS_IO;
@@ -242,7 +245,7 @@ static void modification(const uint16_t id, const uint32_t parameter, const uint
 
 static void only_disabled_definitions_are_modified(void)
 {
-    limit_added(1U, LEVEL);
+    add_limit(1U, LEVEL);
     modification(1U, LEVEL, PUS_CHECK_LIMIT, 50U);
     expect_refused(7U, PUS_FAILURE_STATE, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
@@ -262,7 +265,7 @@ static void only_disabled_definitions_are_modified(void)
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(7U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
     scalar_set(LEVEL, 49U);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_LOW, status_of(1U));
@@ -281,7 +284,7 @@ static void definitions_are_reported_as_they_were_added(void)
         0, 3, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 1, //
         2, 0xFF, 0xFB, 0x00, 0x00, 0, 5, 0x00, 0x00, 0, 4,       // Thresholds.
     };
-    limit_added(2U, LEVEL);
+    add_limit(2U, LEVEL);
     data_begin(2U);
     data_pmon(3U, LEVEL, 1U, 1U, PUS_CHECK_DELTA);
     data_limits(LEVEL, 0xFFFBU, 0U, 5U, 0U);
@@ -304,7 +307,7 @@ static void definitions_are_reported_as_they_were_added(void)
 
 static void a_change_that_cannot_be_stored_is_refused(void)
 {
-    limit_added(1U, LEVEL);
+    add_limit(1U, LEVEL);
     records.put_status = STATUS_FULL;
     data_begin(1U);
     data_limit(2U, LEVEL, 0U, 1U);
@@ -314,7 +317,7 @@ static void a_change_that_cannot_be_stored_is_refused(void)
     expect_start_failed(15U, PUS_FAILURE_IO, STATUS_FULL);
     TEST_ASSERT_FALSE(self->is_enabled);
     records.put_status = STATUS_OK;
-    function_enabled();
+    enable_function();
     records.put_status = STATUS_FULL;
     expect_start_failed(16U, PUS_FAILURE_IO, STATUS_FULL);
     monitors_step(1U);
@@ -329,14 +332,14 @@ static void definitions_outlast_a_power_cut(void)
 {
     static const uint8_t delay[] = {0, 0, 0, 77};
     uint8_t before[PUS_PACKET_MAX];
-    limit_added(2U, LEVEL);
+    add_limit(2U, LEVEL);
     data_begin(1U);
     data_pmon(1U, SCALAR_ID(VALUE_INT64, 3U), 7U, 9U, PUS_CHECK_DELTA);
     data_limits(SCALAR_ID(VALUE_INT64, 3U), UINT64_MAX - 4U, 0U, 5U, EVENT_HIGH);
     octet_write_u16(&monitors.data, 4U);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, delay, sizeof delay));
-    function_enabled();
+    enable_function();
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(8U, 0U, 0U));
     const size_t size = bench_report(2U).size;
     memcpy(before, bench_report(2U).data, size);
@@ -354,7 +357,7 @@ static void bad_records_are_reported(void)
     static const uint8_t odd[]      = {0, 1, 0, 0, 0, 5};
     uint8_t record[64];
     size_t size = 0U;
-    limit_added(1U, LEVEL);
+    add_limit(1U, LEVEL);
     const uint8_t* const kept = records_find(PUS_SERVICE_MONITORING, 1U, &size);
     memcpy(record, kept, size);
     // The record replaces the definition.
@@ -402,8 +405,8 @@ static void bad_records_are_reported(void)
 static void without_a_store_requests_are_performed_and_nothing_is_kept(void)
 {
     self->config.persistence = NULL;
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(16U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(4U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Functional monitoring: a definition (FMON) combines parameter monitoring definitions (PMON). The numbers of
+// requests and reports are subtypes; pus/catalogue/st12_monitoring.txt has their names and fields.
 #include "test/unit/pus/fixtures/monitors.h"
 #include "unity.h"
 
@@ -14,9 +16,9 @@ static pus_monitoring_t* const self = &monitors.service;
 void setUp(void)
 {
     monitors_start();
-    limit_added(1U, LEVEL);
-    limit_added(2U, OTHER);
-    limit_added(3U, THIRD);
+    add_limit(1U, LEVEL);
+    add_limit(2U, OTHER);
+    add_limit(3U, THIRD);
     scalar_set(LEVEL, 15U);
     scalar_set(OTHER, 15U);
     scalar_set(THIRD, 15U);
@@ -43,8 +45,8 @@ static void data_fmon(const uint16_t id, const uint32_t validity, const uint16_t
     }
 }
 
-static void fmon_added(const uint16_t id, const uint32_t validity, const uint16_t minimum,
-                       const uint8_t count, const uint16_t first)
+static void add_fmon(const uint16_t id, const uint32_t validity, const uint16_t minimum, const uint8_t count,
+                     const uint16_t first)
 {
     data_begin(1U);
     data_fmon(id, validity, minimum, count, first);
@@ -53,9 +55,9 @@ static void fmon_added(const uint16_t id, const uint32_t validity, const uint16_
 }
 
 /// Define FMON 1 of all three PMONs; the FMON and the functional monitoring function are enabled.
-static void fmon_runs(const uint32_t validity, const uint16_t minimum)
+static void start_fmon(const uint32_t validity, const uint16_t minimum)
 {
-    fmon_added(1U, validity, minimum, 3U, 1U);
+    add_fmon(1U, validity, minimum, 3U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
@@ -93,7 +95,7 @@ static void expect_id_refused(const uint8_t subtype, const uint16_t id, const ui
 
 static void a_functional_monitor_fails_when_enough_of_its_monitors_fail(void)
 {
-    fmon_runs(0U, 2U);
+    start_fmon(0U, 2U);
     expect_status(1U, 0U, 1U, PUS_FMON_UNCHECKED);
     monitors_step(1U);
     expect_status(1U, 0U, 1U, PUS_FMON_RUNNING);
@@ -120,7 +122,7 @@ static void a_functional_monitor_fails_when_enough_of_its_monitors_fail(void)
 
 static void a_monitor_that_is_disabled_does_not_fail(void)
 {
-    fmon_runs(0U, 1U);
+    start_fmon(0U, 1U);
     scalar_set(LEVEL, 30U);
     monitors_step(1U);
     expect_status(1U, 0U, 1U, PUS_FMON_FAILED);
@@ -131,7 +133,7 @@ static void a_monitor_that_is_disabled_does_not_fail(void)
 
 static void a_monitor_without_its_validity_condition_is_invalid(void)
 {
-    fmon_runs(GATE, 1U);
+    start_fmon(GATE, 1U);
     scalar_set(LEVEL, 30U);
     monitors_step(1U);
     expect_status(1U, 0U, 1U, PUS_FMON_INVALID);
@@ -144,7 +146,7 @@ static void a_monitor_without_its_validity_condition_is_invalid(void)
 static void nothing_is_checked_while_disabled(void)
 {
     scalar_set(LEVEL, 30U);
-    fmon_added(1U, 0U, 1U, 1U, 1U);
+    add_fmon(1U, 0U, 1U, 1U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
     monitors_step(1U);
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
@@ -169,7 +171,7 @@ static void nothing_is_checked_while_disabled(void)
 
 static void after_disabling_the_function_the_monitor_is_unchecked(void)
 {
-    fmon_runs(0U, 1U);
+    start_fmon(0U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(18U));
     monitors_step(1U);
@@ -201,7 +203,7 @@ static void functional_monitoring_needs_parameter_monitoring(void)
 
 static void a_protected_functional_monitor_and_its_monitors_are_not_deleted(void)
 {
-    fmon_runs(0U, 1U);
+    start_fmon(0U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(21U, 1U, 1U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     expect_status(1U, 1U, 1U, PUS_FMON_UNCHECKED);
@@ -214,7 +216,7 @@ static void a_protected_functional_monitor_and_its_monitors_are_not_deleted(void
     octet_write_u8(&monitors.data, PUS_CHECK_LIMIT);
     data_limits(OTHER, 0U, 0U, 1U, 0U);
     expect_refused(7U, PUS_FAILURE_PROTECTED, 2U);
-    fmon_added(2U, 0U, 1U, 1U, 2U); // An unprotected FMON that refers to the same PMON.
+    add_fmon(2U, 0U, 1U, 1U, 2U); // An unprotected FMON that refers to the same PMON.
     expect_id_refused(2U, 2U, PUS_FAILURE_PROTECTED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(22U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U));
@@ -223,7 +225,7 @@ static void a_protected_functional_monitor_and_its_monitors_are_not_deleted(void
 
 static void only_disabled_unprotected_definitions_are_deleted(void)
 {
-    fmon_runs(0U, 1U);
+    start_fmon(0U, 1U);
     expect_id_refused(24U, 1U, PUS_FAILURE_STATE);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(20U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(21U, 1U, 1U));
@@ -309,7 +311,7 @@ static void unknown_ids_are_refused(void)
     for (size_t i = 0U; i < sizeof subtypes; i++) {
         expect_id_refused(subtypes[i], 7U, PUS_FAILURE_UNKNOWN_ID);
     }
-    fmon_added(1U, 0U, 1U, 1U, 1U);
+    add_fmon(1U, 0U, 1U, 1U, 1U);
     records.put_status = STATUS_IO;
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
     expect_failure(1U, 4U, PUS_FAILURE_IO, 1U, STATUS_IO);
@@ -322,8 +324,8 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
         0, 2, 0, 1, 2, 0, 0, 2, 0xFF, 0x01, 1,    1,    0x02, 0x58, 0, 2, 0, 2, 0, 2, 0, 3, //
         0, 4, 0, 0, 0, 0, 0, 0, 0,    0,    0x02, 0x58, 0,    1,    0, 1, 0, 1,
     };
-    fmon_added(1U, GATE, 2U, 2U, 2U);
-    fmon_added(4U, 0U, 1U, 1U, 1U);
+    add_fmon(1U, GATE, 2U, 2U, 2U);
+    add_fmon(4U, 0U, 1U, 1U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(21U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
@@ -355,7 +357,7 @@ static void an_invalid_record_is_reported(void)
 {
     uint8_t record[64];
     size_t size = 0U;
-    fmon_added(1U, GATE, 2U, 2U, 2U);
+    add_fmon(1U, GATE, 2U, 2U, 2U);
     memcpy(record, records_find(PUS_SERVICE_MONITORING, 0x10001U, &size), 20U);
     TEST_ASSERT_EQUAL_UINT64(20U, size);
     // The record replaces the definition.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Checks of parameter monitoring and the reports of their transitions. The numbers of requests and reports
+// are subtypes; pus/catalogue/st12_monitoring.txt has their names and fields.
 #include "pus/st12/st12_monitoring.h"
 
 #include "test/unit/pus/fixtures/monitors.h"
@@ -19,7 +21,7 @@ void tearDown(void)
 {
 }
 
-static void function_enabled(void)
+static void enable_function(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(15U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -31,7 +33,7 @@ static void nothing_is_checked_before_definition_and_function_are_enabled(void)
     data_limit(1U, LEVEL, 10U, 20U);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     monitors_step(5U);
-    function_enabled();
+    enable_function();
     monitors_step(5U);
     TEST_ASSERT_EQUAL_UINT(0U, scalars.reads);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
@@ -42,8 +44,8 @@ static void nothing_is_checked_before_definition_and_function_are_enabled(void)
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(16U));
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_UNCHECKED, status_of(1U));
     monitors_step(3U);
-    function_enabled();
-    function_enabled();
+    enable_function();
+    enable_function();
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.checks);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U)); // The definition is enabled.
@@ -57,8 +59,8 @@ static void nothing_is_checked_before_definition_and_function_are_enabled(void)
 static void transitions_are_reported_when_the_delay_is_over(void)
 {
     scalar_set(LEVEL, 15U);
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     monitors_step(MONITORS_DELAY);
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     scalar_set(LEVEL, 21U);
@@ -85,8 +87,8 @@ static void transitions_are_reported_when_the_delay_is_over(void)
 
 static void transitions_are_reported_when_the_list_is_full(void)
 {
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     for (unsigned i = 0U; i < MONITORS_TRANSITIONS; i++) {
         scalar_set(LEVEL, ((i % 2U) == 0U) ? 9U : 10U);
         monitors_step(1U);
@@ -101,9 +103,9 @@ static void transitions_are_reported_when_the_list_is_full(void)
 static void a_full_list_is_sent_before_the_next_entry_is_added(void)
 {
     for (uint16_t i = 0U; i < 6U; i++) {
-        limit_added(i, LEVEL);
+        add_limit(i, LEVEL);
     }
-    function_enabled();
+    enable_function();
     monitors_step(1U); // Six transitions in one cycle.
     EXPECT_MESSAGES(12, 12);
     TEST_ASSERT_EQUAL_UINT16(4U, octets_u16_at(bench_report(0U).data));
@@ -116,9 +118,9 @@ static void a_full_list_is_sent_before_the_next_entry_is_added(void)
 static void refused_transitions_wait_and_those_without_room_are_counted(void)
 {
     for (uint16_t i = 0U; i < 6U; i++) {
-        limit_added(i, LEVEL);
+        add_limit(i, LEVEL);
     }
-    function_enabled();
+    enable_function();
     // The port refuses twice before the fifth and the sixth transition, then at the end of two cycles.
     bench.refusals = 4U;
     monitors_step(1U);
@@ -132,8 +134,8 @@ static void refused_transitions_wait_and_those_without_room_are_counted(void)
 static void transitions_are_split_into_several_packets(void)
 {
     static pus_check_transition_t many[250];
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     self->config.transitions         = many;
     self->config.transition_capacity = 250U;
     self->reporting_delay            = UINT32_MAX;
@@ -154,8 +156,8 @@ static void transitions_are_split_into_several_packets(void)
 static void the_delay_is_changed(void)
 {
     static const uint8_t none[] = {0, 0, 0, 0};
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, none, sizeof none));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -176,7 +178,7 @@ static void a_status_changes_after_its_number_of_repetitions(void)
     data_limits(LEVEL, 10U, 0U, 20U, EVENT_HIGH);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
     scalar_set(LEVEL, 15U);
     monitors_step(2U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_UNCHECKED, status_of(1U));
@@ -200,8 +202,8 @@ static void a_status_changes_after_its_number_of_repetitions(void)
 
 static void each_limit_has_its_event(void)
 {
-    limit_added(7U, LEVEL);
-    function_enabled();
+    add_limit(7U, LEVEL);
+    enable_function();
     scalar_set(LEVEL, 9U);
     monitors_step(2U);
     TEST_ASSERT_EQUAL_UINT(1U, monitors.events.count);
@@ -226,8 +228,8 @@ static void values_at_the_limits_are_within_the_range(void)
         uint8_t status;
     } cases[] = {{9U, PUS_CHECK_LOW},   {10U, PUS_CHECK_NOMINAL}, {20U, PUS_CHECK_NOMINAL},
                  {21U, PUS_CHECK_HIGH}, {0U, PUS_CHECK_LOW},      {65535U, PUS_CHECK_HIGH}};
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         scalar_set(LEVEL, cases[i].value);
         monitors_step(1U);
@@ -242,7 +244,7 @@ static void a_value_that_is_not_a_number_is_out_of_limits(void)
     data_limit(1U, real, bits_of_double(-1.0), bits_of_double(1.0));
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_NOMINAL, status_of(1U));
     scalar_set(real, NOT_A_NUMBER);
@@ -257,7 +259,7 @@ static void expected_values_are_compared_under_their_mask(void)
     data_expected(LEVEL, 0x0FF0U, 0x0120U, EVENT_LOW);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
     scalar_set(LEVEL, 0xF12FU);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_NOMINAL, status_of(1U));
@@ -280,7 +282,7 @@ static void expected_values_are_compared_under_their_mask(void)
 }
 
 /// Add PMON 1 on the differences of LEVEL: limits -5..5, mean of `count` differences.
-static void delta_added(const uint16_t count)
+static void add_delta(const uint16_t count)
 {
     data_begin(1U);
     data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_DELTA);
@@ -289,7 +291,7 @@ static void delta_added(const uint16_t count)
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
 }
 
 static void differences_are_checked_from_the_second_sample_on(void)
@@ -299,7 +301,7 @@ static void differences_are_checked_from_the_second_sample_on(void)
         uint8_t status;
     } steps[] = {{100U, PUS_CHECK_UNCHECKED}, {105U, PUS_CHECK_NOMINAL}, {111U, PUS_CHECK_HIGH},
                  {106U, PUS_CHECK_NOMINAL},   {100U, PUS_CHECK_LOW},     {100U, PUS_CHECK_NOMINAL}};
-    delta_added(1U);
+    add_delta(1U);
     for (size_t i = 0U; i < (sizeof steps / sizeof steps[0]); i++) {
         scalar_set(LEVEL, steps[i].value);
         monitors_step(1U);
@@ -311,7 +313,7 @@ static void differences_are_checked_from_the_second_sample_on(void)
 static void the_mean_of_consecutive_differences_is_checked(void)
 {
     static const uint16_t values[] = {100U, 120U, 110U, 115U, 100U, 100U, 131U};
-    delta_added(3U);
+    add_delta(3U);
     for (size_t i = 0U; i < 4U; i++) { // 15 over three steps: 5.
         scalar_set(LEVEL, values[i]);
         monitors_step(1U);
@@ -333,7 +335,7 @@ static void a_difference_that_is_nan_counts_as_below(void)
     octet_write_u16(&monitors.data, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
     monitors_step(1U);
     scalar_set(real, 0x7FC00000U);
     monitors_step(1U);
@@ -355,7 +357,7 @@ static void a_monitor_without_its_validity_condition_is_invalid(void)
     data_limits(LEVEL, 10U, EVENT_LOW, 20U, EVENT_HIGH);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U));
-    function_enabled();
+    enable_function();
     scalar_set(LEVEL, 15U);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_INVALID, status_of(1U));
@@ -381,8 +383,8 @@ static void a_monitor_without_its_validity_condition_is_invalid(void)
 
 static void a_monitor_without_its_parameter_is_invalid(void)
 {
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     scalar_set(LEVEL, 15U);
     monitors_step(1U);
     scalars.is_withdrawn = true;
@@ -402,7 +404,7 @@ static void each_parameter_is_sampled_in_its_interval(void)
     data_expected(LEVEL, 0U, 0U, 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 2U, 1U));
-    function_enabled();
+    enable_function();
     monitors_step(15U);
     TEST_ASSERT_EQUAL_UINT32(5U + 3U, self->counters.checks);
     monitors.cycle += 1000U; // Missed cycles are made up for only once.
@@ -412,8 +414,8 @@ static void each_parameter_is_sampled_in_its_interval(void)
 
 static void the_cycle_counter_may_wrap(void)
 {
-    limit_added(1U, LEVEL);
-    function_enabled();
+    add_limit(1U, LEVEL);
+    enable_function();
     monitors.cycle = UINT32_MAX - 2U;
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks);
@@ -423,9 +425,9 @@ static void the_cycle_counter_may_wrap(void)
 
 static void parameters_out_of_limits_are_reported_with_their_transition(void)
 {
-    limit_added(1U, LEVEL);
-    limit_added(2U, SCALAR_ID(VALUE_UINT16, 9U));
-    function_enabled();
+    add_limit(1U, LEVEL);
+    add_limit(2U, SCALAR_ID(VALUE_UINT16, 9U));
+    enable_function();
     scalar_set(LEVEL, 15U);
     scalar_set(SCALAR_ID(VALUE_UINT16, 9U), 99U);
     monitors_step(1U);

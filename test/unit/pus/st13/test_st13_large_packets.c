@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Uplink of large packets in parts. The numbers of requests and reports are subtypes;
+// pus/catalogue/st13_large_packets.txt has their names and fields.
 #include "pus/st13/st13_large_packets.h"
 
 #include "base/crc.h"

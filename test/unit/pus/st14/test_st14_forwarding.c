@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Which reports are forwarded to the ground, and the requests that change this selection. The macros take the
+// octets of the application data. The numbers of requests and reports are subtypes;
+// pus/catalogue/st14_forwarding.txt has their names and fields.
 #include "pus/st14/st14_forwarding.h"
 
 #include "test/support/assertion.h"

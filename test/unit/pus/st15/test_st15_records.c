@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The start of the stores from records and media.
+// The start of the stores from records and media. The numbers of requests and reports are subtypes;
+// pus/catalogue/st15_storage.txt has their names and fields.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Are-you-alive and on-board connection tests. The numbers of requests and reports are subtypes;
+// pus/catalogue/st17_test.txt has their names and fields.
 #include "pus/st17/st17_test.h"
 
 #include "pus/st01/st01_verification.h"

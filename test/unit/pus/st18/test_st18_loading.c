@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Loading of on-board procedures from requests, files and records. The numbers of requests and reports are
+// subtypes; pus/catalogue/st18_procedures.txt has their names and fields.
 #include "base/crc.h"
 #include "test/unit/pus/fixtures/st18_fixture.h"
 #include "unity.h"
@@ -64,9 +66,9 @@ static void code_is_loaded_with_its_checksum(void)
 static void the_table_accepts_its_capacity(void)
 {
     static const uint8_t code[] = {0, 9, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0x29, 0xB1};
-    st18_fixture_loaded("A", 4000U, 'a');
-    st18_fixture_loaded("B", 1U, 'a');
-    st18_fixture_loaded("C", 1U, 'a');
+    st18_fixture_load("A", 4000U, 'a');
+    st18_fixture_load("B", 1U, 'a');
+    st18_fixture_load("C", 1U, 'a');
     expect_refused(1U, "D", code, sizeof code, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_PROCEDURES);
     expect_refused(13U, "D", FILE_NAME, FILE_NAME_SIZE, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_PROCEDURES);
     TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.file.closed);
@@ -129,7 +131,7 @@ static void a_procedure_that_cannot_be_stored_is_not_loaded(void)
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.unsaved);
     records.put_status = STATUS_OK;
-    st18_fixture_loaded("ABCD", 10U, 'x');
+    st18_fixture_load("ABCD", 10U, 'x');
     records.erase_status = STATUS_IO;
     expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_IO, STATUS_IO);
     TEST_ASSERT_EQUAL_UINT16(1U, loaded(&checksum));
@@ -141,7 +143,7 @@ static void a_procedure_that_cannot_be_stored_is_not_loaded(void)
 static void without_a_store_all_requests_are_performed(void)
 {
     self->config.persistence = NULL;
-    st18_fixture_loaded("ABCD", 10U, 'x');
+    st18_fixture_load("ABCD", 10U, 'x');
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(2U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL_UINT(0U, records.puts);
@@ -171,8 +173,8 @@ static void code_outlasts_a_power_cut(void)
     uint16_t after         = 0U;
     st18_fixture.file.size = PUS_PROCEDURE_CODE_MAX;
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(13U, "LARGE", FILE_NAME, FILE_NAME_SIZE));
-    st18_fixture_loaded("B", 100U, 'b');
-    st18_fixture_activated("B", 0U);
+    st18_fixture_load("B", 100U, 'b');
+    st18_fixture_activate("B", 0U);
     TEST_ASSERT_EQUAL_UINT16(2U, loaded(&before));
     st18_fixture_restart();
     TEST_ASSERT_EQUAL_UINT16(2U, loaded(&after));
@@ -180,7 +182,7 @@ static void code_outlasts_a_power_cut(void)
     TEST_ASSERT_EACH_EQUAL_HEX8('f', self->config.procedures[0].code, PUS_PROCEDURE_CODE_MAX);
     TEST_ASSERT_EQUAL_UINT16(100U, self->config.procedures[1].size);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
-    st18_fixture_activated("B", 0U);
+    st18_fixture_activate("B", 0U);
 }
 
 static void bad_records_are_reported(void)
@@ -255,10 +257,10 @@ static void every_request_has_a_strict_format(void)
 static void a_procedure_is_unloaded_while_another_runs(void)
 {
     static const uint8_t next_step[] = {0, 0};
-    st18_fixture_loaded("ABCD", 1U, 'x');
-    st18_fixture_loaded("B", 1U, 'x');
-    st18_fixture_activated("ABCD", 0U);
-    st18_fixture_activated("B", 0U);
+    st18_fixture_load("ABCD", 1U, 'x');
+    st18_fixture_load("B", 1U, 'x');
+    st18_fixture_activate("ABCD", 0U);
+    st18_fixture_activate("B", 0U);
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(20U, "ABCD", next_step, sizeof next_step));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     const unsigned commits = records.commits;

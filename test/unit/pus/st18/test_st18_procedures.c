@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Execution of on-board procedures; pus/catalogue/st18_procedures.txt has the names of the subtypes.
 #include "pus/st01/st01_verification.h"
 #include "test/unit/pus/fixtures/st18_fixture.h"
 #include "unity.h"
@@ -11,7 +12,7 @@ static pus_procedures_t* const self = &st18_fixture.service;
 void setUp(void)
 {
     st18_fixture_start();
-    st18_fixture_loaded("ABCD", 10U, 'x');
+    st18_fixture_load("ABCD", 10U, 'x');
 }
 
 void tearDown(void)
@@ -28,7 +29,8 @@ static void expect_refused(const uint8_t subtype, const char* const id, const vo
     TEST_ASSERT_EQUAL_UINT32(before + 1U, self->counters.refused);
 }
 
-static void accepted(const uint8_t subtype, const char* const id, const void* const data, const size_t size)
+static void expect_accepted(const uint8_t subtype, const char* const id, const void* const data,
+                            const size_t size)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(subtype, id, data, size));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
@@ -59,14 +61,14 @@ static void a_procedure_runs_to_its_end(void)
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_ENDED, 7U, 0U);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
     expect_script_status(PUS_PROCEDURE_INACTIVE);
-    st18_fixture_activated("ABCD", 0U); // The procedure runs again.
+    st18_fixture_activate("ABCD", 0U); // The procedure runs again.
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.started);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.ended);
 }
 
 static void errors_are_reported_at_every_level(void)
 {
-    st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING);
+    st18_fixture_activate("ABCD", PUS_OBSERVE_NOTHING);
     st18_fixture_call(0U, PUS_CALL_FAILED, 33U);
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 8);
@@ -93,7 +95,7 @@ static void errors_are_reported_at_every_level(void)
 static void a_long_text_is_truncated(void)
 {
     static const char text[] = "a text of more than forty-five octets, which is all there is room for";
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     st18_fixture_call(0U, PUS_CALL_FAILED, 1U);
     st18_fixture.slots[0].calls[0].text = text;
     st18_fixture_step(1U);
@@ -106,22 +108,22 @@ static void activation_is_refused_in_a_wrong_state(void)
     static const uint8_t high[] = {4, 0};
     expect_refused(3U, "none", body, 2U, PUS_FAILURE_UNKNOWN_ID, 0x6E6F6E65U);
     expect_refused(3U, "ABCD", high, 2U, PUS_FAILURE_OUT_OF_RANGE, PUS_NAME_SIZE);
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     expect_refused(3U, "ABCD", body, 2U, PUS_FAILURE_STATE, ABCD);
     expect_refused(14U, "ABCD", body, 2U, PUS_FAILURE_STATE, ABCD);
     expect_refused(2U, "ABCD", NULL, 0U, PUS_FAILURE_STATE, ABCD);
-    st18_fixture_loaded("B", 1U, 'x');
-    st18_fixture_activated("B", 0U);
-    st18_fixture_loaded("C", 1U, 'x');
+    st18_fixture_load("B", 1U, 'x');
+    st18_fixture_activate("B", 0U);
+    st18_fixture_load("C", 1U, 'x');
     expect_refused(3U, "C", body, 2U, PUS_FAILURE_TABLE_FULL, ST18_FIXTURE_SLOTS);
 }
 
 /// The budget of a cycle is the sum of the budgets of all running procedures.
 static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
 {
-    st18_fixture_loaded("B", 1U, 'x');
-    st18_fixture_activated("ABCD", 0U);
-    st18_fixture_activated("B", 0U);
+    st18_fixture_load("B", 1U, 'x');
+    st18_fixture_activate("ABCD", 0U);
+    st18_fixture_activate("B", 0U);
     for (unsigned i = 0U; i < 6U; i++) {
         st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
         st18_fixture_call(1U, PUS_CALL_PAUSED, 0U);
@@ -147,11 +149,11 @@ static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
 
 static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
 {
-    st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
+    st18_fixture_activate("ABCD", PUS_OBSERVE_PROCEDURE);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_call(0U, PUS_CALL_STEP, 2U);
-    accepted(5U, "ABCD", next_step, 2U);
+    expect_accepted(5U, "ABCD", next_step, 2U);
     st18_fixture_step(1U);
     expect_script_status(PUS_PROCEDURE_RUNNING);
     st18_fixture_step(1U);
@@ -162,7 +164,7 @@ static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
     st18_fixture_step(5U);
     TEST_ASSERT_EQUAL_UINT32(budget, st18_fixture.slots[0].budget);
     expect_refused(5U, "ABCD", next_step, 2U, PUS_FAILURE_STATE, ABCD);
-    accepted(6U, "ABCD", NULL, 0U);
+    expect_accepted(6U, "ABCD", NULL, 0U);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_RESUMED, 1U, 0U);
     expect_refused(6U, "ABCD", NULL, 0U, PUS_FAILURE_STATE, ABCD);
     st18_fixture_step(1U);
@@ -172,8 +174,8 @@ static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
 
 static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
 {
-    st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
-    accepted(5U, "ABCD", step_2, 2U);
+    st18_fixture_activate("ABCD", PUS_OBSERVE_PROCEDURE);
+    expect_accepted(5U, "ABCD", step_2, 2U);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_call(0U, PUS_CALL_STEP, 2U);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
@@ -181,8 +183,8 @@ static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5, 1, 5);
     expect_script_status(PUS_PROCEDURE_HELD);
-    accepted(6U, "ABCD", NULL, 0U);
-    accepted(4U, "ABCD", step_2, 2U);
+    expect_accepted(6U, "ABCD", NULL, 0U);
+    expect_accepted(4U, "ABCD", step_2, 2U);
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5, 1, 8);
     octet_reader_t reader = bench_data(1U);
@@ -195,8 +197,8 @@ static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
 
 static void a_procedure_that_waits_at_a_step_is_stopped_at_once(void)
 {
-    st18_fixture_activated("ABCD", 0U);
-    accepted(5U, "ABCD", next_step, 2U);
+    st18_fixture_activate("ABCD", 0U);
+    expect_accepted(5U, "ABCD", next_step, 2U);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(4U, "ABCD", step_2, 2U));
@@ -204,7 +206,7 @@ static void a_procedure_that_waits_at_a_step_is_stopped_at_once(void)
     expect_script_status(PUS_PROCEDURE_INACTIVE);
 }
 
-static void one_step_at_a_time(void)
+static void a_procedure_is_executed_one_step_at_a_time(void)
 {
     static const uint8_t body[] = {0, 0};
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(14U, "ABCD", body, sizeof body));
@@ -214,7 +216,7 @@ static void one_step_at_a_time(void)
     st18_fixture_call(0U, PUS_CALL_STEP, 3U);
     st18_fixture_step(3U);
     EXPECT_MESSAGES(1, 5);
-    accepted(15U, "ABCD", NULL, 0U);
+    expect_accepted(15U, "ABCD", NULL, 0U);
     st18_fixture_step(3U);
     EXPECT_MESSAGES(1, 5);
     expect_script_status(PUS_PROCEDURE_HELD);
@@ -236,7 +238,7 @@ static void an_inactive_procedure_is_neither_suspended_nor_aborted(void)
 
 static void a_procedure_is_aborted_at_any_step(void)
 {
-    st18_fixture_activated("ABCD", PUS_OBSERVE_PROCEDURE);
+    st18_fixture_activate("ABCD", PUS_OBSERVE_PROCEDURE);
     st18_fixture_step(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(12U, "ABCD", NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7);
@@ -246,10 +248,10 @@ static void a_procedure_is_aborted_at_any_step(void)
 
 static void all_are_aborted_and_reported(void)
 {
-    st18_fixture_loaded("B", 1U, 'x');
-    st18_fixture_loaded("C", 1U, 'x');
-    st18_fixture_activated("C", 0U);
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_load("B", 1U, 'x');
+    st18_fixture_load("C", 1U, 'x');
+    st18_fixture_activate("C", 0U);
+    st18_fixture_activate("ABCD", 0U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(17U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8, 1, 8, 18, 18, 1, 7);
@@ -262,7 +264,7 @@ static void all_are_aborted_and_reported(void)
 
 static void a_waiting_procedure_waits_for_whole_cycles(void)
 {
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     st18_fixture_wait(0U, PUS_CALL_WAIT, 0.0);
     st18_fixture_wait(0U, PUS_CALL_WAIT, 0.041); // Five cycles of 10 ms.
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
@@ -280,7 +282,7 @@ static void a_waiting_procedure_waits_for_whole_cycles(void)
 
 static void values_are_read_by_id_and_name(void)
 {
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     st18_fixture_call(0U, PUS_CALL_GET, 77U);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
     st18_fixture_call(0U, PUS_CALL_GET, 78U);
@@ -300,7 +302,7 @@ static void values_are_read_by_id_and_name(void)
 
 static void events_are_raised(void)
 {
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     st18_fixture_call(0U, PUS_CALL_STEP, 9U);
     st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
@@ -317,7 +319,7 @@ static void events_are_raised(void)
 
 static void calls_with_external_effects_are_limited_in_a_cycle(void)
 {
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     for (unsigned i = 0U; i < ST18_FIXTURE_CALLS_EACH; i++) {
         st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
         st18_fixture_call(0U, PUS_CALL_GET, 77U); // Calls of other procedures are not affected.
@@ -334,7 +336,7 @@ static void calls_with_external_effects_are_limited_in_a_cycle(void)
 
 static void requests_are_released(void)
 {
-    st18_fixture_activated("ABCD", PUS_OBSERVE_ALL);
+    st18_fixture_activate("ABCD", PUS_OBSERVE_ALL);
     st18_fixture_request(0U, false);
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.sent.count);
@@ -385,7 +387,7 @@ static void observe(const uint8_t subtype, const uint16_t destination, const uin
 
 static void the_end_of_a_request_is_awaited(void)
 {
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     st18_fixture_request(0U, true);
     st18_fixture_request(0U, true);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
@@ -419,7 +421,7 @@ static void the_end_of_a_request_is_awaited(void)
 
 static void a_failed_completion_ends_the_wait_for_the_request(void)
 {
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     st18_fixture_request(0U, true);
     st18_fixture_step(1U);
     observe(8U, PUS_USER_ONBOARD | TEST_APID, st18_fixture.sent.last.request_id, 1U);
@@ -433,17 +435,17 @@ static void values_are_communicated(void)
     static const uint8_t values[] = {1, 0, 42};
     static uint8_t many[1 + (2 * 255)];
     static uint8_t most[1 + (9 * 255)];
-    st18_fixture_activated("ABCD", PUS_OBSERVE_ALL);
+    st18_fixture_activate("ABCD", PUS_OBSERVE_ALL);
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 1e9);
     st18_fixture_step(5U);
-    accepted(7U, "ABCD", values, sizeof values);
+    expect_accepted(7U, "ABCD", values, sizeof values);
     expect_refused(7U, "ABCD", values, sizeof values, PUS_FAILURE_STATE, ABCD);
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL(PUS_ANSWER_VALUES, st18_fixture.slots[0].answer.kind);
     TEST_ASSERT_EQUAL_UINT64(3U, st18_fixture.slots[0].answer.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(values, st18_fixture.slots[0].answer.octets, 3U);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_RECEIVED, 0U, 0U);
-    accepted(7U, "ABCD", values, sizeof values); // The values wait until the procedure asks for them.
+    expect_accepted(7U, "ABCD", values, sizeof values); // The values wait until the procedure asks for them.
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 0.0);
@@ -456,7 +458,7 @@ static void values_are_communicated(void)
     st18_fixture_step(3U);
     TEST_ASSERT_EQUAL(PUS_ANSWER_MISSING, st18_fixture.slots[0].answer.kind);
     many[0] = 255U;
-    accepted(7U, "ABCD", many, sizeof many);
+    expect_accepted(7U, "ABCD", many, sizeof many);
     st18_fixture_wait(0U, PUS_CALL_PARAMETERS, 1.0);
     st18_fixture_step(1U);
     most[0] = 255U;
@@ -475,7 +477,7 @@ static void observability_levels_of_procedures_are_set(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 0x6E6F6E65U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 27U);
-    st18_fixture_activated("ABCD", PUS_OBSERVE_NOTHING); // The request has its own level.
+    st18_fixture_activate("ABCD", PUS_OBSERVE_NOTHING); // The request has its own level.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, body, sizeof body));
     st18_fixture_call(0U, PUS_CALL_STEP, 3U);
@@ -490,7 +492,7 @@ static void observability_levels_of_procedures_are_set(void)
 static void without_an_engine_no_procedure_runs(void)
 {
     static const uint8_t body[] = {0, 0};
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(22U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7);
@@ -507,7 +509,7 @@ static void without_an_engine_no_procedure_runs(void)
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(21U, NULL, 0U)); // The procedure already runs.
-    st18_fixture_activated("ABCD", 0U);
+    st18_fixture_activate("ABCD", 0U);
     records.put_status = STATUS_IO;
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(22U, NULL, 0U));
@@ -521,8 +523,8 @@ static void without_an_engine_no_procedure_runs(void)
 
 static void stopped_procedures_can_be_unloaded(void)
 {
-    st18_fixture_activated("ABCD", 0U);
-    accepted(20U, "ABCD", next_step, 2U);
+    st18_fixture_activate("ABCD", 0U);
+    expect_accepted(20U, "ABCD", next_step, 2U);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 8);
@@ -530,9 +532,9 @@ static void stopped_procedures_can_be_unloaded(void)
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(2U).size); // No procedure is loaded; the deletion was recorded.
-    st18_fixture_loaded("B", 1U, 'x');
-    st18_fixture_activated("B", 0U);
-    accepted(20U, "B", next_step, 2U);
+    st18_fixture_load("B", 1U, 'x');
+    st18_fixture_activate("B", 0U);
+    expect_accepted(20U, "B", next_step, 2U);
     records.commit_status = STATUS_IO;
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(1U);
@@ -540,9 +542,9 @@ static void stopped_procedures_can_be_unloaded(void)
     records.commit_status       = STATUS_OK;
     self->config.persistence    = NULL;
     st18_fixture.slots[0].count = 0U;
-    st18_fixture_loaded("C", 1U, 'x');
-    st18_fixture_activated("C", 0U);
-    accepted(20U, "C", next_step, 2U);
+    st18_fixture_load("C", 1U, 'x');
+    st18_fixture_activate("C", 0U);
+    expect_accepted(20U, "C", next_step, 2U);
     st18_fixture_step(1U);
     expect_script_status(PUS_PROCEDURE_RUNNING);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
@@ -554,16 +556,16 @@ static void stopped_procedures_can_be_unloaded(void)
 
 static void procedures_run_concurrently(void)
 {
-    st18_fixture_loaded("B", 1U, 'x');
-    st18_fixture_activated("ABCD", 0U);
-    st18_fixture_activated("B", 0U);
+    st18_fixture_load("B", 1U, 'x');
+    st18_fixture_activate("ABCD", 0U);
+    st18_fixture_activate("B", 0U);
     st18_fixture_wait(0U, PUS_CALL_WAIT, 1.0);
     st18_fixture_call(1U, PUS_CALL_STEP, 1U);
     st18_fixture_call(1U, PUS_CALL_ENDED, 0U);
     st18_fixture_step(2U);
     EXPECT_MESSAGES(1, 5, 1, 7);
     TEST_ASSERT_TRUE(st18_fixture.slots[0].is_running);
-    st18_fixture_activated("B", 0U);
+    st18_fixture_activate("B", 0U);
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.started);
 }
 
@@ -578,7 +580,7 @@ int main(void)
     RUN_TEST(a_procedure_is_suspended_at_the_begin_of_its_next_step);
     RUN_TEST(a_procedure_is_suspended_and_stopped_at_the_named_step);
     RUN_TEST(a_procedure_that_waits_at_a_step_is_stopped_at_once);
-    RUN_TEST(one_step_at_a_time);
+    RUN_TEST(a_procedure_is_executed_one_step_at_a_time);
     RUN_TEST(an_inactive_procedure_is_neither_suspended_nor_aborted);
     RUN_TEST(a_procedure_is_aborted_at_any_step);
     RUN_TEST(all_are_aborted_and_reported);

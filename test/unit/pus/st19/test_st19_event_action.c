@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Event-action definitions: release of their requests, changes, reports and records. The numbers of requests
+// and reports are subtypes; pus/catalogue/st19_event_action.txt has their names and fields.
 #include "pus/st19/st19_event_action.h"
 
 #include "test/unit/pus/fixtures/records.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reading and setting of parameters. The numbers of requests and reports are subtypes;
+// pus/catalogue/st20_parameters.txt has their names and fields.
 #include "pus/st20/st20_parameters.h"
 
 #include "test/unit/pus/fixtures/parameters.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Request sequences from files and from records. The numbers of requests and reports are subtypes;
+// pus/catalogue/st21_sequences.txt has their names and fields.
 #include "pus/st21/st21_sequences.h"
 
 #include "base/crc.h"

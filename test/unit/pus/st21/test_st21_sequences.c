@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Loading, execution and reports of request sequences. The numbers of requests and reports are subtypes;
+// pus/catalogue/st21_sequences.txt has their names and fields.
 #include "pus/st21/st21_sequences.h"
 
 #include "base/crc.h"

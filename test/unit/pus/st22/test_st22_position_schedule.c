@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Properties of positions; test_st11_*.c tests the part that time and position schedules share.
+// Properties of positions; test_st11_*.c tests the part that time and position schedules share. The numbers
+// of requests and reports are subtypes; pus/catalogue/st22_position_schedule.txt has their names and fields.
 #include "pus/st22/st22_position_schedule.h"
 
 #include "test/unit/pus/fixtures/records.h"

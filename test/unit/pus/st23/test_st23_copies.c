@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies of the file service: TC[23,14] to [23,24].
+// Copies of the file service: TC[23,14] to [23,24]; pus/catalogue/st23_files.txt has their names and fields.
 #include "pus/st23/st23_files.h"
 
 #include "test/support/disk.h"
@@ -95,69 +95,69 @@ static void an_empty_file_is_copied(void)
 static void an_invalid_copy_is_refused(void)
 {
     st23_fixture_order(14U, 1U, "a", "no", "", "x");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     st23_fixture_order(14U, 1U, "a", "b", "", "x");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     st23_fixture_order(14U, 1U, "a", "one", "no", "x");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
     st23_fixture_order(14U, 1U, "a", "one", "a/one", "x");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
     st23_fixture_order(14U, 1U, "a", "one", "a", "one");
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 13U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 13U);
     st23_fixture_order(14U, 1U, "a", "one", "a", "b");
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 13U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 13U);
     st23_fixture_order(14U, 1U, "a/", "one", "a", "x");
-    st23_fixture_refused(PUS_FAILURE_OUT_OF_RANGE, 2U);
+    st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 2U);
     st23_fixture_order(14U, 1U, "a", "one", "a", "x?");
-    st23_fixture_refused(PUS_FAILURE_OUT_OF_RANGE, 13U);
+    st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 13U);
     st23_fixture_order(14U, 1U, "a", "one", "a", "x");
     EXPECT_MESSAGES(1, 1, 1, 3);
     st23_fixture_order(14U, 1U, "a", "one", "a", "y");
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 1U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 1U);
     st23_fixture_order(14U, 2U, "a", "one", "a", "x");
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 13U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 13U);
     st23_fixture_order(14U, 2U, "a", "one", "a", "y");
     st23_fixture_order(14U, 3U, "a", "one", "a", "z");
     EXPECT_MESSAGES(1, 1, 1, 3);
     st23_fixture_order(14U, 4U, "a", "one", "a", "w");
-    st23_fixture_refused(PUS_FAILURE_TABLE_FULL, COPIES);
+    st23_fixture_expect_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     disk.fail_call = disk.calls + 3U; // The query of the target.
     st23_fixture_order(14U, 4U, "a", "one", "a", "w");
-    st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
+    st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
 static void a_file_being_copied_cannot_be_changed(void)
 {
     st23_fixture_order(14U, 1U, "a", "one", "a/b", "x");
     st23_fixture_request(2U, "a", "one");
-    st23_fixture_refused(PUS_FAILURE_STATE, 3U);
+    st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
     st23_fixture_request(10U, "a", "b");
-    st23_fixture_refused(PUS_FAILURE_STATE, 3U);
+    st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
     st23_fixture_order(15U, 2U, "a", "one", "", "y");
-    st23_fixture_refused(PUS_FAILURE_STATE, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_STATE, 5U);
     st23_fixture_create("a/b", "x", 0U, 0U);
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 5U);
     st23_fixture_request(9U, "a/b", "x");
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 5U);
     st23_fixture_rename("a", "b", "z");
-    st23_fixture_refused(PUS_FAILURE_STATE, 3U);
+    st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
     disk_directory("c");
     st23_fixture_order(14U, 2U, "a", "one", "", "d");
     st23_fixture_rename("", "c", "d");
-    st23_fixture_refused(PUS_FAILURE_EXISTS, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 5U);
 }
 
 static void a_file_is_moved_at_once(void)
 {
     st23_fixture_order(15U, 1U, "a", "one", "a/b", "moved");
-    st23_fixture_done();
+    st23_fixture_expect_done();
     TEST_ASSERT_NULL(disk_find("a/one"));
     TEST_ASSERT_EQUAL_UINT64(10U, disk_find("a/b/moved")->size);
     st23_fixture_order(15U, 1U, "a", "one", "a/b", "x");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     disk.fail_call = disk.calls + 4U; // The call that renames.
     st23_fixture_order(15U, 1U, "a/b", "moved", "a", "one");
-    st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
+    st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
 /// Each call of the file store fails once: the copy ends with a failure, and no part of it remains.
@@ -210,14 +210,14 @@ static void copies_are_suspended_resumed_and_aborted(void)
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, 1U);
     st23_fixture_change(16U, 1U);
-    st23_fixture_done();
+    st23_fixture_expect_done();
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
     st23_fixture_step();
     TEST_ASSERT_NULL(disk_find(".copy-1"));
     st23_fixture_change(16U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, 1U);
     st23_fixture_change(17U, 1U);
-    st23_fixture_done();
+    st23_fixture_expect_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_PENDING, st23_fixture.copies[0].status);
     st23_fixture_step();
     st23_fixture_change(16U, 1U);
@@ -252,26 +252,26 @@ static void copies_of_a_path_are_changed(void)
     (void)disk_file("top", 1U, 1U);
     st23_fixture_order(14U, 3U, "", "top", "ab", "y");
     st23_fixture_change_path(19U, "/a");
-    st23_fixture_done();
+    st23_fixture_expect_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, st23_fixture.copies[0].status);
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, st23_fixture.copies[1].status);
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_PENDING, st23_fixture.copies[2].status);
     st23_fixture_change_path(19U, "/");
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, st23_fixture.copies[2].status);
     st23_fixture_change_path(20U, "a/b");
-    st23_fixture_done();
+    st23_fixture_expect_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, st23_fixture.copies[0].status);
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_PENDING, st23_fixture.copies[1].status);
     st23_fixture_change_path(21U, "ab");
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8, 1, 8, 1, 7);
     st23_fixture_change_path(21U, "ab");
-    st23_fixture_done();
+    st23_fixture_expect_done();
     st23_fixture_change_path(21U, "no");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
     st23_fixture_change_path(20U, "a/one");
-    st23_fixture_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
+    st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 0U);
     st23_fixture_change_path(19U, "a/../b");
-    st23_fixture_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
     TEST_ASSERT_EQUAL_UINT32(2U, st23_fixture.files.counters.aborted);
 }
 
@@ -287,7 +287,7 @@ static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
     TEST_ASSERT_TRUE(pus_files_is_busy(&st23_fixture.files));
     st23_fixture_order(14U, 3U, "a", "one", "", "x");
     st23_fixture_order(14U, 4U, "a", "one", "", "y"); // Two of the three copies are still accepted.
-    st23_fixture_refused(PUS_FAILURE_TABLE_FULL, COPIES);
+    st23_fixture_expect_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     st23_fixture_change(18U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 1U);
     st23_fixture_step();
@@ -305,7 +305,7 @@ static void a_copy_that_cannot_be_recorded_is_not_started(void)
 {
     records.put_status = STATUS_FULL;
     st23_fixture_order(14U, 1U, "a", "one", "", "x");
-    st23_fixture_failed(PUS_FAILURE_IO, STATUS_FULL);
+    st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_FULL);
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
 }
 
@@ -315,9 +315,9 @@ static void without_records_requests_are_performed_and_nothing_is_kept(void)
     st23_fixture_restart();
     bench.dispatcher.persistence = NULL;
     st23_fixture_create("a", "x", 0U, 1U);
-    st23_fixture_done();
+    st23_fixture_expect_done();
     st23_fixture_request(6U, "a", "x");
-    st23_fixture_done();
+    st23_fixture_expect_done();
     st23_fixture_order(14U, 1U, "a", "one", "", "x");
     st23_fixture_step();
     expect_copied("a/one", "x");
@@ -337,9 +337,9 @@ static void copies_are_reported_at_an_interval(void)
 {
     (void)disk_file("large", SLICE * 4U, 7U);
     report_every(0U);
-    st23_fixture_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
+    st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
     report_every(3U);
-    st23_fixture_done();
+    st23_fixture_expect_done();
     st23_fixture_order(14U, 1U, "", "large", "a", "x");
     st23_fixture_order(14U, 2U, "", "large", "a/b", "x");
     st23_fixture_change(16U, 2U);
@@ -379,9 +379,9 @@ static void copies_are_reported_at_an_interval(void)
     TEST_ASSERT_EQUAL_UINT64(2U, bench_report(0U).size); // No copies.
     st23_fixture_begin();
     st23_fixture_send(24U);
-    st23_fixture_done();
+    st23_fixture_expect_done();
     st23_fixture_send(24U);
-    st23_fixture_done();
+    st23_fixture_expect_done();
     for (unsigned i = 0U; i < 10U; i++) {
         st23_fixture_step();
         EXPECT_MESSAGES(0);
@@ -392,7 +392,7 @@ static void an_interval_that_cannot_be_kept_does_not_count(void)
 {
     records.put_status = STATUS_IO;
     report_every(1U);
-    st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
+    st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
     st23_fixture_step();
     st23_fixture_step();
     EXPECT_MESSAGES(0);
@@ -401,7 +401,7 @@ static void an_interval_that_cannot_be_kept_does_not_count(void)
     records.erase_status = STATUS_IO;
     st23_fixture_begin();
     st23_fixture_send(24U);
-    st23_fixture_failed(PUS_FAILURE_IO, STATUS_IO);
+    st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
     st23_fixture_step();
     st23_fixture_step();
     EXPECT_MESSAGES(23, 23);

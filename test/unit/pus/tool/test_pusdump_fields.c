@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Decoding of application and source data by the generated layouts of pusdump.
 #include "pus/tool/pusdump_fields.h"
 
 #include "pus/tool/pusdump_messages.h"

@@ -19,8 +19,8 @@ static segment_t segments[BUSES];
 static bus_t* channel_b[BUSES];
 static devices_t* devices;
 static plant_truth_t truth;
-static truth_t* log_;
-static device_log_t from;
+static truth_t* truth_log;
+static device_log_t device_log;
 static char error[SIMULATOR_ERROR_MAX];
 static char path[64];
 
@@ -56,9 +56,10 @@ void setUp(void)
                                      .changed   = changed};
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, devices_open(&wanted, &devices, error), error);
     devices_power_on(devices);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &log_));
-    from = (device_log_t){.world = &world, .devices = devices, .segments = segments, .bus_count = BUSES};
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, device_log_names(log_, &from));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &truth_log));
+    device_log =
+        (device_log_t){.world = &world, .devices = devices, .segments = segments, .bus_count = BUSES};
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, device_log_names(truth_log, &device_log));
 }
 
 void tearDown(void)
@@ -78,7 +79,7 @@ static void steps(const unsigned first, const unsigned last)
         for (unsigned k = 0U; k < BUSES; k++) {
             bus_run_until(segments[k].bus, now_ns);
         }
-        TEST_ASSERT_EQUAL_INT(STATUS_OK, device_log_state(log_, &from, now_ns));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, device_log_state(truth_log, &device_log, now_ns));
     }
 }
 
@@ -104,9 +105,9 @@ static const unsigned char* last_event(const char* channel, unsigned* out_count)
 static void the_names_are_those_of_the_world(void)
 {
     unsigned count = 0U;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log_));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(truth_log));
     const unsigned char* names = last_event("NAMES", &count);
-    TEST_ASSERT_EQUAL_UINT(3U, count); // BENCH, POWER, BUS: there is no instrument.
+    TEST_ASSERT_EQUAL_UINT(3U, count); // Events for BENCH, POWER and BUS; the world has no instrument.
     TEST_ASSERT_EQUAL_STRING("BUS", (const char*)&names[20]);
     TEST_ASSERT_EQUAL_STRING(world.bus[0], (const char*)&names[20 + 4 + 4 + 4]);
 }
@@ -118,7 +119,7 @@ static void buses_have_load_errors_and_controllers_that_are_off(void)
     bus_force_off(segments[1].bus, 0U); // The first device of the second bus.
     steps(201U, 401U);                  // The next interval ends within these steps.
     const uint64_t errors = bus_statistics(segments[1].bus)->errors;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log_));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(truth_log));
     unsigned count            = 0U;
     const unsigned char* last = last_event("BUS", &count);
     TEST_ASSERT_EQUAL_UINT8(BUSES, last[CONTENT - 1U]);
@@ -138,7 +139,7 @@ static void a_bus_is_logged_ten_times_a_second(void)
 {
     unsigned count = 0U;
     steps(1U, 2000U);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log_));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(truth_log));
     (void)last_event("BUS", &count);
     // Each interval changes load and errors and may log the last step before, too.
     TEST_ASSERT_UINT_WITHIN(4U, 18U, count);
@@ -150,12 +151,12 @@ static void a_device_that_is_switched_off_is_not_supplied(void)
 {
     unsigned count = 0U;
     steps(1U, 10U);
-    TEST_ASSERT_GREATER_THAN_UINT(0U, from.supply_count);
-    node_power_off(device_model(devices, from.supply[0])->node);
+    TEST_ASSERT_GREATER_THAN_UINT(0U, device_log.supply_count);
+    node_power_off(device_model(devices, device_log.supply[0])->node);
     steps(11U, 20U);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(log_));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, truth_close(truth_log));
     const unsigned char* last = last_event("POWER", &count);
-    TEST_ASSERT_EQUAL_UINT8(from.supply_count, last[CONTENT - 1U]);
+    TEST_ASSERT_EQUAL_UINT8(device_log.supply_count, last[CONTENT - 1U]);
     TEST_ASSERT_EQUAL_UINT8(0U, last[CONTENT]);
     TEST_ASSERT_EQUAL_UINT8(1U, last[CONTENT + 1U]);
     TEST_ASSERT_EQUAL_UINT(4U, count); // The first and the last step of each of the two states.

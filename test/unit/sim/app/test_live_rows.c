@@ -69,7 +69,7 @@ static void joints_have_position_torque_and_brake(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, number_below("arm.joint2.brake"));
 }
 
-static void a_free_base_has_a_pose_wheels_a_momentum_and_valves_are_open_or_not(void)
+static void poses_momenta_of_wheels_and_states_of_valves_have_columns(void)
 {
     world.robot[0].is_free = true;
     world.wheel_count      = 2U;
@@ -96,6 +96,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(joints_have_position_torque_and_brake);
-    RUN_TEST(a_free_base_has_a_pose_wheels_a_momentum_and_valves_are_open_or_not);
+    RUN_TEST(poses_momenta_of_wheels_and_states_of_valves_have_columns);
     return UNITY_END();
 }

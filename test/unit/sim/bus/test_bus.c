@@ -165,7 +165,7 @@ static void the_lowest_ready_head_always_wins(void)
         for (unsigned n = 0U; n < 3U; n++) {
             uint64_t ready_ns = 0U;
             for (unsigned i = 0U; i < 30U; i++) {
-                // Distinct identifiers: three nodes, 0..681 each, some of them 29 bits.
+                // 3 k + n: no two nodes use the same identifier. A quarter has 29 bits.
                 uint32_t id = (random_below(680U) * 3U) + n;
                 if (random_below(4U) == 0U) {
                     id = (id << 18) | random_below(1U << 18) | OSAL_CAN_EXTENDED;
@@ -239,7 +239,7 @@ static void the_frames_of_a_robot_cycle_take_at_most_the_computed_time(void)
     }
 }
 
-static void wakes_happen_in_time_order(void)
+static void wake_callbacks_are_called_in_the_order_of_their_times(void)
 {
     bus_set_wake(bus, node[1], 2000U);
     bus_set_wake(bus, node[0], 1000U);
@@ -382,7 +382,7 @@ static void unequal_frames_destroy_each_other_without_any_receiver(void)
     TEST_ASSERT_EQUAL_UINT(1U, ear[1].count);
 }
 
-static void flow(unsigned frames)
+static void send_in_turn(unsigned frames)
 {
     for (unsigned i = 0U; i < frames; i++) {
         const osal_can_frame_t frame = data_frame(0x100U + (i & 0xFFU), 8U, 0U);
@@ -394,7 +394,7 @@ static void flow(unsigned frames)
 static void each_receiver_loses_the_commanded_share_of_frames(void)
 {
     bus_set_loss(bus, 0.25);
-    flow(3000U);
+    send_in_turn(3000U);
     // Each node could receive 2000 frames of other nodes and lost a quarter of them; the bus carried all
     // frames.
     TEST_ASSERT_EQUAL_UINT64(3000U, bus_statistics(bus)->frames);
@@ -408,7 +408,7 @@ static void each_receiver_loses_the_commanded_share_of_frames(void)
 static void corruption_costs_time_and_increases_counters_but_loses_no_frame(void)
 {
     bus_set_corruption(bus, 0.05);
-    flow(3000U);
+    send_in_turn(3000U);
     TEST_ASSERT_EQUAL_UINT64(3000U, bus_statistics(bus)->frames);
     TEST_ASSERT_UINT64_WITHIN(50U, 158U, bus_statistics(bus)->errors); // 3000 x 0.05 / 0.95
     for (unsigned i = 0U; i < 3U; i++) {
@@ -419,7 +419,7 @@ static void corruption_costs_time_and_increases_counters_but_loses_no_frame(void
 static void duplicated_frames_arrive_twice(void)
 {
     bus_set_duplication(bus, 0.05);
-    flow(2000U);
+    send_in_turn(2000U);
     TEST_ASSERT_EQUAL_UINT64(bus_statistics(bus)->frames * 2U, ear[0].count + ear[1].count + ear[2].count);
     TEST_ASSERT_UINT64_WITHIN(40U, 2105U, bus_statistics(bus)->frames);
 }
@@ -431,7 +431,7 @@ static uint64_t hash_of_a_noisy_run(uint64_t seed)
     bus_set_loss(bus, 0.02);
     bus_set_corruption(bus, 0.05);
     bus_set_duplication(bus, 0.01);
-    flow(1000U);
+    send_in_turn(1000U);
     uint64_t hash = 0xCBF29CE484222325U;
     for (unsigned i = 0U; i < 3U; i++) {
         for (unsigned k = 0U; k < ear[i].count; k++) {
@@ -507,7 +507,7 @@ static void the_tap_shows_the_wire_and_the_reports_of_one_controller(void)
     tapped         = 0U;
     tapped_reports = 0U;
     bus_set_tap(bus, tap, NULL, node[0]);
-    flow(9U);
+    send_in_turn(9U);
     TEST_ASSERT_EQUAL_UINT(9U, tapped);
     bus_unplug(bus, node[1]);
     bus_unplug(bus, node[2]);
@@ -530,7 +530,7 @@ static void a_new_node_can_take_the_place_of_a_removed_one(void)
     bus_remove_node(bus, extra[7]);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(bus, &silent, &none));
     TEST_ASSERT_EQUAL_UINT(extra[7], none);
-    flow(3U);
+    send_in_turn(3U);
     TEST_ASSERT_EQUAL_UINT64(3U, bus_statistics(bus)->frames);
 }
 
@@ -543,7 +543,7 @@ int main(void)
     RUN_TEST(a_frame_that_does_not_end_in_a_run_continues_in_the_next);
     RUN_TEST(the_lowest_ready_head_always_wins);
     RUN_TEST(the_frames_of_a_robot_cycle_take_at_most_the_computed_time);
-    RUN_TEST(wakes_happen_in_time_order);
+    RUN_TEST(wake_callbacks_are_called_in_the_order_of_their_times);
     RUN_TEST(bad_frames_and_full_queues_are_refused);
     RUN_TEST(a_lone_sender_becomes_error_passive_and_continues_to_try);
     RUN_TEST(unplugging_the_sender_breaks_its_frame);

@@ -209,7 +209,7 @@ static void lengths_of_fd_frames_equal_the_reference(void)
 static void lengths_equal_those_counted_by_hand(void)
 {
     // SYNC 0x080 without data, CRC-15 0x1C05: 0 00010000000 0 0 0 0000 001110000000101.
-    // 34 bits, 4 stuff bits; delimiter, ACK and end of frame 10.
+    // These are 34 bits, and 4 stuff bits; CRC delimiter, ACK and end of frame are 10 bits.
     const osal_can_frame_t sync = {.id = 0x080U};
     TEST_ASSERT_EQUAL_HEX16(0x1C05, frame_crc15(&sync));
     TEST_ASSERT_EQUAL_UINT32(34U + 4U + 10U, frame_length(&sync).nominal_bits);
@@ -222,9 +222,10 @@ static void lengths_equal_those_counted_by_hand(void)
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(108U + 4U, length.nominal_bits);
 
     osal_can_frame_t zero = {.length = 8U, .flags = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS};
-    // FD: SOF 0, id 11 x 0, RRS 0, IDE 0 = 14 zeros: 2 stuff bits; FDF 1, res 0, BRS 1: 17 + 2 + tail 9 = 28.
-    // Fast: ESI 0, DLC 1000, 64 zeros: 1 + 1 bits, then 67 zeros: 13 stuff bits, the last run of 2; 27 + 1
-    // for CRC.
+    // Nominal rate, 17 + 2 + 9 = 28 bits: SOF 0, 11 bits of the identifier 0, RRS 0 and IDE 0 are 14 zeros
+    // with 2 stuff bits; then FDF 1, res 0 and BRS 1; ACK and end of frame have 9 bits.
+    // Fast rate: ESI 0, DLC 1000, 64 zeros. The last 67 of these bits are zeros and need 13 stuff bits. The
+    // CRC has 27 bits, its fixed stuff bits included, and its delimiter 1 bit.
     const frame_length_t fast = frame_length(&zero);
     TEST_ASSERT_EQUAL_UINT32(28U, fast.nominal_bits);
     TEST_ASSERT_EQUAL_UINT32(5U + 64U + 13U + 28U, fast.data_bits);
@@ -232,8 +233,9 @@ static void lengths_equal_those_counted_by_hand(void)
 
 static void a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit(void)
 {
-    // ESI 0, DLC 0001, data 1000 0011 has no run of five; data 1 0 11111 at the end: run ends with the data
-    // field.
+    // The data 0x5F (0101 1111) end with five equal bits: the stuff bit after them is the fixed stuff bit at
+    // the begin of the CRC. In 0xBE (1011 1110) the five equal bits end before the last bit and need a stuff
+    // bit.
     const osal_can_frame_t ends_in_run = {
         .length = 1U, .flags = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, .data = {0x5FU}};
     TEST_ASSERT_EQUAL_UINT32(5U + 8U + 28U, frame_length(&ends_in_run).data_bits);
@@ -242,7 +244,8 @@ static void a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit(void)
     TEST_ASSERT_EQUAL_UINT32(5U + 8U + 1U + 28U, frame_length(&passes_run).data_bits);
 }
 
-/// Returns the number of bits with the most stuff bits: five equal bits, then alternating groups of four.
+/// Returns the number of bits with intermission if the frame has the most possible stuff bits: the first
+/// after five equal bits, each further one after four bits.
 static unsigned worst_classic(unsigned octets, unsigned header)
 {
     return 13U + header + 8U * octets + (header + 8U * octets - 1U) / 4U;
@@ -250,7 +253,8 @@ static unsigned worst_classic(unsigned octets, unsigned header)
 
 static void no_frame_is_longer_than_the_worst_case(void)
 {
-    // Bits with intermission: 8 octets 135, no octets 55, extended identifier 160.
+    // The known worst cases with intermission: 135 bits with 8 octets, 55 without data, 160 with an extended
+    // identifier and 8 octets.
     TEST_ASSERT_EQUAL_UINT(135U, worst_classic(8U, 34U));
     TEST_ASSERT_EQUAL_UINT(55U, worst_classic(0U, 34U));
     TEST_ASSERT_EQUAL_UINT(160U, worst_classic(8U, 54U));
@@ -269,7 +273,8 @@ static void no_frame_is_longer_than_the_worst_case(void)
 
 static void the_longest_fd_frame_has_the_computed_time_at_1_and_5_mbit_s(void)
 {
-    // 001111 0000 1111...: five equal bits once, then groups of four; identifier 0x078 begins it.
+    // Bits in alternating groups of four have the most stuff bits; the identifier 0x078 begins such a
+    // sequence.
     static const struct {
         uint8_t octets;
         unsigned tenths_us; // Duration [0.1 us] with intermission.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The co-simulation port: a client that joins, answers grants and leaves as a participant of the scheduler.
+// Each malformed line is refused.
 #define _GNU_SOURCE
 #include "sim/clock/cosimulation_port.h"
 

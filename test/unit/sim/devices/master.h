@@ -21,14 +21,14 @@ typedef struct {
     osal_can_frame_t heard[MASTER_HEARD_MAX];
 } master_t;
 
-/// A fresh FD bus (classic if `classic`) with the master as its first node.
+/// Make an FD bus, or a classic one if `classic`, whose first node is the master.
 void master_open(master_t* master, bool classic);
 void master_close(master_t* master);
 /// Let simulated time pass.
 void master_wait(master_t* master, uint64_t ns);
 void master_send(master_t* master, uint32_t id, const void* data, uint8_t length);
 void master_nmt(master_t* master, uint8_t command, uint8_t node);
-/// SYNC, then let `ns` pass.
+/// Send SYNC, then let `ns` pass.
 void master_sync(master_t* master, uint64_t ns);
 
 /// Forget the received frames.
@@ -38,9 +38,10 @@ unsigned master_heard(const master_t* master, uint32_t id);
 /// Returns the last received frame with an identifier; null if there is none.
 const osal_can_frame_t* master_last(const master_t* master, uint32_t id);
 
-/// One SDO request and its response (8 octets each). Returns false if there is no response within 2 ms.
+/// Send an SDO request (8 octets) and wait for its response. Returns false if there is none within 2 ms.
 bool master_request(master_t* master, uint8_t node, const uint8_t request[8], uint8_t answer[8]);
-/// Expedited SDO transfers. Return 0 or the abort code; UINT32_MAX if there is no response.
+/// Write or read an object by an expedited SDO transfer. Returns 0, the abort code, or UINT32_MAX if there is
+/// no response.
 uint32_t master_write(master_t* master, uint8_t node, uint16_t index, uint8_t subindex, uint32_t value,
                       uint8_t size);
 uint32_t master_read(master_t* master, uint8_t node, uint16_t index, uint8_t subindex, uint32_t* out_value);

@@ -25,7 +25,7 @@
 #define ATTAINED 0x1000U
 #define REACHED 0x0400U
 #define FAILED 0x2000U
-#define BITS (ATTAINED | REACHED | FAILED)
+#define RESULT_BITS (ATTAINED | REACHED | FAILED)
 
 static master_t master;
 static drive_t* drive;
@@ -63,7 +63,7 @@ static void move(void)
 }
 
 /// Run cycles with a controlword and a target position, which only CSP uses.
-static void cycles(const unsigned count, const uint16_t controlword, const int32_t target)
+static void run_cycles(const unsigned count, const uint16_t controlword, const int32_t target)
 {
     for (unsigned i = 0U; i < count; i++) {
         const uint32_t bits   = (uint32_t)target;
@@ -77,9 +77,9 @@ static void cycles(const unsigned count, const uint16_t controlword, const int32
     }
 }
 
-static void seconds(const double s, const uint16_t controlword)
+static void run_seconds(const double s, const uint16_t controlword)
 {
-    cycles((unsigned)(s / 0.0005), controlword, 0);
+    run_cycles((unsigned)(s / 0.0005), controlword, 0);
 }
 
 static uint16_t statusword(void)
@@ -92,12 +92,13 @@ static double position_rad(void)
     return 1e-6 * (double)(int32_t)octets_u32(&master_last(&master, 0x180U + ID)->data[2]);
 }
 
-static void expect_bits(const uint16_t bits)
+static void expect_result_bits(const uint16_t bits)
 {
-    TEST_ASSERT_EQUAL_HEX16(bits, statusword() & BITS);
+    TEST_ASSERT_EQUAL_HEX16(bits, statusword() & RESULT_BITS);
 }
 
-static void set(const uint16_t index, const uint8_t subindex, const uint32_t value, const uint8_t size)
+static void write_object(const uint16_t index, const uint8_t subindex, const uint32_t value,
+                         const uint8_t size)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, index, subindex, value, size));
 }
@@ -105,14 +106,14 @@ static void set(const uint16_t index, const uint8_t subindex, const uint32_t val
 /// Bring the drive into the mode homing with a method, and into the state operation enabled.
 static void prepare(const uint32_t method)
 {
-    set(0x1400U, 5U, 0U, 2U); // No RPDO deadline, so that SDO transfers may come between cycles.
-    set(0x6060U, 0U, 6U, 1U);
-    set(0x6098U, 0U, method & 0xFFU, 1U);
-    cycles(1U, 0x06U, 0);
-    cycles(1U, 0x07U, 0);
-    cycles(4U, ENABLE, 0);
+    write_object(0x1400U, 5U, 0U, 2U); // No RPDO deadline, so that SDO transfers may come between cycles.
+    write_object(0x6060U, 0U, 6U, 1U);
+    write_object(0x6098U, 0U, method & 0xFFU, 1U);
+    run_cycles(1U, 0x06U, 0);
+    run_cycles(1U, 0x07U, 0);
+    run_cycles(4U, ENABLE, 0);
     TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
-    expect_bits(REACHED); // The search has not been started.
+    expect_result_bits(REACHED); // The search has not been started.
 }
 
 void setUp(void)
@@ -145,39 +146,39 @@ static void the_present_position_becomes_the_reference(void)
 {
     static const uint32_t methods[] = {35U, 37U};
     for (size_t i = 0U; i < 2U; i++) {
-        set(0x607CU, 0U, 200000U, 4U);
+        write_object(0x607CU, 0U, 200000U, 4U);
         prepare(methods[i]);
-        cycles(2U, SEARCH, 0);
-        expect_bits(ATTAINED | REACHED);
+        run_cycles(2U, SEARCH, 0);
+        expect_result_bits(ATTAINED | REACHED);
         EXPECT_WITHIN(-0.2, 2e-6, position_rad());
         EXPECT_WITHIN(START_RAD, 1e-3, motor.position_rad);
-        cycles(1U, 0x00U, 0);
-        expect_bits(0U);
+        run_cycles(1U, 0x00U, 0);
+        expect_result_bits(0U);
     }
 }
 
 /// The zero is 0.1 rad from the position where the axis stopped, and the targets of CSP refer to it.
 static void positions_count_from_the_new_zero(void)
 {
-    set(0x607CU, 0U, (uint32_t)-100000, 4U);
+    write_object(0x607CU, 0U, (uint32_t)-100000, 4U);
     prepare(37U);
-    cycles(2U, SEARCH, 0);
+    run_cycles(2U, SEARCH, 0);
     EXPECT_WITHIN(0.1, 2e-6, position_rad());
-    set(0x6060U, 0U, 8U, 1U);
-    cycles(1U, ENABLE, 100000);
+    write_object(0x6060U, 0U, 8U, 1U);
+    run_cycles(1U, ENABLE, 100000);
     // Bit 12 means in CSP that the drive follows its target.
-    TEST_ASSERT_EQUAL_HEX16(ATTAINED, statusword() & BITS);
+    TEST_ASSERT_EQUAL_HEX16(ATTAINED, statusword() & RESULT_BITS);
     for (int32_t i = 0; i < 500; i++) {
-        cycles(1U, ENABLE, 100000 - (100 * i));
+        run_cycles(1U, ENABLE, 100000 - (100 * i));
     }
-    cycles(100U, ENABLE, 50000);
+    run_cycles(100U, ENABLE, 50000);
     EXPECT_WITHIN(0.05, 1e-3, position_rad());
     EXPECT_WITHIN(START_RAD - 0.05, 1e-3, motor.position_rad);
     node_power_off(drive_node(drive)); // The encoder keeps its zero without power.
     node_power_on(drive_node(drive));
     master_wait(&master, 2U * MASTER_MS);
     master_nmt(&master, 1U, ID);
-    cycles(2U, 0x00U, 0);
+    run_cycles(2U, 0x00U, 0);
     EXPECT_WITHIN(motor.position_rad, 1e-5, position_rad());
 }
 
@@ -190,59 +191,59 @@ static void an_end_stop_is_found_from_both_sides(void)
     for (size_t i = 0U; i < 2U; i++) {
         motor.position_rad = START_RAD;
         prepare(cases[i].method);
-        seconds(1.0, SEARCH);
-        expect_bits(0U);
+        run_seconds(1.0, SEARCH);
+        expect_result_bits(0U);
         EXPECT_WITHIN(SPEED, 1e-3, (i == 0U) ? -motor.velocity_rad_s : motor.velocity_rad_s);
-        seconds(3.0, SEARCH);
-        expect_bits(ATTAINED | REACHED);
+        run_seconds(3.0, SEARCH);
+        expect_result_bits(ATTAINED | REACHED);
         EXPECT_WITHIN(cases[i].stop_rad, 3e-3, motor.position_rad);
         EXPECT_WITHIN(0.0, 3e-3, position_rad()); // The axis has moved off the stop since.
         EXPECT_WITHIN(0.0, 1e-3, motor.velocity_rad_s);
-        seconds(0.1, ENABLE);
-        expect_bits(ATTAINED | REACHED); // The result remains.
-        cycles(1U, 0x00U, 0);
+        run_seconds(0.1, ENABLE);
+        expect_result_bits(ATTAINED | REACHED); // The result remains.
+        run_cycles(1U, 0x00U, 0);
     }
 }
 
 static void a_search_can_be_interrupted_and_halted(void)
 {
     prepare(0xFFU);
-    seconds(1.0, SEARCH);
-    seconds(0.5, HALT);
-    expect_bits(REACHED);
+    run_seconds(1.0, SEARCH);
+    run_seconds(0.5, HALT);
+    expect_result_bits(REACHED);
     EXPECT_WITHIN(0.0, 1e-3, motor.velocity_rad_s);
     const double halted_rad = motor.position_rad;
     TEST_ASSERT_TRUE(halted_rad < (START_RAD - 0.08));
-    seconds(0.5, HALT);
+    run_seconds(0.5, HALT);
     EXPECT_WITHIN(halted_rad, 1e-4, motor.position_rad);
-    seconds(0.5, SEARCH); // The search continues.
-    expect_bits(0U);
+    run_seconds(0.5, SEARCH); // The search continues.
+    expect_result_bits(0U);
     TEST_ASSERT_TRUE(motor.position_rad < (halted_rad - 0.03));
-    seconds(0.5, ENABLE); // The search ends without a result.
-    expect_bits(REACHED);
+    run_seconds(0.5, ENABLE); // The search ends without a result.
+    expect_result_bits(REACHED);
     const double ended_rad = motor.position_rad;
-    seconds(0.5, ENABLE);
+    run_seconds(0.5, ENABLE);
     EXPECT_WITHIN(ended_rad, 1e-4, motor.position_rad);
     EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad()); // The zero has not changed.
-    seconds(4.0, SEARCH);
-    expect_bits(ATTAINED | REACHED);
+    run_seconds(4.0, SEARCH);
+    expect_result_bits(ATTAINED | REACHED);
 }
 
 static void a_search_without_a_stop_fails_at_the_end_of_the_range(void)
 {
-    set(0x607DU, 1U, 400000U, 4U);
-    set(0x607DU, 2U, 500000U, 4U);
+    write_object(0x607DU, 1U, 400000U, 4U);
+    write_object(0x607DU, 2U, 500000U, 4U);
     prepare(0xFEU);
-    seconds(1.3, SEARCH);
-    expect_bits(FAILED); // The axis still moves.
-    seconds(0.3, SEARCH);
-    expect_bits(FAILED | REACHED); // The axis has stopped.
+    run_seconds(1.3, SEARCH);
+    expect_result_bits(FAILED); // The axis still moves.
+    run_seconds(0.3, SEARCH);
+    expect_result_bits(FAILED | REACHED); // The axis has stopped.
     EXPECT_WITHIN(START_RAD + 0.11, 0.01, motor.position_rad);
     EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad());
-    cycles(2U, ENABLE, 0);
-    expect_bits(FAILED | REACHED);
-    cycles(2U, SEARCH, 0); // Another attempt.
-    expect_bits(0U);
+    run_cycles(2U, ENABLE, 0);
+    expect_result_bits(FAILED | REACHED);
+    run_cycles(2U, SEARCH, 0); // Another attempt.
+    expect_result_bits(0U);
 }
 
 static void a_method_that_the_drive_does_not_have_fails(void)
@@ -250,26 +251,26 @@ static void a_method_that_the_drive_does_not_have_fails(void)
     static const uint32_t methods[] = {0U, 17U, 0xFDU};
     for (size_t i = 0U; i < 3U; i++) {
         prepare(methods[i]);
-        cycles(2U, SEARCH, 0);
-        expect_bits(FAILED | REACHED);
+        run_cycles(2U, SEARCH, 0);
+        expect_result_bits(FAILED | REACHED);
         EXPECT_WITHIN(START_RAD, 1e-4, motor.position_rad);
-        cycles(1U, 0x00U, 0);
+        run_cycles(1U, 0x00U, 0);
     }
 }
 
 static void a_fault_ends_the_search(void)
 {
     prepare(0xFFU);
-    seconds(1.0, SEARCH);
+    run_seconds(1.0, SEARCH);
     drive_set_error(drive, EMERGENCY_OVER_CURRENT, true, bus_now_ns(master.bus));
-    seconds(0.5, SEARCH);
+    run_seconds(0.5, SEARCH);
     TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
-    expect_bits(0U);
+    expect_result_bits(0U);
     drive_set_error(drive, EMERGENCY_OVER_CURRENT, false, bus_now_ns(master.bus));
-    cycles(1U, 0x80U, 0);
+    run_cycles(1U, 0x80U, 0);
     const double after_rad = motor.position_rad;
     prepare(0xFFU);
-    seconds(0.2, ENABLE);
+    run_seconds(0.2, ENABLE);
     EXPECT_WITHIN(after_rad, 1e-4, motor.position_rad);
     EXPECT_WITHIN(motor.position_rad, 1e-4, position_rad());
 }
@@ -277,18 +278,18 @@ static void a_fault_ends_the_search(void)
 static void a_disabled_drive_ends_the_search(void)
 {
     prepare(0xFEU);
-    seconds(1.0, SEARCH);
-    cycles(1U, 0x07U, 0);
+    run_seconds(1.0, SEARCH);
+    run_cycles(1U, 0x07U, 0);
     TEST_ASSERT_TRUE(drive_brake_is_engaged(drive));
-    expect_bits(0U);
+    expect_result_bits(0U);
     const double after_rad = motor.position_rad;
-    cycles(1U, ENABLE, 0);
-    expect_bits(REACHED);
-    seconds(0.2, ENABLE);
+    run_cycles(1U, ENABLE, 0);
+    expect_result_bits(REACHED);
+    run_seconds(0.2, ENABLE);
     EXPECT_WITHIN(after_rad, 1e-4, motor.position_rad);
-    cycles(1U, 0x07U, 0);
-    seconds(0.3, SEARCH); // One controlword enables the drive and starts the search.
-    expect_bits(0U);
+    run_cycles(1U, 0x07U, 0);
+    run_seconds(0.3, SEARCH); // One controlword enables the drive and starts the search.
+    expect_result_bits(0U);
     TEST_ASSERT_TRUE(motor.position_rad > (after_rad + 0.01));
 }
 

@@ -269,7 +269,7 @@ static void a_cut_channel_is_silent_and_the_other_works(void)
     TEST_ASSERT_EQUAL_UINT(1U, losses);
 }
 
-static void both_channels_cut_and_one_mended(void)
+static void a_node_without_channels_is_silent_until_one_is_restored(void)
 {
     wait(5U * MS);
     send_heartbeats(A, 100U * MS);
@@ -287,7 +287,7 @@ static void both_channels_cut_and_one_mended(void)
     TEST_ASSERT_GREATER_THAN_UINT(0U, heard[B]);
 }
 
-static void a_cut_during_the_change_of_channel(void)
+static void a_cut_during_the_change_of_channel_does_not_end_the_search(void)
 {
     wait(5U * MS);
     send_heartbeats(A, 100U * MS);
@@ -343,8 +343,8 @@ int main(void)
     RUN_TEST(a_reset_keeps_the_channel_and_a_power_cycle_does_not);
     RUN_TEST(a_master_that_comes_back_is_found_on_either_channel);
     RUN_TEST(a_cut_channel_is_silent_and_the_other_works);
-    RUN_TEST(both_channels_cut_and_one_mended);
-    RUN_TEST(a_cut_during_the_change_of_channel);
+    RUN_TEST(a_node_without_channels_is_silent_until_one_is_restored);
+    RUN_TEST(a_cut_during_the_change_of_channel_does_not_end_the_search);
     RUN_TEST(without_channel_b_nothing_changes);
     RUN_TEST(a_full_bus_has_no_room_for_channel_b);
     return UNITY_END();

@@ -104,8 +104,9 @@ static void frames_that_are_not_a_pulse_of_the_unit_are_ignored(void)
     TEST_ASSERT_TRUE(node_is_powered(nodes[0]) && node_is_powered(nodes[1]));
 }
 
-/// The relays of a disconnected unit keep their state; a pulse that has begun has no effect.
-static void a_disconnected_unit_does_nothing(void)
+/// The relays of a disconnected unit keep their state; disconnecting or resetting it cancels a pulse that has
+/// begun.
+static void a_disconnected_unit_ignores_pulses_and_keeps_its_relays(void)
 {
     const osal_can_frame_t open = {.id = 0x200U + UNIT, .length = 3U, .data = {2U, 0U, 1U}};
     pulse(0x200U + UNIT, 2U, 1U, 3U);
@@ -136,6 +137,6 @@ int main(void)
     RUN_TEST(one_pulse_opens_a_relay_and_another_closes_it);
     RUN_TEST(a_closed_relay_stays_closed);
     RUN_TEST(frames_that_are_not_a_pulse_of_the_unit_are_ignored);
-    RUN_TEST(a_disconnected_unit_does_nothing);
+    RUN_TEST(a_disconnected_unit_ignores_pulses_and_keeps_its_relays);
     return UNITY_END();
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Frames in a stream at the end of the device, compared with the octets of the flight software.
 #include "sim/devices/stream_frame.h"
 
 #include "unity.h"

@@ -62,7 +62,7 @@ static void cycle(void)
     }
 }
 
-static uint16_t open(void)
+static uint16_t open_outputs(void)
 {
     uint16_t bits = 0U;
     for (unsigned i = 0U; i < VALVE_BOX_OUTPUTS; i++) {
@@ -85,13 +85,13 @@ static void each_output_moves_its_valve_and_its_input(void)
         cycle();
         send((uint16_t)(1U << i), 0U);
         cycle();
-        TEST_ASSERT_EQUAL_HEX16(1U << i, open());
+        TEST_ASSERT_EQUAL_HEX16(1U << i, open_outputs());
         TEST_ASSERT_EQUAL_HEX16(1U << i, inputs());
         TEST_ASSERT_EQUAL_UINT(1U, changes[i]);
     }
     send(0U, 0U);
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0U, open());
+    TEST_ASSERT_EQUAL_HEX16(0U, open_outputs());
     TEST_ASSERT_EQUAL_HEX16(0U, inputs()); // The TPDO of the same SYNC has the new inputs.
 }
 
@@ -99,10 +99,10 @@ static void a_command_acts_at_sync(void)
 {
     send(0x8001U, 0U);
     master_wait(&master, CYCLE_NS / 10U);
-    TEST_ASSERT_EQUAL_HEX16(0U, open());
+    TEST_ASSERT_EQUAL_HEX16(0U, open_outputs());
     master_send(&master, 0x080U, NULL, 0U);
     master_wait(&master, CYCLE_NS / 10U);
-    TEST_ASSERT_EQUAL_HEX16(0x8001U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x8001U, open_outputs());
 }
 
 static void a_pulse_is_at_least_the_shortest_one(void)
@@ -112,10 +112,10 @@ static void a_pulse_is_at_least_the_shortest_one(void)
     const uint64_t opened_ns = changed_ns;
     send(0x0000U, 0U);
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0002U, open()); // The other open output has no shortest pulse.
+    TEST_ASSERT_EQUAL_HEX16(0x0002U, open_outputs()); // The other open output has no shortest pulse.
     TEST_ASSERT_EQUAL_HEX16(0x0002U, inputs());
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
     TEST_ASSERT_TRUE(changed_ns >= (opened_ns + PULSE_NS));
     TEST_ASSERT_TRUE(changed_ns <= (opened_ns + PULSE_NS + (CYCLE_NS / 10U)));
 }
@@ -127,9 +127,9 @@ static void the_longest_time_closes_all_valves(void)
     const uint64_t opened_ns = changed_ns;
     cycle();
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0xFFFFU, open());
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFU, open_outputs());
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
     TEST_ASSERT_TRUE((changed_ns - opened_ns) >= 30000000U);
     TEST_ASSERT_TRUE((changed_ns - opened_ns) <= 31000000U);
     send(0x0001U, 3U); // Each command restarts the longest time.
@@ -138,9 +138,9 @@ static void the_longest_time_closes_all_valves(void)
     cycle();
     cycle();
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0001U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0001U, open_outputs());
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
 }
 
 static void loss_of_the_masters_heartbeat_closes_all_valves(void)
@@ -148,15 +148,15 @@ static void loss_of_the_masters_heartbeat_closes_all_valves(void)
     send(0xFFFFU, 0U);
     for (unsigned i = 0U; i < 4U; i++) {
         cycle();
-        TEST_ASSERT_EQUAL_HEX16(0xFFFFU, open());
+        TEST_ASSERT_EQUAL_HEX16(0xFFFFU, open_outputs());
     }
     cycle();
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
     TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(master_last(&master, 0x080U + ID)->data));
     send(0x0001U, 0U); // The next command opens the valve again.
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0001U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0001U, open_outputs());
 }
 
 static void each_output_has_its_own_error_mode_and_error_value(void)
@@ -166,11 +166,11 @@ static void each_output_has_its_own_error_mode_and_error_value(void)
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6207U, 2U, 0x80U, 1U));
     send(0xFF55U, 0U);
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0xFF55U, open());
+    TEST_ASSERT_EQUAL_HEX16(0xFF55U, open_outputs());
     for (unsigned i = 0U; i < 8U; i++) {
         cycle();
     }
-    TEST_ASSERT_EQUAL_HEX16(0x8053U, open()); // Outputs with error mode 0 keep their state.
+    TEST_ASSERT_EQUAL_HEX16(0x8053U, open_outputs()); // Outputs with error mode 0 keep their state.
 }
 
 static void leaving_operational_closes_all_valves(void)
@@ -180,10 +180,10 @@ static void leaving_operational_closes_all_valves(void)
         master_nmt(&master, 1U, ID);
         send(0x0101U, 0U);
         cycle();
-        TEST_ASSERT_EQUAL_HEX16(0x0101U, open());
+        TEST_ASSERT_EQUAL_HEX16(0x0101U, open_outputs());
         master_nmt(&master, commands[i], ID);
         cycle();
-        TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+        TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
     }
 }
 
@@ -192,10 +192,10 @@ static void without_power_valves_close_at_once(void)
     send(0x0002U, 0U);
     cycle();
     node_power_off(valve_box_node(box));
-    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
     TEST_ASSERT_EQUAL_UINT(2U, changes[1]);
     cycle();
-    TEST_ASSERT_EQUAL_HEX16(0x0000U, open());
+    TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
 }
 
 static void a_data_sheet_of_another_device_is_refused(void)

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reading of scenario files: lines of one actor, times, numbers, and every error with its line.
 #include "sim/operator/scenario.h"
 #include "test/unit/sim/operator/script_file.h"
 #include "unity.h"

@@ -5,9 +5,9 @@
 
 #include "sim/plant/plant.h"
 
-/// Linear [Ns] and angular [Nms, about the origin] momentum of base, links, rotors and wheels.
+/// Compute the linear [Ns] and angular [Nms, about the origin] momentum of base, links, rotors and wheels.
 void plant_momentum(const plant_t* plant, double out_linear[3], double out_angular[3]);
-/// Checksum (FNV-1a 64) of the complete state: equal in two runs if they are bit-identical.
+/// Returns a checksum (FNV-1a 64) of the complete state: equal in two runs if they are bit-identical.
 uint64_t plant_hash(const plant_t* plant);
 
 #endif // TEST_UNIT_SIM_PLANT_PLANT_STATE_H

@@ -126,7 +126,7 @@ static void run(const unsigned steps)
     }
 }
 
-static void expect_momenta(const char* name)
+static void expect_momentum_conserved(const char* name)
 {
     printf("%s: %.1e Ns, %.1e Nms\n", name, worst_ns, worst_nms);
     EXPECT_BELOW(MOMENTUM_NS, worst_ns);
@@ -189,7 +189,7 @@ static void a_latch_joins_two_bodies_at_their_present_pose(void)
     run(20U * SECOND);
     expect_same_pose(pose);
     EXPECT_BELOW(1e-6, rate_between());
-    expect_momenta("closed for 20 s");
+    expect_momentum_conserved("closed for 20 s");
 }
 
 /// Each of the three bounds keeps the latch open; it closes when the bodies are within all of them.
@@ -239,7 +239,7 @@ static void an_output_closes_and_opens_a_latch(void)
     run(1U);
     TEST_ASSERT_TRUE(truth->is_latched[0]);
     run(SECOND);
-    expect_momenta("closed, opened, closed");
+    expect_momentum_conserved("closed, opened, closed");
 }
 
 /// The gripper presses on the bar and holds it by friction; then the latch closes. Opening the gripper opens
@@ -273,7 +273,7 @@ static void a_gripper_that_presses_closes_a_latch(void)
     run(SECOND);
     TEST_ASSERT_FALSE(truth->is_latched[0]);
     TEST_ASSERT_FALSE(truth->contact[0].is_touching || truth->contact[1].is_touching);
-    expect_momenta("gripped, closed, opened");
+    expect_momentum_conserved("gripped, closed, opened");
 }
 
 /// The bar overlaps a plate of the servicer by 5 mm: the contact pushes it out, but not while the latch is
@@ -296,7 +296,7 @@ static void the_contact_of_latched_bodies_does_not_act(void)
     EXPECT_ABOVE(100.0, fabs(truth->contact[0].force_n[0])); // 5 mm at 3e4 N/m.
     run(SECOND);
     TEST_ASSERT_FALSE(truth->contact[0].is_touching);
-    expect_momenta("pushed out");
+    expect_momentum_conserved("pushed out");
 }
 
 /// A fixed arm holds a free body; the joint of the arm carries the body.

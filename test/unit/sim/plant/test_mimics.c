@@ -124,7 +124,7 @@ static void a_mimic_rests_with_its_leader_at_a_stop(void)
     EXPECT_WITHIN(0.5 * truth->link_position_rad[0] + 0.01, 1e-9, truth->link_position_rad[1]);
 }
 
-static void a_mimic_takes_no_momentum(const char* text, double seconds)
+static void expect_momentum_conserved(const char* text, double seconds)
 {
     double p0[3];
     double l0[3];
@@ -156,7 +156,7 @@ static void a_mimic_takes_no_momentum(const char* text, double seconds)
 
 static void momentum_of_a_free_robot_is_conserved(void)
 {
-    a_mimic_takes_no_momentum(
+    expect_momentum_conserved(
         IN_WORLD("0 0 0",
                  "<Robot name=\"c\" urdf=\"crank.urdf\" base=\"free\"><State rate=\"0.02 0.01 -0.03\"/>"
                  "</Robot>\n"),

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interaction of the robot with its environment: friction, brakes, contour, spring, stops, repeatability.
+//
+// The numbers in the tests are those of descriptors/worlds/rokviss.xml and rokviss.urdf. Links: 0.22 m with 3
+// kg and 0.25 m with 2 kg. Gear: 8000 Nm/rad. Friction of a drive: Coulomb 2 Nm, static 2.4 Nm, viscous 1
+// Nms/rad. Contour: its flat part is touched with the tip at z = -0.030 m, its bump is a cylinder of 0.1 m
+// radius; the finger has a radius of 0.012 m; contact 5000 N/m, friction 0.3. Spring: hook at (0.327, 0.155)
+// m, preload 5 N, 500 N/m, the hook slips off at 60 N. The joints start with the tip at (0.3265, 0.0655) m.
 #include "sim/plant/plant.h"
 #include "sim/plant/plant_internal.h"
 #include "test/support/bounds.h"
@@ -86,7 +92,7 @@ static void push(double first_nm, double second_nm)
     holder = (holder_t){.extra_nm = {first_nm, second_nm}};
 }
 
-/// Joint angles for a tip, elbow up, by the law of cosines.
+/// Command the joint angles at which the tip is at (x, z) with the elbow up, by the law of cosines.
 static void aim(double x, double z)
 {
     const double l1 = rokviss()->scene.link_length_m[0];
@@ -98,7 +104,7 @@ static void aim(double x, double z)
     holder.wanted_rad[1] = acos((l1 * l1 + l2 * l2 - d2) / (2.0 * l1 * l2)) - acos(-1.0);
 }
 
-/// Move the aim slowly from one place to another.
+/// Move the commanded tip position along a line at constant speed.
 static void glide(double from_x, double from_z, double to_x, double to_z, double seconds)
 {
     const unsigned steps = (unsigned)lround(seconds * 2000.0);
@@ -159,7 +165,7 @@ static void a_joint_sticks_below_the_static_friction_and_moves_above(void)
     EXPECT_ABOVE(0.02, plant_truth(plant)->motor[0].position_rad - start);
 }
 
-static void moving_rotor_meets_coulomb_and_viscous_friction(void)
+static void a_moving_rotor_has_coulomb_and_viscous_friction(void)
 {
     world.robot[0].model.joint[0].upper = 100.0;
     begin(false);
@@ -178,7 +184,7 @@ static void moving_rotor_meets_coulomb_and_viscous_friction(void)
     TEST_ASSERT_TRUE(truth->motor[0].position_rad == rest);
 }
 
-static void without_brake_the_arm_falls(void)
+static void an_arm_without_torque_or_brake_falls(void)
 {
     run(1.0);
     const double before = plant_truth(plant)->link_position_rad[0];
@@ -232,8 +238,8 @@ static void brake_stops_a_moving_joint(void)
     input.brake_engaged[0] = true;
     run(0.02);
     TEST_ASSERT_TRUE(truth->motor[0].velocity_rad_s == 0.0);
-    // The brake of 100 Nm stops the rotor and less than half of the links' inertia, which is behind the
-    // elastic gear.
+    // The brake of 100 Nm absorbs the kinetic energy of the rotor (0.256 kgm2) and of at most 0.25 kgm2 of
+    // the links, which are behind the elastic gear.
     EXPECT_BELOW(speed * speed * (0.256 + 0.25) / 2.0 / 100.0, truth->motor[0].position_rad - from);
 }
 
@@ -248,7 +254,7 @@ static void joint_stops_at_its_range(void)
 
 // ---- Contour ----
 
-/// Press on the flat part at x with an aim below its surface.
+/// Press on the flat part at x: command a tip position that is below the surface by `below_m`.
 static void press_at(double x, double below_m)
 {
     glide(0.3265, 0.0655, x, -0.02, 1.0);
@@ -256,7 +262,7 @@ static void press_at(double x, double below_m)
     run(1.0);
 }
 
-static void contact_has_the_given_stiffness(void)
+static void a_contact_has_the_given_stiffness(void)
 {
     const double stiffness[] = {2000.0, 5000.0, 20000.0};
     for (unsigned i = 0U; i < 3U; i++) {
@@ -273,7 +279,7 @@ static void contact_has_the_given_stiffness(void)
     }
 }
 
-static void contact_only_pushes(void)
+static void a_contact_only_pushes(void)
 {
     press_at(0.25, 0.005);
     const unsigned lift = 2000U;
@@ -286,7 +292,8 @@ static void contact_only_pushes(void)
     EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->contact[0].point_m[0]);
 }
 
-// ODE limits friction by the normal force without the effect of friction: a difference of 1 % here.
+// ODE computes the limit of friction from the normal force without the effect of friction; here it is 1 %
+// larger.
 static void friction_is_within_its_cone_and_opposes_the_motion(void)
 {
     world.contact[0].shear = 0.0; // The contact slides as soon as the finger moves.
@@ -294,14 +301,14 @@ static void friction_is_within_its_cone_and_opposes_the_motion(void)
     press_at(0.22, 0.005);
     const plant_truth_t* truth = plant_truth(plant);
     unsigned sliding           = 0U;
-    for (unsigned i = 0U; i < 4000U; i++) { // 50 mm along the flat part in 2 s, with stick-slip of the rotors
+    for (unsigned i = 0U; i < 4000U; i++) { // 50 mm along the flat part in 2 s; the rotors stick and slip.
         const double before = truth->contact[0].place_m[0];
         aim(0.22 + 0.05 * (double)i / 4000.0, -0.035);
         plant_step(plant, &input, STEP_NS);
         const double normal  = truth->contact[0].force_n[2];
         const double tangent = truth->contact[0].force_n[0];
         EXPECT_BELOW(0.303 * normal + 1e-6, fabs(tangent));
-        if (truth->contact[0].place_m[0] - before > 2.0e-6) { // 4 mm/s
+        if (truth->contact[0].place_m[0] - before > 2.0e-6) { // The finger slides, faster than 4 mm/s.
             EXPECT_WITHIN(-0.3 * normal, 0.004 * normal, tangent);
             sliding++;
         }
@@ -309,7 +316,7 @@ static void friction_is_within_its_cone_and_opposes_the_motion(void)
     TEST_ASSERT_GREATER_THAN_UINT(1000U, sliding);
 }
 
-static void sticking_finger_does_not_creep(void)
+static void a_sticking_finger_does_not_creep(void)
 {
     press_at(0.25, 0.005);
     run(2.0);
@@ -318,7 +325,7 @@ static void sticking_finger_does_not_creep(void)
     EXPECT_WITHIN(x, 1e-6, plant_truth(plant)->contact[0].place_m[0]);
 }
 
-static void bump_pushes_along_its_own_normal(void)
+static void the_bump_pushes_along_its_normal(void)
 {
     world.contact[0].friction = 0.0;
     begin(true);
@@ -394,11 +401,11 @@ static void the_finger_does_not_catch_the_hook_beside_it(void)
     TEST_ASSERT_FALSE(spring.hooked);
 }
 
-static void hook_slips_off_and_can_be_hooked_again(void)
+static void a_hook_slips_off_at_its_limit_and_can_be_hooked_again(void)
 {
     spring_t spring = {.below = true};
     EXPECT_WITHIN(59.5, 1e-9, pull_at(&spring, 0.327, 0.264));
-    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.266)); // 60.5 N
+    EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.266)); // The force would be 60.5 N.
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.215));
     EXPECT_WITHIN(0.0, 0.0, pull_at(&spring, 0.327, 0.150));
     EXPECT_WITHIN(35.0, 1e-9, pull_at(&spring, 0.327, 0.215));
@@ -501,7 +508,7 @@ static void worlds_do_not_disturb_each_other(void)
     plant_destroy(again);
 }
 
-static void the_checksum_changes_with_the_last_bit(void)
+static void the_checksum_changes_with_the_state_only(void)
 {
     const uint64_t before = plant_hash(plant);
     plant_step(plant, &input, STEP_NS);
@@ -511,7 +518,7 @@ static void the_checksum_changes_with_the_last_bit(void)
 }
 
 #if defined(__SSE2__)
-static void no_denormals_after_a_contact(void)
+static void a_contact_leaves_no_denormal_numbers(void)
 {
     press_at(0.25, 0.003);
     glide(0.25, -0.033, 0.327, 0.06, 1.0);
@@ -531,7 +538,7 @@ static void no_denormals_after_a_contact(void)
 
 static unsigned mode_inside;
 
-static void look_at_mode(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
+static void note_mode(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm)
 {
     (void)context;
     (void)substep;
@@ -540,11 +547,11 @@ static void look_at_mode(void* context, unsigned substep, const plant_rotor_t* m
     mode_inside = _mm_getcsr();
 }
 
-static void floating_point_mode_of_the_caller_is_untouched(void)
+static void the_floating_point_mode_of_the_caller_is_restored(void)
 {
     const unsigned before  = _mm_getcsr();
     const unsigned modes[] = {before & ~0x8040U, before | 0x8040U, (before & ~0x6000U) | 0x2000U};
-    input.drive            = look_at_mode;
+    input.drive            = note_mode;
     for (unsigned i = 0U; i < 3U; i++) {
         _mm_setcsr(modes[i]);
         plant_step(plant, &input, STEP_NS);
@@ -562,32 +569,32 @@ int main(void)
     RUN_TEST(gear_carries_gravity_when_at_rest);
     RUN_TEST(the_tip_position_follows_from_the_joint_angles);
     RUN_TEST(a_joint_sticks_below_the_static_friction_and_moves_above);
-    RUN_TEST(moving_rotor_meets_coulomb_and_viscous_friction);
-    RUN_TEST(without_brake_the_arm_falls);
+    RUN_TEST(a_moving_rotor_has_coulomb_and_viscous_friction);
+    RUN_TEST(an_arm_without_torque_or_brake_falls);
     RUN_TEST(brake_holds_against_gravity);
     RUN_TEST(brake_holds_against_the_spring);
     RUN_TEST(brake_stops_a_moving_joint);
     RUN_TEST(joint_stops_at_its_range);
-    RUN_TEST(contact_has_the_given_stiffness);
-    RUN_TEST(contact_only_pushes);
+    RUN_TEST(a_contact_has_the_given_stiffness);
+    RUN_TEST(a_contact_only_pushes);
     RUN_TEST(friction_is_within_its_cone_and_opposes_the_motion);
-    RUN_TEST(sticking_finger_does_not_creep);
-    RUN_TEST(bump_pushes_along_its_own_normal);
+    RUN_TEST(a_sticking_finger_does_not_creep);
+    RUN_TEST(the_bump_pushes_along_its_normal);
     RUN_TEST(external_torque_balances_gear_and_gravity);
     RUN_TEST(the_spring_pulls_with_preload_and_stiffness_and_never_pushes);
     RUN_TEST(spring_pulls_towards_its_anchor);
     RUN_TEST(the_finger_does_not_catch_the_hook_beside_it);
-    RUN_TEST(hook_slips_off_and_can_be_hooked_again);
+    RUN_TEST(a_hook_slips_off_at_its_limit_and_can_be_hooked_again);
     RUN_TEST(the_spring_force_loads_the_joints_of_the_arm);
     RUN_TEST(stick_balances_hand_and_motor);
     RUN_TEST(stick_accelerates_by_its_inertia);
     RUN_TEST(stick_stops_at_its_range);
     RUN_TEST(equal_runs_are_bit_identical);
     RUN_TEST(worlds_do_not_disturb_each_other);
-    RUN_TEST(the_checksum_changes_with_the_last_bit);
+    RUN_TEST(the_checksum_changes_with_the_state_only);
 #if defined(__SSE2__)
-    RUN_TEST(no_denormals_after_a_contact);
-    RUN_TEST(floating_point_mode_of_the_caller_is_untouched);
+    RUN_TEST(a_contact_leaves_no_denormal_numbers);
+    RUN_TEST(the_floating_point_mode_of_the_caller_is_restored);
 #endif
     return UNITY_END();
 }

@@ -280,8 +280,8 @@ static void swing(void* context, unsigned substep, const plant_rotor_t* motor, d
     }
 }
 
-/// Largest change of momentum in 60 s while the joints of a free robot swing.
-static void expect_momenta(const char* text, double most_angular)
+/// Expect that linear and angular momentum are constant for 60 s while the joints of a free robot swing.
+static void expect_momentum_conserved(const char* text, double most_angular)
 {
     static plant_input_t input;
     double p0[3];
@@ -331,11 +331,11 @@ static void a_free_robot_starts_in_its_state_and_moves_with_it(void)
 
 static void momentum_of_a_free_tree_is_conserved(void)
 {
-    expect_momenta(
+    expect_momentum_conserved(
         IN_WORLD("0 0 0", "<Robot name=\"r\" urdf=\"heavy.urdf\" base=\"free\">" START "</Robot>\n"), 1e-6);
-    expect_momenta(IN_WORLD("0 0 0", "<Robot name=\"r\" urdf=\"heavy.urdf\" base=\"free\">" START
-                                     "</Robot>\n" TYPE DRIVES("r")),
-                   1e-6);
+    expect_momentum_conserved(IN_WORLD("0 0 0", "<Robot name=\"r\" urdf=\"heavy.urdf\" base=\"free\">" START
+                                                "</Robot>\n" TYPE DRIVES("r")),
+                              1e-6);
 }
 
 // ---- Refusals ----

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Noise, torque sensors and encoders of the world rokviss.
 #include "sim/plant/parameters.h"
 #include "sim/plant/sensor.h"
 #include "test/support/bounds.h"
@@ -33,7 +34,7 @@ static void noise_is_standard_normal(void)
     EXPECT_WITHIN(0.0, 0.01, moment[1] / SAMPLES);
     EXPECT_WITHIN(1.0, 0.01, moment[2] / SAMPLES);
     EXPECT_WITHIN(0.0, 0.03, moment[3] / SAMPLES);
-    // Kurtosis of a sum of twelve uniform numbers: 3 - 1.2 / 12.
+    // The noise is a sum of twelve uniform numbers, whose fourth moment is 3 - 1.2 / 12.
     EXPECT_WITHIN(2.9, 0.06, moment[4] / SAMPLES);
     EXPECT_WITHIN(0.05, 0.003, (double)beyond / SAMPLES);
 }

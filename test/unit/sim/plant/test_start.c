@@ -71,7 +71,7 @@ static void a_tumbling_robot_reaches_its_state_at_the_given_time(void)
     EXPECT_ABOVE(1e-3, fabs(start.rate_rad_s[2] - wanted.rate_rad_s[2]));
 }
 
-static void gravity_acts_before_that_time(void)
+static void gravity_acts_before_the_given_time(void)
 {
     const plant_base_t wanted = base_after(WORLD("0 0.1 -0.2", ""), 0.00025);
     const plant_base_t found  = base_after(WORLD("0 0.1 -0.2", " valid=\"3s\""), 3.0 + 0.00025);
@@ -82,6 +82,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_tumbling_robot_reaches_its_state_at_the_given_time);
-    RUN_TEST(gravity_acts_before_that_time);
+    RUN_TEST(gravity_acts_before_the_given_time);
     return UNITY_END();
 }

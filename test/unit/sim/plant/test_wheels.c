@@ -122,7 +122,8 @@ static void a_spinning_wheel_makes_its_link_precess(void)
     run(20000U);
     double axis[3];
     wheel_axis(plant, 0U, axis);
-    // Turn of (0, 0, 1) about the momentum by |L| t / I.
+    // The axis of the wheel, (0, 0, 1), turned about the momentum by the angle |L| t / I; t = 10 s, I = 10
+    // kgm2.
     const double angle     = length * 10.0 / 10.0;
     const double n[3]      = {momentum[0] / length, 0.0, momentum[2] / length};
     const double cosine    = cos(angle);
@@ -145,8 +146,9 @@ static void swing(void* context, unsigned substep, const plant_rotor_t* motor, d
         5.0 * (0.5 * (1.0 - cos(0.7 * time_s)) - motor[0].position_rad) - 10.0 * motor[0].velocity_rad_s;
 }
 
-/// Largest change of momentum in 60 s. The wheels are driven up and down, one of them to its limit.
-static void expect_momenta(const char* text)
+/// Expect that linear and angular momentum are constant for 60 s. The wheels accelerate and brake; one of
+/// them reaches its limit.
+static void expect_momentum_conserved(const char* text)
 {
     double p0[3];
     double l0[3];
@@ -185,20 +187,20 @@ static void expect_momenta(const char* text)
 
 static void momentum_is_conserved_while_wheels_spin(void)
 {
-    expect_momenta(IN_WORLD("<Robot name=\"s\" urdf=\"body.urdf\" base=\"free\"><State rate=\"0.02 -0.01 "
-                            "0.03\"/></Robot>\n" WHEEL("A", "s.base", "1 1 1", "11", "start=\"3\"")
-                                WHEEL("B", "s.base", "-1 1 1", "12", "start=\"-5\"")
-                                    WHEEL("C", "s.base", "-1 -1 1", "13", "")
-                                        WHEEL("D", "s.base", "1 -1 1", "14", "start=\"8\"")));
+    expect_momentum_conserved(IN_WORLD(
+        "<Robot name=\"s\" urdf=\"body.urdf\" base=\"free\"><State rate=\"0.02 -0.01 "
+        "0.03\"/></Robot>\n" WHEEL("A", "s.base", "1 1 1", "11", "start=\"3\"")
+            WHEEL("B", "s.base", "-1 1 1", "12", "start=\"-5\"") WHEEL("C", "s.base", "-1 -1 1", "13", "")
+                WHEEL("D", "s.base", "1 -1 1", "14", "start=\"8\"")));
 }
 
 static void momentum_is_conserved_with_a_wheel_on_an_arm(void)
 {
-    expect_momenta(IN_WORLD("<Robot name=\"s\" urdf=\"body.urdf\" base=\"free\"><State rate=\"0.02 -0.01 "
-                            "0.05\"/></Robot>\n" WHEEL("A", "s.base", "1 0 0", "11", "start=\"3\"")
-                                WHEEL("B", "s.arm", "0 0 1", "12", "start=\"-5\"")
-                                    WHEEL("C", "s.arm", "1 0 0", "13", "")
-                                        WHEEL("D", "s.base", "0 1 0", "14", "start=\"8\"")));
+    expect_momentum_conserved(
+        IN_WORLD("<Robot name=\"s\" urdf=\"body.urdf\" base=\"free\"><State rate=\"0.02 -0.01 "
+                 "0.05\"/></Robot>\n" WHEEL("A", "s.base", "1 0 0", "11", "start=\"3\"")
+                     WHEEL("B", "s.arm", "0 0 1", "12", "start=\"-5\"") WHEEL("C", "s.arm", "1 0 0", "13", "")
+                         WHEEL("D", "s.base", "0 1 0", "14", "start=\"8\"")));
 }
 
 static void a_wheel_on_a_fixed_link_only_spins(void)

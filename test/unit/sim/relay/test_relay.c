@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The relay, which delays frames and loses some of them as the seed determines.
 #include "sim/relay/relay.h"
 
 #include <string.h>

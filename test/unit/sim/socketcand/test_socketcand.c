@@ -205,7 +205,7 @@ static void clients_receive_the_frames_of_each_other(void)
     osal_socket_close(&two);
 }
 
-static void time_waits_for_a_client_in_lock_step(void)
+static void simulated_time_waits_for_a_client_in_lock_step(void)
 {
     static const char* const done = "< send 123 1 5 >< step 1 >";
     size_t sent                   = 0U;
@@ -281,7 +281,7 @@ int main(void)
     RUN_TEST(a_client_that_does_not_read_loses_messages_and_delays_no_other);
     RUN_TEST(a_fifth_client_is_refused_until_a_place_is_free);
     RUN_TEST(clients_receive_the_frames_of_each_other);
-    RUN_TEST(time_waits_for_a_client_in_lock_step);
+    RUN_TEST(simulated_time_waits_for_a_client_in_lock_step);
     RUN_TEST(frames_have_the_text_of_socketcand);
     RUN_TEST(a_port_in_use_is_reported);
     return UNITY_END();

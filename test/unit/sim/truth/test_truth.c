@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// With the environment variable TRUTH_FILE the sample log is kept, for readers in other languages.
+// Events of the truth log, which LCM reads again: their channels and times, fewer samples of channels at
+// rest, and failures. With the environment variable TRUTH_FILE the sample log is kept, for readers in other
+// languages.
 #include "sim/truth/truth.h"
 #include "unity.h"
 

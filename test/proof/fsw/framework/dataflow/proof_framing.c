@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: the assembler of frames accesses nothing outside its buffer, whatever it receives and wherever
-//     the stream is cut, in every framing and from every state; it takes all octets, or up to the end of a
-//     frame of a size that fits the buffer. A frame that flow_frame_encode wrote is taken apart to the same
-//     payload.
+// Proves: the assembler of frames accesses nothing outside its buffer, whatever octets it receives, in pieces
+//     of any size, in every framing and from every state; it takes all octets, or those up to the end of a
+//     frame whose payload fits the buffer. From a frame that flow_frame_encode wrote, the assembler extracts
+//     the same payload.
 // Bounds: a buffer of 4 octets, any sound state, pieces of 0..3 octets; payloads of 0..2 octets.
 // Replaced: nothing.
 // Sources: fsw/framework/dataflow/framing.c

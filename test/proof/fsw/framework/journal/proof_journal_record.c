@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: reading one record from a medium of any content accesses nothing outside the buffer and beyond
-//     the medium's end; it accepts only a record of a kind that exists, with the sequence number and chain
-//     of its place and its checksum, and advances exactly past it; otherwise the place does not change. A
-//     record that was written is read again with the same octets.
+// Proves: reading one record from a medium of any content accesses nothing outside the buffer or beyond the
+//     end of the medium. Only a record of an existing kind is accepted, with the sequence number and chain
+//     that its place requires and with a correct checksum; then the place advances to the end of the record.
+//     Otherwise the place does not change. A record that was written is read with the same octets.
 // Bounds: media of 0..44 octets of any content, records of 0..8 octets, any place up to the end.
-// Replaced: crc32_iso returns any value, the same for each call; the medium is an array that may fail.
+// Replaced: crc32_iso returns any value, the same in every call; the medium is an array whose reads may fail.
 // Sources: fsw/framework/journal/journal_record.c
 // Options: --unwind 46
 // Reduced: fsw/framework/journal/journal.h
@@ -80,13 +80,13 @@ static void prove_any_content(void)
         PROVE((record.kind == JOURNAL_PUT) || (record.kind == JOURNAL_ERASE) ||
                   (record.kind == JOURNAL_COMMIT),
               "the kind exists");
-        PROVE(octets_u32_at(&octets[4]) == before.sequence, "it is the next in sequence");
-        PROVE(octets_u32_at(&octets[12]) == before.chain, "it follows the record before");
+        PROVE(octets_u32_at(&octets[4]) == before.sequence, "a record is the next in sequence");
+        PROVE(octets_u32_at(&octets[12]) == before.chain, "a record has the chain of the record before it");
         PROVE((place.offset == (before.offset + JOURNAL_RECORD_SIZE((size_t)record.size))) &&
                   (place.offset <= end),
-              "the place is behind it, not beyond the end");
+              "the place is the end of the record, inside the medium");
         PROVE((place.sequence == (before.sequence + 1U)) && (place.chain == checksum),
-              "the next place follows it");
+              "sequence and chain of the place advance");
     } else {
         PROVE((status == STATUS_EMPTY) || (status == STATUS_IO), "statuses of the contract");
         PROVE((place.offset == before.offset) && (place.sequence == before.sequence) &&
@@ -111,7 +111,7 @@ static void prove_written(void)
         PROVE((status == STATUS_OK) || (status == STATUS_IO), "what is written is read again");
         PROVE(IMPLIES(status == STATUS_OK, (got.table == record.table) && (got.size == record.size) &&
                                                (got.key == record.key) && (again.offset == place.offset)),
-              "it is the same record");
+              "the record is the same");
         PROVE(IMPLIES((status == STATUS_OK) && (at < record.size), buffer[JOURNAL_OCTETS_AT + at] == octet),
               "its octets are the same");
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: message_frame_is_well_formed accesses no octet outside a frame, and accepts only frames to this
-//     component of a size, magic, version and kind that exist; the fields of what message_frame_write wrote
-//     are read again, all together and one by one.
+//     component whose size, magic, version and kind exist; the fields that message_frame_write wrote are read
+//     with the same values, all together and one by one.
 // Bounds: every frame of 0..MESSAGE_FRAME_MAX + 1 octets, every header.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_frame.c
@@ -30,7 +30,7 @@ static void prove_reading(void)
         PROVE((octets[0] == 0x48U) && (octets[1] == 0x4DU) && (octets[2] == 1U), "magic and version");
         PROVE(frame.kind <= MESSAGE_SYNC_ACK, "the kind exists");
         PROVE((frame.to == self) && (frame.from_life != 0U),
-              "it is to this component, of a sender that lives");
+              "the frame is to this component, and its sender has a life");
         PROVE(frame.size == (size - MESSAGE_HEADER_OCTETS), "the payload is what follows the header");
     }
 }

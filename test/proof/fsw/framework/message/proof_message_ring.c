@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: a ring gives back the same blocks in the same order, wherever it wraps; a block
-//     that does not fit is refused and changes nothing; `used` is the sum of the sizes of the blocks and
-//     their length fields; no access is outside the storage.
-// Bounds: a ring of 16 octets that begins at any place of its storage; blocks of 0..5 octets, the first in
-//     two parts, the second may not fit.
+// Proves: a ring returns the blocks that were put, in the same order, wherever the ring wraps; a block that
+//     does not fit is refused and changes nothing but the counter of refusals; `used` is the sum of the sizes
+//     of the blocks and their length fields; no access is outside the storage.
+// Bounds: a ring of 16 octets that begins at any place of its storage; two blocks of 0..5 octets: the first
+//     is put in two parts, the second may not fit.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_ring.c
 // Options: --unwind 7

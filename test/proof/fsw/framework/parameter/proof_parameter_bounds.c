@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: after any write from the wire every value of a parameter is a finite number within its bounds, as
-//     it was before; a write that is refused changes no value, and is counted; only a settable parameter is
-//     written; no octet is stored outside the parameter's storage.
-// Bounds: a parameter of two doubles and one of an integer of 16 bits with any bounds; values of 0..17
-//     octets.
+// Proves: if every value of a parameter is a finite number within its bounds, this is also true after any
+//     write from a packet; a write that is refused changes no value and is counted; only a settable parameter
+//     is written; no octet is stored outside the storage of the parameter.
+// Bounds: a parameter of two doubles and an integer of 16 bits with any bounds; writes of 0..18 octets.
 // Replaced: the mutex does nothing.
 // Sources: fsw/framework/parameter/parameter.c base/value.c base/octets.c
 // Options: --unwind 9
@@ -65,8 +64,8 @@ void proof(void)
     parameter_bounds_t bounds[2];
     values_t values;
     uint8_t octets[OCTETS + 1U];
-    PROVE(parameter_init(&dictionary, entries, 1U, bounds, 2U) == STATUS_OK, "a dictionary");
-    PROVE(parameter_publish(&dictionary, &definition, &values) == STATUS_OK, "a parameter");
+    PROVE(parameter_init(&dictionary, entries, 1U, bounds, 2U) == STATUS_OK, "the dictionary is initialised");
+    PROVE(parameter_publish(&dictionary, &definition, &values) == STATUS_OK, "the parameter is published");
     entries[0].is_settable = nondet_bool();
     bounds[0]              = (parameter_bounds_t){nondet_double(), nondet_double()};
     bounds[1]              = (parameter_bounds_t){-10.0, nondet_double()};
@@ -79,7 +78,7 @@ void proof(void)
     const parameter_refusals_t* const refusals = &dictionary.refusals;
     if (status == STATUS_OK) {
         PROVE(entries[0].is_settable && (reader.position == definition.wire_size),
-              "it is settable, and read whole");
+              "a parameter that is written is settable, and its value is read whole");
     } else {
         PROVE((values.gains[0] == before.gains[0]) && (values.gains[1] == before.gains[1]) &&
                   (values.offset == before.offset),

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: rtlink_negotiate accepts only equal layouts of a size that fits, periods of which one is a
-//     multiple of the other, and one common method; the agreed terms have exactly one method that both ends
-//     know, and the decimation that brings the producer's period to the consumer's, or 1.
-// Bounds: any terms; periods up to 2^10 us (their remainder is the costly part).
+// Proves: rtlink_negotiate accepts only equal layouts of a size that fits, periods of which one is a multiple
+//     of the other, and terms with a common method. The agreed terms have exactly one method, which this
+//     software and both ends know, and the decimation that leads from the producer's period to the
+//     consumer's; it is 1 if the producer's period is not shorter.
+// Bounds: any terms; periods of up to 2^10 us, because the remainder of larger ones takes the checker too
+//     long.
 // Replaced: nothing.
 // Sources: fsw/framework/rtlink/agreement.c
 // Options:

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: a consumer takes a sample only from a frame of its own link and of the epoch of its own opening,
-//     newer than its last; all others leave its sample as it was. So a producer of another epoch is never
-//     heard (fsw/supervisor/proof_link_manager.c proves that each opening has an epoch of its own). No
-//     received octet leads outside the payload.
-// Bounds: any consumer of datagrams without play-out buffer, with a payload of 1..16 octets; received
-//     frames of 0..48 octets; no decimation; counters at 0; one frame.
+// Proves: a consumer takes a sample only from a frame of its own link, with the epoch of its own opening,
+//     that is newer than its last sample; all other frames leave its sample unchanged. So it takes no frame
+//     of a producer of another epoch (fsw/supervisor/proof_link_manager.c proves that each opening has a
+//     different epoch). No received octet causes an access outside the payload.
+// Bounds: any consumer of datagrams without a play-out buffer, with a payload of 1..16 octets; one received
+//     frame of 0..48 octets; no decimation; counters at 0.
 // Replaced: crc32_iso returns any value; shared memory, sockets and play-out buffers are not used.
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
@@ -65,13 +65,13 @@ void proof(void)
     if (is_taken) {
         PROVE(octets_u16_at(&frame[4]) == consumer.link, "the sample is of this link");
         PROVE(octets_u32_at(&frame[8]) == consumer.epoch, "the sample is of this opening");
-        PROVE(octets_u32_at(&frame[12]) == consumer.sequence, "its number is noted");
+        PROVE(octets_u32_at(&frame[12]) == consumer.sequence, "the sequence number of the frame is stored");
         PROVE(!had_sample || ((consumer.sequence - sequence - 1U) < (UINT32_MAX / 2U)),
-              "it is newer than the last");
+              "the sample is newer than the last one");
         PROVE(consumer.has_sample, "there is a sample");
         PROVE(consumer.payload[place] ==
                   ((place < consumer.terms.layout_octets) ? frame[LINK_FRAME_HEADER_OCTETS + place] : octet),
-              "it is copied, and no more");
+              "exactly the payload is copied");
     } else {
         PROVE((consumer.sequence == sequence) && (consumer.has_sample == had_sample) &&
                   (consumer.payload[place] == octet) && (consumer.sample_time_ns == time_ns),

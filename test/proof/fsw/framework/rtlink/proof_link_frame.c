@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: rtlink_frame_decode accesses no octet outside a frame and accepts only a frame of the agreed
-//     size, with magic, version, flags and checksum; what rtlink_frame_encode writes is decoded to the same
-//     header and payload; the epoch is read without decoding.
+// Proves: rtlink_frame_decode accesses no octet outside a frame and accepts only a frame of the agreed size
+//     with correct magic, version, flags and checksum; a frame that rtlink_frame_encode wrote is decoded to
+//     the same header and payload; the epoch can be read without decoding.
 // Bounds: payloads of 1..16 octets, received frames of 0..48 octets, with and without checksum.
-// Replaced: crc32_iso returns any value, the same for encoding and decoding of a frame.
+// Replaced: crc32_iso returns any value, the same when a frame is encoded and decoded.
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
 // Fault: fsw/framework/rtlink/link_frame.c

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: every call, in every sound state, leaves a sound state (so every reachable state is sound, as
-//     that of the beginning is); OPERATIONAL is entered only from SAFE_OPERATIONAL; controllers start, and
-//     actuators engage, only with a configuration; a high-severity error of its own or of its network
-//     enters ERROR_OPERATIONAL, and a medium one leaves OPERATIONAL, in the same call; what is refused
-//     changes nothing; no assertion of the state machine fails.
-// Bounds: every machine that is_sound describes, one call with any arguments: an induction without bound on
-//     the number of calls.
+// Proves: every call in every sound state leaves a sound state, and the initial state is sound, so every
+//     reachable state is sound. OPERATIONAL is entered only from SAFE_OPERATIONAL; controllers start and
+//     actuators engage only with a configuration; an error of high severity, of the subsystem or of its
+//     network, enters ERROR_OPERATIONAL in the same call, and no event leaves the machine in OPERATIONAL; a
+//     refused request changes nothing; no assertion of the state machine fails.
+// Bounds: every machine that is_sound accepts, one call with any arguments; by induction any number of calls.
 // Replaced: nothing.
 // Sources: fsw/framework/subsystem/state_machine.c
 // Options: --unwind 9
@@ -136,11 +135,12 @@ static void prove_event(const state_machine_t* const before, const state_machine
     PROVE(IMPLIES(is_high && is_up && (before->state != STATE_ERROR_OPERATIONAL),
                   after->action == ACTION_SECURE),
           "an error secures the devices");
-    PROVE(IMPLIES(is_high && !is_up, after->target == STATE_OFFLINE), "an error outside ends in OFFLINE");
+    PROVE(IMPLIES(is_high && !is_up, after->target == STATE_OFFLINE),
+          "an error in any other state leads to OFFLINE");
     PROVE(after->state != STATE_OPERATIONAL, "no event leaves the machine in OPERATIONAL");
 }
 
-/// One call with any arguments.
+/// Make one call with any arguments.
 static void call(state_machine_t* const machine)
 {
     const state_machine_t before = *machine;
@@ -171,13 +171,13 @@ static void call(state_machine_t* const machine)
           "OPERATIONAL is entered only from SAFE_OPERATIONAL");
     PROVE(IMPLIES((machine->action == ACTION_START_CONTROL) || (machine->action == ACTION_ENGAGE),
                   machine->is_configured),
-          "control starts only configured");
+          "controllers start and actuators engage only with a configuration");
     for (unsigned i = 0U; i < STATE_TRANSITIONS_MAX; i++) {
         PROVE(IMPLIES((i < machine->transition_count) &&
                           (machine->transitions[i].state == (uint8_t)STATE_OPERATIONAL),
                       (machine->transitions[i].previous == (uint8_t)STATE_SAFE_OPERATIONAL) ||
                           (machine->transitions[i].previous == (uint8_t)STATE_OPERATIONAL)),
-              "no transition on the way enters OPERATIONAL from elsewhere");
+              "no recorded transition enters OPERATIONAL from another state");
     }
 }
 

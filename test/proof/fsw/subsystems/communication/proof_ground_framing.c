@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: cutting the TCP stream of a ground user into space packets accesses nothing behind the octets
-//     received; a packet that is given lies inside them whole and has the size that its length field says;
-//     an incomplete one waits; a stream that lost its framing is closed; so the stream always advances or
-//     waits for octets.
-// Bounds: 0..4128 octets received (32 more than the largest packet) of any content, any client, without
-//     security of the ground link.
+// Proves: dividing the TCP stream of a ground user into space packets accesses nothing after the received
+//     octets; a packet that is returned lies completely within them and has the size that its length field
+//     states; for an incomplete packet the function waits for more octets; if a length field exceeds the
+//     largest packet, the stream is closed. So the stream always advances, waits or is closed.
+// Bounds: 0..4128 received octets (32 more than the largest packet) of any content, any client, no security
+//     of the ground link.
 // Replaced: the security layer (SDLS) is not used.
 // Sources: fsw/subsystems/communication/ground_security.c pus/core/packet.c base/octets.c
 // Options: --unwind 2
@@ -40,17 +40,18 @@ void proof(void)
     communication_ground_unit_t unit;
     const status_t status = communication_ground_security_next(&security, client, octets, size, &unit);
     PROVE((status == STATUS_OK) || (status == STATUS_TRUNCATED) || (status == STATUS_CLOSED),
-          "three statuses");
+          "statuses of the contract");
     if (status == STATUS_OK) {
         PROVE((unit.packet == octets) && (unit.size <= size) && __CPROVER_r_ok(unit.packet, unit.size),
               "a packet is inside what was received");
         PROVE((unit.size == ((size_t)octets_u16_at(&octets[4]) + 7U)) && (unit.size >= 7U),
-              "it has its size");
-        PROVE(unit.taken == unit.size, "the stream advances by it");
+              "a packet has the size of its length field");
+        PROVE(unit.taken == unit.size, "the stream advances by the packet");
     }
     PROVE(IMPLIES(status == STATUS_TRUNCATED, (size < PUS_PRIMARY_HEADER_SIZE) || (size < unit.size)),
-          "it waits");
-    PROVE(IMPLIES(status == STATUS_TRUNCATED, unit.size <= PUS_PACKET_MAX), "what it waits for fits");
+          "only an incomplete packet waits");
+    PROVE(IMPLIES(status == STATUS_TRUNCATED, unit.size <= PUS_PACKET_MAX),
+          "an awaited packet is not too large");
     PROVE(IMPLIES(status == STATUS_CLOSED, ((size_t)octets_u16_at(&octets[4]) + 7U) > PUS_PACKET_MAX),
-          "it is closed");
+          "only a packet that is too large closes the stream");
 }
