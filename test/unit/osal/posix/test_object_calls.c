@@ -148,7 +148,7 @@ ssize_t __wrap_mq_receive(mqd_t queue, char* octets, size_t capacity, unsigned* 
     return answer(mock_type(int));
 }
 
-// Steps of making a lock: each returns an error number or 0.
+// Calls that make a lock: each returns an error number or 0.
 int __wrap_pthread_mutexattr_init(pthread_mutexattr_t* attributes)
 {
     (void)attributes;

@@ -73,10 +73,10 @@ pid_t __wrap_fork(void)
     return (fork_error != 0) ? answer(-fork_error) : __real_fork();
 }
 
-pid_t __real_wait4(pid_t id, int* how, int options, struct rusage* used);
-pid_t __wrap_wait4(pid_t id, int* how, int options, struct rusage* used)
+pid_t __real_wait4(pid_t id, int* out_status, int options, struct rusage* used);
+pid_t __wrap_wait4(pid_t id, int* out_status, int options, struct rusage* used)
 {
-    return is_wait_mocked ? answer(mock_type(int)) : __real_wait4(id, how, options, used);
+    return is_wait_mocked ? answer(mock_type(int)) : __real_wait4(id, out_status, options, used);
 }
 
 int __wrap_poll(struct pollfd* watched, nfds_t count, int timeout_ms)

@@ -186,7 +186,7 @@ static void a_sample_socket_has_its_kind_and_name(void** state)
     assert_int_equal(STATUS_OK, osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, &name, OSAL_TIPC_NODE));
     assert_int_equal(TIPC_NODE_SCOPE, bound.scope);
     will_open(SOCK_DGRAM, DESCRIPTOR);
-    // A sample socket has no name.
+    // A socket that only sends needs no name.
     assert_int_equal(STATUS_OK, osal_tipc_open(&sock, OSAL_TIPC_SAMPLE, NULL, OSAL_TIPC_NODE));
 }
 

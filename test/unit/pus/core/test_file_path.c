@@ -41,16 +41,15 @@ static bool reads_name(const char* const characters, const size_t size)
     return pus_file_path_read_name(&reader, &path);
 }
 
-static void paths_have_one_form(void)
+static void a_path_has_the_same_form_with_and_without_a_leading_slash(void)
 {
-    static const char* const same[][2] = {{"", ""},       {"/", ""},       {"a", "a"},
-                                          {"/a", "a"},    {"/a/b", "a/b"}, {"a b/~c", "a b/~c"},
-                                          {"a.b", "a.b"}, {"a-/..a", NULL}};
-    for (size_t i = 0U; i < 7U; i++) {
+    static const char* const same[][2] = {
+        {"", ""}, {"/", ""}, {"a", "a"}, {"/a", "a"}, {"/a/b", "a/b"}, {"a b/~c", "a b/~c"}, {"a.b", "a.b"}};
+    for (size_t i = 0U; i < (sizeof same / sizeof same[0]); i++) {
         TEST_ASSERT_TRUE(reads(same[i][0]));
         TEST_ASSERT_EQUAL_STRING(same[i][1], path.text);
     }
-    TEST_ASSERT_FALSE(reads(same[7][0]));
+    TEST_ASSERT_FALSE(reads("a-/..a"));
 }
 
 static void hostile_and_malformed_paths_are_refused(void)
@@ -98,7 +97,7 @@ static void names_and_paths_have_a_maximum_length(void)
     TEST_ASSERT_TRUE(reads_name(longest, PUS_FILE_NAME_MAX));
 }
 
-static void names_are_joined(void)
+static void names_are_appended_to_a_path_and_removed(void)
 {
     TEST_ASSERT_TRUE(reads_name("a", 1U));
     TEST_ASSERT_TRUE(reads_name("b.c", 3U));
@@ -141,7 +140,7 @@ static void a_path_lies_within_its_own_folder_and_those_above(void)
     TEST_ASSERT_FALSE(pus_file_path_is_same(&a, &ab));
 }
 
-static void patterns_match(void)
+static void wildcards_match_as_described(void)
 {
     static const char* const yes[][2] = {
         {"*", "a"},         {"*", "abc"},     {"a*", "a"},        {"a*c", "abc"}, {"a*c", "ac"},
@@ -159,7 +158,7 @@ static void patterns_match(void)
     }
 }
 
-static void patterns_are_read(void)
+static void well_formed_patterns_are_read_and_others_are_refused(void)
 {
     char pattern[PUS_FILE_NAME_MAX + 1U];
     char longest[PUS_FILE_NAME_MAX + 1U];
@@ -185,7 +184,7 @@ static void patterns_are_read(void)
     TEST_ASSERT_FALSE(pus_file_pattern_read(&reader, pattern));
 }
 
-static void texts_are_written(void)
+static void paths_and_names_are_written_with_their_length(void)
 {
     static const uint8_t expected[] = {0, 4, '/', 'a', '/', 'b', 0, 1, '/', 0, 2, 'x', 'y'};
     octet_writer_t writer           = octet_writer(octets, sizeof octets);
@@ -202,13 +201,13 @@ static void texts_are_written(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(paths_have_one_form);
+    RUN_TEST(a_path_has_the_same_form_with_and_without_a_leading_slash);
     RUN_TEST(hostile_and_malformed_paths_are_refused);
     RUN_TEST(names_and_paths_have_a_maximum_length);
-    RUN_TEST(names_are_joined);
+    RUN_TEST(names_are_appended_to_a_path_and_removed);
     RUN_TEST(a_path_lies_within_its_own_folder_and_those_above);
-    RUN_TEST(patterns_match);
-    RUN_TEST(patterns_are_read);
-    RUN_TEST(texts_are_written);
+    RUN_TEST(wildcards_match_as_described);
+    RUN_TEST(well_formed_patterns_are_read_and_others_are_refused);
+    RUN_TEST(paths_and_names_are_written_with_their_length);
     return UNITY_END();
 }

@@ -154,7 +154,7 @@ static void unknown_ports_are_refused_alone_and_no_offers_are_an_empty_list(void
 
 static void more_entries_than_a_report_holds_fail_the_request(void)
 {
-    const unsigned room = (PUS_TM_DATA_MAX - 2U) / 52U;
+    const unsigned room = (PUS_TM_DATA_MAX - 2U) / 52U; // A count of 2 octets and entries of 52 octets.
     seen.statuses       = room;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, "\0", 1U));
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 9, 1, 7);

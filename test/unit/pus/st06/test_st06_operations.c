@@ -172,7 +172,7 @@ static void all_dumps_are_ended_together(void)
     TEST_ASSERT_EQUAL_UINT(1U, memory_file.closes);
     memory_step(3U);
     TEST_ASSERT_EQUAL_UINT64(5U, bench.count);
-    memory_begin(RAM); // A check is in progress.
+    memory_begin(RAM); // TC[6,12] does not end a check that is in progress.
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(RAM_BASE, 1U);
     memory_request(9U);

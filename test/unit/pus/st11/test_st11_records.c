@@ -251,6 +251,8 @@ static void an_impossible_activity_record_is_refused(void)
                                                                   PUS_SCHEDULE_RECORD_HEAD + longer));
 }
 
+/// The record is a flag (1: the schedule is enabled), the number of sub-schedules (u16) with id and flags of
+/// each, and the same for groups. Flags: 1 exists, 2 enabled.
 static void an_impossible_state_is_refused(void)
 {
     static const struct {

@@ -32,14 +32,14 @@ void tearDown(void)
 {
 }
 
-static void request_a_connection_test(void)
+static void offer_connection_tests(void)
 {
     const pus_test_port_t port = {.context = &test, .connect = connect};
     pus_test_init(&test, &port);
     bench_serve(pus_test_service(&test));
 }
 
-static void a_connection_test_is_answered_to_its_sender(void)
+static void an_are_you_alive_test_is_answered_to_its_sender(void)
 {
     bench.ack = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
@@ -60,7 +60,7 @@ static void a_connection_test_is_offered_only_with_a_port(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(3U, apid, 2U));
     expect_failure(0U, 2U, PUS_FAILURE_SUBTYPE, 0U, 0x1103U);
     bench_clear();
-    request_a_connection_test();
+    offer_connection_tests();
     reply = pus_done();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(3U, apid, 2U));
     EXPECT_MESSAGES(1, 1, 1, 3, 17, 4, 1, 7);
@@ -85,7 +85,7 @@ static void a_connection_test_is_offered_only_with_a_port(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_connection_test_is_answered_to_its_sender);
+    RUN_TEST(an_are_you_alive_test_is_answered_to_its_sender);
     RUN_TEST(a_connection_test_is_offered_only_with_a_port);
     return UNITY_END();
 }

@@ -185,6 +185,7 @@ static void code_outlasts_a_power_cut(void)
     st18_fixture_activate("B", 0U);
 }
 
+/// The key of a record is 4 x the index of the procedure plus the number of the part of its code.
 static void bad_records_are_reported(void)
 {
     uint8_t record[PUS_RECORD_MAX] = {'A',  0,   0,   0,   0,   0,   0,   0,   0,   9,  0x29,
@@ -196,11 +197,13 @@ static void bad_records_are_reported(void)
         TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, i));
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, 22U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 5U, record, 21U)); // No second part.
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_procedures_restore(self, 5U, record, 21U)); // The code has no second part.
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED,
                       pus_procedures_restore(self, 4U * ST18_FIXTURE_PROCEDURES, record, 21U));
     record[20] = '8';
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 4U, record, 21U)); // Checksum.
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_procedures_restore(self, 4U, record, 21U)); // The checksum is wrong.
     TEST_ASSERT_EQUAL_UINT16(0U, loaded(&checksum));
     record[8] = 0x40U;
     record[9] = 0x01U; // 16385 octets.

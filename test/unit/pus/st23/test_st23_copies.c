@@ -53,7 +53,7 @@ static void a_file_is_copied_slice_by_slice(void)
     EXPECT_MESSAGES(1, 5);
     octet_reader_t reader = bench_data(0U);
     (void)octet_read_u32(&reader);
-    TEST_ASSERT_EQUAL_UINT16(75U, octet_read_u16(&reader));
+    TEST_ASSERT_EQUAL_UINT16(75U, octet_read_u16(&reader)); // The step number is the progress in percent.
     st23_fixture_step();
     EXPECT_MESSAGES(1, 7);
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
@@ -163,7 +163,9 @@ static void a_file_is_moved_at_once(void)
 /// Each call of the file store fails once: the copy ends with a failure, and no part of it remains.
 static void a_failed_copy_leaves_no_file(void)
 {
-    for (unsigned i = 1U; i <= 6U; i++) { // Make, read, write, read, sync and rename.
+    // The calls are make, read and write in the first step; read, write, sync and rename in the second. All
+    // except the second read (call 4) fail in turn.
+    for (unsigned i = 1U; i <= 6U; i++) {
         memset(disk.files, 0, sizeof disk.files);
         disk.contents = 0U;
         disk_directory("");

@@ -97,7 +97,7 @@ static void attributes_are_reported(void)
 
 // ---- Locks ----
 
-static void a_locked_file_stays_as_it_is(void)
+static void a_locked_file_is_neither_changed_nor_deleted(void)
 {
     st23_fixture_request(5U, "a", "one");
     st23_fixture_expect_done();
@@ -131,7 +131,7 @@ static void a_locked_file_stays_as_it_is(void)
     st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
-static void locks_are_counted(void)
+static void the_number_of_locks_is_limited(void)
 {
     st23_fixture_create("a", "x", 0U, 1U);
     st23_fixture_expect_done();
@@ -220,6 +220,7 @@ static void a_file_is_locked_before_it_is_made(void)
     st23_fixture_expect_done();
 }
 
+/// Keys of the records: locks from 0, copies from 0x10000, the interval of the status report 0x20000.
 static void bad_records_are_refused(void)
 {
     static const uint8_t path[PUS_FILE_PATH_SIZE] = {'a', 0, 'b'};
@@ -309,8 +310,8 @@ int main(void)
     RUN_TEST(files_are_created_and_deleted);
     RUN_TEST(failures_of_the_file_store_are_reported);
     RUN_TEST(attributes_are_reported);
-    RUN_TEST(a_locked_file_stays_as_it_is);
-    RUN_TEST(locks_are_counted);
+    RUN_TEST(a_locked_file_is_neither_changed_nor_deleted);
+    RUN_TEST(the_number_of_locks_is_limited);
     RUN_TEST(locks_outlast_a_power_cut);
     RUN_TEST(a_lock_that_cannot_be_kept_is_not_taken);
     RUN_TEST(a_lock_without_its_file_ends_with_a_power_cut);

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A CANopen master for tests of the devices: sends frames, records received ones, does SDO transfers frame
 /// by frame.
+///
+/// Controlwords of CiA 402 in these tests: 0x06 shutdown, 0x07 switch on, 0x0F enable operation, 0x02 quick
+/// stop, 0x80 fault reset. States in the statusword under the mask 0x6F: 0x21 ready, 0x23 switched on, 0x27
+/// operation enabled, 0x07 quick stop active; under 0x4F: 0x40 switch on disabled, 0x08 fault.
 #ifndef TEST_UNIT_SIM_DEVICES_MASTER_H
 #define TEST_UNIT_SIM_DEVICES_MASTER_H
 

@@ -170,7 +170,9 @@ static void each_output_has_its_own_error_mode_and_error_value(void)
     for (unsigned i = 0U; i < 8U; i++) {
         cycle();
     }
-    TEST_ASSERT_EQUAL_HEX16(0x8053U, open_outputs()); // Outputs with error mode 0 keep their state.
+    // Outputs 1 to 4 and 9 to 16 take their error value; outputs 5 to 8 have error mode 0 and keep their
+    // state.
+    TEST_ASSERT_EQUAL_HEX16(0x8053U, open_outputs());
 }
 
 static void leaving_operational_closes_all_valves(void)

@@ -21,7 +21,7 @@
     "<joint name=\"" name "\" type=\"prismatic\"><origin xyz=\"0.3 " y                                       \
     " 0\"/><parent link=\"palm\"/><child link=\"" child "\"/><axis xyz=\"" axis                              \
     "\"/><limit lower=\"-0.2\" upper=\"0.2\" effort=\"1\" velocity=\"1\"/>" more "</joint>\n"
-/// Two fingers that slide apart; the second is lighter and goes half the way.
+/// Two fingers that slide apart: 0.4 kg, and 0.2 kg, which moves half as far plus 0.01 m.
 #define HAND                                                                                                 \
     "<robot name=\"hand\">\n" LINK("palm", "20") LINK("left", "0.4") LINK("right", "0.2")                    \
         SLIDE("open", "left", "0.1", "0 1 0", "")                                                            \
@@ -84,7 +84,7 @@ static void run(double seconds)
     }
 }
 
-static void a_mimic_starts_and_stays_where_its_leader_says(void)
+static void a_mimic_starts_and_stays_at_the_position_that_follows_from_its_leader(void)
 {
     begin(IN_WORLD("0 0 0",
                    "<Robot name=\"h\" urdf=\"hand.urdf\" base=\"fixed\"><Start open=\"-0.1\"/></Robot>\n"));
@@ -236,7 +236,7 @@ static void mimic_joints_with_unsupported_attributes_are_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_mimic_starts_and_stays_where_its_leader_says);
+    RUN_TEST(a_mimic_starts_and_stays_at_the_position_that_follows_from_its_leader);
     RUN_TEST(the_load_of_a_mimic_acts_on_its_leader);
     RUN_TEST(a_mimic_rests_with_its_leader_at_a_stop);
     RUN_TEST(momentum_of_a_free_robot_is_conserved);

@@ -96,7 +96,7 @@ static void lcm_reads_the_channels_and_the_simulated_time(void)
     static const struct {
         const char* channel;
         int64_t time_us;
-        int32_t octets; // 0: any.
+        int32_t octets; // Size of the event; 0: not compared.
     } wanted[SAMPLE_EVENTS] = {{"WORLD", 0, 0},
                                {"NAMES", 0, 20 + 10 + 15},
                                {"JOINTS", 500, 20 + 7 * 16 + 2},
