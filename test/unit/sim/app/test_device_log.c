@@ -123,6 +123,8 @@ static void buses_have_load_errors_and_controllers_that_are_off(void)
     unsigned count            = 0U;
     const unsigned char* last = last_event("BUS", &count);
     TEST_ASSERT_EQUAL_UINT8(BUSES, last[CONTENT - 1U]);
+    // The arrays of the event: load (double) and frames (u64), errors (u64), state (i32), controllers off
+    // (i32).
     const unsigned char* load        = &last[CONTENT];
     const unsigned char* error_count = &load[16U * BUSES];
     const unsigned char* state       = &load[24U * BUSES];
