@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole subsystem, the manipulator with its drives, receives packets, link frames and CAN frames in any
-// order. They reach the dispatcher, every service of a subsystem, the state machine, parameters and devices.
-// Every report is well-formed, and the reported state is the present one. In each cycle, OPERATIONAL follows
-// SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every brake holds. Afterwards the
-// subsystem can go to OFFLINE, where every pool is full again.
+// order. They reach the dispatcher, every service of a subsystem, the state machine, parameters and
+// devices. Every report is well-formed, and the reported state is the present one. In each cycle,
+// OPERATIONAL follows SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every brake
+// holds. No request ends twice, and no report of a request follows its end. Afterwards the subsystem can go
+// to OFFLINE, where every pool is full again.
 //
 // Records by kind:
 //   0..4  the subsystem receives the packet, then runs for argument cycles
@@ -25,6 +26,14 @@
 #define STEPS_MAX 3000U           // Maximum number of steps of the records of one input.
 #define CYCLES_TO_SECURE 50U      // From leaving OPERATIONAL until each drive that obeys has its brake on.
 #define OPERATION_ENABLED 0x000FU // Controlword of CiA 402: torque, the brake is released.
+#define REQUESTS_MAX 1024U        // Request ids of one input that are watched; later ones are not.
+#define ID_OCTETS 4U              // Packet id and sequence control, the request id of ST[01].
+
+typedef struct { // Packets with the same request id.
+    uint32_t id;
+    uint32_t accepted; // Packets that the subsystem has received.
+    uint32_t ended;    // Reports that end such a request.
+} watched_t;
 
 static subsystem_descriptor_t descriptor;
 static subsystem_t component;
@@ -35,6 +44,52 @@ static uint64_t now_ns;
 static unsigned steps_left;
 static unsigned idle_cycles; // Cycles in which the drives obeyed, since OPERATIONAL was left.
 static unsigned refusals;    // Number of reports that the port refuses before it accepts one.
+static watched_t watched[REQUESTS_MAX];
+static unsigned watched_count;
+static bool is_watching_all; // Each request id is in the list.
+
+static watched_t* find_watched(const uint32_t id)
+{
+    for (unsigned i = 0U; i < watched_count; i++) {
+        if (watched[i].id == id) {
+            return &watched[i];
+        }
+    }
+    return NULL;
+}
+
+static void watch_request(const uint8_t* const packet, const size_t size)
+{
+    if (size < ID_OCTETS) {
+        return; // It has no request id.
+    }
+    const uint32_t id = octets_u32_at(packet);
+    watched_t* found  = find_watched(id);
+    if ((found == NULL) && (watched_count < REQUESTS_MAX)) {
+        found  = &watched[watched_count];
+        *found = (watched_t){.id = id};
+        watched_count++;
+    }
+    if (found != NULL) {
+        found->accepted++;
+    } else {
+        is_watching_all = false;
+    }
+}
+
+/// A request ends with its rejection, the failure of its start as a whole, or its completion.
+static void check_verification(const pus_verification_t* const verification)
+{
+    watched_t* const request = find_watched(verification->request_id);
+    FUZZ_CHECK((request != NULL) || !is_watching_all);
+    if (request == NULL) {
+        return;
+    }
+    FUZZ_CHECK(request->ended < request->accepted);
+    const bool is_of_instruction = (verification->subtype == 4U) && (verification->failure.instruction > 0U);
+    const bool is_end            = pus_verification_is_final(verification) && !is_of_instruction;
+    request->ended += is_end ? 1U : 0U;
+}
 
 static status_t take_report(void* const context, const uint8_t* const packet, const size_t size)
 {
@@ -50,6 +105,7 @@ static status_t take_report(void* const context, const uint8_t* const packet, co
     FUZZ_CHECK(tm.apid == MANIPULATOR_APID);
     if (tm.service == PUS_SERVICE_VERIFICATION) {
         FUZZ_CHECK(pus_verification_read(&tm, &verification) == STATUS_OK);
+        check_verification(&verification);
     }
     octet_reader_t reader = octet_reader(tm.data, tm.size);
     pus_subsystem_status_t status;
@@ -121,11 +177,13 @@ static void begin(void)
                                             .reload                 = reload,
                                             .reload_context         = (void*)(uintptr_t)&is_good};
     scripted_bus_open(&bus, "shm:fuzz");
-    joints[0]   = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
-    joints[1]   = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
-    now_ns      = 0U;
-    refusals    = 0U;
-    idle_cycles = 0U;
+    joints[0]       = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
+    joints[1]       = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
+    now_ns          = 0U;
+    refusals        = 0U;
+    idle_cycles     = 0U;
+    watched_count   = 0U;
+    is_watching_all = true;
     manipulator_init(&manipulator, &component, &flows);
     subsystem_init(&component, &config);
 }
@@ -182,6 +240,7 @@ static void act(const fuzz_record_t* const record)
         refusals           = (record->argument >> 4U) & 7U;
         break;
     default:
+        watch_request(record->octets, record->size);
         subsystem_accept(&component, record->octets, record->size, now_ns);
         step((record->argument < steps_left) ? record->argument : steps_left);
         steps_left -= (record->argument < steps_left) ? record->argument : steps_left;
