@@ -83,8 +83,8 @@ def test_make_passes_the_command_as_it_is_written(tmp_path):
     made = subprocess.run(["make", "--no-print-directory", "vm", f"OUT={tmp_path}", "SECONDS=200", "MEMORY=512",
                            "CMD=echo \"$((6 * 7))\" 'a  b' >$OUT/said; exit 9"],
                           cwd=places.ROOT, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert made.returncode == 2 and "Error 9" in made.stderr, made.stderr  # make's own form of an exit code
     assert (tmp_path / "said").read_text() == "42 a  b\n"
-    assert made.returncode == 2 and "Error 9" in made.stderr  # make's own form of an exit code
 
 
 def test_the_kernel_does_not_check_the_timer_of_the_emulator(tmp_path):

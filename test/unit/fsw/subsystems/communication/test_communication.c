@@ -458,6 +458,18 @@ static void no_reply_is_awaited_from_a_disconnected_participant(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
+static void no_octet_is_awaited_from_a_participant_that_left_before_its_connection_was_reported(void)
+{
+    fixture_connect(0U);
+    fixture.participant = fixture.ports[0];
+    fixture_disconnect(0U);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&fixture.communication.clients[0].socket, 1000U));
+    (void)communication_take_in(&fixture.communication, 20U);
+    TEST_ASSERT_FALSE(flow_tcp_is_connected(&fixture.communication.flow, 0U));
+    TEST_ASSERT_EQUAL(0U, fixture.served);
+    TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
+}
+
 /// The participant closes its connection within its last grant; the report about this belongs to the next
 /// grant of communication.
 static void the_end_of_a_participant_that_left_is_awaited(void)
@@ -548,6 +560,7 @@ int main(void)
     RUN_TEST(exactly_the_announced_octets_of_the_participant_are_taken);
     RUN_TEST(a_participant_waits_for_room_without_a_timeout);
     RUN_TEST(no_reply_is_awaited_from_a_disconnected_participant);
+    RUN_TEST(no_octet_is_awaited_from_a_participant_that_left_before_its_connection_was_reported);
     RUN_TEST(the_end_of_a_participant_that_left_is_awaited);
     RUN_TEST(a_client_that_disappeared_is_disconnected);
     RUN_TEST(the_connection_of_a_participant_is_awaited_and_reported);
