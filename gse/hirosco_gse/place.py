@@ -42,13 +42,13 @@ def world_of(run):
 
 
 def end_of(run):
-    """(words about the end of a flight, whether it ended as planned) from the launcher's file run.json."""
+    """(words about the end of a flight, its exit code or None if that is not known) from the launcher's file run.json."""
     try:
         facts = json.loads((run / "run.json").read_text(encoding="utf-8"))
         code, reason, seconds = facts["exit_code"], facts["exit_reason"], facts["simulated_s"]
     except (OSError, ValueError, KeyError, TypeError):
-        return f"the flight of {run.name} has ended", False
-    return f"flight ended at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", code == 0
+        return f"the flight of {run.name} has ended", None
+    return f"flight {'failed' if code else 'ended'} at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", int(code)
 
 
 def default_key(run, host, port):

@@ -27,6 +27,10 @@ SCENARIO = """
 SEEN = """(() => { const { bodies, actuators } = window.station.scene; return [
     bodies[0].arm.node.matrix.elements.slice(12, 15), actuators.wheels[0].angle, actuators.wheels[0].share,
     actuators.thrusters.filter((one) => one.plume.visible).map((one) => one.name)]; })()"""
+# Texts of the head of a report that leave their cell, and charts that leave the column of the robot.
+COVERED = """[...document.querySelectorAll('header .cell, main')].flatMap((cell) => [...cell.querySelectorAll('h1, header span, strong, station-strips')].filter((node) =>
+    node.getBoundingClientRect().right > cell.getBoundingClientRect().right + 1 || node.getBoundingClientRect().bottom > cell.getBoundingClientRect().bottom + 1))
+    .map((node) => node.textContent)"""
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +120,8 @@ def test_a_report_moves_a_free_body(browser, hangar):
         page.evaluate("station.replay.seek(0)")
         assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
         page.screenshot(path=str(hangar / "report-free-body.png"))
+        page.set_viewport_size({"width": 390, "height": 844})
+        assert page.evaluate(COVERED) == []
         assert not faults
 
 

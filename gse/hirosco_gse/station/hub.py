@@ -220,9 +220,9 @@ class Hub:
         await self._connection.receive(self._resume_all)
         self._say_link(False, f"{where} closed the link")
 
-    def _say_link(self, is_live, text, is_over=False):
-        """is_over: the flight has ended as planned."""
-        now = {"kind": "link", "is_live": is_live, "text": text} | ({"is_over": True} if is_over else {})
+    def _say_link(self, is_live, text, code=None):
+        """code: exit code of the flight that has ended."""
+        now = {"kind": "link", "is_live": is_live, "text": text} | ({} if code is None else {"code": code})
         if now != self.link:
             self.link = now
             self.publish(now)

@@ -180,7 +180,8 @@ class Bar extends HTMLElement {
 
   draw() {
     text(this.missionName, store.hello?.mission ?? "hirosco");
-    const { is_live, is_over, is_waiting } = store.link;
+    const { is_live, is_waiting, code } = store.link;
+    const is_over = code === 0;
     if (is_live) show(this.linkSymbol, "normal", "live");
     else if (store.replay || is_over) show(this.linkSymbol, "off", is_over ? "ended" : "replay");
     else if (is_waiting) show(this.linkSymbol, "standby", "waiting");
@@ -218,11 +219,12 @@ class Bar extends HTMLElement {
     );
     const broken = store.links.filter((row) => ["stale", "failed"].includes(row.state));
     const isRefused = Boolean(store.link.is_refused);
-    const { is_live, is_over, is_waiting } = store.link;
+    const { is_live, is_waiting, code } = store.link;
+    const is_over = code === 0;
     const isLost = isRefused || (!is_live && !is_over && !store.replay && store.hello !== null);
     const isBroken = !is_over && (failed.length > 0 || broken.length > 0);
     this.slot_.classList.toggle("critical", isBroken || isLost);
-    if (is_over || is_waiting) text(this.what, upper(store.link.text));
+    if (code !== undefined || is_waiting) text(this.what, upper(store.link.text));
     else if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
     else if (failed.length) {
       const names = failed.map((item) => item.subsystem).join(", ");

@@ -22,8 +22,8 @@ store.on("state", (message) => {
 });
 
 let wasLive = false;
-store.on("link", ({ is_live, is_over, text }) => {
-  if (wasLive && !is_live && !is_over)
+store.on("link", ({ is_live, code, text }) => {
+  if (wasLive && !is_live && code !== 0)
     document.getElementById("alarm-said").textContent = `link lost: ${text}`;
   wasLive = is_live;
 });
