@@ -53,12 +53,16 @@ TEST_EXTERNALS = $(if $(BOARD),-lm -lc -lgcc,\
 ASSERTING := $(shell grep -l assertion_fails $(TESTS) /dev/null)
 caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 
+# Tests whose data do not fit the 4 MiB of the board (osal/freertos/mps2.ld).
+LARGE_TESTS := $(foreach s,st11 st15 st22,test/unit/pus/$s/%) test/unit/pus/core/test_packet_store_power.c
+large        = $(if $(BOARD),$(if $(filter $(LARGE_TESTS),$1),-Wl$(comma)--defsym=port_large_data=1))
+
 define test_rule
 $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(call caught,$1) \
     $(call layer_libraries,$(call mirrored,$1)) $(SUPPORT_A) $(BOARD_SYSTEM) $(FOREIGN_A)
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
-	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) \
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call large,$1) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) \
 	    $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
 endef
 $(foreach t,$(TESTS),$(eval $(call test_rule,$t)))
@@ -107,17 +111,16 @@ remote-endian-programs: $(REMOTE_ENDIAN_PROGRAMS)
 # several processes, or a heap of a certain size.
 PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/pus/% test/unit/fsw/canopen/% \
     test/unit/fsw/drives/% \
-    $(foreach t,compiled_descriptors loop_watchdog run_flow_address,test/unit/fsw/programs/test_$t.c) \
+    $(foreach t,compiled_descriptors loop_watchdog run_flow_address subsystem_host,test/unit/fsw/programs/test_$t.c) \
     $(foreach f,control dataflow descriptor journal message parameter rtlink subsystem,test/unit/fsw/framework/$f/%) \
-    $(foreach s,arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
-    $(filter-out test/unit/pus/tool/% $(foreach s,st11 st15 st22,test/unit/pus/$s/%) %_endurance.c \
-    %/test_link_torture.c %/test_long_lists.c %/test_packet_store_power.c %/test_descriptor_limits.c,$(TESTS)))
+    $(foreach s,actuators arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
+    $(filter-out test/unit/pus/tool/% %_endurance.c %/test_long_lists.c %/test_link_torture.c,$(TESTS)))
 # Portable tests that take long on the board, or that link libraries that only they need there, run only with LONG=1
 # (`make check-full`).
 LONG_BOARD_TESTS := $(filter test/unit/fsw/programs/% test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
     %_torture.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
     $(foreach t,ring epochs lives overload,%/test_message_$t.c) \
-    $(foreach t,power damage,%/test_journal_$t.c),$(PORTABLE_TESTS))
+    $(foreach t,power damage,%/test_journal_$t.c) $(LARGE_TESTS),$(PORTABLE_TESTS))
 PORTABLE_TESTS := $(call portable,$(if $(LONG),$(PORTABLE_TESTS),$(filter-out $(LONG_BOARD_TESTS),$(PORTABLE_TESTS)))) \
     $(BOARD_ONLY_TESTS)
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))

@@ -2,6 +2,7 @@
 // ACTUATORS with its real descriptor and scripted devices: axes, outputs, inputs, homing, and devices that do
 // not fit.
 #include "fsw/subsystems/actuators/actuators.h"
+#include "osal/include/osal/file.h"
 #include "pus/core/tailoring.h"
 #include "test/support/bounds.h"
 #include "test/support/scripted_bus.h"
@@ -43,10 +44,7 @@ static const flow_resolver_t resolver = {NULL, resolve};
 
 static void load(void)
 {
-    FILE* const file = fopen(DESCRIPTOR, "rb");
-    TEST_ASSERT_NOT_NULL(file);
-    length = fread(text, 1U, sizeof text, file);
-    (void)fclose(file);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(DESCRIPTOR, text, sizeof text, &length));
     descriptor_loader_init(&loader);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK,
                               descriptor_parse_subsystem(&loader, DESCRIPTOR, text, length, &descriptor),
