@@ -384,6 +384,29 @@ static void datagrams_without_an_addressee_are_ignored(void)
     fixture_expect("");
 }
 
+/// The link uses shared memory, so it refuses and counts each datagram that names it.
+static void a_datagram_names_its_link_by_both_octets(void)
+{
+    static const uint8_t frame[64]     = {0x52U, 0x54U, 1U, 3U, 0x01U, 0x02U};
+    static const uint8_t others[2][64] = {{0x52U, 0x54U, 1U, 3U, 0x02U, 0x02U},
+                                          {0x52U, 0x54U, 1U, 3U, 0x00U, 0x02U}};
+    subsystem_link_totals_t totals     = {0};
+    fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
+    const rtlink_terms_t terms = terms_of(PORT_IN);
+    accept_port(PORT_IN, 0x0102U);
+    TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&other, fixture_links(), 0x0102U, &terms, 5U));
+    open(0x0102U, 5U);
+    run(2U);
+    TEST_ASSERT_EQUAL(STATUS_OK, in_status);
+    subsystem_link_datagram(&fixture.subsystem, others[0], sizeof others[0]);
+    subsystem_link_datagram(&fixture.subsystem, others[1], sizeof others[1]);
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_EQUAL(0U, totals.refused);
+    subsystem_link_datagram(&fixture.subsystem, frame, sizeof frame);
+    subsystem_link_totals(&fixture.subsystem, &totals);
+    TEST_ASSERT_EQUAL(1U, totals.refused);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -402,5 +425,6 @@ int main(void)
     RUN_TEST(links_close_with_their_configuration);
     RUN_TEST(the_link_status_contains_the_counters);
     RUN_TEST(datagrams_without_an_addressee_are_ignored);
+    RUN_TEST(a_datagram_names_its_link_by_both_octets);
     return UNITY_END();
 }
