@@ -27,7 +27,6 @@
 #define FIRST_UNNAMED 3U ///< Descriptors 0, 1 and 2 are always inherited.
 #define NS_PER_MS 1000000ULL
 #define EXIT_NOT_STARTED 127
-#define ENVIRONMENT_MAX 1024U // A larger environment is passed on unchanged.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define LIMITS_MEMORY false // The sanitizers map terabytes, so that any limit of address space would fail.
 #else
@@ -79,25 +78,6 @@ static void pin(const int number)
         }
     }
     (void)sched_setaffinity(0, sizeof set, &set); // Without permission the process is not pinned.
-}
-
-/// Returns the environment of a pinned program. In glibc it registers no restartable sequence: the kernel
-/// would otherwise write the number of the processor at each switch to the program, 5 % of a hand-over.
-static char* const* pinned_environment(char* entries[ENVIRONMENT_MAX])
-{
-    static char tunables[] = "GLIBC_TUNABLES=glibc.pthread.rseq=0";
-    size_t count           = 0U;
-    while ((environ != NULL) && (environ[count] != NULL) && (count < (ENVIRONMENT_MAX - 2U))) {
-        entries[count] = environ[count];
-        count++;
-    }
-    const bool is_whole = (environ != NULL) && (environ[count] == NULL);
-    if (!is_whole || (osal_process_environment("GLIBC_TUNABLES") != NULL)) {
-        return environ;
-    }
-    entries[count]      = tunables;
-    entries[count + 1U] = NULL;
-    return entries;
 }
 
 static bool redirect_output(const char* const path)
@@ -159,11 +139,9 @@ static void execute_program(const osal_process_start_t* const start, const pid_t
     if (!limit_resources(start)) {
         return;
     }
-    char* entries[ENVIRONMENT_MAX];
-    char* const* const environment = (start->processor >= 0) ? pinned_environment(entries) : environ;
-    char* const* arguments         = NULL;
+    char* const* arguments = NULL;
     (void)memcpy(&arguments, &start->arguments, sizeof arguments); // Removes the const: exec only reads them.
-    (void)execve(start->arguments[0], arguments, environment);
+    (void)execv(start->arguments[0], arguments);
 }
 
 // ---- In the parent ----

@@ -27,8 +27,7 @@ typedef struct {
     size_t descriptor_count;
     uint64_t memory_limit_bytes; ///< Address space limit; 0, or a build with sanitizers: none.
     uint32_t descriptor_limit;   ///< Numbers of new descriptors are below this; 0: the limit of the parent.
-    /// Pin to this processor, modulo the number of those that this process may use; -1: not pinned. A pinned
-    /// child has the environment variable GLIBC_TUNABLES, unless this process has it.
+    /// Pin to this processor, modulo the number of those that this process may use; -1: not pinned.
     int processor;
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Continues when its parent ends, in a session of its own.

@@ -98,14 +98,6 @@ static int show_processor(void)
     return 101;
 }
 
-/// Exit code 0 if GLIBC_TUNABLES has this value and the other variables are passed on.
-static int show_tunables(const char* expected)
-{
-    const char* const value = osal_process_environment("GLIBC_TUNABLES");
-    const char* const other = osal_process_environment("PATH");
-    return ((strcmp((value != NULL) ? value : "", expected) == 0) && (other != NULL)) ? 0 : 1;
-}
-
 /// Exit code 0 if the signals have the states that a program expects.
 static int show_signals(void)
 {
@@ -175,9 +167,6 @@ static int play(const char* role, const char* argument)
     }
     if (strcmp(role, "processor") == 0) {
         return show_processor();
-    }
-    if (strcmp(role, "tunables") == 0) {
-        return show_tunables(argument);
     }
     if (strcmp(role, "signals") == 0) {
         return show_signals();
@@ -371,22 +360,6 @@ static void child_is_pinned_to_one_of_our_processors(void)
         }
     }
     TEST_ASSERT_TRUE(number > 0);
-}
-
-static void a_pinned_child_registers_no_restartable_sequence(void)
-{
-    const osal_process_start_t pinned = {.processor = 0};
-    osal_process_t process;
-    (void)unsetenv("GLIBC_TUNABLES");
-    process = start_role("tunables", "glibc.pthread.rseq=0", &pinned);
-    TEST_ASSERT_EQUAL(0, result_of(&process).code);
-    process = start_role("tunables", "", &plain);
-    TEST_ASSERT_EQUAL(0, result_of(&process).code);
-    // The value of the user is kept.
-    TEST_ASSERT_EQUAL(0, setenv("GLIBC_TUNABLES", "glibc.malloc.check=0", 1));
-    process = start_role("tunables", "glibc.malloc.check=0", &pinned);
-    TEST_ASSERT_EQUAL(0, result_of(&process).code);
-    (void)unsetenv("GLIBC_TUNABLES");
 }
 
 static void output_goes_to_the_file_and_is_appended(void)
@@ -584,7 +557,6 @@ int main(int count, char** arguments)
     RUN_TEST(end_reports_the_memory_that_was_needed);
     RUN_TEST(the_size_of_a_program_is_that_of_its_loaded_segments);
     RUN_TEST(child_is_pinned_to_one_of_our_processors);
-    RUN_TEST(a_pinned_child_registers_no_restartable_sequence);
     RUN_TEST(output_goes_to_the_file_and_is_appended);
     RUN_TEST(child_begins_with_ordinary_signals);
     RUN_TEST(child_dies_with_its_parent);
