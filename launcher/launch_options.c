@@ -16,8 +16,8 @@ const char* launch_options_help(void)
 {
     return "usage: hirosco run [--OPTION VALUE ...]\n"
            "  --mission NAME     descriptors/missions/NAME.xml (default rokviss)\n"
-           "  --scenario NAME    sim/scenarios/NAME.scn, or a path to another file (default telepresence);\n"
-           "                     none: fly until Ctrl-C\n"
+           "  --scenario NAME    sim/scenarios/NAME.scn, or a path to another file (default: the\n"
+           "                     mission's name, or else telepresence); none: fly until Ctrl-C\n"
            "  --world NAME       descriptors/worlds/NAME.xml, or a path to another file (default: the "
            "mission's\n"
            "                     name)\n"
@@ -479,7 +479,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
 {
     FSW_ASSERT((arguments != NULL) && (out_options != NULL) && (error != NULL));
     *out_options       = (launch_options_t){.mission       = "rokviss",
-                                            .scenario      = "telepresence",
+                                            .scenario      = "",
                                             .world         = "",
                                             .seed          = 1U,
                                             .is_stepped    = true,

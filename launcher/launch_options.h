@@ -11,6 +11,7 @@
 
 #define LAUNCH_PATH_MAX 256U
 #define LAUNCH_ERROR_MAX 384U
+#define LAUNCH_SCENARIO "telepresence" ///< Flown if no scenario has the name of the mission.
 
 #define LAUNCH_INTERFACES_MAX MISSION_BUSES_MAX
 
@@ -23,7 +24,7 @@ typedef enum {
 typedef struct {
     const char* mission; ///< Name; the descriptor is descriptors/missions/<name>.xml.
     /// Name (the file is sim/scenarios/<name>.scn), or path (with a slash or the ending .scn). "none": no
-    /// operator, no hand, no faults.
+    /// operator, no hand, no faults. Empty: the mission's name if there is such a file, or else LAUNCH_SCENARIO.
     const char* scenario;
     /// Name (the file is descriptors/worlds/<name>.xml), or path (with a slash or the ending .xml).
     const char* world;

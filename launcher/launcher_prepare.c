@@ -100,18 +100,28 @@ static uint8_t link_methods(const char* const names)
     return (uint8_t)(shm | tipc | udp);
 }
 
+/// Write the path of a scenario. True if the file exists.
+static bool has_scenario(launcher_t* const launcher, const char* const scenario)
+{
+    const bool is_path = launch_is_path(scenario, ".scn");
+    (void)text_join(
+        launcher->scenario_path, sizeof launcher->scenario_path,
+        (const char* const[]){is_path ? "" : "sim/scenarios/", scenario, is_path ? "" : ".scn", NULL});
+    return osal_file_exists(launcher->scenario_path);
+}
+
 static bool find_scenario(launcher_t* const launcher)
 {
+    if (launcher->options.scenario[0] == '\0') {
+        const bool has_own         = has_scenario(launcher, launcher->options.mission);
+        launcher->options.scenario = has_own ? launcher->options.mission : LAUNCH_SCENARIO;
+    }
     launcher->has_operator     = (strcmp(launcher->options.scenario, "none") != 0);
     launcher->scenario_path[0] = '\0';
     if (!launcher->has_operator) {
         return true;
     }
-    const bool is_path = launch_is_path(launcher->options.scenario, ".scn");
-    (void)text_join(launcher->scenario_path, sizeof launcher->scenario_path,
-                    (const char* const[]){is_path ? "" : "sim/scenarios/", launcher->options.scenario,
-                                          is_path ? "" : ".scn", NULL});
-    return osal_file_exists(launcher->scenario_path) ||
+    return has_scenario(launcher, launcher->options.scenario) ||
            launcher_fail(launcher, "no such scenario: ", launcher->scenario_path);
 }
 

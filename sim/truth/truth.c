@@ -189,7 +189,9 @@ static status_t write_record(truth_t* const truth, const char* const channel, co
     store_u64(&head[12], event->time_ns / 1000U);
     store_u32(&head[20], (uint32_t)length);
     store_u32(&head[24], (uint32_t)event->used);
-    memcpy(&head[HEADER_OCTETS], channel, length);
+    for (size_t i = 0U; i < length; i++) {
+        head[HEADER_OCTETS + i] = (uint8_t)channel[i];
+    }
     memcpy(&head[HEADER_OCTETS + length], event->octet, event->used);
     write_behind_add(&truth->events, size);
     truth->log->eventcount++;

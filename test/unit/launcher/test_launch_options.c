@@ -49,7 +49,7 @@ static void options_that_are_not_given_have_their_defaults(void)
 {
     TEST_ASSERT_TRUE(parse(""));
     TEST_ASSERT_EQUAL_STRING("rokviss", options.mission);
-    TEST_ASSERT_EQUAL_STRING("telepresence", options.scenario);
+    TEST_ASSERT_EQUAL_STRING("", options.scenario);
     TEST_ASSERT_EQUAL_UINT64(1U, options.seed);
     TEST_ASSERT_FALSE(options.is_image || options.is_free);
     TEST_ASSERT_TRUE(options.is_stepped && options.has_report);

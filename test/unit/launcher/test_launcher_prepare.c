@@ -23,6 +23,7 @@ static run_state_t run;
 static launch_options_t options;
 static char folder[] = "/tmp/launcher-prepare-XXXXXX";
 static bool is_mission_there;
+static bool has_own_scenario; // The mission has a scenario of its name.
 
 // ---- Mocked functions ----
 
@@ -106,12 +107,16 @@ void __wrap_osal_shm_close(osal_shm_t* shm)
     function_called();
 }
 
-/// Mission, world, scenario and programs exist; each test says which folders of runs exist.
+/// Mission, world, scenario and programs exist; each test says which folders of runs exist, and whether the
+/// mission has a scenario of its name.
 bool __wrap_osal_file_exists(const char* path)
 {
     if ((strncmp(path, "runs/", 5U) == 0) && (strstr(path, "/run.json") == NULL)) {
         check_expected_ptr(path);
         return mock_type(bool);
+    }
+    if (strcmp(path, "sim/scenarios/rokviss.scn") == 0) {
+        return has_own_scenario;
     }
     return (strstr(path, "/run.json") == NULL) && (is_mission_there || (strstr(path, "missions/") == NULL));
 }
@@ -171,6 +176,7 @@ static int set_up(void** state)
     (void)state;
     (void)memset(&run, 0, sizeof run);
     is_mission_there = true;
+    has_own_scenario = false;
     options          = (launch_options_t){.mission       = "rokviss",
                                           .scenario      = "press",
                                           .world         = "rokviss",
@@ -257,6 +263,21 @@ static void a_folder_that_is_not_given_is_named_by_the_run(void** state)
     expect_folder("runs/none-image-7-001", false);
     expect_made("runs/none-image-7-001", STATUS_DENIED);
     prepare_fails("cannot make the output folder runs/none-image-7-001");
+}
+
+static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence(void** state)
+{
+    (void)state;
+    will_return_count(__wrap_launcher_set_limits, true, 2);
+    options.scenario = "";
+    has_own_scenario = true;
+    expect_folder("runs/rokviss-processes-7-001", false);
+    expect_made("runs/rokviss-processes-7-001", STATUS_DENIED);
+    prepare_fails("cannot make the output folder runs/rokviss-processes-7-001");
+    has_own_scenario = false;
+    expect_folder("runs/telepresence-processes-7-001", false);
+    expect_made("runs/telepresence-processes-7-001", STATUS_DENIED);
+    prepare_fails("cannot make the output folder runs/telepresence-processes-7-001");
 }
 
 // ---- Port of the ground ----
@@ -385,6 +406,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_mission_that_is_missing_is_named, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_limit_that_is_too_low_ends_the_preparation, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_folder_that_is_not_given_is_named_by_the_run, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(
+            a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence, set_up, tear_down),
         cmocka_unit_test_setup_teardown(the_first_port_that_is_free_is_that_of_the_ground, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_port_that_was_asked_for_and_is_in_use_is_refused, set_up,
                                         tear_down),
