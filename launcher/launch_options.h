@@ -24,7 +24,7 @@ typedef enum {
 typedef struct {
     const char* mission; ///< Name; the descriptor is descriptors/missions/<name>.xml.
     /// Name (the file is sim/scenarios/<name>.scn), or path (with a slash or the ending .scn). "none": no
-    /// operator, no hand, no faults. Empty: the mission's name if there is such a file, or else LAUNCH_SCENARIO.
+    /// operator, no hand, no faults. Empty: the mission's name, or LAUNCH_SCENARIO if there is no such file.
     const char* scenario;
     /// Name (the file is descriptors/worlds/<name>.xml), or path (with a slash or the ending .xml).
     const char* world;
