@@ -45,7 +45,7 @@ class Ground:
         """Wait until the condition holds."""
         end = time.monotonic() + LIMIT_S
         while not condition():
-            assert time.monotonic() < end, f"{what} within {LIMIT_S} s; {self.state}, {self.events(0)[-3:]}"
+            assert time.monotonic() < end, f"not within {LIMIT_S} s: {what}; state {self.state}, last events {self.events(0)[-3:]}"
             self.pump()
 
     def command(self, apid, service, subtype, data):
@@ -88,7 +88,7 @@ class Stage:
         self.flight = flying.start(folder / "run", "--scenario", scenario, "--tools", tools, "--duration", 36000, *options)
         self.slaves = None
         try:
-            flying.wait_until(lambda: self._has_tools(tools), "no port for tools", LIMIT_S)
+            flying.wait_until(lambda: self._has_tools(tools), "a port for tools", LIMIT_S)
             self.slaves = slaves.Slaves(tools, "robot", NODES, interface)
             self.ground = Ground(self.flight.port(LIMIT_S))
         except BaseException:

@@ -63,5 +63,5 @@ def until(condition, what):
     """Poll until a condition holds; simulated time continues only if a client advances it."""
     end = time.monotonic() + BOUND_S
     while not condition():
-        assert time.monotonic() < end, f"{what}: not within {BOUND_S} s"
+        assert time.monotonic() < end, f"not within {BOUND_S} s: {what}"
         time.sleep(0.01)

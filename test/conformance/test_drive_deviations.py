@@ -89,7 +89,7 @@ def test_silence_after_the_start_of_process_data(stage, down):
     assert not stage.ground.configure()
     assert stage.refusals() == [(0x12, SILENT, 0, 0)]
     assert stage.ground.state == "PRE_OPERATIONAL"
-    stage.ground.wait(lambda: stage.drive(0x11).state == slaves.PRE_OPERATIONAL, "process data stopped at the good one")
+    stage.ground.wait(lambda: stage.drive(0x11).state == slaves.PRE_OPERATIONAL, "the drive without deviation stops its process data")
 
 
 @pytest.mark.parametrize("reached, change", [

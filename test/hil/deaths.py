@@ -92,7 +92,7 @@ def fly(case, folder, scenario_folder):
 def left_of(flight):
     """Names and processes that a run must not leave."""
     try:
-        flying.wait_until(lambda: not flight.leftovers(), "")
+        flying.wait_until(lambda: not flight.leftovers(), "the end of all processes and names of the run")
     except AssertionError:
         return flight.leftovers()
     return []

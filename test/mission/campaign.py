@@ -27,9 +27,10 @@ import campaign_faults as faults
 import campaign_rules as rules
 import flying
 
-SAME_IN = 10  # One of this number of flights is also flown in the other form; both must have the same octets.
+SAME_IN = 10  # One in ten flights is also flown in the other form; both must have the same octets.
 TRACED = (*flying.TRACED, "can-robot-b.log", "can-joystick-b.log")
 DRIVE_EVENT = re.compile(rb"\xed\xa1\xda\x01.{16}\x00\x00\x00\x05.{4}DRIVE(.{16}\x00\x00\x00.[a-z-]+\x00.{14})", re.DOTALL)
+# Commands of the flight whose record store the campaign uses: each of them leaves persistent records.
 LASTING = (
     "0.1 operator try schedule enable",
     "0.1 operator try at 100 ping MANIPULATOR",
@@ -133,7 +134,7 @@ def _time_of(flight):
     return 0.0
 
 
-def _set_way(flight, state):
+def _set_connection(flight, state):
     """Cut or restore the connection between the nodes while simulated time stands still."""
     simulator = flight.children().get("simulator")
     with contextlib.suppress(ProcessLookupError, TypeError):
@@ -143,11 +144,12 @@ def _set_way(flight, state):
         os.kill(simulator, signal.SIGCONT)
 
 
-def _cut_way(flight, cuts):
+def _cut_connection(flight, cuts):
+    """Cut the connection between the nodes in each of these intervals of simulated time."""
     for begin_s, end_s in cuts:
         for at_s, state in ((begin_s, "down"), (end_s, "up")):
-            flying.wait_until(lambda at_s=at_s: flight.process.poll() is not None or _time_of(flight) >= at_s, f"no {at_s} s of the flight", flying.FLIGHT_LIMIT_S)
-            _set_way(flight, state)
+            flying.wait_until(lambda at_s=at_s: flight.process.poll() is not None or _time_of(flight) >= at_s, f"{at_s} s of the flight", flying.FLIGHT_LIMIT_S)
+            _set_connection(flight, state)
 
 
 def _options(ground, drawn, folder):
@@ -174,7 +176,7 @@ def fly(ground, folder, drawn):
     how = {"root": ground.split} if drawn.is_split else {}
     flight = flying.start(folder / "run", "--scenario", path, *_options(ground, drawn, folder), environment=environment, **how)
     try:
-        _cut_way(flight, drawn.cuts)
+        _cut_connection(flight, drawn.cuts)
         flight.wait()
     finally:
         flight.abandon()

@@ -155,7 +155,7 @@ def _node_lost(rng, flight):
         flight.lines += [f"{at:.6f} fault hang {name}" for name in MEMBERS] + [f"{until:.6f} fault resume {name}" for name in MEMBERS]
 
 
-def _way_cut(rng, flight):
+def _connection_cut(rng, flight):
     """The connection between the computers is interrupted for a while."""
     at = rng.uniform(1.5, 3.0)
     flight.form = "nodes"
@@ -166,7 +166,7 @@ def _way_cut(rng, flight):
 
 KINDS = {
     _kill: 14, _hang: 8, _blink: 8, _stop: 8, _supervisor: 12, _communication: 6, _plug: 10, _wire: 10, _device: 6,
-    _requests: 6, _events: 10, _disk: 10, _damage: 10, _node_lost: 3, _way_cut: 1,
+    _requests: 6, _events: 10, _disk: 10, _damage: 10, _node_lost: 3, _connection_cut: 1,
 }  # fmt: skip
 
 

@@ -27,7 +27,7 @@ OPERATIONAL, ERROR_OPERATIONAL = 5, 6
 DEVICE_BUS = {"robot": 16, "joystick": 17}  # Owner of the drives.
 # Emergency 0x8250: no RPDO has arrived.
 EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#5082", re.MULTILINE)
-COMPLAINTS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
+PROBLEMS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
 # Descriptors that a program may have open at its end.
 DESCRIPTORS = {"hirosco": 12, "packet-archive-sqlite": 4, "simulator": 4}
 COMPONENT_DESCRIPTORS = 11  # Four of these are links over sockets.
@@ -35,7 +35,7 @@ COMPONENT_DESCRIPTORS = 11  # Four of these are links over sockets.
 
 @dataclass
 class Seen:
-    """A flight and the faults that were drawn for it."""
+    """A flight, the faults that were drawn for it, and what its logs contain."""
 
     flight: object
     lines: list
@@ -206,7 +206,7 @@ def _log_is_whole(seen):
     """The packet log must have each record number once, and packets.log must have all records."""
     numbers = seen.numbers
     if numbers != list(range(1, len(numbers) + 1)):
-        yield "the numbers of packets.db are not whole"
+        yield "the numbers of packets.db are not 1, 2, 3 ... without a gap"
     if len(seen.packets) != len(numbers):
         yield f"packets.log has {len(seen.packets)} records of {len(numbers)}"
 
@@ -291,9 +291,9 @@ def _ends_as_it_should(seen):
         yield f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}"
     if seen.is_determined and not facts["reproducible"]:
         yield "the flight is not reproducible"
-    # These lines come from the operator.
-    said = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output
-    yield from (f"the output contains '{found[0]}'" for found in COMPLAINTS.finditer(said))
+    # Lines of the console that begin with "[" come from the operator; reports in them may contain such words.
+    messages = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output
+    yield from (f"the output contains '{found[0]}'" for found in PROBLEMS.finditer(messages))
 
 
 RULES = (

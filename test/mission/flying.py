@@ -103,7 +103,7 @@ class Flight:
     def port(self, limit_s=MOMENT_S):
         """The ground port, as soon as the run has written it."""
         path = self.folder / "ground.port"
-        wait_until(lambda: path.exists() and path.read_text(encoding="ascii").strip(), "no ground port", limit_s)
+        wait_until(lambda: path.exists() and path.read_text(encoding="ascii").strip(), "a ground port", limit_s)
         return int(path.read_text(encoding="ascii"))
 
     def steps(self):
@@ -151,12 +151,12 @@ def processes():
                 yield pid, int(parent), name
 
 
-def wait_until(condition, problem, limit_s=MOMENT_S):
-    """Poll until the condition holds."""
+def wait_until(condition, awaited, limit_s=MOMENT_S):
+    """Poll until the condition holds; `awaited` names it for the message of a failure."""
     end = time.monotonic() + limit_s
     while not condition():
         if time.monotonic() > end:
-            raise AssertionError(f"{problem} within {limit_s} s")
+            raise AssertionError(f"not within {limit_s} s: {awaited}")
         time.sleep(0.005)
 
 
@@ -237,7 +237,7 @@ def connect(port, limit_s=MOMENT_S):
 def assert_clean(flight):
     """Expect that soon after the end of the run nothing of it is left."""
     with contextlib.suppress(AssertionError):
-        wait_until(lambda: not flight.leftovers(), "")
+        wait_until(lambda: not flight.leftovers(), "the end of all processes and names of the run")
     left = flight.leftovers()
     for entry in left:
         if entry.startswith("process "):

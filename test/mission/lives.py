@@ -13,7 +13,7 @@ PING = b"\x11\x01"
 ALIVE = b"\x11\x02"
 PINGS = 20  # Pings after each end and start of a process.
 FEW = 3  # Pings after a hang that ends before it is detected.
-ASKED = 4 * PINGS + FEW + 1  # Pings of the arm: four series, a short one, and the ping of all subsystems.
+ARM_PINGS = 4 * PINGS + FEW + 1  # Pings of the arm: four series, a short one, and the ping of all subsystems.
 
 
 def pings(begin_s, count=PINGS, step_s=0.01):
@@ -39,7 +39,7 @@ def assert_in_order(flight):
     assert flight.facts["reproducible"], flight.transcript()
     assert "FAILED" not in flight.console, flight.transcript()
     answers = list(_answers(flight))
-    assert len(answers) == ASKED
+    assert len(answers) == ARM_PINGS
     assert max(answers) <= 2 * STEP_NS
     flying.assert_clean(flight)
 

@@ -18,15 +18,16 @@ END_S = 10.0
 STEP_S = 0.0005
 DEATH_S = 4.0
 DEATH = f"{DEATH_S:.6f} fault kill JOYSTICK"
-ON_BUS = "(0000000004.002163) joystick 0A1#5082110000000000\n"
+# Emergency 0x8250 of the joystick, which has received no RPDO since the death of its subsystem.
+EMERGENCY_ON_BUS = "(0000000004.002163) joystick 0A1#5082110000000000\n"
 ENDED = (1, 7)
 HIGH = (5, 4)
 PROGRESS = [(1, 1), (1, 3), (1, 5)]
 
 
 @dataclasses.dataclass
-class Told:
-    """The properties of a flight that the rules read in addition to its packets."""
+class SyntheticFlight:
+    """The properties of a flight that the rules read in addition to its packets; a test sets them."""
 
     code: int = 1
     facts: dict = dataclasses.field(default_factory=lambda: {"simulated_s": END_S, "exit_reason": "", "reproducible": True})
@@ -41,7 +42,7 @@ class Told:
         return self.bus
 
     def leftovers(self):
-        """Every value is as the test sets it."""
+        """Processes and names that the flight has left, as the test sets them."""
         return self.left
 
 
@@ -100,12 +101,12 @@ def _link(time_s, outcome):
 
 
 def _seen(packets, lines=(), numbers=None, drives=(), ends="", **how):
-    """Build a synthetic flight: the properties of the draw go to Seen, all others to Told."""
+    """Build a synthetic flight: the properties of the draw go to Seen, all others to SyntheticFlight."""
     drawn = {name: how.pop(name) for name in ("is_determined", "has_cut") if name in how}
     sent = [(time_ns, _key(raw)) for time_ns, direction, raw in packets if direction == "TC" and not raw[9] & 0x80]
     memo = {"packets": packets, "numbers": list(range(1, len(packets) + 1)) if numbers is None else numbers}
     memo["operator"] = how.pop("operator", [_asked(time_ns / rules.NS_PER_S, key) for time_ns, key in sent])
-    return rules.Seen(Told(**how), list(lines), END_S, drives, ends=ends, memo=memo, **drawn)
+    return rules.Seen(SyntheticFlight(**how), list(lines), END_S, drives, ends=ends, memo=memo, **drawn)
 
 
 def _violations(packets, lines=(), **how):
@@ -119,11 +120,11 @@ REACTED = _became(DEATH_S + 0.003, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)
 
 
 def test_a_correct_flight_violates_no_rule():
-    assert _violations([PING, _reported(2.1, PING), REACTED], [DEATH], bus=ON_BUS) == []
+    assert _violations([PING, _reported(2.1, PING), REACTED], [DEATH], bus=EMERGENCY_ON_BUS) == []
 
 
 @pytest.mark.parametrize("ends", [[], [ENDED, ENDED], [ENDED, (1, 8)], [(1, 10), (1, 2)], PROGRESS])
-def test_a_request_that_does_not_end_once(ends):
+def test_a_request_that_does_not_end_exactly_once_is_a_violation(ends):
     found = _violations([PING, *(_reported(2.1, PING, message) for message in ends)])
     assert len(found) == 1
     assert found[0].startswith("request (16, 7) of [2.0] s ended by")
@@ -160,7 +161,7 @@ LOST, OPEN = "the link is lost; 1 request has no end of verification", "the link
     [
         ([_asked(2.0, (16, 7))], 0),
         ([_asked(2.0, (16, 7), (17, 3))], 1),  # Sent, but never received on board.
-        ([_asked(3.5, (16, 7))], 1),  # The request that was received on board was another one.
+        ([_asked(3.5, (16, 7))], 1),  # Another request was received on board.
         ([_asked(0.9, (16, 7))], 1),
         ([_asked(2.0, (16, 7)), _asked(END_S - 0.9, (17, 3))], 0),
         ([_asked(2.0, (16, 7)), _asked(3.0, (17, 3)), _link(3.9, LOST), _link(4.0, OPEN)], 0),  # Lost with the connection.
@@ -181,52 +182,52 @@ def test_a_request_is_followed_from_the_operator_to_the_packet_log(operator, pro
 @pytest.mark.parametrize(
     "reaction, bus",
     [
-        ([], ON_BUS),
+        ([], EMERGENCY_ON_BUS),
         ([], ""),
-        ([_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], ON_BUS),
+        ([_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], EMERGENCY_ON_BUS),
         ([_became(DEATH_S + 0.0101, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], ""),
-        ([_became(DEATH_S + 0.003, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL)], ON_BUS),
-        ([_became(DEATH_S + 0.003, MANIPULATOR, OPERATIONAL, 4)], ON_BUS),
+        ([_became(DEATH_S + 0.003, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL)], EMERGENCY_ON_BUS),
+        ([_became(DEATH_S + 0.003, MANIPULATOR, OPERATIONAL, 4)], EMERGENCY_ON_BUS),
     ],
 )
-def test_a_partner_that_reacts_late_or_not_at_all(reaction, bus):
+def test_a_partner_that_reacts_late_or_not_at_all_is_a_violation(reaction, bus):
     found = _violations(reaction, [DEATH], bus=bus)
     assert len(found) == 1
     assert "APID 16 is not in ERROR_OPERATIONAL" in found[0]
 
 
-def test_a_reaction_time_counts_from_the_frame_on_the_bus():
+def test_the_reaction_time_begins_with_the_emergency_on_the_bus():
     later = [_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
     assert _violations(later, [DEATH]) == []
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "4.002200")) == []
-    # The emergency code is another one.
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("0A1#50", "0A1#10")) == []
-    # The emergency is from before the failure.
-    assert _violations(later, [DEATH], bus=ON_BUS.replace("4.002163", "3.999999")) == []
+    assert _violations(later, [DEATH], bus=EMERGENCY_ON_BUS.replace("4.002163", "4.002200")) == []
+    # Another emergency code has no meaning for the rule.
+    assert _violations(later, [DEATH], bus=EMERGENCY_ON_BUS.replace("0A1#50", "0A1#10")) == []
+    # An emergency before the failure does not begin the reaction time.
+    assert _violations(later, [DEATH], bus=EMERGENCY_ON_BUS.replace("4.002163", "3.999999")) == []
 
 
-def test_a_partner_is_judged_in_operation():
-    assert rules.violations(_seen(list(_numbered([_became(1.0, JOYSTICK, 4, OPERATIONAL)])), [DEATH], bus=ON_BUS)) == []
-    assert _violations([_became(3.0, MANIPULATOR, OPERATIONAL, 4)], [DEATH], bus=ON_BUS) == []
-    assert _violations([_became(3.0, JOYSTICK, OPERATIONAL, 4)], [DEATH], bus=ON_BUS) == []
+def test_only_a_partner_in_operation_has_to_react():
+    assert rules.violations(_seen(list(_numbered([_became(1.0, JOYSTICK, 4, OPERATIONAL)])), [DEATH], bus=EMERGENCY_ON_BUS)) == []
+    assert _violations([_became(3.0, MANIPULATOR, OPERATIONAL, 4)], [DEATH], bus=EMERGENCY_ON_BUS) == []
+    assert _violations([_became(3.0, JOYSTICK, OPERATIONAL, 4)], [DEATH], bus=EMERGENCY_ON_BUS) == []
     # The partner is also dead.
-    assert _violations([], [DEATH, f"{DEATH_S + 0.005} fault hang MANIPULATOR"], bus=ON_BUS) == []
-    assert _violations([], [DEATH], bus=ON_BUS, has_cut=True) == []
+    assert _violations([], [DEATH, f"{DEATH_S + 0.005} fault hang MANIPULATOR"], bus=EMERGENCY_ON_BUS) == []
+    assert _violations([], [DEATH], bus=EMERGENCY_ON_BUS, has_cut=True) == []
 
 
-def test_a_partner_that_leaves_operation_by_order_in_a_shutdown_is_secure():
+def test_in_a_shutdown_a_partner_may_leave_operation_to_another_state():
     left, shutdown = [_became(DEATH_S + 0.001, MANIPULATOR, OPERATIONAL, 4)], "operator try shutdown"
-    assert _violations(left, [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=ON_BUS) == []
-    assert len(_violations(left, [DEATH, f"{DEATH_S + 0.01:.6f} {shutdown}"], bus=ON_BUS)) == 1
-    assert len(_violations([], [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=ON_BUS)) == 1
+    assert _violations(left, [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=EMERGENCY_ON_BUS) == []
+    assert len(_violations(left, [DEATH, f"{DEATH_S + 0.01:.6f} {shutdown}"], bus=EMERGENCY_ON_BUS)) == 1
+    assert len(_violations([], [DEATH, f"{DEATH_S:.6f} {shutdown}"], bus=EMERGENCY_ON_BUS)) == 1
 
 
-def test_a_death_that_the_bus_does_not_show_is_judged_by_its_own_time():
+def test_without_an_emergency_the_reaction_time_begins_with_the_death():
     assert _violations([], [DEATH, f"{DEATH_S + 0.9} fault cut robot JOINT1"]) == []
     assert len(_violations([], [DEATH, f"{DEATH_S + 1.1} fault cut robot JOINT1", f"{DEATH_S} operator try ping all"])) == 1
     # The process may continue until another component detects the hang.
     assert _violations([], [DEATH.replace("kill", "hang")]) == []
-    assert len(_violations([], [DEATH.replace("kill", "hang")], bus=ON_BUS)) == 1
+    assert len(_violations([], [DEATH.replace("kill", "hang")], bus=EMERGENCY_ON_BUS)) == 1
 
 
 # ---- HIGH ----
@@ -234,7 +235,7 @@ def test_a_death_that_the_bus_does_not_show_is_judged_by_its_own_time():
 SECURED = [_became(5.0, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), _became(5.0 + 2 * STEP_S, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
 
 
-def test_high_in_its_cycle():
+def test_a_high_event_that_both_members_react_to_in_time_is_no_violation():
     assert _violations([_event(5.0, JOYSTICK), *SECURED]) == []
     assert _violations([_event(5.0, JOYSTICK, logged_s=5.0 + STEP_S), *SECURED]) == []
     assert _violations([_event(5.0, SUPERVISOR)]) == []  # The event does not name the subsystem concerned.
@@ -250,7 +251,7 @@ def test_high_in_its_cycle():
         ([_became(5.0 + 2 * STEP_S, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), SECURED[1]], "the member itself"),
     ],
 )
-def test_high_event_without_reaction_in_time(reaction, word):
+def test_a_high_event_without_reaction_in_time_is_a_violation(reaction, word):
     found = _violations([_event(5.0, JOYSTICK), *reaction])
     assert any(word in what for what in found)
     assert _violations([_event(5.0, JOYSTICK), *reaction], has_cut=True) == []
@@ -266,7 +267,7 @@ def test_a_high_event_that_is_logged_late_is_a_violation():
     assert len(_violations(late, ["5.010000 fault kill SUPERVISOR"])) == 1
 
 
-def test_high_outside_of_operation_asks_for_no_reaction():
+def test_a_high_event_outside_of_operation_needs_no_reaction():
     assert _violations([_became(3.0, JOYSTICK, OPERATIONAL, 4), _event(5.0, JOYSTICK)]) == []
     assert _violations([_event(5.0, MANIPULATOR), _became(5.0, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], ["4.998 fault hang JOYSTICK"]) == []
 
@@ -311,7 +312,7 @@ def test_permitted_observations_are_no_violation(how):
     assert _violations([], **how) == []
 
 
-def test_a_report_that_is_missing():
+def test_a_gap_in_the_numbers_of_reports_is_a_violation():
     """Each application process has a sequence of numbers, which starts again in its next life."""
     up = list(_numbered([_became(1.0 + i, JOYSTICK, 0, 0) for i in range(5)]))
     assert rules.violations(_seen(up)) == []
@@ -322,14 +323,14 @@ def test_a_report_that_is_missing():
     assert rules.violations(_seen(up[:1] + up[2:], has_cut=True)) == []
 
 
-@pytest.mark.parametrize("status, brake, is_seen", [(0x0250, 0, 1), (0x0250, 1, 0), (0x0231, 0, 1), (0x0218, 0, 1), (0x0237, 0, 0), (0x0217, 0, 0)])
-def test_a_joint_without_its_brake(status, brake, is_seen):
+@pytest.mark.parametrize("status, brake, violations", [(0x0250, 0, 1), (0x0250, 1, 0), (0x0231, 0, 1), (0x0218, 0, 1), (0x0237, 0, 0), (0x0217, 0, 0)])
+def test_a_joint_that_is_neither_controlled_nor_braked_is_a_violation(status, brake, violations):
     drive = {"bus": "robot", "node": 17, "time_us": 1, "statusword": status, "brake_engaged": brake}
-    assert len(_violations([], drives=[drive])) == is_seen
+    assert len(_violations([], drives=[drive])) == violations
     assert _violations([], drives=[drive | {"bus": "joystick"}]) == []
 
 
-def test_octets_that_differ(tmp_path):
+def test_logs_that_differ_between_two_flights_are_named(tmp_path):
     @dataclasses.dataclass
     class Logs:
         place: pathlib.Path

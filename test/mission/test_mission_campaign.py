@@ -11,7 +11,7 @@ import campaign_faults as faults
 BATCHES = 8
 LONG = {1: 250, 2: 125}  # Flights in a batch.
 SHORT = 5  # Flights with two faults.
-SLOW = ("way_cut",)  # Kinds of faults for which a flight waits in wall-clock time.
+SLOW = ("connection_cut",)  # Kinds of faults for which a flight waits in wall-clock time.
 
 
 @pytest.fixture(scope="module")

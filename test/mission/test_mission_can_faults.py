@@ -151,7 +151,7 @@ def test_faults_are_counted(flights):
         assert after["CHANNEL"] == 0
 
 
-def test_controller_that_waits_for_an_order(hangar):
+def test_a_controller_without_automatic_restart_works_again_after_its_restart_by_command(hangar):
     """After bus-off without automatic restart, the bring-up reports the silent devices and ends; after the
     restart it succeeds."""
     path = flying.write_scenario(

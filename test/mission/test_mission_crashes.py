@@ -56,9 +56,10 @@ def _packets_in_order(flight):
     return flight.packets
 
 
-def _assert_ended_as_it_should(flight, name):
+def _assert_failed_because_of(flight, name):
+    """Expect that the run has failed, that its outputs name the process that died, and that nothing is left."""
     assert flight.code not in (0, None), flight.transcript()
-    assert flight.code > 0, "the launcher itself must not die"
+    assert flight.code > 0, "the launcher died by a signal"
     assert name in flight.output, f"no message says that {name} died: {flight.output}"
     facts = flight.facts
     assert facts["exit_code"] == flight.code
@@ -122,7 +123,7 @@ def _die(folder, scenario, name, step, form="processes"):
 def test_kill_of_a_process(folder, scenario, name):
     """The process is killed after a step of the operator that its name determines."""
     flight = _die(folder, scenario, name, random.Random(name).randint(3, len(STEPS) - 3))
-    _assert_ended_as_it_should(flight, name)
+    _assert_failed_because_of(flight, name)
     _assert_log_is_complete(flight)
     if name != "simulator":
         assert not _enabled_at_end(flight)
@@ -133,7 +134,7 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
     """The other member reaches ERROR_OPERATIONAL by itself; the drives of the dead member leave operation by
     their deadline."""
     flight = _die(folder, scenario, name, IN_OPERATION)
-    _assert_ended_as_it_should(flight, name)
+    _assert_failed_because_of(flight, name)
     other = next(apid for member, apid in MEMBERS.items() if member != name)
     assert 6 in _states(flight, other), flight.transcript()
     assert not _enabled_at_end(flight)
@@ -167,7 +168,7 @@ def test_an_operator_that_never_connects(folder, scenario, form):
     flying.wait_until(lambda: "operator" in flight.children(), "an operator")
     os.kill(flight.children()["operator"], signal.SIGKILL)
     flight.wait()
-    _assert_ended_as_it_should(flight, "operator")
+    _assert_failed_because_of(flight, "operator")
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
@@ -285,7 +286,7 @@ def test_a_run_reports_that_its_guard_was_killed(folder, scenario):
 
 def test_kill_of_the_image(folder, scenario):
     flight = _die(folder, scenario, "image", IN_OPERATION, form="image")
-    _assert_ended_as_it_should(flight, "image")
+    _assert_failed_because_of(flight, "image")
     assert len(_packets_in_order(flight)) > 40
 
 

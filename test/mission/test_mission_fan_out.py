@@ -101,7 +101,7 @@ def _epochs(flight):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_reader_that_closes_dies_and_comes_again_costs_the_other_nothing(house, folder, way):
+def test_a_reader_loses_no_sample_while_the_other_reader_closes_its_link_dies_and_restarts(house, folder, way):
     if "nodes" in way and os.geteuid() != 0:
         pytest.skip("network namespaces need root")
     judge(fly(house, folder, *WAYS[way]))
@@ -118,7 +118,7 @@ def judge(flight):
         stretches = list(_stretches(reported, number, reader))
         for end_ns, samples, cycles, _ in stretches:
             assert abs(samples - cycles) <= 1, f"{reader}: {samples} samples in {cycles} cycles before {end_ns / 1e9} s"
-        assert sum(is_away for *_, is_away in stretches) >= 2, "while the other was closed, and while it was dead"
+        assert sum(is_away for *_, is_away in stretches) >= 2, f"{reader}: expected an interval with the other link closed, and one with the other reader dead"
     opened = _epochs(flight)
-    assert len(opened) == len(set(opened)) >= 8, "each opening has an epoch of its own"
+    assert len(opened) == len(set(opened)) >= 8, "fewer than 8 openings, or two openings with one epoch"
     flying.assert_clean(flight)

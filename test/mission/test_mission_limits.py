@@ -60,7 +60,7 @@ def test_a_leaking_subsystem_dies_alone(folder, kind):
 
 
 LIVES = 3  # The first life and the two restarts of the budget.
-TOLD = b"\x05\x04"
+HIGH_EVENT = b"\x05\x04"
 PROCESS_LOST = (1).to_bytes(2, "big")
 MODE_CHANGED = b"\x83\x02"
 
@@ -68,12 +68,12 @@ MODE_CHANGED = b"\x83\x02"
 def _next_life(flight, before):
     """Wait for a process of the joystick that is not in `before`, or for the end of the run. Returns the
     process."""
-    flying.wait_until(lambda: flight.children().get("joystick.plain", 0) not in {0, *before} or flight.process.poll() is not None, "no further life")
+    flying.wait_until(lambda: flight.children().get("joystick.plain", 0) not in {0, *before} or flight.process.poll() is not None, "another life of the joystick")
     return flight.children().get("joystick.plain", 0)
 
 
 def _await_end(flight, joystick):
-    flying.wait_until(lambda: flight.children().get("joystick.plain", 0) != joystick or flight.process.poll() is not None, "this life does not end")
+    flying.wait_until(lambda: flight.children().get("joystick.plain", 0) != joystick or flight.process.poll() is not None, "the end of this life of the joystick")
 
 
 def _explode(flight, go):
@@ -95,15 +95,15 @@ def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder)
     flight = flying.start(folder / "out", "--time", "real", "--scenario", "none", binaries=programs)
     try:
         flight.port()
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
         _explode(flight, go)
-        flying.wait_until(lambda: "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout, "the others do not answer")
+        flying.wait_until(lambda: "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout, "an answer of MANIPULATOR")
         assert "joystick.plain" not in flight.children()
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
         flight.abandon()
-    lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == TOLD and raw[21:25] == PROCESS_LOST + b"\0\x11"]
+    lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == HIGH_EVENT and raw[21:25] == PROCESS_LOST + b"\0\x11"]
     modes = [raw[21:24] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == MODE_CHANGED]
     assert len(lost) == LIVES, flight.transcript()
     assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.transcript())

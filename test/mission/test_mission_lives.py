@@ -103,11 +103,11 @@ def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         flight.port()
-        flying.wait_until(lambda: "alive" in flying.gse(flight, "ping", "SUPERVISOR").stdout, "the supervisor does not answer")
+        flying.wait_until(lambda: "alive" in flying.gse(flight, "ping", "SUPERVISOR").stdout, "an answer of the supervisor")
         stopped = flight.children()[name]
         os.kill(stopped, signal.SIGSTOP)
-        flying.wait_until(lambda: flight.children().get(name, stopped) != stopped, f"{name} was not started again")
-        flying.wait_until(lambda: "COMMUNICATION is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flying.wait_until(lambda: flight.children().get(name, stopped) != stopped, f"another life of {name}")
+        flying.wait_until(lambda: "COMMUNICATION is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems after the restart")
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
@@ -124,7 +124,7 @@ def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
     flight = flying.start(folder, "--time", "free", "--scenario", "none")
     try:
         flight.port()
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
         for name in ("JOYSTICK", "MANIPULATOR"):
             # The devices of the simulator answer on the bus.
             assert "completed" in flying.gse(flight, "state", name, "PRE_OPERATIONAL").stdout
@@ -133,8 +133,8 @@ def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
         assert len({os.sched_getparam(flight.children()[name]).sched_priority for name in ("joystick", "manipulator", "simulator")}) == 1
         stopped = flight.children()["joystick"]
         os.kill(stopped, signal.SIGSTOP)
-        flying.wait_until(lambda: flight.children().get("joystick", stopped) != stopped, "it was not started again")
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flying.wait_until(lambda: flight.children().get("joystick", stopped) != stopped, "another life of the joystick")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems after the restart")
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
@@ -155,11 +155,11 @@ def test_a_supervisor_that_hangs_is_replaced(folder, kind):
     flight = flying.start(folder, "--time", kind, "--scenario", "none")
     try:
         flight.port()
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
         stopped = flight.children()["supervisor"]
         os.kill(stopped, signal.SIGSTOP)
-        flying.wait_until(lambda: flight.children().get("supervisor", stopped) != stopped, "it was not started again")
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flying.wait_until(lambda: flight.children().get("supervisor", stopped) != stopped, "another life of the supervisor")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems after the restart")
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
@@ -209,12 +209,12 @@ def test_no_process_waits_for_a_start_in_real_time(folder, kind):
     flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))
     try:
         flight.port()
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
         os.kill(next(pid for name, pid in flight.children().items() if name.startswith("joystick")), signal.SIGKILL)
-        flying.wait_until(lambda: (folder / "starts").read_text().count("\n") == 2, "no second life")
+        flying.wait_until(lambda: (folder / "starts").read_text().count("\n") == 2, "a second start of the joystick")
         for _ in range(3):
             assert "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout
-        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "not all are there again")
+        flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems after the restart")
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:

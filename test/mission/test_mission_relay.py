@@ -18,7 +18,7 @@ def fly(folder, delay_ms, form="image", seed=1, *options, report="no"):
     return flight
 
 
-def holds(flight):
+def assert_figures_hold(flight):
     """Expect that the run has succeeded: its exit code is 0, no figure is missing, and the report
     shows each figure."""
     facts = flight.facts
@@ -51,7 +51,7 @@ def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_both_forms(fol
     # The play-out buffers restore the order: no sample is stale, and only lost samples are missing.
     links = [line for line in first.read("operator.log").splitlines() if '"verb": "link", "words": ["list"]' in line]
     assert links[-1].count("late=0") == 4  # Two links, each in `text` and in `outcome`.
-    holds(second)
+    assert_figures_hold(second)
 
 
 def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_line_for_each(folder):
@@ -83,7 +83,7 @@ def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_lin
 @pytest.mark.parametrize("contact", ({}, {"stiffness": 2000, "shear": 1600}, {"friction": 0.1}, {"friction": 0.4}))
 def test_the_figures_hold_on_other_surfaces(folder, delay_ms, seed, contact):
     world = pressing.write_world(folder, contact=contact)
-    holds(fly(folder / "out", delay_ms, "image", seed, "--world", str(world), report="yes"))
+    assert_figures_hold(fly(folder / "out", delay_ms, "image", seed, "--world", str(world), report="yes"))
 
 
 @pytest.mark.long

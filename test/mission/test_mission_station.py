@@ -317,10 +317,10 @@ def pulled(page):
 def test_the_hand_moves_the_stick(page, flight):
     page.click("#work-Operate")
     page.wait_for_selector("button:has-text('Take the hand'):not(:disabled)")
-    flying.wait_until(lambda: pulled(page), "the stick does not follow the hand")
+    flying.wait_until(lambda: pulled(page), "the stick follows the hand")
     page.mouse.up()
     page.keyboard.press("Escape")
-    flying.wait_until(lambda: "hand rest # station" in flight.read("live.scn"), "the hand is not given back")
+    flying.wait_until(lambda: "hand rest # station" in flight.read("live.scn"), "the hand is given back")
     assert " hand aim " in flight.read("live.scn")
 
 

@@ -111,15 +111,15 @@ def test_the_joystick_of_the_page_presses_on_the_contour(page, flight):
     assert page.evaluate("window.station.scene.shaft.visible") is False
     free = page.locator("station-scene canvas").screenshot()
     drag = Drag(page)
-    flying.wait_until(lambda: drag.presses(5.0), "the page shows no contact force")
+    flying.wait_until(lambda: drag.presses(5.0), "a contact force on the page")
     station.until(page, "window.station.scene.shaft.visible && / N$/.test(window.station.scene.forceLabel.textContent)")
     station.until(page, "Math.hypot(...window.station.store.value('JOYSTICK', 'CUR_VALUES.FELT_TORQUE')) > 0.05")
     station.until(page, "(document.querySelector('station-work').hand.arrow.getAttribute('d') ?? '').startsWith('M')")
     assert page.locator("station-scene canvas").screenshot() != free
-    flying.wait_until(drag.is_free, "the finger does not leave the contour")
+    flying.wait_until(drag.is_free, "the finger leaves the contour")
     page.mouse.up()
     page.keyboard.press("Escape")
-    flying.wait_until(lambda: "hand rest # station" in flight.read("live.scn"), "the hand is not given back")
+    flying.wait_until(lambda: "hand rest # station" in flight.read("live.scn"), "the hand is given back")
 
 
 def rests(flight):
@@ -146,7 +146,7 @@ def test_a_gamepad_moves_the_hand_and_rumbles_with_the_felt_torque(page, flight)
     axes, low = (-0.25, 0.25), 0.25
     deflect(page, *axes)
     page.wait_for_selector("text=Your hand, gamepad 2")
-    flying.wait_until(lambda: aimed(axes) in flight.read("live.scn"), "the hand does not go where the gamepad points")
+    flying.wait_until(lambda: aimed(axes) in flight.read("live.scn"), "the hand follows the gamepad")
 
     def rumbles():
         nonlocal low
@@ -154,25 +154,25 @@ def test_a_gamepad_moves_the_hand_and_rumbles_with_the_felt_torque(page, flight)
         deflect(page, axes[0], low)
         return page.evaluate("window.pad.rumbles.some((one) => one.strongMagnitude > 0.05)")
 
-    flying.wait_until(rumbles, "the gamepad does not rumble")
+    flying.wait_until(rumbles, "the gamepad rumbles")
     played = page.evaluate("window.pad.rumbles")
     felt = page.evaluate("Math.hypot(...window.station.store.value('JOYSTICK', 'CUR_VALUES.FELT_TORQUE'))")
     assert felt > 0.0 and {one["kind"] for one in played} == {"dual-rumble"} and max(one["strongMagnitude"] for one in played) <= 1
     assert 1 <= sum(one["weakMagnitude"] == 1 for one in played) < sum(one["strongMagnitude"] > 0 for one in played)  # A pulse for a contact.
     page.evaluate("window.pad.connected = false")
     page.wait_for_selector("text=Hand given back: the gamepad was disconnected.")
-    flying.wait_until(lambda: rests(flight) == before + 1, "the hand is not given back")
+    flying.wait_until(lambda: rests(flight) == before + 1, "the hand is given back")
 
 
 @pytest.mark.parametrize("loss", LOSSES)
 def test_the_hand_is_given_back_when_focus_pointer_or_station_is_lost(page, flight, loss):
     """The connection ends: then the station, which misses the page, gives the hand back."""
     drag = Drag(page)
-    flying.wait_until(drag.is_held, "the hand is not taken")
+    flying.wait_until(drag.is_held, "the hand is taken")
     before = rests(flight)
     page.evaluate(loss)
     page.wait_for_selector(f"text=Hand given back: {LOSSES[loss]}.")
-    flying.wait_until(lambda: rests(flight) > before, "the hand is not given back")
+    flying.wait_until(lambda: rests(flight) > before, "the hand is given back")
     assert page.evaluate("document.querySelector('station-work').hand.aim === null")
     page.mouse.up()
     station.until(page, "window.station.store.hasSocket && window.station.store.link.is_live")

@@ -309,7 +309,7 @@ def test_a_mission_is_ended_if_all_its_processes_hang(folder):
     assert flight.facts["exit_code"] == 1, flight.transcript()
     assert "did not shut down" in flight.facts["exit_reason"]
     assert flight.facts["simulated_s"] < 40
-    flying.wait_until(lambda: not flight.leftovers(), "processes of the flight are left")
+    flying.wait_until(lambda: not flight.leftovers(), "the end of all processes of the flight")
 
 
 def test_death_in_the_image(folder, undisturbed):

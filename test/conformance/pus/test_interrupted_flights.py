@@ -55,7 +55,7 @@ def _cut_off(flight, ground):
     flight.process.kill()
     flight.wait()
     ground.close()
-    flying.wait_until(lambda: not flight.leftovers(), "processes of the flight are left")
+    flying.wait_until(lambda: not flight.leftovers(), "the end of all processes of the flight")
 
 
 @pytest.mark.parametrize("mode", [SAFE, NOMINAL])

@@ -62,7 +62,7 @@ def netem(flight):
 def start(name, path, tree):
     """Start a flight and wait until its network is made."""
     flight = flying.start(nodes.run(name), "--scenario", path, *OPTIONS, root=tree)
-    flying.wait_until(lambda: len(netem(flight)) == 2 or flight.process.poll() is not None, "no network", LIMIT_S)
+    flying.wait_until(lambda: len(netem(flight)) == 2 or flight.process.poll() is not None, "the network with delay", LIMIT_S)
     assert flight.process.poll() is None, flight.wait(1).transcript()
     return flight
 

@@ -86,7 +86,7 @@ def begun(name, *options):
     is repeated."""
     while True:
         flight = flying.start(run(name), *options)
-        flying.wait_until(lambda: flight.steps() >= 1 or flight.process.poll() is not None, "the operator did not begin", LIMIT_S)
+        flying.wait_until(lambda: flight.steps() >= 1 or flight.process.poll() is not None, "the operator's first steps", LIMIT_S)
         simulator = flight.children().get("simulator")
         if simulator:
             os.kill(simulator, signal.SIGSTOP)
@@ -105,7 +105,7 @@ def wait_for(flight, text):
         assert flight.process.poll() is None, flight.wait(1).transcript()
         return path.exists() and text in path.read_text(encoding="utf-8")
 
-    flying.wait_until(has, f"the operator did not see {text}", LIMIT_S)
+    flying.wait_until(has, f"{text} in the operator's log", LIMIT_S)
 
 
 def network_of(pid):
