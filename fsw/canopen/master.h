@@ -53,7 +53,7 @@ typedef struct { // Private.
     void* context;
 } canopen_master_route_t;
 
-typedef struct {                // [wrap]
+typedef struct {                // All counters wrap.
     uint32_t unknown;           ///< Data frames that no receiver expects.
     uint32_t malformed;         ///< Wrong length or format for their identifier.
     uint32_t remote;            ///< Remote frames.

@@ -35,7 +35,7 @@ typedef enum { // Private.
     SDO_SEGMENT_UPLOAD
 } canopen_sdo_phase_t;
 
-typedef struct {        // [wrap]
+typedef struct {        // All counters wrap.
     uint32_t transfers; ///< Transfers that succeeded.
     uint32_t aborted;   ///< Transfers that the server aborted.
     uint32_t timeouts;

@@ -29,17 +29,16 @@ typedef struct { // Private.
     uint8_t* map;
     uint32_t budget;
     uint32_t spent; // Part of the budget that is spent; an excess is subtracted from the next budget.
-    uint32_t used;  // Budget used since the last grant.
-    uint32_t grace; // Cost of lists since the last grant that were not larger than an earlier list.
+    uint32_t used;  // Cost since the last budget, including what was not charged.
+    uint32_t grace; // Cost since the last budget of lists that may be rebuilt ones (procedure_cost.h).
     // The largest values that this procedure has had; prices depend on them.
     uint32_t longest;    // Text [octets].
     uint32_t nodes;      // Keys in a table.
     uint32_t largest;    // List [octets].
     uint32_t stack_size; // [octets]
-    /// Address of the procedure's stack.
-    const void* stack;
-    const void* list; // Block allocated last.
-    size_t list_size; // Size of that block [octets].
+    const void* stack;   // Address of the procedure's stack, by which a change of its size is recognised.
+    const void* list;    // Block allocated last.
+    size_t list_size;    // Size of that block [octets].
     uint32_t code_size;
     bool is_making_thread;
     bool has_nul;     // A text that contains NUL may exist.

@@ -9,7 +9,7 @@ CODES = {"failed": "31", "warning": "33", "ok": None, **SEVERITIES}
 
 
 def is_coloured(stream=None):
-    """Whether texts on a stream (standard output) are coloured."""
+    """Whether texts on a stream, by default standard output, are coloured."""
     stream = stream or sys.stdout
     return bool(stream and stream.isatty()) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 

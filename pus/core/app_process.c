@@ -80,7 +80,7 @@ static void number(const pus_app_process_t* const process, uint8_t* const packet
     octets_put_u16(&packet[size], crc16_ccitt(packet, size));
 }
 
-/// Count a report that was sent or closed with the numbers of `number`.
+/// Advance the message type counter after a report with its value was sent or closed.
 static void count(pus_app_process_t* const process, pus_message_counter_t* const counter)
 {
     if (counter != NULL) {
@@ -248,7 +248,7 @@ static bool follows_answer(const pus_app_process_t* const process, const uint8_t
     return is_found;
 }
 
-/// Ring for the built report. The reports that are already in this ring must be sent before it.
+/// Returns the ring for the built report. The reports that are already in this ring must be sent before it.
 static pus_kept_t* ring_of(pus_app_process_t* const process, const pus_class_t of_report)
 {
     const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);
@@ -277,9 +277,9 @@ static status_t keep(pus_app_process_t* const process, const size_t size)
     pus_kept_t* kept            = ring_of(process, of_report);
     size_t reserve              = 0U;
     if (is_firm && (step > room_of(kept))) {
-        kept = &process->firm;
+        kept = &process->firm; // The report overtakes its answer, because otherwise it would be lost.
     } else if ((kept == &process->plain) && is_unsolicited(process->building)) {
-        reserve = PUS_ANSWER_ROOM;
+        reserve = PUS_ANSWER_ROOM; // Room that stays free for the answer to a request.
     } else {
         // The report may use the whole ring.
     }

@@ -89,7 +89,7 @@ static void add_sample(pus_statistic_t* const statistic, const uint64_t bits, co
         statistic->minimum_ns = time_ns;
     }
     statistic->samples++;
-    // Welford's method: it needs no sum of squares, whose difference would lose digits.
+    // Welford's method: the mean of the squares minus the square of the mean would lose digits.
     const double distance = value - statistic->mean;
     statistic->mean += distance / statistic->samples;
     statistic->squares += distance * (value - statistic->mean);
@@ -176,6 +176,7 @@ void pus_statistics_step(pus_statistics_t* const self, const uint64_t now_ns, co
                                           .destination = PUS_USER_GROUND,
                                           .now_ns      = now_ns};
         self->counters.lost += (report_statistics(self, &target).kind == PUS_DONE) ? 0U : 1U;
+        // Also if the report was lost: each report has the samples of one interval.
         reset(self, now_ns);
         self->next_report = self->cycle + self->reporting_interval;
     }
@@ -196,7 +197,8 @@ static pus_failure_t keep(pus_statistics_t* const self, const uint32_t key, cons
     return pus_failure((status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_IO, (uint32_t)status);
 }
 
-/// Check a definition and find its entry in the table. `offset`: its offset in the request.
+/// Check a definition and find its entry in the table. `offset` of the definition in the request: detail of a
+/// refusal.
 static pus_failure_t prepare(const pus_statistics_t* const self, pus_statistic_t* const candidate,
                              pus_statistic_t** const out_place, const uint32_t offset)
 {

@@ -17,9 +17,9 @@ typedef struct device device_t;
 
 /// Functions of a kind of device; each may be null.
 typedef struct {
-    void (*report)(const device_t* device, uint64_t now_ns);
-    void (*act)(const device_t* device, plant_input_t* out_input);
-    void (*end_step)(device_t* device, uint64_t now_ns, uint64_t end_ns);
+    void (*report)(const device_t* device, uint64_t now_ns); // Report the state for the record of the truth.
+    void (*act)(const device_t* device, plant_input_t* out_input); // Set inputs of the plant before its step.
+    void (*end_step)(device_t* device, uint64_t now_ns, uint64_t end_ns); // Called after the plant's step.
 } device_kind_t;
 
 struct device {
@@ -31,7 +31,7 @@ struct device {
     joystick_t* joystick; // Null: the device is not a joystick.
     bool is_bench;
     double most_nm; // Largest torque of the motor of a drive; 0: the EDS defines it.
-    unsigned joint; // Joint, or number of the joystick or wheel, in the plant; of the valve box in the world.
+    unsigned joint; // Index of the joint, joystick or wheel in the plant, or of the valve box in the world.
     motor_bench_t bench;
     plant_drive_t bench_drive;
     sensor_t sensor;

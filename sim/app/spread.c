@@ -3,13 +3,13 @@
 
 #include "sim/plant/sensor.h"
 
-// First numbers of the random streams of bodies and starts; devices have lower numbers. An index is added.
+// First number of the random streams of each kind; an index is added. The noise of devices has lower numbers.
 #define BODIES 0x53000000U
 #define STARTS 0x54000000U
 #define DRIVES 0x44000000U
 #define BENCHES 0x42000000U
 #define WHEELS 0x57000000U
-#define CAMERAS 0x43000000U
+#define SENSORS 0x43000000U
 #define BODY_SHIFT 8U
 
 /// A source of random numbers. A parameter without a spread keeps its exact value.
@@ -24,7 +24,7 @@ static double draw(const stream_t* const stream, const double most, const uint64
     return (most == 0.0) ? 0.0 : most * sensor_uniform(stream->seed, stream->key, index);
 }
 
-/// Add a random number within +- `most` to each component of a vector.
+/// Add a random number within +- `most` to each component of a vector; `first` is the index of the first one.
 static void vary(const stream_t* const stream, const double most, const uint64_t first, double vector[3])
 {
     for (unsigned i = 0U; (most != 0.0) && (i < 3U); i++) {
@@ -93,7 +93,7 @@ void spread_apply(world_t* const world, const uint64_t seed)
         world->wheel[i].gain_differs = draw(&stream, world->wheel[i].gain_spread, 0U);
     }
     for (uint32_t i = 0U; i < world->sensor_count; i++) {
-        const stream_t stream  = {seed, CAMERAS | i};
+        const stream_t stream  = {seed, SENSORS | i};
         world_sensor_t* sensor = &world->sensor[i];
         vary(&stream, sensor->at_spread, 0U, sensor->at);
         vary(&stream, sensor->rpy_spread, 3U, sensor->rpy);

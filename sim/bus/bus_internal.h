@@ -8,8 +8,8 @@
 
 typedef struct {
     osal_can_frame_t frame;
-    uint64_t ready_ns;
-    uint32_t key; // Arbitration field as a number; the lower one wins.
+    uint64_t ready_ns; // Earliest start of the frame.
+    uint32_t key;      // Arbitration field as a number; the lower one wins.
 } queued_t;
 
 typedef struct {
@@ -17,13 +17,13 @@ typedef struct {
     bool is_plugged;
     bool is_babbling;
     bool restarts_by_order; // Bus-off ends only after bus_restart.
-    unsigned overflows;     // Number of frames that its receiver still has to lose.
+    unsigned overflows;     // Number of next frames that this node loses, because its receiver has no room.
     controller_t controller;
     bus_callbacks_t callbacks;
-    uint64_t wake_ns;
+    uint64_t wake_ns;    // Time of the next call of on_wake; BUS_NEVER: none.
     uint64_t recover_ns; // Time at which bus-off ends.
     uint64_t suspend_ns; // Earliest start of the next frame of this node.
-    uint64_t delay_ns;
+    uint64_t delay_ns;   // Delay of each frame that the node sends: a fault.
     uint64_t timeout_ns; // A frame that waits longer is reported; 0: no reports.
     uint64_t watch_ns;   // Time of the next check of the oldest frame; BUS_NEVER: no frame waits.
     unsigned head;
@@ -41,10 +41,10 @@ struct bus {
     uint64_t nominal_ns; // Duration of one bit.
     uint64_t data_ns;    // Duration of one bit of the data phase; 0 on a classic bus.
     uint64_t now_ns;
-    uint64_t idle_ns; // Time from which the wire is free.
-    uint64_t next_wake_ns;
-    uint64_t stuck_tick_ns;
-    unsigned stuck_ticks;
+    uint64_t idle_ns;       // Time from which the wire is free.
+    uint64_t next_wake_ns;  // Next time at which a node or the stuck wire needs work.
+    uint64_t stuck_tick_ns; // Time at which a stuck wire counts the next errors; BUS_NEVER: none.
+    unsigned stuck_ticks;   // Times at which the stuck wire has counted errors.
     bool is_stuck;
     bool is_sending;
     outcome_t outcome;
@@ -54,15 +54,15 @@ struct bus {
     uint32_t reporting; // Reports lost arbitrations to its software.
     uint32_t senders;   // The frame of the node is on the wire.
     uint64_t start_ns;
-    uint64_t event_ns; // Time at which the frame ends or is destroyed.
-    osal_can_frame_t wire;
+    uint64_t event_ns;     // Time at which the frame ends or is destroyed.
+    osal_can_frame_t wire; // Frame on the wire.
     double loss;
     double corruption;
     double duplication;
     bus_random_t random;
     bus_tap_t tap;
     void* tap_context;
-    unsigned reporter;
+    unsigned reporter; // Node whose error reports the tap gets.
     bus_statistics_t statistics;
     unsigned node_count;
     bus_node_t node[BUS_NODES_MAX];

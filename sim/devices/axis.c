@@ -7,14 +7,14 @@
 
 #define BIT_SWITCH_ON 0x01U
 #define BIT_ENABLE_VOLTAGE 0x02U
-#define BIT_QUICK_STOP 0x04U // 0 means stop.
+#define BIT_QUICK_STOP 0x04U // Active low: 0 commands the quick stop.
 #define BIT_ENABLE_OPERATION 0x08U
 #define BIT_FAULT_RESET 0x80U
 
 #define STATUS_VOLTAGE 0x0010U
 #define STATUS_REMOTE 0x0200U
 
-// 0x6007
+// Abort connection option code (0x6007).
 #define OPTION_NOTHING 0
 #define OPTION_FAULT 1
 #define OPTION_DISABLE_VOLTAGE 2
@@ -84,14 +84,15 @@ bool axis_moves(const axis_state_t state)
 
 // ---- Units ----
 
-/// Returns the number of an object with an offset, 0 if it is missing.
+/// Returns the value of an object; 0 if the node has no such object.
 static uint64_t number_of(node_t* const node, const unsigned index, const uint8_t subindex)
 {
     const object_t* const object = node_object(node, (uint16_t)index, subindex);
     return (object != NULL) ? object->value : 0U;
 }
 
-/// Factor of a unit object (CiA 303-2): an angle, or an angle by a time; 0: another unit.
+/// Returns the factor of a unit object (CiA 303-2) to rad or rad/s; 0 for other units. Numerator 0x10: rad,
+/// 0x41: degree, 0xB4: revolution; denominator 0x03: second, 0x47: minute.
 static double factor_of(const uint64_t code, const bool is_velocity)
 {
     const int8_t exponent     = (int8_t)(uint8_t)(code >> 24);
@@ -160,7 +161,7 @@ static void enter(axis_t* const axis, const axis_state_t state, const uint64_t n
 {
     axis->state = state;
     if (state != AXIS_ENABLED) {
-        axis->flags &= AXIS_STATUS_WARNING;
+        axis->flags &= AXIS_STATUS_WARNING; // The other flags describe a motion.
     }
     update_statusword(axis);
     if (axis->observer != NULL) {

@@ -2,7 +2,7 @@
 """Deaths and hangs in wall-clock time: how fast they are detected and repaired, and how long other components wait.
 
     hang_found_*          a stopped joystick, until the supervisor raises PROCESS_HUNG; baseline: 40 ms
-    hang_others_wait_*    the longest round trip of a ping of the manipulator around it; baseline: 50 ms
+    hang_others_wait_*    the longest round trip of a ping of the manipulator around the hang; baseline: 50 ms
     supervisor_back       a killed supervisor, until its successor reports that it has taken over; baseline: 200 ms
     restart_to_ready      a killed joystick, until its next life answers a ping; baseline: 200 ms
 
@@ -76,7 +76,7 @@ class Round:
         return at_ns
 
     def wait_for(self, name):
-        """Ping the joystick until it answers."""
+        """Ping a component until it answers."""
         while True:
             ping = self.station.send(name, 17, 1)
             self.station.listen(0.005)
@@ -102,7 +102,7 @@ class Round:
 
 
 def first(reported, since_ns, apid, what):
-    """Time of the first report `what` of an application from this instant on."""
+    """Time of the first report of an application process after `since_ns` for which `what` is true."""
     return next(at for at, p in reported if at > since_ns and p.direction == "TM" and p.apid == apid and what(p))
 
 
@@ -121,7 +121,7 @@ def hang(kind):
 
 
 def death(name, apid, what):
-    """Time from the kill to the first report `what` [ms]."""
+    """Time from the kill to the first report for which `what` is true [ms]."""
     flown = Round("free")
     since_ns = flown.strike(name, signal.SIGKILL)
     flown.wait_for(name.upper())
@@ -138,7 +138,7 @@ def rounds(measure, *words):
             values.append(measure(*words))
         except AssertionError as error:
             spoilt += 1
-            print(f"  a round of {measure.__name__} {words[0]} again: {str(error).splitlines()[0][:120]}", flush=True)
+            print(f"  a round of {measure.__name__} {words[0]} was disturbed and is flown again: {str(error).splitlines()[0][:120]}", flush=True)
             if spoilt > ROUNDS:
                 raise
     return values

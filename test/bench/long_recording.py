@@ -13,12 +13,12 @@ NOISE = 1e-6  # Deviation of numbers that are not integers between two repetitio
 
 
 def _later(rows, by_s):
-    """Shift rows of the head, whose first word is their time, to a later time."""
+    """Shift rows of the head, whose first value is their time, to a later time."""
     return [[row[0] + by_s, *row[1:]] for row in rows]
 
 
 def _noisy(numbers, count):
-    """Repeat the rows of a leaf, with noise on numbers that are not integers."""
+    """Repeat the rows of a leaf (one named array of a table), with noise on numbers that are not integers."""
     found = np.concatenate([numbers] * count)
     known = found[np.isfinite(found)]
     if not len(known) or not (known % 1).any():
@@ -27,7 +27,7 @@ def _noisy(numbers, count):
 
 
 def long_recording(octets, seconds):
-    """Octets of a recording whose content is repeated until it is at least so long."""
+    """Octets of a recording whose content is repeated until it lasts at least `seconds`."""
     read = Reader(octets)
     head, period = read.head, read.head["end"]
     count = int(np.ceil(seconds / period))

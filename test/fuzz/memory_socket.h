@@ -6,7 +6,7 @@
 
 #include "osal/include/osal/socket.h"
 
-/// Close all sockets; sends are not limited.
+/// Close all sockets, and remove the limit of sends.
 void memory_sockets_reset(void);
 /// From now on a send accepts at most this many octets; 0: no octets.
 void memory_sockets_limit(size_t octets);

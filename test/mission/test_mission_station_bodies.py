@@ -82,8 +82,8 @@ def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar)
     page.screenshot(path=str(hangar / "bodies.png"))
 
 
-def test_a_base_that_telemetry_reports_is_that_of_telemetry(page):
-    """No mission of this project reports one, so the page gets a report that a subsystem could send."""
+def test_a_base_moves_by_telemetry_if_a_report_has_its_pose(page):
+    """No mission of this project reports the pose of a base, so the test passes the page a report that a subsystem could send."""
     page.evaluate("""window.station.store.take({ kind: "housekeeping", subsystem: "ACTUATORS", structure: 7, time: window.station.store.time,
         values: { "ORBIT.BASE_POSITION": [5, 6, 7], "ORBIT.BASE_ATTITUDE": [1, 0, 0, 0] } })""")
     station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[13] === 6")
@@ -101,7 +101,7 @@ def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
     page.wait_for_selector("station-scene:not(.truth)")
 
 
-def test_a_report_moves_a_free_body(browser, hangar):
+def test_the_page_report_html_moves_a_free_body(browser, hangar):
     """Mission actuators: a satellite without joints, whose pose is in the truth only."""
     flight = flying.fly(hangar / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
     bases = runs.load(flight.folder, has_buses=False).truth["BASE"]

@@ -7,8 +7,8 @@
 
 #define PARAMETER_LIST_BROKEN UINT16_MAX
 
-/// Returns the number of entries in the list at one place, none of them twice; PARAMETER_LIST_BROKEN if its
-/// links are wrong.
+/// Returns the number of entries in the list of one hash of ids (`place`); PARAMETER_LIST_BROKEN if a link is
+/// wrong or an id is in the list twice.
 static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary, uint16_t place)
 {
     const parameter_entry_t* const entries = dictionary->entries;
@@ -27,7 +27,7 @@ static inline uint16_t parameters_of_id(const parameter_dictionary_t* dictionary
     return length;
 }
 
-/// True if every entry has its definition and storage and is in one list of ids.
+/// True if every entry has its definition and storage and is in exactly one list of ids.
 static inline bool parameter_is_consistent(const parameter_dictionary_t* dictionary)
 {
     const parameter_entry_t* const entries = dictionary->entries;

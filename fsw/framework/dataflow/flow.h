@@ -56,7 +56,7 @@ typedef struct { // Private.
     uint8_t outbox[FLOW_OUTBOX_OCTETS];
 } flow_t;
 
-typedef struct {        // [wrap]
+typedef struct {        // All counters wrap.
     uint32_t connected; ///< How often the end node was opened.
     uint32_t lost;      ///< How often an open end node was lost.
     uint32_t malformed; ///< Messages dropped: malformed frame, too long, or cut.

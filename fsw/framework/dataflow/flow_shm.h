@@ -49,7 +49,7 @@ typedef struct {
     quota_t* quota; ///< Quota of open memories; null: not counted.
 } flow_shm_setup_t;
 
-typedef struct { // [wrap]
+typedef struct { // All counters wrap.
     uint32_t written;
     uint32_t read;
     uint32_t refused; ///< Not written: no memory, or the queue is full.

@@ -46,7 +46,7 @@ typedef struct {
     quota_t* quota; ///< Quota of open connections; null: not counted.
 } flow_stream_setup_t;
 
-typedef struct {        // [wrap]
+typedef struct {        // All counters wrap.
     uint32_t sent;      ///< Frames sent.
     uint32_t received;  ///< Frames received.
     uint32_t refused;   ///< Frames not sent: no connection, outbox full, or malformed.

@@ -35,7 +35,7 @@ typedef struct { // Private; `epoch` counts the connections that have used this 
     uint32_t epoch;
 } flow_tcp_client_t;
 
-typedef struct {     // [wrap]
+typedef struct {     // All counters wrap.
     uint32_t failed; ///< Attempts to listen that were refused.
     uint32_t accepted;
     uint32_t turned_away; ///< Connections closed at once: no place was free, or the quota was used up.
@@ -94,8 +94,8 @@ void flow_tcp_end_all(flow_tcp_t* flow, const flow_tcp_user_t* user);
 /// `user`. *out_octets is the number of octets read. STATUS_OK, STATUS_CLOSED (not listening).
 MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, size_t limit_octets,
                                 size_t* out_octets);
-/// Send as many octets as the kernel accepts now. STATUS_OK with *out_sent >= 1; STATUS_FULL; STATUS_CLOSED
-/// (no such client, or its connection has ended, which the next step reports).
+/// Send as many octets as the kernel accepts now. STATUS_OK with *out_sent >= 1; STATUS_FULL (no octet);
+/// STATUS_CLOSED (no such client, or its connection has ended, which the next step reports).
 MUST_USE status_t flow_tcp_send(flow_tcp_t* flow, unsigned client, const uint8_t* octets, size_t size,
                                 size_t* out_sent);
 /// End one connection; reported to `user`. No effect on an empty place.

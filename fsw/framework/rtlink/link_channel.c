@@ -19,6 +19,7 @@ typedef struct link_slot {
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
 } link_slot_t;
 
+/// True if a link uses this method; agreed terms contain exactly one.
 static bool uses(const rtlink_terms_t* const terms, const rtlink_method_t method)
 {
     return terms->methods == (uint8_t)(1U << (unsigned)method);
@@ -209,7 +210,7 @@ static bool is_old(const rtlink_consumer_t* const consumer, const uint32_t seque
     return consumer->has_sample && ((ahead == 0U) || (ahead > (UINT32_MAX / 2U)));
 }
 
-/// Make this the sample of the consumer.
+/// Make a received sample the newest of the consumer.
 static void take_sample(rtlink_consumer_t* const consumer, const rtlink_frame_header_t* const header,
                         const uint8_t* const payload)
 {
@@ -226,8 +227,8 @@ static void take_sample(rtlink_consumer_t* const consumer, const rtlink_frame_he
     consumer->counters.frames++;
 }
 
-/// Accept a sample if it belongs to this opening of the link and is newer than the last. `decoded` is the
-/// status of its decoding: header and checksum.
+/// Accept a sample if it belongs to this opening of the link and is newer than the last one; an older sample
+/// is dropped, which is no error. `decoded`: whether its header and checksum were correct.
 static status_t accept(rtlink_consumer_t* const consumer, const status_t decoded,
                        const rtlink_frame_header_t* const header, const uint8_t* const payload)
 {
@@ -352,6 +353,8 @@ uint64_t rtlink_consumer_patience_us(const rtlink_consumer_t* const consumer)
     if (play_out == NULL) {
         return consumer->terms.max_age_us;
     }
+    // A sample is played at the age delay_us + budget_us, or later if its jitter exceeds the budget: beyond
+    // that age, the larger of both times is allowed.
     const uint64_t budgets_us = (uint64_t)RTLINK_PLAY_OUT_BUDGETS * play_out->budget_us;
     const uint64_t agreed_us  = consumer->terms.max_age_us;
     return (uint64_t)play_out->delay_us + play_out->budget_us +

@@ -10,21 +10,21 @@
 
 // A blend changes a velocity in proportion to s(x) = 3 x^2 - 2 x^3; x is the elapsed share of its duration.
 #define PEAK_ACCELERATION 1.5 // Peak acceleration if a velocity changes by 1 in time 1.
-#define DISTANCE 0.09375      // Distance from the point in the middle of that blend.
+#define DISTANCE 0.09375      // Distance of the motion from the point in the middle of that blend.
 
 #define LINE_MIN_S 0.1
 #define BLEND_MIN_S 0.05
-// Factor by which the duration of a line that is too short grows in each round of planning.
+// Factor by which a duration that is too short for its line grows in each round of planning.
 #define GROWTH 1.05
 
 #define TWO_PI 6.2831853071795865
 #define TOOL_COORDINATES 6U
 #define VECTOR 3U // Coordinates of the position of the tool; those of its rotation follow.
-// Below this square of the angle, the series of the velocity of rotation replaces its formula.
+// If the square of the angle is smaller, rate_of uses the first terms of its series.
 #define SMALL_SQUARE 1.0e-6
 // The axis of a rotation by less than this angle is noise.
 #define AXIS_MIN_RAD 1.0e-9
-// Largest angular acceleration if a rotation vector changes evenly with velocity 1 rad/s.
+// Largest angular acceleration if a rotation vector changes evenly with 1 rad/s: 1 / pi, at half a turn.
 #define CURVATURE 0.32
 
 static double larger(const double a, const double b)
@@ -50,7 +50,8 @@ static double speed_of(const arm_trajectory_t* const trajectory, const arm_limit
 {
     const double tool  = (i < VECTOR) ? limits->tool_speed_m_s : limits->tool_rate_rad_s;
     const double speed = trajectory->share * (trajectory->is_tool ? tool : limits->speed_rad_s[i]);
-    // Half of the angular acceleration is left for the blends.
+    // Speed at which the even change of a rotation vector needs half of the angular acceleration: the other
+    // half is left for the blends.
     const double even =
         is_rotation(trajectory, i) ? sqrt(0.5 * acceleration_of(trajectory, limits, i) / CURVATURE) : speed;
     return (even < speed) ? even : speed;
@@ -104,26 +105,28 @@ status_t arm_trajectory_add_pose(arm_trajectory_t* const trajectory, const doubl
     return STATUS_OK;
 }
 
-/// Returns the velocity of a joint on a line; 0 before the first and behind the last line.
+/// Returns the velocity of a joint on a line.
 static double velocity_on(const arm_trajectory_t* const trajectory, const unsigned line, const unsigned joint)
 {
     return (trajectory->point[line + 1U][joint] - trajectory->point[line][joint]) / trajectory->line_s[line];
 }
 
+/// Returns the velocity of a joint on the line before a point; 0 at the start.
 static double velocity_before(const arm_trajectory_t* const trajectory, const unsigned point,
                               const unsigned joint)
 {
     return (point == 0U) ? 0.0 : velocity_on(trajectory, point - 1U, joint);
 }
 
+/// Returns the velocity of a joint on the line behind a point; 0 at the last point.
 static double velocity_behind(const arm_trajectory_t* const trajectory, const unsigned point,
                               const unsigned joint)
 {
     return (point == trajectory->point_count) ? 0.0 : velocity_on(trajectory, point, joint);
 }
 
-/// Returns the shortest duration of a line alone: at full speed, but long enough for half of a blend from
-/// rest and half of a blend to rest.
+/// Returns the shortest duration of a line alone: at full speed, but the first line long enough for half of a
+/// blend from rest, the last line for half of a blend to rest.
 static double shortest_s(const arm_trajectory_t* const trajectory, const arm_limits_t* const limits,
                          const unsigned line)
 {
@@ -164,8 +167,9 @@ void arm_trajectory_begin(arm_trajectory_t* const trajectory, const arm_limits_t
     begin(trajectory, limits, share, blend);
 }
 
-/// Returns the rotation vector that turns to the same orientation and is nearest to the vector of the point
-/// before. After a whole turn the axis is undefined; the axis of the point before then applies.
+/// Returns, of all rotation vectors that turn to the same orientation as `vector_rad`, the one nearest to
+/// `before_rad`, the vector of the previous point. After a whole turn the axis is undefined; the axis of
+/// `before_rad` then applies.
 static arm_vector_t nearest(const arm_vector_t vector_rad, const arm_vector_t before_rad)
 {
     const double angle_rad   = arm_length(vector_rad);
@@ -220,10 +224,11 @@ static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t*
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
         const double own     = magnitude(trajectory, change, i);
         const double fastest = larger(magnitude(trajectory, before, i), magnitude(trajectory, behind, i));
-        const double even    = is_rotation(trajectory, i) ? (CURVATURE * fastest * fastest) : 0.0;
-        const double rest    = acceleration_of(trajectory, limits, i) - even;
-        largest              = larger(largest, own);
-        duration_s           = larger(duration_s, PEAK_ACCELERATION * own / rest);
+        // The even changes on both sides of the point need a part of the acceleration, too.
+        const double even = is_rotation(trajectory, i) ? (CURVATURE * fastest * fastest) : 0.0;
+        const double rest = acceleration_of(trajectory, limits, i) - even;
+        largest           = larger(largest, own);
+        duration_s        = larger(duration_s, PEAK_ACCELERATION * own / rest);
     }
     trajectory->blend_s[point] = duration_s;
     return DISTANCE * largest * duration_s;
@@ -324,7 +329,7 @@ void arm_trajectory_at(const arm_trajectory_t* const trajectory, const double ti
 }
 
 /// Returns the velocity of rotation when a rotation vector changes with `change`, in the frame in which both
-/// are given.
+/// are given: the left Jacobian of the rotation vector times `change`.
 static arm_vector_t rate_of(const arm_vector_t vector_rad, const arm_vector_t change)
 {
     const double square              = arm_dot(vector_rad, vector_rad);

@@ -90,7 +90,7 @@ static double yield(manipulator_arm_control_t* const control, const manipulator_
     return control->yielding * gains->compliance * fast;
 }
 
-/// Returns the share of the differences at engagement that remains after one period.
+/// Returns the share of offset_rad and bias_nm, the differences at engagement, that remains after one period.
 static double remaining_share(const manipulator_arm_setup_t* const setup)
 {
     return 1.0 - control_clamp(setup->period_s / setup->gains->fade_time, 0.0, 1.0);
@@ -104,7 +104,8 @@ manipulator_arm_motion_t manipulator_arm_control_follow(manipulator_arm_control_
     manipulator_arm_motion_t desired;
     for (unsigned i = 0U; i < ARM_JOINTS; i++) {
         if (hand_rad != NULL) {
-            // The first sample of the hand arrived after the arm was engaged: couple it at the present pose.
+            // The first sample of the hand arrived after the arm was engaged: couple the hand at the present
+            // goal.
             if (!control->is_coupled) {
                 control->hand_zero_rad[i] = hand_rad[i];
                 control->link_zero_rad[i] = control->goal_rad[i];

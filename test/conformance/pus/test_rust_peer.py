@@ -16,12 +16,12 @@ LIBRARY = ROOT / "build/peers/spacepackets/target/release/libcodec_spacepackets.
 pytestmark = [pytest.mark.long, pytest.mark.skipif(not LIBRARY.exists(), reason="not built: no cargo")]
 
 USER, SUPERVISOR, JOYSTICK = 2, 1, 17
-STATUS = SUPERVISOR << 21 | 24 << 16  # The first parameter of the supervisor, a structure.
-READ, NO_PACKET, WRONG_CHECKSUM = 1, 0, -1
+STATUS = SUPERVISOR << 21 | 24 << 16  # Id of the first parameter of the supervisor: APID, type (24: a structure), number 0.
+READ, NO_PACKET, WRONG_CHECKSUM = 1, 0, -1  # Results of spacepackets_read.
 
 
 class Report(ctypes.Structure):
-    """`Report` of lib.rs."""
+    """`Report` of test/bench/peers/spacepackets/src/lib.rs."""
 
     _fields_ = [("apid", ctypes.c_uint16), ("sequence", ctypes.c_uint16), ("service", ctypes.c_uint8), ("subtype", ctypes.c_uint8),
                 ("counter", ctypes.c_uint16), ("user", ctypes.c_uint16), ("time_status", ctypes.c_uint8), ("seconds", ctypes.c_uint32),
@@ -29,7 +29,7 @@ class Report(ctypes.Structure):
 
 
 class Peer:
-    """The library."""
+    """The crate, called by the functions of the library."""
 
     def __init__(self):
         self._library = ctypes.CDLL(str(LIBRARY))
@@ -73,7 +73,8 @@ def test_requests_of_the_peer_are_carried_out(station, peer):
     _carry_out(station, peer, SUPERVISOR, 3, 27, struct.pack(">BH", 1, 1))
 
 
-def test_a_request_of_the_peer_within_one_is_scheduled(station, peer):
+def test_a_request_of_the_peer_that_contains_another_is_scheduled(station, peer):
+    # Reset the schedule, delete all groups, create group 1.
     for subtype, data in ((3, b""), (23, b"\0"), (22, b"\1\1\1")):
         _carry_out(station, peer, SUPERVISOR, 11, subtype, data)
     inner = peer.make(JOYSTICK, 77, 17, 1, b"")

@@ -18,8 +18,8 @@ typedef struct {
     const uint8_t* pool; // Entries: apid u16 | service | subtype | size u16 | data.
     const uint8_t* entry[8192];
     uint32_t count;  // Entries of the pool.
-    uint32_t usual;  // Number of entries at the begin of the pool that bring subsystems up; drawn more often.
-    uint32_t script; // Number of entries at the begin of these that lead to operation with links, in order.
+    uint32_t usual;  // Number of first entries of the pool that bring subsystems up; drawn more often.
+    uint32_t script; // Number of first entries of these that lead to operation with links, in order.
     uint16_t sequence[2048]; // Next sequence count of each APID.
 } telecommands_t;
 

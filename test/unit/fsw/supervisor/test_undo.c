@@ -11,8 +11,8 @@ static checkpoint_t checkpoint;
 static checkpoint_state_t state;
 static undo_medium_t places[2];
 static medium_t inner;
-static medium_t medium;    // The medium with the undo record.
-static bool takes_nothing; // Reads and some queries of the size fail.
+static medium_t medium; // The medium with the undo record.
+static bool fails;      // Reads and some queries of the size fail.
 static uint32_t random_state = 5U;
 
 static uint32_t draw(uint32_t below)
@@ -23,12 +23,12 @@ static uint32_t draw(uint32_t below)
 
 static status_t read_inner(void* context, uint64_t offset, uint8_t* octets, size_t size)
 {
-    return takes_nothing ? STATUS_IO : recorded_medium(0U).read(context, offset, octets, size);
+    return fails ? STATUS_IO : recorded_medium(0U).read(context, offset, octets, size);
 }
 
 static status_t size_of_inner(void* context, uint64_t* out_size)
 {
-    return (takes_nothing && (draw(2U) == 0U)) ? STATUS_IO : recorded_medium(0U).size(context, out_size);
+    return (fails && (draw(2U) == 0U)) ? STATUS_IO : recorded_medium(0U).size(context, out_size);
 }
 
 static void open_medium(void)
@@ -47,10 +47,10 @@ void setUp(void)
     static const image_t empty[2];
     recorded_clear(empty);
     (void)memset(&checkpoint, 0, sizeof checkpoint);
-    inner         = recorded_medium(0U);
-    inner.read    = read_inner;
-    inner.size    = size_of_inner;
-    takes_nothing = false;
+    inner      = recorded_medium(0U);
+    inner.read = read_inner;
+    inner.size = size_of_inner;
+    fails      = false;
     commit();
     open_medium();
 }
@@ -85,7 +85,7 @@ static void a_restart_restores_the_committed_content(void)
     expect_text("abcdef");
 }
 
-static void the_rest_of_the_medium_is_unchanged(void)
+static void the_other_functions_are_those_of_the_inner_medium(void)
 {
     uint8_t octets[3];
     uint64_t size = 0U;
@@ -133,12 +133,12 @@ static void writes_continue_if_the_undo_record_fails(void)
 {
     write_text(0U, "abcdef");
     commit();
-    takes_nothing = true;
+    fails = true;
     for (unsigned i = 0U; i < 50U; i++) {
         write_text(1U, "X");
     }
     open_medium();
-    takes_nothing = false;
+    fails = false;
     expect_text("aXcdef");
 }
 
@@ -173,7 +173,7 @@ static void random_writes_are_undone(void)
             TEST_ASSERT_EQUAL(0, memcmp(before.octets, recorded.image[0].octets, before.size));
         }
         commit();
-        recorded.count     = 0U; // The record is not needed.
+        recorded.count     = 0U; // The list of the writes is not needed.
         recorded.data_size = 0U;
     }
 }
@@ -182,7 +182,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_restart_restores_the_committed_content);
-    RUN_TEST(the_rest_of_the_medium_is_unchanged);
+    RUN_TEST(the_other_functions_are_those_of_the_inner_medium);
     RUN_TEST(each_medium_has_its_own_undo_record);
     RUN_TEST(octets_written_after_emptying_do_not_reappear);
     RUN_TEST(writes_continue_if_the_undo_record_fails);

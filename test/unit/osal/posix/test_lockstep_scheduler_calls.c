@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process that the scheduler kills to get its lock: it must be a participant that two checks find stopped
-// while it holds the lock. The lock and the processes are mocked.
+// Which process the scheduler kills to get its lock: only a participant that holds the lock and that two
+// checks in a row find stopped. The lock and the processes are mocked.
 #include "osal/posix/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that a process sends: counts of each addressee, tokens and refusals.
+// Requests that a process sends: sequence counts for each addressee, tokens and refusals.
 #include "pus/core/requester.h"
 
 #include "unity.h"
@@ -93,7 +93,7 @@ static void each_addressee_has_its_own_count_and_refusal_leaves_no_gap(void)
     }
     TEST_ASSERT_EQUAL_UINT32(6U, requester.counters.refused);
     TEST_ASSERT_EQUAL_UINT32(6U, requester.counters.sent);
-    for (unsigned i = 3U; i <= PUS_SEQUENCE_COUNT; i++) {
+    for (unsigned i = 3U; i <= PUS_SEQUENCE_COUNT; i++) { // At the end the count starts again at 0.
         TEST_ASSERT_EQUAL(STATUS_OK, send(16U, NULL));
         TEST_ASSERT_EQUAL_UINT16(i % PUS_SEQUENCE_COUNT, last().sequence);
     }
@@ -124,7 +124,7 @@ static void too_much_data_and_a_second_send_are_refused(void)
     TEST_ASSERT_EQUAL_UINT32(1U, requester.counters.oversized);
 }
 
-static void two_ports_of_a_user_count_together(void)
+static void two_requesters_of_a_user_count_together(void)
 {
     const pus_port_t port        = {.context = &requester, .send = keep};
     static const uint16_t apid   = 16U;
@@ -152,6 +152,6 @@ int main(void)
     RUN_TEST(each_addressee_has_its_own_count_and_refusal_leaves_no_gap);
     RUN_TEST(too_many_addressees_are_refused);
     RUN_TEST(too_much_data_and_a_second_send_are_refused);
-    RUN_TEST(two_ports_of_a_user_count_together);
+    RUN_TEST(two_requesters_of_a_user_count_together);
     return UNITY_END();
 }

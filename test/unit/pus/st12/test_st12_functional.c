@@ -131,7 +131,7 @@ static void a_monitor_that_is_disabled_does_not_fail(void)
     expect_status(1U, 0U, 1U, PUS_FMON_RUNNING);
 }
 
-static void a_monitor_without_its_validity_condition_is_invalid(void)
+static void a_monitor_whose_validity_condition_is_false_is_invalid(void)
 {
     start_fmon(GATE, 1U);
     scalar_set(LEVEL, 30U);
@@ -428,7 +428,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_functional_monitor_fails_when_enough_of_its_monitors_fail);
     RUN_TEST(a_monitor_that_is_disabled_does_not_fail);
-    RUN_TEST(a_monitor_without_its_validity_condition_is_invalid);
+    RUN_TEST(a_monitor_whose_validity_condition_is_false_is_invalid);
     RUN_TEST(nothing_is_checked_while_disabled);
     RUN_TEST(after_disabling_the_function_the_monitor_is_unchecked);
     RUN_TEST(functional_monitoring_needs_parameter_monitoring);

@@ -80,6 +80,7 @@ static void transitions_are_reported_when_the_delay_is_over(void)
     TEST_ASSERT_EQUAL_UINT16(21U, second.value);
     TEST_ASSERT_EQUAL_UINT16(20U, second.limit);
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_HIGH, second.current);
+    // The time field counts 2^-24 s, so the reported time may be up to 60 ns earlier.
     const uint64_t expected = (TEST_EPOCH_S * 1000000000ULL) + TEST_NOW_NS + monitors.cycle;
     TEST_ASSERT_TRUE((second.time_ns <= (expected + 1U)) && ((second.time_ns + 60U) > expected));
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.transitions);
@@ -343,16 +344,16 @@ static void a_difference_that_is_nan_counts_as_below(void)
     TEST_ASSERT_EQUAL_UINT(0U, monitors.events.count);
 }
 
-static void a_monitor_without_its_validity_condition_is_invalid(void)
+static void a_monitor_whose_validity_condition_is_false_is_invalid(void)
 {
     data_begin(1U);
     octet_write_u16(&monitors.data, 1U);
     octet_write_u32(&monitors.data, LEVEL);
-    octet_write_u32(&monitors.data, GATE);
+    octet_write_u32(&monitors.data, GATE); // The condition: (GATE & 0x0F) == 0x03.
     octet_write_u8(&monitors.data, 0x0FU);
     octet_write_u8(&monitors.data, 0x03U);
-    octet_write_u32(&monitors.data, 1U);
-    octet_write_u16(&monitors.data, 2U);
+    octet_write_u32(&monitors.data, 1U); // Interval.
+    octet_write_u16(&monitors.data, 2U); // Number of repetitions.
     octet_write_u8(&monitors.data, PUS_CHECK_LIMIT);
     data_limits(LEVEL, 10U, EVENT_LOW, 20U, EVENT_HIGH);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
@@ -369,7 +370,7 @@ static void a_monitor_without_its_validity_condition_is_invalid(void)
     scalar_set(LEVEL, 30U);
     monitors_step(1U);
     scalar_set(GATE, 0U);
-    monitors_step(2U); // This ends the sequence of equal results and is one transition.
+    monitors_step(2U); // The closed gate ends the sequence of equal results and is one transition.
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.transitions);
     scalar_set(GATE, 3U);
     monitors_step(1U);
@@ -459,7 +460,7 @@ int main(void)
     RUN_TEST(differences_are_checked_from_the_second_sample_on);
     RUN_TEST(the_mean_of_consecutive_differences_is_checked);
     RUN_TEST(a_difference_that_is_nan_counts_as_below);
-    RUN_TEST(a_monitor_without_its_validity_condition_is_invalid);
+    RUN_TEST(a_monitor_whose_validity_condition_is_false_is_invalid);
     RUN_TEST(a_monitor_without_its_parameter_is_invalid);
     RUN_TEST(each_parameter_is_sampled_in_its_interval);
     RUN_TEST(the_cycle_counter_may_wrap);

@@ -16,7 +16,7 @@
 #define HALF_TURN 3.14159265358979323846
 
 static uint64_t now_ns;  // Time of the plant under test.
-static uint64_t step_ns; // Its step.
+static uint64_t step_ns; // Duration of its steps.
 
 void setUp(void)
 {

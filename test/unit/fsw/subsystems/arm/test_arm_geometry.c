@@ -58,14 +58,15 @@ static void half_a_turn_about_each_axis_has_its_angle(void)
         EXPECT_WITHIN(PI, 1.0e-15, arm_length(back));
         EXPECT_WITHIN(PI, 1.0e-15, fabs(back.at[k]));
     }
-    const arm_vector_t still = arm_rotation_between(&unrotated, &unrotated);
-    EXPECT_WITHIN(0.0, 0.0, arm_length(still));
-    const arm_rotation_t same = arm_rotation_turned_by(&unrotated, still);
+    // Between equal orientations the rotation vector is zero, and a turn by zero changes nothing.
+    const arm_vector_t zero = arm_rotation_between(&unrotated, &unrotated);
+    EXPECT_WITHIN(0.0, 0.0, arm_length(zero));
+    const arm_rotation_t same = arm_rotation_turned_by(&unrotated, zero);
     EXPECT_WITHIN(1.0, 0.0, same.at[2][2]);
 }
 
 /// Yaw acts last: a pitch of 90 degrees turns x downwards, and yaw about the vertical does not change it any
-/// more.
+/// more. With this pitch, roll turns y about the vertical too, against yaw, so y points to yaw - roll.
 static void roll_pitch_and_yaw_turn_about_fixed_axes_in_that_order(void)
 {
     const double rpy[3]       = {0.3, PI / 2.0, 1.1};

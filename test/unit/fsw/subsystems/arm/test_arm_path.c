@@ -28,11 +28,11 @@ void tearDown(void)
 {
 }
 
-typedef struct { // Largest values of a motion along a path.
+typedef struct { // Largest values of a motion along a path, and its duration.
     double speed[RIG_JOINTS];
     double acceleration[RIG_JOINTS];
     double tool_speed;
-    double off_line_m;
+    double off_line_m; // Distance of the tool from the line.
     double seconds;
 } extremes_t;
 
@@ -49,7 +49,8 @@ static double distance_from(const arm_vector_t from, const arm_vector_t to, cons
     return arm_length(arm_cross(along, arm_difference(point, from)));
 }
 
-/// Follow the path to its end. Checks that velocities are the differences of positions.
+/// Follow the path to its end or to a refusal, which is returned. Collect the extremes, and check that the
+/// velocities are the differences of the positions.
 static arm_refusal_t fly(arm_motion_t* const motion, const arm_pose_t* const from, const arm_pose_t* const to,
                          extremes_t* const extremes)
 {
@@ -113,6 +114,7 @@ static void joints_arrive_together_and_the_slowest_uses_its_whole_limit(void)
     const arm_pose_t from = tool_at(&start);
     arm_pose_t anywhere   = from;
     anywhere.position_m.at[0] += 1.0;
+    // The path is no line of the tool; `fly` only needs a second point that differs from the first.
     limits.acceleration_rad_s2[5] = 100.0; // The speed limit of this joint is decisive.
     leave_mark(&motion);
     const arm_refusal_t refusal = arm_path_begin_joints(&path, &model, &limits, &start, goal, 1.0);
@@ -230,7 +232,7 @@ static void the_joints_move_the_tool_along_the_line_at_every_step(void)
     TEST_ASSERT_TRUE(fastest > 0.05);
 }
 
-/// A speed at its limit and an error at its tolerance are accepted.
+/// The line ends where it starts: speeds and errors are zero, and so are their limits.
 static void values_at_the_limits_of_speed_and_tolerance_are_accepted(void)
 {
     const arm_pose_t goal = tool_at(&start);
@@ -288,7 +290,7 @@ static void a_line_through_a_singular_pose_is_refused_with_a_reason(void)
 {
     arm_motion_t straight = start;
     arm_refusal_t refusal;
-    straight.position_rad[4] = 0.02; // The wrist is nearly straight: a turn across it needs infinite rates.
+    straight.position_rad[4] = 0.02; // Nearly straight wrist: a turn across it needs too high rates.
     start                    = straight;
     arm_pose_t goal          = tool_at(&start);
     goal.rotation            = arm_rotation_turned_by(&goal.rotation, (arm_vector_t){{0.0, 0.0, 0.8}});
@@ -322,7 +324,7 @@ static void a_stop_ends_on_the_line_within_the_accelerations(void)
     arm_motion_t motion   = start;
     extremes_t extremes;
     arm_path_begin_line(&path, &model, &limits, &start, &goal, 1.0);
-    // The stop comes at the begin: there is no speed to reduce.
+    // The stop comes at the beginning: there is no speed to reduce.
     arm_path_stop(&path, &model, &limits, &motion);
     TEST_ASSERT_TRUE(arm_path_is_done(&path));
     arm_path_begin_line(&path, &model, &limits, &start, &goal, 1.0);
