@@ -9,8 +9,9 @@ ifdef BOARD # Also without Nettle: only `communication`, which never runs on a b
 SOURCES  := $(filter-out osal/posix/% fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c \
             fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% \
             launcher/% sim/%,$(SOURCES))
-ifdef TARGET # Its programs contain their descriptors and the device classes that these name, so they need only the code
-# that uses a descriptor that was read.
+# Programs for a board contain their descriptors, and the device classes that these name, as compiled tables: of the
+# reader of descriptors they need only the code that uses a descriptor after it was read.
+ifdef TARGET
 MODELS   := $(addprefix fsw/framework/descriptor/,subsystem_descriptor.c mission_descriptor.c mission_lookup.c \
             descriptor_refusal.c)
 SOURCES  := $(filter-out $(filter-out $(MODELS),$(filter fsw/framework/descriptor/%,$(SOURCES))) fsw/framework/xml/% \

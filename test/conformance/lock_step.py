@@ -51,7 +51,7 @@ class LockStepBus(can.BusABC):
             self._read()
         self._input = self._input[match.end():]
         if match[1].decode() != word:
-            raise ConnectionError(f"the simulator said {match[1]!r}, expected {word}")
+            raise ConnectionError(f"the simulator sent {match[1]!r}, expected {word}")
 
     def _read(self):
         octets = self._socket.recv(65536)

@@ -256,7 +256,7 @@ def copied(tmp_path):
 
     def make():
         done = generate(tmp_path / "descriptors/missions/rokviss.xml", tmp_path / "out")
-        return SimpleNamespace(code=done.returncode, said=done.stderr, out=tmp_path / "out")
+        return SimpleNamespace(code=done.returncode, message=done.stderr, out=tmp_path / "out")
 
     return SimpleNamespace(edit=edit, make=make)
 
@@ -274,9 +274,9 @@ def test_a_faulty_descriptor_or_sheet_is_refused_with_its_place(copied, file, ol
     copied.edit(file, old, new)
     made = copied.make()
     assert made.code == 1
-    assert len(made.said.splitlines()) == 1, made.said
+    assert len(made.message.splitlines()) == 1, made.message
     for word in words:
-        assert word in made.said
+        assert word in made.message
 
 
 def test_the_database_follows_the_settings(copied):
@@ -284,7 +284,7 @@ def test_the_database_follows_the_settings(copied):
     copied.edit("subsystems/manipulator.xml", 'object="0x1400:01" type="UINT32" value="0x00000211"',
                 'object="0x1400:01" type="UINT32" value="0x00000221"')
     made = copied.make()
-    assert made.code == 0, made.said
+    assert made.code == 0, made.message
     database = cantools.database.load_file(made.out / "rokviss-robot.dbc", strict=True)
     assert database.get_message_by_frame_id(0x221).get_signal_by_name("TargetPosition").unit == "rad"
 
@@ -293,6 +293,6 @@ def test_the_counter_of_sync_is_described_where_a_device_wants_it(copied):
     copied.edit("subsystems/manipulator.xml", '<Setting object="0x1401:01" type="UINT32" value="0x80000311"/>',
                 '<Setting object="0x1019:00" type="UINT8" value="240"/>')
     made = copied.make()
-    assert made.code == 0, made.said
+    assert made.code == 0, made.message
     database = cantools.database.load_file(made.out / "rokviss-robot.dbc", strict=True)
     assert database.decode_message("SYNC", b"\x07") == {"Counter": 7}

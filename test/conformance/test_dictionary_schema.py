@@ -25,7 +25,7 @@ def dictionary(mission):
     return json.loads((ROOT / "build" / "generated" / f"{mission}.json").read_text(encoding="utf-8"))
 
 
-def wrong(content):
+def refusals(content):
     """Places in a dictionary that the schema refuses, with the reasons."""
     found = jsonschema.Draft202012Validator(SCHEMA).iter_errors(content)
     return {"/".join(map(str, error.absolute_path)): error.message for error in found}
@@ -33,7 +33,7 @@ def wrong(content):
 
 @pytest.mark.parametrize("mission", MISSIONS)
 def test_the_dictionary_of_a_mission_is_valid(mission):
-    assert wrong(dictionary(mission)) == {}
+    assert refusals(dictionary(mission)) == {}
 
 
 def test_the_schema_is_valid():
@@ -71,7 +71,7 @@ def test_a_damaged_dictionary_is_refused_at_its_place(sound, damage):
     content = copy.deepcopy(sound)
     change, place = DAMAGES[damage]
     change(content)
-    found = wrong(content)
+    found = refusals(content)
     assert len(found) == 1 and next(iter(found)).startswith(place), found
 
 

@@ -61,9 +61,9 @@ def test_a_deviating_device_is_not_commissioned(stage, down, deviation, message)
 
 
 def test_a_device_that_does_not_boot_is_reported_and_commissioning_fails(stage, down):
-    def dead(drive):
+    def without_boot_up(drive):
         drive.boots = drive.beats = False
-    stage.play(dead)
+    stage.play(without_boot_up)
     assert not stage.ground.request("PRE_OPERATIONAL")
     assert stage.refusals() == [(0x12, NOT_BOOTED, 0, 0)]
     stage.ground.await_state("OFFLINE")
@@ -81,10 +81,10 @@ def test_a_refused_setting_leaves_the_drive_unconfigured(stage, down, index, cod
     assert not stage.ground.request("SAFE_OPERATIONAL")
 
 
-def test_silence_after_the_start_of_process_data(stage, down):
-    def shy(drive):
+def test_a_drive_that_sends_no_process_data_is_reported_and_commissioning_fails(stage, down):
+    def without_process_data(drive):
         drive.publishes = False
-    stage.play(shy)
+    stage.play(without_process_data)
     assert stage.ground.request("PRE_OPERATIONAL")
     assert not stage.ground.configure()
     assert stage.refusals() == [(0x12, SILENT, 0, 0)]

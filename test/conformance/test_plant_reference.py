@@ -4,7 +4,7 @@ joints that mimic others or are moved through elastic gears; and a cube that tou
 
 The same springs, dampers and sines move the robots of both; MuJoCo integrates by Runge-Kutta at 0.1 ms. The plant integrates by its own step of
 0.5 ms, whose error is of first order and grows with accelerations, so gravity is weak where 20 s are compared. Two steps of
-different length tell that error from a difference of the equations. A wrong axis or a wrong rotation of an inertia in the plant's
+different length distinguish this error from a difference of the equations. A wrong axis or a wrong rotation of an inertia in the plant's
 file must be found."""
 
 import math

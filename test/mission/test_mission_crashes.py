@@ -120,7 +120,7 @@ def _die(folder, scenario, name, step, form="processes"):
 
 
 @pytest.mark.parametrize("name", PROCESSES)
-def test_kill_of_a_process(folder, scenario, name):
+def test_a_run_whose_process_is_killed_fails_and_names_the_process(folder, scenario, name):
     """The process is killed after a step of the operator that its name determines."""
     flight = _die(folder, scenario, name, random.Random(name).randint(3, len(STEPS) - 3))
     _assert_failed_because_of(flight, name)
@@ -130,8 +130,8 @@ def test_kill_of_a_process(folder, scenario, name):
 
 
 @pytest.mark.parametrize("name", MEMBERS)
-def test_kill_of_a_member_in_operation(folder, scenario, name):
-    """The other member reaches ERROR_OPERATIONAL by itself; the drives of the dead member leave operation by
+def test_all_drives_leave_operation_when_a_member_is_killed(folder, scenario, name):
+    """The other member reaches ERROR_OPERATIONAL without a command; the drives of the dead member leave operation by
     their deadline."""
     flight = _die(folder, scenario, name, IN_OPERATION)
     _assert_failed_because_of(flight, name)
@@ -144,7 +144,7 @@ def test_kill_of_a_member_in_operation(folder, scenario, name):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder, form):
+def test_members_go_to_safe_operational_after_too_many_deaths_of_the_supervisor(folder, form):
     """Without a supervisor OPERATIONAL ends in SAFE_OPERATIONAL: actuators off, brakes engaged. After its
     fourth death within a minute the supervisor is not started again."""
     folder.mkdir()
@@ -162,8 +162,8 @@ def test_supervisor_that_dies_too_often_takes_members_to_safe_operational(folder
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_an_operator_that_never_connects(folder, scenario, form):
-    """The process is killed before it has joined the flight: no other process waits for it."""
+def test_a_run_whose_operator_is_killed_before_it_connects_ends(folder, scenario, form):
+    """The operator is killed before it has joined the flight: no other process waits for it."""
     flight = flying.start(folder, "--scenario", scenario, "--form", form, report="yes")
     flying.wait_until(lambda: "operator" in flight.children(), "an operator")
     os.kill(flight.children()["operator"], signal.SIGKILL)
@@ -173,7 +173,7 @@ def test_an_operator_that_never_connects(folder, scenario, form):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 @pytest.mark.parametrize("lines", [(), ("0.1 operator ping all", "0.2 operator end")])
-def test_operator_that_leaves_early(folder, form, lines):
+def test_a_run_ends_after_an_operator_that_does_not_shut_the_mission_down(folder, form, lines):
     """A scenario that does not shut the mission down ends soon after its operator has left."""
     folder.mkdir()
     path = flying.write_scenario(folder / "short.scn", "0.0 hand rest", *lines)
@@ -220,7 +220,7 @@ def _guard_of(flight):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_kill_of_the_launcher(folder, form):
+def test_the_guard_completes_the_run_of_a_killed_launcher(folder, form):
     """The launcher's children end with it, and its guard does the rest: it removes names and writes logs and
     report."""
     flight = flying.start(folder, "--scenario", "telepresence", "--form", form, report="yes")
@@ -240,7 +240,7 @@ def test_kill_of_the_launcher(folder, form):
 
 
 @pytest.mark.parametrize("moment_s", [0.0, 0.002, 0.005, 0.01, 0.02])
-def test_kill_of_the_launcher_before_it_flies(folder, moment_s):
+def test_nothing_is_left_of_a_launcher_that_is_killed_before_the_flight(folder, moment_s):
     """Kill the launcher as soon as there is a guard: everything that exists of the run by then is removed."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flying.wait_until(lambda: _guard_of(flight) or flight.process.poll() is not None, "a guard")
@@ -265,8 +265,8 @@ def _with_another_guard(folder, scenario):
     return flight, simulator
 
 
-def test_kill_of_the_guard(folder, scenario):
-    """Another guard replaces the killed one and also cleans up."""
+def test_another_guard_replaces_a_killed_one(folder, scenario):
+    """The second guard, too, completes the run when the launcher is killed."""
     flight, _ = _with_another_guard(folder, scenario)
     flight.process.kill()
     flight.wait()
@@ -284,15 +284,15 @@ def test_a_run_reports_that_its_guard_was_killed(folder, scenario):
     flying.assert_clean(flight)
 
 
-def test_kill_of_the_image(folder, scenario):
+def test_a_run_whose_image_is_killed_fails_and_keeps_its_packet_log(folder, scenario):
     flight = _die(folder, scenario, "image", IN_OPERATION, form="image")
     _assert_failed_because_of(flight, "image")
     assert len(_packets_in_order(flight)) > 40
 
 
-def test_kill_of_the_simulator_keeps_the_logs_of_before(folder, scenario):
-    """Logs are flushed every simulated second: bus logs and truth reach to the last second, each line
-    complete except the last."""
+def test_logs_up_to_the_last_seconds_survive_the_death_of_the_simulator(folder, scenario):
+    """Logs are flushed every simulated second: bus logs and truth end at most 2.5 s before the
+    death, and only their last entry may be incomplete."""
     flight = _die(folder, scenario, "simulator", len(STEPS) - 4)
     end_s = max(int(float(json.loads(line)["end"])) for line in flight.read("operator.log").splitlines())
     run = runs.load(flight.folder)
@@ -314,7 +314,7 @@ def test_an_interrupted_flight_shuts_down_in_order(folder, scenario):
     flying.assert_clean(flight)
 
 
-def test_interrupted_three_times_ends_at_once(folder):
+def test_a_run_that_is_interrupted_three_times_ends_at_once(folder):
     flight = flying.start(folder, "--scenario", "none", "--time", "real")
     flight.port()
     time.sleep(0.5)

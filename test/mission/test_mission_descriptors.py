@@ -115,7 +115,7 @@ def test_devices_that_a_subsystem_cannot_drive_are_refused_before_the_flight(pro
     flying.assert_clean(flight)
 
 
-def test_missing_descriptor(project_copy):
+def test_a_missing_descriptor_is_refused(project_copy):
     line = _replace(project_copy, MISSION, 'descriptor="../subsystems/manipulator.xml"', 'descriptor="../subsystems/nowhere.xml"')
     flight = _fly(project_copy)
     assert flight.code not in (0, None)
@@ -123,7 +123,7 @@ def test_missing_descriptor(project_copy):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_missing_executable(project_copy, form):
+def test_a_missing_executable_is_refused(project_copy, form):
     line = _replace(project_copy, MISSION, 'executable="joystick"', 'executable="joyride"')
     flight = _fly(project_copy, form)
     assert flight.code == 1
@@ -161,7 +161,7 @@ def test_a_mission_with_a_key_flies_with_it_only(project_copy):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_interface_that_differs_from_the_compiled_one(project_copy, form):
+def test_an_interface_that_differs_from_the_compiled_one_is_refused_with_both_hashes(project_copy, form):
     """The message contains the file, the compiled and the read hash, and the next step."""
     _replace(project_copy, MANIPULATOR, '<Event name="BUS_WARNING" id="8"', '<Event name="BUS_NOTE" id="8"')
     flight = _fly(project_copy, form)

@@ -71,7 +71,7 @@ def _is_logging(flight):
         return True  # The process has just closed a file, or does not exist yet.
 
 
-def test_full_disk_from_the_first_second(disk):
+def test_a_flight_on_a_full_disk_continues_to_its_end(disk):
     flight = flying.fly(disk(3_000_000) / "out", "--scenario", "telepresence")
     assert flight.code == 1
     assert flight.facts["exit_code"] == 1
@@ -84,13 +84,13 @@ def test_full_disk_from_the_first_second(disk):
     for name in ("packets.ascii", "can-robot.log", "operator.log"):
         assert flight.octets(name).endswith(b"\n"), f"{name} ends within a line"
     assert all(json.loads(line) for line in flight.read("operator.log").splitlines())
-    assert not (flight.folder / "packets.log").exists(), "an incomplete file would look complete"
+    assert not (flight.folder / "packets.log").exists(), "an incomplete file has the name of a complete one"
     assert not (flight.folder / "run.json.part").exists()
     flying.assert_clean(flight)
 
 
-def test_log_continues_when_there_is_room_again(disk, scenario):
-    """The records of this time were kept in memory, and no record is missing at the end."""
+def test_the_log_continues_when_the_disk_has_room_again(disk, scenario):
+    """While the disk is full, the ring in memory keeps the records; at the end no record is missing."""
     place = disk(64_000_000)
     flight = flying.start(place / "out", "--scenario", scenario)
     try:
@@ -110,11 +110,11 @@ def test_log_continues_when_there_is_room_again(disk, scenario):
     packets = [raw for _, direction, raw in flight.packets if direction == "TM"]
     assert len(flight.packets) == len(numbers)
     changes = [raw[21:23] for raw in packets if raw[7:9] == b"\x83\x04"]
-    assert changes == [b"\x00\x03", b"\x03\x00"], "to the ring, and back by itself"
+    assert changes == [b"\x00\x03", b"\x03\x00"], "expected a change to the ring and one back to the file, without a command"
     assert any(raw[7:9] == b"\x05\x04" and raw[21:23] == b"\x00\x08" for raw in packets), "LOG_FAILED"
 
 
-def test_folder_that_is_removed_in_flight(folder, scenario):
+def test_a_run_whose_folder_is_removed_fails_with_a_message(folder, scenario):
     flight = flying.start(folder / "out", "--scenario", scenario)
     try:
         flying.wait_until(lambda: flight.steps() > 5, "step of the operator")
@@ -128,7 +128,7 @@ def test_folder_that_is_removed_in_flight(folder, scenario):
     assert not flight.leftovers()
 
 
-def test_missing_records_are_named(folder):
+def test_the_merge_names_missing_records(folder):
     """The merge reports missing records, also those after the last existing record."""
     flight = flying.fly(folder / "out", "--scenario", "commissioning")
     lines = flight.read("packets.ascii").splitlines(keepends=True)
@@ -195,7 +195,7 @@ def _assert_whole(flight, changes):
 
 
 @pytest.mark.parametrize("time", ["real", "free"])
-def test_a_disk_that_does_not_answer_delays_no_other(folder, programs, time):
+def test_a_disk_that_does_not_answer_delays_no_answer_of_a_subsystem(folder, programs, time):
     """A write of the log does not end until every subsystem has answered and the log has reported that the
     ring is selected."""
     with _station(folder, programs, time) as (flight, ground, gate):
@@ -213,7 +213,7 @@ def test_a_disk_that_does_not_answer_delays_no_other(folder, programs, time):
     assert "hangs" not in flight.console, flight.transcript()
 
 
-def test_death_while_the_disk_does_not_answer(folder, programs):
+def test_the_next_supervisor_writes_the_records_that_waited_for_the_disk(folder, programs):
     """The next supervisor writes the records that the writer of the dead one had not written."""
     with _station(folder, programs, "free") as (flight, ground, gate):
         (gate / "hold").touch()
@@ -231,7 +231,7 @@ def test_death_while_the_disk_does_not_answer(folder, programs):
 
 
 @pytest.mark.parametrize("time", ["real", "free"])
-def test_disk_that_is_read_only_for_a_while(folder, programs, time):
+def test_the_log_returns_to_its_file_when_the_disk_is_no_longer_read_only(folder, programs, time):
     """Writes fail, and the file can be neither truncated nor opened; later everything works again."""
     with _station(folder, programs, time) as (flight, ground, gate):
         (gate / "readonly").touch()
@@ -261,7 +261,7 @@ def failing_disk(folder):
     subprocess.run(["umount", path], check=True)
 
 
-def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
+def test_a_flight_continues_when_the_kernel_makes_the_file_system_read_only(failing_disk, scenario):
     """As after an error of the disk, open files fail permanently. The flight continues to its end."""
     place, fail = failing_disk
     flight = flying.start(place / "out", "--scenario", scenario)
@@ -274,7 +274,7 @@ def test_file_system_that_the_kernel_makes_read_only(failing_disk, scenario):
         flight.abandon()
     assert flight.code == 1, flight.transcript()
     assert "cannot write run.json into the run's folder" in flight.output, flight.transcript()
-    assert not (flight.folder / "run.json").exists(), "an incomplete file would look complete"
+    assert not (flight.folder / "run.json").exists(), "an incomplete file has the name of a complete one"
     assert not flight.leftovers()
 
 

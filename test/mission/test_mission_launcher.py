@@ -82,7 +82,7 @@ def test_empty_values_are_as_not_given(folder, options):
 
 
 @pytest.mark.parametrize("words", [(), ("--help",), ("run", "--help")])
-def test_help(words):
+def test_help_is_printed(words):
     shown = flying.refuse(*words)
     assert shown.returncode == 0
     assert shown.stdout.startswith("usage: hirosco run")
@@ -150,7 +150,7 @@ def test_simulator_names_the_expected_value(option, value, expected):
     assert f"--{option} '{value.partition('=')[0]}': expected {expected}" in done.stderr
 
 
-def test_port_in_use_is_named(folder):
+def test_a_port_in_use_is_refused_and_named(folder):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -160,7 +160,7 @@ def test_port_in_use_is_named(folder):
     assert f"in use on 127.0.0.1: {port}" in refused.stderr
 
 
-def test_port_asked_for_is_taken(folder):
+def test_the_requested_port_is_used(folder):
     port = flying.free_port()
     flight = flying.fly(folder, "--scenario", "commissioning", "--port", port)
     assert flight.code == 0, flight.transcript()
@@ -236,7 +236,7 @@ def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words
     flying.assert_clean(flight)
 
 
-def test_two_runs_at_once(hangar):
+def test_two_runs_at_once_do_not_affect_each_other(hangar):
     """The runs take different ports, and each has the same octets as alone."""
     options = ("--scenario", "hil", "--form", "processes")
     pair = [flying.start(hangar / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]

@@ -73,11 +73,11 @@ def _visit(flight, world):
     """A page sends commands; then its station is stopped for some seconds of simulated time and killed. Returns the messages that the page received."""
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
     with contextlib.closing(stations.Station(flight)) as station:
-        heard = stations.ask(station.address, ["ping JOYSTICK", "cmd MANIPULATOR.RAISE EVENT=9"])
+        messages = stations.ask(station.address, ["ping JOYSTICK", "cmd MANIPULATOR.RAISE EVENT=9"])
         station.process.send_signal(signal.SIGSTOP)
         world.ask("speed 0")
         _until(world, world.ask("time")[0] + STOPPED_S)
-    return heard
+    return messages
 
 
 def _dropped(sleeper, world):
@@ -112,7 +112,7 @@ def flight(hangar):
             listener.ask("time")
         listener.ask("frames robot off")
         listener.ask("truth 0")
-        flight.heard = list(listener.reports)
+        flight.lines_received = list(listener.reports)
         world.ask("fault loss robot 0.01")
         _advance(world, 0.5)
         world.ask("fault loss robot 0")
@@ -144,14 +144,14 @@ def test_the_flight_ends_well(flight):
     assert flight.facts["live_lines"] == len(flight.read("live.scn").splitlines())
 
 
-def test_every_line_is_recorded_with_who_gave_it(flight):
+def test_every_line_is_recorded_with_its_time_and_its_client(flight):
     lines = flight.read("live.scn").splitlines()
     assert all(line.endswith("# test") for line in lines if " aim " in line or " press " in line)
     times = [float(line.split()[0]) for line in lines]
     assert times == sorted(times)
 
 
-def test_what_persons_do_is_marked_in_the_log_of_the_operator(flight):
+def test_lines_of_persons_are_marked_in_the_log_of_the_operator(flight):
     """A mark has the time and the name of the client; of many lines that aim the hand, only the first one is marked."""
     marks = [step for step in map(json.loads, flight.read("operator.log").splitlines()) if step["verb"] == "live"]
     assert [mark["time"] for mark in marks] == sorted(mark["time"] for mark in marks)
@@ -191,16 +191,16 @@ def test_another_user_commands_the_flight(flight):
 def test_a_client_listens_to_the_frames_of_a_bus(flight):
     """The client receives all frames of the log in their order. The comparison with the recording shows that
     listening changes nothing."""
-    heard = [line.removeprefix("frame ") for line in flight.heard if line.startswith("frame ")]
+    frames = [line.removeprefix("frame ") for line in flight.lines_received if line.startswith("frame ")]
     logged = flight.read("can-robot.log").splitlines()
-    first = logged.index(heard[0])
-    assert len(heard) > 1000
-    assert heard == logged[first : first + len(heard)]
+    first = logged.index(frames[0])
+    assert len(frames) > 1000
+    assert frames == logged[first : first + len(frames)]
 
 
 def test_a_client_sees_the_true_state(flight):
-    columns = next(line for line in flight.heard if line.startswith("columns ")).split()[1:]
-    rows = [[float(word) for word in line.split()[1:]] for line in flight.heard if line.startswith("truth ")]
+    columns = next(line for line in flight.lines_received if line.startswith("columns ")).split()[1:]
+    rows = [[float(word) for word in line.split()[1:]] for line in flight.lines_received if line.startswith("truth ")]
     assert {"time", "arm.joint1.position", "arm.joint2.torque", "STICK.1.hand", "arm.finger.contact-z"} <= set(columns)
     assert all(len(row) == len(columns) for row in rows)
     times = [row[0] for row in rows[1:]]  # The first sample is sent at once.

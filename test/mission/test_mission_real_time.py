@@ -149,11 +149,11 @@ def test_following_ends_with_an_interrupt(mission):
     _reported(mission, "config", "MANIPULATOR", "STAND_ALONE")
     words = [sys.executable, str(flying.ROOT / "gse" / "gse"), "--port", str(mission.port()), "hk", "-f", "MANIPULATOR"]
     follower = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    heard = 0
-    while heard < 4:
+    structures = 0
+    while structures < 4:
         line = follower.stdout.readline()
         assert line, follower.communicate()
-        heard += "CUR_VALUES" in line
+        structures += "CUR_VALUES" in line
     follower.send_signal(signal.SIGINT)
     _, errors = follower.communicate(timeout=flying.MOMENT_S)
     assert follower.returncode == SUCCESS, errors

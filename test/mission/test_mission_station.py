@@ -425,7 +425,7 @@ def test_a_station_that_is_silent_is_an_alarm(page, address):
 
 def test_a_page_that_was_busy_does_not_call_the_station_silent(page):
     """Messages that arrived while the page computed are read after its timers."""
-    heard = page.evaluate("""async () => {
+    texts = page.evaluate("""async () => {
         const { store } = window.station, found = [];
         store.on("link", () => found.push(store.link.text));
         const until = performance.now() + 1600;
@@ -433,7 +433,7 @@ def test_a_page_that_was_busy_does_not_call_the_station_silent(page):
         await new Promise((done) => setTimeout(done, 500));
         return found;
     }""")
-    assert heard == []
+    assert texts == []
 
 
 def test_the_trace_has_the_reports_that_no_picture_shows(page):

@@ -53,29 +53,29 @@ def stations(flight):
         station.close()
 
 
-def ask(address, orders):
+def ask(address, commands):
     """Messages of a station: the greeting, then for each command the message about its end."""
     import asyncio
 
     from aiohttp import ClientSession
 
     async def run():
-        heard = []
+        messages = []
         async with ClientSession() as session, session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
 
             async def until(condition):
                 while True:
                     message = await socket.receive_json(timeout=flying.MOMENT_S)
                     if condition(message):
-                        heard.append(message)
+                        messages.append(message)
                         return message
 
             await until(lambda message: message["kind"] == "hello")
-            for text in orders:
+            for text in commands:
                 await socket.send_json({"do": "command", "text": text, "id": 1})
                 number = (await until(lambda message: message.get("id") == 1)).get("command")
                 await until(lambda message, number=number: message["kind"] == "command" and message["number"] == number and message["over"])
-        return heard
+        return messages
 
     return asyncio.run(asyncio.wait_for(run(), 4 * flying.MOMENT_S))
 

@@ -147,8 +147,8 @@ def _assert_storm_hides_nothing(flight, seconds):
     ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
     assert high.subtype == 4
     assert plan_ns - high_ns <= 2 * STEP_NS
-    orders = [at for at, p in flight.parsed if p.direction == "TC" and p.apid == MANIPULATOR and p.service == 129 and p.data[:1] == bytes([ERROR_OPERATIONAL])]
-    assert orders and orders[0] - high_ns <= 2 * STEP_NS
+    commands = [at for at, p in flight.parsed if p.direction == "TC" and p.apid == MANIPULATOR and p.service == 129 and p.data[:1] == bytes([ERROR_OPERATIONAL])]
+    assert commands and commands[0] - high_ns <= 2 * STEP_NS
 
 
 def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(folder, stormy):

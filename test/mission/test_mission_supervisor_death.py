@@ -177,7 +177,7 @@ def _returns_s(flight):
     return found
 
 
-def _assert_goes_on(flight, deaths, end_s=END_S):
+def _assert_continues(flight, deaths, end_s=END_S):
     # A death makes a run of processes fail.
     assert flight.code == (0 if flight.facts["form"] == "image" else 1), flight.transcript()
     assert flight.facts["simulated_s"] >= end_s
@@ -189,19 +189,19 @@ def _assert_goes_on(flight, deaths, end_s=END_S):
     flying.assert_clean(flight)
 
 
-def _assert_goes_on_after(flight, points, end_s=END_S):
-    _assert_goes_on(flight, len(points), end_s)
+def _assert_continues_after(flight, points, end_s=END_S):
+    _assert_continues(flight, len(points), end_s)
     for (back_s, _), point in zip(_returns_s(flight), points):
         assert back_s - point <= BOOT_S + 3 * STEP_S + 1e-9
 
 
-def _assert_goes_on_after_call(flight):
-    _assert_goes_on(flight, 1)
+def _assert_continues_after_call(flight):
+    _assert_continues(flight, 1)
     for back_s, last_s in _returns_s(flight):
         assert back_s - last_s <= TICK_S + BOOT_S + 3 * STEP_S + 1e-9
 
 
-def _assert_nobody_notices(flight, undisturbed):
+def _assert_only_the_packet_log_differs(flight, undisturbed):
     for name in flying.BUS_LOGS:
         assert flight.octets(name) == undisturbed.octets(name), name
 
@@ -212,10 +212,10 @@ def _fly_all(folder, undisturbed, pairs):
     for points in pairs:
         flight = _fly(folder, points)
         try:
-            _assert_goes_on_after(flight, points)
+            _assert_continues_after(flight, points)
             assert flight.facts["reproducible"] is True
             if points[0] >= BUSY_S[0]:
-                _assert_nobody_notices(flight, undisturbed)
+                _assert_only_the_packet_log_differs(flight, undisturbed)
         except AssertionError as error:
             raise AssertionError(f"POINTS={','.join(f'{point:.4f}' for point in points)}: {error}") from error
         shutil.rmtree(flight.folder)
@@ -225,8 +225,8 @@ def _fly_all_calls(folder, mortal, undisturbed, calls):
     for call in calls:
         flight, _ = _fly_to_call(folder, mortal, _lines(), call)
         try:
-            _assert_goes_on_after_call(flight)
-            _assert_nobody_notices(flight, undisturbed)
+            _assert_continues_after_call(flight)
+            _assert_only_the_packet_log_differs(flight, undisturbed)
         except AssertionError as error:
             raise AssertionError(f"CALLS={call}: {error}") from error
         shutil.rmtree(flight.folder)
@@ -317,8 +317,8 @@ def test_death_in_the_image(folder, undisturbed):
     points = _draw(1, "image")[0]
     flights = [_fly(folder, points, form) for form in ("processes", "image")]
     for flight in flights:
-        _assert_goes_on_after(flight, points)
-        _assert_nobody_notices(flight, undisturbed)
+        _assert_continues_after(flight, points)
+        _assert_only_the_packet_log_differs(flight, undisturbed)
     for name in flying.TRACED:
         assert flights[0].octets(name) == flights[1].octets(name), name
 
@@ -421,11 +421,11 @@ def _fly_work(folder, mortal, work, count):
         kills = [f"{point:.4f} fault kill supervisor" for point in points]
         path = flying.write_scenario(folder / f"{points[0]:.4f}.scn", *kills, *lines)
         flight = flying.fly(folder / f"{points[0]:.4f}", "--scenario", path, "--port", flying.free_port())
-        _assert_goes_on_after(flight, points, WORK_END_S)
+        _assert_continues_after(flight, points, WORK_END_S)
         _assert_reports_are_whole(flight)
     for call in _draw_calls(count, work, (2 * (first - AT_END), 2 * (last - AT_END))):
         flight, _ = _fly_to_call(folder, mortal, lines, call)
-        _assert_goes_on(flight, 1, WORK_END_S)
+        _assert_continues(flight, 1, WORK_END_S)
         _assert_reports_are_whole(flight)
 
 

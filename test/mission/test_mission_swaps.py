@@ -71,15 +71,15 @@ def _answer_s(flight):
     return min(found)
 
 
-def _holds(flight):
+def _assert_boom_and_satellite_moved(flight):
     """Expect that the boom is at its target, and that the thrusters have turned the satellite: 1 Nm for 0.5
     s, 60 kgm2."""
     assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
     assert abs(_reported(flight, "INPUT")[4] - 0.5 / 60.0) < 3e-4
 
 
-def test_before_the_swaps(unchanged):
-    _holds(unchanged)
+def test_the_unchanged_mission_flies(unchanged):
+    _assert_boom_and_satellite_moved(unchanged)
     assert _reported(unchanged, "POSITION")[1] == 0
     dictionary = json.loads((flying.ROOT / "build/generated/actuators.json").read_text(encoding="utf-8"))
     assert int(unchanged.facts["device_classes_hash"], 0) == int(dictionary["device_classes_hash"], 0)
@@ -90,16 +90,16 @@ def test_before_the_swaps(unchanged):
     ('bitRate="1000000"', 1.5, 3.0),
     ('bitRate="800000"', 2.0, 4.0),
 ], ids=["slower", "classic", "slow-classic"])
-def test_another_bit_rate(house, tmp_path, unchanged, rates, least, most):
-    """Answers to SYNC take longer by the rates; FD frames occur only if the bus has a data rate."""
+def test_a_bus_with_another_bit_rate_flies(house, tmp_path, unchanged, rates, least, most):
+    """Answers to SYNC take longer in proportion to the bit rates; FD frames occur only if the bus has a data rate."""
     flying.replace(house / MISSION, (BUS, f'<Bus name="platform" {rates}/>'))
     flight = _fly(house, tmp_path / "run")
-    _holds(flight)
+    _assert_boom_and_satellite_moved(flight)
     assert least < _answer_s(flight) / _answer_s(unchanged) < most
     assert ("##" in flight.read("can-platform.log")) == ("dataBitRate" in rates)
 
 
-def test_another_node_bus_and_period(house, tmp_path):
+def test_devices_with_another_node_bus_and_period_fly(house, tmp_path):
     """The boom is node 0x05, the valves are on a separate bus, and a cycle lasts 2 ms."""
     flying.replace(house / MISSION, (BUS, BUS + BUS.replace("platform", "thrusters")))
     flying.replace(house / SUBSYSTEM, ('node="0x25"', 'node="0x05"'), ("25\"/>", "05\"/>"), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'),
@@ -107,7 +107,7 @@ def test_another_node_bus_and_period(house, tmp_path):
                    ('1400:05" type="UINT16" value="4"', '1400:05" type="UINT16" value="8"'))
     flying.replace(house / WORLD, ('node="0x25"', 'node="0x05"'), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'))
     flight = _fly(house, tmp_path / "run")
-    _holds(flight)
+    _assert_boom_and_satellite_moved(flight)
     for bus, identifier in (("platform", 0x185), ("thrusters", 0x1BA)):
         syncs = _frames(flight, bus, 0x080)
         assert {round(after - before, 3) for before, after in zip(syncs, syncs[1:])} == {0.002}
@@ -115,19 +115,19 @@ def test_another_node_bus_and_period(house, tmp_path):
     assert not _frames(flight, "platform", 0x1A5) and not _frames(flight, "platform", 0x1BA)
 
 
-def test_another_channel(house, tmp_path):
+def test_devices_with_a_second_channel_fly(house, tmp_path):
     """Every device gets a second channel, on which the master begins: the devices change to it, and the first
     channel has no frames."""
     flying.replace(house / MISSION, (BUS, BUS.replace("platform", "platform-b") + BUS.replace("/>", ' redundantTo="platform-b"/>')))
     flying.replace(house / SUBSYSTEM, ('bus="platform"', 'bus="platform-b" redundantBus="platform"'))
     flying.replace(house / WORLD, ('bus="platform"', 'bus="platform-b"'))
     flight = _fly(house, tmp_path / "run")
-    _holds(flight)
+    _assert_boom_and_satellite_moved(flight)
     assert len(_frames(flight, "platform-b", 0x1A5)) > 1900
     assert not _frames(flight, "platform", 0x1A5)
 
 
-def test_another_profile(house, tmp_path):
+def test_a_device_of_another_profile_flies(house, tmp_path):
     """A star tracker, which has no CiA profile, replaces the gyro of CiA 404: an attitude instead of
     rates."""
     flying.replace(house / SUBSYSTEM, ('<Device name="GYRO" type="gyro">', '<Device name="TRACKER" type="star-tracker">'))
@@ -141,7 +141,7 @@ def test_another_profile(house, tmp_path):
     assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
 
 
-def test_another_number_of_axes(house, tmp_path):
+def test_another_number_of_axes_flies(house, tmp_path):
     """A second drive of another manufacturer is added; the target of the second axis is its own."""
     text = (house / SUBSYSTEM).read_text(encoding="utf-8")
     settings = ('<Setting object="0x1401:05" type="UINT16" value="4"/><Setting object="0x60C2:01" type="UINT8" value="10"/>'
@@ -154,7 +154,7 @@ def test_another_number_of_axes(house, tmp_path):
     other = bench.replace('"BOOM"', '"BOOM2"').replace("0x25", "0x26").replace("joint-drive", "servo-drive")
     flying.replace(house / WORLD, (bench, bench + other))
     flight = _fly(house, tmp_path / "run")
-    _holds(flight)
+    _assert_boom_and_satellite_moved(flight)
     assert abs(_reported(flight, "POSITION")[1] + 0.15) < 1e-3
     targets = [struct.unpack("<i", bytes.fromhex(octets)[2:6])[0] for octets in
                re.findall(r" 326##1([0-9A-F]+)", flight.read("can-platform.log"))]

@@ -55,7 +55,7 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
     for raw in _packets(stream):
         assert check_pus_crc(raw)
         report = PusTm.unpack(raw, timestamp_len=8)
-        assert report.pus_tm_sec_header.dest_id in (0, OTHER_USER), "the verification of others is not sent to us"
+        assert report.pus_tm_sec_header.dest_id in (0, OTHER_USER), "a verification report for another user was sent to this one"
         if report.pus_tm_sec_header.dest_id == OTHER_USER:
             answers.append((report.service, report.subservice))
         if len(answers) == 4:
@@ -66,7 +66,7 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
     assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is False
     asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", OTHER_USER)]
-    assert len(asked) == 1, "it is in the packet log"
+    assert len(asked) == 1, "the telecommand is not in the packet log exactly once"
     flying.assert_clean(flight)
 
 

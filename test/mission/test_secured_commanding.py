@@ -60,20 +60,20 @@ def _is_up(flight, key):
 def _throw(port, octets):
     """Send octets on a separate connection and wait until it is ended, or end it when everything was read.
     Returns the received octets."""
-    heard = b""
+    received = b""
     with contextlib.suppress(ConnectionError), flying.connect(port) as stream:
         stream.sendall(octets)
         stream.shutdown(socket.SHUT_WR)
         while part := stream.recv(65536):
-            heard += part
-    return heard
+            received += part
+    return received
 
 
 class Tap:
     """A proxy between ground and spacecraft that records the uplink."""
 
     def __init__(self, port):
-        self.heard = []
+        self.uplinks = []  # Octets of each connection.
         self._target = port
         self._server = socket.create_server(("127.0.0.1", 0))
         self.port = self._server.getsockname()[1]
@@ -92,7 +92,7 @@ class Tap:
     def _carry(self, source, sink, is_up):
         kept = bytearray()
         if is_up:
-            self.heard.append(kept)
+            self.uplinks.append(kept)
         with contextlib.suppress(OSError):
             while part := source.recv(65536):
                 kept += part
@@ -151,7 +151,7 @@ def test_only_the_holder_of_the_key_commands(folder, key):
     """Commanding through the gateway is also possible, which secures the packets of programs without keys."""
     flight = flying.start(folder, *LIVE, "--key", key)
     try:
-        flying.wait_until(_is_up(flight, key), "everybody alive")
+        flying.wait_until(_is_up(flight, key), "answers of all components")
         assert flying.gse(flight, "ping", "SUPERVISOR").returncode in (NO_LINK, TIMED_OUT), "no key"
         before = _counters(flight, key)
         assert before["NO_FRAME"] == 1
@@ -234,14 +234,14 @@ def test_attackers_are_refused_over_restarts(folder, key):
     for number in range(2):
         flight = flying.start(folder / str(number), *LIVE, "--key", key)
         try:
-            flying.wait_until(_is_up(flight, key), "everybody alive")
+            flying.wait_until(_is_up(flight, key), "answers of all components")
             if tape:
                 _attack(flight, key, tape, chance, 20)
             tap = Tap(flight.port())
             with contextlib.closing(tap), _gateway_through(tap, key) as port, flying.connect(port) as stream:
                 stream.sendall(_ping(1) + _ping(2))
                 assert len(_answers(stream, 8)) == 8
-            tape += [bytes(octets) for octets in tap.heard if octets]
+            tape += [bytes(octets) for octets in tap.uplinks if octets]
             assert len(tape) == number + 1
             _attack(flight, key, tape, chance, 100)
             reports = _counters(flight, key)
@@ -272,7 +272,7 @@ def test_a_mark_that_is_lost_in_flight_closes_the_link(folder, key):
     flight = flying.start(folder, *LIVE, "--key", key)
     mark, away = key.with_name("ground.key.received"), key.with_name("away")
     try:
-        flying.wait_until(_is_up(flight, key), "everybody alive")
+        flying.wait_until(_is_up(flight, key), "answers of all components")
         mark.rename(away)
         _revive(flight)
         with flying.connect(flight.port()) as listener:

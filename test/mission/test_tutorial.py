@@ -67,7 +67,7 @@ class Pupil:
     def __init__(self, place):
         self.place = copy_of_tree(place)
         self.has_failed = False
-        self.said = {}  # line of the step -> output
+        self.outputs = {}  # line of the step -> output
 
     def run(self, command, **how):
         """Run a command as in a user's shell. Returns the finished process."""
@@ -84,7 +84,7 @@ class Pupil:
             # Each line must succeed. Without `|| exit 1`, bash would not stop at a failed `! command`.
             lines = [f"{line} || exit 1" for line in step.text.splitlines()]
             done = self.run(["bash", "-c", "\n".join(lines)])
-        self.said[step.line] = done.stdout
+        self.outputs[step.line] = done.stdout
         assert done.returncode == 0, done.stdout[-6000:]
         return done.stdout
 
@@ -103,14 +103,14 @@ def expectation(line):
     return ".*".join(re.escape(part) for part in line.split("..."))
 
 
-def assert_said(output, expected):
+def assert_contains(output, expected):
     """Expect these lines in this order; a line that consists of ... matches any number of lines."""
-    said = output.splitlines()
+    lines = output.splitlines()
     at = 0
     for line in expected.splitlines():
         if line.strip() == "...":
             continue
-        found = next((i for i in range(at, len(said)) if re.search(expectation(line), said[i])), None)
+        found = next((i for i in range(at, len(lines)) if re.search(expectation(line), lines[i])), None)
         assert found is not None, f"expected: {line}\nafter line {at} of:\n{output[-6000:]}"
         at = found + 1
 
@@ -120,13 +120,13 @@ def test_step(pupil, step):
     if pupil.has_failed:
         pytest.skip("an earlier step failed")
     pupil.has_failed = True
-    assert_said(pupil.do(step), step.expected)
+    assert_contains(pupil.do(step), step.expected)
     pupil.has_failed = False
 
 
 def flights(pupil, scenario):
     """Folders of the flights of a scenario, in order."""
-    if pupil.has_failed or not pupil.said:
+    if pupil.has_failed or not pupil.outputs:
         pytest.skip("the tutorial was not executed")
     return sorted((pupil.place / "runs").glob(f"{scenario}-processes-1-*"))
 
@@ -225,9 +225,9 @@ def test_nothing_was_compiled_for_a_change_of_configuration(pupil):
     at = next(step.line for step in STEPS if step.kind == "diff" and 'links="UDP"' in step.text)
     # Here a new class of devices is compiled.
     end = next(step.line for step in STEPS if "jaw-drive.eds" in step.text)
-    said = [text for line, text in pupil.said.items() if at < line < end]
-    assert len(said) >= 3
-    for text in said:
+    outputs = [text for line, text in pupil.outputs.items() if at < line < end]
+    assert len(outputs) >= 3
+    for text in outputs:
         assert not re.search(r"^  (gcc|link) ", text, re.MULTILINE), text
 
 

@@ -7,7 +7,7 @@ PERMISSION = 0x0110
 UNKNOWN_ID = 0x0201
 
 
-def test_alive(station):
+def test_alive_report_answers_a_connection_test(station):
     for subsystem in ("SUPERVISOR", "MANIPULATOR", "JOYSTICK"):
         assert station.ask(subsystem, 17, 1)["kind"] == "alive"
 

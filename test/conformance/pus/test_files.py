@@ -78,7 +78,7 @@ def test_locked_files_stay(station):
     station.do("SUPERVISOR", 23, 2, **_file("a"))
 
 
-def test_directories(station):
+def test_directories_are_made_and_renamed_but_not_deleted_while_they_contain_a_file(station):
     station.do("SUPERVISOR", 23, 9, repository_path=FOLDER, directory_name="inner")
     _create(station, "a", f"{FOLDER}/inner")
     station.refuse(STATE, "SUPERVISOR", 23, 10, repository_path=FOLDER, directory_name="inner")
@@ -87,14 +87,14 @@ def test_directories(station):
     assert _names(station, f"{FOLDER}/outer") == {"a": "file"}
 
 
-def test_search(station):
+def test_search_finds_files_by_a_pattern(station):
     for name in ("one.lua", "two.lua", "three.txt"):
         _create(station, name)
     found = station.ask("SUPERVISOR", 23, 7, repository_path=FOLDER, search_pattern="t*.lua")
     assert found["n"] == [{"file_path": f"{FOLDER}/two.lua"}]
 
 
-def test_copy_and_move(station):
+def test_copy_keeps_the_source_file_and_move_removes_it(station):
     _create(station, "a")
     both = {"source_repository_path": FOLDER, "source_file_name": "a", "target_repository_path": FOLDER}
     station.do("SUPERVISOR", 23, 14, operation_id=1, **both, target_file_name="b")

@@ -114,7 +114,7 @@ def test_the_supervisor_monitors_parameters_that_subsystems_report(station, func
     assert packet.data[:4] == event.to_bytes(2, "big") + bytes([0, 1])
 
 
-def test_functional_monitoring(station, functions):
+def test_functional_monitoring_fails_when_one_of_its_parameters_violates_a_limit(station, functions):
     station.do("MANIPULATOR", 12, 5, n=[_limit(1, 5, 10), _limit(2, 0, 10)])
     group = {"fmon_id": 7, "validity_parameter_id": 0, "validity_mask": 0, "validity_expected_value": 0, "event_definition_id": 0,
              "min_pmon_failing_number": 1, "n2": [1, 2]}
@@ -134,7 +134,7 @@ def test_functional_monitoring(station, functions):
     station.wait(failed, "the functional definition to fail")
 
 
-def test_statistics(station):
+def test_statistics_of_a_parameter_are_reported_on_request_and_periodically(station):
     age = {"parameter_id": AGE, "sampling_interval": 0.5}
     station.do("MANIPULATOR", 4, 6, n=[age])
     definitions = station.ask("MANIPULATOR", 4, 8)

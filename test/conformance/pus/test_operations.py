@@ -46,12 +46,12 @@ def test_every_example_works_as_it_stands(real_time, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     real_time.report(129, 5, apid=16)
     for commands, expected in _steps():
-        said = ""
+        output = ""
         for line in commands.splitlines():
             words = shlex.split(line)
             assert words[0] == "gse/gse", line
             done = flying.gse(real_time.flight, *words[1:])
             assert done.returncode == 0, f"{line}: {done.stdout}{done.stderr}"
-            said += done.stdout
+            output += done.stdout
         if expected is not None:
-            assert _pattern(expected).search(said), f"{commands}\nsaid:\n{said}\nexpected:\n{expected}"
+            assert _pattern(expected).search(output), f"{commands}\noutput:\n{output}\nexpected:\n{expected}"

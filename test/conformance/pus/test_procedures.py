@@ -202,7 +202,7 @@ def test_a_procedure_is_suspended_resumed_and_stopped(station):
     assert reported[3][1] == reported[1][1] + 1, "one step between"
 
 
-def test_one_step_and_the_step_that_is_named(station):
+def test_one_step_is_executed_and_a_procedure_stops_at_a_named_step(station):
     _load(station, STEPS)
     sent = _start(station, subtype=14)
     station.notes.requests[(18, 14)].add(station.notes.test())

@@ -108,7 +108,7 @@ def test_activities_are_inserted_reported_and_deleted(station, kind):
     assert _numbers(_all(station, kind)) == [3]
 
 
-def test_shifts(station, kind):
+def test_shifts_change_the_release_tags(station, kind):
     service = kind.service
     _group(station, kind)
     _insert(station, kind, 1, 2)
@@ -125,7 +125,7 @@ def test_shifts(station, kind):
     assert _numbers(_all(station, kind)) == [1, 2]
 
 
-def test_groups_and_sub_schedules(station, kind):
+def test_groups_and_sub_schedules_are_enabled_disabled_and_deleted(station, kind):
     service = kind.service
     _group(station, kind, 1)
     _group(station, kind, 2)

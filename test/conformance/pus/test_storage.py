@@ -117,7 +117,7 @@ def test_stores_are_changed(station, ring):
         (34, 33, 39, {"event_definition_id": 9}),
     ],
 )
-def test_selections_of_a_store(station, ring, add, delete, report, entry):
+def test_selections_of_a_store_are_added_reported_and_deleted(station, ring, add, delete, report, entry):
     station.do("SUPERVISOR", 15, 4, **RING, n1=[])
     station.do("SUPERVISOR", 15, add, **RING, n1=[{"apid": HAND, "n2": [entry]}])
     content = station.ask("SUPERVISOR", 15, report, **RING)

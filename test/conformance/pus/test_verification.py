@@ -55,7 +55,7 @@ def test_a_failure_after_the_start_is_reported(station, hand):
     station.report(1, 8, since=since, where=_about(both))
 
 
-def test_informative_and_low_events(station, hand):
+def test_informative_and_low_events_are_reported_with_their_severity(station, hand):
     since = len(station.reports)
     for mode in (0, 1):
         station.settle(station.send_data(1, 131, 1, bytes([mode])))
@@ -70,7 +70,7 @@ def test_informative_and_low_events(station, hand):
 
 
 @pytest.mark.parametrize("severity, name", [(3, "VALUE_OUT_OF_LIMITS"), (4, "LINK_STALE")])
-def test_medium_and_high_events_by_a_monitor(station, severity, name):
+def test_medium_and_high_events_are_raised_by_a_monitor(station, severity, name):
     """While no link is open, LINK_AGE violates this limit."""
     station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")
     since = len(station.reports)
