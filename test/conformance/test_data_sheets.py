@@ -26,6 +26,7 @@ MARKS = {"[6840]": "joystick", "[6200]": "valve-box", "[6040]": "joint-drive"}
 IN_PLACE_OF = {path.stem: next(name for mark, name in MARKS.items() if mark in path.read_text(encoding="utf-8"))
                for path in SHEETS.glob("*.eds") if path.stem not in OF_CUBE}
 DEVICES = {**{name: PLACES[other] for name, other in sorted(IN_PLACE_OF.items())}, **OF_CUBE}
+# Objects whose values change while the device runs: they are not compared with their defaults.
 CHANGING = {0x1001, 0x6041, 0x6062, 0x6064, 0x606B, 0x606C, 0x6074, 0x6077, 0x6078, 0x60F4, 0x2220,
             0x6841, 0x6864, 0x686C, 0x6874, 0x6877, 0x6878, 0x60FD, 0x6150, 0x9130, 0x2100, 0x2102, 0x2103, 0x2104}
 NO_OBJECT, NO_MEMBER, READ_ONLY, NOT_NOW = 0x06020000, 0x06090011, 0x06010002, 0x08000022

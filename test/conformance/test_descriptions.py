@@ -72,7 +72,7 @@ class _Types:
             self._collect(child, path)
 
     def bare(self, what, reference, name):
-        """Names of the numbers of a type that have no unit, and of the members that have no description."""
+        """Texts about the numbers of a type that have no unit, and about its members that have no description."""
         kind = self.types[what, reference]
         form = kind.tag.removeprefix(SPACE).removesuffix("Type").removesuffix(what)
         if form == "Array":
@@ -159,8 +159,8 @@ def test_emergency_codes_have_the_names_of_the_standards_and_of_the_data_sheets(
     header = (ROOT / "fsw/canopen/network.h").read_text(encoding="utf-8")
     found = re.findall(r"  NETWORK_BUS_(\w+) += (?:FLOW_CAN_\w+|\d),?", header)
     assert [name.removeprefix("BUS_") for name in descriptions.BUS_CONDITIONS] == found
-    flown = {int(code, 16) for code in re.findall(r"\{(0x\w+)U, EMERGENCY_", (ROOT / "fsw/canopen/emergency.c").read_text(encoding="utf-8"))}
-    assert len(flown) > 10 and flown <= set(descriptions.EMERGENCIES)
+    defined = {int(code, 16) for code in re.findall(r"\{(0x\w+)U, EMERGENCY_", (ROOT / "fsw/canopen/emergency.c").read_text(encoding="utf-8"))}
+    assert len(defined) > 10 and defined <= set(descriptions.EMERGENCIES)
     content = json.loads((ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))
     events = {event["name"]: event for one in content["subsystems"] if one["name"] == "MANIPULATOR" for event in one["events"]}
     codes = {name: events[name]["parameters"][1]["words"]["numbers"] for name in ("DRIVE_FAULT", "BUS_WARNING")}

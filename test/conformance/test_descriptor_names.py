@@ -111,7 +111,7 @@ int main(void)
         path.write_text(NAMED.replace(old, new))
         assert subsystem.load(path).interface_hash != model.interface_hash, new
     path.write_text(NAMED.replace('name="CAUSE" first="250"', 'name="CAUSE_X" first="250"').replace('enumeration="CAUSE"', 'enumeration="CAUSE_X"')
-                    .replace('values="OFF POSITION FORCE"', 'values="OFF POSITION FORCE"').replace('name="WIDE"', 'name="CAUSE"').replace('"WIDE"', '"CAUSE"')
+                    .replace('name="WIDE"', 'name="CAUSE"').replace('"WIDE"', '"CAUSE"')
                     .replace('values="FIRST SECOND"', 'values="X_LOST SECOND"').replace('"FIRST"', '"X_LOST"'))
     with pytest.raises(DescriptorError, match="the constant ARM_VALUE_CAUSE_X_LOST is that of <Enumeration> CAUSE_X"):
         c_header.header(subsystem.load(path), "arm.xml")

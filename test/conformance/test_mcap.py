@@ -53,7 +53,7 @@ def messages(folder):
     found, last, factory, decoders = collections.defaultdict(list), 0, DecoderFactory(), {}
     with (folder / "run.mcap").open("rb") as stream:
         for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False):
-            assert message.log_time >= last, "not in order of time"
+            assert message.log_time >= last, "the messages are not in the order of their times"
             last = message.log_time
             if channel.id not in decoders:
                 decoders[channel.id] = json.loads if channel.message_encoding == "json" else factory.decoder_for("cdr", schema)
@@ -142,7 +142,7 @@ def test_the_schema_of_housekeeping_has_units(folder):
     assert members["POSITION"]["description"] == "rad" and members["STATE"]["type"] == "number" and members["STATE_WORD"]["type"] == "string"
 
 
-def test_the_same_run_gives_the_same_file_and_another_database_raw_frames(folder, tmp_path, capsys):
+def test_the_same_run_gives_the_same_file_and_a_database_of_other_descriptors_is_not_used(folder, tmp_path, capsys):
     copy = tmp_path / "copy"
     shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("run.mcap", "storage"))
     assert cli.main(["mcap", str(copy)]) == 0

@@ -96,7 +96,7 @@ def judge(case, end, folder, undisturbed):
     faults, drives = drives_of(folder)
     assert [(int(f["time_us"]), f"{f['kind']} {f['target']}") for f in faults] == [(case.time_us, case.fault)]
     assert len(drives) == DRIVES
-    assert not [drive for drive, history in drives.items() if is_enabled(history[-1])], "in operation at the end"
+    assert not [drive for drive, history in drives.items() if is_enabled(history[-1])], "a drive is in operation at the end"
     packets = packet_log.read_packets(folder / "packets.log")
     if case.victim is None:
         judge_pull(case, end, facts, drives, packets)
@@ -113,7 +113,7 @@ def judge_before(case, log, undisturbed):
     seen, expected = lines_before(log, case.time_us), lines_before(undisturbed, case.time_us)
     if case.victim in ("simulator", "image", "launcher"):
         expected = expected[: len(seen)]
-    assert seen == expected, f"{log.name} differs before it happened"
+    assert seen == expected, f"{log.name} differs from the undisturbed flight before the fault"
 
 
 def judge_packets(folder):
@@ -132,13 +132,13 @@ def judge_death(case, end, facts):
     assert f"failed: {case.victim} was ended by signal 9" in end.output
     # The ground link ends and opens in simulated time, except after a death before the operator has
     # connected.
-    assert facts["reproducible"] is came_back(facts) or (facts["reproducible"] and case.victim == "communication")
+    assert facts["reproducible"] is was_restarted(facts) or (facts["reproducible"] and case.victim == "communication")
     entry = next(entry for entry in facts["processes"] if entry["name"] == case.victim)
     assert entry.get("signal") == 9 or entry["starts"] == 2, entry
 
 
-def came_back(facts):
-    """The supervisor died and was started again at an instant of simulated time, and the operator completed
+def was_restarted(facts):
+    """True if the supervisor died and was started again at an instant of simulated time, and the operator completed
     its steps."""
     operator = next(entry for entry in facts["processes"] if entry["name"] == "operator")
     return "and was restarted" in facts["exit_reason"] and operator.get("exit_code") == 0
@@ -146,7 +146,7 @@ def came_back(facts):
 
 def judge_launcher(end, facts):
     """The guard must end the run and report this."""
-    assert end.code in (-9, 137), "the launcher is the one that was killed"
+    assert end.code in (-9, 137), "the launcher was not ended by SIGKILL"
     assert facts["exit_code"] == 1 and facts["exit_reason"].startswith("launcher was killed"), facts
     assert "failed: launcher was killed" in end.output
     assert facts["reproducible"] is False
@@ -193,7 +193,7 @@ def judge_pull(case, end, facts, drives, packets):
         judge_reported(case, packets, APIDS.values())
         high = [(time_us - case.time_us, apid) for time_us, apid, _ in reports(packets, 5, 4) if time_us >= case.time_us]
         assert high and high[0][1] == OWNER[case.fault.split()[1]] and high[0][0] <= REPORTED_US, high
-        assert end.code == 1, "the operator's next command was refused"
+        assert end.code == 1, "the run must fail, because the operator's next command is refused"
 
 
 # --- flights ----------------------------------------------------------------------------------------------------------------

@@ -124,7 +124,7 @@ def test_whole_telepresence(folder):
     assert (one.code, other.code) == (0, 0), other.transcript()
     for log in (*BUS_LOGS, "truth.lcm"):
         assert one.octets(log) == other.octets(log), log
-    assert _differing(one, other) > 4, "it opens links again, and reports on them"
+    assert _differing(one, other) > 4, "expected further differing packets, because the links are opened again"
     flying.assert_clean(other)
 
 
@@ -224,13 +224,13 @@ def test_repeats_give_one_sum(folder, name):
 # ---- What is refused ----
 
 @pytest.mark.parametrize("name, message", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"), ("COMMUNICATION", "shared memory")])
-def test_subsystem_that_cannot_be_remote_endian(folder, name, message):
+def test_a_subsystem_that_cannot_be_remote_endian_is_refused(folder, name, message):
     refused = flying.refuse("run", "--remote-endian", name, "--out", folder / "refused")
     assert refused.returncode == 1
     assert message in refused.stderr + refused.stdout
 
 
-def test_program_that_is_not_built(folder):
+def test_a_program_that_is_not_built_is_refused_with_the_next_step(folder):
     """The launcher looks for programs in its working folder, which has none in this test."""
     root = folder / "bare"
     root.mkdir()
@@ -241,7 +241,7 @@ def test_program_that_is_not_built(folder):
     assert "make remote-endian" in refused.stderr + refused.stdout
 
 
-def test_proxy_and_program_started_by_hand():
+def test_a_proxy_and_a_program_that_are_started_by_hand_end_with_a_message():
     """Started by hand, each program says which program starts it."""
     alone = subprocess.run([flying.BIN / "proxy"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert alone.returncode == 2 and "hirosco run --remote-endian" in alone.stderr

@@ -24,9 +24,9 @@ BUSES, CONTROLLERS = "test/hil/guest/buses.py", "test/hil/guest/controllers.py"
 RUNNER = [sys.executable, str(places.ROOT / "gse" / "vm" / "microvm.py")]
 
 
-def until(happened, what):
+def until(condition, what):
     end = time.monotonic() + BOUND_S
-    while not happened():
+    while not condition():
         assert time.monotonic() < end, f"waited too long for {what}"
         time.sleep(0.02)
 

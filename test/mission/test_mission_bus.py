@@ -94,7 +94,7 @@ def _controlwords(buses):
 APIDS = {"joint": 16, "stick": 17}
 
 
-def test_safe_operational_is_switched_on_with_everything_off(flight, buses):
+def test_in_safe_operational_every_axis_is_switched_on_and_not_enabled(flight, buses):
     """While SAFE_OPERATIONAL is settled, every axis reports 0x23."""
     checked = 0
     for name, times, words in _statuswords(buses):
@@ -107,7 +107,7 @@ def test_safe_operational_is_switched_on_with_everything_off(flight, buses):
     assert checked >= 4 * 4
 
 
-def test_operational_is_enabled(flight, buses):
+def test_in_operational_every_axis_is_enabled(flight, buses):
     checked = 0
     for name, times, words in _statuswords(buses):
         for start, end in _spans(flight, APIDS[name.split()[0]], 5):
@@ -118,7 +118,7 @@ def test_operational_is_enabled(flight, buses):
 
 
 @pytest.mark.parametrize("state", [0, 3, 6])
-def test_below_safe_operational_nothing_is_enabled(flight, buses, state):
+def test_in_lower_and_error_states_no_axis_is_enabled(flight, buses, state):
     for name, times, words in _statuswords(buses):
         for start, end in _spans(flight, APIDS[name.split()[0]], state):
             inside = (times > start + 12 * CYCLE_US) & (times < end)
@@ -137,14 +137,14 @@ def test_drives_follow_the_power_states_of_cia_402(buses):
 def test_commands_lead_up_one_state_at_a_time(buses):
     """Each transition upwards is commanded by 0x06, 0x07, 0x0F in this order; none is skipped."""
     for name, _, words in _controlwords(buses):
-        power_states = [word for word, _ in itertools.groupby((words & 0x8F).tolist())]
-        assert 0x0F in power_states, name
-        for before, after in itertools.pairwise(power_states):
+        controlwords = [word for word, _ in itertools.groupby((words & 0x8F).tolist())]
+        assert 0x0F in controlwords, name
+        for before, after in itertools.pairwise(controlwords):
             if after == 0x0F:
                 assert before == 0x07, f"{name}: {before:#04x} -> 0x0F"
             if after == 0x07:
                 assert before in (0x06, 0x0F), f"{name}: {before:#04x} -> 0x07"
-        assert 0x80 not in power_states, f"{name}: there was no fault to reset"
+        assert 0x80 not in controlwords, f"{name}: a fault reset was commanded without a fault"
 
 
 def test_joystick_engages_without_a_push(flight, buses):

@@ -8,7 +8,7 @@ import flying
 import pytest
 
 DEATH_S = 3.0
-BOUND_S = 0.2  # Without the arm's calibration.
+BOUND_S = 0.2  # Longest time from the death to OPERATIONAL, minus the time of the arm's calibration.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17}
 MARKS = ('executable="joystick"', 'executable="manipulator"')
 AT_ONCE = ('state="OFFLINE" after="500ms"', 'state="OFFLINE"')
@@ -81,7 +81,7 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(house, folder, v
     flying.assert_clean(flight)
 
 
-# The first time: the supervisor has just commanded the start.
+# At the first of these times the supervisor has just commanded the start of the manipulator.
 @pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])
 def test_the_supervisor_may_die_during_recommissioning(house, folder, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",

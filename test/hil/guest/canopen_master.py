@@ -112,7 +112,7 @@ class World:
         def seen():
             subprocess.run(["cansend", f"{PREFIX}robot", f"{SENTINEL:03X}#FF"], check=True)
             return self.log.read_text().count(f" {SENTINEL:03X}#") > marks
-        until(seen, "the recorder hears")
+        until(seen, "the sentinel in candump's log")
 
     def close(self):
         self._leave()
