@@ -6,8 +6,8 @@
 
 /// Runs `act` and `baseline` alternately, in rounds each long enough for the resolution of the clock, and
 /// prints `BENCH name value unit baseline ratio low high`: medians over the rounds, then the median, the
-/// 10 % and the 90 % quantile of the ratios of the rounds. A call does `work` operations; the value is the time
-/// of one operation in `unit`, which has `ns_per_unit` nanoseconds.
+/// 10 % and the 90 % quantile of the ratios of the rounds. A call does `work` operations; the value is the
+/// time of one operation in `unit`, which has `ns_per_unit` nanoseconds.
 void measure_compare(const char* name, void (*act)(void), void (*baseline)(void), double work,
                      const char* unit, double ns_per_unit);
 
