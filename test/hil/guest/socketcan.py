@@ -110,7 +110,7 @@ def command_names(parent):
 
 
 def has_line(name, frame):
-    """Wait until the log of bus robot of a running flight contains the frame."""
+    """True if the log of bus robot of a running flight contains the frame."""
     log = WORK / name / "can-robot.log"
     return log.exists() and f" {frame}" in log.read_text()
 
