@@ -3,8 +3,9 @@
 /// them. Addresses, protocol-specific data, quantities and return codes: docs/services/st02.md.
 ///
 /// Devices are accessible while process data flow. Before that, only commissioning uses SDO; when it
-/// starts, it aborts a transfer of this port. Pulses are sent in any state, because a device without supply
-/// cannot be commissioned. One transfer per node runs at a time; others wait.
+/// starts, it aborts a transfer of this port. Command pulses switch the supply of devices; they are sent in
+/// any state, because a device without supply cannot be commissioned. One transfer per node runs at a time;
+/// others wait.
 #ifndef FSW_DRIVES_DRIVES_ACCESS_H
 #define FSW_DRIVES_DRIVES_ACCESS_H
 
@@ -12,7 +13,7 @@
 #include "pus/st02/st02_device_access.h"
 
 #define DRIVES_ACCESS_CLOSED 1U ///< Return code: process data do not flow, or the transfer was reset.
-/// Return code: the device violated the protocol, or its value has another length.
+/// Return code: the device violated the protocol, or its value has another length than requested.
 #define DRIVES_ACCESS_WRONG 2U
 
 /// Returns the port: this function is the callback device_port, and `self` is the subsystem's drives_t. At

@@ -60,7 +60,7 @@ static bool name_file(const component_runtime_t* const runtime, const unsigned i
     return !text.cut;
 }
 
-/// Create the file of the next copy of `path`.
+/// Create the file of the next copy of `path`; if all copies exist, replace the last one.
 static status_t open_copy(osal_file_t* const copy, const char* const path, char* const out_path)
 {
     status_t status = STATUS_OK;
@@ -103,7 +103,7 @@ typedef struct { // Source of the copy: a file; if it is null, octets in memory.
     size_t size;
 } original_t;
 
-/// Copy the damaged data. An incomplete copy is removed.
+/// Copy the damaged data, remove an incomplete copy, and report the result on the console.
 static status_t keep_copy(const char* const path, const original_t* const original)
 {
     char copy_path[RUN_PATH_MAX] = {'\0'};
@@ -175,7 +175,7 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
             return complain(runtime, path, status);
         }
     }
-    const status_t named = osal_file_sync_names(path);
+    const status_t named = osal_file_sync_names(path); // Both files are in one folder.
     if (named != STATUS_OK) {
         close_files(store, 2U);
         return complain(runtime, path, named);

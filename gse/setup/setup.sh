@@ -37,7 +37,7 @@ missing_packages() {
         awk -v level="$wanted" '$1 !~ /^#/ && $2 == level { print $1 }' "$here/packages.txt"
     done | while read -r name; do
         status=$(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null || true)
-        # The packages of Node.js itself contain npm, and Rust itself contains cargo.
+        # npm and cargo may also come from Node.js and Rust themselves; then their Debian packages are not needed.
         [ "$status" = installed ] ||
             case $name in npm | cargo-web) command -v "${name%-web}" >/dev/null ;; *) false ;; esac || echo "$name"
     done

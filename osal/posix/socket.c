@@ -21,7 +21,7 @@
 #define LOCAL_PATH_MAX 100U
 #define BACKLOG 16
 #define NS_PER_MS 1000000ULL
-#define LOOKS_SELDOM 127U // After unsuccessful polling at most 127 waits skip it.
+#define SKIPPED_WAITS_MAX 127U // Largest number of waits that skip polling; a mask.
 
 static struct sockaddr_in native(const osal_address_t address)
 {
@@ -46,7 +46,7 @@ static bool is_again(const int error)
     return (error == EAGAIN) || (error == EWOULDBLOCK);
 }
 
-static bool is_short_of_descriptors(const int error)
+static bool is_out_of_resources(const int error)
 {
     return (error == EMFILE) || (error == ENFILE) || (error == ENOBUFS) || (error == ENOMEM);
 }
@@ -111,7 +111,8 @@ status_t osal_udp_open(osal_socket_t* const sock, const osal_address_t local, co
     if (receive_bytes > 0U) {
         const int bytes = (receive_bytes < (size_t)INT_MAX) ? (int)receive_bytes : INT_MAX;
         set_option(descriptor, SOL_SOCKET, SO_RCVBUF, bytes);
-        // This option may exceed the limit of the system; only privileged programs may set it.
+        // SO_RCVBUFFORCE may exceed the limit of the system. Without the privilege for it, the size set by
+        // SO_RCVBUF remains.
         set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, bytes);
     }
     const struct sockaddr_in address = native(local);
@@ -226,8 +227,8 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
     struct pollfd queue = {.fd = listener->descriptor, .events = POLLIN};
     *out_client         = (osal_socket_t)OSAL_SOCKET_CLOSED;
     *out_peer           = (osal_address_t){0U, 0U};
+    // poll is faster than accept4, which allocates a socket before it looks for a connection.
     if (poll(&queue, 1U, 0) == 0) {
-        // poll is faster than accept4, which allocates a socket before it looks for a connection.
         return STATUS_EMPTY;
     }
     (void)memset(&peer, 0, sizeof peer);
@@ -237,7 +238,7 @@ status_t osal_tcp_accept(osal_socket_t* const listener, osal_socket_t* const out
                                  SOCK_CLOEXEC | SOCK_NONBLOCK);
     } while ((descriptor < 0) && ((errno == EINTR) || (errno == ECONNABORTED)));
     if (descriptor < 0) {
-        if (is_short_of_descriptors(errno)) {
+        if (is_out_of_resources(errno)) {
             return STATUS_EXHAUSTED;
         }
         return is_again(errno) ? STATUS_EMPTY : STATUS_IO;
@@ -256,12 +257,13 @@ status_t osal_tcp_connect_begin(osal_socket_t* const sock, const osal_address_t 
     *sock                = (osal_socket_t)OSAL_SOCKET_CLOSED;
     const int descriptor = open_descriptor(AF_INET, SOCK_STREAM);
     if (descriptor < 0) {
-        return is_short_of_descriptors(errno) ? STATUS_EXHAUSTED : STATUS_IO;
+        return is_out_of_resources(errno) ? STATUS_EXHAUSTED : STATUS_IO;
     }
     set_option(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
     const struct sockaddr_in address = native(to);
     const bool is_done = (connect(descriptor, generic(&address), (socklen_t)sizeof address) == 0);
     const int error    = is_done ? 0 : errno;
+    // EINTR: the kernel continues to connect, as with EINPROGRESS.
     if (is_done || (error == EINPROGRESS) || (error == EINTR)) {
         sock->descriptor = descriptor;
         return is_done ? STATUS_OK : STATUS_BUSY;
@@ -369,7 +371,7 @@ status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_pee
 // ---- Any socket ----
 
 /// Poll for octets, unless polling was unsuccessful recently. Returns what poll returns: 1 if there are
-/// octets or an error, 0 if there is nothing yet.
+/// octets or an error of the socket, 0 if there is nothing yet, -1 if poll failed.
 static int look_for_octets(osal_socket_t* const sock, struct pollfd* const watched)
 {
     if (sock->blind > 0U) {
@@ -381,7 +383,8 @@ static int look_for_octets(osal_socket_t* const sock, struct pollfd* const watch
     do {
         ready = poll(watched, 1U, 0);
     } while ((ready == 0) && (osal_clock_monotonic_ns() < until_ns));
-    sock->pause = (ready != 0) ? 0U : (uint8_t)(((2U * sock->pause) + 1U) & LOOKS_SELDOM);
+    // After each unsuccessful poll more waits skip polling: 1, 3, 7 .. 127.
+    sock->pause = (ready != 0) ? 0U : (uint8_t)(((2U * sock->pause) + 1U) & SKIPPED_WAITS_MAX);
     sock->blind = sock->pause;
     return ready;
 }

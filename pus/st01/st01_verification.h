@@ -2,8 +2,8 @@
 /// ST[01] request verification: reports about the stages of one request, and their decoding.
 ///
 /// Reports of success are sent only if the acknowledgement flags of the request ask for that stage; reports
-/// of failure are always sent. All reports go to the source of the request. If the port refuses them, the
-/// process keeps them while it has room, and counts those that are lost.
+/// of failure are always sent. All reports go to the source of the request. If the port of the process
+/// refuses a report, the process keeps it while it has room, and counts those that are lost.
 #ifndef PUS_ST01_ST01_VERIFICATION_H
 #define PUS_ST01_ST01_VERIFICATION_H
 

@@ -70,9 +70,10 @@ static const char* const words[] = {"",
                                     "HIGH",
                                     "LOW"};
 
+/// Append the values of the attributes of a tag to the outline.
 static void find_values(const uint8_t* const data, outline_t* const outline, const span_t tag)
 {
-    size_t begin = tag.end;
+    size_t begin = tag.end; // First octet of the value; tag.end: not within quotes.
     for (size_t i = tag.begin; i < tag.end; i++) {
         if (data[i] != (uint8_t)'"') {
             continue;

@@ -8,19 +8,20 @@ import pytest
 from hirosco_gse import figures
 from hirosco_gse import run as runs
 
+OFFLINE, ERROR_OPERATIONAL = 0, 6
 PHASES = 20
 CYCLE_S = 500e-6
 PERIOD_S = 2.5
 FIRST_S = 0.5
 BRING_UP_S = 1.2  # Devices may first have to change to the active channel.
-REACTION_US = 5000
-STOPPING_S = 0.015
+REACTION_US = 5000  # Largest time in which a drive leaves operation.
+STOPPING_S = 0.015  # Time to stop a moving joint: reaction, brake, spring of the joint.
 DRIVES = {("robot", 0x11, 0), ("robot", 0x12, 0), ("joystick", 0x21, 0), ("joystick", 0x21, 1)}
 DEVICES = {"STICK": ("joystick", "JOYSTICK"), "JOINT1": ("robot", "MANIPULATOR"), "JOINT2": ("robot", "MANIPULATOR")}
 
 
 def _scenario(path, device):
-    """Bring up, cut at the next phase, wait for OFFLINE by the plan, plug in, and repeat."""
+    """Bring up, unplug at the next phase, wait until the recovery plan has led to OFFLINE, plug in, and repeat."""
     bus, owner = DEVICES[device]
     lines = ["0.0 hand rest", f"0.2 hand circle 0.1 0.5 1 {PHASES * PERIOD_S:.0f} 1"]
     for phase in range(PHASES):
@@ -72,31 +73,34 @@ def test_all_drives_leave_operation_within_5_ms(unplugged):
             assert before["statusword"] & 0x6F == 0x27, f"{drive} was not in operation when {device} was cut at {cut} us"
             left = next(e["time_us"] for e in history if e["time_us"] >= cut and e["statusword"] & 0x6F != 0x27)
             assert left - cut <= REACTION_US, f"{drive} took {left - cut} us when {device} was cut at phase {cut % 500} us"
+            # The device is plugged in again 800 ms after the cut.
             later = [e for e in history if left <= e["time_us"] < cut + 700_000]
             assert all(e["statusword"] & 0x6F != 0x27 for e in later)
 
 
 def test_all_members_are_reported(unplugged):
-    """TM[129,2] of both members to ERROR_OPERATIONAL within 10 ms, the HIGH event of the owner, then OFFLINE
-    by the plan."""
+    """Both members report ERROR_OPERATIONAL by TM[129,2] within 10 ms, and the owner of the device a HIGH event; then the
+    recovery plan leads both to OFFLINE."""
     device, flight, run = unplugged
     owner = {"JOYSTICK": 17, "MANIPULATOR": 16}[DEVICES[device][1]]
     packets = [(t // 1000, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, direction, raw in flight.packets if direction == "TM"]
     for cut in _cuts(run):
         after = [(t - cut, apid, raw) for t, apid, raw in packets if cut <= t <= cut + 1_000_000]
         for apid in (16, 17):
+            # Octets 21 and 22 of TM[129,2]: previous and new state.
             states = [(t, raw[22]) for t, source, raw in after if source == apid and raw[7:9] == b"\x81\x02" and raw[21] != raw[22]]
-            assert states[0][1] == 6, f"APID {apid}, cut of {device} at {cut} us: {states}"
+            assert states[0][1] == ERROR_OPERATIONAL, f"APID {apid}, cut of {device} at {cut} us: {states}"
             assert states[0][0] <= 10_000
-            assert [state for _, state in states] == [6, 7, 8, 9, 0]
+            # Through POST_OPERATIONAL, HARDWARE_DEINIT and SOFTWARE_DEINIT.
+            assert [state for _, state in states] == [ERROR_OPERATIONAL, 7, 8, 9, OFFLINE]
         high = [(t, apid) for t, apid, raw in after if raw[7:9] == b"\x05\x04"]
         assert high[0][1] == owner
         assert high[0][0] <= 10_000
 
 
 def test_arm_stops_and_is_held(unplugged):
-    """A moving arm stops within the distance that it covers in 15 ms (reaction, brake, spring of the joint) at its largest speed
-    within the reaction, in which its control may still accelerate it; then it is held."""
+    """A moving arm stops within STOPPING_S times its largest speed, then it is held. The largest speed may be later than the
+    cut: until the drives react, the control can still accelerate the arm."""
     _, _, run = unplugged
     link, speed = run.at_cycles("JOINTS", "position_rad"), run.at_cycles("JOINTS", "velocity_rad_s")
     fastest = 0.0
@@ -105,7 +109,7 @@ def test_arm_stops_and_is_held(unplugged):
         moved = np.abs(link[at : at + 1000] - link[at]).max(axis=0)
         allowed = 0.001 + np.abs(speed[at : at + REACTION_US // runs.CYCLE_US]).max(axis=0) * STOPPING_S
         assert (moved < allowed).all(), f"cut at {cut} us: {moved} rad, allowed {allowed}"
-        held = link[at + 60 : at + 1000]
+        held = link[at + 60 : at + 1000]  # From 30 ms to 500 ms after the cut.
         assert np.ptp(held, axis=0).max() < 0.001
         fastest = max(fastest, float(np.abs(speed[at]).max()))
     assert fastest > 0.2, "the arm was in motion"

@@ -19,7 +19,7 @@ static uint32_t days_of(const uint32_t year, const uint32_t month, const uint32_
     if ((day < 1U) || (day > ((before[month] - before[month - 1U]) + leap_day))) {
         return UINT32_MAX;
     }
-    const uint32_t years = year - EPOCH_FIRST_YEAR;
+    const uint32_t years = year - EPOCH_FIRST_YEAR; // (years + 1) / 4 leap days before: 1960 is the first.
     return (years * 365U) + ((years + 1U) / 4U) + before[month - 1U] + ((is_leap && (month > 2U)) ? 1U : 0U) +
            (day - 1U);
 }
@@ -80,7 +80,7 @@ void descriptor_mission_builder_end(source_t* const source)
     if (descriptor_mission_builder_of(source)->scope != NULL) {
         mission->configuration_hash = source->hash;
     } else {
-        // Without a scope the names in rules and plans stay unresolved, so the model offers none.
+        // Without a scope the names in rules and plans stay unresolved, so the model contains neither.
         mission->rule_count   = 0U;
         mission->plan_count   = 0U;
         mission->action_count = 0U;

@@ -52,8 +52,8 @@ static uint32_t round_up(const uint32_t offset, const uint32_t alignment)
     return ((offset + alignment - 1U) / alignment) * alignment;
 }
 
-/// Returns the alignment of the structure that consists of those fields of a range whose names begin with the
-/// first `length` characters of `name`: a group; with length 0 the whole parameter.
+/// Returns the alignment of a group: of those fields of a range whose names begin with the first `length`
+/// characters of `name`. With length 0 the group is the whole parameter.
 static uint32_t group_alignment(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                                 const uint16_t count, const char* const name, const size_t length)
 {
@@ -77,9 +77,9 @@ static size_t shared_groups(const char* const one, const char* const other)
     return shared;
 }
 
-/// Returns `offset`, rounded up for each group of `name` behind its first `kept` characters; such a group
-/// begins or ends at this offset. A group is aligned as a structure, and its size is a multiple of its
-/// alignment.
+/// Returns `offset`, rounded up to the alignment of each group of `name` that begins or ends there: those
+/// behind its first `kept` characters. As a structure, a group begins at a multiple of its alignment, and its
+/// size is such a multiple, too.
 static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                             const uint16_t count, const char* const name, const size_t kept,
                             const uint32_t offset)
@@ -100,12 +100,13 @@ uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* const desc
     const char* before = "";
     for (uint16_t i = first; i < (first + count); i++) {
         descriptor_field_t* const field = &descriptor->storage.fields[i];
-        const size_t kept               = shared_groups(before, field->name);
-        offset                          = pass_groups(descriptor, first, count, before, kept, offset);
-        offset                          = pass_groups(descriptor, first, count, field->name, kept, offset);
-        field->offset                   = round_up(offset, alignments[field->type]);
-        offset                          = field->offset + (uint32_t)(value_size(field->type) * field->count);
-        before                          = field->name;
+        // The groups that only the field before has end here; then those that only this field has begin.
+        const size_t kept = shared_groups(before, field->name);
+        offset            = pass_groups(descriptor, first, count, before, kept, offset);
+        offset            = pass_groups(descriptor, first, count, field->name, kept, offset);
+        field->offset     = round_up(offset, alignments[field->type]);
+        offset            = field->offset + (uint32_t)(value_size(field->type) * field->count);
+        before            = field->name;
     }
     offset = pass_groups(descriptor, first, count, before, 0U, offset);
     return round_up(offset, group_alignment(descriptor, first, count, "", 0U));
@@ -119,6 +120,7 @@ static void complete_parameter(source_t* const source, descriptor_parameter_t* c
 {
     subsystem_descriptor_t* const descriptor = descriptor_subsystem_builder_model(source);
     const uint16_t first                     = parameter->first_field;
+    // 11 bits APID, 5 bits layout, 16 bits number.
     parameter->id          = ((uint32_t)descriptor->apid << 21U) | (layout << 16U) | parameter->number;
     parameter->wire_size   = descriptor_subsystem_builder_octets(descriptor, first, parameter->field_count);
     parameter->memory_size = descriptor_subsystem_builder_lay_out(descriptor, first, parameter->field_count);
@@ -151,7 +153,7 @@ void descriptor_parameter_builder_struct(source_t* const source)
 }
 
 /// Build the full name of the element in `characters`: the enclosing groups, then its own name. Refuse a
-/// name that a group or an earlier field of the same structure already has; `newest` is not compared.
+/// name that a group or a field of the same parameter already has; only fields before `newest` are compared.
 static text_t path_of(source_t* const source, char* const characters,
                       const descriptor_parameter_t* const parameter, const descriptor_field_t* const newest)
 {

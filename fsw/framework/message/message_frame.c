@@ -6,7 +6,7 @@
 #define MAGIC 0x484DU
 #define VERSION 1U
 
-/// Offset of each field in the header.
+/// Offset of each field in the header; that of the kind is MESSAGE_AT_KIND.
 enum {
     AT_MAGIC     = 0,
     AT_VERSION   = 2,

@@ -18,7 +18,7 @@
 #define MESSAGE_DATA 0U
 #define MESSAGE_CREDIT 1U
 #define MESSAGE_SYNC 2U
-#define MESSAGE_SYNC_ACK 3U
+#define MESSAGE_SYNC_ACK 3U ///< The last kind.
 
 typedef struct {
     uint8_t kind;

@@ -3,7 +3,8 @@
 
 #include "base/assertion.h"
 
-// The smallest window can hold the reserve and the largest block, and more (message_window_interval).
+// The smallest window has more room than for the reserve and the largest block, so that
+// message_window_interval is never 0.
 CAPACITY_CHECK(smallest_window_has_room_for_any_block,
                MESSAGE_SMALL_WINDOW_OCTETS >
                    (MESSAGE_RESERVE_OCTETS(MESSAGE_SMALL_WINDOW_OCTETS) + MESSAGE_FRAME_MAX));

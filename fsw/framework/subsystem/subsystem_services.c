@@ -307,8 +307,8 @@ static pus_reply_t perform_function(void* const context, const uint16_t index, c
     return reply_of(subsystem, status, call_token, function->id);
 }
 
-/// Make the table of functions and arguments. The offsets are those of the generated argument struct: the
-/// compiler aligns each scalar to its size.
+/// Make the table of functions and arguments. The offsets are those of the generated argument structure, as
+/// descriptor_subsystem_builder_lay_out has set them.
 static void tabulate_functions(subsystem_t* const subsystem)
 {
     const subsystem_descriptor_t* const descriptor = subsystem->descriptor;

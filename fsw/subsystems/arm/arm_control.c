@@ -90,7 +90,8 @@ static void fade(arm_control_t* const control, const arm_setup_t* const setup)
     }
 }
 
-/// Compute the displacement from the measured pose of the tool to the desired one.
+/// Compute the displacement [m, rad] from the measured pose of the tool to the desired one. A twist contains
+/// it, because it has the same six coordinates as a velocity.
 static void compare_tool(arm_control_t* const control, const arm_setup_t* const setup,
                          const arm_motion_t* const desired)
 {

@@ -5,7 +5,7 @@
 ///     motor target  th_d = q_d + tau / K + offset       tau: inverse dynamics of the desired motion
 ///     feed-forward  u_ff = tau + J a_d + friction(v_d)
 ///     torque        u    = u_ff + bias + Kp (th_d - th) + Kd (v_d - v)
-///     compliant     u    = u_ff(q) + G (t_j - torque)
+///     compliant     u    = t_j + J a_d + friction(v_d) + G (t_j - torque)
 ///                   t_j  = tau(q) + bias + Jac^T (Kt e + Dt (t_d - t)) - Dj v
 ///
 /// q, v, a: link; th: motor; _d: desired; K: stiffness; J: rotor inertia; Jac: Jacobian of the tool; e: from

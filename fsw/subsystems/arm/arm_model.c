@@ -50,8 +50,8 @@ void arm_jacobian(const arm_model_t* const model, const arm_kinematics_t* const 
 // ---- Dynamics: all vectors of link i are in its own axes ----
 
 typedef struct {
-    arm_pose_t pose; // Pose relative to the previous link.
-    arm_vector_t rate;
+    arm_pose_t pose;   // Pose relative to the previous link.
+    arm_vector_t rate; // Angular velocity.
     arm_vector_t angular_acceleration;
     arm_vector_t acceleration; // Acceleration of the frame's origin, minus gravity.
     arm_vector_t force;        // Force on the link through its joint.
@@ -77,24 +77,25 @@ static void forward_recursion(const arm_link_t* const link, const body_t* const 
     const arm_vector_t own              = arm_times(link->axis, motion->velocity_rad_s[joint]);
     const arm_vector_t own_acceleration = arm_times(link->axis, motion->acceleration_rad_s2[joint]);
     const arm_vector_t angular_carried  = arm_rotated_back(r, previous->angular_acceleration);
-    const arm_vector_t acceleration_there =
+    const arm_vector_t origin_acceleration =
         arm_rotated_back(r, acceleration_at(previous, body->pose.position_m));
     if (link->is_prismatic) {
         const arm_vector_t coriolis = arm_times(arm_cross(carried, own), 2.0);
         body->rate                  = carried;
         body->angular_acceleration  = angular_carried;
-        body->acceleration          = arm_sum(acceleration_there, arm_sum(coriolis, own_acceleration));
+        body->acceleration          = arm_sum(origin_acceleration, arm_sum(coriolis, own_acceleration));
     } else {
         body->rate = arm_sum(carried, own);
         body->angular_acceleration =
             arm_sum(arm_sum(angular_carried, arm_cross(carried, own)), own_acceleration);
-        body->acceleration = acceleration_there;
+        body->acceleration = origin_acceleration;
     }
-    body->force             = arm_times(acceleration_at(body, link->centre_m), link->mass_kg);
-    const arm_vector_t spin = arm_rotated(&link->inertia_kgm2, body->rate);
-    const arm_vector_t own_moment =
-        arm_sum(arm_rotated(&link->inertia_kgm2, body->angular_acceleration), arm_cross(body->rate, spin));
-    body->moment = arm_sum(own_moment, arm_cross(link->centre_m, body->force));
+    // The inertia is a matrix like a rotation, so arm_rotated multiplies by it.
+    body->force                         = arm_times(acceleration_at(body, link->centre_m), link->mass_kg);
+    const arm_vector_t angular_momentum = arm_rotated(&link->inertia_kgm2, body->rate);
+    const arm_vector_t own_moment = arm_sum(arm_rotated(&link->inertia_kgm2, body->angular_acceleration),
+                                            arm_cross(body->rate, angular_momentum));
+    body->moment                  = arm_sum(own_moment, arm_cross(link->centre_m, body->force));
 }
 
 void arm_inverse_dynamics(const arm_model_t* const model, const arm_motion_t* const motion,
@@ -107,6 +108,7 @@ void arm_inverse_dynamics(const arm_model_t* const model, const arm_motion_t* co
     for (unsigned i = 0U; i < model->joint_count; i++) {
         forward_recursion(&model->link[i], (i == 0U) ? &base : &bodies[i - 1U], motion, i, &bodies[i]);
     }
+    // Backwards: each joint carries its own link and all links behind it.
     for (unsigned i = model->joint_count; i > 0U; i--) {
         const body_t* const body     = &bodies[i - 1U];
         const arm_link_t* const link = &model->link[i - 1U];

@@ -7,7 +7,7 @@
 /// The plan begins with the shortest durations of the lines; each round lengthens by 5 % the lines whose
 /// blends overlap or pass too far from their point.
 /// The tool has six coordinates: its position, and its rotation vector from the orientation at the start.
-/// Its limits and `blend` are those of the tool, for the length of each of the two vectors.
+/// The limits of the tool and `blend` apply to the length of the position vector and of the rotation vector.
 ///
 /// Ownership  The caller places the structures.
 /// Context    One task.
@@ -41,11 +41,11 @@ typedef struct {          // All fields are private.
 
 /// Remove all points.
 void arm_trajectory_clear(arm_trajectory_t* trajectory);
-/// Append a point. STATUS_EXHAUSTED: there are ARM_POINTS_MAX.
+/// Append a point. STATUS_EXHAUSTED: there are already ARM_POINTS_MAX.
 MUST_USE status_t arm_trajectory_add(arm_trajectory_t* trajectory, const arm_model_t* model,
                                      const double point_rad[ARM_JOINTS_MAX]);
 /// Append a pose of the tool in the frame of the base; `rotation_rad` is axis times angle. STATUS_EXHAUSTED:
-/// there are ARM_POINTS_MAX. The points of a trajectory are either all poses or all points of joints.
+/// there are already ARM_POINTS_MAX. The points of a trajectory are either all poses or all points of joints.
 MUST_USE status_t arm_trajectory_add_pose(arm_trajectory_t* trajectory, const double position_m[3],
                                           const double rotation_rad[3]);
 /// Begin the plan of a motion from rest at `from`, which uses a `share`, > 0, of the limits. At least one
@@ -62,7 +62,8 @@ double arm_trajectory_duration_s(const arm_trajectory_t* trajectory);
 /// Compute the motion at a time; the plan must be ready. Before its start and after its end, the motion is
 /// rest.
 void arm_trajectory_at(const arm_trajectory_t* trajectory, double time_s, arm_motion_t* out_motion);
-/// Compute pose and velocity of the tool at a time that passes at `rate`.
+/// Compute pose and velocity of the tool at time `time_s` of the plan, if this time passes `rate` times as
+/// fast as real time.
 void arm_trajectory_tool_at(const arm_trajectory_t* trajectory, double time_s, double rate,
                             arm_pose_t* out_pose, arm_twist_t* out_twist);
 

@@ -16,7 +16,7 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    uint8_t blind; // Number of the next waits that skip polling.
+    uint8_t blind; // Number of waits, from now, that skip polling.
     uint8_t pause; // Number of waits that skip polling after the last poll was unsuccessful.
     bool is_deferred;
     bool is_kept; // The datagram that was received last is still in the socket.

@@ -108,10 +108,12 @@ static void prove_holding(pool_t* const pool, const bool is_release)
         PROVE((status == STATUS_NOT_OURS) && (slots[index].holders == before) && (pool->stats.taken == taken),
               "a wrong pointer is refused and changes nothing");
     } else if (is_release) {
-        PROVE((status == STATUS_OK) && (slots[index].holders == (before - 1U)), "one holder less");
+        PROVE((status == STATUS_OK) && (slots[index].holders == (before - 1U)),
+              "the block has one holder less");
         PROVE(pool->stats.taken == ((before == 1U) ? (taken - 1U) : taken), "the last holder gives it back");
     } else {
-        PROVE((status == STATUS_OK) == (before < UINT16_MAX), "one holder more, up to the largest number");
+        PROVE((status == STATUS_OK) == (before < UINT16_MAX),
+              "the block has one holder more, up to the largest number");
     }
 }
 

@@ -23,10 +23,10 @@ static remote_endian_carrier_t carrier;
 /// Inherited by the component; once the link has adopted it, the link closes it.
 static osal_socket_t message;
 static osal_socket_t partner; ///< Message socket of another component.
-static status_t send_status;  ///< Status of each send; STATUS_OK: the system sends.
+static status_t send_status;  ///< Status of each send; STATUS_OK: the real function sends.
 static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
 static unsigned syncs;
-static status_t sync_status; ///< STATUS_OK: the system syncs.
+static status_t sync_status; ///< Status of each sync; STATUS_OK: the real function syncs.
 
 status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
 status_t __real_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
@@ -326,7 +326,7 @@ static void a_socket_of_a_link_is_adopted_once(void)
     put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
     TEST_ASSERT_EQUAL(STATUS_IO, take());
     TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
-    link.at = link.end;
+    link.at = link.end;    // The proxy ends; here the next record follows.
     osal_socket_t foreign; // Open in this process, but not given to the program.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&foreign, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U));
     put_number(TARGET_WIRE_ADOPT, (uint32_t)osal_socket_descriptor(&foreign));
@@ -416,7 +416,7 @@ static void malformed_records_of_a_program_are_refused(void)
     octets_put_u32(content, STRANGER);
     refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS); // There is no such socket.
     refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS - 1U);
-    refuse(TARGET_WIRE_WAIT, content, 8U);
+    refuse(TARGET_WIRE_WAIT, content, 8U); // Neither can the program wait for that socket.
     refuse(TARGET_WIRE_WAIT, content, 7U);
     refuse(TARGET_WIRE_WAITED, content, 0U); // Only the serving process may send this record.
     refuse(TARGET_WIRE_SYNCED, content, 1U);
@@ -426,7 +426,8 @@ static void malformed_records_of_a_program_are_refused(void)
     uint8_t long_path[TARGET_WIRE_PATH_MAX + 2U] = {TARGET_WIRE_SYNC_CONTENT};
     (void)memset(&long_path[1], 'p', sizeof long_path - 1U);
     refuse(TARGET_WIRE_SYNC, long_path, sizeof long_path);
-    refuse(0U, content, 1U);
+    refuse(0U, content, 1U); // No kind of record.
+    // A length of 0, which does not even include the kind; then a length beyond the largest.
     static const uint8_t empty[] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
     put(empty, sizeof empty);
     TEST_ASSERT_EQUAL(STATUS_IO, take());

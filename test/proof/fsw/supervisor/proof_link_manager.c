@@ -30,7 +30,7 @@
 // Fault: fsw/supervisor/link_manager.c
 //   - link_session_t* const session = (session_of_link(supervisor, open->link) == NULL)
 //   + link_session_t* const session = (open->link != 0U)
-// The supervisor without the members that the manager of links does not use.
+// The supervisor without the members that its link manager does not use.
 #define FSW_SUPERVISOR_SUPERVISOR_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H
 #include "fsw/framework/descriptor/mission_descriptor.h"
@@ -77,9 +77,9 @@ typedef struct supervisor {
 static supervisor_t supervisor;
 static mission_link_t links[MISSION_LINKS_MAX];
 static mission_descriptor_t mission = {.links = links, .link_count = MISSION_LINKS_MAX};
-static registry_entry_t entry; // Entry of any subsystem that the manager looks up.
-static link_edge_t edge;       // Edge of any link that the manager looks up.
-static uint16_t addressee;
+static registry_entry_t entry;         // Entry of any subsystem that the manager looks up.
+static link_edge_t edge;               // Edge of any link that the manager looks up.
+static uint16_t addressee;             // Addressee of the request that is being written.
 static pus_link_transition_t reported; // Report of a subsystem about a link.
 static pus_link_open_t ordered;        // The order to open.
 static uint16_t ordered_apid;          // Addressee of the order.
@@ -291,7 +291,7 @@ link_edge_t* supervisor_link_graph_find(link_graph_t* const graph, const uint16_
 status_t supervisor_link_graph_add(link_graph_t* const graph, const link_edge_t* const added)
 {
     (void)graph;
-    PROVE(added->link != 0U, "an open link was agreed on");
+    PROVE(added->link != 0U, "only a link that was agreed on is added");
     return nondet_bool() ? STATUS_OK : STATUS_EXHAUSTED;
 }
 
@@ -368,8 +368,8 @@ static void any_sound_state(void)
     ASSUME((supervisor.link_epoch < UINT32_MAX) && is_sound());
 }
 
-/// Make one call of any kind. Returns the APID of the reporting subsystem if the call passes a report, else
-/// 0.
+/// Make one call of any kind. Returns the APID of the reporting subsystem if the call passes a report;
+/// otherwise 0.
 static uint16_t call(void)
 {
     const pus_token_t token          = {.source = nondet_u16()};
@@ -413,15 +413,15 @@ static uint16_t call(void)
 void proof(void)
 {
     any_mission();
-    PROVE(is_sound(), "the manager begins sound");
+    PROVE(is_sound(), "the initial state of the manager is sound");
     any_sound_state();
     const uint32_t before = supervisor.link_epoch;
-    link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
+    link_session_t sessions_before[SUPERVISOR_LINK_SESSIONS];
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-        sessions[i] = supervisor.sessions[i];
+        sessions_before[i] = supervisor.sessions[i];
     }
     const uint16_t reporter = call();
-    PROVE(orders <= 1U, "one order to open at most");
+    PROVE(orders <= 1U, "one call sends at most one order to open");
     if (orders == 0U) {
         PROVE(supervisor.link_epoch == before, "only an opening takes an epoch");
     } else if (ordered.epoch > before) {
@@ -431,16 +431,17 @@ void proof(void)
     } else {
         bool is_of_session = false;
         for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
-            is_of_session =
-                is_of_session || ((sessions[i].step == SESSION_OPEN_PRODUCER) &&
-                                  (sessions[i].link == ordered.link) && (sessions[i].epoch == ordered.epoch));
+            is_of_session = is_of_session || ((sessions_before[i].step == SESSION_OPEN_PRODUCER) &&
+                                              (sessions_before[i].link == ordered.link) &&
+                                              (sessions_before[i].epoch == ordered.epoch));
         }
         PROVE(is_of_session, "the order to the consumer has the epoch of the producer's opening");
         PROVE((reporter == ends_of(ordered.link).producer_apid) && (reported.link == ordered.link) &&
                   (reported.state == (uint8_t)PUS_LINK_STATE_OPEN),
-              "once the producer has reported that it is open");
-        PROVE(ordered_apid == ends_of(ordered.link).consumer_apid, "it is the consumer of this link");
-        PROVE(supervisor.link_epoch == before, "it takes no epoch");
+              "the consumer is ordered after the producer has reported that it is open");
+        PROVE(ordered_apid == ends_of(ordered.link).consumer_apid,
+              "the second order goes to the consumer of this link");
+        PROVE(supervisor.link_epoch == before, "the order to the consumer takes no epoch");
     }
-    PROVE(is_sound(), "the manager stays sound");
+    PROVE(is_sound(), "the state of the manager stays sound");
 }

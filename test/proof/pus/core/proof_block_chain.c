@@ -66,7 +66,7 @@ void proof(void)
         uint8_t octet                   = 0U;
         pus_block_chain_skip(&reader, place);
         PROVE(pus_block_chain_read(&reader, &octet, 1U) == 1U, "an octet is left");
-        PROVE(followed == &octet, "it is the octet that was appended there");
+        PROVE(followed == &octet, "the octet found is the one that was appended there");
     }
     pus_block_chain_free(&chains, &chain);
     PROVE(chains.pool.stats.taken == 0U, "every block is free again");

@@ -445,7 +445,7 @@ void fixture_fill(unsigned member)
         (void)fixture_tc(full->apid, PUS_SERVICE_TEST, 1U, NULL, 0U);
         fixture_step();
     }
-    while (message_credit(&fixture.endpoint, full->apid) > 0U) { // The requests go into the mailbox.
+    while (message_credit(&fixture.endpoint, full->apid) > 0U) { // The requests go into the inbox.
         TEST_ASSERT_EQUAL(STATUS_OK, message_send(&fixture.endpoint, full->apid, NULL, 0U));
     }
     fixture.ack = ack;

@@ -495,7 +495,7 @@ static void a_request_that_is_not_accepted_ends(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.pending.count);
 }
 
-/// The mailbox is full when the subsystem must become safe: the command is sent as soon as it has room.
+/// The inbox is full when the subsystem must become safe: the command is sent as soon as it has room.
 static void a_command_without_room_stays_pending(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
@@ -508,7 +508,7 @@ static void a_command_without_room_stays_pending(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
 }
 
-/// The ground has filled the mailbox with requests, but the supervisor's command still has room.
+/// The ground has filled the inbox with requests, but the supervisor's command still has room.
 static void a_command_does_not_wait_behind_requests(void)
 {
     fixture_link_up(STATE_OPERATIONAL);

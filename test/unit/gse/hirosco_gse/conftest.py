@@ -48,7 +48,7 @@ def dictionary(dictionary_path):
 
 @pytest.fixture(scope="session")
 def flight_folder(tmp_path_factory, dictionary_path):
-    """Raw logs of a synthetic flight with known figures."""
+    """Folder with the raw logs of a synthetic flight with known figures."""
     folder = tmp_path_factory.mktemp("flight")
     synthetic.write(folder, Dictionary.load(dictionary_path))
     return folder
@@ -56,6 +56,7 @@ def flight_folder(tmp_path_factory, dictionary_path):
 
 @pytest.fixture
 def spacecraft():
+    """A simulated spacecraft that answers as `visiting.answer`."""
     made = Spacecraft(answer)
     yield made
     made.close()
@@ -63,7 +64,7 @@ def spacecraft():
 
 @pytest.fixture
 def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
-    """The run folder `latest`, a link to a flight."""
+    """Folder of the flights, in which `latest` is a link to the flight `first`, and of the station's page."""
     monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
     begin(tmp_path, "first", spacecraft.port)
     (tmp_path / "page").mkdir()

@@ -22,8 +22,8 @@ def status(state, configuration):
 
 
 def answer(packet):
-    """Perform every request; with each answer to a ping, report that the manipulator is in PRE_OPERATIONAL
-    with a configuration."""
+    """Perform every request except TC[129,1], which fails because of the state; with each answer to a ping, report that
+    the manipulator is in PRE_OPERATIONAL with a configuration."""
     if packet.message == (17, 1):
         reports = [(MANIPULATOR, 129, 5, status(3, TELEPRESENCE), 1)] if packet.apid == MANIPULATOR else []
         return success(packet, (17, 2, b"")) + reports

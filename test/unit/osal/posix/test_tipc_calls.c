@@ -40,7 +40,8 @@ static int kind_of_control; // 0: no control data.
 /// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
+    // After a success errno may have any value: a caller that then looks at it repeats the call.
+    errno = (result < 0) ? -result : EINTR;
     return (result < 0) ? -1 : result;
 }
 
@@ -264,7 +265,7 @@ static void received_messages_and_returned_messages_are_distinguished(void** sta
 {
     (void)state;
     will_return(__wrap_recvmsg, -EINTR);
-    will_return_count(__wrap_recvmsg, 7, 4);
+    will_return_count(__wrap_recvmsg, 7, 4); // The next four receptions have 7 octets.
     expect_received(STATUS_OK, 7U);
     assert_int_equal(((uint64_t)NODE << 32U) | REF, from);
     // The control data contains the name to which the message was sent: an ordinary message.

@@ -91,7 +91,7 @@ static void contact_rises_fast_and_falls_slowly(void)
         reflect(0.0, 0.0);
     }
     EXPECT_WITHIN(exp(-1.0), 0.02, control.contact);
-    gains.contact_attack = 1.0e9; // The share of contact stays within 0..1 for any rate.
+    gains.contact_attack = 1.0e9; // The degree of contact stays within 0..1 for any rate.
     for (unsigned i = 0U; i < 50U; i++) {
         reflect(1.0e9, -1.0e9);
         TEST_ASSERT_TRUE((control.contact >= 0.0) && (control.contact <= 1.0));
@@ -109,7 +109,8 @@ static void contact_ends_without_subnormal_numbers(void)
     TEST_ASSERT_TRUE(control.contact == 0.0);
 }
 
-/// A finger that friction holds sideways loads one joint only; the damping must act on the other axis, too.
+/// If friction holds the tip of the arm on a wall, only one joint shows the contact; the damping must act on
+/// the axis of the other joint, too.
 static void both_axes_are_damped_if_one_is_in_contact(void)
 {
     for (unsigned i = 0U; i < 2000U; i++) {
@@ -131,7 +132,8 @@ static void no_torque_exceeds_the_ceiling(void)
         TEST_ASSERT_TRUE(fabs(control.command_nm[1]) <= 1.5);
     }
     TEST_ASSERT_EQUAL_UINT(10U, control.limited);
-    reflect(1.0, 1.0); // The refused torque has no effect.
+    reflect(1.0, 1.0);
+    // NaN has left no trace: it is not equal to itself.
     TEST_ASSERT_TRUE(control.contact == control.contact);
 }
 
@@ -268,8 +270,8 @@ static void a_cleared_force_is_zero_at_once(void)
     joystick_force_display_clear(&display);
     TEST_ASSERT_FALSE(display.is_active);
     TEST_ASSERT_TRUE((display.torque_nm[0] == 0.0) && (display.torque_nm[1] == 0.0));
-    joystick_force_display_begin(&display, goal,
-                                 1.0); // This force ends, although the last one had no end.
+    // The next force ends, although the last one had no end.
+    joystick_force_display_begin(&display, goal, 1.0);
     TEST_ASSERT_FALSE(display.is_lasting);
 }
 

@@ -114,7 +114,7 @@ static void a_request_to_another_subsystem_must_fit_a_packet(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #0 0205 1000"));
 }
 
-/// ARM's mailbox is full, so the request waits until it has room.
+/// ARM's inbox is full, so the request waits until it has room.
 static void a_request_waits_for_room(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;

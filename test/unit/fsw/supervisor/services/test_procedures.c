@@ -101,6 +101,7 @@ static void a_request_is_routed_and_its_end_awaited(void)
 
 static void a_procedure_s_request_without_permission_is_refused(void)
 {
+    // PUS_FAILURE_PERMISSION, PUS_FAILURE_NO_ROUTE.
     run("local ok, code = send(16, 8, 1, 'MOVE\\0\\0\\0\\0\\0', true) assert(not ok and code == 0x0110)\n"
         "ok, code = send(99, 17, 1, '', true) assert(not ok and code == 0x0001)");
     fixture_run(5U);
@@ -111,12 +112,13 @@ static void a_procedure_s_request_without_permission_is_refused(void)
 static void a_procedure_is_notified_when_an_addressee_does_not_answer(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
+    // PUS_FAILURE_TIMEOUT.
     run("local ok, code = send(16, 17, 1, '', true) assert(not ok and code == 0x0406, code)");
     fixture_run(1100U); // The supervisor ends requests that are not accepted in time.
     expect_ends(1U, 0U);
 }
 
-static void requests_share_the_counts_of_the_supervisor(void)
+static void requests_share_the_sequence_counts_of_the_supervisor(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
@@ -159,6 +161,7 @@ static void only_events_for_procedures_are_raised(void)
 {
     run("step(2) assert(event(15) and event(16)) assert(not event(1) and not event(13) and not event(99))");
     fixture_run(3U);
+    // PROCEDURE_NOTE (15) and PROCEDURE_WARNING (16): name LOOK, step 2.
     fixture_expect("G 5.1 000F4C4F4F4B000000000002\nG 5.2 00104C4F4F4B000000000002\n");
     expect_ends(1U, 0U);
 }
@@ -167,6 +170,7 @@ static void an_error_is_reported(void)
 {
     run("\nerror('no light')");
     fixture_run(2U);
+    // PROCEDURE_FAILED (14): name LOOK, what 3, step 0, line 2, text "LOOK:2: no light".
     TEST_ASSERT_TRUE(
         fixture_has("G 5.2 000E4C4F4F4B00000000030000000000024C4F4F4B3A323A206E6F206C6967687400"));
     expect_ends(0U, 1U);
@@ -209,7 +213,7 @@ static void requests_to_a_subsystem_that_reads_nothing_end_in_time(void)
     fixture_run(20U);
     load("SPIN\0\0\0\0", "while true do send(16, 17, 1) send(18, 17, 1) send(99, 17, 1) end");
     activate("SPIN\0\0\0\0");
-    fixture_run(200U); // ARM's mailbox is full.
+    fixture_run(200U); // ARM's inbox is full.
     TEST_ASSERT_TRUE(fixture.supervisor.counters.tc_unroutable > 100U);
     load(LOOK, "send(17, 17, 1)");
     fixture_forget();
@@ -224,7 +228,7 @@ int main(void)
     RUN_TEST(a_request_is_routed_and_its_end_awaited);
     RUN_TEST(a_procedure_s_request_without_permission_is_refused);
     RUN_TEST(a_procedure_is_notified_when_an_addressee_does_not_answer);
-    RUN_TEST(requests_share_the_counts_of_the_supervisor);
+    RUN_TEST(requests_share_the_sequence_counts_of_the_supervisor);
     RUN_TEST(telemetry_is_read_by_name_and_number);
     RUN_TEST(names_come_from_descriptors);
     RUN_TEST(only_events_for_procedures_are_raised);
