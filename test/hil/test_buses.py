@@ -29,8 +29,8 @@ def group(place):
 
 
 @pytest.fixture(scope="module")
-def flown(tmp_path_factory):
-    """The same flights on shared memory, on this machine."""
+def shared_memory_flights(tmp_path_factory):
+    """Dictionary: name -> folder of the same flight on shared memory, on this machine."""
     folder = tmp_path_factory.mktemp("buses")
     return {"vcan": fly_here(folder / "vcan", "rokviss", reports.write_scenario(folder)),
             "controllers": fly_here(folder / "controllers", "classic", "classic")}
@@ -52,18 +52,18 @@ def test_case(group, case):
 
 
 @pytest.mark.parametrize("name", ["vcan", "controllers"])
-def test_logs_are_those_of_shared_memory(group, flown, name):
+def test_logs_are_those_of_shared_memory(group, shared_memory_flights, name):
     group.check({"vcan": "vcan_flight_is_seen_by_candump",
                  "controllers": "emulated_controllers_carry_the_classic_mission"}[name])
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
-        assert (group.result.folder / name / log).read_bytes() == (flown[name] / log).read_bytes(), log
+        assert (group.result.folder / name / log).read_bytes() == (shared_memory_flights[name] / log).read_bytes(), log
 
 
 @pytest.mark.parametrize("bus, least", [("robot", 10000), ("robot-b", 10), ("joystick", 10000)])
-def test_candump_recorded_the_same_frames(group, flown, bus, least):
+def test_candump_recorded_the_same_frames(group, shared_memory_flights, bus, least):
     """The unused channel B carries the frames that devices send after they are switched on."""
     group.check("vcan_flight_is_seen_by_candump")
-    expected = frames(flown["vcan"] / f"can-{bus}.log", bus)
+    expected = frames(shared_memory_flights["vcan"] / f"can-{bus}.log", bus)
     recorded = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
     assert len(expected) > least
     assert recorded == expected

@@ -17,17 +17,18 @@ import cases
 import place
 
 BOUND_S = 300
+PROBE = "001#"
 
 
 def command(*words):
     return subprocess.run(words, check=True, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=BOUND_S).stdout
 
 
-def until(happened):
-    """Poll until a condition holds, with a generous time limit."""
+def until(condition, what):
+    """Poll until a condition holds; the time limit only ends a wait without end."""
     end = time.monotonic() + BOUND_S
-    while not happened():
-        assert time.monotonic() < end, "it did not happen in time"
+    while not condition():
+        assert time.monotonic() < end, f"not within {BOUND_S} s: {what}"
         time.sleep(0.02)
 
 
@@ -46,18 +47,18 @@ def recorded(listen, send, *frames):
         try:
             # candump listens as soon as a probe frame has arrived; it has all frames as soon as the last one
             # has arrived.
-            def heard(frame):
-                command("cansend", send, frame)
-                return f" {frame}\n" in log.read_text()
-            until(lambda: heard("001#"))
+            def records_probe():
+                command("cansend", send, PROBE)
+                return f" {PROBE}\n" in log.read_text()
+            until(records_probe, "the probe frame in candump's log")
             for frame in frames:
                 command("cansend", send, frame)
-            until(lambda: f" {frames[-1]}\n" in log.read_text())
+            until(lambda: f" {frames[-1]}\n" in log.read_text(), "the last frame in candump's log")
         finally:
             recorder.terminate()
             recorder.wait()
     words = [line.split()[2] for line in log.read_text().splitlines()]
-    return [word for word in words if word != "001#"]
+    return [word for word in words if word != PROBE]
 
 
 def case_loopback_is_up():
@@ -118,7 +119,7 @@ def case_this_kernel_is_chosen_and_its_commands_are_isolated():
         assert not os.path.exists("/sys/class/net/inside") and not os.path.exists("/run/inside")
         hung = chosen.run("echo begun; sleep 1000", 1)
         assert hung.code == place.LIMIT_REACHED, hung.end()
-    until(lambda: b"sleep\x001000\x00" not in command_lines())
+    until(lambda: b"sleep\x001000\x00" not in command_lines(), "the end of the process that the command has left")
 
 
 if __name__ == "__main__":

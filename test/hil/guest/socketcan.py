@@ -40,10 +40,11 @@ def links():
     return {link["ifname"] for link in json.loads(ip("-json", "link", "show"))}
 
 
-def until(happened, what):
+def until(condition, what):
+    """Poll until a condition holds; the time limit only ends a wait without end."""
     end = time.monotonic() + BOUND_S
-    while not happened():
-        assert time.monotonic() < end, f"waited too long for {what}"
+    while not condition():
+        assert time.monotonic() < end, f"not within {BOUND_S} s: {what}"
         time.sleep(0.1)
 
 
@@ -67,10 +68,10 @@ def kept(name):
 
 def flown(name, *options, seconds=BOUND_S):
     process = started(name, *options)
-    said = process.communicate(timeout=seconds)[0]
+    output = process.communicate(timeout=seconds)[0]
     kept(name)
-    assert process.returncode == 0, said + (WORK / name / "console.log").read_text()
-    return said
+    assert process.returncode == 0, output + (WORK / name / "console.log").read_text()
+    return output
 
 
 def last_of(path):
@@ -118,14 +119,15 @@ def has_line(name, frame):
 def shut_down(process):
     """Shut the launcher down as Ctrl-C does. Returns its output."""
     process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=BOUND_S)[0]
-    assert process.returncode == 0, said
-    return said
+    output = process.communicate(timeout=BOUND_S)[0]
+    assert process.returncode == 0, output
+    return output
 
 
-def refused(*options, reader=subprocess.run, runner=()):
-    ended = reader([*runner, BIN / "hirosco", "run", "--report", "no", "--out", WORK / "refused", *options],
-                   stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=BOUND_S)
+def refused(*options, runner=()):
+    """Output of the launcher, which must refuse these options; `runner` are words before its command."""
+    ended = subprocess.run([*runner, BIN / "hirosco", "run", "--report", "no", "--out", WORK / "refused", *options],
+                           stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=BOUND_S)
     assert ended.returncode in (1, 2), ended.stdout + ended.stderr
     return ended.stdout + ended.stderr
 
@@ -147,9 +149,9 @@ def case_contract_holds_on_this_kernel():
 
 # --- what is refused ------------------------------------------------------------------------------------------------
 
-def obey(said):
-    """Run the command that a refusal tells the user to type as root."""
-    subprocess.run(["sh", "-ec", said.rpartition("as root: ")[2]], check=True, timeout=BOUND_S)
+def run_printed_command(output):
+    """Run the command that a refusal prints for the user to type as root."""
+    subprocess.run(["sh", "-ec", output.rpartition("as root: ")[2]], check=True, timeout=BOUND_S)
 
 
 def case_bad_interfaces_are_refused_with_the_next_step():
@@ -179,15 +181,15 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     for fragment, options in refusals.items():
         if "bus joystick" in fragment:
             ip("link", "set", "vcan-robot", "mtu", "72", "up")
-        said = refused(*options)
-        assert fragment in said, f"expected: {fragment}\nsaid: {said}"
-        wrong_rate = said if "500000" in fragment else wrong_rate
+        output = refused(*options)
+        assert fragment in output, f"expected: {fragment}\noutput: {output}"
+        wrong_rate = output if "500000" in fragment else wrong_rate
     ip("link", "set", "vcan-robot", "down")
     ip("link", "set", "vcan-robot", "mtu", "16", "up")
-    said = refused("--bus", "vcan")
-    assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in said, said
-    for options, said in ((["--bus", "vcan"], said), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
-        obey(said)
+    output = refused("--bus", "vcan")
+    assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in output, output
+    for options, output in ((["--bus", "vcan"], output), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
+        run_printed_command(output)
         assert "cannot make the output folder" in refused(*options, "--out", "/dev/null/none"), "the printed command did not help"
     ip("link", "delete", "vcan-robot")
     ip("link", "set", "can0", "down")
@@ -200,11 +202,11 @@ def case_two_runs_at_once_are_refused():
         assert "another run flies on vcan-robot" in refused("--bus", "vcan")
 
 
-def case_without_permission_it_says_what_to_type():
+def case_without_permission_the_launcher_prints_the_command_for_root():
     WORK.mkdir(exist_ok=True)
     WORK.chmod(0o777)
-    said = refused("--bus", "vcan", runner=["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"])
-    assert "as root, once: ip link add vcan-robot mtu 72 type vcan; ip link set vcan-robot up;" in said, said
+    output = refused("--bus", "vcan", runner=["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"])
+    assert "as root, once: ip link add vcan-robot mtu 72 type vcan; ip link set vcan-robot up;" in output, output
     shutil.rmtree(WORK)
 
 
@@ -229,8 +231,8 @@ def case_vcan_flight_is_seen_by_candump():
     assert not links() & {"vcan-joystick", "fsw-joystick"}, "interfaces made by the run still exist"
     ip("link", "delete", "fsw-robot")
     ip("link", "delete", "vcan-robot")
-    seen = facts("vcan")
-    assert seen["reproducible"] and seen["bus"] == "vcan", seen
+    summary = facts("vcan")
+    assert summary["reproducible"] and summary["bus"] == "vcan", summary
 
 
 def case_frames_of_tools_enter_the_bus():
@@ -248,8 +250,8 @@ def case_frames_of_tools_enter_the_bus():
     until(seen_on_the_bus, "frames of tools")
     shut_down(process)
     kept("tools")
-    seen = facts("tools")
-    assert seen["bus_frames_external"] >= 2 and not seen["reproducible"], seen
+    summary = facts("tools")
+    assert summary["bus_frames_external"] >= 2 and not summary["reproducible"], summary
 
 
 COUNTERS = "hk once MANIPULATOR 4712"
@@ -278,14 +280,14 @@ def case_interfaces_that_are_lost_and_made_again_are_used_again():
         tool.bind(("vcan-robot",))
         tool.settimeout(BOUND_S)
         os.kill(simulator, signal.SIGCONT)
-        assert tool.recv(16), "frames of the bus are shown again"
-        said = process.communicate(timeout=BOUND_S)[0]
+        assert tool.recv(16), "the simulator does not publish the bus on the new interface"
+        output = process.communicate(timeout=BOUND_S)[0]
     kept("again")
-    assert process.returncode == 0, said + (WORK / "again" / "console.log").read_text()
+    assert process.returncode == 0, output + (WORK / "again" / "console.log").read_text()
     assert "BUS_LOST: 1 times," in log.read_text(), log.read_text()
-    seen = facts("again")
-    assert seen["bus_interfaces_lost"] == 2 and not seen["reproducible"], said
-    assert "2 calls failed: interface down or removed" in said, said
+    summary = facts("again")
+    assert summary["bus_interfaces_lost"] == 2 and not summary["reproducible"], output
+    assert "2 calls failed: interface down or removed" in output, output
 
 
 def case_emulated_controllers_carry_the_classic_mission():
@@ -296,18 +298,18 @@ def case_emulated_controllers_carry_the_classic_mission():
         ip("link", "set", name, "up", "type", "can", "bitrate", "1000000")
     flown("controllers", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--sim-interface", "robot=can1",
           "--interface", "robot-b=spare", "--sim-interface", "robot-b=spare", "--scenario", "classic")
-    seen = facts("controllers")
-    assert seen["bus_frames_lost"] == 0 and seen["bus_frames_external"] == 0, seen
+    summary = facts("controllers")
+    assert summary["bus_frames_lost"] == 0 and summary["bus_frames_external"] == 0, summary
 
 
-def case_real_devices_have_no_simulator():
+def case_a_mission_with_real_devices_flies_without_a_simulator():
     """No device answers on the bus: the mission comes up in wall-clock time, waits, and shuts down."""
-    said = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--scenario", "none",
+    output = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--scenario", "none",
                  "--duration", "3")
-    seen = facts("devices")
-    assert seen["time"] == "real", seen
-    assert "simulator" not in {process["name"] for process in seen["processes"]}, seen
-    assert not seen["reproducible"] and seen["simulated_s"] >= 3, said
+    summary = facts("devices")
+    assert summary["time"] == "real", summary
+    assert "simulator" not in {process["name"] for process in summary["processes"]}, summary
+    assert not summary["reproducible"] and summary["simulated_s"] >= 3, output
 
 
 def case_a_burst_on_a_controller_is_counted():
@@ -343,14 +345,14 @@ def case_a_flood_on_the_wire_ends_in_a_safe_state():
         until(lambda: process.poll() is not None or has_line("flood", "7F0#"), "the flood")
         until(lambda: process.poll() is not None or ground.poll() is not None, "the arm to secure itself")
         assert ground.returncode == 0, ground.stdout.read()
-        said = shut_down(process)
+        output = shut_down(process)
     finally:
         for child in (flood, ground):
             child.kill()
             child.wait()
     kept("flood")
-    seen = facts("flood")
-    assert seen["bus_frames_external"] > 0 and not seen["reproducible"], said
+    summary = facts("flood")
+    assert summary["bus_frames_external"] > 0 and not summary["reproducible"], output
 
 
 if __name__ == "__main__":
