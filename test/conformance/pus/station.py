@@ -19,6 +19,7 @@ from hirosco_gse.spacecraft import Spacecraft, merged
 
 PATIENCE_S = 120.0  # Ends a wait that would otherwise never end; no test depends on it.
 USER = 2
+LAST = 40  # Reports that the message of a wait without success shows.
 ENDLESS_S = 1_000_000  # Simulated time; the tests end the flight.
 
 
@@ -79,7 +80,8 @@ class Station(Spacecraft):
         try:
             return self.wait_for(condition, what)
         except TimedOut as problem:
-            raise AssertionError(str(problem)) from problem
+            last = [f"{packet.time_ns - self.dictionary.epoch_ns:d} ns {packet.title} {packet.raw.hex()}" for packet, _ in self.reports[-LAST:]]
+            raise AssertionError("\n".join([f"{problem}; the last of {len(self.reports)} reports:", *last])) from problem
         except LinkLost as problem:
             raise LinkClosed(f"{problem}\n{self.flight.transcript()}") from problem
 
