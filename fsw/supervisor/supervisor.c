@@ -190,10 +190,16 @@ static void finish_step(supervisor_t* const supervisor)
     for (unsigned round = 0U; has_changed && (round < ROUNDS); round++) {
         supervisor_error_own_events(supervisor);
         supervisor_adoption_commit(supervisor);
+        // The outputs come before the log: a report about a failure of the log is not part of this commit. If
+        // it were sent now, and the supervisor died before the next commit, its successor would repeat the
+        // sequence number, and the receiver would drop the successor's frame.
         const uint64_t next_number = supervisor->log.next_number;
+        has_changed                = supervisor_output_commit_perform(supervisor);
         supervisor_router_flush_log(supervisor);
-        has_changed =
-            supervisor_output_commit_perform(supervisor) || (supervisor->log.next_number != next_number);
+        has_changed = has_changed || (supervisor->log.next_number != next_number);
+    }
+    if (has_changed) {
+        supervisor_adoption_commit(supervisor); // The next step performs what is left.
     }
 }
 

@@ -10,6 +10,7 @@
 #include "test/unit/fsw/supervisor/releases.h"
 #include "unity.h"
 
+#include <errno.h>
 #include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,9 +45,15 @@ static void point(void)
 
 // ---- Effects of the supervisor on files, members and processes ----
 
+static bool is_disk_full; // Writes to the packet log fail.
+
 ssize_t write(int descriptor, const void* octets, size_t size)
 {
     point();
+    if (is_disk_full && (descriptor == fixture.supervisor.log.file.descriptor)) {
+        errno = ENOSPC;
+        return -1;
+    }
     const ssize_t written = syscall(SYS_write, descriptor, octets, size);
     point();
     return written;
@@ -509,10 +516,38 @@ static void each_request_is_performed_once_wherever_two_supervisors_die(void)
     }
 }
 
+/// The report of a failure of the log is raised after the commit of the step, so it is part of the next one.
+static void the_failure_of_the_log_repeats_no_sequence_number_wherever_the_supervisor_dies(void)
+{
+    unsigned at   = 0U;
+    bool has_died = true;
+    while (has_died) {
+        at++;
+        fixture.now_ns += FIXTURE_TICK_NS;
+        fixture_forget();
+        fixture.ack         = PUS_ACK_ALL;
+        const uint16_t ping = fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
+        is_disk_full        = true;
+        has_died            = dies(at);
+        is_disk_full        = false;
+        fixture_run(120U);
+        text = fixture_look();
+        TEST_ASSERT_EQUAL(1U, count_lines(numbered("G/16 1.7 #%u\n", ping)));
+        TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
+        TEST_ASSERT_EQUAL(count_lines("G 5.4 0008"), count_lines("G 131.4 0003"));
+        TEST_ASSERT_TRUE(has_died || (count_lines("G 5.4 0008") == 1U));
+        expect_complete_log();
+        expect_frames_once();
+        begin_again();
+    }
+    TEST_ASSERT_TRUE_MESSAGE(at > 10U, "fewer points than expected");
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_supervisor_killed_at_any_step_performs_each_request_once);
     RUN_TEST(each_request_is_performed_once_wherever_two_supervisors_die);
+    RUN_TEST(the_failure_of_the_log_repeats_no_sequence_number_wherever_the_supervisor_dies);
     return UNITY_END();
 }
