@@ -450,13 +450,16 @@ def test_the_trace_has_the_reports_that_no_picture_shows(page):
 
 
 def test_only_the_present_state_is_marked(page):
-    """States that were passed lose their symbols."""
+    """States that were passed lose their symbols. Housekeeping reports the state in SAFE_OPERATIONAL for the last time."""
+    reported = ".readings .value.word >> nth=0"
     for state in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL"):
         page.evaluate("state => window.station.store.command(`state MANIPULATOR ${state}`)", state)
         until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
-        assert page.locator("station-states .box .mark:has(svg[aria-label='present'])").count() == 1
+        # The page shows a report in its next picture, and housekeeping follows the report of the state.
+        marked = page.locator("station-states .box .mark:has(svg[aria-label='present'])")
+        flying.wait_until(lambda marked=marked: marked.count() == 1, "one state that is marked")
+        flying.wait_until(lambda: page.inner_text(reported) == "SAFE_OPERATIONAL", "the state in housekeeping")
         assert page.evaluate(AGES_OUTSIDE) == 0, "a long name of a state hides the ages"
-    assert page.inner_text(".readings .value.word >> nth=0") == "SAFE_OPERATIONAL"  # The last state that housekeeping reported.
 
 
 def test_the_end_of_the_flight_is_shown_and_is_no_alarm(page, flight):
