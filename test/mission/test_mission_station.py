@@ -456,8 +456,7 @@ def test_only_the_present_state_is_marked(page):
         page.evaluate("state => window.station.store.command(`state MANIPULATOR ${state}`)", state)
         until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
         # The page shows a report in its next picture, and housekeeping follows the report of the state.
-        marked = page.locator("station-states .box .mark:has(svg[aria-label='present'])")
-        flying.wait_until(lambda marked=marked: marked.count() == 1, "one state that is marked")
+        flying.wait_until(lambda: page.locator("station-states .box .mark:has(svg[aria-label='present'])").count() == 1, "one state that is marked")
         flying.wait_until(lambda: page.inner_text(reported) == "SAFE_OPERATIONAL", "the state in housekeeping")
         assert page.evaluate(AGES_OUTSIDE) == 0, "a long name of a state hides the ages"
 
