@@ -21,8 +21,8 @@ struct measuring_device {
     node_t* node;
     measuring_config_t config;
     object_t* value[MEASURING_VALUES_MAX];
-    object_t*
-        status[MEASURING_VALUES_MAX]; // A manufacturer-specific device has one status object for all values.
+    // A manufacturer-specific device has one status object for all values.
+    object_t* status[MEASURING_VALUES_MAX];
     double factor[MEASURING_VALUES_MAX];
     object_t* counter;
     object_t* stamp_syncs; // Null if the device does not stamp exposures.

@@ -6,9 +6,9 @@ const EVENTS_KEPT = 10000;
 const HISTORY_S = 600; // Time for which reports are stored.
 const RETRY_MS = 500; // Time between two attempts to connect.
 // The station sends a message at least every 0.5 s. Time without any after which it is silent, and time
-// between two looks at that.
+// between two checks of that.
 const SILENT_MS = 1000,
-  LOOK_MS = 200;
+  CHECK_MS = 200;
 const LEAST_PERIOD_MS = 350; // Shortest period that freshness uses: faster reports may arrive in groups.
 
 class Store {
@@ -19,15 +19,15 @@ class Store {
     this.offset = null; // Mission time minus the clock of the page [s].
     this.hasSocket = false;
     this.isSilent = false; // The connection to the station is open, but nothing arrives.
-    this.silence = { ms: 0, at: 0 };
-    this.still = { ms: 0, since: null }; // Time spent in pauses, and beginning of the present pause [ms].
+    this.silent = { ms: 0, at: 0 };
+    this.paused = { ms: 0, since: null }; // Time spent in pauses, and beginning of the present pause [ms].
     this.replay = null;
     this.clear();
   }
 
   clear() {
     this.hello = null;
-    this.link = this.told = { is_live: false, text: "connecting" }; // Shown; last reported by the station
+    this.link = this.reportedLink = { is_live: false, text: "connecting" }; // Shown; last one of the station
     this.pace = { is_there: false, is_paused: false, speed: 1 };
     this.hand = { page: null, other: null }; // Page, or other program, that commands the hand; null: none
     this.mismatches = new Map(); // "SUBSYSTEM" -> text: its interface hash differs from the dictionary
@@ -60,54 +60,54 @@ class Store {
   }
 
   tell(kind, message) {
-    if (kind === "link" || kind === "pace") this.stand();
+    if (kind === "link" || kind === "pace") this.countPause();
     for (const call of this.listeners.get(kind) ?? []) call(message);
   }
 
   connect() {
     const socket = new WebSocket(`ws://${location.host}/ws`);
-    this.looking ??= setInterval(() => this.look(), LOOK_MS);
+    this.silenceTimer ??= setInterval(() => this.checkSilence(), CHECK_MS);
     socket.onopen = () => {
       this.hasSocket = true;
       this.socket = socket;
-      this.silence = { ms: 0, at: performance.now() };
+      this.silent = { ms: 0, at: performance.now() };
     };
     socket.onmessage = (event) => {
-      this.hear();
+      this.noteMessage();
       this.take(JSON.parse(event.data));
     };
     socket.onclose = () => {
       this.hasSocket = this.isSilent = false;
       for (const answer of this.waiting.values()) answer({ refused: "the station does not answer" });
       this.waiting.clear();
-      this.lose("no station, trying again");
+      this.showLost("no station, trying again");
       setTimeout(() => this.connect(), RETRY_MS);
     };
   }
 
-  lose(text) {
+  showLost(text) {
     this.link = { is_live: false, text };
     this.tell("link", this.link);
   }
 
   // A message of the station has arrived.
-  hear() {
-    this.silence.ms = 0;
+  noteMessage() {
+    this.silent.ms = 0;
     if (!this.isSilent) return;
     this.isSilent = false;
-    this.link = this.told;
+    this.link = this.reportedLink;
     this.tell("link", this.link);
   }
 
   // Tell if the station is silent. If the page itself was busy or asleep, the messages of that time may still
   // wait to be read, so little of it counts.
-  look() {
+  checkSilence() {
     const now = performance.now();
-    this.silence.ms += Math.min(now - this.silence.at, 2 * LOOK_MS);
-    this.silence.at = now;
-    if (!this.hasSocket || this.isSilent || this.silence.ms < SILENT_MS) return;
+    this.silent.ms += Math.min(now - this.silent.at, 2 * CHECK_MS);
+    this.silent.at = now;
+    if (!this.hasSocket || this.isSilent || this.silent.ms < SILENT_MS) return;
     this.isSilent = true;
-    this.lose("the station does not answer");
+    this.showLost("the station does not answer");
   }
 
   isOpen() {
@@ -172,15 +172,15 @@ class Store {
   // Present time for the ages of values [ms]: by the clock of the page without pauses of simulated time, in a
   // replay the mission time.
   clock() {
-    return this.replay ? this.time * 1000 : (this.still.since ?? performance.now()) - this.still.ms;
+    return this.replay ? this.time * 1000 : (this.paused.since ?? performance.now()) - this.paused.ms;
   }
 
   // Simulated time stands still from now on, or goes on. Without a link the page does not know, so ages grow.
-  stand() {
-    const isStill = this.pace.is_paused && this.link.is_live;
-    if (isStill === (this.still.since !== null)) return;
-    if (isStill) this.still.since = performance.now();
-    else this.still = { ms: this.still.ms + performance.now() - this.still.since, since: null };
+  countPause() {
+    const isPaused = this.pace.is_paused && this.link.is_live;
+    if (isPaused === (this.paused.since !== null)) return;
+    if (isPaused) this.paused.since = performance.now();
+    else this.paused = { ms: this.paused.ms + performance.now() - this.paused.since, since: null };
   }
 
   // Electrical power that the present states need [W]; null if the mission does not define it.
@@ -275,7 +275,7 @@ class Store {
   }
 
   take_link(message) {
-    this.link = this.told = message;
+    this.link = this.reportedLink = message;
   }
   take_pace(message) {
     this.pace = message;
