@@ -38,9 +38,22 @@ status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context),
     return has_no_room_for_a_task ? STATUS_EXHAUSTED : __real_osal_task_start(task, entry, context, priority);
 }
 
+static bool is_disk_hung; // The task does not finish while a flush waits for it.
+
+status_t __real_osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
+status_t __wrap_osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
+
+status_t __wrap_osal_event_wait(osal_event_t* event, uint32_t timeout_ms)
+{
+    return ((timeout_ms == WRITE_BEHIND_PATIENCE_MS) && is_disk_hung)
+               ? STATUS_TIMEOUT
+               : __real_osal_event_wait(event, timeout_ms);
+}
+
 void setUp(void)
 {
     has_no_room_for_a_task = false;
+    is_disk_hung           = false;
 }
 
 void tearDown(void)
@@ -131,6 +144,24 @@ static void without_a_task_the_caller_consumes(void)
     write_behind_close(&buffer);
 }
 
+static void a_flush_ends_while_the_disk_hangs_and_its_records_are_written_later(void)
+{
+    seen_t seen = {.test = pthread_self()};
+    write_behind_open(&buffer, take, &seen);
+    add(0U);
+    write_behind_flush(&buffer, false);
+    add(1U);
+    is_disk_hung = true;
+    write_behind_flush(&buffer, true);
+    TEST_ASSERT_EQUAL_UINT32(RECORD_OCTETS, buffer.used);
+    is_disk_hung = false;
+    add(2U);
+    write_behind_close(&buffer);
+    TEST_ASSERT_EQUAL_UINT32(3U, seen.records);
+    TEST_ASSERT_EQUAL_UINT32(0U, seen.wrong);
+    TEST_ASSERT_EQUAL_UINT32(1U, seen.by_others);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -138,5 +169,6 @@ int main(void)
     RUN_TEST(a_flush_returns_when_all_records_are_consumed);
     RUN_TEST(a_flush_without_waiting_leaves_the_records_to_the_task);
     RUN_TEST(without_a_task_the_caller_consumes);
+    RUN_TEST(a_flush_ends_while_the_disk_hangs_and_its_records_are_written_later);
     return UNITY_END();
 }
