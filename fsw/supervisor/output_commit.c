@@ -79,8 +79,9 @@ bool supervisor_output_commit_is_running(const supervisor_t* const supervisor,
                : (entry->presumed == PRESUMED_RUNNING);
 }
 
-/// Perform an order to a process.
-static void carry_out(supervisor_t* const supervisor, const uint8_t* const octets, const size_t size)
+/// Perform an order to a process. Returns the entry of a process that could not be started, or null.
+static const registry_entry_t* carry_out(supervisor_t* const supervisor, const uint8_t* const octets,
+                                         const size_t size)
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
     octet_reader_t reader                       = octet_reader(octets, size);
@@ -90,21 +91,32 @@ static void carry_out(supervisor_t* const supervisor, const uint8_t* const octet
     const uint64_t boot_ns                      = octet_read_u64(&reader);
     registry_entry_t* const entry               = supervisor_registry_find(supervisor, apid);
     if (entry == NULL) {
-        return; // Only a damaged commit contains an unknown APID.
+        return NULL; // Only a damaged commit contains an unknown APID.
     }
     entry->presumed = PRESUMED_NOTHING;
     if (order == (uint8_t)ORDER_START) {
         const status_t status = platform->start(platform->context, apid, link_floor, boot_ns);
         // STATUS_EXISTS: the previous supervisor has performed it.
-        if ((status != STATUS_OK) && (status != STATUS_EXISTS)) {
-            supervisor_registry_start_failed(supervisor, entry);
-        }
-    } else if (order == (uint8_t)ORDER_STOP) {
+        return ((status != STATUS_OK) && (status != STATUS_EXISTS)) ? entry : NULL;
+    }
+    if (order == (uint8_t)ORDER_STOP) {
         platform->stop(platform->context, apid);
     } else if (order == (uint8_t)ORDER_KILL) {
         platform->kill(platform->context, apid);
     } else {
         platform->finished(platform->context);
+    }
+    return NULL;
+}
+
+/// Report the starts that failed. Called after all outputs, because the reports are outputs as well: they
+/// must come after the frames that are put back.
+static void report_failed_starts(supervisor_t* const supervisor, const bool* const has_failed)
+{
+    for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
+        if (has_failed[i]) {
+            supervisor_registry_start_failed(supervisor, &supervisor->registry[i]);
+        }
     }
 }
 
@@ -122,11 +134,13 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
     message_ring_t* const ring = &supervisor->outputs;
     const uint32_t count       = ring->blocks;
     bool is_full[MISSION_SUBSYSTEMS_MAX];
+    bool has_failed[MISSION_SUBSYSTEMS_MAX];
     uint8_t head[HEAD_OCTETS];
     uint8_t frame[MESSAGE_FRAME_MAX];
     size_t size  = 0U;
     bool is_left = false;
     (void)memset(is_full, 0, sizeof is_full);
+    (void)memset(has_failed, 0, sizeof has_failed);
     for (uint32_t i = 0U; i < count; i++) {
         status_t status = message_ring_take_parts(ring, head, sizeof head, frame, sizeof frame, &size);
         FSW_ASSERT((status == STATUS_OK) && (size >= sizeof head)); // Each entry begins with its head.
@@ -134,7 +148,10 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
         const uint16_t to                   = octets_u16_at(head);
         const registry_entry_t* const entry = supervisor_registry_find(supervisor, to);
         if (to == NO_RECEIVER) {
-            carry_out(supervisor, frame, size);
+            const registry_entry_t* const failed = carry_out(supervisor, frame, size);
+            if (failed != NULL) {
+                has_failed[failed - supervisor->registry] = true;
+            }
         } else if ((entry != NULL) &&
                    !is_taken(supervisor, &is_full[entry - supervisor->registry], to, frame, size)) {
             status  = message_ring_put_parts(ring, head, sizeof head, frame, size);
@@ -149,6 +166,7 @@ bool supervisor_output_commit_perform(supervisor_t* const supervisor)
             supervisor_checkpoint_note_performed(supervisor->config.checkpoint, supervisor->performed);
         }
     }
+    report_failed_starts(supervisor, has_failed);
     return is_left;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The link manager handles an end that has no room for its request, a request for a link that is just being
-// opened, and a stale link.
+// opened, and a stale link. Frames that a carrier cannot take now are sent later, in their order.
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
@@ -96,6 +96,36 @@ static void a_stale_link_is_reported_as_stale(void)
     TEST_ASSERT_TRUE(fixture_has("G 130.9 00010001040010000100110002")); // PUS_LINK_STATE_STALE.
 }
 
+static message_carrier_t inner;
+static unsigned refusals; // Frames to `communication` that the carrier still refuses.
+
+static status_t send_if_room(void* context, uint16_t to, const uint8_t* frame, size_t size)
+{
+    if ((to == COMMUNICATION_APID) && (refusals > 0U)) {
+        refusals--;
+        return STATUS_FULL;
+    }
+    return inner.send(context, to, frame, size);
+}
+
+static void a_failed_start_does_not_change_the_order_of_frames_that_wait(void)
+{
+    static const uint8_t lone[2] = {0U, LONE};
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_STOP_PROCESS, lone, sizeof lone);
+    fixture_run(2U);
+    fixture_forget();
+    fixture.start_result          = STATUS_NOT_FOUND;
+    inner                         = fixture.endpoint.carrier;
+    fixture.endpoint.carrier.send = send_if_room;
+    refusals                      = 1U; // TM[1,1] waits; the start comes before the frame of TM[1,7].
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, lone, sizeof lone);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(0U, refusals);
+    fixture_expect("G 1.1 #1\nG 1.3 #1\nG 1.7 #1\nG 131.2 010001\nG 5.1 00040100\n");
+    TEST_ASSERT_EQUAL(0U, fixture.members[FIXTURE_GROUND].endpoint.counters.lost);
+    TEST_ASSERT_EQUAL(PROCESS_LOST, fixture.supervisor.registry[2].process);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -104,5 +134,6 @@ int main(void)
     RUN_TEST(a_link_is_not_opened_if_an_end_has_no_room);
     RUN_TEST(a_link_that_is_being_opened_is_neither_closed_nor_opened_again);
     RUN_TEST(a_stale_link_is_reported_as_stale);
+    RUN_TEST(a_failed_start_does_not_change_the_order_of_frames_that_wait);
     return UNITY_END();
 }
