@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 from . import telemetry
 from .session import SessionError
+from .values import ValueProblem
 
 REPLY_NS = 5_000_000_000  # longest wait for a report after the end of its verification
 
 
-class UsageError(ValueError):
+class UsageError(ValueProblem):
     """Words that are not a command."""
 
 

@@ -12,6 +12,7 @@ import struct
 from . import file_commands, packets, service_commands, telemetry
 from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, reply, rows_of, simple
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
+from .files import MACHINE
 from .session import Rejected, Request, SessionError, TimedOut
 from .values import ValueProblem
 
@@ -75,7 +76,7 @@ def _cmd(dictionary, words):
 
 def _state_number(word):
     name = word.upper()
-    if name.isdigit():
+    if name.isdecimal():
         name = STATES[int(name)] if int(name) < len(STATES) else name
     if name not in REST_STATES:
         raise UsageError(f"'{word}' is not a state to ask for; there are: {', '.join(REST_STATES)}")
@@ -460,9 +461,9 @@ VERBS = {
 }
 
 
-def _embedded(text, dictionary):
+def _embedded(text, dictionary, files):
     """Octets of the single request that a command sends, for example to schedule it."""
-    planned = plan(shlex.split(text), dictionary)
+    planned = plan(shlex.split(text), dictionary, files)
     if len(planned.requests) != 1:
         raise UsageError(f"'{text}' sends {len(planned.requests)} requests, one is needed")
     request = planned.requests[0]
@@ -470,12 +471,13 @@ def _embedded(text, dictionary):
     return packets.build_tc(request.apid, count, request.service, request.subtype, request.data)
 
 
-def plan(words, dictionary):
-    """Command for these words. Raises UsageError."""
+def plan(words, dictionary, files=MACHINE):
+    """Command for these words. files: the files on ground that it may read and write (files.py). Raises UsageError."""
     if not words or words[0] not in VERBS:
         found = f"no command '{words[0]}'" if words else "no command"
         raise UsageError(f"{found}; there are: {', '.join(VERBS)}")
-    dictionary.catalogue.plan = lambda text: _embedded(text, dictionary)
+    dictionary.catalogue.plan = lambda text: _embedded(text, dictionary, files)
+    dictionary.files = files
     try:
         return VERBS[words[0]][0](dictionary, list(words[1:]))
     except (DictionaryError, ValueProblem, packets.PacketError) as error:

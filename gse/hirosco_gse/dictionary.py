@@ -28,7 +28,7 @@ SUPERVISOR_APID = 1
 RATIO = "1"  # Quantity of a number without dimension.
 
 
-class DictionaryError(ValueError):
+class DictionaryError(ValueProblem):
     """A name that the dictionary does not contain, or a dictionary that cannot be read."""
 
 
@@ -465,6 +465,7 @@ class Dictionary:
         ]
         self.permissions = content.get("permissions", [])
         self.catalogue = Catalogue(content.get("catalogue", {}), self)
+        self.files = None  # Files on ground of the command that is planned (files.py); commands.plan sets it.
         self.subsystems = {item["name"]: _subsystem(item) for item in content["subsystems"]}
         self._by_apid = {item.apid: item for item in self.subsystems.values()}
 
@@ -481,7 +482,7 @@ class Dictionary:
 
     def subsystem(self, name):
         """Subsystem of a name or APID."""
-        if str(name).isdigit() and int(name) in self._by_apid:
+        if str(name).isdecimal() and int(name) in self._by_apid:
             return self._by_apid[int(name)]
         return _lookup(self.subsystems, name, "subsystem")
 

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Transfer files between the ground and the file store on board, through the supervisor's buffer, with requests of ST[06] and ST[23]."""
 
-import pathlib
-
 from . import packets
-from .command import Command, UsageError, reply
+from .command import Command, UsageError, answers, reply
 from .dictionary import SUPERVISOR_APID
 from .session import Rejected, Request, SessionError
 
@@ -48,7 +46,7 @@ def _upload_requests(dictionary, octets, path):
 
 
 def _upload(dictionary, source, path):
-    octets = pathlib.Path(source).read_bytes()
+    octets = dictionary.files.read(source)
     if len(octets) > BUFFER_OCTETS:
         raise UsageError(f"{source} has {len(octets)} octets, at most {BUFFER_OCTETS} can be sent")
     requests = tuple(_upload_requests(dictionary, octets, path))
@@ -84,16 +82,18 @@ def _fetch(session, dictionary, path, span, timeout_ns):
 
 def _download(dictionary, path, target):
     about = _request(dictionary, (23, 3), _named(path), f"attributes of {path}")
-    text = f"file download {path}"
+    text, files = f"file download {path}", dictionary.files
 
     def procedure(session, timeout_ns):
-        found = yield from session.execute(about, timeout_ns)
-        size = reply(found, (23, 4))[0][1]["file_size"]
+        (_, found), = (yield from answers(session, about, (23, 4), timeout_ns))[:1]
+        if "error" in found:
+            raise SessionError(f"{about.text}: {found['error']}")
+        size = found["file_size"]
         octets = b""
         for start in range(0, size, BUFFER_OCTETS):
             span = start, min(BUFFER_OCTETS, size - start)
             octets += yield from _fetch(session, dictionary, path, span, timeout_ns)
-        pathlib.Path(target).write_bytes(octets)
+        files.write(target, octets)
         return [{"text": f"{text}: {len(octets)} octets"}]
 
     return Command(text, procedure, (about,))

@@ -230,7 +230,7 @@ class _Writer:
         coding = kind["coding"]
         try:
             return self.coded(field, kind, coding, value)
-        except MessageProblem as problem:
+        except ValueProblem as problem:  # Its words are the reason: a name, a range, a command within a request.
             raise MessageProblem(f"{name}: {problem}") from problem
         except (OverflowError, ValueError, TypeError, struct.error) as problem:
             raise MessageProblem(f"{name}: '{value}' is not {kind['meaning']} ({coding})") from problem

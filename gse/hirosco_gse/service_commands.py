@@ -2,7 +2,6 @@
 """Commands for the services of the standard: any message by its numbers, and words for the most frequent commands."""
 
 import json
-import pathlib
 
 from . import packets, values
 from .command import Command, UsageError, asking, simple
@@ -41,7 +40,7 @@ def _planned(dictionary, apid, message, given, text):
 def _tc(dictionary, words):
     usage = "tc SUBSYSTEM SERVICE,SUBTYPE [FIELD=VALUE ...]"
     numbers = words[1].split(",") if len(words) > 1 else []
-    if len(numbers) != 2 or not all(number.isdigit() for number in numbers):
+    if len(numbers) != 2 or not all(number.isdecimal() for number in numbers):
         raise UsageError(f"usage: {usage}")
     subsystem = dictionary.subsystem(words[0])
     message = int(numbers[0]), int(numbers[1])
@@ -54,10 +53,10 @@ def _quoted(words):
 
 def _at(dictionary, words):
     usage = "at [+]SECONDS [SUB-SCHEDULE.GROUP] COMMAND ..."
-    if len(words) < 2 or not words[0].lstrip("+").replace(".", "", 1).isdigit():
+    if len(words) < 2 or not words[0].lstrip("+").replace(".", "", 1).isdecimal():
         raise UsageError(f"usage: {usage}")
     place, rest = (1, 1), words[1:]
-    if words[1].replace(".", "", 1).isdigit() and "." in words[1]:
+    if words[1].replace(".", "", 1).isdecimal() and "." in words[1]:
         place, rest = tuple(int(number) for number in words[1].split(".")), words[2:]
     text = f"at {words[0]} {_quoted(rest)}"
 
@@ -125,7 +124,7 @@ def _monitor(dictionary, words):
     if verb != "limit" or len(words) != 8:
         raise UsageError(f"usage: {_MONITOR_USAGE}")
     identity, parameter, low, high = words[2:6]
-    is_whole = parameter[0].isdigit() or "." in parameter  # A number, or a parameter of another subsystem.
+    is_whole = parameter[0].isdecimal() or "." in parameter  # A number, or a parameter of another subsystem.
     parameter = parameter if is_whole else f"{subsystem.name}.{parameter}"
     definition = {
         "pmon_id": identity, "monitored_parameter_id": parameter, "validity_parameter_id": 0, "validity_mask": 0,
@@ -215,7 +214,7 @@ def _until_started(request):
 
 
 def _load_procedure(dictionary, name, path):
-    code = pathlib.Path(path).read_bytes()
+    code = dictionary.files.read(path)
     if len(code) > _CODE_MAX:
         raise UsageError(f"{path} has {len(code)} octets, a procedure has {_CODE_MAX} at most")
     given = {"obcp_id": name, "obcp_code": code, "checksum": packets.crc16(code)}

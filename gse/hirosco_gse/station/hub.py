@@ -11,13 +11,14 @@ import itertools
 import math
 import pathlib
 import shlex
-import tempfile
 import time
+import traceback
 
 from .. import commands, sdls, telemetry, world
 from ..async_link import AsyncLink
 from ..command import UsageError
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
+from ..files import MACHINE, PageFiles
 from ..place import CLASSES, DEFAULT_PORT, LOOPBACK, Place, compare_classes, end_of, world_of
 from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
 from . import display
@@ -108,11 +109,12 @@ class Hub:
 
     patience_ns = PATIENCE_NS
 
-    def __init__(self, run, publish, user=None, is_read_only=False, **given):
+    def __init__(self, run, publish, user=None, is_read_only=False, files=MACHINE, **given):
         """user: id in the packets, None: a WEB user that no other station has; is_read_only: the pages show that they
-        cannot send commands; given: arguments of place.Place.of that replace the values of the run folder."""
+        cannot send commands; files: those on ground that commands may use (files.py); given: arguments of place.Place.of that replace
+        the values of the run folder."""
         self.run, self.publish = pathlib.Path(run), publish
-        self._user, self._given, self.is_read_only = user, given, is_read_only
+        self._user, self._given, self.is_read_only, self._files = user, given, is_read_only, files
         self.identity = None
         self.world_port = WorldPort()
         self.viewers, self._left = 0, 0.0
@@ -283,6 +285,9 @@ class Hub:
         except (SessionError, UsageError) as problem:
             call.is_over, call.words = True, str(problem)
             call.is_unknown = isinstance(problem, (TimedOut, RequestLost, LinkLost))
+        except Exception as problem:  # A defect of one command must not end the station.
+            traceback.print_exc()
+            call.is_over, call.is_unknown, call.words = True, True, f"the station cannot continue this command: {problem!r}"
         finally:
             self._current = None
         call.look(self.session.now_ns)
@@ -305,10 +310,10 @@ class Hub:
         if self._connection:
             self._connection.flush()
 
-    def command(self, text, is_for_display=False):
+    def command(self, text, is_for_display=False, files=None):
         """Start a command of an operator; its progress is published. is_for_display: structures that it enables are disabled
-        when no page is open any more. Raises UsageError."""
-        planned = self.plan(text)
+        when no page is open any more. files: as of `plan`. Raises UsageError."""
+        planned = self.plan(text, files)
         if not self._connection:
             raise UsageError("no link to the spacecraft")
         at_end = self.display.after(shlex.split(text), is_for_display)
@@ -318,12 +323,12 @@ class Hub:
         self._resume_all()
         return call.number
 
-    def plan(self, text):
-        """The command of these words. Raises UsageError."""
+    def plan(self, text, files=None):
+        """The command of these words. files: those that it may use instead of the ones of the hub. Raises UsageError."""
         if self.dictionary is None:
             raise UsageError("no flight")
         try:
-            return commands.plan(shlex.split(text), self.dictionary)
+            return commands.plan(shlex.split(text), self.dictionary, files or self._files)
         except ValueError as problem:
             raise UsageError(str(problem)) from problem
 
@@ -349,11 +354,8 @@ class Hub:
         return call.rows
 
     def upload(self, words, octets):
-        """A command with a file of a page in the place of the word `{}`. Raises UsageError."""
-        with tempfile.NamedTemporaryFile() as file:
-            file.write(octets)
-            file.flush()
-            number = self.command(shlex.join(file.name if word == "{}" else word for word in words))
+        """A command with a file of a page, for which the word `{}` stands. Raises UsageError."""
+        number = self.command(shlex.join(words), files=PageFiles(octets))
         self.commands[-1].line = ""  # It cannot be repeated without the file.
         return number
 

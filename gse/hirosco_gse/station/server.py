@@ -19,6 +19,7 @@ from aiohttp import WSMsgType, web
 from .. import live, packets
 from ..command import UsageError
 from ..critical import is_critical
+from ..files import PageFiles
 from .forms import script_of
 from .hub import Hub
 
@@ -84,7 +85,7 @@ class Station:
     def __init__(self, run, page, replayed=None, is_read_only=False, framed_by="'none'"):
         """replayed: folder or recording of a run that is replayed; then no flight is followed. is_read_only: pages
         cannot send commands. framed_by: origin of the page that may show the page of the station in a frame."""
-        self.hub = Hub(run, self.publish, is_read_only=is_read_only)
+        self.hub = Hub(run, self.publish, is_read_only=is_read_only, files=PageFiles())
         self.browsers = set()
         self._replayed, self._recorded = replayed, (None, b"")
         self._page = page
@@ -193,11 +194,11 @@ class Station:
             do, number = order["do"], order.get("id")
             self._check_right(do, order)
             if do == "live":
-                return {**await self.hub.live(str(order["line"]), browser.number), "id": number}
+                return {**await self._live(str(order["line"]), browser), "id": number}
             return {**await self._answer(do, order, browser), "kind": "answer", "id": number}
         except (UsageError, live.LiveRefused) as problem:
             return {"kind": "answer", "id": number, "refused": str(problem)}
-        except (ValueError, KeyError, TypeError, AttributeError) as problem:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as problem:
             return {"kind": "answer", "refused": f"not understood: {problem!r}"}
 
     async def _answer(self, do, order, browser):
@@ -219,6 +220,12 @@ class Station:
         if do == "forms":
             return self.hub.forms.message() if self.hub.dictionary else {"refused": "no flight"}
         return {"text": script_of(self.hub.commands)} if do == "script" else {"refused": f"unknown request '{do}'"}
+
+    async def _live(self, line, browser):
+        """A line of a page for the simulator. Other lines would change the connection, which all pages use. Raises UsageError."""
+        if line.split()[:1] not in [*LIVE, ["time"]]:
+            raise UsageError(f"found '{line[:60]}', expected a line that begins with {', '.join(live.VERBS)}")
+        return await self.hub.live(line, browser.number)
 
     async def _command(self, order, browser):
         text = self._text(order)

@@ -45,10 +45,14 @@ class WorldPort:
 
     async def _exchange(self, line):
         self._writer.write(live.octets_of(line))
-        answer = (await asyncio.wait_for(self._reader.readline(), ANSWER_S)).decode("utf-8", "replace").split()
-        if not answer:
-            raise LinkLost("the flight has ended")
-        return answer
+        return await asyncio.wait_for(self._answer(), ANSWER_S)
+
+    async def _answer(self):
+        """Words of the next answer. Lines about frames or the true state, which an earlier line has requested, are skipped."""
+        while words := (await self._reader.readline()).decode("utf-8", "replace").split():
+            if words[0] not in live.REPORTS:
+                return words
+        raise LinkLost("the flight has ended")
 
     async def ask(self, line):
         """Send a line. Returns (simulated time [s] at which it acts, whether simulated time is paused). Raises

@@ -251,6 +251,33 @@ def test_wrong_usage_is_refused(dictionary_path, capsys, words):
     assert capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["at", "+5", "cmd", "MANIPULATOR.MOVE_TO", "POSITION=1"], "POSITION: '1' has 1 value, 2 expected"),
+        (["at", "+5", "ping", "all"], "'ping all' sends 4 requests, one is needed"),
+        (["action", "add", "MANIPULATOR", "TORQUE_LIMIT", "cmd", "MANIPULATOR.HALT"], "no function of MANIPULATOR 'HALT'"),
+        (["monitor", "limit", "MANIPULATOR", "1", "LINK_AEG", "0", "1", "0", "0"], "no parameter of MANIPULATOR 'LINK_AEG'"),
+        (["state", "all", "\u00b2"], "'\u00b2' is not a state to ask for"),
+        (["ping", "\u00b2"], "no subsystem '\u00b2'"),
+        (["tc", "SUPERVISOR", "1,\u00b2"], "usage: tc"),
+        (["at", "\u00b2", "ping", "SUPERVISOR"], "usage: at"),
+        (["file", "upload", "absent/file", "/x"], "cannot read 'absent/file': No such file or directory"),
+        (["procedure", "load", "P", "a\0b"], "cannot read 'a\0b': embedded null byte"),
+    ],
+)
+def test_wrong_words_within_a_command_are_named(dictionary_path, capsys, words, reason):
+    assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
+    assert reason in capsys.readouterr().err
+
+
+def test_a_download_that_cannot_be_stored_fails_with_the_reason(console, tmp_path):
+    attributes = struct.pack(">H1sH1sIB", 1, b"/", 1, b"h", 0, 0)
+    target = tmp_path / "absent" / "file"
+    code, _, err, _ = console(lambda p: success(p, (23, 4, attributes)), "file", "download", "/h", str(target))
+    assert code == 1 and f"cannot write '{target}': No such file or directory" in err
+
+
 def test_without_a_spacecraft_the_exit_code_is_3(dictionary_path, capsys):
     assert main(["--port", "1", "--dictionary", str(dictionary_path), "ping"]) == 3
     assert "no link" in capsys.readouterr().err

@@ -11,8 +11,9 @@ import struct
 import pytest
 from aiohttp import ClientSession, WSServerHandshakeError, web
 from conftest import ROOT
-from hirosco_gse import telemetry
+from hirosco_gse import commands, telemetry
 from hirosco_gse.cli import main
+from hirosco_gse.command import Command
 from hirosco_gse.dictionary import STATES
 from hirosco_gse.packets import Packet
 from hirosco_gse.script import Script
@@ -134,7 +135,44 @@ def test_a_station_that_is_read_only_commands_nothing(place, spacecraft):
     assert (JOYSTICK, 17, 1) not in sent and (JOYSTICK, 3, 6) not in sent and (JOYSTICK, 3, 5) in sent
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", "null", '{"do": "fly"}', '{"do": "command"}', '{"do": "live", "line": "time\\npause"}'])
+def test_a_page_reads_and_writes_no_file_of_the_machine_of_the_station(place, spacecraft, tmp_path):
+    """Not within another command either, and not by the preview; the page stays connected."""
+    secret, target = tmp_path / "secret", tmp_path / "target"
+    secret.write_text("secret")
+    attributes = struct.pack(">H1sH1sIB", 1, b"/", 1, b"h", 0, 0)
+    spacecraft._answer = lambda packet: success(packet, (23, 4, attributes)) if packet.message == (23, 3) else answer(packet)
+    reading = [f"file upload {secret} /h", f"procedure load P {secret}", f"at +5 file upload {secret} /h", f"file upload {tmp_path / 'absent'} /h", "file upload {} /h"]
+
+    async def story(page, _):
+        refused = [await page.ask(do=do, text=text) for text in reading for do in ("plan", "command")]
+        await page.ask(do="command", text=f"file download /h {target}")
+        return refused, await page.until(lambda message: message["kind"] == "command" and message["over"])
+
+    refused, last = visit(place, story)
+    assert all("a page cannot send '" in each["refused"] for each in refused)
+    assert f"a page cannot write '{target}'" in last["words"] and not target.exists()
+
+
+def test_a_defect_of_one_command_does_not_end_the_station(place, monkeypatch, capsys):
+    def defective(session, timeout_ns):
+        yield None
+        raise IndexError("the planted defect")
+
+    monkeypatch.setitem(commands.VERBS, "networks", (lambda dictionary, words: Command("networks", defective), "networks", ""))
+
+    async def story(page, _):
+        ended = []
+        for text in ("networks", "ping MANIPULATOR"):
+            await page.ask(do="command", text=text)
+            ended.append(await page.until(lambda message: message["kind"] == "command" and message["over"]))
+        return ended
+
+    broken, ping = visit(place, story)
+    assert broken["unknown"] and "the planted defect" in broken["words"] and ping["answer"] == ["MANIPULATOR is alive"]
+    assert "the planted defect" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "null", '{"do": "fly"}', '{"do": "command"}', '{"do": "live", "line": "time\\npause"}', '{"do": "live", "line": "truth 100"}', "[" * 100_000])
 def test_invalid_orders_are_refused(place, text):
     async def story(page, _):
         await page.socket.send_str(text)

@@ -220,6 +220,25 @@ def test_answers_of_the_live_port_have_pace_and_hand(words, pace):
     assert live.pace_of(answer_words) == pace and live.taken(answer_words) == (1.0, "paused" in words)
 
 
+def test_rows_of_the_true_state_are_no_answers(tmp_path):
+    """A client of this port may have requested them, for example AsyncSpacecraft.live."""
+
+    async def answering(reader, writer):
+        while line := await reader.readline():
+            writer.write(b"truth 0.9 0\nframe (0.9) robot 080#\nok 1.0\n" if line != b"pause\n" else b"columns time x\nok 2.0 paused\n")
+
+    async def story():
+        async with await asyncio.start_server(answering, "127.0.0.1", 0) as server:
+            (tmp_path / "live.port").write_text(f"{server.sockets[0].getsockname()[1]}\n")
+            port = world_port_module.WorldPort()
+            port.move_to(tmp_path, "test")
+            found = await port.ask("truth 100"), await port.ask("pause")
+            port.close()
+            return found
+
+    assert asyncio.run(story()) == ((1.0, False), (2.0, True))
+
+
 def test_the_world_is_that_of_the_flight(tmp_path):
     (tmp_path / "ground.mission").write_text("rokviss\n")
     assert place_module.world_of(tmp_path).name == "rokviss.xml"

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files on ground that a command sends or stores: those of this machine, or the one that a page has sent to its station."""
+
+import pathlib
+
+from .command import UsageError
+from .session import SessionError
+
+PAGE_FILE = "{}"  # Stands for the file of a page in the words of its command.
+
+
+class MachineFiles:
+    """All files that the user of this process may read and write."""
+
+    def read(self, path):
+        """Octets of a file. Raises UsageError."""
+        try:
+            return pathlib.Path(path).read_bytes()
+        except (OSError, ValueError) as problem:
+            raise UsageError(f"cannot read '{path}': {_reason(problem)}") from problem
+
+    def write(self, path, octets):
+        """Store a received file. Raises SessionError."""
+        try:
+            pathlib.Path(path).write_bytes(octets)
+        except (OSError, ValueError) as problem:
+            raise SessionError(f"cannot write '{path}': {_reason(problem)}") from problem
+
+
+class PageFiles:
+    """The file that a page has sent with its command, or None. Other users of this machine can open the page, but must not use
+    files of the user who has started the station."""
+
+    def __init__(self, octets=None):
+        self._octets = octets
+
+    def read(self, path):
+        """Octets of the file of the page. Raises UsageError."""
+        if path != PAGE_FILE or self._octets is None:
+            raise UsageError(f"a page cannot send '{path}', a file of the machine of the station; select a file in the tab On board, or use gse")
+        return self._octets
+
+    def write(self, path, octets):
+        """Refuse to store a file. Raises SessionError."""
+        raise SessionError(f"a page cannot write '{path}', a file of the machine of the station, which would have {len(octets)} octets; use gse")
+
+
+MACHINE = MachineFiles()
+
+
+def _reason(problem):
+    return getattr(problem, "strerror", None) or problem
