@@ -30,6 +30,7 @@ class AsyncSpacecraft(Spacecraft):
         """Open the connection, with attempts for patience_s; returns self. An earlier connection is closed first, as by close(). Raises
         LinkLost."""
         await self.close()
+        self.place.check()
         loop = asyncio.get_running_loop()
         end = loop.time() + patience_s
         while True:

@@ -27,7 +27,31 @@ from .spacecraft import Spacecraft
 SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
 EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out"
 LISTEN_S = 2.0  # Time for which `hk` and `events` receive reports without -f.
+LONGEST_S = 1e9  # Longest time-out.
 PATIENCE_S = 10.0  # a script may be started together with the mission
+
+
+def _given(text):
+    """A word of an option. An empty one, such as an unset variable of a shell, must not stand for the default."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(f"found '{text}', expected a word")
+    return text
+
+
+def _port(text):
+    if not text.strip().isdecimal() or not 1 <= int(text) <= 65535:
+        raise argparse.ArgumentTypeError(f"found '{text}', expected a port from 1 to 65535")
+    return int(text)
+
+
+def _seconds(text):
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds <= LONGEST_S:
+        raise argparse.ArgumentTypeError(f"found '{text}', expected seconds, more than 0 and at most {LONGEST_S:.0f}")
+    return seconds
 
 
 def _parser():
@@ -38,17 +62,17 @@ def _parser():
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"gse {__version__}")
-    parser.add_argument("--host", default=LOOPBACK, help="address of the ground port (default %(default)s)")
-    parser.add_argument("--port", type=int, help=f"ground port (default: runs/latest/ground.port, else {DEFAULT_PORT})")
-    parser.add_argument("--dictionary", help="mission dictionary (default: that of the run's mission)")
-    parser.add_argument("--timeout", type=float, default=20.0, help="longest wait for a verification [s] (default 20)")
-    parser.add_argument("--key", metavar="FILE", help="protect telecommands with this key (default: that of the run; for other runs $GSE_KEY)")
-    parser.add_argument("--listen", type=int, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
+    parser.add_argument("--host", type=_given, default=LOOPBACK, help="address of the ground port (default %(default)s)")
+    parser.add_argument("--port", type=_port, help=f"ground port (default: runs/latest/ground.port, else {DEFAULT_PORT})")
+    parser.add_argument("--dictionary", type=_given, help="mission dictionary (default: that of the run's mission)")
+    parser.add_argument("--timeout", type=_seconds, default=20.0, help="longest wait for a verification [s] (default 20)")
+    parser.add_argument("--key", type=_given, metavar="FILE", help="protect telecommands with this key (default: that of the run; for other runs $GSE_KEY)")
+    parser.add_argument("--listen", type=_port, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
     parser.add_argument("--http-port", type=int, metavar="PORT", help="replay: port of the page (default: the first free one)")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: continue until Ctrl-C")
-    parser.add_argument("--cosimulation", help="script: UNIX socket of the scheduler (stepped time)")
-    parser.add_argument("--run", help="run folder (default: runs/latest); script writes operator.log only to a folder that is given")
+    parser.add_argument("--cosimulation", type=_given, help="script: UNIX socket of the scheduler (stepped time)")
+    parser.add_argument("--run", type=_given, help="run folder (default: runs/latest); script writes operator.log only to a folder that is given")
     parser.add_argument("command", metavar="COMMAND", nargs="?", help="see below")
     parser.add_argument("words", metavar="WORD", nargs="*", help="arguments of the command")
     return parser
@@ -86,6 +110,7 @@ class _Console:
         if self.arguments.words:
             raise UsageError("usage: gateway [--listen PORT] [--key FILE]")
         place = Place.of(self.run, self.arguments.host, self.arguments.port, self.arguments.key)
+        place.check()
         if not place.key:
             raise UsageError("gateway: telecommands of this run need no key; connect to its ground port, or give --key FILE")
         sdls.read_key(place.key)

@@ -22,6 +22,7 @@ _embedded_counts = itertools.count()
 METHOD_ANY = 0xFF  # Transfer method of a link: any that both ends offer.
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
+PARAMETERS_MAX = 255  # Parameters in a part of a structure; the request counts them in one octet.
 LINK_DEADLINE_MS = 1000  # Time in which a link must open.
 STATUS = Request(SUPERVISOR_APID, 131, 8, text="status")
 
@@ -275,11 +276,16 @@ def _get(dictionary, words):
     return Command(f"{request.text}.{item.name}", procedure, (request,))
 
 
-def _number(word, what):
+def _number(word, what, octets):
+    """A number that fits this many octets."""
     try:
-        return int(word, 0)
+        number = int(word, 0)
     except ValueError as error:
         raise UsageError(f"'{word}' is not a {what}") from error
+    largest = (1 << 8 * octets) - 1
+    if not 0 <= number <= largest:
+        raise UsageError(f"{what}: found {number}, expected 0 to {largest}")
+    return number
 
 
 _HK_USAGE = (
@@ -295,9 +301,11 @@ def _hk_create(subsystem, structure_id, interval, words):
         count, colon, names = word.partition(":")
         if colon:
             sampled = tuple(subsystem.parameter(name) for name in names.split(","))
-            repeated.append((_number(count, "number of samples"), sampled))
+            repeated.append((_number(count, "number of samples", 2), sampled))
         else:
             once.append(subsystem.parameter(word))
+    if max(len(once), len(repeated), *(len(sampled) for _, sampled in repeated)) > PARAMETERS_MAX:
+        raise UsageError(f"hk create: expected at most {PARAMETERS_MAX} parameters, groups, and parameters of a group")
     data = struct.pack(">HIB", structure_id, interval, len(once))
     data += b"".join(struct.pack(">I", parameter.parameter_id) for parameter in once) + bytes([len(repeated)])
     for count, sampled in repeated:
@@ -311,7 +319,7 @@ def _hk(dictionary, words):
     if len(words) < 3:
         raise UsageError(f"usage: {_HK_USAGE}")
     verb, subsystem = words[0], dictionary.subsystem(words[1])
-    structure_id = _number(words[2], "structure id")
+    structure_id = _number(words[2], "structure id", 2)
     text = f"hk {verb} {subsystem.name} {structure_id}"
     if verb in _HK_SUBTYPES and len(words) == 3:
         request = Request(subsystem.apid, 3, _HK_SUBTYPES[verb], struct.pack(">BH", 1, structure_id), text)
@@ -319,10 +327,10 @@ def _hk(dictionary, words):
             return asking(request, (3, 10))
         return _hk_once(request, subsystem.apid) if verb == "once" else simple(request)
     if verb == "interval" and len(words) == 4:
-        data = struct.pack(">BHI", 1, structure_id, _number(words[3], "number of cycles"))
+        data = struct.pack(">BHI", 1, structure_id, _number(words[3], "number of cycles", 4))
         return simple(Request(subsystem.apid, 3, 31, data, text))
     if verb == "create" and len(words) >= 5:
-        return _hk_create(subsystem, structure_id, _number(words[3], "number of cycles"), words[4:])
+        return _hk_create(subsystem, structure_id, _number(words[3], "number of cycles", 4), words[4:])
     raise UsageError(f"usage: {_HK_USAGE}")
 
 

@@ -46,9 +46,7 @@ def _upload_requests(dictionary, octets, path):
 
 
 def _upload(dictionary, source, path):
-    octets = dictionary.files.read(source)
-    if len(octets) > BUFFER_OCTETS:
-        raise UsageError(f"{source} has {len(octets)} octets, at most {BUFFER_OCTETS} can be sent")
+    octets = dictionary.files.read(source, BUFFER_OCTETS)
     requests = tuple(_upload_requests(dictionary, octets, path))
     text = f"file upload {path}"
 

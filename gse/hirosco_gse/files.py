@@ -12,12 +12,14 @@ PAGE_FILE = "{}"  # Stands for the file of a page in the words of its command.
 class MachineFiles:
     """All files that the user of this process may read and write."""
 
-    def read(self, path):
-        """Octets of a file. Raises UsageError."""
+    def read(self, path, most):
+        """Octets of a file that has at most so many. Raises UsageError."""
         try:
-            return pathlib.Path(path).read_bytes()
+            with pathlib.Path(path).open("rb") as file:
+                octets = file.read(most + 1)
         except (OSError, ValueError) as problem:
             raise UsageError(f"cannot read '{path}': {_reason(problem)}") from problem
+        return _bounded(octets, path, most)
 
     def write(self, path, octets):
         """Store a received file. Raises SessionError."""
@@ -34,11 +36,11 @@ class PageFiles:
     def __init__(self, octets=None):
         self._octets = octets
 
-    def read(self, path):
-        """Octets of the file of the page. Raises UsageError."""
+    def read(self, path, most):
+        """Octets of the file of the page, which has at most so many. Raises UsageError."""
         if path != PAGE_FILE or self._octets is None:
             raise UsageError(f"a page cannot send '{path}', a file of the machine of the station; select a file in the tab On board, or use gse")
-        return self._octets
+        return _bounded(self._octets, "the file", most)
 
     def write(self, path, octets):
         """Refuse to store a file. Raises SessionError."""
@@ -46,6 +48,12 @@ class PageFiles:
 
 
 MACHINE = MachineFiles()
+
+
+def _bounded(octets, path, most):
+    if len(octets) > most:
+        raise UsageError(f"{path} has more than {most} octets, which is the most that can be sent")
+    return octets
 
 
 def _reason(problem):

@@ -7,6 +7,8 @@ import os
 import pathlib
 from dataclasses import dataclass
 
+from .session import LinkLost
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 10015
@@ -76,13 +78,23 @@ class Place:
     port: int
     key: str
     dictionary: pathlib.Path
+    is_port_given: bool = True  # Not taken from the run folder.
 
     @classmethod
     def of(cls, run=None, host=LOOPBACK, port=None, key=None, dictionary=None):
         """The place of a run. Arguments that are not given come from the run folder, or else from the default mission."""
         run = pathlib.Path(run or LATEST)
-        port = port or default_port(run)
-        return cls(run, host, port, key or default_key(run, host, port), pathlib.Path(dictionary or default_dictionary(run)))
+        found = port or default_port(run)
+        return cls(run, host, found, key or default_key(run, host, found), pathlib.Path(dictionary or default_dictionary(run)), bool(port))
+
+    def check(self):
+        """Raise LinkLost if the port would be that of another flight: the flight of the run folder has ended, or the folder has none."""
+        if self.is_port_given:
+            return
+        if (self.run / "run.json").exists():
+            raise LinkLost(f"{self.run}: {end_of(self.run)[0]}; name a flight under way with --run or --port")
+        if self.run != LATEST and not (self.run / "ground.port").exists():
+            raise LinkLost(f"{self.run}: found no file ground.port, expected the folder of a flight under way")
 
 
 def compare_classes(place, session):

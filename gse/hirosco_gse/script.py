@@ -156,16 +156,21 @@ class Script:
             text = pathlib.Path(path).read_text(encoding="utf-8")
         except OSError as error:
             raise ScriptError(f"{path}: {error.strerror}") from error
+        except UnicodeDecodeError as error:
+            raise ScriptError(f"{path}: found octet 0x{error.object[error.start]:02x} at offset {error.start}, expected text in UTF-8") from error
         return cls.parse(text, str(path), dictionary)
 
     @classmethod
     def parse(cls, text, path, dictionary):
         steps, others, last = [], [], 0
         for number, line in enumerate(text.splitlines(), 1):
-            words = shlex.split(line, comments=True)
+            place = f"{path}:{number}"
+            try:
+                words = shlex.split(line, comments=True)
+            except ValueError as error:
+                raise ScriptError(f"{place}: {error}") from error
             if not words:
                 continue
-            place = f"{path}:{number}"
             time_ns = _time_ns(words[0], place)
             if len(words) < 3 or words[1] not in ACTORS:
                 found = words[1] if len(words) > 1 else "nothing"

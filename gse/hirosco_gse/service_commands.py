@@ -124,7 +124,7 @@ def _monitor(dictionary, words):
     if verb != "limit" or len(words) != 8:
         raise UsageError(f"usage: {_MONITOR_USAGE}")
     identity, parameter, low, high = words[2:6]
-    is_whole = parameter[0].isdecimal() or "." in parameter  # A number, or a parameter of another subsystem.
+    is_whole = parameter[:1].isdecimal() or "." in parameter  # A number, or a parameter of another subsystem.
     parameter = parameter if is_whole else f"{subsystem.name}.{parameter}"
     definition = {
         "pmon_id": identity, "monitored_parameter_id": parameter, "validity_parameter_id": 0, "validity_mask": 0,
@@ -214,9 +214,7 @@ def _until_started(request):
 
 
 def _load_procedure(dictionary, name, path):
-    code = dictionary.files.read(path)
-    if len(code) > _CODE_MAX:
-        raise UsageError(f"{path} has {len(code)} octets, a procedure has {_CODE_MAX} at most")
+    code = dictionary.files.read(path, _CODE_MAX)
     given = {"obcp_id": name, "obcp_code": code, "checksum": packets.crc16(code)}
     return _planned(dictionary, SUPERVISOR_APID, (18, 1), given, f"procedure load {name}")
 

@@ -99,6 +99,7 @@ class Spacecraft:
         return self._stream is not None
 
     def _open(self, patience_s=0.0):
+        self.place.check()
         if self._sender:
             self._sender.begin_anew()
         return link.connect(self.place.host, self.place.port, patience_s)

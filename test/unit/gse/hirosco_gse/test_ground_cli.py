@@ -258,17 +258,44 @@ def test_wrong_usage_is_refused(dictionary_path, capsys, words):
         (["at", "+5", "ping", "all"], "'ping all' sends 4 requests, one is needed"),
         (["action", "add", "MANIPULATOR", "TORQUE_LIMIT", "cmd", "MANIPULATOR.HALT"], "no function of MANIPULATOR 'HALT'"),
         (["monitor", "limit", "MANIPULATOR", "1", "LINK_AEG", "0", "1", "0", "0"], "no parameter of MANIPULATOR 'LINK_AEG'"),
+        (["monitor", "limit", "MANIPULATOR", "1", "", "0", "1", "0", "0"], "no parameter of MANIPULATOR ''"),
         (["state", "all", "\u00b2"], "'\u00b2' is not a state to ask for"),
         (["ping", "\u00b2"], "no subsystem '\u00b2'"),
         (["tc", "SUPERVISOR", "1,\u00b2"], "usage: tc"),
         (["at", "\u00b2", "ping", "SUPERVISOR"], "usage: at"),
         (["file", "upload", "absent/file", "/x"], "cannot read 'absent/file': No such file or directory"),
+        (["file", "upload", "/dev/zero", "/x"], "/dev/zero has more than 131072 octets"),
+        (["procedure", "load", "P", "/dev/zero"], "/dev/zero has more than 16384 octets"),
+        (["hk", "enable", "MANIPULATOR", "65536"], "structure id: found 65536, expected 0 to 65535"),
+        (["hk", "create", "MANIPULATOR", "99", "-1", "LINK_AGE"], "number of cycles: found -1"),
+        (["hk", "create", "MANIPULATOR", "99", "1", "65536:LINK_AGE"], "number of samples: found 65536"),
+        (["hk", "create", "MANIPULATOR", "99", "1", *["LINK_AGE"] * 256], "at most 255 parameters"),
+        (["--timeout", "nan", "ping"], "found 'nan', expected seconds"),
+        (["--timeout", "1e400", "ping"], "found '1e400', expected seconds"),
+        (["--port", "0", "ping"], "found '0', expected a port from 1 to 65535"),
+        (["--run", "", "ping"], "found '', expected a word"),
+        (["script", sys.executable], "expected text in UTF-8"),
         (["procedure", "load", "P", "a\0b"], "cannot read 'a\0b': embedded null byte"),
     ],
 )
 def test_wrong_words_within_a_command_are_named(dictionary_path, capsys, words, reason):
     assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
     assert reason in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("files", "reason"), [
+    ({}, "found no file ground.port, expected the folder of a flight under way"),
+    ({"run.json": '{"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}'}, "flight ended at 93.62 s, code 0; name a flight under way with --run or --port"),
+])
+def test_a_run_without_a_flight_commands_no_other_flight(console, dictionary_path, tmp_path, capsys, files, reason):
+    """Another flight may have the port of a flight that has ended, or the default port."""
+    craft = Spacecraft(lambda p: success(p, (17, 2, b"")))
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+        (tmp_path / "ground.port").write_text(f"{craft.port}\n")
+    assert main(["--run", str(tmp_path), "--dictionary", str(dictionary_path), "ping"]) == 3
+    assert reason in capsys.readouterr().err and not craft.received
+    craft.close()
 
 
 def test_a_download_that_cannot_be_stored_fails_with_the_reason(console, tmp_path):

@@ -63,6 +63,7 @@ def test_an_expected_refusal_may_have_a_name_of_the_addressee(dictionary_path_of
         ("1 operator expect-refusal 0x0111", "usage: expect-refusal"),
         ("1 operator nowait fly", "no command 'fly'"),
         ("1 operator try", "usage: try"),
+        ("1 operator ping 'all", "No closing quotation"),
         ("1 operator try nowait fly", "no command 'fly'"),
         ("1 operator nowait at +60 ping SUPERVISOR", "has to wait for answers"),
         ("1 operator end now", "usage: end"),
