@@ -14,13 +14,16 @@ its connection.
 The scheduler reports when `communication` begins to serve a connection and when the connection has ended. The state of
 the socket is not used, because the kernel reports both events later. Telecommands wait until the connection is served.
 When the connection has ended, octets in transit are lost, and the operator connects again at once.
+
+While its procedure ignores telemetry (session.Pause), the operator reads the octets, returns the grant, and only then
+decodes them: the flight continues meanwhile.
 """
 
 import select
 import socket
 import time
 
-from .session import LinkLost
+from .session import LinkLost, Pause
 
 NEVER = "never"
 CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
@@ -200,17 +203,20 @@ class StepDriver:
         self._reconnect, self._report = reconnect, report
         self._is_served = self._was_lost = False
 
-    def _receive(self, octets):
-        while octets:
+    def _read(self, octets):
+        """The announced octets. If the connection has ended, process what came before, and return nothing."""
+        received = b""
+        while len(received) < octets:
             try:
-                part = self._stream.recv(octets)
+                part = self._stream.recv(octets - len(received))
             except OSError:
                 part = b""
             if not part:  # The process was killed from outside; the scheduler has not reported it yet.
+                self._session.feed(received)
                 self._lose()
-                return
-            octets -= len(part)
-            self._session.feed(part)
+                return b""
+            received += part
+        return received
 
     def _lose(self):
         self._is_served, self._was_lost = False, True
@@ -244,13 +250,18 @@ class StepDriver:
         return _reporting(self._run, procedure)
 
     def _run(self, procedure):
-        session = self._session
+        session, wake = self._session, None
         while True:
             session.now_ns, octets, is_served = self._clock.grant()
             self._follow(is_served)
-            self._receive(octets)
+            received = self._read(octets)
             if self._visits is not None:
                 self._visits.act(session.now_ns)
+            if isinstance(wake, Pause) and session.now_ns < wake:
+                self._clock.done(self._earlier(wake), self._send())
+                session.feed(received)
+                continue
+            session.feed(received)
             try:
                 wake = procedure.send(None)
                 while wake is not None and wake <= session.now_ns:
@@ -271,7 +282,7 @@ class StepDriver:
         self._reconnect = None
         try:
             _, octets, _ = self._clock.grant()
-            self._receive(octets)
+            self._session.feed(self._read(octets))
         except LinkLost:
             pass  # the run has already ended
         self._stream.close()

@@ -4,7 +4,7 @@
 The session is passive: the caller feeds it received octets, and octets to send wait in `outbox`. A *procedure* is a generator that
 yields the mission time [ns] at which it wants to wake (or None: only when something arrives) and is resumed by a
 driver (link.py) at that time or whenever telemetry arrived, with `session.now_ns` set. The same procedure
-therefore runs in stepped and in real time.
+therefore runs in stepped and in real time. If it yields a Pause, it ignores telemetry until that time.
 """
 
 import collections
@@ -46,6 +46,10 @@ class LinkLost(SessionError):
 
 class RequestLost(SessionError):
     """The connection ended before the end of verification arrived; the request may have been performed."""
+
+
+class Pause(int):
+    """Time [ns] at which a procedure wants to wake; before, no telemetry makes it act."""
 
 
 @dataclass(frozen=True)
@@ -250,7 +254,7 @@ class Session:
     def wait_until(self, time_ns):
         """Procedure: wait until a time."""
         while self.now_ns < time_ns:
-            yield time_ns
+            yield Pause(time_ns)
 
     def wait_for(self, condition, timeout_ns, what):
         """Procedure: wait until condition() is true; TimedOut otherwise. Returns its value."""

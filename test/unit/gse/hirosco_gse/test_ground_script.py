@@ -514,3 +514,31 @@ def test_requests_without_a_further_report_are_removed(dictionary):
         next(waiting)
     _alive(session, 101)
     assert not silent.replies
+
+
+@pytest.mark.parametrize("ignores, order", [(True, ["returned", "decoded"]), (False, ["decoded", "returned"])])
+def test_the_grant_is_returned_before_the_decoding_of_telemetry_that_the_procedure_ignores(dictionary, tmp_path, ignores, order):
+    scheduler, session, found = Scheduler(tmp_path), Session(dictionary, 0), []
+    feed, done = session.feed, scheduler.clock.done
+
+    def fed(octets):
+        found.extend(["decoded"] if octets else [])
+        feed(octets)
+
+    def returned(wake_ns, sent):
+        found.append("returned")
+        done(wake_ns, sent)
+
+    def procedure():
+        yield from session.wait_until(3000) if ignores else session.wait_for(lambda: session.now_ns >= 3000, 3000, "the time")
+
+    session.feed, scheduler.clock.done = fed, returned
+    scheduler.grant(0, 0, scheduler.first)
+    scheduler.grant(1000, 3, scheduler.first)
+    scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet.
+    scheduler.grant(3000, 0, scheduler.first)
+    scheduler.grant(4000, 0, scheduler.first)
+    StepDriver(scheduler.stream, session, scheduler.clock).run(procedure())
+    assert found == ["returned", *order, "returned"]
+    assert [line.split()[:2] for line in scheduler.answers.read().splitlines()] == [["done", "3000"]] * 3 + [["leave"]]
+    scheduler.close()
