@@ -275,6 +275,13 @@ static void cost_beyond_the_budget_is_deducted_before_the_procedure_continues(vo
     TEST_ASSERT_TRUE((budgets >= 10U) && (budgets <= 30U)); // More than 1024 units, 100 in each.
 }
 
+static void a_call_costs_a_unit_more_from_the_twentieth_octet_of_its_arguments(void)
+{
+    const uint32_t units = units_of("get('123456789012345678')");
+    TEST_ASSERT_EQUAL_UINT32(units, units_of("get('1234567890123456789')"));
+    TEST_ASSERT_EQUAL_UINT32(units + 1U, units_of("get('12345678901234567890')"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -285,5 +292,6 @@ int main(void)
     RUN_TEST(too_much_work_in_one_call_is_an_error);
     RUN_TEST(a_metatable_keeps_its_content_after_it_is_set);
     RUN_TEST(cost_beyond_the_budget_is_deducted_before_the_procedure_continues);
+    RUN_TEST(a_call_costs_a_unit_more_from_the_twentieth_octet_of_its_arguments);
     return UNITY_END();
 }

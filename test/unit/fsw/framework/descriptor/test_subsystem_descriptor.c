@@ -546,6 +546,12 @@ static void states_have_names_and_are_found_by_them(void)
     uint8_t number = 0U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, descriptor_state_of("OFF", &number));
     TEST_ASSERT_EQUAL_STRING("UNKNOWN", descriptor_state_name(DESCRIPTOR_STATES));
+    char words[DESCRIPTOR_STATE_WORDS];
+    text_t text = text_in(words, sizeof words);
+    descriptor_state_words(UINT16_MAX, &text);
+    TEST_ASSERT_EQUAL_STRING("OFFLINE SOFTWARE_INIT HARDWARE_INIT PRE_OPERATIONAL SAFE_OPERATIONAL "
+                             "OPERATIONAL ERROR_OPERATIONAL POST_OPERATIONAL HARDWARE_DEINIT SOFTWARE_DEINIT",
+                             words);
 }
 
 static void a_missing_file_is_reported(void)
