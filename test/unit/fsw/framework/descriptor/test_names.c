@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Enumerations and failures of a subsystem descriptor.
+// Enumerations and failures of a subsystem descriptor; names of states.
 #include "fsw/framework/descriptor/descriptor.h"
 #include "test/unit/fsw/framework/descriptor/documents.h"
 #include "unity.h"
@@ -143,6 +143,24 @@ static void names_change_the_interface_hash(void)
     TEST_ASSERT_TRUE(arm.interface_hash == interface);
 }
 
+static void states_have_names_and_are_found_by_them(void)
+{
+    for (uint8_t state = 0U; state < DESCRIPTOR_STATES; state++) {
+        uint8_t number = 99U;
+        TEST_ASSERT_EQUAL(STATUS_OK, descriptor_state_of(descriptor_state_name(state), &number));
+        TEST_ASSERT_EQUAL_UINT8(state, number);
+    }
+    uint8_t number = 0U;
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, descriptor_state_of("OFF", &number));
+    TEST_ASSERT_EQUAL_STRING("UNKNOWN", descriptor_state_name(DESCRIPTOR_STATES));
+    char words[DESCRIPTOR_STATE_WORDS];
+    text_t text = text_in(words, sizeof words);
+    descriptor_state_words(UINT16_MAX, &text);
+    TEST_ASSERT_EQUAL_STRING("OFFLINE SOFTWARE_INIT HARDWARE_INIT PRE_OPERATIONAL SAFE_OPERATIONAL "
+                             "OPERATIONAL ERROR_OPERATIONAL POST_OPERATIONAL HARDWARE_DEINIT SOFTWARE_DEINIT",
+                             words);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -151,5 +169,6 @@ int main(void)
     RUN_TEST(initial_values_by_name_become_numbers);
     RUN_TEST(each_error_contains_line_and_cause);
     RUN_TEST(names_change_the_interface_hash);
+    RUN_TEST(states_have_names_and_are_found_by_them);
     return UNITY_END();
 }

@@ -536,24 +536,6 @@ static void hostile_documents_are_errors_with_a_line(void)
     TEST_ASSERT_EQUAL(STATUS_TRUNCATED, load(""));
 }
 
-static void states_have_names_and_are_found_by_them(void)
-{
-    for (uint8_t state = 0U; state < DESCRIPTOR_STATES; state++) {
-        uint8_t number = 99U;
-        TEST_ASSERT_EQUAL(STATUS_OK, descriptor_state_of(descriptor_state_name(state), &number));
-        TEST_ASSERT_EQUAL_UINT8(state, number);
-    }
-    uint8_t number = 0U;
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, descriptor_state_of("OFF", &number));
-    TEST_ASSERT_EQUAL_STRING("UNKNOWN", descriptor_state_name(DESCRIPTOR_STATES));
-    char words[DESCRIPTOR_STATE_WORDS];
-    text_t text = text_in(words, sizeof words);
-    descriptor_state_words(UINT16_MAX, &text);
-    TEST_ASSERT_EQUAL_STRING("OFFLINE SOFTWARE_INIT HARDWARE_INIT PRE_OPERATIONAL SAFE_OPERATIONAL "
-                             "OPERATIONAL ERROR_OPERATIONAL POST_OPERATIONAL HARDWARE_DEINIT SOFTWARE_DEINIT",
-                             words);
-}
-
 static void a_missing_file_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, descriptor_load_subsystem(&loader, "no/such/file.xml", &arm));
@@ -598,7 +580,6 @@ int main(void)
     RUN_TEST(each_error_contains_file_line_and_cause);
     RUN_TEST(a_file_cut_at_every_octet_is_an_error);
     RUN_TEST(hostile_documents_are_errors_with_a_line);
-    RUN_TEST(states_have_names_and_are_found_by_them);
     RUN_TEST(a_missing_file_is_reported);
     RUN_TEST(random_damage_never_crashes_the_reader);
     return UNITY_END();
