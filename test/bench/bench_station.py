@@ -37,13 +37,11 @@ sys.path[:0] = [str(ROOT / folder) for folder in ("test/mission", "test/support"
 
 import flying
 from aiohttp import ClientSession
+from browsing import browsing, until
 from hirosco_gse import packets
 from hirosco_gse.dictionary import Dictionary
 from long_recording import long_recording
-from playwright.sync_api import sync_playwright
 
-CHROMIUM = "/usr/bin/chromium"
-WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 FOLDER = ROOT / "runs" / "bench-station"
 STARTS, CLIENTS, HOUR_S, SEEKS = 3, 5, 3600, 40
 WATCHED_S, HAND_S, SETTLED_S = 60.0, 10.0, 3.0
@@ -51,19 +49,23 @@ MOVED_RAD = 0.02
 KEPT_PACE = 0.95  # Share of the wall clock's pace.
 SCENARIO = ["0.0 hand rest", *flying.bring_up(0.2), "1.5 hand circle 0.15 0.5 1 600 1", "3600 operator shutdown"]
 HOUSEKEEPING, SYNC = (3, 25), 0x080
-# Notes for each drawing of the scene the report that it shows, whether the robot has come to its positions, and when the
-# next picture began; for each report its time and when the page received it.
+# Notes for each picture of the scene the report that it shows, whether the robot is at its positions, and when the page has
+# painted the picture: the labels are put when the picture is in the canvas, and the second next frame begins after it is
+# painted. Notes for each report its time and when the page received it.
 WATCH = """() => {
     const bench = window.bench = {taken: [], drawn: []};
     station.store.on("housekeeping", (report) => bench.taken.push([report.subsystem, report.structure, report.time, performance.now()]));
-    const scene = station.scene, frame = scene.frame.bind(scene), render = scene.renderer.render.bind(scene.renderer);
-    let isDrawn = false;
-    scene.renderer.render = (...words) => { isDrawn = true; render(...words); };
-    scene.frame = () => {
-        const {time, at, period} = scene.last ?? {}, isThere = performance.now() - at >= period;
-        isDrawn = false;
-        frame();
-        if (isDrawn) requestAnimationFrame(() => bench.drawn.push([time, isThere, performance.now()]));
+    const scene = station.scene, labels = scene.labels.bind(scene), render = scene.renderer.render.bind(scene.renderer);
+    let shown = null;
+    scene.renderer.render = (...words) => {
+        const {time, positions} = scene.last ?? {};
+        shown = [time, Boolean(positions?.every((value, n) => Math.abs(value - scene.drawn[n]) < 1e-5))];
+        render(...words);
+    };
+    scene.labels = () => {
+        const picture = shown;
+        labels();
+        requestAnimationFrame(() => requestAnimationFrame(() => bench.drawn.push([...picture, performance.now()])));
     };
 }"""
 # Notes each movement of the pointer, and each line of the hand with the simulated time at which it acts.
@@ -194,18 +196,14 @@ def offset_of(page):
     return min(found)[1]
 
 
-def wait_until(page, expression):
-    flying.wait_until(lambda: page.evaluate(expression), expression)
-
-
 def robot_moves(browser):
     """Seconds from `make gse` until the robot moves on the page."""
     station = Station()
     try:
         page = browser.new_page(viewport={"width": 1440, "height": 900})
         page.goto(station.address)
-        wait_until(page, "station.scene.joints?.length > 0 && !(window.first = [...station.scene.joints]).some(Number.isNaN)")
-        wait_until(page, f"station.scene.joints.some((joint, n) => Math.abs(joint - window.first[n]) > {MOVED_RAD})")
+        until(page, "station.scene.joints?.length > 0 && !(window.first = [...station.scene.joints]).some(Number.isNaN)")
+        until(page, f"station.scene.joints.some((joint, n) => Math.abs(joint - window.first[n]) > {MOVED_RAD})")
         taken = time.monotonic() - station.began
         page.close()
     finally:
@@ -344,7 +342,7 @@ def beside_a_flight(browser):
     try:
         page = browser.new_page(viewport={"width": 1440, "height": 900})
         page.goto(station.address)
-        wait_until(page, "station.store.states.get('JOYSTICK')?.state === 'OPERATIONAL' && Boolean(station.scene.last)")
+        until(page, "station.store.states.get('JOYSTICK')?.state === 'OPERATIONAL' && Boolean(station.scene.last)")
         telemetry(page, station)
         hand(page)
         page.close()
@@ -371,7 +369,7 @@ def replay(browser):
             page = browser.new_page(viewport={"width": 1440, "height": 900})
             began = time.monotonic()
             page.goto(f"{station.address}?replay")
-            wait_until(page, "Boolean(window.station?.replay?.film && station.scene.drawn)")
+            until(page, "Boolean(window.station?.replay?.film && station.scene.drawn)")
             page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
             loads.append(time.monotonic() - began)
             assert page.evaluate("station.replay.end") >= HOUR_S
@@ -391,7 +389,7 @@ def main():
     """Measure everything, or the parts whose names are given, and print the BENCH lines."""
     subprocess.run(["make", "-s", "--no-print-directory", "build/setup/station", "all", "build/station/page/index.html"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     wanted = sys.argv[1:] or ["start", "flight", "replay"]
-    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=CHROMIUM, args=WITHOUT_SCREEN) as browser:
+    with browsing() as browser:
         if "start" in wanted:
             taken = [robot_moves(browser) for _ in range(STARTS)]
             spread("make gse to a moving robot", taken, "s")

@@ -3,7 +3,6 @@
 
 UPDATE_PICTURES=1 writes the pictures of README and docs again."""
 
-import contextlib
 import io
 import json
 import os
@@ -14,13 +13,10 @@ import sys
 
 import flying
 import pytest
+from browsing import LIMIT_MS, browsing, opened, serving, until
 from hirosco_gse import run as runs
-from playwright.sync_api import sync_playwright
 
-CHROMIUM = "/usr/bin/chromium"
-WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 AXE = flying.ROOT / "build" / "station" / "node_modules" / "axe-core" / "axe.min.js"
-LIMIT_MS = flying.MOMENT_S * 1000
 PICTURE = flying.ROOT / "docs" / "images" / "telepresence.png"
 FILM = flying.ROOT / "docs" / "images" / "telepresence.webp"
 FILM_S = [20 + n * 0.25 for n in range(40)] + [43 + n * 0.25 for n in range(24)]  # contour, then spring
@@ -70,44 +66,6 @@ SCENARIO = """
 """
 
 
-class Address(str):
-    """Address of a station; `process` is its process."""
-
-    process = None
-
-
-@contextlib.contextmanager
-def serving(*options):
-    """Address of a station with these options."""
-    words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", *options, "--http-port", "0"]
-    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
-    address = Address(re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group())
-    address.process = process
-    yield address
-    process.send_signal(signal.SIGINT)
-    process.wait(flying.MOMENT_S)
-
-
-@contextlib.contextmanager
-def browsing():
-    """A browser without a screen."""
-    with sync_playwright() as playwright, playwright.chromium.launch(executable_path=CHROMIUM, args=WITHOUT_SCREEN) as browser:
-        yield browser
-
-
-def opened(browser, address, ready, **options):
-    """The page at an address, once the expression `ready` of the page is true. page.faults has its errors."""
-    page = browser.new_page(viewport={"width": 1440, "height": 900}, **options)
-    page.set_default_timeout(LIMIT_MS)
-    page.outside, page.faults = [], []  # page.outside: requests to other machines.
-    page.on("request", lambda request: request.url.startswith((address, "data:")) or page.outside.append(request.url))
-    page.on("pageerror", lambda error: page.faults.append(str(error)))
-    page.on("console", lambda line: line.type == "error" and page.faults.append(line.text))
-    page.goto(address)
-    until(page, ready)
-    return page
-
-
 @pytest.fixture(scope="module")
 def flight(hangar):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
@@ -135,12 +93,6 @@ def browser():
 def page(address, browser):
     """The page, with joints whose position telemetry has set."""
     return opened(browser, address, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
-
-
-def until(page, expression):
-    """Wait until an expression of the page is true. Playwright's own function compiles text in the page,
-    which the page's policy forbids."""
-    flying.wait_until(lambda: page.evaluate(expression), expression)
 
 
 def accessibility(page, theme):
@@ -300,6 +252,34 @@ def test_a_stale_force_is_not_drawn(page):
     page.wait_for_selector(".veil", state="hidden")
 
 
+def test_pictures_are_drawn_when_something_has_changed(page):
+    """A scene without reports is drawn once more with all pixels, and a change of the view is one picture. The page does not wait for
+    the processors, which compute the pictures here."""
+    drawn = page.evaluate("""async () => {
+        const { scene } = window.station, { pictures, renderer } = scene, { render } = renderer, { pace } = pictures;
+        const scales = [], shown = pictures.shown, rest = () => new Promise((done) => { pictures.shown = () => { shown(); done(); }; });
+        renderer.render = (...words) => { scales.push(renderer.getPixelRatio()); render.call(renderer, ...words); };
+        scene.move = () => {};
+        await new Promise((done) => setTimeout(done, 400));
+        while (pictures.isBusy || pictures.isWanted || !pictures.isFine) await new Promise((done) => setTimeout(done, 20));
+        const atRest = scales.length;
+        await new Promise((done) => setTimeout(done, 200));
+        const later = scales.length, next = rest();
+        scene.view("Side");
+        const isBegun = scales.length > later;
+        await next;
+        const found = [scales[atRest - 1], later - atRest, isBegun, scales.length - later, scales.at(-1) === pace.scale];
+        const data = pictures.context.getImageData(0, 0, pictures.canvas.width, pictures.canvas.height).data;
+        const colours = new Set(new Uint32Array(data.buffer)).size;
+        Object.assign(pictures, { shown });
+        Object.assign(renderer, { render });
+        delete scene.move;
+        scene.view("Iso");
+        return [...found, colours > 50];
+    }""")
+    assert drawn == [2, 0, False, 1, True, True]
+
+
 def pulled(page):
     """True if the stick follows the hand. The page returns the hand after 2 s without input; then take and
     drag it again."""
@@ -358,6 +338,22 @@ def test_the_page_is_accessible(page, theme, size, hangar):
     cut, overlapping = page.evaluate(CUT), page.evaluate(OVERLAPPING)
     page.set_viewport_size({"width": 1440, "height": 900})
     assert not serious and not cut and not overlapping
+
+
+def test_a_movement_is_sent_at_once_and_four_lines_wait_for_answers(page):
+    """The page then sends where the hand is after the first answer, not the movements between."""
+    sent = page.evaluate("""async () => {
+        const { store } = window.station, { hand } = document.querySelector("station-work"), lines = [], answers = [];
+        store.live = (line) => { lines.push(line); return new Promise((done) => answers.push(done)); };
+        hand.aim = [0, 0];
+        for (let n = 1; n <= 7; n++) { hand.move(n / 100, 0); hand.say(); }
+        const atOnce = lines.length;
+        while (answers.length) { answers.shift()({}); await new Promise((done) => setTimeout(done)); }
+        hand.aim = null;
+        delete store.live;
+        return [atOnce, ...lines.map((line) => Number(line.split(" ")[2]))];
+    }""")
+    assert sent[:6] == [4, 0.01, 0.02, 0.03, 0.04, 0.07]  # The page may have repeated the aim.
 
 
 def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):

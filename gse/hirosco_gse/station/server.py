@@ -11,6 +11,7 @@ import base64
 import contextlib
 import itertools
 import json
+import re
 import shlex
 import sys
 
@@ -29,6 +30,7 @@ QUEUE = 400
 ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
+SLOW = re.compile(r'\{"do": ?"(ask|live)"')  # Requests that another program answers.
 READS = ("structures", "plan", "forms", "script", "watch")
 DISPLAY = ("hk", "enable")
 LIVE = [[verb] for verb in live.VERBS]  # Commands for the simulator, not for the spacecraft.
@@ -162,26 +164,32 @@ class Station:
         browser.put(json.dumps({"kind": "ready", "page": browser.number}))
         self.browsers.add(browser)
         self._look()
-        sender, tasks = asyncio.create_task(browser.send()), set()
+        sender, lines, lists = asyncio.create_task(browser.send()), set(), set()
         try:
             async for message in socket:
                 if message.type == WSMsgType.TEXT:
                     # The answer takes time; meanwhile the page may send other requests.
-                    if message.data.startswith('{"do":"ask"'):
-                        tasks.add(task := asyncio.create_task(self._ask(message.data, browser)))
-                        task.add_done_callback(tasks.discard)
+                    if slow := SLOW.match(message.data):
+                        group = lines if slow[1] == "live" else lists
+                        performed = self._perform(message.data, browser) if group is lines else self._ask(message.data)
+                        group.add(task := asyncio.create_task(self._reply(performed, browser)))
+                        task.add_done_callback(group.discard)
                         continue
-                    answer = await self._perform(message.data, browser)
-                    if answer:
-                        browser.put(json.dumps(answer))
+                    await self._reply(self._perform(message.data, browser), browser)
         finally:
             self.browsers.discard(browser)
             self._look()
             sender.cancel()
             with contextlib.suppress(asyncio.CancelledError, ConnectionError):
                 await sender
+            await asyncio.gather(*lines, return_exceptions=True)  # The last one may aim the hand.
             await self.hub.leave_hand(browser.number)
         return socket
+
+    @staticmethod
+    async def _reply(performing, browser):
+        """Send a page the answer to its request."""
+        browser.put(json.dumps(await performing, default=str))
 
     def _look(self):
         self.hub.look(len(self.browsers))
@@ -239,14 +247,14 @@ class Station:
         if self.hub.is_read_only and do not in READS and not is_display:
             raise UsageError("this station is read only; start one without --read-only (make gse READ_ONLY=) to command")
 
-    async def _ask(self, text, browser):
+    async def _ask(self, text):
         order = {}
         try:
             order = json.loads(text)
             answer = {"rows": await self.hub.ask(str(order["text"]))}
         except (UsageError, ValueError, KeyError) as problem:
             answer = {"refused": str(problem)}
-        browser.put(json.dumps({"kind": "answer", "id": order.get("id"), **answer}, default=str))
+        return {"kind": "answer", "id": order.get("id"), **answer}
 
     def _text(self, order):
         return self.hub.text_of(str(order["form"]), order["values"]) if "form" in order else str(order["text"])

@@ -2,6 +2,7 @@
 """The simulator's live port (live.py) without blocking: one connection, opened when it is needed."""
 
 import asyncio
+import collections
 import contextlib
 import time
 
@@ -15,22 +16,29 @@ ANSWER_S = 2.0  # Longest wait for an answer.
 SHOW_S = 0.25  # Time between two messages about a bus.
 RETRY_S = 0.5  # Time between two attempts to connect.
 TRUTH_HZ = 20
+SILENT = "the simulator does not answer: time-out"
 
 
 class WorldPort:
-    """Sends lines to the live port of a run folder."""
+    """Sends lines to the live port of a run folder. A line is sent at once, also while others wait for their answers."""
 
     def __init__(self, name="station"):
         self._name = name
         self.speed, self.hand = 1.0, None  # Pace of simulated time; name of the client that aims the hand.
-        self._run = self._reader = self._writer = None
+        self._run = self._writer = self._reading = None
+        self._waiting = collections.deque()  # Futures of the answers that are still to come, in the order of their lines.
         self._turn = asyncio.Lock()
 
-    def close(self):
-        """Close the connection; the next line opens another one."""
+    def close(self, problem="the connection was closed"):
+        """Close the connection; lines without an answer get LinkLost, and the next line opens another connection."""
         if self._writer:
             self._writer.close()
-        self._reader = self._writer = None
+            self._reading.cancel()
+        self._writer = self._reading = None
+        waiting, self._waiting = self._waiting, collections.deque()
+        for answer in waiting:
+            if not answer.done():
+                answer.set_exception(LinkLost(problem))
 
     def move_to(self, run, name):
         """Use the live port of another run, as a client of this name."""
@@ -40,38 +48,55 @@ class WorldPort:
     async def _open(self):
         if self._run is None:
             raise LinkLost("no flight is known")
-        self._reader, self._writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
-        await self._exchange(f"name {self._name}")
+        reader, self._writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
+        self._reading = asyncio.create_task(self._read(reader, self._waiting))
+        self._send(f"name {self._name}").add_done_callback(lambda answer: answer.exception())  # A loss is told with the next line.
+
+    async def _read(self, reader, waiting):
+        """Give each answer to its line, until the connection ends. Lines about frames or the true state, which an earlier line has
+        requested, are skipped."""
+        problem = "the flight has ended"
+        try:
+            while line := await reader.readline():
+                words = line.decode("utf-8", "replace").split()
+                if words[:1] and words[0] not in live.REPORTS:
+                    answer = waiting.popleft()
+                    if not answer.done():  # The sender of the line may have ended.
+                        answer.set_result(words)
+        except (OSError, ValueError, IndexError) as error:
+            problem = f"the simulator does not answer: {error}"
+        if waiting is self._waiting:
+            self.close(problem)
+
+    def _send(self, line):
+        """Send a line. Returns the future of its answer."""
+        answer = asyncio.get_running_loop().create_future()
+        self._waiting.append(answer)
+        self._writer.write(live.octets_of(line))
+        return answer
 
     async def _exchange(self, line):
-        self._writer.write(live.octets_of(line))
-        return await asyncio.wait_for(self._answer(), ANSWER_S)
-
-    async def _answer(self):
-        """Words of the next answer. Lines about frames or the true state, which an earlier line has requested, are skipped."""
-        while words := (await self._reader.readline()).decode("utf-8", "replace").split():
-            if words[0] not in live.REPORTS:
-                return words
-        raise LinkLost("the flight has ended")
+        """Send a line. Returns the words of its answer. Raises LinkLost."""
+        async with self._turn:
+            try:
+                if self._writer is None:
+                    await self._open()
+            except OSError as error:
+                raise LinkLost(f"the simulator does not answer: {error}") from error
+            waiting, answer = self._waiting, self._send(line)
+        try:
+            async with asyncio.timeout(ANSWER_S):
+                return await answer
+        except TimeoutError as error:
+            if waiting is self._waiting:  # Otherwise another line has closed the connection.
+                self.close(SILENT)
+            raise LinkLost(SILENT) from error
 
     async def ask(self, line):
         """Send a line. Returns (simulated time [s] at which it acts, whether simulated time is paused). Raises
         LiveRefused, LinkLost."""
         live.octets_of(line)
-        async with self._turn:
-            try:
-                if self._writer is None:
-                    await self._open()
-                answer = await self._exchange(line)
-            except LinkLost:
-                self.close()
-                raise
-            except (OSError, asyncio.TimeoutError) as error:
-                self.close()
-                raise LinkLost(f"the simulator does not answer: {error or 'time-out'}") from error
-            except asyncio.CancelledError:
-                self.close()  # The answer to this line may still arrive, and must not be taken for that of a later line.
-                raise
+        answer = await self._exchange(line)
         found = live.taken(answer)
         self.speed, hand = live.pace_of(answer)
         self.hand = hand if hand != self._name else None

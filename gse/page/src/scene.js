@@ -10,15 +10,13 @@ import { Arm, cutBelow, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
+import { LEAST_MS } from "./pace.js";
+import { isSoftware, Pictures } from "./picture.js";
 import { place, placedByTelemetry, placedByTruth, poses, tipForce, tipOf } from "./kinematics.js";
 import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
-// Without a graphics processor: shortest and longest time between two pictures; that time in delays of the
-// next frame of the browser, if a picture delays it; share of the pixels of each axis that is drawn while the
-// scene moves; time after which a scene at rest is drawn with all pixels.
-const [SOFTWARE_MS, SLOWEST_MS, DELAYS, COARSE, REST_MS] = [50, 1000, 3, 0.5, 300];
 
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
 
@@ -146,19 +144,17 @@ class Scene extends SceneMarks {
   }
 
   start() {
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
-    const gl = this.renderer.getContext();
-    const info = gl.getExtension("WEBGL_debug_renderer_info");
-    const isSoftware = /swiftshader|llvmpipe|software/i.test(
-      info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "",
-    );
-    this.isSoftware = isSoftware;
-    this.ratio = isSoftware ? 1 : Math.min(2, devicePixelRatio);
-    this.renderer.setPixelRatio(this.ratio);
-    this.renderer.shadowMap.enabled = !isSoftware;
+    const isComputed = isSoftware();
+    this.renderer = new THREE.WebGLRenderer({
+      canvas: isComputed ? document.createElement("canvas") : this.canvas,
+      antialias: !isComputed,
+      alpha: true,
+    });
+    this.renderer.setPixelRatio(isComputed ? 1 : Math.min(2, devicePixelRatio));
+    this.renderer.shadowMap.enabled = !isComputed;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.world = new THREE.Scene();
-    if (isSoftware) {
+    if (isComputed) {
       // Without a graphics processor the reflections of a room would take seconds to compute.
       for (const name of Object.keys(LOOK))
         LOOK[name] = new THREE.MeshLambertMaterial({ color: LOOK[name].color });
@@ -180,22 +176,25 @@ class Scene extends SceneMarks {
     this.orbit();
     new ResizeObserver(() => this.resize()).observe(this);
     this.view("Iso");
-    let drawn = 0,
-      pause = SOFTWARE_MS,
-      isMeasured = true;
-    const frame = (now) => {
-      requestAnimationFrame(frame);
-      if (isSoftware) {
-        // The page must answer the operator: a picture that delays the browser is drawn less often.
-        if (!isMeasured)
-          pause = now - drawn > SOFTWARE_MS ? Math.min(DELAYS * (now - drawn), SLOWEST_MS) : SOFTWARE_MS;
-        isMeasured = true;
-        if (now - drawn < pause) return;
-      }
-      drawn = now;
-      isMeasured = !this.frame();
-    };
-    requestAnimationFrame(frame);
+    if (isComputed) this.computePictures();
+    else this.renderer.setAnimationLoop(() => this.frame());
+  }
+
+  // Without a graphics processor a picture begins when something has changed.
+  computePictures() {
+    this.pictures = new Pictures(
+      this.canvas,
+      this.renderer.getContext(),
+      (scale, isResting) => this.frame(scale, isResting),
+      () => this.labels(),
+    );
+    store.on("hello housekeeping truth film theme link", () => this.pictures.wake());
+  }
+
+  // The scene looks different from now on.
+  change() {
+    this.isChanged = true;
+    this.pictures?.wake();
   }
 
   orbit() {
@@ -221,7 +220,7 @@ class Scene extends SceneMarks {
         .set(Math.cos(rise) * Math.cos(turn), Math.cos(rise) * Math.sin(turn), Math.sin(rise))
         .multiplyScalar(length)
         .add(this.target);
-      this.isChanged = true;
+      this.change();
     });
     this.canvas.addEventListener(
       "wheel",
@@ -231,7 +230,7 @@ class Scene extends SceneMarks {
           .sub(this.target)
           .multiplyScalar(Math.exp(event.deltaY * 0.001))
           .add(this.target);
-        this.isChanged = true;
+        this.change();
       },
       { passive: false },
     );
@@ -251,7 +250,7 @@ class Scene extends SceneMarks {
         .multiplyScalar(reach / 0.47)
         .add(this.target);
     }
-    this.isChanged = true;
+    this.change();
   }
 
   build() {
@@ -368,7 +367,7 @@ class Scene extends SceneMarks {
     this.floor.material.vertexColors = false;
     this.floor.material.needsUpdate = true;
     LOOK.ground.color.set(isLight ? 0xb9c0c6 : 0x6f7d8a);
-    this.isChanged = true;
+    this.change();
   }
 
   // Show the numbers of the tip in a browser that cannot draw the scene.
@@ -469,7 +468,9 @@ class Scene extends SceneMarks {
     text(this.veil.firstChild, `${why}; last seen ${(this.last?.time ?? store.time).toFixed(3)} s`);
     if (isStale === this.isStale) return;
     this.isStale = isStale;
-    if (this.drawn) this.pose(this.drawn);
+    if (!this.drawn) return;
+    this.pose(this.drawn);
+    this.change();
   }
 
   take(message) {
@@ -496,42 +497,43 @@ class Scene extends SceneMarks {
     text(this.rate, span > 0.3 ? `${source} ${Math.round((this.trace.length - 1) / span)} Hz` : source);
   }
 
-  // Draw the scene if it has changed; true if it was drawn.
-  frame() {
-    if (this.last && this.robot) {
-      const share = Math.min(1, (performance.now() - this.last.at) / this.last.period);
-      const goal = this.last.positions;
-      const now = goal.map(
-        (value, n) => (this.before[n] ?? value) + (value - (this.before[n] ?? value)) * share,
-      );
-      if (
-        !this.drawn ||
-        now.some((value, n) => Math.abs(value - this.drawn[n]) > 1e-5) ||
-        this.shownTime !== this.last.time ||
-        this.truth.isNew
-      ) {
-        this.pose(now);
-        this.shownTime = this.last.time;
-      }
-    } else if (this.robot && this.truth.isNew) this.pose(this.drawn);
-    if (this.isSoftware) this.refine(performance.now());
-    if (!this.isChanged) return false;
+  // Move the robot from its positions in the last report but one to those in the last, within a period. A
+  // picture without a graphics processor is visible later, so it shows the robot further on.
+  move() {
+    if (!this.last) {
+      if (this.truth.isNew) this.pose(this.drawn);
+      if (this.truth.isNew) this.pictures?.wake();
+      return;
+    }
+    const passed = performance.now() - this.last.at + (this.pictures ? LEAST_MS : 0);
+    const share = Math.min(1, passed / this.last.period);
+    const now = this.last.positions.map(
+      (value, n) => (this.before[n] ?? value) + (value - (this.before[n] ?? value)) * share,
+    );
+    if (
+      !this.drawn ||
+      now.some((value, n) => Math.abs(value - this.drawn[n]) > 1e-5) ||
+      this.shownTime !== this.last.time ||
+      this.truth.isNew
+    ) {
+      this.pose(now);
+      this.shownTime = this.last.time;
+    }
+    if (share < 1 || this.truth.isNew) this.pictures?.wake();
+  }
+
+  // Draw the scene if it has changed; true if it was drawn. scale: share of the pixels of each axis, without
+  // a graphics processor; isForced: draw it even if it has not changed.
+  frame(scale, isForced = false) {
+    if (this.robot) this.move();
+    if (!this.isChanged && !isForced) return false;
     this.isChanged = false;
+    if (scale && scale !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(scale);
     this.camera.lookAt(this.target);
     this.camera.updateMatrixWorld();
     this.renderer.render(this.world, this.camera);
-    this.labels();
+    if (!this.pictures) this.labels();
     return true;
-  }
-
-  // Draw a scene that moves with fewer pixels, and once with all of them when it has come to rest.
-  refine(now) {
-    if (this.isChanged) this.changed = now;
-    const ratio = now - this.changed < REST_MS ? COARSE : 1;
-    if (ratio === this.ratio) return;
-    this.ratio = ratio;
-    this.renderer.setPixelRatio(ratio);
-    this.isChanged = true;
   }
 
   pose(positions) {
@@ -578,7 +580,7 @@ class Scene extends SceneMarks {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.isChanged = true;
+    this.change();
   }
 
   describe() {

@@ -17,8 +17,15 @@ const GHOST_M = 0.002,
 const NEAR = 0.1; // Share of the range that counts as near a limit.
 export const TRACE_S = 6; // Length of the trace of the tip.
 const GAP_S = 1; // Time without reports that interrupts the trace.
-export const token = (name) =>
-  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const tokens = new Map(); // Name -> colour in the present theme. To ask the browser costs a layout.
+store.on("theme", () => tokens.clear());
+export function token(name) {
+  const known = tokens.get(name);
+  if (known) return known;
+  const colour = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  tokens.set(name, colour);
+  return colour;
+}
 
 function coil(from, to, turns = 13, radius = 0.011) {
   const points = [];

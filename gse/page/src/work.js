@@ -13,6 +13,7 @@ const RANGE_RAD = 0.35; // Largest angle of the joystick that the page commands.
 const AIM_MS = 20,
   AIM_S = 0.03;
 const IDLE_MS = 2000; // Time without input after which the hand is given back.
+const LINES_MAX = 4; // Lines of the hand that may wait for their answers.
 const ANSWER_MS = 1000; // If a line of the hand has no answer for this time, the hand is given back.
 const FIELD = 80; // Radius of the round field in units of its drawing.
 const CEILING_NM = 1.5; // Felt torque of the full arc and of the strongest rumble.
@@ -26,6 +27,7 @@ const NARROW = matchMedia("(max-width: 1279px)");
 class Hand {
   constructor() {
     this.aim = null;
+    this.asked = []; // Times at which the lines without an answer were sent.
     this.trace = [];
     const path = (style) => svg("path", { style });
     this.traceLine = path("fill:none;stroke:var(--measured);stroke-width:1.5");
@@ -248,27 +250,28 @@ class Hand {
     this.say();
   }
 
-  // Send the aim. If this function is called again before the answer, send the present aim after the answer.
-  async say() {
+  // Send the aim at once. If LINES_MAX lines have no answer yet, send the present aim after an answer.
+  say() {
     this.isChanged = true;
-    if (this.isAsking) {
-      if (performance.now() - this.asked > ANSWER_MS) this.release("the station does not answer");
-      return;
+    if (performance.now() - (this.asked[0] ?? Infinity) > ANSWER_MS)
+      this.release("the station does not answer");
+    else this.send();
+  }
+
+  async send() {
+    if (!this.aim || !this.isChanged || this.asked.length >= LINES_MAX) return;
+    this.isChanged = false;
+    this.asked.push(performance.now());
+    const [x, y] = this.aim;
+    const answer = await store.live(`hand aim ${x.toFixed(5)} ${y.toFixed(5)} ${AIM_S}`);
+    this.asked.shift(); // The station answers lines in their order.
+    if (answer.refused && this.aim && !store.isOpen()) this.release("link lost");
+    else if (answer.refused && this.aim) {
+      this.aim = this.from = null;
+      this.note = `The simulator refuses the hand: ${answer.refused}`;
+      this.draw();
     }
-    this.isAsking = true;
-    while (this.aim && this.isChanged) {
-      this.isChanged = false;
-      this.asked = performance.now();
-      const [x, y] = this.aim;
-      const answer = await store.live(`hand aim ${x.toFixed(5)} ${y.toFixed(5)} ${AIM_S}`);
-      if (answer.refused && this.aim && !store.isOpen()) this.release("link lost");
-      else if (answer.refused && this.aim) {
-        this.aim = this.from = null;
-        this.note = `The simulator refuses the hand: ${answer.refused}`;
-        this.draw();
-      }
-    }
-    this.isAsking = false;
+    this.send();
   }
 
   // The subsystem that reports a felt torque.

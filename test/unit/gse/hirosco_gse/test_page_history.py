@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""History and kinematics of the page (gse/page/src/history.js, kinematics.js), run by Node.js."""
+"""History, kinematics and pace of pictures of the page (gse/page/src/history.js, kinematics.js, pace.js), run by Node.js."""
 
 import gzip
 import json
@@ -23,14 +23,14 @@ const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (n
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
-    for name in ("history", "kinematics", "recording"):
+    for name in ("history", "kinematics", "pace", "recording"):
         shutil.copy(SOURCES / f"{name}.js", folder / f"{name}.mjs")
     return folder
 
 
 def printed(folder, script):
     """The JSON that an ECMAScript script prints."""
-    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses, posesBetween }} from "./kinematics.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
+    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses, posesBetween }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
     done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -124,3 +124,23 @@ def test_an_incomplete_recording_is_refused(modules):
         const all = {[list(octets) for octets in files]}.map((octets) => unpack(Uint8Array.from(octets)).then(() => "read", (error) => error.message));
         console.log(JSON.stringify(await Promise.all(all)));""")
     assert found[2] == "its end is missing" and found[4] == "read" and "read" not in found[:4], found
+
+
+def test_pictures_that_take_too_long_get_fewer_pixels_and_short_ones_more(modules):
+    """Three in succession that take longer than the budget, and twenty that leave room for twice as many pixels."""
+    found = printed(modules, """
+        const pace = new Pace(), scales = [];
+        const note = (took, count) => { for (let n = 0; n < count; n++) pace.note(0, took); scales.push(pace.scale); };
+        for (const [took, count] of [[26, 2], [25, 1], [26, 2], [26, 1], [26, 6], [400, 9], [12, 19], [13, 1], [12, 19], [12, 1], [12, 20], [1, 60]]) note(took, count);
+        console.log(JSON.stringify(scales));""")
+    assert found == [1, 1, 1, 0.7, 0.5, 0.5, 0.5, 0.5, 0.5, 0.7, 1, 1]
+
+
+def test_the_processors_rest_between_pictures(modules):
+    """For as long as the last picture took, but for a second at most; and 40 ms pass from picture to picture."""
+    found = printed(modules, """
+        const pace = new Pace(), waits = [pace.wait(7)];
+        for (const took of [5, 30, 800, 9000]) { pace.note(100, 100 + took); waits.push(pace.wait(100 + took)); }
+        waits.push(pace.wait(1e6));
+        console.log(JSON.stringify(waits));""")
+    assert found == [0, 35, 30, 800, 1000, 0]

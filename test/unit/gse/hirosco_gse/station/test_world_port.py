@@ -13,7 +13,7 @@ import pytest
 from conftest import ROOT
 from hirosco_gse import live
 from hirosco_gse import place as place_module
-from hirosco_gse.session import TimedOut
+from hirosco_gse.session import LinkLost, TimedOut
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import network as network_module
 from hirosco_gse.station import world_port as world_port_module
@@ -172,6 +172,94 @@ def test_a_page_that_disappears_gives_its_hand_back(place, has_hand):
         return [line for line in world.lines if line.startswith("hand")]
 
     assert visit(place, story) == ["hand aim 0.1 0 0.03", *(["hand rest"] if has_hand else [])]
+
+
+def test_lines_of_a_page_do_not_wait_for_the_answers_of_others(place):
+    """The simulator answers when it has three lines, which keep their order; the page can send other requests meanwhile."""
+    class Slow(World):
+        is_full = asyncio.Event()
+
+        async def ask(self, line):
+            if line != "time":
+                self.lines.append(line)
+                if len(self.lines) == 3:
+                    self.is_full.set()
+                await self.is_full.wait()
+            return 2.5, False
+
+    world = Slow()
+
+    async def story(page, station):
+        station.hub.world_port = world
+        for number, do in enumerate(("live", "live", "plan", "live")):
+            await page.socket.send_json({"do": do, "line": f"hand aim 0.{number} 0 0.03", "text": "ping JOYSTICK", "id": 10 + number})
+        answered = [(await page.until(lambda message: message.get("id", 0) >= 10))["id"] for _ in range(4)]
+        return answered[0], sorted(answered)
+
+    assert visit(place, story) == (12, [10, 11, 12, 13])
+    assert [line.split()[2] for line in world.lines[:3]] == ["0.0", "0.1", "0.3"]
+
+
+async def _port(folder, answered):
+    """A live port that calls answered(line, writer) for each line; its file is in the folder."""
+    async def serve(reader, writer):
+        while line := await reader.readline():
+            answered(line.decode().strip(), writer)
+
+    server = await asyncio.start_server(serve, "127.0.0.1", 0)
+    (folder / "live.port").write_text(f"{server.sockets[0].getsockname()[1]}\n", encoding="ascii")
+    return server
+
+
+def test_answers_of_the_live_port_belong_to_lines_in_their_order(tmp_path):
+    """The port answers three lines at once. The task that has sent the second has ended meanwhile."""
+    lines = []
+
+    def answered(line, writer):
+        lines.append(line)
+        if len(lines) == 4:
+            writer.write(b"ok 0.1\nok 0.2 speed 2\nok 0.3 speed 3\nrefused live:4: found 'x'\n")
+
+    async def story():
+        async with await _port(tmp_path, answered):
+            port = world_port_module.WorldPort("me")
+            port.move_to(tmp_path, "me")
+            asked = [asyncio.create_task(port.ask(line)) for line in ("hand rest", "hand hold", "hand x")]
+            while len(lines) < 3:
+                await asyncio.sleep(0)
+            asked[1].cancel()
+            found = await asyncio.gather(*asked, return_exceptions=True)
+            port.close()
+            return found
+
+    first, second, third = asyncio.run(story())
+    assert first == (0.2, False) and isinstance(second, asyncio.CancelledError)
+    assert isinstance(third, live.LiveRefused) and lines == ["name me", "hand rest", "hand hold", "hand x"]
+
+
+def test_all_lines_without_an_answer_are_lost_with_the_connection(tmp_path):
+    """The next line opens another connection."""
+    lines = []
+
+    def answered(line, writer):
+        lines.append(line)
+        if len(lines) == 3:
+            writer.close()
+        elif len(lines) > 3:
+            writer.write(b"ok 1.5\n")
+
+    async def story():
+        async with await _port(tmp_path, answered):
+            port = world_port_module.WorldPort("me")
+            port.move_to(tmp_path, "me")
+            found = await asyncio.gather(port.ask("hand rest"), port.ask("hand hold"), return_exceptions=True)
+            again = await port.ask("time")
+            port.close()
+            return found, again
+
+    found, again = asyncio.run(story())
+    assert [str(problem) for problem in found] == ["the flight has ended"] * 2 and all(isinstance(problem, LinkLost) for problem in found)
+    assert again == (1.5, False)
 
 
 def test_a_row_of_the_true_state_becomes_leaves_of_the_page():
