@@ -15,6 +15,8 @@
 // Fault: base/pool.c
 //   - (pool->slots[index].holders > 0U);
 //   + true;
+// Fault: base/pool.c
+//   - pool->slots[index].holders++;
 #include "base/pool.h"
 #include "test/proof/proof.h"
 
@@ -81,8 +83,10 @@ static void prove_taking(pool_t* const pool, const bool is_reserved)
         holders[i] = slots[i].holders;
     }
     const uint16_t taken        = pool->stats.taken;
+    const uint32_t refused      = pool->stats.refused;
     const uint64_t* const block = is_reserved ? pool_take_reserved(pool) : pool_take(pool);
     const uint16_t limit        = is_reserved ? BLOCKS : (BLOCKS - RESERVE);
+    PROVE(pool->stats.refused == (refused + ((block == NULL) ? 1U : 0U)), "a refusal is counted");
     PROVE((block != NULL) == (taken < limit), "a block is given if there is one for this caller");
     if (block != NULL) {
         PROVE((block >= storage) && (block < &storage[BLOCKS]), "a block is inside the storage");
@@ -103,7 +107,9 @@ static void prove_holding(pool_t* const pool, const bool is_release)
     const bool is_block   = is_ours && ((offset % 8U) == 0U) && (slots[index].holders > 0U);
     const uint16_t before = slots[index].holders;
     const uint16_t taken  = pool->stats.taken;
+    const uint32_t wrong  = pool->stats.rejected;
     const status_t status = is_release ? pool_release(pool, block) : pool_retain(pool, block);
+    PROVE(IMPLIES(!is_block, pool->stats.rejected == (wrong + 1U)), "a wrong pointer is counted");
     if (!is_block) {
         PROVE((status == STATUS_NOT_OURS) && (slots[index].holders == before) && (pool->stats.taken == taken),
               "a wrong pointer is refused and changes nothing");
@@ -112,8 +118,9 @@ static void prove_holding(pool_t* const pool, const bool is_release)
               "the block has one holder less");
         PROVE(pool->stats.taken == ((before == 1U) ? (taken - 1U) : taken), "the last holder gives it back");
     } else {
-        PROVE((status == STATUS_OK) == (before < UINT16_MAX),
-              "the block has one holder more, up to the largest number");
+        PROVE((status == STATUS_OK) == (before < UINT16_MAX), "a block has a largest number of holders");
+        PROVE(slots[index].holders == ((status == STATUS_OK) ? (before + 1U) : before),
+              "the block has one holder more");
     }
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: each statusword is decoded to the state to which CiA 402 assigns its bits; torque is commanded only
-//     for the goal ENABLED and from SWITCHED_ON on, power only for the goals STANDBY and ENABLED; a fault is
-//     reset only with permission, by a rising edge; the goal DISABLED is not reached in a state with power.
+// Proves: each statusword is decoded to the state to which CiA 402 assigns its bits; torque is commanded
+//     only for the goal ENABLED and from SWITCHED_ON on, power only for the goals STANDBY and ENABLED; a
+//     fault is reset if and only if it is permitted, by a rising edge; each goal is reached exactly in its
+//     states, those of DISABLED and QUICK STOP are without torque.
 // Bounds: every statusword, state, goal and previous controlword.
 // Replaced: nothing.
 // Sources: fsw/canopen/cia402.c
@@ -13,6 +14,9 @@
 // Fault: fsw/canopen/cia402.c
 //   - return towards_power(state, false, may_reset, previous);
 //   + return towards_power(state, true, may_reset, previous);
+// Fault: fsw/canopen/cia402.c
+//   - return state == CIA402_OPERATION_ENABLED;
+//   + return state >= CIA402_OPERATION_ENABLED;
 #include "fsw/canopen/cia402.h"
 #include "test/proof/proof.h"
 
@@ -60,14 +64,22 @@ void proof(void)
                       ((state == CIA402_SWITCHED_ON) || (state == CIA402_OPERATION_ENABLED))),
           "torque is commanded only for ENABLED, from SWITCHED_ON on");
     PROVE(IMPLIES((word & 0x0FU) == 0x07U, wants_power), "power is commanded only for STANDBY and ENABLED");
-    PROVE(IMPLIES((word & CIA402_CONTROL_FAULT_RESET) != 0U,
-                  may_reset && wants_power && (state == CIA402_FAULT) &&
-                      ((previous & CIA402_CONTROL_FAULT_RESET) == 0U)),
-          "a fault is reset only with permission, in FAULT, by a rising edge");
+    PROVE(((word & CIA402_CONTROL_FAULT_RESET) != 0U) ==
+              (may_reset && wants_power && (state == CIA402_FAULT) &&
+               ((previous & CIA402_CONTROL_FAULT_RESET) == 0U)),
+          "a fault is reset exactly with permission, in FAULT, by a rising edge");
     PROVE(IMPLIES(goal == CIA402_GOAL_DISABLED, word == CIA402_CONTROL_DISABLE_VOLTAGE),
           "the goal DISABLED removes the voltage at once");
-    PROVE(IMPLIES(canopen_cia402_is_at_goal(state, CIA402_GOAL_DISABLED),
-                  (state != CIA402_OPERATION_ENABLED) && (state != CIA402_QUICK_STOP_ACTIVE) &&
-                      (state != CIA402_FAULT_REACTION) && (state != CIA402_SWITCHED_ON)),
-          "the goal DISABLED is reached only without power");
+    PROVE(IMPLIES(goal == CIA402_GOAL_QUICK_STOP,
+                  word == (((state == CIA402_OPERATION_ENABLED) || (state == CIA402_QUICK_STOP_ACTIVE))
+                               ? CIA402_CONTROL_QUICK_STOP
+                               : CIA402_CONTROL_DISABLE_VOLTAGE)),
+          "the goal QUICK STOP brakes a drive with torque, and removes the voltage of all others");
+    const bool is_idle = (state == CIA402_SWITCH_ON_DISABLED) || (state == CIA402_FAULT) ||
+                         (state == CIA402_NOT_READY); // Without torque.
+    PROVE(canopen_cia402_is_at_goal(state, goal) ==
+              ((goal == CIA402_GOAL_ENABLED)   ? (state == CIA402_OPERATION_ENABLED)
+               : (goal == CIA402_GOAL_STANDBY) ? (state == CIA402_SWITCHED_ON)
+                                               : is_idle),
+          "a goal is reached exactly in its states");
 }

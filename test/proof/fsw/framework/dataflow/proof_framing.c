@@ -7,7 +7,6 @@
 // Replaced: nothing.
 // Sources: fsw/framework/dataflow/framing.c
 // Options: --unwind 9
-// Quick: yes
 // Fault: fsw/framework/dataflow/framing.c
 //   - if ((assembler->prefix == LENGTH_OCTETS) && (assembler->length > assembler->capacity)) {
 //   + if ((assembler->prefix == LENGTH_OCTETS) && (assembler->length > (assembler->capacity + 1U))) {

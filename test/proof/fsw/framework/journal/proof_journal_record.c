@@ -4,7 +4,8 @@
 //     that its place requires and with a correct checksum; then the place advances to the end of the record.
 //     Otherwise the place does not change. A record that was written is read with the same octets.
 // Bounds: media of 0..44 octets of any content, records of 0..8 octets, any place up to the end.
-// Replaced: crc32_iso returns any value, the same in every call; the medium is an array whose reads may fail.
+// Replaced: crc32_iso returns any value, the same in every call (base/proof_crc32.c proves it); the medium
+//     is an array whose reads may fail.
 // Sources: fsw/framework/journal/journal_record.c
 // Options: --unwind 46
 // Reduced: fsw/framework/journal/journal.h
@@ -17,6 +18,9 @@
 // Fault: fsw/framework/journal/journal_record.c
 //   - (octets_u32_at(&buffer[CHAIN]) == place->chain);
 //   + (octets_u32_at(&buffer[CHAIN]) >= place->chain);
+// Fault: fsw/framework/journal/journal_record.c
+//   - if (octets_u32_at(&buffer[end]) != crc) {
+//   + if (octets_u32_at(&buffer[end]) < crc) {
 #include "base/crc.h"
 #include "base/octets.h"
 #include "fsw/framework/journal/journal_record.h"
@@ -28,10 +32,14 @@
 static uint8_t disk[MEDIUM];
 static size_t end;
 static uint32_t checksum;
+static const uint8_t* summed; // The octets of the last checksum.
+static size_t summed_size;
 
 uint32_t crc32_iso(const uint8_t* const octets, const size_t size)
 {
     PROVE(__CPROVER_r_ok(octets, size), "the checksum reads inside the buffer");
+    summed      = octets;
+    summed_size = size;
     return checksum;
 }
 
@@ -82,6 +90,12 @@ static void prove_any_content(void)
               "the kind exists");
         PROVE(octets_u32_at(&octets[4]) == before.sequence, "a record is the next in sequence");
         PROVE(octets_u32_at(&octets[12]) == before.chain, "a record has the chain of the record before it");
+        PROVE(octets_u32_at(&octets[JOURNAL_OCTETS_AT + record.size]) == checksum, "the checksum is right");
+        PROVE((summed == buffer) && (summed_size == (JOURNAL_OCTETS_AT + (size_t)record.size)),
+              "the checksum is that of all octets of the record");
+        PROVE((octets_u16_at(&octets[2]) == record.size) && (octets[0] == record.kind) &&
+                  (octets[1] == record.table) && (octets_u32_at(&octets[8]) == record.key),
+              "the record has the fields of the medium");
         PROVE((place.offset == (before.offset + JOURNAL_RECORD_SIZE((size_t)record.size))) &&
                   (place.offset <= end),
               "the place is the end of the record, inside the medium");
@@ -105,6 +119,8 @@ static void prove_written(void)
     const size_t at     = any_size(RECORD - 1U);
     const uint8_t octet = buffer[JOURNAL_OCTETS_AT + at];
     if (journal_write_record(&medium, &place, &record, buffer) == STATUS_OK) {
+        PROVE((summed == buffer) && (summed_size == (JOURNAL_OCTETS_AT + (size_t)record.size)),
+              "the checksum that is written is that of all octets of the record");
         journal_record_t got;
         buffer[JOURNAL_OCTETS_AT + at] = nondet_u8();
         const status_t status          = journal_read_record(&medium, &again, &got, buffer);

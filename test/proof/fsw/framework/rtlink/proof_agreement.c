@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: rtlink_negotiate accepts only equal layouts of a size that fits, periods of which one is a multiple
-//     of the other, and terms with a common method. The agreed terms have exactly one method, which this
-//     software and both ends know, and the decimation that leads from the producer's period to the
-//     consumer's; it is 1 if the producer's period is not shorter.
+// Proves: rtlink_negotiate accepts exactly equal layouts of a size that fits, in a byte order that exists,
+//     with periods of which one is a multiple of the other, and terms with a common method. The agreed
+//     terms have exactly one method, which this software and both ends know, and the decimation that leads
+//     from the producer's period to the consumer's; it is 1 if the producer's period is not shorter.
 // Bounds: any terms; periods of up to 2^10 us, because the remainder of larger ones takes the checker too
 //     long.
 // Replaced: nothing.
@@ -18,6 +18,9 @@
 // Fault: fsw/framework/rtlink/agreement.c
 //   - const uint8_t common = (uint8_t)(producer->methods & consumer->methods & known);
 //   + const uint8_t common = (uint8_t)(producer->methods & consumer->methods);
+// Fault: fsw/framework/rtlink/agreement.c
+//   - (producer->layout_octets > RTLINK_PAYLOAD_MAX)) {
+//   + (producer->layout_octets >= RTLINK_PAYLOAD_MAX)) {
 #include "fsw/framework/rtlink/agreement.h"
 #include "test/proof/proof.h"
 
@@ -27,7 +30,17 @@ void proof(void)
     rtlink_terms_t consumer;
     rtlink_terms_t agreed;
     ASSUME((producer.period_us <= 1024U) && (consumer.period_us <= 1024U));
-    if (rtlink_negotiate(&producer, &consumer, &agreed) == RTLINK_ACCEPTED) {
+    const bool is_accepted = (rtlink_negotiate(&producer, &consumer, &agreed) == RTLINK_ACCEPTED);
+    const bool has_periods = (producer.period_us >= 1U) && (consumer.period_us >= 1U);
+    const bool is_multiple = has_periods && (((consumer.period_us % producer.period_us) == 0U) ||
+                                             ((producer.period_us % consumer.period_us) == 0U));
+    PROVE(is_accepted == ((producer.layout_hash == consumer.layout_hash) &&
+                          (producer.layout_octets == consumer.layout_octets) &&
+                          (producer.layout_octets >= 1U) && (producer.layout_octets <= RTLINK_PAYLOAD_MAX) &&
+                          (producer.order <= (uint8_t)RTLINK_LITTLE_ENDIAN) && is_multiple &&
+                          ((producer.methods & consumer.methods & 7U) != 0U)),
+          "exactly compatible terms are accepted");
+    if (is_accepted) {
         const uint8_t method = agreed.methods;
         PROVE((method == 1U) || (method == 2U) || (method == 4U), "exactly one method, which is known");
         PROVE((method & producer.methods & consumer.methods) == method, "both ends have the method");

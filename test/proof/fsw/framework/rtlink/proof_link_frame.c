@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: rtlink_frame_decode accesses no octet outside a frame and accepts only a frame of the agreed size
-//     with correct magic, version, flags and checksum; a frame that rtlink_frame_encode wrote is decoded to
-//     the same header and payload; the epoch can be read without decoding.
+// Proves: rtlink_frame_decode accesses no octet outside a frame and accepts only a frame of the agreed
+//     size with correct magic, version, flags and checksum of header and payload; a frame that
+//     rtlink_frame_encode wrote is decoded to the same header and payload; the epoch can be read without
+//     decoding.
 // Bounds: payloads of 1..16 octets, received frames of 0..48 octets, with and without checksum.
-// Replaced: crc32_iso returns any value, the same when a frame is encoded and decoded.
+// Replaced: crc32_iso returns any value, the same when a frame is encoded and decoded (base/proof_crc32.c
+//     proves it).
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
 // Fault: fsw/framework/rtlink/link_frame.c
@@ -12,6 +14,9 @@
 // Fault: fsw/framework/rtlink/link_frame.c
 //   - .epoch          = (uint32_t)(words[1] >> 32U),
 //   + .epoch          = (uint32_t)(words[1] >> 31U),
+// Fault: fsw/framework/rtlink/link_frame.c
+//   - if (with_crc && (octets_u32_at(&frame[checked]) != crc32_iso(frame, checked))) {
+//   + if (with_crc && (octets_u32_at(&frame[checked]) != crc32_iso(frame, payload_size))) {
 #include "base/crc.h"
 #include "base/octets.h"
 #include "fsw/framework/rtlink/link_frame.h"
@@ -23,10 +28,14 @@
 #define RECEIVED 48U
 
 static uint32_t checksum;
+static const uint8_t* summed; // The octets of the last checksum.
+static size_t summed_size;
 
 uint32_t crc32_iso(const uint8_t* const octets, const size_t size)
 {
     PROVE(__CPROVER_r_ok(octets, size), "the checksum reads inside the frame");
+    summed      = octets;
+    summed_size = size;
     return checksum;
 }
 
@@ -43,6 +52,8 @@ static void prove_round_trip(void)
     const bool with_crc       = nondet_bool();
     ASSUME(payload_size >= 1U);
     const size_t size = rtlink_frame_encode(&sent, payload, payload_size, with_crc, frame);
+    PROVE(IMPLIES(with_crc, (summed == frame) && (summed_size == (LINK_FRAME_HEADER_OCTETS + payload_size))),
+          "the checksum that is sent is that of header and payload");
     rtlink_frame_header_t got;
     const uint8_t* data   = NULL;
     const status_t status = rtlink_frame_decode(frame, size, payload_size, with_crc, &got, &data);
@@ -69,8 +80,10 @@ static void prove_decoding(void)
               "the size is the agreed one");
         PROVE((octets_u16_at(frame) == 0x5254U) && (frame[2] == 1U) && (octets_u16_at(&frame[6]) == 0U),
               "magic, version and flags");
-        PROVE(IMPLIES(with_crc, octets_u32_at(&frame[size - LINK_FRAME_CRC_OCTETS]) == checksum),
-              "the checksum");
+        PROVE(IMPLIES(with_crc, (octets_u32_at(&frame[size - LINK_FRAME_CRC_OCTETS]) == checksum) &&
+                                    (summed == frame) &&
+                                    (summed_size == (LINK_FRAME_HEADER_OCTETS + payload_size))),
+              "the checksum is that of header and payload");
         PROVE(__CPROVER_r_ok(data, payload_size), "the payload is inside the frame");
     }
 }

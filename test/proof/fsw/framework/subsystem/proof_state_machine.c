@@ -3,7 +3,8 @@
 //     reachable state is sound. OPERATIONAL is entered only from SAFE_OPERATIONAL; controllers start and
 //     actuators engage only with a configuration; an error of high severity, of the subsystem or of its
 //     network, enters ERROR_OPERATIONAL in the same call, and no event leaves the machine in OPERATIONAL; a
-//     refused request changes nothing; no assertion of the state machine fails.
+//     refused request changes nothing; each call records exactly its changes of state and phase; no assertion
+//     of the state machine fails.
 // Bounds: every machine that is_sound accepts, one call with any arguments; by induction any number of calls.
 // Replaced: nothing.
 // Sources: fsw/framework/subsystem/state_machine.c
@@ -21,6 +22,9 @@
 // Fault: fsw/framework/subsystem/state_machine.c
 //   - ((verdict == GO_CONFIGURED) && is_at_rest && !machine->is_configured)) {
 //   + ((verdict == GO_CONFIGURED) && is_at_rest && machine->has_failed && !machine->is_configured)) {
+// Fault: fsw/framework/subsystem/state_machine.c
+//   - const bool is_new = (machine->state != state) || (machine->phase != phase);
+//   + const bool is_new = (machine->state != state);
 #include "fsw/framework/subsystem/state_machine.h"
 #include "test/proof/proof.h"
 
@@ -140,6 +144,24 @@ static void prove_event(const state_machine_t* const before, const state_machine
     PROVE(after->state != STATE_OPERATIONAL, "no event leaves the machine in OPERATIONAL");
 }
 
+/// True if the recorded transitions lead from the state before the call to the present state and phase.
+static bool is_recorded(const state_machine_t* const before, const state_machine_t* const after)
+{
+    state_t state       = before->state;
+    state_phase_t phase = before->phase;
+    bool is_chain       = after->transition_count <= STATE_TRANSITIONS_MAX;
+    for (unsigned i = 0U; i < STATE_TRANSITIONS_MAX; i++) {
+        if (i < after->transition_count) {
+            const state_transition_t* const one = &after->transitions[i];
+            is_chain                            = is_chain && (one->previous == (uint8_t)state) &&
+                       ((one->state != (uint8_t)state) || (one->phase != (uint8_t)phase));
+            state = (state_t)one->state;
+            phase = (state_phase_t)one->phase;
+        }
+    }
+    return is_chain && (state == after->state) && (phase == after->phase);
+}
+
 /// Make one call with any arguments.
 static void call(state_machine_t* const machine)
 {
@@ -172,6 +194,7 @@ static void call(state_machine_t* const machine)
     PROVE(IMPLIES((machine->action == ACTION_START_CONTROL) || (machine->action == ACTION_ENGAGE),
                   machine->is_configured),
           "controllers start and actuators engage only with a configuration");
+    PROVE(is_recorded(&before, machine), "each change of state and phase is recorded");
     for (unsigned i = 0U; i < STATE_TRANSITIONS_MAX; i++) {
         PROVE(IMPLIES((i < machine->transition_count) &&
                           (machine->transitions[i].state == (uint8_t)STATE_OPERATIONAL),
