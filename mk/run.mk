@@ -54,7 +54,8 @@ new-subsystem:
 	@$(PYTHON) gse/scaffold/new_subsystem.py $(call option,name,NAME) $(call option,apid,APID) \
 	    $(call option,mission,MISSION)
 
-new-robot:
+# The simulator checks the new world.
+new-robot: build/bin/simulator
 	@$(PYTHON) gse/scaffold/new_robot.py $(call option,urdf,URDF) $(call option,name,NAME) $(call option,tool,TOOL) \
 	    $(if $(START),--start='$(START)') $(call option,apid,APID) $(call option,base,BASE)
 

@@ -73,6 +73,7 @@ class Joint:
     origin: Origin
     axis: tuple
     limit: dict
+    is_mimic: bool = False  # It follows another joint.
 
 
 @dataclass
@@ -190,7 +191,8 @@ def _joint(element):
         axis.fail("<axis>: expected a direction")
     limits = {key: limit.number(key) for key in ("lower", "upper", "velocity", "effort") if limit and key in limit.attributes}
     return Joint(element.text("name"), element.text("type"), element.line, element.need("parent").text("link"),
-                 element.need("child").text("link"), _origin(element), tuple(x / length for x in direction), limits)
+                 element.need("child").text("link"), _origin(element), tuple(x / length for x in direction), limits,
+                 element.first("mimic") is not None)
 
 
 def read(path):
@@ -198,6 +200,9 @@ def read(path):
     root = _parse(path)
     if root.name != "robot":
         root.fail(f"<{root.name}>: expected <robot>")
+    for child in root.children:
+        if ":" in child.name:
+            child.fail(f"<{child.name}>: expected an element of URDF; a file for xacro must be expanded first: xacro arm.urdf.xacro -o arm.urdf")
     materials = {item.text("name"): colour.numbers("rgba", 4)[:3] for item in root.all("material") if (colour := item.first("color"))}
     return Document(root.text("name"), [_link(element, materials) for element in root.all("link")],
                     [_joint(element) for element in root.all("joint")])

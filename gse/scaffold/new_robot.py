@@ -9,7 +9,8 @@
     make new-robot URDF=my-arm.urdf BASE=free        the base flies freely, without gravity; else it is fixed
     make new-robot URDF=my-arm.urdf APID=40          with this APID instead of the first free one
 
-The program arm flies any chain of 1 to 12 joints (docs/arm.md). It writes new files only; on an error it changes nothing.
+The program arm flies any chain of 1 to 12 joints (docs/arm.md). It writes new files only; on an error it changes nothing. The simulator must
+accept the new world.
 """
 
 import argparse
@@ -17,11 +18,13 @@ import math
 import pathlib
 import random
 import re
+import subprocess
 import sys
 
 import urdf
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 
+SIMULATOR = ROOT / "build" / "bin" / "simulator"
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
 GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # Gravity for each kind of base.
 STEP_S = 0.0005
@@ -34,6 +37,7 @@ KP, KD = 100.0, 1.5
 LINEAR_STIFFNESS, LINEAR_DAMPING, LINEAR_KP, LINEAR_KD = 5000.0, 5.0, 125.0, 3.1
 # Units of values of joints: unit of a revolute joint -> unit of a linear axis. An arm with both shows both.
 UNITS = {"rad": "m", "rad/s": "m/s", "rad/s2": "m/s2", "Nm": "N", "Nm/rad": "N/m", "Nms/rad": "Ns/m", "kgm2": "kg"}
+STIFFNESS_MIN = 1.0  # Of a gear in a world.
 LED_JOINTS_MAX = 10  # A descriptor has at most 640 <Setting>, 16 of each joint in each configuration.
 # The ports of the subsystem of a joystick, from the arm's side.
 PORTS = """
@@ -131,7 +135,8 @@ def start_pose(robot, base="fixed"):
     easy = [angles for angles in poses if load_of(robot, angles, base)[0] < LOAD_MAX]
     if not easy:
         share, joint = min((load_of(robot, angles, base) for angles in poses), key=lambda load: load[0])
-        raise Refusal(f"joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, expected less than {LOAD_MAX:.0%}")
+        raise Refusal(f"URDF: {joint.place}: joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, "
+                      f"expected less than {LOAD_MAX:.0%}")
     return max(easy, key=lambda angles: manipulability(jacobian_columns(robot, angles)[1]))
 
 
@@ -150,6 +155,9 @@ def drive_of(joint):
     inertia = sum(a * b for a, b in zip(joint.axis, urdf.turned(joint.link.inertia, joint.axis)))
     inertia = joint.link.mass if joint.is_prismatic else inertia
     stiffness = min((LINEAR_STIFFNESS if joint.is_prismatic else STIFFNESS) * effort, inertia * (0.5 / STEP_S) ** 2)
+    if stiffness < STIFFNESS_MIN:
+        raise Refusal(f"URDF: {joint.place}: joint {joint.name}: moves {inertia:.3g} {'kg' if joint.is_prismatic else 'kgm2 about its axis'}, expected "
+                      f"at least {STIFFNESS_MIN / (0.5 / STEP_S) ** 2:.3g}, with which the simulator can simulate its gear")
     damping = min((LINEAR_DAMPING if joint.is_prismatic else DAMPING) * effort, 0.5 * inertia / STEP_S)
     return {
         "ratio": "100", "rotorInertia": ROTOR * effort, "stiffness": stiffness, "damping": damping,
@@ -318,9 +326,11 @@ def scenario(robot, names, start):
     reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
     goal = [tool[0][0], tool[0][1], tool[0][2] + 0.05 * reach]
     far = [3.0 * reach, 0.0, 0.0]
+    outside = [robot.joints[0].upper + 1.0, *start[1:]]
     partly = [angles[i % 2] for i, angles in enumerate(zip(away, start))]
     at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in
-          {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal, "far": far}.items()}
+          {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal, "far": far,
+           "outside": outside}.items()}
     name, lines, time = names["NAME"], [], 0.2
 
     def step(command, seconds):
@@ -345,7 +355,10 @@ def scenario(robot, names, start):
         step(f"state {name} OPERATIONAL", 0.5)
         motions()
         if configuration_name == "POSITION" and len(robot.joints) >= 6:
-            step(f"expect-refusal LINE cmd {name}.LINE_TO POSITION={at['far']} ROTATION={at['rotation']} SHARE=0.5", 0.5)
+            if any(joint.is_prismatic for joint in robot.joints):  # It would reach the end of its range before the line became impossible.
+                step(f"expect-refusal JOINT_RANGE cmd {name}.MOVE_TO POSITION={at['outside']} SHARE=0.5", 0.5)
+            else:
+                step(f"expect-refusal LINE cmd {name}.LINE_TO POSITION={at['far']} ROTATION={at['rotation']} SHARE=0.5", 0.5)
         step(f"hk once {name} 11" if configuration_name == "POSITION" else f"hk once {name} 21", 0.3)
         step(f"state {name} SAFE_OPERATIONAL", 0.5)
         step(f"state {name} PRE_OPERATIONAL", 0.5)
@@ -355,19 +368,48 @@ def scenario(robot, names, start):
     return names | {"steps": "\n".join(lines), "in_space": in_space, "end": f"{time:.0f}"}
 
 
-def plan(path, name, tool, start_given, apid, base="fixed"):
-    """Dict path -> text of the new files, and the mission's path."""
+def read(path, tool):
+    """The robot of a file, and the text of the file."""
     try:
         robot = urdf.read(path, tool)
-        source = pathlib.Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, urdf.UrdfError) as error:
+        source = pathlib.Path(path).read_bytes()
+        return robot, source.decode("utf-8").replace("\r\n", "\n")
+    except (OSError, urdf.UrdfError) as error:
         raise Refusal(f"URDF: {error}") from error
+    except UnicodeDecodeError as error:
+        line = source.count(b"\n", 0, error.start) + 1
+        raise Refusal(f"URDF: {path}:{line}: found octet 0x{source[error.start]:02X}, expected UTF-8: convert the file, for example with iconv") from error
+
+
+def name_from(robot_name):
+    """The name of the files, made from the name of the robot."""
+    name = re.sub(r"[^a-z0-9]+", "_", robot_name.lower()).strip("_")
+    try:
+        check_name(name)
+    except Refusal as refusal:
+        raise Refusal(f'{refusal}; it comes from the name of the robot, "{robot_name}": give another with NAME=') from refusal
+    return name
+
+
+def check_world(path, urdf_path, own_urdf):
+    """Refuse what the simulator refuses. Its message then names the line of the given URDF, not of its copy, which will not be there."""
+    try:
+        done = subprocess.run([SIMULATOR, "--world", relative(path), "--free-run", "0"], cwd=ROOT, capture_output=True, text=True, errors="replace",
+                              check=False)
+    except OSError as error:
+        raise Refusal(f"{relative(SIMULATOR)}: {error.strerror}, expected the simulator: make") from error
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
+        raise Refusal(said[-1].replace(relative(own_urdf), str(urdf_path)))
+
+
+def plan(path, name, tool, start_given, apid, base="fixed"):
+    """Dict path -> text of the new files, and the mission's path."""
+    robot, source = read(path, tool)
     expect(base in GRAVITY, "BASE", base, "fixed or free")
     expect(base == "fixed" or robot.base.mass > 0.0, "URDF", path, "the root link with a mass, or a link fixed to it: the base flies freely")
-    name = name or re.sub(r"[^a-z0-9]+", "_", robot.name.lower()).strip("_")
+    name = name or name_from(robot.name)
     check_name(name)
-    for joint in robot.joints:
-        expect(0.0 < joint.effort <= 320.0 and joint.speed > 0.0, "URDF", path, f"joint {joint.name} with an effort up to 320 Nm or 320 N, and a velocity")
     file = name.replace("_", "-")
     names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
     start = wanted_pose(robot, start_given) if start_given else start_pose(robot, base)
@@ -399,7 +441,8 @@ def main(arguments=None):
     try:
         expect(options.urdf, "URDF", "", "a file: make new-robot URDF=my-arm.urdf")
         files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid, options.base)
-        write_all(files, mission)
+        worlds = ROOT / "descriptors" / "worlds"
+        write_all(files, mission, lambda: check_world(worlds / f"{file}.xml", options.urdf, worlds / f"{file}.urdf"))
     except Refusal as refusal:
         print(f"new-robot: {refusal}", file=sys.stderr)
         return 1

@@ -191,8 +191,9 @@ def plan_mission(names, wanted):
     return missions / f"{name}.xml", text, name, not wanted
 
 
-def write_all(files, mission_path):
-    """Write the files, then read the mission as the build does; on any error restore the earlier state."""
+def write_all(files, mission_path, check=None):
+    """Write the files, then read the mission as the build does, and call `check`, which may raise a Refusal; on any error restore the
+    earlier state."""
     old = {path: path.read_text(encoding="utf-8") for path in files if path.exists()}
     made = []
     try:
@@ -201,7 +202,9 @@ def write_all(files, mission_path):
             made.append(path)
             path.write_text(text, encoding="utf-8")
         mission_descriptor.load(mission_path)
-    except (OSError, DescriptorError) as error:
+        if check:
+            check()
+    except (OSError, DescriptorError, Refusal) as error:
         for path in made:
             if path in old:
                 path.write_text(old[path], encoding="utf-8")

@@ -4,6 +4,7 @@ connect become one link."""
 
 import math
 import pathlib
+import re
 import sys
 from dataclasses import dataclass, field
 
@@ -14,6 +15,9 @@ from hirosco_gse.urdf import read as read_file
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 JOINTS_MAX = 12
+EFFORT_MAX = 320.0  # Nm or N, of descriptors/devices/joint-drive-large.eds.
+POSITION_MAX = 2147.0  # rad or m: 32 bits of the drives' unit of 1e-6.
+NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,62}")  # Of an attribute of the world's <Start>.
 
 
 @dataclass
@@ -37,6 +41,7 @@ class Joint:
     effort: float
     speed: float
     is_prismatic: bool = False
+    place: str = ""  # File and line.
     link: Mass = field(default_factory=Mass)
 
 
@@ -150,13 +155,15 @@ class _Chain:
     def __init__(self, path, document, tool):
         self.path, self.tool = path, tool
         self.links = {link.name: mass_of(link) for link in document.links}
-        self.children = {}
+        self.children, self.moved = {}, {}
         for joint in document.joints:
             for end in (joint.parent, joint.child):
                 if end not in self.links:
                     self.refuse(joint, f"{end}: expected a link of the robot")
+            if joint.child in self.moved:  # With two parents a link may be behind itself.
+                self.refuse(joint, f"child {joint.child}: expected a link that no other joint moves; there is {self.moved[joint.child]}")
             self.children.setdefault(joint.parent, []).append(joint)
-        self.moved = {joint.child for joint in document.joints}
+            self.moved[joint.child] = joint.name
 
     def refuse(self, joint, message):
         """Raise an error at a joint."""
@@ -165,7 +172,7 @@ class _Chain:
     def root(self):
         roots = [name for name in self.links if name not in self.moved]
         if len(roots) != 1:
-            raise UrdfError(f"{self.path}: roots {' '.join(roots)}: expected one link without a parent")
+            raise UrdfError(f"{self.path}: {len(roots)} links without a parent{': ' if roots else ''}{' '.join(roots)}: expected one, the root of the robot")
         return roots[0]
 
     def rigid(self, link):
@@ -189,9 +196,24 @@ class _Chain:
         bounds = ("effort", "velocity") if joint.kind == "continuous" else ("effort", "velocity", "lower", "upper")
         if not set(bounds) <= set(joint.limit):
             self.refuse(joint, f"expected <limit> with {', '.join(bounds)}, which bound motion and torque")
-        limit = {"lower": -2.0 * math.pi, "upper": 2.0 * math.pi} | ({} if joint.kind == "continuous" else joint.limit)
-        return Joint(joint.name, placed, joint.axis, limit["lower"], limit["upper"], joint.limit["effort"], joint.limit["velocity"],
-                     joint.kind == "prismatic")
+        if joint.is_mimic:
+            self.refuse(joint, "expected no <mimic>, because a drive moves each joint of an arm")
+        if not NAME.fullmatch(joint.name):
+            self.refuse(joint, "expected a name of letters, digits, '_', '-' and '.', a letter first, because it is a name in the world")
+        turns = {"lower": -2.0 * math.pi, "upper": 2.0 * math.pi}
+        limit = joint.limit | (turns if joint.kind == "continuous" else {})
+        self.check_limit(joint, limit)
+        return Joint(joint.name, placed, joint.axis, limit["lower"], limit["upper"], limit["effort"], limit["velocity"], joint.kind == "prismatic",
+                     f"{self.path}:{joint.line}")
+
+    def check_limit(self, joint, limit):
+        """Refuse limits that no drive of the project has."""
+        if not 0.0 < limit["effort"] <= EFFORT_MAX:
+            self.refuse(joint, f'effort="{limit["effort"]:g}": expected more than 0 and at most {EFFORT_MAX:g} Nm or N, as the drives have')
+        if not limit["velocity"] > 0.0:
+            self.refuse(joint, f'velocity="{limit["velocity"]:g}": expected more than 0')
+        if not -POSITION_MAX <= limit["lower"] < limit["upper"] <= POSITION_MAX:
+            self.refuse(joint, f'lower="{limit["lower"]:g}" upper="{limit["upper"]:g}": expected lower < upper, within +-{POSITION_MAX:g} rad or m')
 
     def joints_to_tool(self):
         joints = []

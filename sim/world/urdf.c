@@ -293,9 +293,10 @@ static status_t start_robot(urdf_reader_t* const reader, const element_t* const 
 {
     static const field_t labels[] = {
         {"name", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, false},
-        {"version", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}};
+        {"version", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true},
+        {"xmlns:xacro", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}}; // xacro leaves it.
     reader->place = IN_ROBOT;
-    return (strcmp(element->name, "robot") == 0) ? element_take(element, labels, 2U, reader)
+    return (strcmp(element->name, "robot") == 0) ? element_take(element, labels, 3U, reader)
                                                  : element_refuse(element, element->name, "robot");
 }
 

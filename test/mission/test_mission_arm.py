@@ -364,6 +364,22 @@ def made_robots(hangar):
     shutil.rmtree(place)
 
 
+@pytest.mark.parametrize("old, new, says", [
+    ('name="gantry"', 'name="again" axes="4"', ":1: found 'axes=\"4\"', expected name version xmlns:xacro; nothing was changed"),
+    ("</robot>", '<gazebo reference="base"/></robot>', "found 'gazebo', expected link, joint, material or transmission; nothing was changed"),
+])
+def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path, old, new, says):
+    place, _ = made_robots
+    text = gantry(tmp_path / "again.urdf").read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "again.urdf").write_text(text.replace(old, new), encoding="utf-8")
+    there = sorted(place.glob("descriptors/*/*")) + sorted(place.glob("sim/scenarios/*"))
+    made = make(place, tmp_path / "again.urdf", "--name", "again")
+    assert made.returncode == 1 and "Traceback" not in made.stderr
+    assert f"{tmp_path}/again.urdf:" in made.stderr and says in made.stderr
+    assert sorted(place.glob("descriptors/*/*")) + sorted(place.glob("sim/scenarios/*")) == there
+
+
 def test_the_free_flyer_is_what_make_new_robot_makes(made_robots):
     place, _ = made_robots
     made = [place / name for name in ("descriptors/subsystems/free-flyer.xml", "descriptors/worlds/free-flyer.xml",

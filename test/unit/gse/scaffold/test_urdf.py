@@ -4,6 +4,7 @@ test_arm_against_mujoco.py compares everything else with MuJoCo."""
 
 import math
 import pathlib
+import re
 import sys
 
 import pytest
@@ -48,7 +49,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
      'robot.urdf:1: joint slide: type="floating": expected revolute, continuous or prismatic'),
     ((link("base"), link("upper"), joint("shoulder", "base", "upper", limit="")), "joint shoulder: expected <limit> with effort, velocity, lower, upper"),
     ((*ARM[:2], joint("shoulder", "base", "lower")), "joint shoulder: lower: expected a link of the robot"),
-    ((*ARM, link("loose")), "roots base loose: expected one link without a parent"),
+    ((*ARM, link("loose")), "2 links without a parent: base loose: expected one, the root of the robot"),
     ((link("base"),), "0 joints that move: expected 1 to 12"),
     ((ARM[0], ARM[1].replace('"1.0"', '"heavy"'), ARM[2]), 'value="heavy" of <mass>: expected 1 number'),
     ((ARM[0], ARM[1].replace('iyz="0"', ""), ARM[2]), "<inertia>: expected iyz="),
@@ -56,6 +57,21 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((ARM[0], ARM[1], ARM[2].replace("</joint>", "")), "robot.urdf:1: mismatched tag: expected XML"),
     ((ARM[0], ARM[1].replace("</link>", "<collision/></link>"), ARM[2]), "<collision>: expected <geometry>"),
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 1")), 'xyz="0 1" of <axis>: expected 3 numbers'),
+    # A cycle behind the root, a joint from a link to itself, and one without a root.
+    ((*ARM, link("hand"), joint("wrist", "upper", "hand"), joint("back", "hand", "upper", "fixed")),
+     "robot.urdf:1: joint back: child upper: expected a link that no other joint moves; there is shoulder"),
+    ((*ARM, joint("own", "upper", "upper", "fixed")), "joint own: child upper: expected a link that no other joint moves; there is shoulder"),
+    ((*ARM, joint("back", "upper", "base")), "robot.urdf: 0 links without a parent: expected one, the root of the robot"),
+    ((*ARM[:2], ARM[2].replace("</joint>", '<mimic joint="other"/></joint>')), "joint shoulder: expected no <mimic>"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "arm/1")), "joint arm/1: expected a name of letters, digits, '_', '-' and '.', a letter first"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "1st")), "joint 1st: expected a name of letters, digits"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "xmlns")), "joint xmlns: expected a name of letters, digits"),
+    ((*ARM[:2], ARM[2].replace('lower="-1"', 'lower="2"')), 'lower="2" upper="2": expected lower < upper, within +-2147 rad or m'),
+    ((*ARM[:2], ARM[2].replace('upper="2"', 'upper="2148"')), 'lower="-1" upper="2148": expected lower < upper, within +-2147 rad or m'),
+    ((*ARM[:2], ARM[2].replace('effort="50"', 'effort="321"')), 'robot.urdf:1: joint shoulder: effort="321": expected more than 0 and at most 320'),
+    ((*ARM[:2], ARM[2].replace('effort="50"', 'effort="0"')), 'joint shoulder: effort="0": expected more than 0 and at most 320'),
+    ((*ARM[:2], ARM[2].replace('velocity="2"', 'velocity="0"')), 'joint shoulder: velocity="0": expected more than 0'),
+    (('<xacro:arm prefix="left"/>',), "robot.urdf:1: <xacro:arm>: expected an element of URDF; a file for xacro must be expanded first"),
 ])
 def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, says):
     with pytest.raises(urdf.UrdfError) as refusal:
@@ -73,6 +89,40 @@ def test_a_refusal_names_the_line(tmp_path):
     path.write_text("<arm/>", encoding="utf-8")
     with pytest.raises(Refusal, match="robot.urdf:1: <arm>: expected <robot>"):
         new_robot.plan(path, "slider", None, None, None)
+
+
+def test_a_file_of_another_encoding_is_refused_with_its_line(tmp_path):
+    path = tmp_path / "robot.urdf"
+    text = f'<?xml version="1.0" encoding="ISO-8859-1"?>\n<robot name="robot">\n<!-- Größe -->{"".join(ARM)}</robot>'
+    path.write_text(text, encoding="latin-1")
+    with pytest.raises(Refusal, match="robot.urdf:3: found octet 0xF6, expected UTF-8"):
+        new_robot.plan(path, "robot", None, None, None)
+
+
+@pytest.mark.parametrize("name", ["7dof", "ロボット", "r"])
+def test_a_robot_whose_name_cannot_name_files_needs_the_option_name(tmp_path, name):
+    path = tmp_path / "robot.urdf"
+    path.write_text(f'<robot name="{name}">{"".join(ARM)}</robot>', encoding="utf-8")
+    with pytest.raises(Refusal, match=f'it comes from the name of the robot, "{name}": give another with NAME='):
+        new_robot.plan(path, None, None, None, None)
+    assert len(new_robot.plan(path, "my_robot", None, None, None)[0]) == 5
+
+
+def test_a_link_too_light_for_a_gear_is_refused(read):
+    light = [part.replace('iyy="0.01"', 'iyy="9e-7"') for part in ARM]
+    with pytest.raises(Refusal, match="robot.urdf:1: joint shoulder: moves 9e-07 kgm2 about its axis, expected at least 1e-06"):
+        new_robot.drive_of(read(*light).joints[0])
+
+
+def test_the_scenario_of_an_arm_with_a_linear_axis_expects_the_refusal_of_its_range(read):
+    """A line out of reach ends at the range of the linear axis, not at the line."""
+    parts = [link("l0")]
+    for i in range(6):
+        parts += [link(f"l{i + 1}"), joint(f"j{i + 1}", f"l{i}", f"l{i + 1}", "prismatic" if i == 1 else "revolute")]
+    for kinds, refusal, command in ((None, "JOINT_RANGE", "MOVE_TO POSITION=3,"), ("revolute", "LINE", "LINE_TO POSITION=")):
+        robot = read(*(part.replace("prismatic", kinds or "prismatic") for part in parts))
+        steps = new_robot.scenario(robot, {"NAME": "ARM"}, [0.0] * 6)["steps"]
+        assert re.findall(r"expect-refusal (\w+) cmd ARM.(.*?=(?:3,)?)", steps) == [(refusal, command)]
 
 
 def test_links_that_fixed_joints_connect_become_one(read):

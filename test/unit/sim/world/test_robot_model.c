@@ -131,6 +131,14 @@ static void visual_elements_and_transmissions_are_skipped(void)
     EXPECT_WITHIN(3.0, 0.0, model.shape[0].pose.position_m[2]);
 }
 
+static void the_name_space_of_xacro_may_remain(void)
+{
+    const char* robot =
+        "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"r\">" LINK("a") "</robot>";
+    TEST_ASSERT_EQUAL_INT_MESSAGE(
+        STATUS_OK, robot_model_read(temporary_file("robot.urdf", robot), &model, error), error);
+}
+
 static void elements_with_unknown_physics_are_refused(void)
 {
     expect_refusal("<gazebo/>\n", 2U, "'gazebo', expected link, joint, material or transmission");
@@ -323,6 +331,7 @@ int main(void)
     RUN_TEST(fixed_links_become_one_body);
     RUN_TEST(a_tree_has_its_bodies_parents_first);
     RUN_TEST(visual_elements_and_transmissions_are_skipped);
+    RUN_TEST(the_name_space_of_xacro_may_remain);
     RUN_TEST(elements_with_unknown_physics_are_refused);
     RUN_TEST(impossible_masses_are_refused);
     RUN_TEST(robots_that_are_not_a_tree_are_refused);
