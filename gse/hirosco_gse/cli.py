@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `gse`.
 
-Exit codes: 0 success, 1 rejected or failed (with the reason in words), 2 usage, 3 no link, 4 time-out.
+Exit codes: 0 success, 1 rejected or failed (with the reason in words), 2 usage, 3 no link, 4 time-out, 130 Ctrl-C before the result of a
+command is known.
 """
 
 import argparse
 import contextlib
+import io
 import json
 import math
 import os
@@ -25,7 +27,8 @@ from .shell import Shell
 from .spacecraft import Spacecraft
 
 SUCCESS, FAILED, USAGE, NO_LINK, TIMED_OUT = range(5)
-EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out"
+INTERRUPTED = 128 + signal.SIGINT
+EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out, 130 Ctrl-C before the result"
 LISTEN_S = 2.0  # Time for which `hk` and `events` receive reports without -f.
 LONGEST_S = 1e9  # Longest time-out.
 PATIENCE_S = 10.0  # a script may be started together with the mission
@@ -122,9 +125,13 @@ class _Console:
         craft = self.spacecraft()
         words = [self.arguments.command, *self.arguments.words]
         commands.plan(words, craft.dictionary)
-        with craft:
-            for entry in craft.do(*words):
-                _print(self.arguments, entry)
+        try:
+            with craft:
+                for entry in craft.do(*words):
+                    _print(self.arguments, entry)
+        except KeyboardInterrupt:
+            _complain(f"{' '.join(words)}: the wait was ended; the spacecraft may still perform the command")
+            return INTERRUPTED
         for problem in craft.session.mismatches.values():
             _complain(f"warning: {problem}", "warning")
         return SUCCESS
@@ -152,6 +159,8 @@ class _Console:
         """Commands at a prompt."""
         if self.arguments.words:
             raise UsageError("usage: shell")
+        if isinstance(sys.stdin, io.TextIOWrapper):
+            sys.stdin.reconfigure(errors="backslashreplace")  # Octets that are no text are refused as words, and do not end the shell.
         with self.spacecraft() as craft:
             Shell(craft).run()
         return SUCCESS

@@ -298,6 +298,25 @@ def test_a_run_without_a_flight_commands_no_other_flight(console, dictionary_pat
     craft.close()
 
 
+def test_a_command_that_ctrl_c_ends_has_not_succeeded(dictionary_path, capsys, monkeypatch):
+    def interrupted(craft, *words):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hirosco_gse.spacecraft.Spacecraft.do", interrupted)
+    craft = Spacecraft(success)
+    assert main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "ping"]) == 130
+    assert "the spacecraft may still perform the command" in capsys.readouterr().err
+    craft.close()
+
+
+def test_octets_that_are_no_text_do_not_end_the_shell(dictionary_path):
+    craft = Spacecraft(lambda p: success(p, (17, 2, b"")))
+    words = [sys.executable, "gse/gse", "--port", str(craft.port), "--dictionary", dictionary_path, "shell"]
+    done = subprocess.run(words, cwd=ROOT, input=b"\xff\xfe\nping SUPERVISOR\n", capture_output=True, env={"PYTHONIOENCODING": "utf-8:strict"})
+    craft.close()
+    assert done.returncode == 0 and b"no command 'xffxfe'" in done.stdout and b"SUPERVISOR is alive" in done.stdout
+
+
 def test_a_download_that_cannot_be_stored_fails_with_the_reason(console, tmp_path):
     attributes = struct.pack(">H1sH1sIB", 1, b"/", 1, b"h", 0, 0)
     target = tmp_path / "absent" / "file"
