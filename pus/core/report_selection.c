@@ -311,7 +311,6 @@ static void edit_entries(edit_t* const edit)
         const uint16_t removed = remove_range(&edit->selection, place_of(&edit->selection, first),
                                               key_of(edit->list, 0x7FFU, 0xFFFFU));
         edit->is_changed       = removed > 0U;
-        pus_request_perform(edit->request);
     }
     for (uint8_t i = 0U; i < processes; i++) {
         const uint16_t apid = octet_read_u16(reader);

@@ -332,6 +332,8 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(2, 1, 0, 16, 0));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    TEST_ASSERT_EQUAL(STATUS_OK, REQUEST(2, 0)); // The whole list.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     TEST_ASSERT_TRUE(allows(16U, 1U, 1U, 0U));
     records.put_status    = STATUS_OK;
     records.commit_status = STATUS_IO;

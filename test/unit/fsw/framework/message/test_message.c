@@ -118,6 +118,25 @@ static void no_more_peers_are_added_than_there_are_places(void)
     party_close(&party);
 }
 
+static void ignore_delivery(void* const context, const uint16_t to)
+{
+    (void)context;
+    (void)to;
+}
+
+static void an_endpoint_takes_one_place_of_the_ring_carrier_in_all_its_lives(void)
+{
+    static message_endpoint_t endpoints[MESSAGE_PEERS_MAX + 1U];
+    static message_ring_carrier_t carrier;
+    message_ring_carrier_init(&carrier, (message_delivery_notice_t){NULL, ignore_delivery});
+    for (size_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, message_ring_carrier_attach(&carrier, &endpoints[i]));
+        TEST_ASSERT_EQUAL(STATUS_OK, message_ring_carrier_attach(&carrier, &endpoints[i]));
+    }
+    TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_ring_carrier_attach(&carrier, &endpoints[MESSAGE_PEERS_MAX]));
+    TEST_ASSERT_EQUAL(STATUS_OK, message_ring_carrier_attach(&carrier, &endpoints[0]));
+}
+
 static void addresses_that_are_no_peer_are_refused(void)
 {
     for (unsigned form = PARTY_RING; form < party_forms(); form++) {
@@ -489,6 +508,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_arrive_unchanged);
+    RUN_TEST(an_endpoint_takes_one_place_of_the_ring_carrier_in_all_its_lives);
     RUN_TEST(addresses_that_are_no_peer_are_refused);
     RUN_TEST(no_more_peers_are_added_than_there_are_places);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
