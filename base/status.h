@@ -15,7 +15,7 @@
 
 typedef enum {
     STATUS_OK = 0,
-    STATUS_EMPTY,        ///< The queue, mailbox or receive buffer is empty.
+    STATUS_EMPTY,        ///< The queue or receive buffer is empty.
     STATUS_FULL,         ///< No room or no credit now; try again later.
     STATUS_EXHAUSTED,    ///< A table, a pool or a resource of the system is used up.
     STATUS_NOT_FOUND,    ///< Unknown name, id, address or file.

@@ -232,6 +232,8 @@ static size_t describe_run(const launcher_t* const launcher, char out_summary[SU
     add_hash(&text, "configuration_hash", launcher->mission.configuration_hash);
     add_hash(&text, "device_classes_hash", DEVICE_CLASSES_HASH);
     add_speed(&text, launcher);
+    // Two flights with the same seed have equal logs only if nothing from outside the run took part in it (a
+    // ground client outside stepped time, frames of other programs), and if every announced frame arrived.
     const bool is_reproducible = launcher->options.is_stepped && !launcher->is_undetermined &&
                                  !launcher->is_cut_short && (launcher->run->is_intruded == 0U) &&
                                  (launcher->lost_frames == 0U) && (launcher->external_frames == 0U) &&

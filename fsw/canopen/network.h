@@ -103,7 +103,7 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     uint16_t setting_count;
 } canopen_network_device_t;
 
-typedef struct { // Sums over channels [frames, error frames, wrap].
+typedef struct { // Sums over channels [frames, error frames, wraps].
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent, for any reason.

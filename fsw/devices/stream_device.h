@@ -47,7 +47,7 @@ typedef struct {
     stream_device_cause_t cause;
 } stream_device_fault_t;
 
-typedef struct {       // [records, wrap]
+typedef struct {       // [records, wraps]
     uint32_t received; ///< Received and accepted.
     uint32_t unfit;    ///< Received and dropped: wrong length or checksum.
     uint32_t sent;

@@ -153,8 +153,8 @@ def _verdict(run, facts):
     return True, "flown to the end" + ("; all figures hold" if facts.get("figures_hold") else "")
 
 
-def _shown(value, bound, unit):
-    """(value, bound, unit) for people: shares in percent, small lengths, angles and times in thousandths of their unit."""
+def _in_readable_unit(value, bound, unit):
+    """(value, bound, unit) in a unit that is easy to read: shares in percent, small lengths, angles and times in thousandths of their unit."""
     if unit == "":
         return value * 100, bound * 100, "%"
     if unit in ("rad", "s", "m", "J", "Nm", "N") and abs(bound) < 0.1:
@@ -184,7 +184,7 @@ def _figure_rows(facts):
         good = figures.holds(name, value, bounds)
         title, unit = TEXTS[name]
         reason = html.escape(facts["figures_missing"].get(name) or "")
-        shown, limit, unit = _shown(value if value is not None else 0.0, bound, unit)
+        shown, limit, unit = _in_readable_unit(value if value is not None else 0.0, bound, unit)
         number = _number(shown) if value is not None else "missing"
         words = "holds" if good else "fails" if value is not None else "missing"
         rows.append(

@@ -10,8 +10,9 @@
 
 #define HEADER_OCTETS 8U // Octets before the variables, which the ABI of Arm reserves.
 
-extern const uint8_t port_tls_begin[];
-extern const uint8_t port_tls_values[]; // Sizes: the addresses of these symbols.
+extern const uint8_t port_tls_begin[]; // Initial values of the variables that have some.
+// Symbols of the linker script whose addresses are sizes [octets]: of the initial values, of all variables.
+extern const uint8_t port_tls_values[];
 extern const uint8_t port_tls_size[];
 
 void* port_tls_of_task(void);

@@ -370,22 +370,22 @@ status_t osal_local_pair(osal_socket_t* const sock, osal_socket_t* const out_pee
 
 // ---- Any socket ----
 
-/// Poll for octets, unless polling was unsuccessful recently. Returns what poll returns: 1 if there are
-/// octets or an error of the socket, 0 if there is nothing yet, -1 if poll failed.
-static int look_for_octets(osal_socket_t* const sock, struct pollfd* const watched)
+/// Poll for octets without sleeping, unless polling was unsuccessful recently. Returns what poll returns: 1
+/// if there are octets or an error of the socket, 0 if there is nothing yet, -1 if poll failed.
+static int poll_briefly(osal_socket_t* const sock, struct pollfd* const watched)
 {
-    if (sock->blind > 0U) {
-        sock->blind--;
+    if (sock->waits_to_skip > 0U) {
+        sock->waits_to_skip--;
         return 0;
     }
-    const uint64_t until_ns = osal_clock_monotonic_ns() + OSAL_SOCKET_LOOK_NS;
+    const uint64_t until_ns = osal_clock_monotonic_ns() + OSAL_SOCKET_POLL_NS;
     int ready               = 0;
     do {
         ready = poll(watched, 1U, 0);
     } while ((ready == 0) && (osal_clock_monotonic_ns() < until_ns));
-    // After each unsuccessful poll more waits skip polling: 1, 3, 7 .. 127.
-    sock->pause = (ready != 0) ? 0U : (uint8_t)(((2U * sock->pause) + 1U) & SKIPPED_WAITS_MAX);
-    sock->blind = sock->pause;
+    // Polling without success wastes time of the processor, so more waits skip it each time: 1, 3, 7 .. 127.
+    sock->backoff       = (ready != 0) ? 0U : (uint8_t)(((2U * sock->backoff) + 1U) & SKIPPED_WAITS_MAX);
+    sock->waits_to_skip = sock->backoff;
     return ready;
 }
 
@@ -394,7 +394,7 @@ status_t osal_socket_wait_readable(osal_socket_t* const sock, const uint32_t tim
     FSW_ASSERT(sock != NULL);
     struct pollfd watched   = {.fd = sock->descriptor, .events = POLLIN};
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
-    int ready               = (timeout_ms > 0U) ? look_for_octets(sock, &watched) : 0;
+    int ready               = (timeout_ms > 0U) ? poll_briefly(sock, &watched) : 0;
     while ((ready == 0) || ((ready < 0) && (errno == EINTR))) {
         const uint64_t now_ns = osal_clock_monotonic_ns();
         const uint64_t rest_ms =

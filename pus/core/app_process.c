@@ -29,11 +29,11 @@ void pus_app_process_init(pus_app_process_t* const process, const uint16_t apid,
     process->port     = *port;
 }
 
-void pus_app_process_keep(pus_app_process_t* const process, pus_rings_t* const rings)
+void pus_app_process_keep(pus_app_process_t* const process, pus_report_queues_t* const queues)
 {
-    FSW_ASSERT((process != NULL) && (rings != NULL));
-    process->firm  = (pus_kept_t){.octets = rings->firm, .capacity = sizeof rings->firm};
-    process->plain = (pus_kept_t){.octets = rings->plain, .capacity = sizeof rings->plain};
+    FSW_ASSERT((process != NULL) && (queues != NULL));
+    process->firm  = (pus_kept_t){.octets = queues->firm, .capacity = sizeof queues->firm};
+    process->plain = (pus_kept_t){.octets = queues->plain, .capacity = sizeof queues->plain};
 }
 
 void pus_app_process_keep_in_order(pus_app_process_t* const process, uint8_t* const octets, const size_t size)
@@ -161,7 +161,7 @@ static status_t close_report(pus_app_process_t* const process, octet_writer_t* c
     return STATUS_OK;
 }
 
-/// Send the reports of a ring until the port refuses one. STATUS_OK (the ring is empty now), STATUS_FULL.
+/// Send the reports of a queue until the port refuses one. STATUS_OK (the queue is empty now), STATUS_FULL.
 static status_t send_kept(pus_app_process_t* const process, pus_kept_t* const kept)
 {
     size_t sent     = 0U;
@@ -248,8 +248,8 @@ static bool follows_answer(const pus_app_process_t* const process, const uint8_t
     return is_found;
 }
 
-/// Returns the ring for the built report. The reports that are already in this ring must be sent before it.
-static pus_kept_t* ring_of(pus_app_process_t* const process, const pus_class_t of_report)
+/// Returns the queue for the built report. The reports that are already in this queue must be sent before it.
+static pus_kept_t* queue_of(pus_app_process_t* const process, const pus_class_t of_report)
 {
     const bool is_first = (of_report == PUS_CLASS_FIRM) && !follows_answer(process, process->building);
     return (is_first || (process->plain.capacity == 0U)) ? &process->firm : &process->plain;
@@ -263,7 +263,7 @@ status_t pus_tm_send(pus_app_process_t* const process, octet_writer_t* const wri
         return status;
     }
     const pus_class_t of_report = pus_class_of(process->building, writer->position);
-    const bool is_first         = ring_of(process, of_report) == &process->firm;
+    const bool is_first         = queue_of(process, of_report) == &process->firm;
     const status_t before = is_first ? send_kept(process, &process->firm) : pus_app_process_flush(process);
     return (before == STATUS_OK) ? transmit(process, process->building, writer->position) : STATUS_FULL;
 }
@@ -274,14 +274,14 @@ static status_t keep(pus_app_process_t* const process, const size_t size)
     const size_t step           = PUS_KEPT_PREFIX + size + PUS_CRC_SIZE;
     const pus_class_t of_report = pus_class_of(process->building, size);
     const bool is_firm          = (of_report == PUS_CLASS_FIRM);
-    pus_kept_t* kept            = ring_of(process, of_report);
+    pus_kept_t* kept            = queue_of(process, of_report);
     size_t reserve              = 0U;
     if (is_firm && (step > room_of(kept))) {
         kept = &process->firm; // The report overtakes its answer, because otherwise it would be lost.
     } else if ((kept == &process->plain) && is_unsolicited(process->building)) {
         reserve = PUS_ANSWER_ROOM; // Room that stays free for the answer to a request.
     } else {
-        // The report may use the whole ring.
+        // The report may use the whole queue.
     }
     if ((of_report == PUS_CLASS_BULK) || ((step + reserve) > room_of(kept))) {
         process->counters.lost++;

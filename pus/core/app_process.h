@@ -9,9 +9,9 @@
 /// A packet gets its sequence count when the port takes it, so a refused packet leaves no gap. If the port
 /// refuses, pus_tm_send returns its status, and pus_tm_post keeps the report (docs/services.md, "Reports").
 ///
-/// Ownership  The caller places the process and its rings. The process has one buffer, in which one report is
-///            built at a time. pus_tm_begin discards an unfinished report, whose writer can then no longer be
-///            sent.
+/// Ownership  The caller places the process and its queues. The process has one buffer, in which one report
+///            is built at a time. pus_tm_begin discards an unfinished report, whose writer can then no longer
+///            be sent.
 /// Context    One loop.
 /// Time       O(size + PUS_MESSAGE_COUNTERS).
 #ifndef PUS_CORE_APP_PROCESS_H
@@ -24,8 +24,8 @@
 #include "pus/core/traffic_class.h"
 
 #define PUS_MESSAGE_COUNTERS 128U ///< Pairs of message type and destination that are counted.
-#define PUS_KEPT_PREFIX 2U        ///< Additional octets for each report in a ring.
-/// Octets in a ring for the longest verification report: request id, step, failure notice.
+#define PUS_KEPT_PREFIX 2U        ///< Additional octets for each report in a queue.
+/// Octets in a queue for the longest verification report: request id, step, failure notice.
 #define PUS_FIRM_REPORT 48U
 #define PUS_FIRM_OF_REQUEST (8U * PUS_FIRM_REPORT) ///< All verification reports of one request.
 /// Room that stays reserved when a new request is accepted: a completion report for each of 16 requests in
@@ -33,16 +33,16 @@
 #define PUS_FIRM_STANDING ((16U + (10U * 2U) + (8U * 2U)) * PUS_FIRM_REPORT)
 /// Kept reports of HIGH events: at most one report or notice of each event [octets].
 #define PUS_FIRM_EVENTS CAPACITY_HIGH_EVENTS
-#define PUS_FIRM_SIZE 5632U ///< Ring of FIRM reports [octets].
+#define PUS_FIRM_SIZE 5632U ///< Queue of FIRM reports [octets].
 #ifndef PUS_PLAIN_SIZE
-#define PUS_PLAIN_SIZE 8192U ///< Ring of PLAIN reports [octets].
+#define PUS_PLAIN_SIZE 8192U ///< Queue of PLAIN reports [octets].
 #endif
 /// Room for an answer and the verification reports that follow it.
 #define PUS_ANSWER_ROOM (PUS_KEPT_PREFIX + PUS_PACKET_MAX + PUS_FIRM_OF_REQUEST)
-CAPACITY_CHECK(firm_ring_holds_all_reports_due,
+CAPACITY_CHECK(firm_queue_holds_all_reports_due,
                PUS_FIRM_SIZE >= (PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS));
 CAPACITY_CHECK(high_event_head_has_room, CAPACITY_HIGH_EVENT_HEAD >= (PUS_KEPT_PREFIX + PUS_TM_MIN + 2U));
-CAPACITY_CHECK(plain_ring_holds_an_answer_and_others, PUS_PLAIN_SIZE >= (PUS_ANSWER_ROOM + 2048U));
+CAPACITY_CHECK(plain_queue_holds_an_answer_and_others, PUS_PLAIN_SIZE >= (PUS_ANSWER_ROOM + 2048U));
 
 /// Port that takes packets. `send` copies the packet or refuses it, and must not call functions of the
 /// process.
@@ -71,18 +71,19 @@ typedef struct {
     uint16_t count;
 } pus_message_counter_t;
 
-/// Private: reports that wait for the port, oldest first, each preceded by its size.
+/// Private: queue of reports that wait for the port, oldest first, each preceded by its size. When reports
+/// have been sent, the others move to the beginning of `octets`.
 typedef struct {
     uint8_t* octets;
     size_t capacity;
     size_t size;
 } pus_kept_t;
 
-/// Rings for one process.
+/// Octets of the queues of one process.
 typedef struct {
     uint8_t firm[PUS_FIRM_SIZE];
     uint8_t plain[PUS_PLAIN_SIZE];
-} pus_rings_t;
+} pus_report_queues_t;
 
 typedef struct { // All fields are private, except `counters`: read-only, for telemetry.
     uint16_t apid;
@@ -99,8 +100,8 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
         uint32_t sent;      ///< Reports that the port took.
         uint32_t refused;   ///< Sends that the port refused.
         uint32_t oversized; ///< Reports that did not fit a packet.
-        uint32_t kept;      ///< Reports that were stored in a ring.
-        uint32_t lost;      ///< Reports lost, because the ring was full or the port refused a BULK report.
+        uint32_t kept;      ///< Reports that were stored in a queue.
+        uint32_t lost;      ///< Reports lost, because the queue was full or the port refused a BULK report.
         uint32_t lost_firm; ///< Lost reports that were FIRM.
         uint32_t discarded; ///< Reports begun and not sent, or sent without a begin.
         uint32_t uncounted; ///< Reports sent with message type counter 0 because the table was full.
@@ -113,9 +114,9 @@ void pus_app_process_init(pus_app_process_t* process, uint16_t apid, uint32_t ep
                           const pus_port_t* port);
 
 /// From now on the process keeps reports that the port refuses. Call it before the first report.
-void pus_app_process_keep(pus_app_process_t* process, pus_rings_t* rings);
-/// Like pus_app_process_keep, with one ring of `size` octets for reports of all classes, for a port that does
-/// not distinguish classes.
+void pus_app_process_keep(pus_app_process_t* process, pus_report_queues_t* queues);
+/// Like pus_app_process_keep, with one queue of `size` octets for reports of all classes, for a port that
+/// does not distinguish classes.
 void pus_app_process_keep_in_order(pus_app_process_t* process, uint8_t* octets, size_t size);
 /// From now on the process may send reports longer than a packet, by this port.
 void pus_app_process_lengthen(pus_app_process_t* process, const pus_long_port_t* port);
@@ -153,7 +154,7 @@ octet_writer_t pus_tm_begin_large(const pus_app_process_t* process, uint8_t* oct
 MUST_USE status_t pus_tm_close_large(pus_app_process_t* process, octet_writer_t* writer, size_t* out_size);
 /// Discard the report that is being built.
 void pus_tm_cancel(pus_app_process_t* process);
-/// Try to send the reports in the rings; to be called once per step. STATUS_OK (the rings are empty),
+/// Try to send the reports in the queues; to be called once per step. STATUS_OK (the queues are empty),
 /// STATUS_FULL.
 status_t pus_app_process_flush(pus_app_process_t* process);
 /// True if reports wait for the port.

@@ -225,7 +225,7 @@ static void read_wheel_truth(void* const context, wheel_truth_t* const out_truth
 {
     const device_t* device     = context;
     const plant_wheel_t* wheel = &device->devices->config.truth->wheel[device->joint];
-    *out_truth                 = (wheel_truth_t){wheel->momentum_nms, wheel->torque_nm, wheel->carrier_rad_s};
+    *out_truth                 = (wheel_truth_t){wheel->momentum_nms, wheel->torque_nm, wheel->housing_rad_s};
 }
 
 /// Observe a wheel, which has no brake.

@@ -42,7 +42,7 @@ static int64_t clamped(const double value, const double limit)
 static double speed(const wheel_t* const wheel, wheel_truth_t* const out_truth)
 {
     wheel->config.read_truth(wheel->config.truth_context, out_truth);
-    return out_truth->momentum_nms / wheel->inertia_kgm2 - out_truth->carrier_rad_s;
+    return out_truth->momentum_nms / wheel->inertia_kgm2 - out_truth->housing_rad_s;
 }
 
 /// Returns the torque for the present mode, before the limits.

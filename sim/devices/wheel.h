@@ -19,7 +19,7 @@
 typedef struct {
     double momentum_nms;
     double torque_nm;     ///< Torque on the rotor in the last step.
-    double carrier_rad_s; ///< Rate of the housing about the axis.
+    double housing_rad_s; ///< Rate of the housing about the axis of the wheel.
 } wheel_truth_t;
 
 typedef struct {

@@ -63,7 +63,7 @@ typedef void (*plant_hand_t)(void* context, unsigned substep, const double* stic
 typedef struct {
     double momentum_nms;
     double torque_nm;     ///< Torque on the rotor in the last step, limited by torque and momentum.
-    double carrier_rad_s; ///< Rate of its link about its axis.
+    double housing_rad_s; ///< Rate of the link that carries the wheel, about the axis of the wheel.
 } plant_wheel_t;
 
 /// Inputs of the world during one step.

@@ -102,7 +102,7 @@ void wheels_read(plant_t* const plant)
         if (body != NULL) {
             const dReal* rate = dBodyGetAngularVel(body);
             wheel_axis(plant, i, axis);
-            plant->truth.wheel[i].carrier_rad_s = axis[0] * rate[0] + axis[1] * rate[1] + axis[2] * rate[2];
+            plant->truth.wheel[i].housing_rad_s = axis[0] * rate[0] + axis[1] * rate[1] + axis[2] * rate[2];
         }
     }
 }

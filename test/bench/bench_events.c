@@ -17,7 +17,7 @@
 #define NOW_NS 1000000000ULL
 
 static pus_app_process_t process;
-static pus_rings_t rings;
+static pus_report_queues_t report_queues;
 static pus_events_t events;
 static pus_event_definition_t definitions[EVENTS];
 static pus_event_state_t states[EVENTS];
@@ -69,7 +69,7 @@ int main(void)
 {
     const pus_port_t port = {NULL, swallow};
     pus_app_process_init(&process, 16U, 0U, &port);
-    pus_app_process_keep(&process, &rings);
+    pus_app_process_keep(&process, &report_queues);
     for (uint16_t i = 0U; i < EVENTS; i++) {
         definitions[i] = (pus_event_definition_t){.id          = (uint16_t)(i + STORM),
                                                   .severity    = PUS_SEVERITY_INFORMATIVE,

@@ -29,7 +29,8 @@ from hirosco_gse import packets
 ROUNDS = 5
 FOLDER = ROOT / "runs" / "bench-lives"
 JOYSTICK, MANIPULATOR, SUPERVISOR = 17, 16, 1
-HUNG, RESTARTED = b"\x00\x1e", b"\x00\x14"
+PROCESS_HUNG, SUPERVISOR_RESTARTED = 30, 20  # Ids of events, descriptors/subsystems/supervisor.xml.
+PING_ANSWER = (17, 2)
 MS = 1e6
 
 
@@ -57,7 +58,7 @@ class Round:
             self.station.command("config", name, "TELEPRESENCE")
 
     def _note(self, packet, _):
-        if packet.message == (17, 2) and packet.apid == MANIPULATOR:
+        if packet.message == PING_ANSWER and packet.apid == MANIPULATOR:
             self.heard.append(time.monotonic_ns())
 
     def ping(self, count):
@@ -106,9 +107,9 @@ def first(reported, since_ns, apid, what):
     return next(at for at, p in reported if at > since_ns and p.direction == "TM" and p.apid == apid and what(p))
 
 
-def is_event(identity, subject=b""):
-    """A condition that is true for packets that report this event about this subject."""
-    return lambda p: p.service == 5 and p.data[:2] == identity and p.data[2:].startswith(subject)
+def is_event(event_id, values=b""):
+    """A condition that is true for packets that report this event with values that begin with these octets."""
+    return lambda p: p.service == 5 and int.from_bytes(p.data[:2], "big") == event_id and p.data[2:].startswith(values)
 
 
 def hang(kind):
@@ -117,7 +118,7 @@ def hang(kind):
     at_ns = flown.strike("joystick", signal.SIGSTOP)
     reported, offset_ns, wait_ns = flown.end()
     since_ns = at_ns + offset_ns
-    return (first(reported, since_ns, SUPERVISOR, is_event(HUNG, JOYSTICK.to_bytes(2, "big"))) - since_ns) / MS, wait_ns / MS
+    return (first(reported, since_ns, SUPERVISOR, is_event(PROCESS_HUNG, JOYSTICK.to_bytes(2, "big"))) - since_ns) / MS, wait_ns / MS
 
 
 def death(name, apid, what):
@@ -156,8 +157,8 @@ def main():
         found = rounds(hang, kind)
         print_row(f"hang_found_{kind}", [value for value, _ in found], 40)
         print_row(f"hang_others_wait_{kind}", [value for _, value in found], 50)
-    print_row("supervisor_back", rounds(death, "supervisor", SUPERVISOR, is_event(RESTARTED)), 200)
-    print_row("restart_to_ready", rounds(death, "joystick", JOYSTICK, lambda p: p.message == (17, 2)), 200)
+    print_row("supervisor_back", rounds(death, "supervisor", SUPERVISOR, is_event(SUPERVISOR_RESTARTED)), 200)
+    print_row("restart_to_ready", rounds(death, "joystick", JOYSTICK, lambda p: p.message == PING_ANSWER), 200)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ static message_ring_carrier_t hub;
 static message_endpoint_t ends[2];
 static message_place_t end_inboxes[2];
 static pus_app_process_t process;
-static pus_rings_t rings;
+static pus_report_queues_t report_queues;
 static uint8_t packet[PUS_PACKET_MAX];
 static size_t packet_size;
 static uint64_t now_ns;
@@ -106,8 +106,8 @@ static void must(bool is_right)
     }
 }
 
-/// Receive all packets of a member; count the housekeeping reports of the source.
-static void read_mailbox(unsigned at)
+/// Receive all packets that are sent to a member; count the housekeeping reports of SOURCE that reach GROUND.
+static void empty_inbox(unsigned at)
 {
     static uint8_t taken[PUS_PACKET_MAX];
     uint16_t from = 0U;
@@ -128,7 +128,7 @@ static void step(void)
     now_ns += TICK_NS;
     (void)supervisor_step(&supervisor, now_ns);
     for (unsigned i = 0U; i < MEMBERS; i++) {
-        read_mailbox(i);
+        empty_inbox(i);
     }
 }
 
@@ -219,7 +219,7 @@ int main(void)
     open_members();
     open_supervisor();
     pus_app_process_init(&process, apids[SOURCE], mission.epoch_s, &port);
-    pus_app_process_keep(&process, &rings);
+    pus_app_process_keep(&process, &report_queues);
     for (unsigned i = 0U; i < START_STEPS; i++) {
         step();
     }

@@ -8,7 +8,7 @@
 //   6     argument x 10 ms pass
 //   7     the supervisor receives the octets as a frame
 //   8     the process of the member ends, or starts again
-//   9     the member reads its mailbox
+//   9     the member receives all messages of its inbox
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
 #include "test/support/consistent_message.h"
@@ -170,7 +170,7 @@ static void begin(void)
 
 /// Receive all frames to a member. Each comes from the supervisor and is a complete request to this member,
 /// or a complete report.
-static void read_mailbox(const unsigned at)
+static void empty_inbox(const unsigned at)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     uint16_t from = 0U;
@@ -237,7 +237,7 @@ static void act(const fuzz_record_t* const record)
         members[at].is_running = !members[at].is_running;
         break;
     case 9U:
-        read_mailbox(at);
+        empty_inbox(at);
         break;
     default:
         (void)!message_send(&members[at].endpoint, SUPERVISOR_APID, record->octets, record->size);
@@ -258,7 +258,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
     is_stop_requested = true;
     for (unsigned i = 0U; (i < SHUTDOWN_TICKS) && !is_finished; i++) {
         for (unsigned at = 0U; at < MEMBERS; at++) {
-            read_mailbox(at);
+            empty_inbox(at);
         }
         now_ns += TICK_NS;
         step();

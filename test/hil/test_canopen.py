@@ -20,7 +20,7 @@ LIMIT_S = 3000
 
 
 @pytest.fixture(scope="module")
-def here(hil_folder):
+def over_port(hil_folder):
     """The cases on this kernel, whatever it supports, because frames pass through the simulator's port."""
     folder = hil_folder / "canopen-port"
     folder.mkdir()
@@ -29,12 +29,12 @@ def here(hil_folder):
 
 
 @pytest.mark.parametrize("case", cases(MASTER))
-def test_master_over_the_port(here, case):
-    here.check(case)
+def test_master_over_the_port(over_port, case):
+    over_port.check(case)
 
 
 @pytest.fixture(scope="module")
-def over_vcan(place):
+def both_programs(place):
     """Results of both programs that run on vcan-robot and vcan-joystick, one after the other: starting a
     machine is slow."""
     return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {PYTHON} {SLAVES}; "
@@ -47,20 +47,20 @@ def part(result, name):
 
 
 @pytest.fixture(scope="module")
-def there(over_vcan):
+def over_socketcan(both_programs):
     """The master's cases on SocketCAN."""
-    return part(over_vcan, "master")
+    return part(both_programs, "master")
 
 
 @pytest.mark.parametrize("case", cases(MASTER))
-def test_master_over_socketcan(there, case):
-    there.check(case)
+def test_master_over_socketcan(over_socketcan, case):
+    over_socketcan.check(case)
 
 
 @pytest.fixture(scope="module")
-def recorded(there):
+def recorded(over_socketcan):
     """candump's log of vcan-robot, without the frames that mark its begin and end."""
-    path = there.result.folder / "candump.log"
+    path = over_socketcan.result.folder / "candump.log"
     lines = path.read_text().splitlines()
     assert not [line for line in lines if "DROPCOUNT" in line]
     frames = [line for line in lines if f" {SENTINEL:03X}#" not in line]
@@ -76,7 +76,7 @@ def test_database_knows_every_frame_that_candump_recorded(recorded):
     seen, moved = collections.Counter(), []
     for frame in can.CanutilsLogReader(recorded):
         if frame.arbitration_id in scanned - {0x611, 0x612}:
-            assert bytes(frame.data) == bytes.fromhex("4000100000000000")
+            assert bytes(frame.data) == bytes.fromhex("4000100000000000"), "SDO upload of the device type, 0x1000:00"
             continue
         message = database.get_message_by_frame_id(frame.arbitration_id)
         values = message.decode(bytes(frame.data), allow_truncated=False)
@@ -93,19 +93,19 @@ def test_wireshark_names_every_frame_that_candump_recorded(recorded):
     assert_wireshark_names_all(recorded)
 
 
-def test_candump_recorded_the_frames_of_the_bus(there, recorded):
+def test_candump_recorded_the_frames_of_the_bus(over_socketcan, recorded):
     """The simulator's log and the recorder's have the same frames, each once. Newer kernels mark FD frames in
     their flags."""
     def frames(path):
         text = re.sub(r"##([0-9A-F])", lambda match: f"##{int(match[1], 16) & 3:X}", path.read_text())
         return collections.Counter(line.split()[2] for line in text.splitlines())
-    assert frames(recorded) == frames(there.result.folder / "can-robot.log")
+    assert frames(recorded) == frames(over_socketcan.result.folder / "can-robot.log")
 
 
 @pytest.fixture(scope="module")
-def commissioned(over_vcan):
+def commissioned(both_programs):
     """The flight side's master with slaves of PyPI canopen on vcan-robot, some with a deviation."""
-    return part(over_vcan, "slaves")
+    return part(both_programs, "slaves")
 
 
 @pytest.mark.parametrize("case", cases(SLAVES))

@@ -98,10 +98,10 @@ def _differing(native, flight):
         if here == raw:
             continue
         differing += 1
-        places_of = [i for i in range(len(here) - 2) if here[i] != raw[i]]
-        assert len(here) == len(raw) and len(places_of) == 1, f"{here.hex()} {raw.hex()}"
+        differing_octets = [i for i in range(len(here) - 2) if here[i] != raw[i]]
+        assert len(here) == len(raw) and len(differing_octets) == 1, f"{here.hex()} {raw.hex()}"
         assert here[7] == 130 and here[8] in (3, 4, 9), "request, accept, report of a link"
-        assert (here[places_of[0]], raw[places_of[0]]) == (LITTLE, BIG)
+        assert (here[differing_octets[0]], raw[differing_octets[0]]) == (LITTLE, BIG)
         assert int.from_bytes(raw[-2:], "big") == binascii.crc_hqx(raw[:-2], 0xFFFF)
     return differing
 
@@ -137,17 +137,6 @@ def scenario(folder):
     return flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
 
 
-def _below(pid):
-    """Name -> process id of all descendants of a process."""
-    found, parents = {}, {pid}
-    for _ in range(3):
-        for child, parent, name in flying.processes():
-            if parent in parents:
-                found[name] = child
-        parents |= set(found.values())
-    return found
-
-
 @pytest.mark.parametrize("victim", [RUNNER, "proxy"])
 def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
     """The program or its proxy dies: the subsystem is lost like any other one, its drives leave operation,
@@ -172,10 +161,10 @@ def _die(path, scenario, victim, step):
     """kill -9 of the manipulator's program or its proxy after a step of the operator."""
     flight = flying.start(path, "--scenario", scenario, "--remote-endian", "MANIPULATOR")
     try:
-        flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and victim in _below(flight.process.pid),
+        flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and victim in flying.descendants(flight.process.pid),
                           f"step {step}")
         assert flight.process.poll() is None, flight.transcript()
-        os.kill(_below(flight.process.pid)[victim], signal.SIGKILL)
+        os.kill(flying.descendants(flight.process.pid)[victim], signal.SIGKILL)
         flight.wait()
     finally:
         flight.abandon()

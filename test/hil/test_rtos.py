@@ -187,17 +187,6 @@ def test_a_program_that_hangs_before_its_loop_is_reset_by_the_watchdog_of_the_bo
     flying.assert_clean(flight)
 
 
-def _below(pid):
-    """Name -> process id of all descendants of a process."""
-    found, parents = {}, {pid}
-    for _ in range(3):
-        for child, parent, name in flying.processes():
-            if parent in parents:
-                found[name] = child
-        parents |= set(found.values())
-    return found
-
-
 def _send_largest_requests(flight):
     """Dumps of as many areas as a board accepts, of more, and of so many that the telecommand is longer than 1024 octets: TM[1,4] and
     TM[1,2], and the next request is performed."""
@@ -223,11 +212,11 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
     step = len(flying.bring_up(0.1)) + 2
     flight = flying.start(folder / "death", "--scenario", scenario, "--rtos", "MANIPULATOR")
     try:
-        flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and EMULATOR in _below(flight.process.pid),
+        flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and EMULATOR in flying.descendants(flight.process.pid),
                           f"step {step}")
         assert flight.process.poll() is None, flight.transcript()
         _send_largest_requests(flight)
-        os.kill(_below(flight.process.pid)[EMULATOR], signal.SIGKILL)
+        os.kill(flying.descendants(flight.process.pid)[EMULATOR], signal.SIGKILL)
         flight.wait()
     finally:
         flight.abandon()

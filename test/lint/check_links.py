@@ -72,8 +72,8 @@ def links_of(path):
             for found in LINK.finditer(plain)]
 
 
-def is_dead(path, target):
-    """Description of a broken link of a file, or None."""
+def why_dead(path, target):
+    """Reason why a link of a file is broken; None if it is not."""
     parts = urllib.parse.urlsplit(target)
     if parts.scheme or parts.netloc:
         return None
@@ -91,7 +91,7 @@ def dead_links(path, root):
     """Descriptions of the broken links of a file."""
     shown = path.relative_to(root)
     for line, target in links_of(path):
-        wrong = is_dead(path, target)
+        wrong = why_dead(path, target)
         if wrong:
             yield f"{shown}:{line}: {wrong}: {target}"
     if path.suffix == ".md":

@@ -151,6 +151,17 @@ def processes():
                 yield pid, int(parent), name
 
 
+def descendants(pid):
+    """Process ids of the children of a process, of their children and of the children of those, by the name of the program."""
+    found, parents = {}, {pid}
+    for _ in range(3):
+        for child, parent, name in processes():
+            if parent in parents:
+                found[name] = child
+        parents |= set(found.values())
+    return found
+
+
 def wait_until(condition, awaited, limit_s=MOMENT_S):
     """Poll until the condition holds; `awaited` names it for the message of a failure."""
     end = time.monotonic() + limit_s

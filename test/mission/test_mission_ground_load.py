@@ -133,7 +133,7 @@ def _delays_s(flight):
 
 
 def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
-    """Requests that fill the mailbox of one subsystem wait in the connection; a request to another subsystem
+    """Requests that fill the inbox of one subsystem wait in the connection; a request to another subsystem
     passes within a few time steps."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "flood.scn")
     assert answers == {(1, 1): asked, (1, 3): asked, (17, 2): asked, (1, 7): asked}

@@ -4,33 +4,34 @@ continue."""
 
 import shutil
 import signal
+import struct
 import subprocess
 
 import flying
 import pytest
 
-BOMB = flying.ROOT / "test" / "mission" / "bomb.c"
+LEAK = flying.ROOT / "test" / "mission" / "leak.c"
 MISSION = "descriptors/missions/rokviss.xml"
 OTHERS = ("simulator", "supervisor", "communication", "manipulator", "packet-archive-sqlite")
 
 
-def _programs_with_bomb(folder, kind):
+def _programs_with_leak(folder, kind):
     """A copy of the programs in which the joystick has a leak once the file `go` exists. Returns the folder
     of the programs and this file."""
     programs, go = folder / "programs", folder / "go"
     shutil.copytree(flying.BIN, programs)
-    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", f'-DBOMB_TRIGGER="{go}"', f"-DBOMB_KIND={kind}", "-o", programs / "bomb.so", BOMB, "-lpthread"], check=True)
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", f'-DLEAK_TRIGGER="{go}"', f"-DLEAK_KIND={kind}", "-o", programs / "leak.so", LEAK, "-lpthread"], check=True)
     (programs / "joystick").rename(programs / "joystick.plain")
     script = programs / "joystick"
-    script.write_text(f'#!/bin/sh\nLD_PRELOAD="{programs}/bomb.so" exec "{programs}/joystick.plain" "$@"\n', encoding="utf-8")
+    script.write_text(f'#!/bin/sh\nLD_PRELOAD="{programs}/leak.so" exec "{programs}/joystick.plain" "$@"\n', encoding="utf-8")
     script.chmod(0o755)
     return programs, go
 
 
-def _fly_with_bomb(folder, kind):
+def _fly_with_leak(folder, kind):
     folder.mkdir()
-    programs, go = _programs_with_bomb(folder, kind)
-    scenario = flying.write_scenario(folder / "bomb.scn", "0 hand rest", "0 operator ping all", *flying.bring_up(0.1), *(f"{second} operator ping MANIPULATOR" for second in range(2, 60)), "60 operator shutdown")
+    programs, go = _programs_with_leak(folder, kind)
+    scenario = flying.write_scenario(folder / "leak.scn", "0 hand rest", "0 operator ping all", *flying.bring_up(0.1), *(f"{second} operator ping MANIPULATOR" for second in range(2, 60)), "60 operator shutdown")
     flight = flying.start(folder / "out", "--scenario", scenario, binaries=programs)
     try:
         flying.wait_until(lambda: flight.steps() > 15 or flight.process.poll() is not None, "step of the operator")
@@ -47,7 +48,7 @@ def _process(flight, name):
 
 @pytest.mark.parametrize("kind", ["take_memory", "take_descriptors"])
 def test_a_leaking_subsystem_dies_alone(folder, kind):
-    flight = _fly_with_bomb(folder, kind)
+    flight = _fly_with_leak(folder, kind)
     leaking = _process(flight, "joystick")
     assert flight.facts["exit_reason"].startswith("joystick was ended by signal 6"), flight.transcript()
     assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"] == 12288
@@ -61,7 +62,7 @@ def test_a_leaking_subsystem_dies_alone(folder, kind):
 
 LIVES = 3  # The first life and the two restarts of the budget.
 HIGH_EVENT = b"\x05\x04"
-PROCESS_LOST = (1).to_bytes(2, "big")
+JOYSTICK_LOST = struct.pack(">HH", 1, 17)  # Event PROCESS_LOST of the supervisor, APID of the joystick.
 MODE_CHANGED = b"\x83\x02"
 
 
@@ -76,7 +77,7 @@ def _await_end(flight, joystick):
     flying.wait_until(lambda: flight.children().get("joystick.plain", 0) != joystick or flight.process.poll() is not None, "the end of this life of the joystick")
 
 
-def _explode(flight, go):
+def _leak_in_each_life(flight, go):
     """Each life of the joystick in turn takes all memory that it can get."""
     seen = set()
     for _ in range(LIVES):
@@ -91,19 +92,19 @@ def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder)
     """The limit ends each life, and the process is started again. After the last start the mission enters its
     fallback mode once and continues without the joystick."""
     folder.mkdir()
-    programs, go = _programs_with_bomb(folder, "take_memory")
+    programs, go = _programs_with_leak(folder, "take_memory")
     flight = flying.start(folder / "out", "--time", "real", "--scenario", "none", binaries=programs)
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
-        _explode(flight, go)
+        _leak_in_each_life(flight, go)
         flying.wait_until(lambda: "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout, "an answer of MANIPULATOR")
         assert "joystick.plain" not in flight.children()
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
         flight.abandon()
-    lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == HIGH_EVENT and raw[21:25] == PROCESS_LOST + b"\0\x11"]
+    lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == HIGH_EVENT and raw[21:25] == JOYSTICK_LOST]
     modes = [raw[21:24] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == MODE_CHANGED]
     assert len(lost) == LIVES, flight.transcript()
     assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.transcript())

@@ -87,8 +87,8 @@ def test_each_event_of_a_storm_is_counted_and_each_ping_is_answered(station):
 STEP_NS = 500_000
 EACH, CYCLES_PER_S = 50, 2000
 MANIPULATOR, ERROR_OPERATIONAL = 16, 6
-NOTE, STALE, PLAN_STARTED = b"\x00\x09", b"\x00\x06", b"\x00\x06"  # OPERATOR_NOTE, LINK_STALE; the supervisor's PLAN_STARTED
-RESTARTED = b"\x00\x14"
+OPERATOR_NOTE, LINK_STALE = b"\x00\x09", b"\x00\x06"  # Event ids of each subsystem.
+PLAN_STARTED, SUPERVISOR_RESTARTED = b"\x00\x06", b"\x00\x14"  # Event ids of the supervisor.
 BEGIN_S = 1.5
 
 
@@ -123,8 +123,8 @@ def _events(flight, apid, identity):
 
 def _made(flight):
     """All occurrences of the storm's event: reported, or counted as suppressed."""
-    reports = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == NOTE)
-    return len(_events(flight, JOYSTICK, NOTE)) + reports
+    reports = sum(int.from_bytes(p.data[4:8], "big") for _, p in _events(flight, JOYSTICK, SUPPRESSED.to_bytes(2, "big")) if p.data[2:4] == OPERATOR_NOTE)
+    return len(_events(flight, JOYSTICK, OPERATOR_NOTE)) + reports
 
 
 def _pings(flight):
@@ -143,7 +143,7 @@ def _assert_storm_hides_nothing(flight, seconds):
     waits = _pings(flight)
     assert len(waits) == seconds * 10
     assert max(waits) <= 3 * STEP_NS, max(waits)
-    ((high_ns, high),) = _events(flight, JOYSTICK, STALE)
+    ((high_ns, high),) = _events(flight, JOYSTICK, LINK_STALE)
     ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
     assert high.subtype == 4
     assert plan_ns - high_ns <= 2 * STEP_NS
@@ -182,10 +182,10 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
     assert flight.code == (1 if ends else 0), flight.transcript()
     assert _made(flight) == 3 * CYCLES_PER_S * EACH
     assert len(_pings(flight)) == 30
-    ((high_ns, _),) = _events(flight, JOYSTICK, STALE)
+    ((high_ns, _),) = _events(flight, JOYSTICK, LINK_STALE)
     ((plan_ns, _),) = _events(flight, 1, PLAN_STARTED)
     assert plan_ns - high_ns <= 2 * STEP_NS
-    assert len(_events(flight, 1, RESTARTED)) == (1 if ends else 0)
+    assert len(_events(flight, 1, SUPERVISOR_RESTARTED)) == (1 if ends else 0)
     counts = [p.sequence for _, p in flight.parsed if p.direction == "TM" and p.apid == JOYSTICK]
     assert counts == list(range(len(counts)))
 
@@ -194,7 +194,7 @@ def test_the_process_that_raises_a_storm_dies(folder, stormy):
     """Counts that are not reported yet are lost with the process: at most those of the second between two
     reports. No other component is affected."""
     flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")
-    first_ns = _events(flight, JOYSTICK, NOTE)[0][0]
+    first_ns = _events(flight, JOYSTICK, OPERATOR_NOTE)[0][0]
     raised = round((3_050_000_000 - first_ns) / STEP_NS) * EACH
     assert 0 <= raised - _made(flight) <= CYCLES_PER_S * EACH
     sent = [p.raw[:4] for _, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]

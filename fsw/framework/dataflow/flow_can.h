@@ -37,7 +37,7 @@ typedef struct {
     uint8_t receive_errors;
 } flow_can_health_t;
 
-typedef struct { // [frames, wrap]
+typedef struct { // Numbers of frames and attempts; each counter [wraps].
     uint32_t sent;
     uint32_t received;
     uint32_t errors;   ///< Error frames.
@@ -49,7 +49,7 @@ typedef struct { // [frames, wrap]
     uint32_t reopened; ///< Times that the interface was opened again.
 } flow_can_counters_t;
 
-typedef struct { // Error frames by class; one frame may belong to several classes [wrap].
+typedef struct { // Error frames by class; one frame may belong to several classes. Each counter [wraps].
     uint32_t transmit_timeouts;
     uint32_t lost_arbitrations;
     uint32_t controller_problems; ///< Overflow, or a change to warning, passive or active.

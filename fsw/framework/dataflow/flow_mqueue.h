@@ -35,7 +35,7 @@ typedef struct {
     quota_t* quota; ///< Quota of open queues; null: not counted.
 } flow_mqueue_setup_t;
 
-typedef struct { // [messages, wrap]
+typedef struct { // [messages, wraps]
     uint32_t sent;
     uint32_t received;
     uint32_t refused; ///< Not sent: no queue, full, or too large.

@@ -30,7 +30,7 @@ typedef struct {
     quota_t* quota; ///< Quota of open sockets; null: not counted.
 } flow_udp_setup_t;
 
-typedef struct { // [datagrams, wrap]
+typedef struct { // [datagrams, wraps]
     uint32_t sent;
     uint32_t received;
     uint32_t refused;       ///< Not sent: kernel buffer full, no receiver, too large, closed.

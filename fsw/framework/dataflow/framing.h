@@ -21,7 +21,7 @@
 
 #define FRAMING_LENGTH_MAX 65535U ///< Longest payload with a length of 16 bits.
 
-typedef struct { // [frames, wrap]
+typedef struct { // [frames, wraps]
     uint32_t complete;
     uint32_t oversize;  ///< Frames longer than the buffer, dropped.
     uint32_t malformed; ///< Frames with an invalid escape sequence, dropped.

@@ -152,14 +152,14 @@ state_t subsystem_link_peer_state(const subsystem_t* subsystem, uint16_t port);
 /// Returns the age of the last sample [us]; UINT32_MAX if there is no sample, or if the age exceeds this
 /// range.
 uint32_t subsystem_link_age_us(const subsystem_t* subsystem, uint16_t port);
-typedef struct { // Sums over all links that this subsystem has consumed since it started [wrap].
+typedef struct { // Sums over all links that this subsystem has consumed since it started. Each [wraps].
     uint32_t received;
     uint32_t lost;    ///< Samples missing in the sequence.
     uint32_t late;    ///< Reads of a sample that was older than allowed.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
 } subsystem_link_totals_t;
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
-typedef struct {                   // Refusals and losses since the start [wrap], for a COUNTERS parameter.
+typedef struct { // Refusals and losses since the start, for a COUNTERS parameter. Each counter [wraps].
     uint16_t pool_peak;            ///< Largest number of blocks in use at the same time (does not wrap).
     uint32_t pool_refused;         ///< Allocations refused.
     uint32_t requests_refused;     ///< Telecommands rejected, or failed at their start.

@@ -54,7 +54,7 @@ void subsystem_init(subsystem_t* const subsystem, const subsystem_config_t* cons
     init_call_tokens(subsystem);
     pus_app_process_init(&subsystem->process, config->descriptor->apid, config->mission_epoch_s,
                          &config->port);
-    pus_app_process_keep(&subsystem->process, &subsystem->rings);
+    pus_app_process_keep(&subsystem->process, &subsystem->queues);
     subsystem_register_services(subsystem);
 }
 

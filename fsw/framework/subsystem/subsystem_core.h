@@ -175,7 +175,8 @@ struct subsystem { // Private. The most frequently used members come first.
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_app_process_t process;
-    pus_rings_t rings; // Reports that wait for the port. (Reports of the loops wait in the mailboxes.)
+    pus_report_queues_t
+        queues; // Reports that wait for the port. (Reports of the loops wait in the mailboxes.)
 
     subsystem_config_t config;
     uint64_t period_ns;

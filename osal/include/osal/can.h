@@ -87,7 +87,7 @@ typedef struct { // All fields are private, except the last four, which may be r
     uint32_t filtered; ///< Received and dropped by the filters; those that the kernel drops are not counted.
 } osal_can_t;
 
-typedef struct {       // Counts of a counted hand-over, sums of both directions [frames, wrap].
+typedef struct {       // Counts of a counted hand-over, sums of both directions [frames, wraps].
     uint32_t frames;   ///< Frames handed over.
     uint32_t late;     ///< Frames of `frames` for which the receiver had to wait.
     uint32_t lost;     ///< Frames announced but not received within OSAL_CAN_PATIENCE_MS.

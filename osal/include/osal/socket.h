@@ -16,8 +16,8 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    uint8_t blind; // Number of waits, from now, that skip polling.
-    uint8_t pause; // Number of waits that skip polling after the last poll was unsuccessful.
+    uint8_t waits_to_skip; // The next waits, of this number, sleep without polling first.
+    uint8_t backoff; // Value of waits_to_skip after the last polling: 0 after a success, then 1, 3, 7 .. 127.
     bool is_deferred;
     bool is_kept; // The datagram that was received last is still in the socket.
 } osal_socket_t;
@@ -33,7 +33,7 @@ typedef struct {
 /// below 2^22.
 #define OSAL_IPV4_OF_DEVICES(run) (0x7F400000U + ((run)&0x3FFFFFU))
 #define OSAL_IPV4_OF_FLIGHT(run) (0x7F800000U + ((run)&0x3FFFFFU))
-#define OSAL_SOCKET_LOOK_NS 20000U ///< Time for which osal_socket_wait_readable polls [ns].
+#define OSAL_SOCKET_POLL_NS 20000U ///< Time for which osal_socket_wait_readable polls [ns].
 
 /// Closed socket, for initialisation.
 #define OSAL_SOCKET_CLOSED                                                                                   \
@@ -86,8 +86,9 @@ MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
 MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer);
 
 /// Wait (wall-clock) until the socket is readable, at most timeout_ms. Before the call sleeps it polls for
-/// OSAL_SOCKET_LOOK_NS, since waking a sleeping processor takes longer. If polling is unsuccessful, the next
-/// waits skip it, up to 127 of 128. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+/// OSAL_SOCKET_POLL_NS, since waking a sleeping processor takes longer. After polling without success the
+/// next wait sleeps at once; with each further failure more waits do so: 1, 3, 7, up to 127. STATUS_OK,
+/// STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Wait (wall-clock) until the socket is writable, that is, until osal_tcp_connect_begin has a result, at
 /// most timeout_ms. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.

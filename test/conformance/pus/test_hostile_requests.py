@@ -56,7 +56,7 @@ def _judge(station, entry, octets, verification):
 
 
 def _send(station, batch):
-    """Results of requests that are sent together; requests that find a full mailbox are sent again one by
+    """Results of requests that are sent together; requests that find a full inbox are sent again one by
     one."""
     sent = [(apid, entry, octets, station.send_data(apid, entry["service"], entry["subtype"], octets)) for apid, entry, octets in batch]
     for apid, entry, octets, verification in sent:

@@ -162,14 +162,14 @@ static void too_large_shared_memory_is_refused_and_leaves_no_name(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, osal_shm_create(&shm, name, SIZE_MAX));
 }
 
-static void count_ours(void* context, const char* shown)
+static void count_and_remove(void* context, const char* listed)
 {
     unsigned* const count = context;
-    char ours[64];
-    (void)snprintf(ours, sizeof ours, "/each.%ld.", (long)osal_process_own_id());
-    TEST_ASSERT_EQUAL_STRING_LEN(ours, shown, strlen(ours));
+    char prefix[64];
+    (void)snprintf(prefix, sizeof prefix, "/each.%ld.", (long)osal_process_own_id());
+    TEST_ASSERT_EQUAL_STRING_LEN(prefix, listed, strlen(prefix));
     (*count)++;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(shown));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_remove(listed));
 }
 
 static void names_with_a_prefix_are_listed_and_can_be_removed(void)
@@ -183,9 +183,9 @@ static void names_with_a_prefix_are_listed_and_can_be_removed(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_create(&shm, name, 64U));
         osal_shm_close(&shm);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_each(prefix, count_ours, &count));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_each(prefix, count_and_remove, &count));
     TEST_ASSERT_EQUAL(3U, count);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_each(prefix, count_ours, &count));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_shm_each(prefix, count_and_remove, &count));
     TEST_ASSERT_EQUAL(3U, count);
 }
 

@@ -11,6 +11,7 @@ static uint64_t
     arena[RESOURCE_ARENA_WORDS(32U, 8U) + RESOURCE_ARENA_WORDS(256U, 4U) + RESOURCE_ARENA_WORDS(4096U, 2U)];
 #define ARENA_WORDS (sizeof arena / sizeof arena[0])
 
+// Octets of a block, number of blocks, blocks reserved.
 static const resource_size_t sizes[] = {{32U, 8U, 1U}, {256U, 4U, 0U}, {4096U, 2U, 1U}};
 static resource_t memory;
 
@@ -84,23 +85,24 @@ static void an_arena_of_any_size_that_is_too_small_is_refused(void)
 
 static void impossible_sizes_are_refused(void)
 {
-    const resource_size_t falling[]  = {{64U, 2U, 0U}, {64U, 2U, 0U}};
-    const resource_size_t none[]     = {{64U, 0U, 0U}};
-    const resource_size_t reserved[] = {{64U, 2U, 2U}};
-    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, falling, 2U));
+    const resource_size_t not_rising[]   = {{64U, 2U, 0U}, {64U, 2U, 0U}};
+    const resource_size_t no_blocks[]    = {{64U, 0U, 0U}};
+    const resource_size_t all_reserved[] = {{64U, 2U, 2U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, not_rising, 2U));
     const resource_size_t empty[]    = {{0U, 2U, 0U}};
     const resource_size_t smallest[] = {{1U, 2U, 0U}};
     TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, empty, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, smallest, 1U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, none, 1U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, reserved, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, no_blocks, 1U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, all_reserved, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, sizes, 0U));
-    const resource_size_t numberless[] = {{64U, UINT16_MAX, 0U}};
-    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, numberless, 1U));
-    const resource_size_t many[] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U}, {32U, 1U, 0U},
-                                    {40U, 1U, 0U}, {48U, 1U, 0U}, {56U, 1U, 0U}};
-    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, many, 7U));
-    TEST_ASSERT_EQUAL(STATUS_OK, resource_init(&memory, arena, ARENA_WORDS, many, RESOURCE_SIZES_MAX));
+    const resource_size_t too_many_blocks[] = {{64U, UINT16_MAX, 0U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, too_many_blocks, 1U));
+    const resource_size_t too_many_sizes[] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U}, {32U, 1U, 0U},
+                                              {40U, 1U, 0U}, {48U, 1U, 0U}, {56U, 1U, 0U}};
+    TEST_ASSERT_EQUAL(STATUS_INVALID, resource_init(&memory, arena, ARENA_WORDS, too_many_sizes, 7U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      resource_init(&memory, arena, ARENA_WORDS, too_many_sizes, RESOURCE_SIZES_MAX));
 }
 
 /// Even with as many pools as possible, octets behind the last pool are not taken for another pool.

@@ -246,8 +246,8 @@ static void a_refusal_shows_the_option_and_its_value(void)
     const char* const cut = strstr(error, "k...: expected processes or image");
     TEST_ASSERT_NOT_NULL(cut);
     TEST_ASSERT_EQUAL_STRING_LEN("--form k", error, 8U);
-    const size_t shown = (size_t)(cut - error) + 1U - 7U;
-    line[7U + shown]   = '\0'; // A value of this length is shown completely.
+    const size_t shown_length = (size_t)(cut - error) + 1U - 7U;
+    line[7U + shown_length]   = '\0'; // A value of this length is shown completely.
     TEST_ASSERT_FALSE(parse(line));
     TEST_ASSERT_NULL(strstr(error, "..."));
 }

@@ -114,13 +114,13 @@ static void if_the_folder_cannot_be_synced_both_files_are_released(void)
     record_store_close(&other);
 }
 
-static medium_t shown[2];
+static medium_t guarded[2]; // The media that the store has passed to its guard.
 
-static medium_t show(void* const context, const unsigned index, const medium_t medium)
+static medium_t keep_medium(void* const context, const unsigned index, const medium_t medium)
 {
     TEST_ASSERT_EQUAL_PTR(&found, context);
     TEST_ASSERT_TRUE(index < 2U);
-    shown[index] = medium;
+    guarded[index] = medium;
     return medium;
 }
 
@@ -128,16 +128,16 @@ static medium_t show(void* const context, const unsigned index, const medium_t m
 /// that does not wait makes no call, and succeeds.
 static void only_a_store_that_waits_writes_to_the_disk(void)
 {
-    store.guard = (record_store_guard_t){&found, show};
+    store.guard = (record_store_guard_t){&found, keep_medium};
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     record_store_close(&store);
-    TEST_ASSERT_NOT_EQUAL(STATUS_OK, shown[0].sync(shown[0].context));
-    TEST_ASSERT_NOT_EQUAL(STATUS_OK, shown[1].sync(shown[1].context));
-    TEST_ASSERT_TRUE(shown[0].context != shown[1].context);
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, guarded[0].sync(guarded[0].context));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, guarded[1].sync(guarded[1].context));
+    TEST_ASSERT_TRUE(guarded[0].context != guarded[1].context);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, false));
     record_store_close(&store);
-    TEST_ASSERT_EQUAL(STATUS_OK, shown[0].sync(shown[0].context));
-    TEST_ASSERT_EQUAL(STATUS_OK, shown[1].sync(shown[1].context));
+    TEST_ASSERT_EQUAL(STATUS_OK, guarded[0].sync(guarded[0].context));
+    TEST_ASSERT_EQUAL(STATUS_OK, guarded[1].sync(guarded[1].context));
 }
 
 static void a_record_store_that_cannot_be_opened_is_reported(void)

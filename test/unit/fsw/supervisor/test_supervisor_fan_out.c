@@ -8,7 +8,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static void bring_third_reader(void)
+/// Open the link to the second reader, which is the third member of the network.
+static void bring_second_reader(void)
 {
     (void)fixture_request_link(LINK_LONE_STATE);
     fixture_run(5U);
@@ -22,7 +23,7 @@ void setUp(void)
     fixture_open_up();
     fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_link_up(STATE_PRE_OPERATIONAL);
-    bring_third_reader();
+    bring_second_reader();
 }
 
 void tearDown(void)
@@ -46,6 +47,7 @@ static void the_network_has_all_readers(void)
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "G 131.11 0001001000030010001100120003000100020003"));
 }
 
+/// The data of TC[130,7] are the link and the reason; 0A is PUS_LINK_REASON_PEER.
 static void a_reader_that_closes_closes_only_its_own_link(void)
 {
     fixture_forget();
@@ -55,7 +57,7 @@ static void a_reader_that_closes_closes_only_its_own_link(void)
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     fixture_forget();
-    bring_third_reader();
+    bring_second_reader();
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.6 000300000004")); // Another epoch.
     TEST_ASSERT_FALSE(fixture_has("17 TC 130."));
 }

@@ -37,7 +37,7 @@ static struct {
 static struct canfd_frame raw; // The last frame sent, or the next frame received.
 static struct can_filter filters[OSAL_CAN_FILTERS_MAX];
 static struct {
-    struct timespec stamp; // No time stamp comes with the frame.
+    struct timespec stamp; // Seconds 0: no time stamp comes with the frame.
     uint32_t overruns;
     bool has_overruns;
     struct {
@@ -249,7 +249,7 @@ static void a_socket_that_does_not_open_is_reported_and_closed(void** state)
             const bool is_option = (step > QUESTIONS) && (step < STEPS);
             expect_opening(step, errors[i].error);
             if (step == (QUESTIONS + OPTIONS)) {
-                // Without the permission, the size is the limit of an ordinary process or fails.
+                // If SO_RCVBUFFORCE is refused, the port sets SO_RCVBUF, which fails here, too.
                 expect_value(__wrap_setsockopt, option, SO_RCVBUF);
                 will_return(__wrap_setsockopt, -errors[i].error);
             }

@@ -426,12 +426,12 @@ static void a_deferred_datagram_is_removed_by_the_next_call(void** state)
 
 // ---- Waiting ----
 
-/// One unsuccessful wait: `looks` polls without a time-out, then the call that waits.
-static void wait_unsuccessfully(const int looks)
+/// One unsuccessful wait: `polls` calls of poll without a time-out, then the call that sleeps.
+static void wait_unsuccessfully(const int polls)
 {
-    if (looks > 0) {
-        expect_value_count(__wrap_poll, timeout_ms, 0, looks);
-        will_return_count(__wrap_poll, 0, looks);
+    if (polls > 0) {
+        expect_value_count(__wrap_poll, timeout_ms, 0, polls);
+        will_return_count(__wrap_poll, 0, polls);
     }
     expect_in_range(__wrap_poll, timeout_ms, 1, 10);
     will_return(__wrap_poll, 0);
@@ -443,16 +443,16 @@ static void wait_unsuccessfully(const int looks)
 static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
 {
     (void)state;
-    passing_ns = OSAL_SOCKET_LOOK_NS; // One poll takes all the time for polling.
-    for (unsigned left_out = 1U; left_out <= 7U; left_out = (2U * left_out) + 1U) {
+    passing_ns = OSAL_SOCKET_POLL_NS; // One poll takes all the time for polling.
+    for (unsigned skipped = 1U; skipped <= 7U; skipped = (2U * skipped) + 1U) {
         wait_unsuccessfully(1);
-        for (unsigned i = 0U; i < left_out; i++) {
+        for (unsigned i = 0U; i < skipped; i++) {
             wait_unsuccessfully(0);
         }
     }
     expect_value(__wrap_poll, timeout_ms, 0);
     will_return(__wrap_poll, 1); // The shortest wait polls as well.
-    sock.blind = 0U;
+    sock.waits_to_skip = 0U;
     assert_int_equal(STATUS_OK, osal_socket_wait_readable(&sock, 1U));
     expect_value(__wrap_poll, timeout_ms, 0);
     will_return(__wrap_poll, 1); // The poll finds a datagram: from then on every wait begins with a poll.
@@ -463,7 +463,7 @@ static void a_wait_polls_less_often_after_unsuccessful_polls(void** state)
 static void a_wait_continues_after_a_signal_and_ends_with_an_error(void** state)
 {
     (void)state;
-    sock.blind = 2U;
+    sock.waits_to_skip = 2U;
     expect_value_count(__wrap_poll, timeout_ms, 10, 2);
     will_return(__wrap_poll, -EINTR);
     will_return(__wrap_poll, 1);
@@ -472,7 +472,7 @@ static void a_wait_continues_after_a_signal_and_ends_with_an_error(void** state)
     expect_value(__wrap_poll, timeout_ms, 10);
     will_return(__wrap_poll, 1);
     assert_int_equal(STATUS_IO, osal_socket_wait_readable(&sock, 10U));
-    sock.blind = 1U;
+    sock.waits_to_skip = 1U;
     expect_value(__wrap_poll, timeout_ms, 10);
     will_return(__wrap_poll, -ENOMEM);
     assert_int_equal(STATUS_IO, osal_socket_wait_readable(&sock, 10U));

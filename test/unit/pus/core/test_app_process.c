@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports of an application process: their counts, the two rings of reports that the port has refused (firm
+// Reports of an application process: their counts, the two queues of reports that the port has refused (firm
 // reports and plain ones), and which reports overtake others.
 #include "pus/core/app_process.h"
 
@@ -210,10 +210,10 @@ static void the_end_of_a_request_follows_its_answer(void)
 
 static void one_ring_for_all_keeps_the_order(void)
 {
-    static uint8_t ring[256];
+    static uint8_t queue[256];
     const pus_port_t port = bench_port();
     pus_app_process_init(&bench.process, TEST_APID, TEST_EPOCH_S, &port);
-    pus_app_process_keep_in_order(&bench.process, ring, sizeof ring);
+    pus_app_process_keep_in_order(&bench.process, queue, sizeof queue);
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, 4U));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, 4U));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(1U, 7U, 1U, 4U));

@@ -38,7 +38,7 @@ static void expect_copied(const char* const from, const char* const to)
 static void a_file_is_copied_slice_by_slice(void)
 {
     (void)disk_file("a/large", (SLICE * 4U) + 1U, 7U);
-    st23_fixture_order(14U, 5U, "/a", "large", "/a/b", "copy");
+    st23_fixture_copy(14U, 5U, "/a", "large", "/a/b", "copy");
     EXPECT_MESSAGES(1, 1, 1, 3);
     TEST_ASSERT_TRUE(pus_files_is_busy(&st23_fixture.files));
     st23_fixture_step();
@@ -73,8 +73,8 @@ static void copies_are_continued_in_turn(void)
     (void)disk_file("large", SLICE * 4U, 7U);
     st23_fixture.slices = 3U;
     st23_fixture_restart();
-    st23_fixture_order(14U, 1U, "", "large", "", "x");
-    st23_fixture_order(14U, 2U, "a", "one", "", "y");
+    st23_fixture_copy(14U, 1U, "", "large", "", "x");
+    st23_fixture_copy(14U, 2U, "a", "one", "", "y");
     st23_fixture_step(); // The steps copy a slice of large, of one, and of large.
     EXPECT_MESSAGES(1, 5, 1, 5, 1, 5, 1, 5, 1, 7, 1, 5);
     expect_copied("a/one", "y");
@@ -86,7 +86,7 @@ static void copies_are_continued_in_turn(void)
 static void an_empty_file_is_copied(void)
 {
     (void)disk_file("empty", 0U, 0U);
-    st23_fixture_order(14U, 1U, "", "empty", "", "x");
+    st23_fixture_copy(14U, 1U, "", "empty", "", "x");
     st23_fixture_step();
     EXPECT_MESSAGES(1, 7);
     expect_copied("empty", "x");
@@ -94,46 +94,46 @@ static void an_empty_file_is_copied(void)
 
 static void an_invalid_copy_is_refused(void)
 {
-    st23_fixture_order(14U, 1U, "a", "no", "", "x");
+    st23_fixture_copy(14U, 1U, "a", "no", "", "x");
     st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
-    st23_fixture_order(14U, 1U, "a", "b", "", "x");
+    st23_fixture_copy(14U, 1U, "a", "b", "", "x");
     st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
-    st23_fixture_order(14U, 1U, "a", "one", "no", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "no", "x");
     st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
-    st23_fixture_order(14U, 1U, "a", "one", "a/one", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "a/one", "x");
     st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 10U);
-    st23_fixture_order(14U, 1U, "a", "one", "a", "one");
+    st23_fixture_copy(14U, 1U, "a", "one", "a", "one");
     st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 13U);
-    st23_fixture_order(14U, 1U, "a", "one", "a", "b");
+    st23_fixture_copy(14U, 1U, "a", "one", "a", "b");
     st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 13U);
-    st23_fixture_order(14U, 1U, "a/", "one", "a", "x");
+    st23_fixture_copy(14U, 1U, "a/", "one", "a", "x");
     st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 2U);
-    st23_fixture_order(14U, 1U, "a", "one", "a", "x?");
+    st23_fixture_copy(14U, 1U, "a", "one", "a", "x?");
     st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 13U);
-    st23_fixture_order(14U, 1U, "a", "one", "a", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "a", "x");
     EXPECT_MESSAGES(1, 1, 1, 3);
-    st23_fixture_order(14U, 1U, "a", "one", "a", "y");
+    st23_fixture_copy(14U, 1U, "a", "one", "a", "y");
     st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 1U);
-    st23_fixture_order(14U, 2U, "a", "one", "a", "x");
+    st23_fixture_copy(14U, 2U, "a", "one", "a", "x");
     st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 13U);
-    st23_fixture_order(14U, 2U, "a", "one", "a", "y");
-    st23_fixture_order(14U, 3U, "a", "one", "a", "z");
+    st23_fixture_copy(14U, 2U, "a", "one", "a", "y");
+    st23_fixture_copy(14U, 3U, "a", "one", "a", "z");
     EXPECT_MESSAGES(1, 1, 1, 3);
-    st23_fixture_order(14U, 4U, "a", "one", "a", "w");
+    st23_fixture_copy(14U, 4U, "a", "one", "a", "w");
     st23_fixture_expect_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     disk.fail_call = disk.calls + 3U; // The query of the target.
-    st23_fixture_order(14U, 4U, "a", "one", "a", "w");
+    st23_fixture_copy(14U, 4U, "a", "one", "a", "w");
     st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
 static void a_file_being_copied_cannot_be_changed(void)
 {
-    st23_fixture_order(14U, 1U, "a", "one", "a/b", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "a/b", "x");
     st23_fixture_request(2U, "a", "one");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
     st23_fixture_request(10U, "a", "b");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
-    st23_fixture_order(15U, 2U, "a", "one", "", "y");
+    st23_fixture_copy(15U, 2U, "a", "one", "", "y");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 5U);
     st23_fixture_create("a/b", "x", 0U, 0U);
     st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 5U);
@@ -142,21 +142,21 @@ static void a_file_being_copied_cannot_be_changed(void)
     st23_fixture_rename("a", "b", "z");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
     disk_directory("c");
-    st23_fixture_order(14U, 2U, "a", "one", "", "d");
+    st23_fixture_copy(14U, 2U, "a", "one", "", "d");
     st23_fixture_rename("", "c", "d");
     st23_fixture_expect_refused(PUS_FAILURE_EXISTS, 5U);
 }
 
 static void a_file_is_moved_at_once(void)
 {
-    st23_fixture_order(15U, 1U, "a", "one", "a/b", "moved");
+    st23_fixture_copy(15U, 1U, "a", "one", "a/b", "moved");
     st23_fixture_expect_done();
     TEST_ASSERT_NULL(disk_find("a/one"));
     TEST_ASSERT_EQUAL_UINT64(10U, disk_find("a/b/moved")->size);
-    st23_fixture_order(15U, 1U, "a", "one", "a/b", "x");
+    st23_fixture_copy(15U, 1U, "a", "one", "a/b", "x");
     st23_fixture_expect_refused(PUS_FAILURE_UNKNOWN_ID, 5U);
     disk.fail_call = disk.calls + 4U; // The call that renames.
-    st23_fixture_order(15U, 1U, "a/b", "moved", "a", "one");
+    st23_fixture_copy(15U, 1U, "a/b", "moved", "a", "one");
     st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
@@ -170,7 +170,7 @@ static void a_failed_copy_leaves_no_file(void)
         disk.contents = 0U;
         disk_directory("");
         (void)disk_file("large", SLICE + 1U, 7U);
-        st23_fixture_order(14U, 1U, "", "large", "", "x");
+        st23_fixture_copy(14U, 1U, "", "large", "", "x");
         disk.fail_call = disk.calls + ((i < 4U) ? i : (i + 1U));
         st23_fixture_step();
         if (i >= 4U) {
@@ -187,7 +187,7 @@ static void a_failed_copy_leaves_no_file(void)
 static void a_source_that_becomes_shorter_fails_the_copy(void)
 {
     disk_file_t* const source = disk_file("large", SLICE * 2U, 7U);
-    st23_fixture_order(14U, 1U, "", "large", "", "x");
+    st23_fixture_copy(14U, 1U, "", "large", "", "x");
     st23_fixture_step();
     source->size = SLICE;
     st23_fixture_step();
@@ -198,7 +198,7 @@ static void a_source_that_becomes_shorter_fails_the_copy(void)
 static void a_part_file_that_was_left_over_is_replaced(void)
 {
     (void)disk_file(".copy-1", 100U, 7U);
-    st23_fixture_order(14U, 1U, "a", "one", "", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "", "x");
     st23_fixture_step();
     expect_copied("a/one", "x");
     TEST_ASSERT_NULL(disk_find(".copy-1"));
@@ -207,7 +207,7 @@ static void a_part_file_that_was_left_over_is_replaced(void)
 static void copies_are_suspended_resumed_and_aborted(void)
 {
     (void)disk_file("large", SLICE * 4U, 7U);
-    st23_fixture_order(14U, 1U, "", "large", "", "x");
+    st23_fixture_copy(14U, 1U, "", "large", "", "x");
     st23_fixture_change(17U, 1U);
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, 1U);
@@ -249,10 +249,10 @@ static void copies_are_suspended_resumed_and_aborted(void)
 static void copies_of_a_path_are_changed(void)
 {
     disk_directory("ab");
-    st23_fixture_order(14U, 1U, "a", "one", "", "x");
-    st23_fixture_order(14U, 2U, "a/b", "two", "ab", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "", "x");
+    st23_fixture_copy(14U, 2U, "a/b", "two", "ab", "x");
     (void)disk_file("top", 1U, 1U);
-    st23_fixture_order(14U, 3U, "", "top", "ab", "y");
+    st23_fixture_copy(14U, 3U, "", "top", "ab", "y");
     st23_fixture_change_path(19U, "/a");
     st23_fixture_expect_done();
     TEST_ASSERT_EQUAL(PUS_FILE_COPY_ON_HOLD, st23_fixture.copies[0].status);
@@ -280,15 +280,15 @@ static void copies_of_a_path_are_changed(void)
 static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
 {
     (void)disk_file("large", SLICE * 4U, 7U);
-    st23_fixture_order(14U, 1U, "", "large", "a", "x");
-    st23_fixture_order(14U, 2U, "", "large", "a/b", "x");
+    st23_fixture_copy(14U, 1U, "", "large", "a", "x");
+    st23_fixture_copy(14U, 2U, "", "large", "a/b", "x");
     st23_fixture_step();
     st23_fixture_step();
     TEST_ASSERT_NOT_NULL(disk_find("a/.copy-1"));
     st23_fixture_power_cut();
     TEST_ASSERT_TRUE(pus_files_is_busy(&st23_fixture.files));
-    st23_fixture_order(14U, 3U, "a", "one", "", "x");
-    st23_fixture_order(14U, 4U, "a", "one", "", "y"); // Two of the three copies are still accepted.
+    st23_fixture_copy(14U, 3U, "a", "one", "", "x");
+    st23_fixture_copy(14U, 4U, "a", "one", "", "y"); // Copies 1 and 2 still have their entries in the table.
     st23_fixture_expect_refused(PUS_FAILURE_TABLE_FULL, COPIES);
     st23_fixture_change(18U, 1U);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 1U);
@@ -306,7 +306,7 @@ static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
 static void a_copy_that_cannot_be_recorded_is_not_started(void)
 {
     records.put_status = STATUS_FULL;
-    st23_fixture_order(14U, 1U, "a", "one", "", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "", "x");
     st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_FULL);
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
 }
@@ -320,7 +320,7 @@ static void without_records_requests_are_performed_and_nothing_is_kept(void)
     st23_fixture_expect_done();
     st23_fixture_request(6U, "a", "x");
     st23_fixture_expect_done();
-    st23_fixture_order(14U, 1U, "a", "one", "", "x");
+    st23_fixture_copy(14U, 1U, "a", "one", "", "x");
     st23_fixture_step();
     expect_copied("a/one", "x");
     TEST_ASSERT_EQUAL_UINT32(0U, records.puts);
@@ -342,13 +342,13 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 0U);
     report_every(3U);
     st23_fixture_expect_done();
-    st23_fixture_order(14U, 1U, "", "large", "a", "x");
-    st23_fixture_order(14U, 2U, "", "large", "a/b", "x");
+    st23_fixture_copy(14U, 1U, "", "large", "a", "x");
+    st23_fixture_copy(14U, 2U, "", "large", "a/b", "x");
     st23_fixture_change(16U, 2U);
     (void)disk_file("empty", 0U, 0U);
     st23_fixture_step();
     st23_fixture_step();
-    st23_fixture_order(14U, 3U, "", "empty", "a", "y");
+    st23_fixture_copy(14U, 3U, "", "empty", "a", "y");
     st23_fixture_change(16U, 3U);
     st23_fixture_step();
     EXPECT_MESSAGES(1, 5);
@@ -372,7 +372,7 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_step();
     EXPECT_MESSAGES(23, 23);
     st23_fixture_power_cut();
-    st23_fixture_step(); // In this step the copy is started, and remains of earlier copies are removed.
+    st23_fixture_step(); // The interval begins in this step, and what remains of the copies is removed.
     st23_fixture_step();
     st23_fixture_step();
     EXPECT_MESSAGES(0);

@@ -105,11 +105,11 @@ static void a_locked_file_is_neither_changed_nor_deleted(void)
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 4U);
     st23_fixture_request(2U, "a", "one");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 3U);
-    st23_fixture_order(15U, 1U, "a", "one", "", "moved");
+    st23_fixture_copy(15U, 1U, "a", "one", "", "moved");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 5U);
     st23_fixture_rename("", "a", "z");
     st23_fixture_expect_refused(PUS_FAILURE_STATE, 2U);
-    st23_fixture_order(14U, 1U, "a", "one", "", "copied"); // The file is only read.
+    st23_fixture_copy(14U, 1U, "a", "one", "", "copied"); // The file is only read.
     EXPECT_MESSAGES(1, 1, 1, 3);
     st23_fixture_step();
     EXPECT_MESSAGES(1, 5, 1, 5, 1, 5, 1, 7);

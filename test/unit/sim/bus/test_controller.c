@@ -3,6 +3,14 @@
 #include "sim/bus/controller.h"
 #include "unity.h"
 
+// data[1] of an error frame with the class OSAL_CAN_ERROR_CONTROLLER; data[6] and data[7] are the transmit
+// and the receive error counter.
+#define RX_WARNING 0x04U
+#define TX_WARNING 0x08U
+#define RX_PASSIVE 0x10U
+#define TX_PASSIVE 0x20U
+#define ACTIVE_AGAIN 0x40U
+
 static controller_t controller;
 static osal_can_frame_t report;
 
@@ -32,13 +40,13 @@ static void transmit_errors_lead_to_bus_off_in_32_steps(void)
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMIT_ERROR, 1U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_WARNING, controller.state);
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_CONTROLLER, report.id);
-    TEST_ASSERT_EQUAL_HEX8(0x08U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(TX_WARNING, report.data[1]);
     TEST_ASSERT_EQUAL_UINT8(96U, report.data[6]);
     TEST_ASSERT_EQUAL_UINT8(0U, report.data[7]);
     TEST_ASSERT_EQUAL_UINT(0U, apply(CONTROLLER_TRANSMIT_ERROR, 3U));
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMIT_ERROR, 1U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x20U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(TX_PASSIVE, report.data[1]);
     TEST_ASSERT_EQUAL_UINT(0U, apply(CONTROLLER_TRANSMIT_ERROR, 15U));
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMIT_ERROR, 1U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_BUS_OFF, controller.state);
@@ -56,7 +64,7 @@ static void a_controller_in_bus_off_receives_nothing_until_it_recovers(void)
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_RECOVERED, 1U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, controller.state);
     TEST_ASSERT_EQUAL_HEX32(OSAL_CAN_ERROR | OSAL_CAN_ERROR_RESTARTED | OSAL_CAN_ERROR_CONTROLLER, report.id);
-    TEST_ASSERT_EQUAL_HEX8(0x40U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(ACTIVE_AGAIN, report.data[1]);
 }
 
 static void missing_acknowledgements_lead_to_error_passive_and_no_further(void)
@@ -79,11 +87,11 @@ static void successful_frames_lead_back_to_error_active(void)
 {
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 16U);
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMITTED, 1U)); // 127: warning
-    TEST_ASSERT_EQUAL_HEX8(0x08U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(TX_WARNING, report.data[1]);
     TEST_ASSERT_EQUAL_UINT(0U, apply(CONTROLLER_TRANSMITTED, 31U));
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_TRANSMITTED, 1U)); // 95
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_ACTIVE, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x40U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(ACTIVE_AGAIN, report.data[1]);
     TEST_ASSERT_EQUAL_UINT(0U, apply(CONTROLLER_TRANSMITTED, 200U));
     TEST_ASSERT_EQUAL_UINT32(0U, controller.transmit_errors);
 }
@@ -92,12 +100,12 @@ static void receive_errors_lead_to_error_passive_but_never_to_bus_off(void)
 {
     TEST_ASSERT_EQUAL_UINT(2U, apply(CONTROLLER_RECEIVE_ERROR, 1000U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x10U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(RX_PASSIVE, report.data[1]);
     TEST_ASSERT_EQUAL_UINT32(255U, controller.receive_errors);
     // One good frame lowers the counter of a passive receiver below the limit.
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_RECEIVED, 1U));
     TEST_ASSERT_EQUAL_UINT32(127U, controller.receive_errors);
-    TEST_ASSERT_EQUAL_HEX8(0x04U, report.data[1]);
+    TEST_ASSERT_EQUAL_HEX8(RX_WARNING, report.data[1]);
 }
 
 static void the_higher_counter_decides_the_state(void)
@@ -105,10 +113,11 @@ static void the_higher_counter_decides_the_state(void)
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 12U);
     TEST_ASSERT_EQUAL_UINT(1U, apply(CONTROLLER_RECEIVE_ERROR, 128U));
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_PASSIVE, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x10U, report.data[1]); // Only the receive counter is at error passive.
+    TEST_ASSERT_EQUAL_HEX8(RX_PASSIVE, report.data[1]); // Only the receive counter is at error passive.
     (void)apply(CONTROLLER_RECEIVED, 1U);
     TEST_ASSERT_EQUAL_INT(CONTROLLER_STATE_WARNING, controller.state);
-    TEST_ASSERT_EQUAL_HEX8(0x0CU, report.data[1]); // Both counters are at the warning limit.
+    TEST_ASSERT_EQUAL_HEX8(RX_WARNING | TX_WARNING,
+                           report.data[1]); // Both counters are at the warning limit.
 }
 
 static void states_follow_the_counters_in_any_sequence(void)

@@ -233,8 +233,8 @@ static void positions_are_reported_in_microradians(void)
 {
     motor.position_rad = -1.25;
     csp_cycles(1U, 0x00U, 0.0, 0.0);
-    const int32_t shown = (int32_t)octets_u32(&master_last(&master, 0x191U)->data[2]);
-    TEST_ASSERT_INT32_WITHIN(1, -1250000, shown);
+    const int32_t reported_urad = (int32_t)octets_u32(&master_last(&master, 0x191U)->data[2]);
+    TEST_ASSERT_INT32_WITHIN(1, -1250000, reported_urad);
 }
 
 static void the_torque_of_the_sensor_is_reported_in_hundredths_of_nm(void)

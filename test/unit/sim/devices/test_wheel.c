@@ -103,7 +103,7 @@ static void an_enabled_wheel_has_the_commanded_torque(void)
 static void the_reported_speed_is_relative_to_the_housing(void)
 {
     rotor.momentum_nms  = 6.0;
-    rotor.carrier_rad_s = 0.5;
+    rotor.housing_rad_s = 0.5;
     enable();
     TEST_ASSERT_EQUAL_INT32(lround((FULL_RAD_S / 2.0 - 0.5) * 1e6), (int32_t)octets_u32(&answer()[2]));
 }

@@ -9,12 +9,12 @@
 
 static char error[SCENARIO_ERROR_MAX];
 static char seen[2048];     // Lines that the callback received.
-static unsigned take_until; // The callback refuses a line after this many lines.
+static unsigned lines_left; // Number of lines that the callback still accepts.
 
 void setUp(void)
 {
     seen[0]    = '\0';
-    take_until = 1000U;
+    lines_left = 1000U;
 }
 
 void tearDown(void)
@@ -25,10 +25,10 @@ void tearDown(void)
 static status_t take(void* context, const scenario_line_t* line, char text[SCENARIO_ERROR_MAX])
 {
     (void)context;
-    if (take_until == 0U) {
+    if (lines_left == 0U) {
         return scenario_error(line, line->word[0], "no more lines", text);
     }
-    take_until--;
+    lines_left--;
     size_t used = strlen(seen);
     used += (size_t)snprintf(seen + used, sizeof seen - used, "%u@%llu", line->line,
                              (unsigned long long)line->time_ns);
@@ -119,7 +119,7 @@ static void a_missing_file_is_reported(void)
 
 static void the_first_refusal_of_the_callback_ends_the_reading(void)
 {
-    take_until = 1U;
+    lines_left = 1U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, read_text("1 hand a\n2 hand b\n3 hand c\n", "hand"));
     TEST_ASSERT_EQUAL_STRING("1@1000000000 a;", seen);
     TEST_ASSERT_NOT_NULL(strstr(error, ":2: found 'b', expected no more lines"));

@@ -70,7 +70,7 @@ static void a_wheel_turns_its_link_the_other_way(void)
     EXPECT_WITHIN(0.1, 1e-12, truth->wheel[0].momentum_nms);
     EXPECT_WITHIN(0.1, 1e-12, truth->wheel[0].torque_nm);
     EXPECT_WITHIN(-0.01, 1e-12, truth->base[0].rate_rad_s[2]);
-    EXPECT_WITHIN(-0.01, 1e-12, truth->wheel[0].carrier_rad_s);
+    EXPECT_WITHIN(-0.01, 1e-12, truth->wheel[0].housing_rad_s);
     input.wheel_torque_nm[0] = -0.1;
     run(2000U);
     EXPECT_WITHIN(0.0, 1e-12, truth->base[0].rate_rad_s[2]);

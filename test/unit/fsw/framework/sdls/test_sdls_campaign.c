@@ -88,9 +88,9 @@ static void restart(void)
 /// The operator's next telecommand arrives.
 static void serve(void)
 {
-    sdls_frame_t shown;
-    TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &own, next.octets, next.size, &shown));
-    TEST_ASSERT_EQUAL(next.size, shown.taken);
+    sdls_frame_t checked;
+    TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &own, next.octets, next.size, &checked));
+    TEST_ASSERT_EQUAL(next.size, checked.taken);
     sdls_accept(&receiver, &own);
     record(&next);
     prepare(next.session, next.count + 1U);
@@ -158,14 +158,14 @@ static void attack(void)
     const uint32_t accepted   = receiver.accepted;
     const uint32_t mark       = receiver.mark.session;
     sealed_t frame;
-    sdls_frame_t shown;
+    sdls_frame_t checked;
     make(kind, &frame);
     if ((kind == FORGE || kind == SPLICE) && (memcmp(frame.octets, next.octets, next.size) == 0)) {
         return;
     }
     attacks[kind]++;
-    TEST_ASSERT_NOT_EQUAL(STATUS_OK, sdls_look(&receiver, way, frame.octets, frame.size, &shown));
-    TEST_ASSERT_NULL(shown.packet);
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, sdls_look(&receiver, way, frame.octets, frame.size, &checked));
+    TEST_ASSERT_NULL(checked.packet);
     TEST_ASSERT_EQUAL_UINT32(accepted, receiver.accepted);
     TEST_ASSERT_EQUAL_UINT32(mark, receiver.mark.session);
 }

@@ -138,7 +138,7 @@ static void random_octets_cause_no_failure(void)
     fixture_run_until_requests(before + 1U);
 }
 
-static void a_full_mailbox_keeps_requests_waiting(void)
+static void requests_wait_while_the_inbox_of_the_supervisor_is_full(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
@@ -545,7 +545,7 @@ int main(void)
     RUN_TEST(invalid_octets_end_only_their_own_connection);
     RUN_TEST(the_communication_forwards_every_framed_packet_unchecked);
     RUN_TEST(random_octets_cause_no_failure);
-    RUN_TEST(a_full_mailbox_keeps_requests_waiting);
+    RUN_TEST(requests_wait_while_the_inbox_of_the_supervisor_is_full);
     RUN_TEST(reports_go_to_the_connections_of_their_user);
     RUN_TEST(time_packets_are_sent_to_all_connections);
     RUN_TEST(a_user_is_removed_with_its_connection);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masses and zeros of the sensors in the running subsystem: tare, operation, new parameters.
+// Masses and offsets of the sensors in the running subsystem: tare, operation, new parameters.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
 
@@ -16,8 +16,8 @@ void tearDown(void)
     rig_tear_down();
 }
 
-/// Returns the torque that the subsystem expects in its home pose without contact: gravity plus the zero of
-/// the sensor.
+/// Returns the torque that the subsystem expects in its home pose without contact: gravity plus the offset
+/// of the sensor.
 static double expected_nm(const unsigned joint)
 {
     const manipulator_arm_terms_t terms =
@@ -47,7 +47,7 @@ static void a_tare_is_shared_between_offsets_and_masses(void)
     TEST_ASSERT_EQUAL_UINT32(0U, rig_manipulator.identification.updates);
 }
 
-static void without_identification_a_tare_is_the_zero(void)
+static void without_identification_a_tare_changes_only_the_offsets(void)
 {
     rig_manipulator.parameters.identification.mass_share = 0.0;
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
@@ -92,7 +92,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(a_tare_is_shared_between_offsets_and_masses);
-    RUN_TEST(without_identification_a_tare_is_the_zero);
+    RUN_TEST(without_identification_a_tare_changes_only_the_offsets);
     RUN_TEST(an_arm_that_gives_energy_at_rest_is_reported);
     return UNITY_END();
 }

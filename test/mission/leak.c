@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a subsystem's program: once the file of this name exists, it allocates all memory or opens
+// Preloaded into a subsystem's program: once the file LEAK_TRIGGER exists, it allocates all memory or opens
 // all descriptors that it can get, and dies like a program with a leak. Without a limit it stops at a bound
 // of its own and continues.
 #define _GNU_SOURCE
@@ -36,22 +36,22 @@ static void take_descriptors(void)
     }
 }
 
-static void* wait_for_it(void* context)
+static void* leak_when_triggered(void* context)
 {
-    while (unlink(BOMB_TRIGGER) != 0) {
+    while (unlink(LEAK_TRIGGER) != 0) {
         (void)usleep(1000U);
     }
-    BOMB_KIND();
+    LEAK_KIND();
     return context;
 }
 
-__attribute__((constructor)) static void lay(void)
+__attribute__((constructor)) static void start_thread(void)
 {
     // No core file: it would be as large as the limit allows.
     const struct rlimit none = {0, 0};
     pthread_t thread;
     (void)setrlimit(RLIMIT_CORE, &none);
-    if (pthread_create(&thread, NULL, wait_for_it, NULL) == 0) {
+    if (pthread_create(&thread, NULL, leak_when_triggered, NULL) == 0) {
         (void)pthread_detach(thread);
     }
 }
