@@ -27,6 +27,7 @@ under      = $(foreach l,$(DIRS),$(if $(filter $1 $1/%,$l),$l))
 # the libraries of this layer and of all layers that it may include. If a single header may be included, the
 # library of its folder is linked; a layer that may include the headers of osal/ links a port of it.
 layer_of   = $(firstword $(foreach l,$(LAYERS),$(if $(filter $(call home,$l) $(call home,$l)/%,$1),$l)))
+# home: folder of such a line; seen: folders that it may include; under: the folder and all folders below it.
 home       = $(firstword $(subst :, ,$1))
 seen       = $(patsubst %/status.h,%,$(patsubst osal/include,osal,$(subst $(comma), ,$(word 2,$(subst :, ,$1)))))
 layer_libraries = $(foreach d,$(sort $(foreach s,$1 $(call home,$(call layer_of,$1)) $(call seen,$(call layer_of,$1)),\

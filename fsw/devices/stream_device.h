@@ -34,7 +34,7 @@ typedef enum {
     STREAM_DEVICE_RETURNED ///< A lost device sends records again.
 } stream_device_fault_kind_t;
 
-/// Cause of a fault; the events DEVICE_REFUSED and DEVICE_LOST carry these values.
+/// Cause of a fault; the events STREAM_REFUSED and STREAM_LOST (stream_devices.h) carry these values.
 typedef enum {
     STREAM_CAUSE_NONE      = 0,
     STREAM_CAUSE_CLOSED    = 1, ///< The end node cannot be opened, or was closed by the device.

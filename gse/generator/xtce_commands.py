@@ -30,6 +30,8 @@ return [%s].indexOf(Number(subtype.rawValue)) < 0 ? null : String(failure_code.v
 """
 SUPERVISOR = "SUPERVISOR"
 METHOD_ANY = 0xFF  # Transfer method of a link: any that both ends offer.
+# Transaction, link, producer and its port, consumer and its port, layout hash and size, byte order, period, tolerance, method, queue depth,
+# maximum age (docs/services/st130.md).
 LINK_REQUEST = ">IHHHHHIIBIHBBI"
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Space systems and types of an XTCE 1.2 database, for parameters and arguments."""
+"""Space systems and types of an XTCE 1.2 database, for parameters and arguments. `what` is "Parameter" or "Argument": XTCE has separate
+types for them, whose elements contain this word in their names."""
 
 import xml.etree.ElementTree as ET
 

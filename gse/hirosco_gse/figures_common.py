@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of the flight, pose of the tip, windows of time and gap-free words, for the modules that compute figures."""
+"""Parameters of the flight, position of the tip, segments of the hand, and values of PDOs without gaps, for the modules that compute figures."""
 
 import numpy as np
 
 from .run import CYCLE_US
 
-HOLD_US, SETTLED_US, HOLD_LEAST_US = 10_000_000, 2_000_000, 5_000_000  # Evaluated time of a hold, time before it, least time.
+# Evaluated time of a hold, time before it for the motion to settle, and the time that must at least be evaluated.
+HOLD_US, SETTLED_US, HOLD_LEAST_US = 10_000_000, 2_000_000, 5_000_000
 
 
 class Missing(Exception):
@@ -86,7 +87,7 @@ def segment(run, verb, before):
 
 
 def filled(cycles, name, start, end):
-    """Words of a PDO in a window. A missing word is replaced by the one before. Raises Missing if more than one in a thousand is missing."""
+    """Values of a field of a PDO in the cycles from `start` to `end`. A missing value is replaced by the one before. Raises Missing if more than one in a thousand is missing."""
     seen = cycles.seen[start:end]
     if not len(seen) or seen.mean() < 0.999:
         raise Missing(f"PDOs are missing between {start * CYCLE_US / 1e6:.1f} and {end * CYCLE_US / 1e6:.1f} s")

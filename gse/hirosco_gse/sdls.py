@@ -22,8 +22,9 @@ PART_MAX = FRAME_MAX - HEAD.size - MAC_OCTETS
 BYPASS = 0x2000  # Type-BD: TCP preserves the order.
 MIDDLE, FIRST, LAST, WHOLE = 0x00, 0x40, 0x80, 0xC0
 NUMBER_MAX = 0xFFFFFFFF
-RECORD = struct.Struct(">4sB3xI8s8x")
-MAGIC, VERSION, APART = b"SDLS", 1, 512
+RECORD = struct.Struct(">4sB3xI8s8x")  # A mark: magic, version, session number, check value of the key.
+MAGIC, VERSION = b"SDLS", 1
+APART = 512  # Offset of the second copy of a mark in its file: the copies are in different sectors.
 OTHERS = 0o077  # Permissions of group and others.
 
 
@@ -79,7 +80,8 @@ def _session_of(record, check):
 
 
 def _put(descriptor, session, check):
-    """Write both copies, one after the other: a power cut destroys at most one."""
+    """Write both copies, one after the other, the damaged or older one first: a power cut destroys at most the copy that is being written,
+    and the other one is sound."""
     known = [_session_of(os.pread(descriptor, RECORD.size + 4, copy * APART), check) for copy in (0, 1)]
     first = 0 if known[0] is None or (known[1] is not None and known[0] < known[1]) else 1
     for copy in (first, 1 - first):

@@ -21,7 +21,8 @@
 #define PUS_PLAIN_SIZE 3584U // pus/core/app_process.h
 // fsw/framework/message/message.h: the launcher gives this window to components on a board.
 #define MESSAGE_ROOM_OCTETS MESSAGE_SMALL_WINDOW_OCTETS
-#define SUBSYSTEM_INBOX_OCTETS 1536U // fsw/framework/subsystem/subsystem_core.h
+// fsw/framework/subsystem/subsystem_core.h
+#define SUBSYSTEM_INBOX_OCTETS 1536U
 #define SUBSYSTEM_LOOP_ANSWER 1536U
 #define SUBSYSTEM_FUNCTIONAL 2U
 // fsw/programs/run_state.h: flows that the program itself creates; it starts no process.

@@ -18,7 +18,7 @@ typedef enum {
     CALL_EXIT         = 0x20
 } call_t;
 
-#define EXIT_OF_APPLICATION 0x20026U
+#define EXIT_OF_APPLICATION 0x20026U // ADP_Stopped_ApplicationExit of the semihosting specification of Arm.
 
 static int call(const call_t operation, const void* const arguments)
 {
@@ -48,7 +48,7 @@ void semihosting_close(const int handle)
 int semihosting_read(const int handle, void* const octets, const size_t capacity)
 {
     const uint32_t arguments[] = {(uint32_t)handle, word(octets), (uint32_t)capacity};
-    const int missing          = call(CALL_READ, arguments);
+    const int missing          = call(CALL_READ, arguments); // Octets that were not read.
     return ((missing >= 0) && ((size_t)missing <= capacity)) ? (int)(capacity - (size_t)missing) : -1;
 }
 
@@ -58,7 +58,7 @@ bool semihosting_write(const int handle, const void* const octets, const size_t 
     size_t rest         = size;
     while (rest > 0U) {
         const uint32_t arguments[] = {(uint32_t)handle, word(next), (uint32_t)rest};
-        const int missing          = call(CALL_WRITE, arguments);
+        const int missing          = call(CALL_WRITE, arguments); // Octets that were not written.
         if ((missing < 0) || ((size_t)missing >= rest)) {
             return false;
         }

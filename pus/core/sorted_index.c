@@ -16,8 +16,8 @@ void pus_sorted_index_init(pus_sorted_index_t* const order, pus_sorted_index_nod
     *order = (pus_sorted_index_t){.nodes = nodes, .root = NONE, .first = NONE};
 }
 
-/// Priority of a slot in the heap: a hash (finalizer of MurmurHash3), because the hashes of neighbouring
-/// slots differ strongly.
+/// Priority of a slot in the treap: the node with the highest one is the root. It is a hash (finalizer of
+/// MurmurHash3), so that the priorities of neighbouring slots differ strongly.
 static uint32_t rank_of(const uint16_t slot)
 {
     uint32_t hash = slot + 0x9E3779B9U;

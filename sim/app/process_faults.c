@@ -31,6 +31,8 @@ static void act_in_scheduler(osal_lockstep_t* const scheduler, const unsigned pa
 void process_faults_act(void* const context, const fault_kind_t kind, const char* const process)
 {
     const process_faults_t* faults = context;
+    // In stepped time the scheduler performs the fault, so that it takes effect at this instant of simulated
+    // time; a signal would arrive at an unknown one.
     for (size_t i = 0U; (faults->scheduler != NULL) && (i < faults->count); i++) {
         if (strcmp(faults->process[i].name, process) == 0) {
             act_in_scheduler(faults->scheduler, faults->process[i].participant, kind);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #define FAR_M 1e4
-#define FULL_TURNS 1e3      // rad
+#define ANGLE_MAX 1e3       // rad
 #define HEAVIEST 1e7        // kg, kgm2
 #define TRIANGLE_SLACK 1e-6 // Relative tolerance for rounded moments of inertia.
 
@@ -43,8 +43,9 @@ typedef struct {
 
 // ---- Moments of inertia ----
 
-/// True if all principal minors of a symmetric matrix are at least `least` (first order), `least` squared
-/// with its sign (second order) and `least` cubed (third order).
+/// True if the principal minors of a symmetric matrix are at least: of order 1 `least`, of order 2
+/// `least` * |`least`|, of order 3 `least`^3. With a positive `least` this means positive definite; with a
+/// negative one, which allows for rounding, positive semi-definite.
 static bool has_minors(const moments_t* const m, const double least)
 {
     const double xy = m->xx * m->yy - m->xy * m->xy;
@@ -79,7 +80,7 @@ static status_t take_origin(const element_t* const element, urdf_origin_t* const
 {
     static const field_t fields[] = {
         {"xyz", FIELD_VECTOR, offsetof(urdf_origin_t, position_m), -FAR_M, FAR_M, true},
-        {"rpy", FIELD_VECTOR, offsetof(urdf_origin_t, rpy_rad), -FULL_TURNS, FULL_TURNS, true}};
+        {"rpy", FIELD_VECTOR, offsetof(urdf_origin_t, rpy_rad), -ANGLE_MAX, ANGLE_MAX, true}};
     return element_take(element, fields, 2U, out_origin);
 }
 
@@ -257,7 +258,7 @@ static status_t start_in_joint(urdf_reader_t* const reader, const element_t* con
     } elements[] = {
         {"origin",
          {{"xyz", FIELD_VECTOR, offsetof(urdf_joint_t, origin.position_m), -FAR_M, FAR_M, true},
-          {"rpy", FIELD_VECTOR, offsetof(urdf_joint_t, origin.rpy_rad), -FULL_TURNS, FULL_TURNS, true}},
+          {"rpy", FIELD_VECTOR, offsetof(urdf_joint_t, origin.rpy_rad), -ANGLE_MAX, ANGLE_MAX, true}},
          2U},
         {"parent", {{"link", FIELD_TEXT, offsetof(urdf_joint_t, parent_name), 0.0, 0.0, false}}, 1U},
         {"child", {{"link", FIELD_TEXT, offsetof(urdf_joint_t, child_name), 0.0, 0.0, false}}, 1U},

@@ -27,22 +27,23 @@ static void expect(const bool is_same, const char* const list, const char* const
     }
 }
 
-static const char* words_at(const uint8_t* const place)
+/// Returns the pointer that is stored at this place of a descriptor.
+static const char* pointer_at(const uint8_t* const place)
 {
-    const char* words = NULL;
-    (void)memcpy(&words, place, sizeof words);
-    return words;
+    const char* pointer = NULL;
+    (void)memcpy(&pointer, place, sizeof pointer);
+    return pointer;
 }
 
 /// Compare the texts of two items, and clear the pointers to them in the copies.
 static void compare_texts(const descriptor_member_t* const member, uint8_t* const one, uint8_t* const other,
                           const char* const list, const unsigned item)
 {
-    const char* words       = words_at(&one[member->offset]);
-    const char* other_words = words_at(&other[member->offset]);
+    const char* words       = pointer_at(&one[member->offset]);
+    const char* other_words = pointer_at(&other[member->offset]);
     if ((member->kind == DESCRIPTOR_MEMBER_NAMES) && (words != NULL) && (other_words != NULL)) {
-        words       = words_at((const uint8_t*)words); // An enumeration begins with its name.
-        other_words = words_at((const uint8_t*)other_words);
+        words       = pointer_at((const uint8_t*)words); // An enumeration begins with its name.
+        other_words = pointer_at((const uint8_t*)other_words);
     }
     expect((words == NULL) == (other_words == NULL), list, member->name, item);
     expect((words == NULL) || (strcmp(words, other_words) == 0), list, member->name, item);
@@ -58,8 +59,8 @@ static void compare_list(const descriptor_list_t* const list, const uint8_t* con
     (void)memcpy(&count, &one[list->count], sizeof count);
     (void)memcpy(&other_count, &other[list->count], sizeof other_count);
     expect(count == other_count, list->name, "count", 0U);
-    const uint8_t* item       = (const uint8_t*)words_at(&one[list->items]);
-    const uint8_t* other_item = (const uint8_t*)words_at(&other[list->items]);
+    const uint8_t* item       = (const uint8_t*)pointer_at(&one[list->items]);
+    const uint8_t* other_item = (const uint8_t*)pointer_at(&other[list->items]);
     for (unsigned i = 0U; i < count; i++) {
         uint8_t octets[2][ITEM_OCTETS_MAX];
         expect(list->size <= ITEM_OCTETS_MAX, list->name, "size", i);
@@ -89,7 +90,7 @@ static void compare(const descriptor_model_t* const parts, const void* const one
         const uint8_t* const other_place        = (const uint8_t*)other + member->offset;
         const size_t size = (size_t)member->width * ((member->count > 0U) ? member->count : 1U);
         expect((member->kind == DESCRIPTOR_MEMBER_WORDS)
-                   ? (strcmp(words_at(place), words_at(other_place)) == 0)
+                   ? (strcmp(pointer_at(place), pointer_at(other_place)) == 0)
                    : (memcmp(place, other_place, size) == 0),
                parts->type, member->name, 0U);
     }

@@ -330,6 +330,7 @@ def synthetic(yamcs, synthetic_link):
 def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic, dictionary):
     made = {raw: (message, given) for message, given, raw in made_up(dictionary)}
     synthetic.sendall(b"".join(made))
+    # Wait until Yamcs has all packets of `made`; `kept` are then all packets that it has.
     kept = until(lambda: [one for one in yamcs.packets() if base64.b64decode(one[3]) in made][len(made) - 1 :] and yamcs.packets(), "all")
     wrong, compared = [], set()
     for name, stamp, sequence, octets in kept:
@@ -443,8 +444,8 @@ def test_events_are_reported(yamcs):
 
 
 class KnownValues(Values):
-    """Values that the commands accept: at least one group, parameters by name, if a value follows one of two
-    reals."""
+    """Values that the commands accept: at least one group; for a parameter id, the name of a parameter of two real numbers,
+    and for the value of that parameter, two such numbers."""
 
     def group(self, entry, fields):
         found = super().group(entry, fields)

@@ -12,27 +12,27 @@ typedef struct { // Calls of the handlers.
     uint32_t started;
     uint32_t ended;
     uint16_t depth;
-} sight_t;
+} handler_calls_t;
 
 static uint64_t arena[XML_ARENA_WORDS];
 static xml_parser_t parser;
 
-static void note(sight_t* const sight, const char* const words)
+static void note(handler_calls_t* const calls, const char* const words)
 {
     for (const char* at = words; *at != '\0'; at++) {
-        sight->hash = (sight->hash ^ (uint8_t)*at) * 0x100000001B3ULL;
+        calls->hash = (calls->hash ^ (uint8_t)*at) * 0x100000001B3ULL;
     }
 }
 
 static status_t start(void* const context, const xml_element_t* const element)
 {
-    sight_t* const sight = (sight_t*)context;
-    sight->started++;
-    sight->depth++;
-    FUZZ_CHECK((element->depth == sight->depth) && (element->line >= 1U) && (element->column >= 1U));
-    note(sight, element->name);
+    handler_calls_t* const calls = (handler_calls_t*)context;
+    calls->started++;
+    calls->depth++;
+    FUZZ_CHECK((element->depth == calls->depth) && (element->line >= 1U) && (element->column >= 1U));
+    note(calls, element->name);
     for (unsigned i = 0U; element->attributes[i] != NULL; i++) {
-        note(sight, element->attributes[i]);
+        note(calls, element->attributes[i]);
         FUZZ_CHECK(((i % 2U) == 1U) || (element->attributes[i + 1U] != NULL));
     }
     return STATUS_OK;
@@ -40,18 +40,19 @@ static status_t start(void* const context, const xml_element_t* const element)
 
 static status_t end(void* const context, const char* const name, const uint32_t line)
 {
-    sight_t* const sight = (sight_t*)context;
-    FUZZ_CHECK((sight->depth > 0U) && (line >= 1U));
-    sight->ended++;
-    sight->depth--;
-    note(sight, name);
+    handler_calls_t* const calls = (handler_calls_t*)context;
+    FUZZ_CHECK((calls->depth > 0U) && (line >= 1U));
+    calls->ended++;
+    calls->depth--;
+    note(calls, name);
     return STATUS_OK;
 }
 
-static status_t parse(const uint8_t* const data, const size_t size, const size_t piece, sight_t* const sight)
+static status_t parse(const uint8_t* const data, const size_t size, const size_t piece,
+                      handler_calls_t* const calls)
 {
-    const xml_handler_t handler = {start, end, sight};
-    *sight                      = (sight_t){.hash = 0xCBF29CE484222325ULL};
+    const xml_handler_t handler = {start, end, calls};
+    *calls                      = (handler_calls_t){.hash = 0xCBF29CE484222325ULL};
     xml_init(&parser, arena, XML_ARENA_WORDS);
     status_t status = xml_begin(&parser, &handler);
     for (size_t at = 0U; (status == STATUS_OK) && (at < size); at += piece) {
@@ -61,7 +62,7 @@ static status_t parse(const uint8_t* const data, const size_t size, const size_t
     FUZZ_CHECK(parser.arena.used <= parser.arena.capacity);
     FUZZ_CHECK((status == STATUS_OK) == (parser.error.message[0] == '\0'));
     FUZZ_CHECK(memchr(parser.error.message, '\0', XML_ERROR_CHARACTERS) != NULL);
-    FUZZ_CHECK((status != STATUS_OK) || ((sight->started == sight->ended) && (sight->started > 0U)));
+    FUZZ_CHECK((status != STATUS_OK) || ((calls->started == calls->ended) && (calls->started > 0U)));
     FUZZ_CHECK((status == STATUS_OK) || (status == STATUS_INVALID) || (status == STATUS_TOO_LARGE) ||
                (status == STATUS_EXHAUSTED) || (status == STATUS_TRUNCATED));
     return status;
@@ -69,13 +70,13 @@ static status_t parse(const uint8_t* const data, const size_t size, const size_t
 
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 {
-    sight_t whole;
-    sight_t pieces;
+    handler_calls_t whole;
+    handler_calls_t pieces;
     const status_t status = parse(data, size, (size > 0U) ? size : 1U, &whole);
     if ((size > 0U) && (status != STATUS_EXHAUSTED)) {
         const size_t piece       = 1U + (data[size - 1U] % 7U);
         const status_t by_pieces = parse(data, size, piece, &pieces);
-        if (by_pieces != STATUS_EXHAUSTED) {
+        if (by_pieces != STATUS_EXHAUSTED) { // A text in pieces may need more memory.
             FUZZ_CHECK((by_pieces == STATUS_OK) == (status == STATUS_OK));
             FUZZ_CHECK((status != STATUS_OK) || (whole.hash == pieces.hash));
         }

@@ -111,11 +111,11 @@ def test_three_processors_fly_one_mission(folder, native, board):
 
 
 @pytest.fixture(scope="module")
-def house(folder):
+def root(folder):
     """A copy of the tree with the mission of three subsystems, as docs/porting.md describes, and with all programs for it."""
     make("remote-endian")
     boards_built = [f"{board}/flight" for board in (M7, M3)]
-    root = copy_of_tree(folder / "house", ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "s390x/bin", *boards_built))
+    root = copy_of_tree(folder / "tree", ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "s390x/bin", *boards_built))
     for kind in ("mission", "world"):
         shutil.copy(PROCESSORS / f"{kind}.xml", root / f"descriptors/{kind}s/processors.xml")
     for target in ("generated", f"rtos-{M7}", f"rtos-{M3}"):
@@ -125,11 +125,11 @@ def house(folder):
 
 
 @pytest.mark.long
-def test_four_processors_fly_one_mission(house):
+def test_four_processors_fly_one_mission(root):
     """Cortex-M7, Cortex-M3, a big-endian processor of 64 bits, and this one: every log is that of native programs."""
     options = ("--mission", "processors", "--scenario", PROCESSORS / "flight.scn")
-    one = flying.fly(house / "out-native", *options, "--links", "udp", root=house)
-    flight = flying.fly(house / "out", *options, "--rtos", f"MANIPULATOR:{M7},JOYSTICK:{M3}", "--remote-endian", "ACTUATORS", root=house)
+    one = flying.fly(root / "out-native", *options, "--links", "udp", root=root)
+    flight = flying.fly(root / "out", *options, "--rtos", f"MANIPULATOR:{M7},JOYSTICK:{M3}", "--remote-endian", "ACTUATORS", root=root)
     assert one.code == 0, one.transcript()
     expect_same(one, flight, (*LOGS, "can-platform.log"))
     for log in ("can-robot.log", "can-joystick.log", "can-platform.log"):

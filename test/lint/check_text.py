@@ -83,7 +83,8 @@ DOUBLED_MARK = re.compile(r"^\s*(?:///? ///?|# #) ")
 
 
 def comment_breaches(path, lines):
-    """Comments wider than the code, and banners in another form, such as a single line between blank ones."""
+    """Comments beyond the column limit, and banners (comments that head a section) in another form than `// ---- Text ----`, for example a
+    comment of one line between blank lines."""
     for number, (before, line, after) in enumerate(zip(["-", *lines], lines, [*lines[1:], "-"]), 1):
         if (line.startswith("// --") or (line.startswith("// ") and before == after == "")) and not BANNER.match(line):
             yield f"{path}:{number}: a banner is written `// ---- Text ----`"
@@ -122,7 +123,7 @@ def sentences(path, text):
         yield from ((number, found[1]) for number, line in enumerate(lines, 1) if (found := pattern.search(line)))
 
 
-def breaches(path, words, turns):
+def breaches(path, words, phrases):
     try:
         text = (ROOT / path).read_text()
     except UnicodeDecodeError:
@@ -138,7 +139,7 @@ def breaches(path, words, turns):
         if path.suffix in {".js", ".css"} and len(line) > COMMENT_COLUMNS:
             yield f"{path}:{number}: {len(line)} columns, {COMMENT_COLUMNS} allowed"
     for number, sentence in sentences(path, text):
-        found = turns.search(sentence)
+        found = phrases.search(sentence)
         if found:
             yield f"{path}:{number}: '{found[0]}' in a text: say who acts, and what is done"
     if path.suffix in {".c", ".h", ".js", ".py"}:
@@ -152,18 +153,18 @@ def breaches(path, words, turns):
 
 
 def read_words():
-    """Two patterns from words.txt: words in any line, and turns in comments, whose rules begin with `comment
-    `."""
+    """Two patterns from words.txt: of words that no line may contain, and of phrases that no comment may contain.
+    A rule for comments begins with the word "comment"."""
     rules = [rule for rule in (ROOT / "test/lint/words.txt").read_text().splitlines() if rule and not rule.startswith("#")]
-    turns = [rule.removeprefix("comment ") for rule in rules if rule.startswith("comment ")]
+    phrases = [rule.removeprefix("comment ") for rule in rules if rule.startswith("comment ")]
     words = [rule for rule in rules if not rule.startswith("comment ")]
-    return re.compile("|".join(words), re.IGNORECASE), re.compile("|".join(turns))
+    return re.compile("|".join(words), re.IGNORECASE), re.compile("|".join(phrases))
 
 
 def main():
-    words, turns = read_words()
+    words, phrases = read_words()
     files = [path.relative_to(ROOT) for path in project_files() if path.name != "LICENSE"]
-    failures = [text for path in files for text in breaches(path, words, turns)]
+    failures = [text for path in files for text in breaches(path, words, phrases)]
     print("\n".join(failures) if failures else f"check: words and lengths are right in {len(files)} files")
     return 1 if failures else 0
 

@@ -158,9 +158,9 @@ def test_a_prefix_belongs_to_one_library():
 
 def text_breaches(tmp_path, monkeypatch, name, text):
     (tmp_path / name).write_text(text)
-    words, turns = check_text.read_words()
+    words, phrases = check_text.read_words()
     monkeypatch.setattr(check_text, "ROOT", tmp_path)
-    return list(check_text.breaches(pathlib.Path(name), words, turns))
+    return list(check_text.breaches(pathlib.Path(name), words, phrases))
 
 
 LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"

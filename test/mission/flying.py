@@ -25,6 +25,9 @@ FLIGHT_LIMIT_S = 600.0
 MOMENT_S = 120.0
 BUS_LOGS = ("can-robot.log", "can-joystick.log")
 TRACED = ("packets.log", *BUS_LOGS)
+# Numbers of states (docs/states.md), as in TM[129,2].
+OPERATIONAL = 5
+ERROR_TO_OFFLINE = [6, 7, 8, 9, 0]  # ERROR_OPERATIONAL, POST_OPERATIONAL, HARDWARE_DEINIT, SOFTWARE_DEINIT, OFFLINE.
 
 sys.path.insert(0, str(ROOT / "gse"))
 
@@ -137,6 +140,11 @@ def command_lines():
         if entry.name.isdigit() and int(entry.name) != os.getpid():
             with contextlib.suppress(OSError):
                 yield int(entry.name), (entry / "cmdline").read_bytes().replace(b"\0", b" ").strip()
+
+
+def is_enabled(statusword):
+    """True if a drive is in the state OPERATION ENABLED of CiA 402."""
+    return statusword & 0x6F == 0x27
 
 
 def processes():

@@ -11,7 +11,7 @@ import pytest
 INTERVAL_S = 2.0
 FIRST_S = 0.3
 FAULT_S = 0.9  # Time of the fault after the start of an interval.
-OFFLINE, OPERATIONAL, ERROR = 0, 5, 6
+OFFLINE, OPERATIONAL = 0, 5
 MANIPULATOR, DEVICE_LOST, DRIVE_FAULT, BUS_WARNING = 16, 1, 2, 8
 BOTH = {"11", "12"}
 WARNING, PASSIVE, BUS_OFF, OVERRUN, TIMEOUT, RESTARTED = "000001", "000002", "000003", "000004", "000005", "000006"
@@ -112,8 +112,7 @@ def test_lost_devices_end_in_the_safe_state(manipulator_reports, name):
     states = [(t, state) for t, service, _, state, _ in inside if service == 129]
     assert {data for _, event, data in high if event == DEVICE_LOST} == lost
     if lost:
-        assert states[0][1] == ERROR
-        assert [state for _, state in states] == [6, 7, 8, 9, 0]
+        assert [state for _, state in states] == flying.ERROR_TO_OFFLINE
         assert states[0][0] <= high[0][0] <= 5000 + (10_000 if "missed" in name else 0)
     else:
         assert not high

@@ -90,7 +90,7 @@ def _enabled_at_end(flight):
     for entry in runs.load(flight.folder).truth["DRIVE"]:
         drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
     assert len(drives) == 4
-    return [drive for drive, entry in drives.items() if entry["statusword"] & 0x6F == 0x27]
+    return [drive for drive, entry in drives.items() if flying.is_enabled(entry["statusword"])]
 
 
 def _left_operation(flight):

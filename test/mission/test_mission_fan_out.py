@@ -11,14 +11,14 @@ import second_reader
 CYCLE_NS = 500_000
 TOGETHER_NS = 600_000_000  # Largest interval between the link reports before and after a closing or a death.
 FIRST_DEATH_NS = 3_100_000_000
-ROW = struct.Struct(">HBHHHH21xIIIII")
-LOOK_NS = 100_000_000  # The members report one after the other within this time.
+ROW = struct.Struct(">HBHHHH21xIIIII")  # Of TM[130,9]: link, state, both ends, (properties), sent, received, lost, late, last sequence.
+REPORTS_NS = 100_000_000  # The members answer one request for link reports one after the other within this time.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
 LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # Number of the link in the mission: its reader.
 
 
 @pytest.fixture(scope="module")
-def house(hangar):
+def root(hangar):
     return second_reader.build(hangar / "shadow")
 
 
@@ -60,7 +60,7 @@ def _dying(at):
     return [*lines, f"{at} operator link list", f"{at + 0.1} operator shutdown"]
 
 
-# SHADOW reads on the first computer what JOYSTICK writes on the second; MANIPULATOR reads it there, too.
+# With two nodes, JOYSTICK and MANIPULATOR are on the second computer and SHADOW is on the first: a port has a reader on either.
 WAYS = {
     "shm": ("--links", "shm"),
     "udp": ("--links", "udp"),
@@ -69,10 +69,10 @@ WAYS = {
 }
 
 
-def fly(house, folder, *options):
+def fly(root, folder, *options):
     folder.mkdir()
     scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
-    flight = second_reader.fly(house, folder / "run", scenario, *options)
+    flight = second_reader.fly(root, folder / "run", scenario, *options)
     if "image" in options:  # In the image a life ends without the end of a process.
         assert flight.code == 0, flight.transcript()
     else:
@@ -82,7 +82,7 @@ def fly(house, folder, *options):
     return flight
 
 
-def _stretches(reported, number, reader):
+def _intervals(reported, number, reader):
     """Samples that a reader received from its link between two link reports, and whether the other link was
     closed: (end_ns, samples, cycles, is_away)."""
     other = next(link for link in LINKS if link != number)
@@ -91,7 +91,7 @@ def _stretches(reported, number, reader):
     for (before_ns, before), (after_ns, after) in zip(mine, mine[1:]):
         # Otherwise the link was opened again in between.
         if after >= before and after_ns - before_ns <= TOGETHER_NS:
-            is_away = any(not is_there for at_ns, is_there in theirs if before_ns <= at_ns <= after_ns + LOOK_NS)
+            is_away = any(not is_there for at_ns, is_there in theirs if before_ns <= at_ns <= after_ns + REPORTS_NS)
             yield after_ns, after - before, (after_ns - before_ns) // CYCLE_NS, is_away
 
 
@@ -101,10 +101,10 @@ def _epochs(flight):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_reader_loses_no_sample_while_the_other_reader_closes_its_link_dies_and_restarts(house, folder, way):
+def test_a_reader_loses_no_sample_while_the_other_reader_closes_its_link_dies_and_restarts(root, folder, way):
     if "nodes" in way and os.geteuid() != 0:
         pytest.skip("network namespaces need root")
-    judge(fly(house, folder, *WAYS[way]))
+    judge(fly(root, folder, *WAYS[way]))
 
 
 def judge(flight):
@@ -115,10 +115,10 @@ def judge(flight):
             assert lost == 0, f"link {number} at {time_ns / 1e9} s of {apid}"
             assert late == 0 or time_ns > FIRST_DEATH_NS, f"link {number} at {time_ns / 1e9} s of {apid}"
     for number, reader in LINKS.items():
-        stretches = list(_stretches(reported, number, reader))
-        for end_ns, samples, cycles, _ in stretches:
+        intervals = list(_intervals(reported, number, reader))
+        for end_ns, samples, cycles, _ in intervals:
             assert abs(samples - cycles) <= 1, f"{reader}: {samples} samples in {cycles} cycles before {end_ns / 1e9} s"
-        assert sum(is_away for *_, is_away in stretches) >= 2, f"{reader}: expected an interval with the other link closed, and one with the other reader dead"
+        assert sum(is_away for *_, is_away in intervals) >= 2, f"{reader}: expected an interval with the other link closed, and one with the other reader dead"
     opened = _epochs(flight)
     assert len(opened) == len(set(opened)) >= 8, "fewer than 8 openings, or two openings with one epoch"
     flying.assert_clean(flight)

@@ -17,25 +17,25 @@ VENDOR = 0x101801
 
 
 @pytest.fixture
-def house(folder):
+def root(folder):
     """A copy of the descriptors in a folder that otherwise refers to the project."""
     return flying.descriptors_copied(folder)
 
 
-def _swap_in_world(house, joints):
-    text = (house / WORLD).read_text(encoding="utf-8")
+def _swap_in_world(root, joints):
+    text = (root / WORLD).read_text(encoding="utf-8")
     for joint in joints:
         text, count = re.subn(rf'(<Drive name="{joint}"[^>]*eds=")joint-drive', r"\1servo-drive", text)
         assert count == 1
-    (house / WORLD).write_text(text, encoding="utf-8")
+    (root / WORLD).write_text(text, encoding="utf-8")
 
 
-def _swap_in_descriptor(house, joints):
-    text = (house / DESCRIPTOR).read_text(encoding="utf-8")
+def _swap_in_descriptor(root, joints):
+    text = (root / DESCRIPTOR).read_text(encoding="utf-8")
     swapped = re.sub(r'      <Device name="(\w+)".*?</Device>\n', lambda found: _device(found[0]) if found[1] in joints else found[0],
                      text, flags=re.DOTALL)
     assert swapped.count('type="servo-drive"') == 4 * len(joints)
-    (house / DESCRIPTOR).write_text(swapped, encoding="utf-8")
+    (root / DESCRIPTOR).write_text(swapped, encoding="utf-8")
 
 
 def _device(text):
@@ -47,16 +47,16 @@ def _device(text):
     return re.sub(r' *<Quantity name="(?:TEMPERATURE|BRAKE)".*\n', "", text)
 
 
-def _fly(house, scenario, form="image"):
-    return flying.fly(house / "out", "--scenario", scenario, "--form", form, "--world", house / WORLD, root=house)
+def _fly(root, scenario, form="image"):
+    return flying.fly(root / "out", "--scenario", scenario, "--form", form, "--world", root / WORLD, root=root)
 
 
 @pytest.mark.parametrize(("joints", "form"), [(("JOINT1", "JOINT2"), "processes"), (("JOINT2",), "image")], ids=["both", "one"])
-def test_drives_of_another_maker_fly_the_mission(house, joints, form):
+def test_drives_of_another_maker_fly_the_mission(root, joints, form):
     """All figures have their bounds; the frames on the bus have the other layout."""
-    _swap_in_world(house, joints)
-    _swap_in_descriptor(house, joints)
-    flight = _fly(house, "telepresence", form)
+    _swap_in_world(root, joints)
+    _swap_in_descriptor(root, joints)
+    flight = _fly(root, "telepresence", form)
     assert flight.code == 0, flight.transcript()
     found, reasons = figures.compute(runs.load(flight.folder))
     assert not reasons
@@ -75,10 +75,10 @@ def _refusals(flight):
 
 
 @pytest.mark.parametrize("swap", [_swap_in_world, _swap_in_descriptor])
-def test_a_drive_whose_vendor_differs_from_the_descriptor_is_refused(house, swap):
+def test_a_drive_whose_vendor_differs_from_the_descriptor_is_refused(root, swap):
     """Commissioning reads the vendor before any motion."""
-    swap(house, ("JOINT1",))
-    flight = _fly(house, "commissioning")
+    swap(root, ("JOINT1",))
+    flight = _fly(root, "commissioning")
     assert flight.code != 0
     assert _refusals(flight)[0] == (0x11, 4, VENDOR, 0xFFFFFF01 if swap is _swap_in_world else 0), flight.transcript()
 
@@ -87,25 +87,25 @@ def test_a_drive_whose_vendor_differs_from_the_descriptor_is_refused(house, swap
     ("joint-drive", "DefaultValue=0x4010", "DefaultValue=0x4012", 0x101802, 0x4012),
     ("joint-drive", "DefaultValue=0xFA100000", "DefaultValue=0xFD410000", 0x60A800, 0xFD410000),
 ], ids=["product", "unit"])
-def test_a_device_that_is_not_of_its_class_is_refused(house, eds, old, new, object_, found):
+def test_a_device_that_is_not_of_its_class_is_refused(root, eds, old, new, object_, found):
     """The simulated device has another product code or another unit of positions; its data sheet has another
     name."""
-    text = (house / f"descriptors/devices/{eds}.eds").read_text(encoding="utf-8")
+    text = (root / f"descriptors/devices/{eds}.eds").read_text(encoding="utf-8")
     assert text.count(old) == 1
-    (house / "descriptors/devices/other.eds").write_text(text.replace(old, new), encoding="utf-8")
-    flying.replace(house / WORLD, ('node="0x12" eds="joint-drive.eds"', 'node="0x12" eds="other.eds"'))
-    flight = _fly(house, "commissioning")
+    (root / "descriptors/devices/other.eds").write_text(text.replace(old, new), encoding="utf-8")
+    flying.replace(root / WORLD, ('node="0x12" eds="joint-drive.eds"', 'node="0x12" eds="other.eds"'))
+    flight = _fly(root, "commissioning")
     assert flight.code != 0
     assert _refusals(flight)[0] == (0x12, 4, object_, found), flight.transcript()
 
 
-def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(house):
+def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(root):
     """The change is reported before any process starts: the programs contain the classes of another data
     sheet."""
-    sheet = house / "descriptors/devices/gyro.eds"
+    sheet = root / "descriptors/devices/gyro.eds"
     built = re.search(r'"gyro", .sheet_hash = 0x(\w+)ULL', (flying.ROOT / "build/generated/device_classes.h").read_text(encoding="utf-8"))[1]
     sheet.write_text(sheet.read_text(encoding="utf-8") + "; changed\n", encoding="utf-8")
-    flight = _fly(house, "commissioning")
+    flight = _fly(root, "commissioning")
     assert flight.code == 1
     message = re.search(r"descriptors/devices/gyro.eds: found hash 0x(\w+), the programs were built from 0x(\w+): run make", flight.output)
     assert message and message[2].lower() == built and message[1].lower() != built, flight.transcript()
@@ -114,14 +114,14 @@ def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(house
 ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
 
 
-def test_the_arm_flies_with_its_joints_on_two_buses(house):
+def test_the_arm_flies_with_its_joints_on_two_buses(root):
     """All figures have their bounds; SYNC is sent on both buses at the same instants."""
-    flying.replace(house / "descriptors/missions/rokviss.xml", ('    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"'))
-    flying.replace(house / WORLD, ('type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"'))
-    flying.replace(house / WORLD, ('    <Supply device="JOINT2"/>\n', ""))
-    flying.replace(house / DESCRIPTOR, ('bus="robot" redundantBus="robot-b" node="0x12"', 'bus="elbow" node="0x12"'))
-    flying.replace(house / DESCRIPTOR, ('        <Supply unit="0x1F" on="3" off="4"/>\n', ""))
-    flight = _fly(house, "telepresence")
+    flying.replace(root / "descriptors/missions/rokviss.xml", ('    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"'))
+    flying.replace(root / WORLD, ('type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"'))
+    flying.replace(root / WORLD, ('    <Supply device="JOINT2"/>\n', ""))
+    flying.replace(root / DESCRIPTOR, ('bus="robot" redundantBus="robot-b" node="0x12"', 'bus="elbow" node="0x12"'))
+    flying.replace(root / DESCRIPTOR, ('        <Supply unit="0x1F" on="3" off="4"/>\n', ""))
+    flight = _fly(root, "telepresence")
     assert flight.code == 0, flight.transcript()
     found, reasons = figures.compute(runs.load(flight.folder))
     assert not reasons

@@ -60,4 +60,4 @@ def test_network_is_shut_down_at_once_and_the_plan_of_high_ends_it(packets):
     assert len(shut) == 1 and shut[0] - lost <= 1_000_000
     for member in (MANIPULATOR, JOYSTICK):
         after = [raw[22] for t, apid, raw in packets if apid == member and raw[7:9] == bytes((129, 2)) and t >= round(CUT_S * 1e9) and raw[21] != raw[22]]
-        assert after == [6, 7, 8, 9, 0]
+        assert after == flying.ERROR_TO_OFFLINE

@@ -59,11 +59,11 @@ static status_t decode(const flow_record_layout_t* const layout, const flow_orde
         const size_t size                      = value_size(field->type);
         for (uint16_t k = 0U; k < field->count; k++) {
             uint8_t scalar[SCALAR_OCTETS_MAX];
-            uint64_t nowhere = 0U;
+            uint64_t discarded = 0U;
             copy_scalar(&octets[position], size, order, scalar);
             octet_reader_t reader = octet_reader(scalar, size);
             void* const memory =
-                (record != NULL) ? (void*)&record[field->offset + (k * size)] : (void*)&nowhere;
+                (record != NULL) ? (void*)&record[field->offset + (k * size)] : (void*)&discarded;
             const status_t status = value_decode(&reader, field->type, memory);
             if (status != STATUS_OK) {
                 return status;
@@ -82,6 +82,7 @@ status_t flow_record_decode(const flow_record_layout_t* const layout, const flow
     if (size != expected) {
         return (size < expected) ? STATUS_TRUNCATED : STATUS_TOO_LARGE;
     }
+    // Check all octets first, so that an invalid scalar leaves the record unchanged.
     const status_t status = decode(layout, order, octets, NULL);
     return (status == STATUS_OK) ? decode(layout, order, octets, record) : status;
 }

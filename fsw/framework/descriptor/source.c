@@ -253,6 +253,7 @@ static const source_row_t* row_of(const source_t* const source, const uint8_t pa
 static void mark_seen(source_t* const source, const source_row_t* const row)
 {
     uint64_t* const seen = &source->seen[source->depth - 1U];
+    // The lowest bit of `times` is set if the element may occur only once.
     if (((seen[0] >> row->kind) & row->times & 1U) != 0U) {
         descriptor_source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
     }

@@ -58,7 +58,7 @@ def _listen(wanted):
 
 
 def _is_flying(run):
-    if (run / "run.json").exists() or not (run / "ground.port").exists():  # Another flight may listen at its port now.
+    if (run / "run.json").exists() or not (run / "ground.port").exists():  # It has ended: another flight may use its port now.
         return False
     with contextlib.suppress(OSError), socket.create_connection((LOOPBACK, default_port(run.resolve())), timeout=1.0):
         return True

@@ -31,7 +31,7 @@ from .network import Network
 from .targets import targets
 from .world_port import Taps, Truth, WorldPort
 
-EVERYBODY = 0  # All ground users, as the destination of a report.
+ALL_USERS = 0  # Destination of a report: all ground users.
 LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that only read.
 PATIENCE_NS = 20_000_000_000  # Longest simulated time to wait for reports other than those of verification.
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
@@ -58,8 +58,8 @@ class Call:
         self.is_silent = False  # No report has arrived for SILENT_NS.
         self.answer, self.rows = [], []
 
-    def look(self, now_ns):
-        """Note whether the spacecraft has answered."""
+    def note_silence(self, now_ns):
+        """Set is_silent: the spacecraft has not reported on a telecommand of this command for SILENT_NS."""
         self.is_silent = any(not each.stages and not each.is_finished and now_ns - each.sent_ns > SILENT_NS for each in self.verifications)
 
     def message(self):
@@ -184,7 +184,7 @@ class Hub:
             await asyncio.sleep(RETRY_S)
 
     async def _connect(self, run):
-        if (run / "run.json").exists():  # Another flight may listen at its port now.
+        if (run / "run.json").exists():  # It has ended: another flight may use its port now.
             self._say_link(False, *end_of(run))
             return
         if not self._given.get("port") and not (run / "ground.port").exists():
@@ -243,14 +243,15 @@ class Hub:
         return self._connection is not None
 
     def _keep(self):
+        """Enable the telemetry that the pages need while a page is open, and disable it otherwise."""
         if self._is_watched():
             self.display.keep()
             self.network.keep()
         else:
             self.display.end()
 
-    def look(self, viewers):
-        """Number of pages that are open."""
+    def set_viewers(self, viewers):
+        """Set the number of pages that are open."""
         if self.viewers and not viewers:
             self._left = time.monotonic()
         self.viewers = viewers
@@ -290,7 +291,7 @@ class Hub:
             call.is_over, call.is_unknown, call.words = True, True, f"the station cannot continue this command: {problem!r}"
         finally:
             self._current = None
-        call.look(self.session.now_ns)
+        call.note_silence(self.session.now_ns)
 
     def _resume_all(self):
         for call in list(self.calls):
@@ -387,7 +388,7 @@ class Hub:
         counters of reports to all users, and of reports to a user that this station does not share, are used."""
         row = self.counts["rows"].setdefault(subsystem, {"received": 0, "lost": 0})
         row["received"] += 1
-        if packet.counter and packet.user in (EVERYBODY, self.identity.number if self.identity and self.identity.is_own else EVERYBODY):
+        if packet.counter and packet.user in (ALL_USERS, self.identity.number if self.identity and self.identity.is_own else ALL_USERS):
             key = packet.apid, packet.service, packet.subtype, packet.user
             gap = packet.counter - self._counters.get(key, packet.counter - 1) - 1
             row["lost"] += gap if 0 < gap < GAP_MAX else 0

@@ -192,7 +192,7 @@ class Station:
         browser.put(json.dumps(await performing, default=str))
 
     def _look(self):
-        self.hub.look(len(self.browsers))
+        self.hub.set_viewers(len(self.browsers))
         self.hub.truth.watch(any(browser.has_truth for browser in self.browsers))
         self.hub.taps.watch({browser.bus for browser in self.browsers} - {None})
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reader of the recording of a run (hirosco_gse/recording.py).
+// Reader of the recording of a run; hirosco_gse/recording.py defines its format.
 
 const NONE = -(2 ** 31); // The smallest 32-bit integer stands for "not a number".
 
@@ -15,6 +15,8 @@ class Reader {
     return this.octets.subarray(this.at - size, this.at);
   }
 
+  // Numbers of a column. per: factor of a column of integers; null: the column has 64-bit floating point numbers.
+  // Octets of equal significance are together: first the lowest ones of all rows.
   column(rows, per) {
     const found = new Float64Array(rows);
     if (per === null) {

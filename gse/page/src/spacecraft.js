@@ -145,7 +145,7 @@ class States extends HTMLElement {
     );
     const machine = el("div", { class: "machine" }, drawing);
     for (const [state, [x, y, width, height]] of Object.entries(BOXES)) {
-      const isPass = height === 22;
+      const isPass = height === 22; // A state in which a subsystem does not stay: its box is lower.
       const box = el(
         "button",
         {
@@ -250,6 +250,7 @@ const LINK_SYMBOL = {
   failed: "critical",
 };
 const isBroken = (state) => state === "stale" || state === "failed";
+const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
 const BOX = { width: 120, height: 40, x: [8, 180], top: 34, pitch: 96 };
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
@@ -328,7 +329,7 @@ class Network extends HTMLElement {
       (one) => one.consumer === link.consumer && rows.get(one.name)?.state === "open",
     );
     const said = incoming.length === 1 ? store.value(link.consumer, "LINK_AGE")?.[0] : undefined;
-    if (said !== undefined && store.freshness(link.consumer, 9003) === "live") return said / 1e6;
+    if (said !== undefined && store.freshness(link.consumer, STATION_STRUCTURE) === "live") return said / 1e6;
     return row.heard === undefined || row.heard === null ? null : Math.max(0, store.now() - row.heard);
   }
 

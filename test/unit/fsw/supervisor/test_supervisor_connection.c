@@ -54,7 +54,8 @@ static void an_application_that_answers_is_reached(void)
     fixture_expect("G 17.4 0010\nG 1.7 #0\n");
 }
 
-static void an_application_that_is_silent_is_reported_after_a_while(void)
+/// A request waits for the answer for 1000 ms, 100 steps; then it fails with PUS_FAILURE_TIMEOUT, 0x0406.
+static void an_application_that_is_silent_for_a_second_is_reported(void)
 {
     request_connection_test(ARM);
     request_connection_test(HAND);
@@ -84,8 +85,7 @@ static void the_number_of_concurrent_tests_is_limited(void)
     }
     fixture_run(4U);
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #4 0205 4"));
-    answer(PUS_SERVICE_TEST, 2U,
-           PUS_USER_SUPERVISOR); // The application answers: all requesters are informed.
+    answer(PUS_SERVICE_TEST, 2U, PUS_USER_SUPERVISOR); // One answer completes all requests.
     fixture_forget();
     fixture_run(3U);
     TEST_ASSERT_TRUE(fixture_has("G 1.7 #0"));
@@ -107,7 +107,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_supervisor_reaches_itself);
     RUN_TEST(an_application_that_answers_is_reached);
-    RUN_TEST(an_application_that_is_silent_is_reported_after_a_while);
+    RUN_TEST(an_application_that_is_silent_for_a_second_is_reported);
     RUN_TEST(applications_that_do_not_exist_are_refused);
     RUN_TEST(the_number_of_concurrent_tests_is_limited);
     RUN_TEST(an_application_without_room_gets_no_request);

@@ -113,7 +113,7 @@ static void arguments_may_have_any_order(void)
     TEST_ASSERT_TRUE(performed.every.c[2] == 0.0F);
 }
 
-static void a_function_without_arguments_has_a_count_of_none(void)
+static void the_request_for_a_function_without_arguments_has_the_count_0(void)
 {
     static const uint8_t data[] = {'T', 'A', 'R', 'E', 0, 0, 0, 0, 0};
     performed.reply             = pus_later();
@@ -148,9 +148,9 @@ static void other_names_are_unknown(void)
         // The arguments of an unknown function cannot be checked.
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, data, 9U + i));
         EXPECT_MESSAGES(1, 1, 1, 4);
-        const uint32_t half =
+        const uint32_t first_4_octets = // The detail of the failure.
             ((uint32_t)data[0] << 24U) | ((uint32_t)data[1] << 16U) | ((uint32_t)data[2] << 8U) | data[3];
-        expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, half);
+        expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, first_4_octets);
     }
     for (size_t size = 0U; size < 9U; size++) {
         bench_clear();
@@ -251,7 +251,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(arguments_become_a_struct);
     RUN_TEST(arguments_may_have_any_order);
-    RUN_TEST(a_function_without_arguments_has_a_count_of_none);
+    RUN_TEST(the_request_for_a_function_without_arguments_has_the_count_0);
     RUN_TEST(a_refusal_of_the_port_is_reported);
     RUN_TEST(other_names_are_unknown);
     RUN_TEST(bad_arguments_are_reported_with_their_position);

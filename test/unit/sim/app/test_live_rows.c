@@ -32,8 +32,8 @@ static unsigned words_of(const char* const text)
     return count;
 }
 
-/// Returns the number below a column.
-static double number_below(const char* const name)
+/// Returns the number that the row has in the column with this name.
+static double number_in(const char* const name)
 {
     const char* word = strstr(columns, " ");
     char* number     = row;
@@ -63,10 +63,10 @@ static void joints_have_position_torque_and_brake(void)
     truth.joint_torque_nm[1]   = -3.0;
     truth.brake_engaged[0]     = true;
     write_both();
-    TEST_ASSERT_EQUAL_DOUBLE(0.25, number_below("arm.joint2.position"));
-    TEST_ASSERT_EQUAL_DOUBLE(-3.0, number_below("arm.joint2.torque"));
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, number_below("arm.joint1.brake"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, number_below("arm.joint2.brake"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.25, number_in("arm.joint2.position"));
+    TEST_ASSERT_EQUAL_DOUBLE(-3.0, number_in("arm.joint2.torque"));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, number_in("arm.joint1.brake"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, number_in("arm.joint2.brake"));
 }
 
 static void poses_momenta_of_wheels_and_states_of_valves_have_columns(void)
@@ -84,12 +84,12 @@ static void poses_momenta_of_wheels_and_states_of_valves_have_columns(void)
     truth.wheel[1].momentum_nms = -12.5;
     truth.valve_open[1]         = true;
     write_both();
-    TEST_ASSERT_EQUAL_DOUBLE(1.5, number_below("arm.z"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.5, number_below("arm.qz"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, number_below("RW1.momentum"));
-    TEST_ASSERT_EQUAL_DOUBLE(-12.5, number_below("RW2.momentum"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, number_below("PUSH.open"));
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, number_below("TURN.open"));
+    TEST_ASSERT_EQUAL_DOUBLE(1.5, number_in("arm.z"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, number_in("arm.qz"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, number_in("RW1.momentum"));
+    TEST_ASSERT_EQUAL_DOUBLE(-12.5, number_in("RW2.momentum"));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, number_in("PUSH.open"));
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, number_in("TURN.open"));
 }
 
 int main(void)

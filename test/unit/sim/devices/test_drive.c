@@ -3,6 +3,7 @@
 #include "sim/devices/drive.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/devices/master.h"
+#include "test/unit/sim/devices/statuswords.h"
 #include "unity.h"
 
 #include <math.h>
@@ -135,7 +136,7 @@ static void enable_csp(double torque_nm)
     csp_cycles(1U, 0x06U, motor.position_rad, torque_nm);
     csp_cycles(1U, 0x07U, motor.position_rad, torque_nm);
     csp_cycles(1U, 0x0FU, motor.position_rad, torque_nm);
-    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, statusword() & STATE_BITS);
 }
 
 /// Select a mode with its PDO, without a deadline so that SDO transfers may come between cycles.
@@ -292,7 +293,7 @@ static void an_enabled_drive_holds_until_the_first_target_arrives(void)
     for (unsigned i = 0U; i < 100U; i++) {
         cycle();
     }
-    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, statusword() & STATE_BITS);
     EXPECT_WITHIN(0.5, 1e-3, motor.position_rad);
 }
 
@@ -357,7 +358,7 @@ static void only_supported_modes_of_operation_are_accepted(void)
     csp_cycles(1U, 0x06U, 0.5, 0.0);
     csp_cycles(1U, 0x07U, 0.5, 0.0);
     csp_cycles(3U, 0x0FU, 0.5, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x23U, statusword() & 0x6FU); // Not enabled: no mode is selected.
+    TEST_ASSERT_EQUAL_HEX16(SWITCHED_ON, statusword() & STATE_BITS); // Not enabled: no mode is selected.
     TEST_ASSERT_EQUAL_UINT32(0U, master_write(&master, ID, 0x6060U, 0U, 8U, 1U));
     uint32_t mode = 0U;
     TEST_ASSERT_EQUAL_UINT32(0U, master_read(&master, ID, 0x6061U, 0U, &mode));
@@ -375,7 +376,7 @@ static void quick_stop_brakes_on_a_ramp_then_engages_the_brake(void)
     }
     const double before_rad = motor.position_rad;
     csp_cycles(1U, 0x02U, wanted, 6.0);
-    TEST_ASSERT_EQUAL_HEX16(0x07U, statusword() & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(QUICK_STOP_ACTIVE, statusword() & STATE_BITS);
     TEST_ASSERT_FALSE(drive_brake_is_engaged(drive));
     unsigned steps = 0U;
     while (!drive_brake_is_engaged(drive) && (steps < 1000U)) {
@@ -386,7 +387,7 @@ static void quick_stop_brakes_on_a_ramp_then_engages_the_brake(void)
     TEST_ASSERT_UINT_WITHIN(12U, 40U, steps);
     EXPECT_WITHIN(before_rad + 0.004, 0.0015, motor.position_rad);
     csp_cycles(1U, 0x0FU, wanted, 6.0);
-    TEST_ASSERT_EQUAL_HEX16(0x40U, statusword() & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword() & STATE_BITS_WITHOUT_5);
 }
 
 static void quick_stop_at_rest_holds_the_load(void)
@@ -420,14 +421,14 @@ static uint64_t silence_reaction_ns(uint64_t phase_ns)
         master_wait(&master, STEP_NS);
         move();
     }
-    TEST_ASSERT_EQUAL_HEX16(0x07U, first_statusword & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(QUICK_STOP_ACTIVE, first_statusword & STATE_BITS);
     const uint64_t reaction_ns = first_ns - cut_ns;
     for (unsigned i = 0U; i < 20U; i++) {
         master_wait(&master, STEP_NS);
         move();
     }
     TEST_ASSERT_TRUE(drive_brake_is_engaged(drive));
-    TEST_ASSERT_EQUAL_HEX16(0x40U, drive_statusword(drive) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, drive_statusword(drive) & STATE_BITS_WITHOUT_5);
     EXPECT_WITHIN(0.5, 1e-3, motor.position_rad);
     tearDown();
     return reaction_ns;
@@ -476,7 +477,7 @@ static void leaving_nmt_operational_stops_the_drive(void)
         move();
     }
     TEST_ASSERT_TRUE(drive_brake_is_engaged(drive));
-    TEST_ASSERT_EQUAL_HEX16(0x40U, drive_statusword(drive) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, drive_statusword(drive) & STATE_BITS_WITHOUT_5);
 }
 
 static void a_following_error_is_a_fault_after_its_timeout(void)
@@ -488,15 +489,15 @@ static void a_following_error_is_a_fault_after_its_timeout(void)
         csp_cycles(1U, 0x0FU, 0.5, 0.0);
         steps++;
     }
-    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(FAULT, statusword() & STATE_BITS_WITHOUT_5);
     TEST_ASSERT_EQUAL_HEX16(0x8611U, octets_u16(master_last(&master, 0x091U)->data));
     TEST_ASSERT_EQUAL_HEX64(0x8611U, node_object(drive_node(drive), 0x603FU, 0U)->value);
     TEST_ASSERT_TRUE(drive_brake_is_engaged(drive));
     motor.load_nm = 0.0;
     csp_cycles(2U, 0x0FU, 0.5, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(FAULT, statusword() & STATE_BITS_WITHOUT_5);
     csp_cycles(1U, 0x80U, motor.position_rad, 0.0); // Fault reset.
-    TEST_ASSERT_EQUAL_HEX16(0x40U, statusword() & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword() & STATE_BITS_WITHOUT_5);
     TEST_ASSERT_EQUAL_HEX16(0U, octets_u16(master_last(&master, 0x091U)->data));
     TEST_ASSERT_EQUAL_HEX64(0U, node_object(drive_node(drive), 0x603FU, 0U)->value);
     enable_csp(0.0);
@@ -511,13 +512,13 @@ static void faults_stay_until_their_cause_is_gone(void)
         csp_cycles(1U, 0x0FU, 0.5, 0.0);
         TEST_ASSERT_EQUAL_HEX16(faults[i], octets_u16(master_last(&master, 0x091U)->data));
         csp_cycles(20U, 0x0FU, 0.5, 0.0);
-        TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
+        TEST_ASSERT_EQUAL_HEX16(FAULT, statusword() & STATE_BITS_WITHOUT_5);
         csp_cycles(1U, 0x80U, 0.5, 0.0);
-        TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU); // The fault is still present.
+        TEST_ASSERT_EQUAL_HEX16(FAULT, statusword() & STATE_BITS_WITHOUT_5); // The fault is still present.
         drive_set_error(drive, faults[i], false, bus_now_ns(master.bus));
         csp_cycles(1U, 0x00U, 0.5, 0.0);
         csp_cycles(1U, 0x80U, 0.5, 0.0);
-        TEST_ASSERT_EQUAL_HEX16(0x40U, statusword() & 0x4FU);
+        TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword() & STATE_BITS_WITHOUT_5);
     }
 }
 
@@ -527,7 +528,7 @@ static void warnings_do_not_stop_the_drive(void)
     drive_set_temperature(drive, 85.0, bus_now_ns(master.bus));
     csp_cycles(2U, 0x0FU, 0.5, 0.0);
     TEST_ASSERT_EQUAL_HEX16(0x4310U, octets_u16(master_last(&master, 0x091U)->data));
-    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, statusword() & STATE_BITS);
     TEST_ASSERT_TRUE((statusword() & AXIS_STATUS_WARNING) != 0U);
     TEST_ASSERT_EQUAL_UINT64(850U, node_object(drive_node(drive), 0x2210U, 0U)->value);
     drive_set_temperature(drive, 78.0, bus_now_ns(master.bus));
@@ -565,7 +566,7 @@ static void a_power_cycle_engages_the_brake_at_once(void)
     node_plug(drive_node(drive));
     TEST_ASSERT_TRUE(drive_brake_is_engaged(drive));
     TEST_ASSERT_TRUE(drive_regulate(drive, 0.5, 0.0) == 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x40U, changed_statusword & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, changed_statusword & STATE_BITS_WITHOUT_5);
 }
 
 int main(void)

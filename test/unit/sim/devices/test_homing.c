@@ -4,6 +4,7 @@
 #include "sim/devices/homing.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/devices/master.h"
+#include "test/unit/sim/devices/statuswords.h"
 #include "unity.h"
 
 #include <string.h>
@@ -112,7 +113,7 @@ static void prepare(const uint32_t method)
     run_cycles(1U, 0x06U, 0);
     run_cycles(1U, 0x07U, 0);
     run_cycles(4U, ENABLE, 0);
-    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword() & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, statusword() & STATE_BITS);
     expect_result_bits(REACHED); // The search has not been started.
 }
 
@@ -264,7 +265,7 @@ static void a_fault_ends_the_search(void)
     run_seconds(1.0, SEARCH);
     drive_set_error(drive, EMERGENCY_OVER_CURRENT, true, bus_now_ns(master.bus));
     run_seconds(0.5, SEARCH);
-    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword() & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(FAULT, statusword() & STATE_BITS_WITHOUT_5);
     expect_result_bits(0U);
     drive_set_error(drive, EMERGENCY_OVER_CURRENT, false, bus_now_ns(master.bus));
     run_cycles(1U, 0x80U, 0);

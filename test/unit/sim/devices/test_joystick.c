@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The joystick: two axes in one node, each with its own state machine, torque and position.
 #include "sim/devices/joystick.h"
+#include "sim/devices/emergency.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/devices/master.h"
+#include "test/unit/sim/devices/statuswords.h"
 #include "unity.h"
 
 #include <math.h>
@@ -42,6 +44,7 @@ void tearDown(void)
     master_close(&master);
 }
 
+/// One cycle of the master: controlword and target torque of both axes in the RPDO, SYNC, and one step.
 static void cycle(uint16_t first, uint16_t second, double first_nm, double second_nm)
 {
     const int16_t a       = (int16_t)lround(first_nm * 1e4);
@@ -70,11 +73,11 @@ static void enable(void)
 static void each_axis_has_its_own_state_machine(void)
 {
     cycle(0x06U, 0x00U, 0.1, 0.1);
-    TEST_ASSERT_EQUAL_HEX16(0x21U, statusword(0U) & 0x6FU);
-    TEST_ASSERT_EQUAL_HEX16(0x40U, statusword(1U) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(READY_TO_SWITCH_ON, statusword(0U) & STATE_BITS);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword(1U) & STATE_BITS_WITHOUT_5);
     cycle(0x0FU, 0x06U, 0.1, 0.1);
-    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword(0U) & 0x6FU);
-    TEST_ASSERT_EQUAL_HEX16(0x21U, statusword(1U) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, statusword(0U) & STATE_BITS);
+    TEST_ASSERT_EQUAL_HEX16(READY_TO_SWITCH_ON, statusword(1U) & STATE_BITS);
     TEST_ASSERT_EQUAL_HEX16(statusword(1U), joystick_statusword(joystick, 1U));
 }
 
@@ -129,18 +132,18 @@ static void quick_stop_removes_the_torque_and_disables_the_axis(void)
     enable();
     cycle(0x0FU, 0x0FU, 1.0, 1.0);
     cycle(0x02U, 0x0FU, 1.0, 1.0);
-    TEST_ASSERT_EQUAL_HEX16(0x07U, statusword(0U) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(QUICK_STOP_ACTIVE, statusword(0U) & STATE_BITS);
     joystick_torque(joystick, torque_nm);
     TEST_ASSERT_TRUE(torque_nm[0] == 0.0);
     EXPECT_WITHIN(1.0, 1e-12, torque_nm[1]);
     for (unsigned i = 0U; i < 4U; i++) {
         cycle(0x02U, 0x0FU, 1.0, 1.0);
     }
-    TEST_ASSERT_EQUAL_HEX16(0x40U, statusword(0U) & 0x4FU);
-    TEST_ASSERT_EQUAL_HEX16(0x27U, statusword(1U) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword(0U) & STATE_BITS_WITHOUT_5);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, statusword(1U) & STATE_BITS);
 }
 
-static void loss_of_the_masters_heartbeat_disables_both_axes(void)
+static void both_axes_are_disabled_if_no_rpdo_arrives(void)
 {
     double torque_nm[JOYSTICK_AXES];
     enable();
@@ -151,9 +154,9 @@ static void loss_of_the_masters_heartbeat_disables_both_axes(void)
     }
     joystick_torque(joystick, torque_nm);
     TEST_ASSERT_TRUE((torque_nm[0] == 0.0) && (torque_nm[1] == 0.0));
-    TEST_ASSERT_EQUAL_HEX16(0x40U, joystick_statusword(joystick, 0U) & 0x4FU);
-    TEST_ASSERT_EQUAL_HEX16(0x40U, joystick_statusword(joystick, 1U) & 0x4FU);
-    TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(master_last(&master, 0x080U + ID)->data));
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, joystick_statusword(joystick, 0U) & STATE_BITS_WITHOUT_5);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, joystick_statusword(joystick, 1U) & STATE_BITS_WITHOUT_5);
+    TEST_ASSERT_EQUAL_HEX16(EMERGENCY_RPDO_TIMEOUT, octets_u16(master_last(&master, 0x080U + ID)->data));
 }
 
 static void only_torque_mode_is_offered(void)
@@ -169,27 +172,27 @@ static void only_torque_mode_is_offered(void)
 static void a_fault_stops_both_axes(void)
 {
     enable();
-    joystick_set_error(joystick, 0x3220U, true, bus_now_ns(master.bus));
+    joystick_set_error(joystick, EMERGENCY_UNDER_VOLTAGE, true, bus_now_ns(master.bus));
     for (unsigned i = 0U; i < 5U; i++) {
         cycle(0x0FU, 0x0FU, 0.1, 0.1);
     }
-    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword(0U) & 0x4FU);
-    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword(1U) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(FAULT, statusword(0U) & STATE_BITS_WITHOUT_5);
+    TEST_ASSERT_EQUAL_HEX16(FAULT, statusword(1U) & STATE_BITS_WITHOUT_5);
     cycle(0x80U, 0x80U, 0.0, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x08U, statusword(0U) & 0x4FU);
-    joystick_set_error(joystick, 0x3220U, false, bus_now_ns(master.bus));
+    TEST_ASSERT_EQUAL_HEX16(FAULT, statusword(0U) & STATE_BITS_WITHOUT_5);
+    joystick_set_error(joystick, EMERGENCY_UNDER_VOLTAGE, false, bus_now_ns(master.bus));
     cycle(0x00U, 0x00U, 0.0, 0.0);
     cycle(0x80U, 0x80U, 0.0, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x40U, statusword(0U) & 0x4FU);
-    TEST_ASSERT_EQUAL_HEX16(0x40U, statusword(1U) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword(0U) & STATE_BITS_WITHOUT_5);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, statusword(1U) & STATE_BITS_WITHOUT_5);
 }
 
 static void warnings_are_in_both_statuswords(void)
 {
-    joystick_set_error(joystick, 0x4210U, true, bus_now_ns(master.bus));
+    joystick_set_error(joystick, EMERGENCY_DEVICE_TEMPERATURE, true, bus_now_ns(master.bus));
     cycle(0x00U, 0x00U, 0.0, 0.0);
     TEST_ASSERT_TRUE((statusword(0U) & statusword(1U) & AXIS_STATUS_WARNING) != 0U);
-    joystick_set_error(joystick, 0x4210U, false, bus_now_ns(master.bus));
+    joystick_set_error(joystick, EMERGENCY_DEVICE_TEMPERATURE, false, bus_now_ns(master.bus));
     cycle(0x00U, 0x00U, 0.0, 0.0);
     TEST_ASSERT_TRUE((statusword(0U) & AXIS_STATUS_WARNING) == 0U);
 }
@@ -216,7 +219,7 @@ int main(void)
     RUN_TEST(torque_is_limited);
     RUN_TEST(positions_and_buttons_are_reported);
     RUN_TEST(quick_stop_removes_the_torque_and_disables_the_axis);
-    RUN_TEST(loss_of_the_masters_heartbeat_disables_both_axes);
+    RUN_TEST(both_axes_are_disabled_if_no_rpdo_arrives);
     RUN_TEST(only_torque_mode_is_offered);
     RUN_TEST(a_fault_stops_both_axes);
     RUN_TEST(warnings_are_in_both_statuswords);

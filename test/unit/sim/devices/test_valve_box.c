@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The valve box on a bus: outputs, inputs, shortest pulses, longest times, and its reactions when the master
 // is lost.
+#include "sim/devices/emergency.h"
 #include "sim/devices/valve_box.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
@@ -143,7 +144,7 @@ static void the_longest_time_closes_all_valves(void)
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
 }
 
-static void loss_of_the_masters_heartbeat_closes_all_valves(void)
+static void all_valves_close_if_no_rpdo_arrives(void)
 {
     send(0xFFFFU, 0U);
     for (unsigned i = 0U; i < 4U; i++) {
@@ -153,7 +154,7 @@ static void loss_of_the_masters_heartbeat_closes_all_valves(void)
     cycle();
     cycle();
     TEST_ASSERT_EQUAL_HEX16(0x0000U, open_outputs());
-    TEST_ASSERT_EQUAL_HEX16(0x8250U, octets_u16(master_last(&master, 0x080U + ID)->data));
+    TEST_ASSERT_EQUAL_HEX16(EMERGENCY_RPDO_TIMEOUT, octets_u16(master_last(&master, 0x080U + ID)->data));
     send(0x0001U, 0U); // The next command opens the valve again.
     cycle();
     TEST_ASSERT_EQUAL_HEX16(0x0001U, open_outputs());
@@ -219,7 +220,7 @@ int main(void)
     RUN_TEST(a_command_acts_at_sync);
     RUN_TEST(a_pulse_is_at_least_the_shortest_one);
     RUN_TEST(the_longest_time_closes_all_valves);
-    RUN_TEST(loss_of_the_masters_heartbeat_closes_all_valves);
+    RUN_TEST(all_valves_close_if_no_rpdo_arrives);
     RUN_TEST(each_output_has_its_own_error_mode_and_error_value);
     RUN_TEST(leaving_operational_closes_all_valves);
     RUN_TEST(without_power_valves_close_at_once);

@@ -3,6 +3,7 @@
 #include "sim/devices/wheel.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/devices/master.h"
+#include "test/unit/sim/devices/statuswords.h"
 #include "unity.h"
 
 #include <math.h>
@@ -83,8 +84,8 @@ static void enable(void)
     cycle(0x06U, 0.0);
     cycle(0x07U, 0.0);
     cycle(0x0FU, 0.0);
-    TEST_ASSERT_EQUAL_HEX16(0x27U, octets_u16(answer()) & 0x6FU);
-    TEST_ASSERT_EQUAL_HEX16(0x27U, wheel_statusword(wheel) & 0x6FU);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, octets_u16(answer()) & STATE_BITS);
+    TEST_ASSERT_EQUAL_HEX16(OPERATION_ENABLED, wheel_statusword(wheel) & STATE_BITS);
 }
 
 static void an_enabled_wheel_has_the_commanded_torque(void)
@@ -149,14 +150,14 @@ static void without_commands_the_motor_gives_no_torque(void)
     for (unsigned i = 0U; i < 4U; i++) {
         cycle(0x02U, 0.2);
     }
-    TEST_ASSERT_EQUAL_HEX16(0x40U, wheel_statusword(wheel) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, wheel_statusword(wheel) & STATE_BITS_WITHOUT_5);
     enable();
     cycle(0x0FU, 0.2);
     for (unsigned i = 0U; i < 120U; i++) { // No RPDO arrives until its deadline has passed.
         master_wait(&master, STEP_NS);
         wheel_end_step(wheel, bus_now_ns(master.bus));
     }
-    TEST_ASSERT_EQUAL_HEX16(0x40U, wheel_statusword(wheel) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(SWITCH_ON_DISABLED, wheel_statusword(wheel) & STATE_BITS_WITHOUT_5);
     EXPECT_WITHIN(0.0, 0.0, wheel_torque(wheel));
     TEST_ASSERT_NOT_NULL(master_last(&master, 0x080U + ID));
 }
@@ -172,7 +173,7 @@ static void a_warning_keeps_the_torque_and_an_error_ends_it(void)
     for (unsigned i = 0U; i < 4U; i++) {
         cycle(0x0FU, 0.1);
     }
-    TEST_ASSERT_EQUAL_HEX16(0x08U, wheel_statusword(wheel) & 0x4FU);
+    TEST_ASSERT_EQUAL_HEX16(FAULT, wheel_statusword(wheel) & STATE_BITS_WITHOUT_5);
     EXPECT_WITHIN(0.0, 0.0, wheel_torque(wheel));
 }
 

@@ -14,10 +14,10 @@
 #include <unistd.h>
 
 #define KINDS 6U
-#define IN 4U  ///< Octets of a message from the device.
-#define OUT 3U ///< Octets of a message to the device.
-#define FIRST_NS 10U
-#define LONGEST_NS 40U
+#define IN 4U          ///< Octets of a message from the device.
+#define OUT 3U         ///< Octets of a message to the device.
+#define FIRST_NS 10U   ///< Shortest time before an end node is opened again.
+#define LONGEST_NS 40U ///< Longest one.
 
 static const flow_endnode_kind_t kinds[KINDS] = {ENDNODE_SHM, ENDNODE_MQUEUE, ENDNODE_UDP,
                                                  ENDNODE_TCP, ENDNODE_SERIAL, ENDNODE_FILE};
@@ -310,38 +310,41 @@ static void messages_pass_in_both_directions_on_each_type_of_end_node(void)
     }
 }
 
+/// Only these kinds of end nodes notice that there is no device.
 static void without_a_device_the_flow_reports_the_reason_and_tries_again(void)
 {
-    static const flow_endnode_kind_t noticing[] = {ENDNODE_SHM, ENDNODE_MQUEUE, ENDNODE_TCP, ENDNODE_SERIAL};
+    static const flow_endnode_kind_t kinds_that_notice[] = {ENDNODE_SHM, ENDNODE_MQUEUE, ENDNODE_TCP,
+                                                            ENDNODE_SERIAL};
     (void)strcpy(terminal, "/nowhere/tty");
     for (unsigned i = 0U; i < 4U; i++) {
         const uint8_t message[OUT] = {0U};
         uint8_t octets[FLOW_OCTETS_MAX];
         size_t size = 0U;
-        begin_flow(noticing[i], IN, OUT);
+        begin_flow(kinds_that_notice[i], IN, OUT);
         for (unsigned k = 0U; k < 20U; k++) {
             TEST_ASSERT_NOT_EQUAL(STATUS_OK, flow_step(&flow, now_ns));
             now_ns += LONGEST_NS;
             (void)usleep(1000U);
         }
-        if ((noticing[i] == ENDNODE_SERIAL) || (noticing[i] == ENDNODE_TCP)) {
+        if ((kinds_that_notice[i] == ENDNODE_SERIAL) || (kinds_that_notice[i] == ENDNODE_TCP)) {
             TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_send(&flow, message, OUT));
             TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_receive(&flow, octets, &size));
         }
-        begin_device(noticing[i]);
-        connect_flow(noticing[i]);
+        begin_device(kinds_that_notice[i]);
+        connect_flow(kinds_that_notice[i]);
         end_all();
     }
 }
 
+/// Only these kinds of end nodes notice that the device is gone.
 static void a_flow_connects_again_after_the_device_was_unplugged(void)
 {
-    static const flow_endnode_kind_t noticing[] = {ENDNODE_SHM, ENDNODE_TCP, ENDNODE_SERIAL};
-    static const uint8_t message[IN]            = {5U, 6U, 7U, 8U};
+    static const flow_endnode_kind_t kinds_that_notice[] = {ENDNODE_SHM, ENDNODE_TCP, ENDNODE_SERIAL};
+    static const uint8_t message[IN]                     = {5U, 6U, 7U, 8U};
     for (unsigned i = 0U; i < 3U; i++) {
-        begin_device(noticing[i]);
-        begin_flow(noticing[i], IN, OUT);
-        connect_flow(noticing[i]);
+        begin_device(kinds_that_notice[i]);
+        begin_flow(kinds_that_notice[i], IN, OUT);
+        connect_flow(kinds_that_notice[i]);
         const uint32_t connected = flow_counters(&flow).connected;
         end_device();
         uint8_t octets[FLOW_OCTETS_MAX];
@@ -354,10 +357,10 @@ static void a_flow_connects_again_after_the_device_was_unplugged(void)
         TEST_ASSERT_EQUAL(STATUS_CLOSED, status);
         TEST_ASSERT_TRUE(flow_counters(&flow).lost > 0U);
         now_ns += LONGEST_NS;
-        begin_device(noticing[i]);
-        connect_flow(noticing[i]);
+        begin_device(kinds_that_notice[i]);
+        connect_flow(kinds_that_notice[i]);
         TEST_ASSERT_TRUE(flow_counters(&flow).connected > connected);
-        send_message(noticing[i], message);
+        send_message(kinds_that_notice[i], message);
         expect_message(message);
         end_all();
     }

@@ -48,7 +48,7 @@ typedef struct {
     osal_task_t task;
     uint32_t number; ///< Index among the tasks of its kind.
     uint32_t rounds;
-    uint32_t halves; ///< Structures read whose numbers were not equal.
+    uint32_t torn; ///< Structures read whose numbers were not equal.
     uint32_t refused;
 } party_t;
 
@@ -127,7 +127,7 @@ static void read_all(void* context)
             status = (status == STATUS_OK) ? parameter_read_entry(&dictionary, entry, &writer) : status;
         }
         self->refused += (status != STATUS_OK) ? 1U : 0U;
-        self->halves += is_whole(octets) ? 0U : 1U;
+        self->torn += is_whole(octets) ? 0U : 1U;
         __atomic_fetch_add(&self->rounds, 1U, __ATOMIC_RELAXED);
     }
 }
@@ -170,7 +170,7 @@ static void start(party_t* party, void (*entry)(void* context))
 static void finish(party_t* party)
 {
     osal_task_join(&party->task);
-    TEST_ASSERT_EQUAL_UINT32(0U, party->halves);
+    TEST_ASSERT_EQUAL_UINT32(0U, party->torn);
     TEST_ASSERT_EQUAL_UINT32(0U, party->refused);
     TEST_ASSERT_TRUE(party->rounds >= PARTY_ROUNDS);
 }

@@ -11,7 +11,8 @@
 #define LINK 1U
 #define READERS 3U
 #define SAMPLES 800000U // At least this number.
-#define READS_AMID 10U  // Reads of every reader before the writer ends, whatever the scheduling is.
+#define READS_MIN                                                                                            \
+    10U // Every reader reads at least so often before the writer ends, whatever the scheduling is.
 #define OCTETS RTLINK_PAYLOAD_MAX
 
 typedef struct {
@@ -58,10 +59,10 @@ static void check(reader_t* reader, uint32_t* last)
     __atomic_store_n(&reader->reads, reader->reads + 1U, __ATOMIC_RELAXED);
 }
 
-static bool has_everybody_read(void)
+static bool have_all_read(void)
 {
     for (unsigned i = 0U; i < READERS; i++) {
-        if (__atomic_load_n(&readers[i].reads, __ATOMIC_RELAXED) < READS_AMID) {
+        if (__atomic_load_n(&readers[i].reads, __ATOMIC_RELAXED) < READS_MIN) {
             return false;
         }
     }
@@ -91,7 +92,7 @@ static void no_sample_is_ever_torn(void)
         TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&readers[i].task, read_all, &readers[i], 0));
     }
     uint32_t number = 0U;
-    for (; (number < SAMPLES) || !has_everybody_read(); number++) {
+    for (; (number < SAMPLES) || !have_all_read(); number++) {
         uint8_t payload[OCTETS];
         fill(number, payload);
         (void)rtlink_producer_write(&producer, (uint8_t)(number % 10U), number, payload);
@@ -101,7 +102,7 @@ static void no_sample_is_ever_torn(void)
         osal_task_join(&readers[i].task);
         TEST_ASSERT_EQUAL(0U, readers[i].torn);
         TEST_ASSERT_EQUAL(0U, readers[i].backwards);
-        TEST_ASSERT_TRUE(readers[i].reads >= READS_AMID);
+        TEST_ASSERT_TRUE(readers[i].reads >= READS_MIN);
         TEST_ASSERT_EQUAL(number - 1U, readers[i].consumer.sequence);
         TEST_ASSERT_EQUAL(0U, readers[i].consumer.counters.refused);
         // No sample is both read and counted as missed; samples before the first read are not counted.

@@ -63,7 +63,7 @@ static bool take_step(state_machine_t* machine, unsigned step)
     return true;
 }
 
-// Allowed successors of each state, from the lists of states in the tables: rows are from, columns are to.
+// Digits of the states that may follow each state, from the table in docs/states.md; the index is the state.
 static const char* const followers[STATE_COUNT] = {"1", "29", "38", "467", "3567", "46", "7", "38", "9", "0"};
 
 static void check_transition(const state_transition_t* made)
