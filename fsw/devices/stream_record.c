@@ -117,9 +117,9 @@ double stream_record_value(const stream_record_t* const record, const uint8_t fi
     return (value_as_double(source->type, &record->memory[field]) * source->scale) + source->offset;
 }
 
-/// Convert a raw value, which is within the range of its type, to its bits; an integer is rounded, halves away
-/// from zero. A positive value is not increased by 0.5 before the conversion: the sum could be inexact, and
-/// round up a value below one half or a large one.
+/// Convert a raw value, which is within the range of its type, to its bits; an integer is rounded, halves
+/// away from zero. A positive value is not increased by 0.5 before the conversion: the sum could be inexact,
+/// and round up a value below one half or a large one.
 static uint64_t bits_of(const value_type_t type, const double raw)
 {
     uint64_t bits = 0U;

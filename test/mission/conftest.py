@@ -21,7 +21,7 @@ KEPT_RUNS = 2  # Kept in memory: one run has hundreds of megabytes.
 
 
 @pytest.fixture(scope="session")
-def hangar(request):
+def session_folder(request):
     """Folder for the runs of this session; removed when all tests have passed, otherwise by a session an hour
     later."""
     place = flying.ROOT / "build" / "test"
@@ -36,22 +36,22 @@ def hangar(request):
 
 
 @pytest.fixture
-def folder(hangar, request):
+def folder(session_folder, request):
     """Folder for the run of one test; removed when the test has passed."""
     name = "".join(letter if letter.isalnum() else "-" for letter in request.node.name)
     # the length of a run's path is limited
-    path = hangar / f"{name[:40]}-{zlib.crc32(request.node.nodeid.encode()):08x}"
+    path = session_folder / f"{name[:40]}-{zlib.crc32(request.node.nodeid.encode()):08x}"
     failed = request.session.testsfailed
     yield path
     if request.session.testsfailed == failed:
         shutil.rmtree(path, ignore_errors=True)
 
 
-class Fleet:
+class SharedFlights:
     """Telepresence flights by their options; each is flown when it is first requested."""
 
-    def __init__(self, hangar):
-        self.hangar = hangar
+    def __init__(self, session_folder):
+        self.session_folder = session_folder
         self.flights, self.runs, self.figures = {}, {}, {}
 
     def flight(self, form="processes", seed=1, again=0, links="shm", report="no"):
@@ -60,7 +60,7 @@ class Fleet:
         if key not in self.flights:
             name = "-".join(map(str, key))
             options = ("--scenario", "telepresence", "--form", form, "--seed", seed, "--links", links)
-            self.flights[key] = flying.fly(self.hangar / name, *options, report=report)
+            self.flights[key] = flying.fly(self.session_folder / name, *options, report=report)
         return self.flights[key]
 
     def run(self, **key):
@@ -81,6 +81,6 @@ class Fleet:
 
 
 @pytest.fixture(scope="session")
-def fleet(hangar):
+def shared_flights(session_folder):
     """All telepresence flights of the session."""
-    return Fleet(hangar)
+    return SharedFlights(session_folder)

@@ -37,9 +37,9 @@ BOUNDS = {"POSITION": (0.0025, 0.002), "TORQUE": (0.0015, 0.001)}  # Joint [rad]
 
 
 @pytest.fixture(scope="module")
-def flights(hangar):
+def flights(session_folder):
     """The scenario in both forms."""
-    return flying.fly_in_both_forms(hangar, "ur5e", "ur5e", "--mission", "ur5e")
+    return flying.fly_in_both_forms(session_folder, "ur5e", "ur5e", "--mission", "ur5e")
 
 
 @pytest.fixture(scope="module")
@@ -104,11 +104,11 @@ def test_the_tool_moves_along_a_straight_line(run):
     assert np.ptp(line[:, :2], axis=0).max() < 1e-5
 
 
-def test_the_tool_passes_poses_within_its_limits_without_a_stop(hangar):
+def test_the_tool_passes_poses_within_its_limits_without_a_stop(session_folder):
     """The true tool comes within BLEND of each via pose in turn, and rests at the last one; between them it does not
     stop, and it is never faster than the scenario permits."""
     name = "ur5e-poses"
-    flight = flying.fly(hangar / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
+    flight = flying.fly(session_folder / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
     assert flight.code == 0, flight.transcript()
     lines = (flying.ROOT / "sim" / "scenarios" / f"{name}.scn").read_text(encoding="utf-8")
     poses = np.array([list(map(float, words.split(","))) for words in re.findall(r"ADD_POSE POSITION=(\S+)", lines)])
@@ -133,9 +133,9 @@ def test_the_tool_passes_poses_within_its_limits_without_a_stop(hangar):
 
 
 @pytest.fixture(scope="module")
-def pressed(hangar):
+def pressed(session_folder):
     """A flight with the compliant tool; its target is below the top of a table."""
-    flight = flying.fly(hangar / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
+    flight = flying.fly(session_folder / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
     assert flight.code == 0, flight.transcript()
     return runs.load(flight.folder)
 
@@ -156,9 +156,9 @@ def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pres
     assert force.max() < 1.25 * force[held].mean()
 
 
-def test_a_joystick_leads_the_tool_and_feels_the_table(hangar):
+def test_a_joystick_leads_the_tool_and_feels_the_table(session_folder):
     """The subsystem of the joystick is unchanged; all figures of the run have bounds."""
-    flights = flying.fly_in_both_forms(hangar, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
+    flights = flying.fly_in_both_forms(session_folder, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
     for name in ("packets.log", "can-arm-1.log", "can-arm-2.log", "can-joystick.log", "truth.lcm"):
         assert flights["image"].octets(name) == flights["processes"].octets(name), name
     run = runs.load(flights["image"].folder)
@@ -200,9 +200,9 @@ def snake(path, count):
 
 
 @pytest.fixture(scope="module")
-def free_flyer(hangar):
+def free_flyer(session_folder):
     """A flight with an arm of seven joints on a free-flying satellite."""
-    flight = flying.fly(hangar / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
+    flight = flying.fly(session_folder / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
     assert flight.code == 0, flight.transcript()
     flying.assert_clean(flight)
     return runs.load(flight.folder)
@@ -349,14 +349,14 @@ def make(place, path, *options):
 
 
 @pytest.fixture(scope="module")
-def made_robots(hangar):
+def made_robots(session_folder):
     """A copy of the project with two robots made from their URDF, and the process that was refused because it
     would have overwritten one of them."""
-    place = copy_of_tree(hangar / "robot")
-    for path in (snake(hangar / "snake.urdf", 12), gantry(hangar / "gantry.urdf")):
+    place = copy_of_tree(session_folder / "robot")
+    for path in (snake(session_folder / "snake.urdf", 12), gantry(session_folder / "gantry.urdf")):
         made = make(place, path)
         assert made.returncode == 0, made.stderr
-    again = make(place, hangar / "snake.urdf")
+    again = make(place, session_folder / "snake.urdf")
     remap(place / "descriptors" / "subsystems" / "gantry.xml")
     missions = sorted(map(str, (place / "descriptors" / "missions").glob("*.xml")))
     subprocess.run([sys.executable, "gse/generator/generate.py", "--mission", *missions, "--out", "build/generated"], cwd=place, check=True)
@@ -393,7 +393,7 @@ def test_the_free_flyer_is_what_make_new_robot_makes(made_robots):
 
 
 @pytest.fixture(scope="module")
-def flown_snake(hangar, made_robots):
+def flown_snake(session_folder, made_robots):
     """A flight of a robot made from its URDF, with services of its descriptor, and the refusal of the tool to
     overwrite the robot."""
     place, again = made_robots
@@ -405,7 +405,7 @@ def flown_snake(hangar, made_robots):
     low, high = sorted((start + 0.5 * (goal - start), start - (goal - start)))
     added = SERVICES.format(low=low, high=high, moves=first.rstrip(), base=base, node=NODE)
     scenario.write_text(before + added.lstrip("\n") + after, encoding="utf-8")
-    flight = flying.fly(hangar / "snake", "--mission", "snake", "--scenario", "snake", "--form", "image", root=place)
+    flight = flying.fly(session_folder / "snake", "--mission", "snake", "--scenario", "snake", "--form", "image", root=place)
     return flight, again, dictionary, (start, goal)
 
 
@@ -441,9 +441,9 @@ def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
 
 
 @pytest.fixture(scope="module")
-def flown_gantry(hangar, made_robots):
+def flown_gantry(session_folder, made_robots):
     place, _ = made_robots
-    flight = flying.fly(hangar / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
+    flight = flying.fly(session_folder / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
     assert flight.code == 0, flight.transcript()
     return flight
 

@@ -49,9 +49,9 @@ STEP_US = 500
 
 
 @pytest.fixture(scope="module", params=["processes", "image"])
-def flight(request, fleet):
+def flight(request, shared_flights):
     """A flight of each form, with its report."""
-    return fleet.flight(form=request.param, again=1, report="yes")
+    return shared_flights.flight(form=request.param, again=1, report="yes")
 
 
 def test_summary_has_every_fact(flight):
@@ -76,8 +76,8 @@ def test_summary_reports_the_true_hashes_of_the_logs(flight):
         assert hashlib.sha256(flight.octets(name)).hexdigest() == wanted, name
 
 
-def test_summary_has_the_figures_of_the_raw_logs(flight, fleet):
-    computed, _ = fleet.computed(form=flight.facts["form"], again=1, report="yes")
+def test_summary_has_the_figures_of_the_raw_logs(flight, shared_flights):
+    computed, _ = shared_flights.computed(form=flight.facts["form"], again=1, report="yes")
     for name, value in computed.items():
         assert flight.facts[name] == pytest.approx(value), name
 

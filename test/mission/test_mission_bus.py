@@ -36,9 +36,9 @@ def _state(words):
 
 
 @pytest.fixture(scope="module")
-def flight(fleet):
+def flight(shared_flights):
     """The flight whose frames are checked."""
-    return fleet.flight()
+    return shared_flights.flight()
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +48,9 @@ def buses(flight):
 
 
 @pytest.fixture(scope="module")
-def truth(fleet, flight):
+def truth(shared_flights, flight):
     """Drive states and faults as the simulator knows them."""
-    return fleet.run().truth
+    return shared_flights.run().truth
 
 
 def _transitions(flight, apid):

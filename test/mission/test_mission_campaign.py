@@ -15,9 +15,9 @@ SLOW = ("connection_cut",)  # Kinds of faults for which a flight waits in wall-c
 
 
 @pytest.fixture(scope="module")
-def ground(hangar):
+def ground(session_folder):
     """Data that all flights of the campaign share."""
-    return campaign.Ground(hangar / f"campaign-{os.getpid()}")
+    return campaign.Ground(session_folder / f"campaign-{os.getpid()}")
 
 
 def _drawn(seeds, count):

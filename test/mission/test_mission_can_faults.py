@@ -74,9 +74,9 @@ def _scenario(path):
 
 
 @pytest.fixture(scope="module")
-def flights(hangar):
+def flights(session_folder):
     """The same flight in both forms."""
-    return flying.fly_in_both_forms(hangar, "can-faults", _scenario(hangar / "can-faults.scn"))
+    return flying.fly_in_both_forms(session_folder, "can-faults", _scenario(session_folder / "can-faults.scn"))
 
 
 @pytest.fixture(scope="module")
@@ -150,11 +150,11 @@ def test_faults_are_counted(flights):
         assert after["CHANNEL"] == 0
 
 
-def test_a_controller_without_automatic_restart_works_again_after_its_restart_by_command(hangar):
+def test_a_controller_without_automatic_restart_works_again_after_its_restart_by_command(session_folder):
     """After bus-off without automatic restart, the bring-up reports the silent devices and ends; after the
     restart it succeeds."""
     path = flying.write_scenario(
-        hangar / "restart.scn",
+        session_folder / "restart.scn",
         "0.0 hand rest",
         *_bring_up(0.2),
         "1.0 fault restart robot FLIGHT order",
@@ -168,7 +168,7 @@ def test_a_controller_without_automatic_restart_works_again_after_its_restart_by
         *_bring_up(4.6),
         "6.0 operator shutdown",
     )
-    flight = flying.fly(hangar / "restart", "--scenario", path, "--form", "image")
+    flight = flying.fly(session_folder / "restart", "--scenario", path, "--form", "image")
     assert flight.code == 0, flight.transcript()
 
 
@@ -177,11 +177,11 @@ MANY, APART_S = 200, 0.005
 
 
 @pytest.fixture(scope="module")
-def sync_conflict(hangar):
+def sync_conflict(session_folder):
     """Another node sends SYNC: once, then 200 times within a second, and once more after two seconds without
     SYNC."""
     path = flying.write_scenario(
-        hangar / "sync-conflict.scn",
+        session_folder / "sync-conflict.scn",
         "0.0 hand rest",
         *_bring_up(0.2),
         "0.9 operator hk once MANIPULATOR 4712",
@@ -195,7 +195,7 @@ def sync_conflict(hangar):
         "4.8 operator hk once MANIPULATOR 4712",
         "4.9 operator shutdown",
     )
-    return flying.fly_in_both_forms(hangar, "sync-conflict", path)
+    return flying.fly_in_both_forms(session_folder, "sync-conflict", path)
 
 
 def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(sync_conflict):

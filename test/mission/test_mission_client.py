@@ -25,8 +25,8 @@ def example():
 
 
 @pytest.fixture
-def flight(hangar):
-    flight = flying.start(hangar / "client", "--scenario", "none", "--duration", 1_000_000, "--time", "real")
+def flight(session_folder):
+    flight = flying.start(session_folder / "client", "--scenario", "none", "--duration", 1_000_000, "--time", "real")
     flight.port()
     yield flight
     flight.abandon()

@@ -45,9 +45,9 @@ IN_OPERATION = 1 + STEPS.index("state MANIPULATOR OPERATIONAL")
 
 
 @pytest.fixture(scope="module")
-def scenario(hangar):
+def scenario(session_folder):
     """File of the flight in which a process dies."""
-    return flying.write_scenario(hangar / "death.scn", *_lines())
+    return flying.write_scenario(session_folder / "death.scn", *_lines())
 
 
 def _packets_in_order(flight):

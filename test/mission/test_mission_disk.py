@@ -46,9 +46,9 @@ def disk(folder):
 
 
 @pytest.fixture(scope="module")
-def scenario(hangar):
+def scenario(session_folder):
     """A flight in which each subsystem gets a request every second."""
-    return flying.write_scenario(hangar / "disk.scn", "0 hand rest", *(f"{second} operator ping all" for second in range(1, SECONDS)), f"{SECONDS} operator shutdown")
+    return flying.write_scenario(session_folder / "disk.scn", "0 hand rest", *(f"{second} operator ping all" for second in range(1, SECONDS)), f"{SECONDS} operator shutdown")
 
 
 def _numbers(flight):
@@ -149,9 +149,9 @@ def test_the_merge_names_missing_records(folder):
 
 
 @pytest.fixture(scope="module")
-def programs(hangar):
+def programs(session_folder):
     """Programs of a mission whose supervisor has slow_disk.c preloaded."""
-    programs = hangar / "programs"
+    programs = session_folder / "programs"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "slow.so", pathlib.Path(__file__).with_name("slow_disk.c"), "-ldl"], check=True)
     (programs / "supervisor").rename(programs / "supervisor.plain")

@@ -18,8 +18,8 @@ LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # Number of the link in the mission: it
 
 
 @pytest.fixture(scope="module")
-def root(hangar):
-    return second_reader.build(hangar / "shadow")
+def root(session_folder):
+    return second_reader.build(session_folder / "shadow")
 
 
 def _lists(flight):

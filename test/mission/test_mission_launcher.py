@@ -236,16 +236,16 @@ def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words
     flying.assert_clean(flight)
 
 
-def test_two_runs_at_once_do_not_affect_each_other(hangar):
+def test_two_runs_at_once_do_not_affect_each_other(session_folder):
     """The runs take different ports, and each has the same octets as alone."""
     options = ("--scenario", "hil", "--form", "processes")
-    pair = [flying.start(hangar / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
+    pair = [flying.start(session_folder / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
     for flight in pair:
         flight.wait()
         assert flight.code == 0, flight.transcript()
     assert pair[0].port() != pair[1].port()
     for seed, flight in zip((1, 2), pair):
-        alone = flying.fly(hangar / f"alone-{seed}", *options, "--seed", seed)
+        alone = flying.fly(session_folder / f"alone-{seed}", *options, "--seed", seed)
         for name in (*flying.TRACED, "truth.lcm"):
             assert flight.octets(name) == alone.octets(name), f"{name} of seed {seed}"
         flying.assert_clean(flight)
@@ -265,8 +265,8 @@ def test_latest_points_to_a_run_under_runs():
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_a_duration_shorter_than_the_scenario_is_no_failure(hangar, folder, form):
-    scenario = hangar / f"endless-{form}.scn"
+def test_a_duration_shorter_than_the_scenario_is_no_failure(session_folder, folder, form):
+    scenario = session_folder / f"endless-{form}.scn"
     scenario.write_text("0 operator ping all\n900000 operator ping all\n", encoding="utf-8")
     flight = flying.fly(folder, "--scenario", scenario, "--duration", "7", "--form", form, "--report", "no")
     assert flight.code == 0, flight.transcript()
@@ -276,8 +276,8 @@ def test_a_duration_shorter_than_the_scenario_is_no_failure(hangar, folder, form
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 @pytest.mark.parametrize("words", [(), ("--duration", "7")])
-def test_a_failed_step_fails_the_run_however_the_mission_ends(hangar, folder, form, words):
-    scenario = hangar / f"failing-{form}-{len(words)}.scn"
+def test_a_failed_step_fails_the_run_however_the_mission_ends(session_folder, folder, form, words):
+    scenario = session_folder / f"failing-{form}-{len(words)}.scn"
     scenario.write_text("0 operator ping all\n1 operator expect-state JOYSTICK OPERATIONAL\n", encoding="utf-8")
     flight = flying.fly(folder, "--scenario", scenario, "--form", form, "--report", "no", *words)
     assert flight.code == 1, flight.transcript()

@@ -94,11 +94,11 @@ def _dropped(sleeper, world):
 
 
 @pytest.fixture(scope="module")
-def flight(hangar):
+def flight(session_folder):
     """A flight in which an operator aims the hand 150 times, presses, causes faults, pauses, steps and changes the speed."""
-    scenario = hangar / "live.scn"
+    scenario = session_folder / "live.scn"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    flight = flying.start(hangar / "live", "--time", "real", "--scenario", scenario)
+    flight = flying.start(session_folder / "live", "--time", "real", "--scenario", scenario)
     draw, flight.answers = random.Random(1), []
     with _world(flight) as world, _world(flight) as listener, _sleeper(flight) as sleeper:
         world.ask("speed 0")
@@ -213,13 +213,13 @@ def test_a_client_that_does_not_read_loses_lines_and_gets_their_number(flight):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_the_recording_repeats_the_flight_octet_for_octet(flight, hangar, form):
+def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_folder, form):
     """Also the telecommands of the page. The repetition has no station, so one that stands still or is killed changes nothing."""
     recorded = flying.gse(flight, "record", flight.folder)
     assert recorded.returncode == 0, recorded
-    path = hangar / f"recorded-{form}.scn"
+    path = session_folder / f"recorded-{form}.scn"
     path.write_text(recorded.stdout, encoding="utf-8")
-    again = flying.fly(hangar / f"again-{form}", "--scenario", path, "--form", form)
+    again = flying.fly(session_folder / f"again-{form}", "--scenario", path, "--form", form)
     assert again.code == 0, again.transcript()
     for name in LOGS:
         assert again.octets(name) == flight.octets(name), name
@@ -292,5 +292,5 @@ def test_a_pause_may_be_longer_than_the_launcher_waits_for_simulated_time(folder
     assert flight.code == 0, flight.transcript()
 
 
-def test_stepped_flights_have_no_live_port(hangar, flight):
-    assert not list((hangar / "again-image").glob("live.*"))
+def test_stepped_flights_have_no_live_port(session_folder, flight):
+    assert not list((session_folder / "again-image").glob("live.*"))

@@ -64,9 +64,9 @@ def _independent(time_ns, direction, raw):
 
 
 @pytest.fixture(scope="module")
-def flight(fleet):
+def flight(shared_flights):
     """The flight whose packets are checked."""
-    return fleet.flight()
+    return shared_flights.flight()
 
 
 @pytest.fixture(scope="module")

@@ -18,10 +18,10 @@ SLOW = """<Plan name="SLOW" severity="MEDIUM">
 
 
 @pytest.fixture(scope="module")
-def packets(hangar):
+def packets(session_folder):
     """In operation the manipulator reports an overloaded drive (MEDIUM), then the joystick is unplugged
     (HIGH)."""
-    house = hangar / "slow-plan"
+    house = session_folder / "slow-plan"
     house.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")
     for name in ("build", "sim", "gse"):
@@ -39,8 +39,8 @@ def packets(hangar):
         f"{CUT_S} operator wait-state JOYSTICK OFFLINE 2",
         f"{CUT_S + 1.5} operator shutdown",
     ]
-    path = flying.write_scenario(hangar / "slow-plan.scn", *lines)
-    flight = flying.fly(hangar / "slow-plan-run", "--scenario", path, "--form", "image", root=house)
+    path = flying.write_scenario(session_folder / "slow-plan.scn", *lines)
+    flight = flying.fly(session_folder / "slow-plan-run", "--scenario", path, "--form", "image", root=house)
     assert flight.code == 0, flight.transcript()
     return [(t, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, kind, raw in flight.packets if kind == "TM"]
 

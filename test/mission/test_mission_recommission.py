@@ -15,9 +15,9 @@ AT_ONCE = ('state="OFFLINE" after="500ms"', 'state="OFFLINE"')
 
 
 @pytest.fixture(scope="module")
-def house(hangar):
+def house(session_folder):
     """rokviss in which both members are recommissioned, with a recovery plan without delay."""
-    place = hangar / "again"
+    place = session_folder / "again"
     place.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
     for name in ("build", "sim", "gse"):

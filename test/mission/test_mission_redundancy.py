@@ -40,9 +40,9 @@ def _scenario(path):
 
 
 @pytest.fixture(scope="module")
-def flights(hangar):
+def flights(session_folder):
     """The same flight in both forms."""
-    return flying.fly_in_both_forms(hangar, "channels", _scenario(hangar / "channels.scn"))
+    return flying.fly_in_both_forms(session_folder, "channels", _scenario(session_folder / "channels.scn"))
 
 
 @pytest.fixture(scope="module")

@@ -16,14 +16,14 @@ pytestmark = pytest.mark.skipif(not (SANITIZED / "hirosco").exists(), reason="no
 
 @pytest.mark.parametrize("form", ["image", "processes"])
 @pytest.mark.parametrize("scenario", ["commissioning", "standalone", "hil", pytest.param("telepresence", marks=pytest.mark.long)])
-def test_flight_without_a_report(folder, fleet, form, scenario):
+def test_flight_without_a_report(folder, shared_flights, form, scenario):
     options = ("--scenario", scenario, "--form", form)
     flight = flying.fly(folder, *options, binaries=SANITIZED, environment=ENVIRONMENT)
     assert not REPORT.search(flight.console + flight.output), flight.transcript()
     assert flight.code == 0, flight.transcript()
     if scenario == "telepresence":
         for name in flying.TRACED:
-            assert flight.octets(name) == fleet.flight(form=form).octets(name), f"{name} depends on the compiler's options"
+            assert flight.octets(name) == shared_flights.flight(form=form).octets(name), f"{name} depends on the compiler's options"
     flying.assert_clean(flight)
 
 

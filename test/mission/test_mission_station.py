@@ -67,11 +67,11 @@ SCENARIO = """
 
 
 @pytest.fixture(scope="module")
-def flight(hangar):
+def flight(session_folder):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    scenario = hangar / "station.scn"
+    scenario = session_folder / "station.scn"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    flight = flying.start(hangar / "station", "--time", "real", "--scenario", scenario)
+    flight = flying.start(session_folder / "station", "--time", "real", "--scenario", scenario)
     flight.port()
     yield flight
     flight.abandon()
@@ -329,12 +329,12 @@ def test_the_page_pauses_simulated_time(page):
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 @pytest.mark.parametrize("size", SIZES)
-def test_the_page_is_accessible(page, theme, size, hangar):
+def test_the_page_is_accessible(page, theme, size, session_folder):
     page.set_viewport_size(dict(zip(("width", "height"), SIZES[size])))
     tab = TABS[size, theme]
     page.evaluate("tab => document.getElementById(`work-${tab}`).click()", tab)
     serious = accessibility(page, theme)
-    page.screenshot(path=str(hangar / f"page-{size}-{theme}-{tab}.png"))
+    page.screenshot(path=str(session_folder / f"page-{size}-{theme}-{tab}.png"))
     cut, overlapping = page.evaluate(CUT), page.evaluate(OVERLAPPING)
     page.set_viewport_size({"width": 1440, "height": 900})
     assert not serious and not cut and not overlapping
@@ -563,10 +563,10 @@ def write_film(browser, folder):
     pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
 
 
-def test_a_report_is_one_file(browser, fleet, hangar):
+def test_a_report_is_one_file(browser, shared_flights, session_folder):
     """Only the file itself is loaded; it contains film and figures, and is accessible in both sizes and
     themes."""
-    flight = fleet.flight(again=1, report="yes")
+    flight = shared_flights.flight(again=1, report="yes")
     subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.folder], cwd=flying.ROOT, check=True)
     assert json.loads(flight.read("run.json"))["report"]["octets"] < REPORT_OCTETS
     with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark", bypass_csp=True) as context:
@@ -587,7 +587,7 @@ def test_a_report_is_one_file(browser, fleet, hangar):
         assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
         page.evaluate("station.replay.seek(26)")
         page.wait_for_timeout(500)  # A scene at rest is drawn with all pixels.
-        page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else hangar / "report-dark.png"))
+        page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else session_folder / "report-dark.png"))
         if os.environ.get("UPDATE_PICTURES"):
             write_film(browser, flight.folder)
         page.evaluate(AXE.read_text(encoding="utf-8"))

@@ -34,9 +34,9 @@ COVERED = """[...document.querySelectorAll('header .cell, main')].flatMap((cell)
 
 
 @pytest.fixture(scope="module")
-def flight(hangar):
+def flight(session_folder):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    folder = hangar / "bodies"
+    folder = session_folder / "bodies"
     folder.mkdir()
     shutil.copy(WORLDS / "satellite.urdf", folder)
     world = folder / "actuators.xml"
@@ -64,7 +64,7 @@ def page(flight, browser):
         assert not page.faults
 
 
-def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar):
+def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, session_folder):
     station.until(page, "window.station.scene.actuators.thrusters.some((one) => one.plume.visible)")
     station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[12] > 0.02")
     before = page.evaluate(SEEN)
@@ -79,7 +79,7 @@ def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, hangar)
     page.evaluate("window.station.scene.describe()")
     reported = page.get_attribute("station-scene canvas", "aria-label")
     assert "WHEEL1 -95 %" in reported and "thrusters PUSH1, PUSH2 fire" in reported
-    page.screenshot(path=str(hangar / "bodies.png"))
+    page.screenshot(path=str(session_folder / "bodies.png"))
 
 
 def test_a_base_moves_by_telemetry_if_a_report_has_its_pose(page):
@@ -101,9 +101,9 @@ def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
     page.wait_for_selector("station-scene:not(.truth)")
 
 
-def test_the_page_report_html_moves_a_free_body(browser, hangar):
+def test_the_page_report_html_moves_a_free_body(browser, session_folder):
     """Mission actuators: a satellite without joints, whose pose is in the truth only."""
-    flight = flying.fly(hangar / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
+    flight = flying.fly(session_folder / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
     bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
         page = context.new_page()
@@ -119,13 +119,13 @@ def test_the_page_report_html_moves_a_free_body(browser, hangar):
             assert place == pytest.approx(list(bases["position_m"][row, 0]), abs=1e-5) and abs(place[0]) > 1e-3
         page.evaluate("station.replay.seek(0)")
         assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
-        page.screenshot(path=str(hangar / "report-free-body.png"))
+        page.screenshot(path=str(session_folder / "report-free-body.png"))
         page.set_viewport_size({"width": 390, "height": 844})
         assert page.evaluate(COVERED) == []
         assert not faults
 
 
-def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, hangar):
+def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, session_folder):
     """A mesh and a coloured cylinder move with their links; there are no shells and housings beside them."""
     world = pressing.write_world(folder / "world")
     urdf = folder / "world" / "rokviss.urdf"
@@ -156,7 +156,7 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, hangar):
             });
             return found;
         }""")
-        page.screenshot(path=str(hangar / "report-visuals.png"))
+        page.screenshot(path=str(session_folder / "report-visuals.png"))
     kinds = [kind for kind, _ in drawn]
     assert kinds.count("BufferGeometry") == 1 and ["CylinderGeometry", 0x0000FF] in drawn
     assert len(drawn) == 3  # With the collision sphere of the finger, which has no visual.

@@ -41,10 +41,10 @@ BOXES = """[...document.querySelectorAll('station-bar, station-scene, nav > *, a
 
 
 @pytest.fixture(scope="module")
-def flight(hangar):
+def flight(session_folder):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    scenario = flying.write_scenario(hangar / "station-telepresence.scn", *SCENARIO)
-    flight = flying.start(hangar / "station-telepresence", "--time", "real", "--scenario", scenario)
+    scenario = flying.write_scenario(session_folder / "station-telepresence.scn", *SCENARIO)
+    flight = flying.start(session_folder / "station-telepresence", "--time", "real", "--scenario", scenario)
     flight.port()
     yield flight
     flight.abandon()
@@ -195,7 +195,7 @@ def test_the_name_of_a_curve_is_at_its_end(page):
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
-def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, hangar):
+def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, session_folder):
     """The fault comes from the command line; the page shows it without a change of the layout, and axe finds nothing serious."""
     if theme == "dark":
         station.until(page, "['HAND_POSITION', 'ROBOT_STATE'].every((name) => window.station.store.links.some((row) => row.name === name && row.state === 'open'))")
@@ -210,7 +210,7 @@ def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, fl
         lost = page.evaluate("window.station.store.events.findLast((event) => event.event === 'DEVICE_LOST').time")
         assert lost - 1e-6 <= page.evaluate("window.closedAt") < lost + 1.0
     found = station.accessibility(page, theme)
-    page.screenshot(path=str(hangar / f"page-alarm-{theme}.png"))
+    page.screenshot(path=str(session_folder / f"page-alarm-{theme}.png"))
     assert not found
 
 

@@ -19,11 +19,11 @@ SCENARIO = ("0.1 operator state UR5E PRE_OPERATIONAL", "0.2 operator config UR5E
 
 
 @pytest.fixture(scope="module")
-def flight(hangar):
+def flight(session_folder):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    scenario = hangar / "stations.scn"
+    scenario = session_folder / "stations.scn"
     flying.write_scenario(scenario, *SCENARIO)
-    flight = flying.start(hangar / "stations", "--mission", "ur5e", "--time", "real", "--scenario", scenario)
+    flight = flying.start(session_folder / "stations", "--mission", "ur5e", "--time", "real", "--scenario", scenario)
     flight.port()
     yield flight
     flight.abandon()

@@ -24,9 +24,9 @@ PINGS = 30
 
 
 @pytest.fixture(scope="module")
-def station(hangar):
+def station(session_folder):
     """Ground station of a flight, which ends with the tests."""
-    flight = stations.launch(hangar / f"storms-{os.getpid()}")
+    flight = stations.launch(session_folder / f"storms-{os.getpid()}")
     try:
         ground = stations.Station(flight, stations.Notes())
         yield ground
@@ -93,9 +93,9 @@ BEGIN_S = 1.5
 
 
 @pytest.fixture(scope="module")
-def stormy(hangar):
+def stormy(session_folder):
     """The programs of a mission whose joystick raises a storm of events."""
-    programs = hangar / "stormy"
+    programs = session_folder / "stormy"
     shutil.copytree(flying.BIN, programs)
     libraries = [str(path) for path in (flying.ROOT / "build" / "lib").glob("lib*.a") if not path.name.startswith(("libsim", "libtest"))]
     words = ["gcc", "-std=gnu99", "-O2", "-I.", "-Ibuild", "-Ibuild/generated", "-o", programs / "joystick", "test/mission/storm.c"]

@@ -73,9 +73,9 @@ def _write(folder, name, points=()):
 
 
 @pytest.fixture(scope="module")
-def undisturbed(hangar):
+def undisturbed(session_folder):
     """The flight without a death of the supervisor."""
-    flight = flying.fly(hangar / "alive", "--scenario", _write(hangar, "alive"), "--port", flying.free_port())
+    flight = flying.fly(session_folder / "alive", "--scenario", _write(session_folder, "alive"), "--port", flying.free_port())
     assert flight.code == 0, flight.transcript()
     return flight
 
@@ -98,9 +98,9 @@ def _draw(count, seed, part=BUSY_S):
 
 
 @pytest.fixture(scope="module")
-def mortal(hangar):
+def mortal(session_folder):
     """Programs whose supervisor can be killed during a step."""
-    programs = hangar / "mortal"
+    programs = session_folder / "mortal"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "kill.so", pathlib.Path(__file__).with_name("kill_point.c"), "-ldl"], check=True)
     (programs / "supervisor").rename(programs / "supervisor.plain")
@@ -327,11 +327,11 @@ def test_death_in_the_image(folder, undisturbed):
 
 
 @pytest.fixture(scope="module")
-def busy_calls(hangar, mortal, undisturbed):
+def busy_calls(session_folder, mortal, undisturbed):
     """Numbers of the first call while the flight is busy, and of the last call."""
     lines = [line for line in _lines() if float(line.split()[0]) < BUSY_S[0]]
-    _, first = _fly_to_call(hangar / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
-    flight, last = _fly_to_call(hangar / "all-calls", mortal, _lines(), 0)
+    _, first = _fly_to_call(session_folder / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
+    flight, last = _fly_to_call(session_folder / "all-calls", mortal, _lines(), 0)
     for name in flying.TRACED:
         assert flight.octets(name) == undisturbed.octets(name), name
     return 2 * first, 2 * (last - last // 10)  # The end of the flight has few calls.

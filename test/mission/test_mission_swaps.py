@@ -41,9 +41,9 @@ def _fly(root, folder):
 
 
 @pytest.fixture(scope="module")
-def unchanged(hangar):
+def unchanged(session_folder):
     """The flight before any change."""
-    return _fly(flying.ROOT, hangar / "unchanged")
+    return _fly(flying.ROOT, session_folder / "unchanged")
 
 
 def _reported(flight, name):

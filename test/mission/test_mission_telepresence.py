@@ -13,13 +13,13 @@ FLIGHTS = [("processes", 1), ("image", 1), ("processes", 2), ("image", 2)]
 class TestFlight:
     """Checks of every flight, from its raw logs."""
 
-    def test_ends_with_success(self, fleet, form, seed):
-        flight = fleet.flight(form=form, seed=seed)
+    def test_ends_with_success(self, shared_flights, form, seed):
+        flight = shared_flights.flight(form=form, seed=seed)
         assert flight.code == 0, flight.transcript()
         assert "failed" not in flight.output
 
-    def test_every_step_of_the_operator_went_as_written(self, fleet, form, seed):
-        flight = fleet.flight(form=form, seed=seed)
+    def test_every_step_of_the_operator_went_as_written(self, shared_flights, form, seed):
+        flight = shared_flights.flight(form=form, seed=seed)
         scenario = (flying.ROOT / "sim" / "scenarios" / "telepresence.scn").read_text(encoding="utf-8")
         wanted = [line for line in scenario.splitlines() if line.split()[1:2] == ["operator"] and line.split()[0] != "#"]
         log = flight.read("operator.log").splitlines()
@@ -27,18 +27,18 @@ class TestFlight:
         assert not [line for line in log if "FAILED" in line]
 
     @pytest.mark.parametrize("name", figures.BOUNDS)
-    def test_figure_within_its_bound(self, fleet, form, seed, name):
-        found, reasons = fleet.computed(form=form, seed=seed)
+    def test_figure_within_its_bound(self, shared_flights, form, seed, name):
+        found, reasons = shared_flights.computed(form=form, seed=seed)
         relation, bound = figures.BOUNDS[name]
         assert figures.holds(name, found[name]), f"{name} = {found[name]}, wanted {relation} {bound}: {reasons.get(name)}"
 
-    def test_all_members_react_to_each_unplug(self, fleet, form, seed):
-        found, _ = fleet.computed(form=form, seed=seed)
+    def test_all_members_react_to_each_unplug(self, shared_flights, form, seed):
+        found, _ = shared_flights.computed(form=form, seed=seed)
         assert found["unplugs"] == 2
         assert found["unplug_members_reported"] is True
 
-    def test_figures_are_computed_from_enough_data(self, fleet, form, seed):
-        found, _ = fleet.computed(form=form, seed=seed)
+    def test_figures_are_computed_from_enough_data(self, shared_flights, form, seed):
+        found, _ = shared_flights.computed(form=form, seed=seed)
         assert found["latency_forward_significance"] >= 20
         assert found["latency_back_significance"] >= 20
         assert found["tracking_periods"] >= 3
@@ -46,12 +46,12 @@ class TestFlight:
         assert found["engagements"] >= 4
         assert found["torque_limits_exceeded"] == 1
 
-    def test_no_port_at_rest_gives_energy_away(self, fleet, form, seed):
-        found = [decoded for _, _, decoded in fleet.run(form=form, seed=seed).reports_of("event")]
+    def test_no_port_at_rest_gives_energy_away(self, shared_flights, form, seed):
+        found = [decoded for _, _, decoded in shared_flights.run(form=form, seed=seed).reports_of("event")]
         assert found and not [decoded for decoded in found if decoded["event"] == "PASSIVITY"]
 
-    def test_leaves_nothing_behind(self, fleet, form, seed):
-        flying.assert_clean(fleet.flight(form=form, seed=seed))
+    def test_leaves_nothing_behind(self, shared_flights, form, seed):
+        flying.assert_clean(shared_flights.flight(form=form, seed=seed))
 
 
 def test_bounds_are_those_of_the_specification():
@@ -91,27 +91,27 @@ def _assert_equal(one, other):
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_forms_give_identical_logs(fleet, seed):
-    _assert_equal(fleet.flight(form="processes", seed=seed), fleet.flight(form="image", seed=seed))
+def test_forms_give_identical_logs(shared_flights, seed):
+    _assert_equal(shared_flights.flight(form="processes", seed=seed), shared_flights.flight(form="image", seed=seed))
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_two_runs_of_one_seed_give_identical_logs(fleet, form):
-    _assert_equal(fleet.flight(form=form), fleet.flight(form=form, again=1, report="yes"))
+def test_two_runs_of_one_seed_give_identical_logs(shared_flights, form):
+    _assert_equal(shared_flights.flight(form=form), shared_flights.flight(form=form, again=1, report="yes"))
 
 
-def test_truth_of_one_seed_is_identical_too(fleet):
-    assert fleet.flight().octets("truth.lcm") == fleet.flight(again=1, report="yes").octets("truth.lcm")
+def test_truth_of_one_seed_is_identical_too(shared_flights):
+    assert shared_flights.flight().octets("truth.lcm") == shared_flights.flight(again=1, report="yes").octets("truth.lcm")
 
 
-def test_another_seed_differs_in_sensor_noise(fleet):
-    one, other = fleet.flight(seed=1), fleet.flight(seed=2)
+def test_another_seed_differs_in_sensor_noise(shared_flights):
+    one, other = shared_flights.flight(seed=1), shared_flights.flight(seed=2)
     for name in flying.BUS_LOGS:
         assert one.octets(name) != other.octets(name)
     # At rest with engaged brakes: two seeds differ only in the noise, which has the same standard deviation.
     start, end = 2000 * 5, 2000 * 6
-    first = [fleet.run(seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
-    second = [fleet.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
+    first = [shared_flights.run(seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
+    second = [shared_flights.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     for a, b in zip(first, second):
         assert not np.array_equal(a, b)
         assert 0 < a.std() < 1.5 * b.std() < 2.25 * a.std() * 1.5

@@ -38,9 +38,9 @@ def _packets(stream):
 
 
 @pytest.fixture(scope="module")
-def quiet(fleet):
+def quiet(shared_flights):
     """The same flight without a third-party client."""
-    return fleet.flight()
+    return shared_flights.flight()
 
 
 def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):

@@ -10,30 +10,30 @@ UDP = {"links": "udp"}
 
 
 @pytest.mark.parametrize("name", figures.BOUNDS)
-def test_figure_within_its_bound(fleet, name):
-    flight = fleet.flight(**UDP)
+def test_figure_within_its_bound(shared_flights, name):
+    flight = shared_flights.flight(**UDP)
     assert flight.code == 0, flight.transcript()
-    found, reasons = fleet.computed(**UDP)
+    found, reasons = shared_flights.computed(**UDP)
     assert figures.holds(name, found[name]), f"{name} = {found[name]}: {reasons.get(name)}"
 
 
-def test_forms_give_identical_logs(fleet):
-    one, other = fleet.flight(form="processes", **UDP), fleet.flight(form="image", **UDP)
+def test_forms_give_identical_logs(shared_flights):
+    one, other = shared_flights.flight(form="processes", **UDP), shared_flights.flight(form="image", **UDP)
     assert other.code == 0, other.transcript()
     for name in flying.TRACED:
         assert one.octets(name) == other.octets(name), name
 
 
-def test_frames_on_the_buses_are_equal_with_links_over_udp_and_shared_memory(fleet):
+def test_frames_on_the_buses_are_equal_with_links_over_udp_and_shared_memory(shared_flights):
     """The frames on the buses are the same, octet by octet, as with links in shared memory."""
-    one, other = fleet.flight(), fleet.flight(**UDP)
+    one, other = shared_flights.flight(), shared_flights.flight(**UDP)
     for name in flying.BUS_LOGS:
         assert one.octets(name) == other.octets(name), name
 
 
-def test_the_method_is_agreed_and_reported(fleet):
+def test_the_method_is_agreed_and_reported(shared_flights):
     """TM[130,4] of each link contains the method UDP; its end node is a logical name."""
-    flight = fleet.flight(**UDP)
+    flight = shared_flights.flight(**UDP)
     accepted = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
     assert accepted
     for raw in accepted:

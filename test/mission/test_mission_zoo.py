@@ -44,9 +44,9 @@ def _records(flight, name, mark):
 
 
 @pytest.fixture(scope="module")
-def flights(hangar):
+def flights(session_folder):
     """Two flights as processes, two as an image."""
-    found = [_fly(hangar / f"zoo-{form}-{number}", form=form) for form in ("processes", "image") for number in range(2)]
+    found = [_fly(session_folder / f"zoo-{form}-{number}", form=form) for form in ("processes", "image") for number in range(2)]
     for flight in found:
         assert flight.code == 0, flight.transcript()
     return found
@@ -129,9 +129,9 @@ def test_a_run_leaves_no_names(flights):
 
 
 @pytest.fixture
-def house(tmp_path):
+def root(tmp_path):
     """A copy of the descriptors; programs and scenarios are those of the project."""
-    return flying.descriptors_copied(tmp_path / "house")
+    return flying.descriptors_copied(tmp_path / "root")
 
 
 def _edit(root, path, pattern, new):
@@ -143,23 +143,23 @@ def _edit(root, path, pattern, new):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["MIRROR", "ANTENNA"])
-def test_a_device_moves_to_another_end_node_by_xml_only(house, tmp_path, name, kind):
+def test_a_device_moves_to_another_end_node_by_xml_only(root, tmp_path, name, kind):
     address, channel = ADDRESSES[kind]
     order = ' order="LITTLE"' if name == "ANTENNA" else ""
     framing = ' framing="SLIP"' if kind in ("TCP", "SERIAL", "FILE") else ""
     _edit(
-        house,
+        root,
         INSTRUMENTS,
         rf'(<Device name="{name}".*?)<Endnode [^>]*/>',
         rf'\1<Endnode type="{kind}" {address}{order} checksum="true" silence="50ms"/>',
     )
     _edit(
-        house,
+        root,
         WORLD,
         rf'<Instrument name="{name}" .*?(period=[^>]*/>)',
         rf'<Instrument name="{name}" type="{kind}" channel="{channel}"{order}{framing} checksum="true" \1',
     )
-    flight = _fly(tmp_path / "run", root=house)
+    flight = _fly(tmp_path / "run", root=root)
     assert flight.code == 0, flight.transcript()
     assert len(_records(flight, name, "<")) > 4000
     _moves_as_commanded(flight, name, "<" if name == "ANTENNA" else ">")
@@ -174,9 +174,9 @@ def test_a_device_moves_to_another_end_node_by_xml_only(house, tmp_path, name, k
         (r'<Device name="MIRROR" type="stream">', '<Device name="MIRROR" type="gyro">', 'expected "stream"'),
     ],
 )
-def test_what_cannot_fly_is_refused_before_the_flight(house, tmp_path, old, new, words):
-    _edit(house, INSTRUMENTS, old, new)
-    flight = _fly(tmp_path / "run", root=house)
+def test_what_cannot_fly_is_refused_before_the_flight(root, tmp_path, old, new, words):
+    _edit(root, INSTRUMENTS, old, new)
+    flight = _fly(tmp_path / "run", root=root)
     assert flight.code == 1
     assert re.search(r"instruments\.xml:\d+: [^\n]*" + re.escape(words), flight.output + flight.console), flight.transcript()
     flying.assert_clean(flight)
@@ -187,7 +187,7 @@ def test_what_cannot_fly_is_refused_before_the_flight(house, tmp_path, old, new,
     [("unplug {}", "plug {}", {"UDP": 2}), ("silent {} on", "silent {} off", dict.fromkeys(KINDS, 2)), ("garbage {} on", "garbage {} off", dict.fromkeys(KINDS, 3))],
     ids=["unplug", "silent", "garbage"],
 )
-def test_a_faulty_device_is_lost_with_its_cause_and_returns(hangar, fault, end, cause):
+def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_folder, fault, end, cause):
     """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both
     forms."""
     lines = list(UP)
@@ -203,8 +203,8 @@ def test_a_faulty_device_is_lost_with_its_cause_and_returns(hangar, fault, end, 
         ]
     lines.append("12.0 operator shutdown")
     name = fault.split(" ")[0]
-    path = flying.write_scenario(hangar / f"zoo-{name}.scn", *lines)
-    flights = [_fly(hangar / f"zoo-{name}-{form}", str(path), form) for form in ("processes", "image")]
+    path = flying.write_scenario(session_folder / f"zoo-{name}.scn", *lines)
+    flights = [_fly(session_folder / f"zoo-{name}-{form}", str(path), form) for form in ("processes", "image")]
     for flight in flights:
         assert flight.code == 0, flight.transcript()
     for log in LOGS:

@@ -90,9 +90,9 @@ class Pupil:
 
 
 @pytest.fixture(scope="module")
-def pupil(hangar):
+def pupil(session_folder):
     """One user for the whole tutorial."""
-    pupil = Pupil(hangar / "tutorial")
+    pupil = Pupil(session_folder / "tutorial")
     yield pupil
     if not pupil.has_failed:
         shutil.rmtree(pupil.place, ignore_errors=True)

@@ -15,8 +15,8 @@ class Reader {
     return this.octets.subarray(this.at - size, this.at);
   }
 
-  // Numbers of a column. per: factor of a column of integers; null: the column has 64-bit floating point numbers.
-  // Octets of equal significance are together: first the lowest ones of all rows.
+  // Numbers of a column. per: factor of a column of integers; null: the column has 64-bit floating point
+  // numbers. Octets of equal significance are together: first the lowest ones of all rows.
   column(rows, per) {
     const found = new Float64Array(rows);
     if (per === null) {

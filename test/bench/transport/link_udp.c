@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pair of real-time links over UDP, with their CRC. The reader waits in the kernel; it has no variant that polls.
+// A pair of real-time links over UDP, with their CRC. The reader waits in the kernel; it has no variant that
+// polls.
 #include "fsw/framework/rtlink/link_channel.h"
 #include "test/bench/transport/round_trip.h"
 

@@ -178,7 +178,8 @@ static void monitor_count(uint16_t id, uint16_t low_event, uint16_t high_event)
     fixture_forget();
 }
 
-/// Auxiliary data: PMON id, parameter id, check type (limit), status (above the high limit), value 21 as double.
+/// Auxiliary data: PMON id, parameter id, check type (limit), status (above the high limit), value 21 as
+/// double.
 static void an_event_carries_the_values_of_its_monitor(void)
 {
     monitor_count(1U, 0U, FIXTURE_CROSSED);
@@ -205,8 +206,8 @@ static void an_event_of_another_size_contains_the_parameters_of_its_definition(v
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// The monitor cannot know these values, and does not report zeros instead. The refusal is PUS_FAILURE_ACCESS,
-/// 0x0206, with the id of the event.
+/// The monitor cannot know these values, and does not report zeros instead. The refusal is
+/// PUS_FAILURE_ACCESS, 0x0206, with the id of the event.
 static void an_event_with_values_that_a_monitor_cannot_know_is_refused(void)
 {
     static const uint16_t events[][2] = {{FIXTURE_BROKEN, 0U}, {0U, FIXTURE_BROKEN}, {FIXTURE_FAILED, 0U}};
