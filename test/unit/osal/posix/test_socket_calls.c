@@ -570,8 +570,8 @@ static void a_pair_has_two_ends_or_is_not_opened(void** state)
     assert_int_equal(STATUS_OK, osal_local_pair(&ends[0], &ends[1]));
     assert_int_equal(0, ends[0].descriptor);
     assert_int_equal(1, ends[1].descriptor);
-    assert_int_equal(0U, ends[0].blind);
-    assert_int_equal(0U, ends[1].blind);
+    assert_int_equal(0U, ends[0].waits_to_skip);
+    assert_int_equal(0U, ends[1].waits_to_skip);
     will_return(__wrap_socketpair, -EMFILE);
     assert_int_equal(STATUS_IO, osal_local_pair(&ends[0], &ends[1]));
     assert_int_equal(-1, ends[0].descriptor);
