@@ -116,7 +116,7 @@ static component_runtime_surroundings_t surroundings_of(image_t* const self)
                                               .hub         = &self->hub};
 }
 
-/// Open a component; The component loads its descriptor into `own`. Returns null, or the error text.
+/// Open a component, which loads its descriptor into `own`. Returns null, or the error text.
 static const char* open_component(image_t* const self, const unsigned index,
                                   subsystem_descriptor_t* const own)
 {
@@ -145,7 +145,7 @@ static const char* open_component(image_t* const self, const unsigned index,
     return NULL;
 }
 
-static const char* component_runtime_all(image_t* const self)
+static const char* open_components(image_t* const self)
 {
     message_ring_carrier_init(&self->hub, (message_delivery_notice_t){self, delivered});
     for (unsigned i = 0U; i < self->run->component_count; i++) {
@@ -200,6 +200,7 @@ static bool may_return(image_t* const self)
     return may;
 }
 
+/// End a participant for the rest of the run: no successor takes its place.
 static void give_up(image_t* const self, const unsigned participant)
 {
     osal_lockstep_set_succession(self->scheduler, participant, 0U);
@@ -272,7 +273,7 @@ static bool is_stop_requested(const image_t* const self)
 
 static const char* open_cosimulation(image_t* const self, const char* const path)
 {
-    const unsigned order = run_operator(self->run);
+    const unsigned participant = run_operator(self->run);
     if (path == NULL) {
         return NULL;
     }
@@ -288,14 +289,14 @@ static const char* open_cosimulation(image_t* const self, const char* const path
     }
     if ((status == STATUS_TIMEOUT) && is_stop_requested(self)) {
         // The operator ended before it joined: shut the mission down.
-        osal_lockstep_end(self->scheduler, order, OSAL_LOCKSTEP_ANY_LIFE);
+        osal_lockstep_end(self->scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE);
         return NULL;
     }
     if (status != STATUS_OK) {
         return "the operator did not join";
     }
-    osal_lockstep_set_stream_port(self->scheduler, order, self->cosimulation.stream_port);
-    osal_lockstep_done(self->scheduler, order, 0U);
+    osal_lockstep_set_stream_port(self->scheduler, participant, self->cosimulation.stream_port);
+    osal_lockstep_done(self->scheduler, participant, 0U);
     return NULL;
 }
 
@@ -303,11 +304,11 @@ static const char* open_cosimulation(image_t* const self, const char* const path
 
 static void run_operator_turn(image_t* const self, const osal_grant_t* const grant)
 {
-    const unsigned order = run_operator(self->run);
-    uint64_t wake_ns     = OSAL_LOCKSTEP_NEVER;
-    if (cosimulation_port_turn(&self->cosimulation, self->scheduler, order, self->communication, grant,
+    const unsigned participant = run_operator(self->run);
+    uint64_t wake_ns           = OSAL_LOCKSTEP_NEVER;
+    if (cosimulation_port_turn(&self->cosimulation, self->scheduler, participant, self->communication, grant,
                                &wake_ns) == STATUS_OK) {
-        osal_lockstep_done(self->scheduler, order, wake_ns);
+        osal_lockstep_done(self->scheduler, participant, wake_ns);
     }
 }
 
@@ -454,7 +455,7 @@ int main(const int argument_count, char* arguments[])
     osal_process_ignore_interrupt();
     arm_refusal();
     const char* error = attach(&image, options.run);
-    error             = (error != NULL) ? error : component_runtime_all(&image);
+    error             = (error != NULL) ? error : open_components(&image);
     error             = (error != NULL) ? error : open_simulator(&image, &options);
     error = (error != NULL) ? error : launcher_relay_open(&image.relay, image.run, image.scheduler);
     error = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);

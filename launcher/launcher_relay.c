@@ -109,7 +109,7 @@ static void pass_on(launcher_relay_t* const self, const relay_frame_t* const fra
 uint64_t launcher_relay_step(launcher_relay_t* const self, const osal_grant_t* const grant)
 {
     FSW_ASSERT((self != NULL) && (grant != NULL));
-    run_relay_t* const shown = &self->run->relay;
+    run_relay_t* const published = &self->run->relay;
     take_announced(self, grant);
     // The relay runs last in a time step, so consumers receive the frames in the next step. Therefore the
     // relay sends a frame one step before the frame is due for its consumer.
@@ -118,9 +118,9 @@ uint64_t launcher_relay_step(launcher_relay_t* const self, const osal_grant_t* c
          frame                      = relay_give(&self->relay, read_ns)) {
         pass_on(self, frame);
     }
-    shown->delayed         = self->relay.counters.delayed;
-    shown->lost            = self->relay.counters.lost;
-    shown->reordered       = self->relay.counters.reordered;
+    published->delayed     = self->relay.counters.delayed;
+    published->lost        = self->relay.counters.lost;
+    published->reordered   = self->relay.counters.reordered;
     const uint64_t next_ns = relay_next_ns(&self->relay);
     return (next_ns == RELAY_NEVER) ? OSAL_LOCKSTEP_NEVER : (next_ns - RUN_STEP_NS);
 }

@@ -232,6 +232,7 @@ static void take_piece(packet_log_t* const log)
     const uint64_t oldest = oldest_number(log);
     const uint64_t behind = log->job.last_number + 1U;
     const uint64_t saved  = ((oldest < behind) ? oldest : behind) - log->job.first_number;
+    // make_room counted the dropped records as failures.
     log->failures -= (log->wanted == PACKET_LOG_RING) ? 0U : (uint32_t)saved;
     while (oldest_number(log) < behind) {
         drop_oldest(log);
@@ -288,6 +289,7 @@ static bool is_busy(packet_log_t* const log)
     if (log->job.kind == PACKET_LOG_NO_JOB) {
         return false;
     }
+    // Job, piece and file belong to the writer while is_busy is set, otherwise to the supervisor's loop.
     if (!__atomic_load_n(&log->is_busy, __ATOMIC_ACQUIRE)) {
         finish_job(log);
         return false;

@@ -226,7 +226,7 @@ def _parameter(dictionary, word, usage):
     return subsystem, subsystem.parameter(head), field
 
 
-def _values(subsystem, parameter):
+def _value_request(subsystem, parameter):
     """Request for the value of a parameter."""
     data = struct.pack(">BI", 1, parameter.parameter_id)
     return Request(subsystem.apid, 20, 1, data, f"get {subsystem.name}.{parameter.name}")
@@ -248,7 +248,7 @@ def _set(dictionary, words):
 
     def procedure(session, timeout_ns):
         """Read the structure, and write it with this field; a request contains whole parameters only."""
-        reports = yield from answers(session, _values(subsystem, parameter), (20, 2), timeout_ns)
+        reports = yield from answers(session, _value_request(subsystem, parameter), (20, 2), timeout_ns)
         value = reports[-1][0].data[6:]  # After the number of values and the id.
         changed = value[:offset] + octets + value[offset + item.size :]
         return (yield from simple(request(changed)).procedure(session, timeout_ns))
@@ -260,7 +260,7 @@ def _get(dictionary, words):
     usage = "get SUBSYSTEM.PARAMETER[.FIELD]"
     need(words, 1, usage)
     subsystem, parameter, field = _parameter(dictionary, words[0], usage)
-    request = _values(subsystem, parameter)
+    request = _value_request(subsystem, parameter)
     if not field:
         return asking(request, (20, 2))
     item, _ = parameter.field(field)
@@ -490,5 +490,3 @@ def plan(words, dictionary, files=MACHINE):
         return VERBS[words[0]][0](dictionary, list(words[1:]))
     except (DictionaryError, ValueProblem, packets.PacketError) as error:
         raise UsageError(str(error)) from error
-
-

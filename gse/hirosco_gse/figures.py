@@ -84,8 +84,8 @@ def _contour_window(run):
     return _hold_window(run, "follow")
 
 
-def _robot_word(run, joint, start, end):
-    """Command word of a joint in a window: torque in CST, position in CSP."""
+def _robot_command(run, joint, start, end):
+    """Commanded values of a joint in a window: torque in CST, position in CSP."""
     cst, csp = run.joint_cst[joint], run.joint_csp[joint]
     if cst.seen[start:end].sum() >= csp.seen[start:end].sum():
         return filled(cst, "torque", start, end)
@@ -101,8 +101,8 @@ def _free_space(run):
     return first, min(limit, following[0][2] if following else end)
 
 
-def _increments(words):
-    return np.diff(words.astype(float), prepend=float(words[0]))
+def _increments(values):
+    return np.diff(values.astype(float), prepend=float(values[0]))
 
 
 def _response(answer, cause, lags, others):
@@ -145,8 +145,8 @@ def latency_forward(run):
     for axis in range(2):
         stick = _increments(filled(run.stick_tpdo, str(axis), start, end))
         joint = [_increments(filled(run.joint_tpdo[axis], name, start, end)) for name in ("position", "torque")]
-        word = _increments(_robot_word(run, axis, start, end))
-        answers.append(_response(word, stick, FORWARD_LAGS, [(signal, LOOP_LAGS) for signal in joint]))
+        command = _increments(_robot_command(run, axis, start, end))
+        answers.append(_response(command, stick, FORWARD_LAGS, [(signal, LOOP_LAGS) for signal in joint]))
     lag, sure = _clear_lag(answers, FORWARD_LAGS, "encoder counts")
     return {"latency_forward_cycles": lag, "latency_forward_significance": sure}
 
@@ -445,7 +445,7 @@ def _limits(run):
 
 
 def torque_limit(run):
-    """Time from the first torque word beyond the telecommanded limit to the first controlword other than 0x0F."""
+    """Time from the first measured torque beyond the telecommanded limit to the first controlword other than 0x0F."""
     worst, count = None, 0
     limits = _limits(run)
     for number, (time_us, limit) in enumerate(limits):

@@ -27,8 +27,8 @@ class Signal:
     factor: float
     offset: float
     unit: str
-    selects: bool = False  # The value of this signal decides which other signals are present.
-    when: set = field(default_factory=set)  # values of the selecting signal with which it is present; empty: always
+    is_multiplexor: bool = False  # The value of this signal decides which multiplexed signals are present.
+    when: set = field(default_factory=set)  # values of the multiplexor with which it is present; empty: always
     words: dict = field(default_factory=dict)
 
     def value(self, octets):
@@ -77,11 +77,11 @@ class Database:
         """(name of the frame or None, list of (signal, number or word, unit))."""
         key = identifier | (EXTENDED if is_extended else 0)
         found, selected = [], None
-        for signal in sorted(self.signals.get(key, {}).values(), key=lambda item: not item.selects):
+        for signal in sorted(self.signals.get(key, {}).values(), key=lambda item: not item.is_multiplexor):
             if signal.start + signal.bits > 8 * len(octets) or (signal.when and selected not in signal.when):
                 continue
             number = signal.value(octets)
-            if signal.selects:
+            if signal.is_multiplexor:
                 selected = number
             value = signal.words.get(number)
             if value is None:

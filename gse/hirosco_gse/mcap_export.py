@@ -183,7 +183,7 @@ def _database(path, facts):
     return {identifier: (name, database.octets[identifier], list(database.signals[identifier].values()))
             for identifier, name in database.names.items()
             if database.octets[identifier] <= 8 and database.signals[identifier]
-            and not any(signal.selects or signal.when for signal in database.signals[identifier].values())}
+            and not any(signal.is_multiplexor or signal.when for signal in database.signals[identifier].values())}
 
 
 def _values(words, signal):

@@ -32,6 +32,8 @@ static void run(void* const context)
     osal_task_t* const task = context;
     place_t* const place    = &places[task->handle - 1U];
     task->entry(task->context);
+    // In one critical section, as in osal_task_join: either the joiner sees that the task has ended, or this
+    // task sees the joiner and notifies it.
     taskENTER_CRITICAL();
     place->has_ended          = true;
     const TaskHandle_t joiner = place->joiner;
@@ -94,7 +96,8 @@ void osal_task_join(osal_task_t* const task)
         has_ended = place->has_ended;
         taskEXIT_CRITICAL();
     }
-    // A task that another task deletes has a free block at once.
+    // The kernel frees the block and the stack of another task at once; those of a task that deletes itself
+    // would be in use until the idle task runs.
     vTaskDelete((TaskHandle_t)&place->block);
     taskENTER_CRITICAL();
     place->is_taken = false;

@@ -68,13 +68,15 @@ static bool configure(const int descriptor)
               (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all_errors, sizeof all_errors) == 0);
     is_good = is_good && (setsockopt(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0);
     is_good = is_good && (setsockopt(descriptor, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) == 0);
+    // Only a process with CAP_NET_ADMIN may pass the limit net.core.rmem_max; SO_RCVBUF is cut to it.
     if (is_good && (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, &octets, sizeof octets) != 0)) {
         is_good = (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &octets, sizeof octets) == 0);
     }
     return is_good;
 }
 
-/// Check the interface: it exists, is for CAN, is up, and supports FD if required.
+/// Check the interface: it exists, is for CAN, and is up. Note whether it carries FD frames;
+/// the users of FD check that.
 static status_t inspect(osal_can_t* const can, const int descriptor, const char* const interface,
                         int* const out_index)
 {

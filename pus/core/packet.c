@@ -199,6 +199,7 @@ status_t pus_time_read(octet_reader_t* const reader, uint64_t* const out_time_ns
     if ((field >> P_FIELD_SHIFT) != PUS_TIME_P_FIELD) {
         return STATUS_INVALID;
     }
+    // Rounded up, so that writing this time gives the same field again.
     *out_time_ns = (seconds * NS_PER_S) + (((fraction * NS_PER_S) + (TIME_FRACTIONS - 1U)) / TIME_FRACTIONS);
     return STATUS_OK;
 }

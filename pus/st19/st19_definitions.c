@@ -66,12 +66,13 @@ void event_action_enter(event_action_t* const self, const uint16_t slot, const d
     }
     *place                 = definition->next;
     uint16_t* const bucket = bucket_of(self, content->apid, content->event);
-    const bool is_queued   = definition->is_queued;
-    *definition            = *content;
-    definition->in_use     = true;
-    definition->is_queued  = is_queued;
-    definition->next       = *bucket;
-    *bucket                = slot;
+    // The slot may still be in the queue, from a definition that was deleted: it must not be queued twice.
+    const bool is_queued  = definition->is_queued;
+    *definition           = *content;
+    definition->in_use    = true;
+    definition->is_queued = is_queued;
+    definition->next      = *bucket;
+    *bucket               = slot;
     self->count++;
 }
 

@@ -32,7 +32,7 @@ typedef struct { // Private.
     uint32_t report;  // Number of the report that includes this definition.
     bool in_use;
     bool is_enabled;
-    bool is_queued;
+    bool is_queued; // The queue contains this slot, perhaps since a definition that was deleted.
 } pus_event_action_definition_t;
 
 typedef struct {

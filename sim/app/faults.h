@@ -51,9 +51,9 @@ typedef enum {
 } fault_kind_t;
 
 typedef enum {
-    FAULT_RESTART_AUTO,
-    FAULT_RESTART_ORDER,
-    FAULT_RESTART_NOW
+    FAULT_RESTART_AUTO,  ///< From now on the controller recovers from bus-off by itself.
+    FAULT_RESTART_ORDER, ///< From now on it recovers only after FAULT_RESTART_NOW.
+    FAULT_RESTART_NOW    ///< The controller begins to recover.
 } fault_restart_t;
 
 typedef struct {

@@ -56,6 +56,8 @@ static void count(controller_t* const controller, const controller_event_t event
     case CONTROLLER_RECEIVE_ERROR:
         controller->receive_errors += (controller->receive_errors < RECEIVE_LIMIT) ? 1U : 0U;
         break;
+    // Exception of ISO 11898-1: an error-passive controller does not count a missing acknowledgement, so a
+    // controller that is alone on a bus does not go to bus-off.
     case CONTROLLER_NO_ACK:
         if (controller->transmit_errors < CONTROLLER_PASSIVE) {
             add_transmit_errors(controller);

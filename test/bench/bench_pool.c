@@ -88,6 +88,7 @@ int main(void)
                                 .warn_percent  = POOL_WARN_PERCENT,
                                 .clear_percent = POOL_CLEAR_PERCENT};
     osal_task_t task;
+    // malloc and free use locks only after the program has started a thread.
     if (osal_task_start(&task, end_at_once, NULL, 0) != STATUS_OK) {
         return 1;
     }

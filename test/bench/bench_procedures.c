@@ -12,8 +12,8 @@
 #include <time.h>
 
 #define SLOTS SPACECRAFT_PROCEDURE_SLOTS
-#define WARM_UP 200U // Cycles in which a program reaches its loop.
-#define LOOK 300U    // Cycles in which the times are compared.
+#define WARM_UP 200U  // Cycles in which a program reaches its loop.
+#define MEASURED 300U // Cycles in which the times are compared.
 #define NS_PER_US 1000.0
 #define NS_PER_S 1e9
 
@@ -84,7 +84,7 @@ static double time_of(const hostile_procedure_t* const procedure)
         cycle(&hostile);
     }
     const double start = seconds();
-    for (unsigned i = 0U; i < LOOK; i++) {
+    for (unsigned i = 0U; i < MEASURED; i++) {
         cycle(&hostile);
     }
     return seconds() - start;
@@ -102,7 +102,7 @@ int main(void)
         }
     }
     (void)fprintf(stderr, "the most expensive of %zu procedures: %s\n", HOSTILE_PROCEDURES, worst->name);
-    begin(&plain, &hostile_procedures[0]);
+    begin(&plain, &hostile_procedures[0]); // The procedure of plain additions.
     begin(&hostile, worst);
     for (unsigned i = 0U; i < WARM_UP; i++) {
         cycle(&plain);

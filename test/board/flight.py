@@ -59,7 +59,7 @@ def start(folder, part, *options):
 
 
 def lines():
-    """Lines of a scenario with every state and, but for a death, every transition of the manipulator."""
+    """Lines of a scenario with every state of the manipulator, and every transition except that of a death."""
     return ["0.0 hand rest", "0.0 operator ping all", "1.5 hand circle 0.1 0.5 1 3 1",
             *flying.bring_up(0.2),
             "2.5 operator hk once MANIPULATOR 4711",
@@ -71,7 +71,7 @@ def lines():
 
 
 def steps(folder):
-    """Fly these lines; the rows of its steps, and the stacks."""
+    """Fly the scenario of lines(). Returns the rows of instructions and the stacks that the program has printed."""
     scenario = flying.write_scenario(folder / "steps.scn", *lines())
     flight = start(folder, "steps", "--scenario", scenario).wait()
     assert flight.code == 0, flight.transcript()

@@ -19,7 +19,7 @@ void fsw_assertion_failed(const char* const file, const int line)
 static const state_t targets[TARGETS] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_SAFE_OPERATIONAL,
                                          STATE_OPERATIONAL, STATE_ERROR_OPERATIONAL};
 
-/// The changes of state that the last call made.
+/// Print the changes of state that the last call made.
 static void print_changes(const state_machine_t* const machine)
 {
     for (unsigned i = 0U; i < machine->transition_count; i++) {

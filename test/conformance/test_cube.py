@@ -20,6 +20,9 @@ TORQUE_NM = 2.2e-4
 STEP_NS = 500_000
 WHEELS = (0x31, 0x32, 0x33, 0x34)
 TORQUES = (0.2, 0.1, -0.1, 0.05)
+# Of the world and its data sheets: the largest momentum and speed of a wheel, and the inertia of the satellite.
+MOMENTUM_NMS, SPEED_RAD_S = 12, 6000 * 2 * numpy.pi / 60
+INERTIA = numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])
 
 
 @pytest.fixture(scope="module")
@@ -103,9 +106,8 @@ def rotation(q):
 
 def momentum(base, wheels):
     """Angular momentum of satellite and wheels about the centre of mass, in the axes of the world."""
-    inertia = numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])
     turn = rotation(base.rotation[0])
-    return turn @ (inertia @ turn.T @ numpy.array(base.rate_rad_s[0]) + axes_of_wheels() @ numpy.array(wheels.momentum_nms))
+    return turn @ (INERTIA @ turn.T @ numpy.array(base.rate_rad_s[0]) + axes_of_wheels() @ numpy.array(wheels.momentum_nms))
 
 
 def test_wheels_take_and_give_momentum(tmp_path, types):
@@ -127,7 +129,7 @@ def test_wheels_take_and_give_momentum(tmp_path, types):
         given = sum(wheel.torque_nm[index] for wheel in wheels) * 5e-4
         assert abs(given - wheels[-1].momentum_nms[index] + wheels[0].momentum_nms[index]) < 2e-4
         assert abs(given / torque - 2.0) < 0.05  # 200 cycles of 10 ms.
-    inertia = 12 / (6000 * 2 * numpy.pi / 60)
+    inertia = MOMENTUM_NMS / SPEED_RAD_S  # Of a wheel.
     assert abs(wheels[-1].momentum_nms[1] / inertia - speeds[1]) < 2.0
     drift = max(abs(momentum(base, wheel) - momentum(bases[0], wheels[0])).max() for base, wheel in zip(bases[::50], wheels[::50], strict=True))
     print(f"{wheels[-1].time_ns * 1e-9:.1f} s: drift {drift:.1e} Nms, wheels {wheels[-1].momentum_nms}")
@@ -170,26 +172,26 @@ def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
     gyro.nmt.state = tracker.nmt.state = "OPERATIONAL"
     enable(network, wheels)
     mount, share = of_angles(UNIT), numpy.linalg.pinv(axes_of_wheels())
-    inertia = numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])
     seen = set()
     for _ in range(320):
         rate = mount @ (values(gyro, 0, 1, 2) * 1e-7)
-        command(network, wheels, 0x0F, numpy.clip(share @ (inertia @ rate), -0.22, 0.22))
+        command(network, wheels, 0x0F, numpy.clip(share @ (INERTIA @ rate), -0.22, 0.22))
         gyro.answers.get(timeout=BOUND_S)
         tracker.answers.get(timeout=BOUND_S)
         seen.add(tuple(values(tracker, 0, 1, 2, 3)))
-    measured, stamp = values(tracker, 0, 1, 2, 3) * 1e-9, values(tracker, 4, 5, 6, 7)
+    measured, (stamp_syncs, stamp_us, status) = values(tracker, 0, 1, 2, 3) * 1e-9, values(tracker, 4, 5, 6)
     simulator.close()
     bases, spun = (at_each_step(truth(tmp_path, types, channel)) for channel in ("BASE", "WHEEL"))
     drift = max(abs(momentum(base, wheel) - momentum(bases[0], spun[0])).max() for base, wheel in zip(bases[::50], spun[::50], strict=True))
-    print(f"{spun[-1].time_ns * 1e-9:.1f} s: rate {numpy.linalg.norm(bases[-1].rate_rad_s[0]):.1e} rad/s, drift {drift:.1e} Nms, stamp {stamp}")
+    print(f"{spun[-1].time_ns * 1e-9:.1f} s: rate {numpy.linalg.norm(bases[-1].rate_rad_s[0]):.1e} rad/s, drift {drift:.1e} Nms, exposure {stamp_us} us after SYNC {stamp_syncs}")
     assert numpy.linalg.norm(bases[0].rate_rad_s[0]) > 0.03
     assert numpy.linalg.norm(bases[-1].rate_rad_s[0]) < 3e-4
     assert drift < 1e-6
     # Within noise and rate times 0.2 s.
     assert angle(rotation(measured).T @ rotation(bases[-1].rotation[0]) @ mount) < 1e-3
-    assert 45 < len(seen) < 85  # 5 Hz.
-    assert stamp[0] > 300 and stamp[1] < 50000 and stamp[2] == 0
+    assert 45 < len(seen) < 85  # 5 Hz, for 320 cycles of 40 ms.
+    # The last exposure was after one of the last SYNCs and before the next, which follows after 40 ms.
+    assert stamp_syncs > 300 and stamp_us < 50000 and status == 0
 
 
 def test_the_gyro_measures_the_rate_of_its_link(tmp_path, types):
@@ -213,10 +215,11 @@ def test_the_gyro_measures_the_rate_of_its_link(tmp_path, types):
     assert (abs(errors.mean(axis=0)) < 5e-6).all() and (abs(errors.std(axis=0) - 1e-5) < 2e-6).all()
     ours, other = bases[-1].position_m
     turn = rotation(bases[-1].rotation[0])
-    place = numpy.array(other) + rotation(bases[-1].rotation[1]) @ [0.3, 0.1, 0.6]
+    # Origins, in their satellites, of the link that the camera observes and of the link with the camera.
+    observed_at = numpy.array(other) + rotation(bases[-1].rotation[1]) @ [0.3, 0.1, 0.6]
     camera_at = numpy.array(ours) + turn @ [0.6, 0, 0]
     # The pose is 0.13 s old and has noise.
-    assert numpy.linalg.norm((turn @ of_angles((0, 0.1, 0))).T @ (place - camera_at) - found) < 0.03
+    assert numpy.linalg.norm((turn @ of_angles((0, 0.1, 0))).T @ (observed_at - camera_at) - found) < 0.03
 
 
 def test_faults_of_a_scenario_act_on_sensors_and_wheels(tmp_path, types):

@@ -152,11 +152,12 @@ def test_the_peers_verificator_follows_a_request_to_its_end(process):
 @pytest.mark.parametrize(
     "tc, stage, code, instruction, detail",
     [
-        (request(99, 1), 2, 0x0105, 0, 99),
-        (request(17, 9), 2, 0x0106, 0, 17 << 8 | 9),
-        (request(17, 1, b"\0"), 2, 0x0108, 0, 0),
-        (request(17, 1, apid=17), 2, 0x0104, 0, 17),
-        (request(5, 6, b"\2\0\3"), 2, 0x0108, 0, 3),
+        # Failure codes: pus/core/tailoring.h.
+        (request(99, 1), 2, 0x0105, 0, 99),  # PUS_FAILURE_SERVICE.
+        (request(17, 9), 2, 0x0106, 0, 17 << 8 | 9),  # _SUBTYPE.
+        (request(17, 1, b"\0"), 2, 0x0108, 0, 0),  # _DATA.
+        (request(17, 1, apid=17), 2, 0x0104, 0, 17),  # _APID.
+        (request(5, 6, b"\2\0\3"), 2, 0x0108, 0, 3),  # _DATA.
         (request(8, 1, b"SLOWLY\0\0\0"), 4, 0x0201, 0, int.from_bytes(b"SLOW", "big")),
         (request(5, 6, b"\1\0\4"), 4, 0x0201, 1, 4),
         (request(8, 1, b"BROKEN\0\0\0"), 8, 0x0406, 0, 250),
@@ -461,6 +462,7 @@ def test_pusdump_decodes_fields_it_knows():
 
 def any_packet(chance):
     """A packet of a message that pusdump knows, with random data, sometimes damaged."""
+    # Service: highest subtype that is drawn.
     services = {1: 10, 3: 35, 5: 8, 8: 1, 17: 4, 20: 3, 129: 6, 130: 10, 131: 11}
     service = chance.choice(list(services))
     subtype = chance.randrange(1, services[service] + 1)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #define CLASSIC_OCTETS 8U
+#define FIRST_NODE 0x11U // Of the two nodes of the fuzzed descriptors.
 
 osal_can_frame_t fuzz_can_frame(const fuzz_record_t* const record)
 {
@@ -26,6 +27,7 @@ osal_can_frame_t fuzz_can_frame(const fuzz_record_t* const record)
 
 void fuzz_repair_can(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
 {
+    // NMT, EMCY, PDOs, SDO answers and requests (twice, since most depends on them) and heartbeat of CiA 301.
     static const uint16_t functions[] = {0x000U, 0x080U, 0x180U, 0x200U, 0x280U, 0x300U, 0x380U,
                                          0x400U, 0x580U, 0x580U, 0x600U, 0x600U, 0x700U};
     (void)kind;
@@ -33,8 +35,10 @@ void fuzz_repair_can(const uint8_t kind, uint8_t* const octets, const size_t siz
         return;
     }
     const uint32_t choice = fuzz_random(random);
-    uint16_t cob          = functions[choice % (sizeof functions / sizeof functions[0])];
-    cob                   = (uint16_t)(cob + ((cob != 0U) ? (0x11U + (fuzz_random(random) % 2U)) : 0U));
-    octets[0]             = (uint8_t)(cob >> 8U);
-    octets[1]             = (uint8_t)cob;
+    uint16_t identifier   = functions[choice % (sizeof functions / sizeof functions[0])];
+    if (identifier != 0U) { // That of NMT has no node.
+        identifier = (uint16_t)(identifier + FIRST_NODE + (fuzz_random(random) % 2U));
+    }
+    octets[0] = (uint8_t)(identifier >> 8U);
+    octets[1] = (uint8_t)identifier;
 }

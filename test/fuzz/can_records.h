@@ -10,8 +10,7 @@
 
 /// Returns the frame of a record. Argument bit 0: extended, 1: remote, 2: error, 3: FD (up to 64 octets).
 osal_can_frame_t fuzz_can_frame(const fuzz_record_t* record);
-/// Change the identifier to one that CANopen node 0x11 or 0x12 uses; most of the time also make the length 2
-/// + 8 octets.
+/// Change the identifier to one that CANopen node 0x11 or 0x12 uses, or that of NMT.
 void fuzz_repair_can(uint8_t kind, uint8_t* octets, size_t size, uint32_t* random);
 
 #endif // TEST_FUZZ_CAN_RECORDS_H

@@ -23,11 +23,11 @@
 
 #define DESCRIPTOR "descriptors/subsystems/manipulator.xml"
 #define STEPS_TO_OFFLINE 100000U
-#define STEPS_MAX 3000U           // Maximum number of steps of the records of one input.
-#define CYCLES_TO_SECURE 50U      // From leaving OPERATIONAL until each drive that obeys has its brake on.
-#define OPERATION_ENABLED 0x000FU // Controlword of CiA 402: torque, the brake is released.
-#define REQUESTS_MAX 1024U        // Request ids of one input that are watched; later ones are not.
-#define ID_OCTETS 4U              // Packet id and sequence control, the request id of ST[01].
+#define STEPS_MAX 3000U          // Maximum number of steps of the records of one input.
+#define CYCLES_TO_SECURE 50U     // From leaving OPERATIONAL until each drive that obeys has its brake on.
+#define ENABLE_OPERATION 0x000FU // Controlword of CiA 402: torque, the brake is released.
+#define REQUESTS_MAX 1024U       // Request ids of one input that are watched; later ones are not.
+#define ID_OCTETS 4U             // Packet id and sequence control, the request id of ST[01].
 
 typedef struct { // Packets with the same request id.
     uint32_t id;
@@ -202,7 +202,7 @@ static void check_state(const state_t before)
     const bool is_good = obeys(joints[0]) && obeys(joints[1]);
     idle_cycles        = ((state == STATE_OPERATIONAL) || !is_good) ? 0U : (idle_cycles + 1U);
     for (unsigned i = 0U; (i < 2U) && (idle_cycles > CYCLES_TO_SECURE); i++) {
-        FUZZ_CHECK((joints[i]->control[0] & OPERATION_ENABLED) != OPERATION_ENABLED);
+        FUZZ_CHECK((joints[i]->control[0] & ENABLE_OPERATION) != ENABLE_OPERATION);
     }
 }
 

@@ -18,13 +18,13 @@ from hirosco_gse import logs, packet_log
 from hirosco_gse import run as runs
 from place import ARITHMETIC, PYTHON
 
-HERE = range(180)
+ON_SHARED_MEMORY = range(180)
 # For each carrier, these include the death of a member and a pulled plug in operation.
-THERE = range(17660, 17680)
+ON_REAL_BUSES = range(17660, 17680)
 # One case for each carrier. The others are marked long, because the micro-VM takes 8 s for each.
-THERE_QUICK = (17660, 17668, 17669, 17671, 17677)
+REAL_BUSES_QUICK = (17660, 17668, 17669, 17671, 17677)
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
-THERE_S = 6000
+REAL_BUSES_S = 6000  # Time limit of the flights in the micro-VM.
 APIDS = {"joystick": 17, "manipulator": 16}
 OWNER = {"robot": 16, "joystick": 17}
 REACTION_US = 5_000
@@ -74,8 +74,7 @@ def reports(packets, service, subtype):
             if direction == "TM" and raw[7] == service and raw[8] == subtype]
 
 
-# --- specified ends
-# -------------------------------------------------------------------------------------------------------
+# --- specified ends -----------------------------------------------------------------------------------------------------
 
 def judge(case, end, folder, undisturbed):
     """Raise AssertionError unless the flight ended as specified. `undisturbed` are the logs of the same
@@ -204,10 +203,10 @@ def is_in_operation(case):
 
 
 def first_of_each():
-    """The first number of each fault in operation, and the first of each at another time: these of HERE are
-    quick."""
+    """The first number of each fault in operation, and the first of each at another time: these of ON_SHARED_MEMORY
+    are quick."""
     found = {}
-    for number in HERE:
+    for number in ON_SHARED_MEMORY:
         case = deaths.drawn(number)
         found.setdefault((case.fault, is_in_operation(case)), number)
     return set(found.values())
@@ -250,16 +249,16 @@ def ended(request, tmp_path_factory, undisturbed):
         pool.shutdown(cancel_futures=True)
 
 
-@pytest.mark.parametrize("number", with_the_rest_long(HERE, first_of_each()), ids=lambda number: str(deaths.drawn(number)))
+@pytest.mark.parametrize("number", with_the_rest_long(ON_SHARED_MEMORY, first_of_each()), ids=lambda number: str(deaths.drawn(number)))
 def test_death_on_shared_memory(ended, number):
     ended[number].result()
 
 
-@pytest.mark.timeout(THERE_S + 300)
-@pytest.mark.parametrize("number", with_the_rest_long(THERE, THERE_QUICK), ids=lambda number: str(deaths.drawn(number, True)))
+@pytest.mark.timeout(REAL_BUSES_S + 300)
+@pytest.mark.parametrize("number", with_the_rest_long(ON_REAL_BUSES, REAL_BUSES_QUICK), ids=lambda number: str(deaths.drawn(number, True)))
 def test_death_on_real_buses(request, place, undisturbed, number):
     numbers = asked(request, "test_death_on_real_buses")
-    group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=THERE_S)
+    group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=REAL_BUSES_S)
     group.check(str(number))
     folder = pathlib.Path(group.result.folder) / str(number)
     end = types.SimpleNamespace(**json.loads((folder / "end.json").read_text()))
@@ -274,9 +273,9 @@ def test_every_process_is_killed_and_every_device_is_unplugged():
     assert {case.fault for case in cases} == expected
     assert {case.fault for case in cases if is_in_operation(case)} == expected
     for carrier in deaths.CARRIERS:
-        met = [case for case in (deaths.drawn(number, True) for number in THERE)
+        met = [case for case in (deaths.drawn(number, True) for number in ON_REAL_BUSES)
                if case.options[2:] == carrier and is_in_operation(case)]
         assert [case for case in met if case.victim in APIDS] and [case for case in met if case.fault in deaths.PULLS[:-1]]
-    quick = [deaths.drawn(number, True) for number in THERE_QUICK]
+    quick = [deaths.drawn(number, True) for number in REAL_BUSES_QUICK]
     assert {case.options[2:] for case in quick} == set(deaths.CARRIERS) and all(map(is_in_operation, quick))
     assert {case.victim in APIDS for case in quick} == {True, False}

@@ -69,9 +69,17 @@ export class Board {
     this.folder = el("input", {
       value: "/",
       "aria-label": "Folder on board",
-      onchange: () => this.lists[3].refresh(),
+      onchange: () => this.files.refresh(),
     });
     const path = (entry) => `${this.folder.value.replace(/\/$/, "")}/${entry.object_name}`;
+    this.files = new List(
+      "Files",
+      () => `file list ${this.folder.value || "/"}`,
+      ["Kind", "Name"],
+      (one) => [one.object_type, one.object_name],
+      (one) => [["delete", `file delete ${path(one)}`]],
+      [this.folder],
+    );
     this.lists = [
       new List(
         "Schedule",
@@ -104,14 +112,7 @@ export class Board {
             `procedure ${verb} ${one.obcp_id}`,
           ]),
       ),
-      new List(
-        "Files",
-        () => `file list ${this.folder.value || "/"}`,
-        ["Kind", "Name"],
-        (one) => [one.object_type, one.object_name],
-        (one) => [["delete", `file delete ${path(one)}`]],
-        [this.folder],
-      ),
+      this.files,
     ];
     this.file = el("input", { type: "file", "aria-label": "File of this computer" });
     this.as = el("input", { "aria-label": "Name of a procedure, or path on board" });

@@ -18,6 +18,9 @@ import { LiveTruth, notReported, reportedBase } from "./truth.js";
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
 
+// Directions of the camera; with REACH_M they are its positions relative to the middle of an arm of that
+// reach.
+const REACH_M = 0.47;
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
 
 class Scene extends SceneMarks {
@@ -240,14 +243,14 @@ class Scene extends SceneMarks {
     this.viewName = name;
     for (const button of this.views.children)
       button.setAttribute("aria-pressed", String(button.textContent === name));
-    const reach = this.reach ?? 0.47;
+    const reach = this.reach ?? REACH_M;
     if (name === "Fit") {
       const direction = this.camera.position.clone().sub(this.target).normalize();
       this.camera.position.copy(this.target).addScaledVector(direction, reach * 3.1);
     } else {
       this.camera.position
         .set(...VIEWS[name])
-        .multiplyScalar(reach / 0.47)
+        .multiplyScalar(reach / REACH_M)
         .add(this.target);
     }
     this.change();
@@ -475,6 +478,7 @@ class Scene extends SceneMarks {
 
   take(message) {
     if (message.subsystem !== this.source || !message.values["CUR_VALUES.POSITION"] || !this.robot) return;
+    // Drop a report that is older than the last one; a time that is far behind is that of a new flight.
     if (this.last && message.time < this.last.time && message.time > this.last.time - 60) return;
     // Reports of different intervals would make the movement uneven.
     if (store.isSlower(this.source, message.structure, this.last?.structure)) return;

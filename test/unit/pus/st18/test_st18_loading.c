@@ -273,7 +273,7 @@ static void a_procedure_is_unloaded_while_another_runs(void)
     EXPECT_MESSAGES(1, 8, 1, 5);
     TEST_ASSERT_EQUAL_UINT(commits + 1U, records.commits);
     TEST_ASSERT_EQUAL_UINT32(0U, self->counters.unsaved);
-    expect_script_status(PUS_PROCEDURE_RUNNING); // Status of B, the only procedure that is loaded.
+    expect_procedure_status(PUS_PROCEDURE_RUNNING); // Status of B, the only procedure that is loaded.
 }
 
 int main(void)

@@ -60,7 +60,7 @@ static void a_procedure_runs_to_its_end(void)
     TEST_ASSERT_EQUAL_UINT16(7U, octet_read_u16(&reader));
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_ENDED, 7U, 0U);
     TEST_ASSERT_FALSE(pus_procedures_are_active(self));
-    expect_script_status(PUS_PROCEDURE_INACTIVE);
+    expect_procedure_status(PUS_PROCEDURE_INACTIVE);
     st18_fixture_activate("ABCD", 0U); // The procedure runs again.
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.started);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.ended);
@@ -155,10 +155,10 @@ static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
     st18_fixture_call(0U, PUS_CALL_STEP, 2U);
     expect_accepted(5U, "ABCD", next_step, 2U);
     st18_fixture_step(1U);
-    expect_script_status(PUS_PROCEDURE_RUNNING);
+    expect_procedure_status(PUS_PROCEDURE_RUNNING);
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
-    expect_script_status(PUS_PROCEDURE_HELD);
+    expect_procedure_status(PUS_PROCEDURE_HELD);
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_HELD, 1U, 1U);
     const uint32_t budget = st18_fixture.slots[0].budget;
     st18_fixture_step(5U);
@@ -169,7 +169,7 @@ static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
     expect_refused(6U, "ABCD", NULL, 0U, PUS_FAILURE_STATE, ABCD);
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5); // Step 2.
-    expect_script_status(PUS_PROCEDURE_RUNNING);
+    expect_procedure_status(PUS_PROCEDURE_RUNNING);
 }
 
 static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
@@ -182,7 +182,7 @@ static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
     st18_fixture_call(0U, PUS_CALL_STEP, 2U);
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5, 1, 5);
-    expect_script_status(PUS_PROCEDURE_HELD);
+    expect_procedure_status(PUS_PROCEDURE_HELD);
     expect_accepted(6U, "ABCD", NULL, 0U);
     expect_accepted(4U, "ABCD", step_2, 2U);
     st18_fixture_step(1U);
@@ -191,7 +191,7 @@ static void a_procedure_is_suspended_and_stopped_at_the_named_step(void)
     (void)octet_read_u32(&reader);
     TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_ABORTED, octet_read_u16(&reader));
     expect_observation(ST18_FIXTURE_OBSERVATION, "ABCD", PUS_OBSERVED_STOPPED, 2U, 0U);
-    expect_script_status(PUS_PROCEDURE_INACTIVE);
+    expect_procedure_status(PUS_PROCEDURE_INACTIVE);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.aborted);
 }
 
@@ -203,7 +203,7 @@ static void a_procedure_that_waits_at_a_step_is_stopped_at_once(void)
     st18_fixture_step(1U);
     TEST_ASSERT_EQUAL(STATUS_OK, st18_fixture_send(4U, "ABCD", step_2, 2U));
     EXPECT_MESSAGES(1, 1, 1, 8, 1, 3, 1, 7); // Reports of the activation, then of the request itself.
-    expect_script_status(PUS_PROCEDURE_INACTIVE);
+    expect_procedure_status(PUS_PROCEDURE_INACTIVE);
 }
 
 static void a_procedure_is_executed_one_step_at_a_time(void)
@@ -219,7 +219,7 @@ static void a_procedure_is_executed_one_step_at_a_time(void)
     expect_accepted(15U, "ABCD", NULL, 0U);
     st18_fixture_step(3U);
     EXPECT_MESSAGES(1, 5);
-    expect_script_status(PUS_PROCEDURE_HELD);
+    expect_procedure_status(PUS_PROCEDURE_HELD);
     TEST_ASSERT_EQUAL_UINT64(2U, st18_fixture.slots[0].next);
 }
 
@@ -546,7 +546,7 @@ static void stopped_procedures_can_be_unloaded(void)
     st18_fixture_activate("C", 0U);
     expect_accepted(20U, "C", next_step, 2U);
     st18_fixture_step(1U);
-    expect_script_status(PUS_PROCEDURE_RUNNING);
+    expect_procedure_status(PUS_PROCEDURE_RUNNING);
     st18_fixture_call(0U, PUS_CALL_STEP, 1U);
     st18_fixture_step(1U);
     bench_clear();

@@ -8,6 +8,7 @@
 #include <math.h>
 
 #define STEP_NS 250000U
+#define STEP_S 0.00025
 #define BODY                                                                                                 \
     "<robot name=\"b\"><link name=\"base\"><inertial><origin xyz=\"0.2 -0.1 0.05\"/><mass value=\"224\"/>"   \
     "<inertia ixx=\"32\" ixy=\"1\" ixz=\"-1.5\" iyy=\"38\" iyz=\"0.8\" "                                     \
@@ -41,7 +42,7 @@ static plant_base_t base_after(const char* text, double seconds)
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(temporary_file("w.xml", text), &world, error), error);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
     plant_step(plant, &input, STEP_NS);
-    for (unsigned i = 1U; i < (unsigned)lround(seconds * 4000.0); i++) {
+    for (unsigned i = 1U; i < (unsigned)lround(seconds / STEP_S); i++) {
         plant_step(plant, &input, STEP_NS);
     }
     return plant_truth(plant)->base[0];
@@ -62,9 +63,9 @@ static void expect_same(const plant_base_t* wanted, const plant_base_t* found, d
 
 static void a_tumbling_robot_reaches_its_state_at_the_given_time(void)
 {
-    const plant_base_t wanted = base_after(WORLD("0 0 0", ""), 0.00025);
-    const plant_base_t start  = base_after(WORLD("0 0 0", " valid=\"75s\""), 0.00025);
-    const plant_base_t found  = base_after(WORLD("0 0 0", " valid=\"75s\""), 75.0 + 0.00025);
+    const plant_base_t wanted = base_after(WORLD("0 0 0", ""), STEP_S);
+    const plant_base_t start  = base_after(WORLD("0 0 0", " valid=\"75s\""), STEP_S);
+    const plant_base_t found  = base_after(WORLD("0 0 0", " valid=\"75s\""), 75.0 + STEP_S);
     expect_same(&wanted, &found, 2e-5);
     EXPECT_ABOVE(0.5, fabs(start.position_m[0] - wanted.position_m[0]));
     EXPECT_ABOVE(0.1, fabs(start.rotation[1] - wanted.rotation[1]));
@@ -73,8 +74,8 @@ static void a_tumbling_robot_reaches_its_state_at_the_given_time(void)
 
 static void gravity_acts_before_the_given_time(void)
 {
-    const plant_base_t wanted = base_after(WORLD("0 0.1 -0.2", ""), 0.00025);
-    const plant_base_t found  = base_after(WORLD("0 0.1 -0.2", " valid=\"3s\""), 3.0 + 0.00025);
+    const plant_base_t wanted = base_after(WORLD("0 0.1 -0.2", ""), STEP_S);
+    const plant_base_t found  = base_after(WORLD("0 0.1 -0.2", " valid=\"3s\""), 3.0 + STEP_S);
     expect_same(&wanted, &found, 2e-4); // The plant integrates gravity in steps.
 }
 

@@ -14,7 +14,7 @@
 static const image_t empty[2];
 static sdls_receiver_t receiver;
 static sdls_session_t session;
-static sdls_frame_t shown;
+static sdls_frame_t checked;
 static sealed_t frame;
 
 void setUp(void)
@@ -33,7 +33,7 @@ void tearDown(void)
 
 static status_t look(void)
 {
-    return sdls_look(&receiver, &session, frame.octets, frame.size, &shown);
+    return sdls_look(&receiver, &session, frame.octets, frame.size, &checked);
 }
 
 static status_t take(void)
@@ -78,7 +78,7 @@ static void accepting_a_frame_that_was_not_checked_is_a_coding_error(void)
     TEST_ASSERT_TRUE(assertion_fails(accept));
     frame.octets[frame.size - 1U] ^= 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, look());
-    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, sdls_look(&receiver, &session, frame.octets, 0U, &shown));
+    TEST_ASSERT_EQUAL(STATUS_TRUNCATED, sdls_look(&receiver, &session, frame.octets, 0U, &checked));
     TEST_ASSERT_TRUE(assertion_fails(accept));
     TEST_ASSERT_EQUAL_UINT32(1U, receiver.accepted);
     TEST_ASSERT_EQUAL(STATUS_OK, take());
@@ -100,7 +100,7 @@ static void take_known_frame(const char* const text)
 {
     frame.size = hex(text, frame.octets);
     TEST_ASSERT_EQUAL(STATUS_OK, take());
-    TEST_ASSERT_EQUAL(frame.size, shown.taken);
+    TEST_ASSERT_EQUAL(frame.size, checked.taken);
 }
 
 static void frames_of_another_implementation_are_accepted(void)
@@ -114,16 +114,16 @@ static void frames_of_another_implementation_are_accepted(void)
     take_known_frame(
         "2001003100c00001000000000000000100000000290aa47d319bc59af5529e9a7be54538e048770377ec5a9c6d922351ac"
         "ba");
-    TEST_ASSERT_EQUAL(14U, shown.size);
+    TEST_ASSERT_EQUAL(14U, checked.size);
     (void)hex("1801c0000006190811010001c5d2", expected);
-    TEST_ASSERT_EQUAL_MEMORY(expected, shown.packet, 14U);
+    TEST_ASSERT_EQUAL_MEMORY(expected, checked.packet, 14U);
 
     sdls_begin(&session);
     take_known_frame("20010026004000010000000000000007000000008317ae457af0ad7502a7c483e925565fb06fb9");
-    TEST_ASSERT_NULL(shown.packet);
+    TEST_ASSERT_NULL(checked.packet);
     take_known_frame("200100270080000100000000000000070000000162dfb75b881091d14bcf67a8a11544b308c506bf");
-    TEST_ASSERT_EQUAL(7U, shown.size);
-    TEST_ASSERT_EQUAL_MEMORY("abcdefg", shown.packet, 7U);
+    TEST_ASSERT_EQUAL(7U, checked.size);
+    TEST_ASSERT_EQUAL_MEMORY("abcdefg", checked.packet, 7U);
     TEST_ASSERT_EQUAL_UINT32(3U, receiver.accepted);
     TEST_ASSERT_EQUAL_UINT32(7U, receiver.mark.session);
 }
@@ -138,7 +138,7 @@ static void the_last_number_is_accepted_once(void)
     session.next = UINT32_MAX;
     (void)hex("2001002400c0000100000000ffffffffffffffff577a24c457db7bd8742aa304c98340643d", frame.octets);
     TEST_ASSERT_EQUAL(STATUS_OK, take());
-    TEST_ASSERT_EQUAL_HEX8(0x55U, shown.packet[0]);
+    TEST_ASSERT_EQUAL_HEX8(0x55U, checked.packet[0]);
     TEST_ASSERT_EQUAL(STATUS_STALE, take());
     frame.count = 0U; // Numbers do not wrap.
     TEST_ASSERT_EQUAL(STATUS_STALE, take_text("c"));
@@ -179,19 +179,19 @@ static void two_connections_keep_their_sessions(void)
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("a"));
     frame = (sealed_t){.session = 2U, .spi = SDLS_SPI, .part = SEALER_WHOLE};
     seal(&frame, sealer_key, (const uint8_t*)"b", 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
+    TEST_ASSERT_EQUAL(STATUS_OK, sdls_look(&receiver, &other, frame.octets, frame.size, &checked));
     sdls_accept(&receiver, &other);
     frame.session = 1U; // The older session continues on its own connection.
     frame.count   = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, take_text("c"));
     frame.count = 2U; // It cannot continue on another connection.
     seal(&frame, sealer_key, (const uint8_t*)"d", 1U);
-    TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
+    TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &checked));
     sdls_begin(&other);
-    TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
+    TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &checked));
     frame.count = 0U;
     seal(&frame, sealer_key, (const uint8_t*)"a", 1U);
-    TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &shown));
+    TEST_ASSERT_EQUAL(STATUS_STALE, sdls_look(&receiver, &other, frame.octets, frame.size, &checked));
 }
 
 static void opening_a_frame_again_before_acceptance_gives_the_same_packet(void)
@@ -199,7 +199,7 @@ static void opening_a_frame_again_before_acceptance_gives_the_same_packet(void)
     seal(&frame, sealer_key, (const uint8_t*)"again", 5U);
     for (unsigned i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, look());
-        TEST_ASSERT_EQUAL_MEMORY("again", shown.packet, 5U);
+        TEST_ASSERT_EQUAL_MEMORY("again", checked.packet, 5U);
     }
     sdls_accept(&receiver, &session);
     TEST_ASSERT_EQUAL_UINT32(1U, receiver.accepted);
@@ -215,8 +215,8 @@ static void a_change_of_any_octet_or_bit_is_detected(void)
         frame.octets[bit / 8U] ^= (uint8_t)(1U << (bit % 8U));
     }
     for (size_t size = 0U; size < frame.size; size++) {
-        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, sdls_look(&receiver, &session, frame.octets, size, &shown));
-        TEST_ASSERT_EQUAL(0U, shown.taken);
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, sdls_look(&receiver, &session, frame.octets, size, &checked));
+        TEST_ASSERT_EQUAL(0U, checked.taken);
     }
     TEST_ASSERT_EQUAL_UINT32(0U, receiver.accepted);
     TEST_ASSERT_EQUAL_UINT32(0U, receiver.mark.session);
@@ -229,7 +229,7 @@ static void expect_header_refused(const size_t offset, const uint8_t octet)
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
     frame.octets[offset] = octet;
     TEST_ASSERT_EQUAL(STATUS_INVALID, look());
-    TEST_ASSERT_EQUAL(0U, shown.taken);
+    TEST_ASSERT_EQUAL(0U, checked.taken);
 }
 
 static void headers_of_other_frames_are_refused(void)
@@ -254,12 +254,12 @@ static void other_keys_and_associations_are_refused(void)
     other[31] ^= 1U;
     seal(&frame, other, (const uint8_t*)"ping", 4U);
     TEST_ASSERT_EQUAL(STATUS_CHECKSUM, take());
-    TEST_ASSERT_EQUAL(frame.size, shown.taken);
+    TEST_ASSERT_EQUAL(frame.size, checked.taken);
     expect_refused(SDLS_REFUSED_FORGED, 1U);
     receiver.refused[SDLS_REFUSED_FORGED] = 0U;
     frame.spi                             = SDLS_SPI + 1U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, take_text("ping"));
-    TEST_ASSERT_EQUAL(frame.size, shown.taken);
+    TEST_ASSERT_EQUAL(frame.size, checked.taken);
     expect_refused(SDLS_REFUSED_ASSOCIATION, 1U);
 }
 
@@ -295,12 +295,12 @@ static void segments_are_assembled_to_a_packet(void)
         take_segment(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
         take_segment(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
         take_segment(SEALER_MIDDLE, CONTENT_MAX, STATUS_OK);
-        TEST_ASSERT_NULL(shown.packet);
+        TEST_ASSERT_NULL(checked.packet);
         take_segment(SEALER_LAST, SDLS_PACKET_MAX - (4U * CONTENT_MAX) + 1U, STATUS_OUT_OF_RANGE);
         take_segment(SEALER_LAST, SDLS_PACKET_MAX - (4U * CONTENT_MAX), STATUS_OK);
-        TEST_ASSERT_EQUAL(SDLS_PACKET_MAX, shown.size);
-        for (size_t at = 0U; at < shown.size; at++) {
-            TEST_ASSERT_EQUAL_UINT8((5U * i) + (at / CONTENT_MAX), shown.packet[at]);
+        TEST_ASSERT_EQUAL(SDLS_PACKET_MAX, checked.size);
+        for (size_t at = 0U; at < checked.size; at++) {
+            TEST_ASSERT_EQUAL_UINT8((5U * i) + (at / CONTENT_MAX), checked.packet[at]);
         }
     }
     expect_refused(SDLS_REFUSED_PARTS, 2U);
@@ -325,7 +325,7 @@ static void segments_in_the_wrong_order_are_refused(void)
     frame.session++;
     frame.count = 0U;
     take_segment(SEALER_WHOLE, 2U, STATUS_OK);
-    TEST_ASSERT_EQUAL(2U, shown.size);
+    TEST_ASSERT_EQUAL(2U, checked.size);
 }
 
 static void a_session_whose_mark_cannot_be_stored_is_refused(void)
@@ -346,7 +346,7 @@ static void without_a_mark_no_frame_is_accepted(void)
     const medium_t medium = recorded_medium(0U);
     TEST_ASSERT_EQUAL(STATUS_INVALID, sdls_open(&receiver, sealer_key, &medium));
     TEST_ASSERT_EQUAL(STATUS_IO, take_text("a"));
-    TEST_ASSERT_EQUAL(frame.size, shown.taken);
+    TEST_ASSERT_EQUAL(frame.size, checked.taken);
     expect_refused(SDLS_REFUSED_NOT_KEPT, 1U);
 }
 
