@@ -61,7 +61,7 @@ typedef struct { // axes may be used as axis.h says; all else is read-only outsi
     uint32_t malformed; ///< Process data of a wrong length, dropped [frames, wraps].
     uint8_t identified; ///< Steps of the identification that have ended.
     bool is_followed;   ///< The settings have been written, and the PDOs have been changed accordingly.
-    uint8_t cleared;    ///< Receive PDOs whose values are set to zero, or need not be set.
+    uint8_t cleared;    ///< Number of receive PDOs whose values are set to zero, or need not be set.
     canopen_setting_run_t run;
 } canopen_device_t;
 

@@ -134,7 +134,7 @@ typedef struct { // Private: SYNCs of other nodes at the last check.
 
 typedef enum { // Private.
     NETWORK_RESTING,
-    NETWORK_CALLING,
+    NETWORK_CALLING, // With two channels: until each device has changed to the active one.
     NETWORK_BOOTING,
     NETWORK_IDENTIFYING,
     NETWORK_CONFIGURING,

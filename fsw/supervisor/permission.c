@@ -80,7 +80,7 @@ static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_
     uint16_t members[LINK_GRAPH_MEMBERS];
     const uint16_t count = supervisor_link_graph_members(&supervisor->graph, apid, members);
     uint16_t doubted     = 0U;
-    for (uint16_t i = 1U; i < count; i++) {
+    for (uint16_t i = 1U; i < count; i++) { // The first member is the subsystem itself.
         const registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);
         FSW_ASSERT(member != NULL); // Both ends of a link are subsystems of the mission.
         const bool is_in_state = (member->state == state);

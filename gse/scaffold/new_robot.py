@@ -211,8 +211,10 @@ def device(joint, place, number, mode):
     """A joint's drive in a configuration: CSP by the first RPDO or CST by the second, one each millisecond."""
     bus, node = place
     kp, kd = gains_of(joint)
+    # CiA 402: torques are in per mille of the rated torque, which is 10 Nm, and 40 Nm for the large drive.
     limit = round(joint.effort / (0.01 if eds_of(joint) == "joint-drive.eds" else 0.04))
     by_first, by_second = (0, 0x80000000) if mode == 8 else (0x80000000, 0)
+    # CiA 301: a PDO is made invalid (bit 31 of its identifier) before its other parameters are written.
     settings = [
         ("0x1401:01", "UINT32", hexadecimal(0x80000300 + node, 8)),
         ("0x1400:01", "UINT32", hexadecimal(0x80000200 + node, 8)),

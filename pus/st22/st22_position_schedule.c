@@ -109,7 +109,9 @@ status_t pus_position_schedule_restore(pus_position_schedule_t* const self, cons
     self->offset          = octet_read_u32(&reader);
     self->orbit           = octet_read_u32(&reader);
     self->number          = octet_read_u32(&reader);
-    self->is_pending      = true;
+    // The number may be in force already, if its orbit began before the restart; then the next reading of the
+    // position puts it into force again.
+    self->is_pending = true;
     return STATUS_OK;
 }
 

@@ -98,7 +98,7 @@ void pus_files_init(pus_files_t* files, const pus_files_config_t* config);
 /// Restore a persistent record. STATUS_OK; STATUS_NOT_FOUND (no such key), STATUS_INVALID (malformed).
 MUST_USE status_t pus_files_restore(pus_files_t* files, uint32_t key, const uint8_t* octets, size_t size);
 /// Copy, search and report; to be called once per cycle. `cycle` counts minimum sampling intervals and may
-/// jump
+/// jump.
 void pus_files_step(pus_files_t* files, uint64_t now_ns, uint32_t cycle);
 /// True if the next step has work other than the status report.
 bool pus_files_is_busy(const pus_files_t* files);

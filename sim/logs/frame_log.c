@@ -226,12 +226,12 @@ static bool open_file(record_file_t* const file, const char* const folder, const
 static void write_pcap_header(record_file_t* const file)
 {
     uint8_t* end = record_file_room(file, PCAP_HEADER_OCTETS);
-    end          = put_u32(end, 0xA1B23C4DU); // Nanoseconds.
-    end          = put_u32(end, 2U | (4U << 16));
+    end          = put_u32(end, 0xA1B23C4DU);     // Nanoseconds.
+    end          = put_u32(end, 2U | (4U << 16)); // Version 2.4.
     end          = put_u32(end, 0U);
     end          = put_u32(end, 0U);
-    end          = put_u32(end, 0x40000U);
-    (void)put_u32(end, 227U);
+    end          = put_u32(end, 0x40000U); // Largest number of octets of a packet: that of tcpdump.
+    (void)put_u32(end, 227U);              // LINKTYPE_CAN_SOCKETCAN.
     record_file_add(file, PCAP_HEADER_OCTETS);
 }
 

@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define MEMORY_DESCRIPTOR 100
+#define MEMORY_DESCRIPTOR 100 // Fixed, so that the path is a constant.
 #define PATH_CHARACTERS 256U
 
 const char* fuzz_file(const uint8_t* const data, const size_t size)
@@ -29,20 +29,20 @@ static void make_folder(const char* const path)
     FUZZ_CHECK((mkdir(path, 0755U) == 0) || (errno == EEXIST));
 }
 
-const char* fuzz_place(const char* const name)
+const char* fuzz_folder(const char* const name)
 {
     static char path[PATH_CHARACTERS];
     make_folder("build");
     make_folder("build/fuzz");
-    make_folder("build/fuzz/place");
-    (void)snprintf(path, sizeof path, "build/fuzz/place/%s", name);
+    make_folder("build/fuzz/folder");
+    (void)snprintf(path, sizeof path, "build/fuzz/folder/%s", name);
     make_folder(path);
     return path;
 }
 
-void fuzz_link(const char* const place, const char* const link, const char* const target)
+void fuzz_link(const char* const folder, const char* const link, const char* const target)
 {
     char path[PATH_CHARACTERS];
-    (void)snprintf(path, sizeof path, "%s/%s", place, link);
+    (void)snprintf(path, sizeof path, "%s/%s", folder, link);
     FUZZ_CHECK((symlink(target, path) == 0) || (errno == EEXIST));
 }

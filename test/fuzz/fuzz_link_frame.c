@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A data frame of a real-time link that is accepted and encoded again has the same octets. A consumer accepts
-// frames of its own link, epoch and layout only, and its sequence count never decreases. Each record is a
-// frame.
+// frames of its own link, epoch and layout only, and its sequence count never goes back (modulo 2^32). Each
+// record is a frame.
 #include "base/crc.h"
 #include "fsw/framework/rtlink/link_channel.h"
 #include "test/fuzz/fuzz.h"
@@ -11,6 +11,20 @@
 #define LINK 3U
 #define EPOCH 2U
 #define PAYLOAD 16U
+
+/// Check that an accepted frame is of the consumer's link and epoch, and that an old one does not change the
+/// sequence count.
+static void check_accepted(const rtlink_consumer_t* const consumer, const rtlink_counters_t* const before,
+                           const fuzz_record_t* const record)
+{
+    rtlink_frame_header_t header = {0};
+    const uint8_t* payload       = NULL;
+    FUZZ_CHECK(rtlink_frame_decode(record->octets, record->size, PAYLOAD, true, &header, &payload) ==
+               STATUS_OK);
+    FUZZ_CHECK((header.link == LINK) && (header.epoch == EPOCH));
+    const uint32_t ahead = consumer->counters.last_sequence - before->last_sequence;
+    FUZZ_CHECK((before->frames == 0U) || (ahead <= (UINT32_MAX / 2U)));
+}
 
 static void check_frame(const fuzz_record_t* const record)
 {
@@ -48,6 +62,9 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         const status_t status          = rtlink_consumer_deliver(&consumer, record.octets, record.size);
         FUZZ_CHECK((status == STATUS_OK) || (status == STATUS_INVALID));
         FUZZ_CHECK((status == STATUS_OK) || (consumer.counters.refused == (before.refused + 1U)));
+        if (status == STATUS_OK) {
+            check_accepted(&consumer, &before, &record);
+        }
         now_ns += (uint64_t)record.argument * 100000U;
         const status_t read = rtlink_consumer_read(&consumer, now_ns);
         FUZZ_CHECK((read == STATUS_OK) || (read == STATUS_EMPTY) || (read == STATUS_STALE));
@@ -58,12 +75,12 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
 
 static void repair(const uint8_t kind, uint8_t* const octets, const size_t size, uint32_t* const random)
 {
-    static const uint8_t head[] = {0x52U, 0x54U, 1U};
+    static const uint8_t head[] = {0x52U, 0x54U, 1U}; // Magic number and version.
     if (size < (LINK_FRAME_HEADER_OCTETS + LINK_FRAME_CRC_OCTETS)) {
         return;
     }
     (void)memcpy(octets, head, sizeof head);
-    octets[6] = 0U;
+    octets[6] = 0U; // Flags.
     octets[7] = 0U;
     if ((fuzz_random(random) % 4U) != 0U) {
         static const uint8_t ids[] = {0U, LINK};

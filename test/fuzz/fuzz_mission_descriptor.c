@@ -16,12 +16,12 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 {
     (void)argc;
     (void)argv;
-    const uint8_t nothing   = 0U;
-    const char* const place = fuzz_place("mission");
-    fuzz_link(place, "missions", ".");
-    fuzz_link(place, "subsystems", "../../../../descriptors/subsystems");
-    fuzz_link(place, "mission.xml", fuzz_file(&nothing, 0U));
-    (void)snprintf(path, sizeof path, "%s/missions/mission.xml", place);
+    const uint8_t nothing    = 0U;
+    const char* const folder = fuzz_folder("mission");
+    fuzz_link(folder, "missions", ".");
+    fuzz_link(folder, "subsystems", "../../../../descriptors/subsystems");
+    fuzz_link(folder, "mission.xml", fuzz_file(&nothing, 0U));
+    (void)snprintf(path, sizeof path, "%s/missions/mission.xml", folder);
     return 0;
 }
 

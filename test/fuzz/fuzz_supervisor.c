@@ -129,7 +129,7 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
     FUZZ_CHECK(descriptor_load_mission(&loader, MISSION, MISSION_ANY_TARGET, &descriptor_mission_whole,
                                        &mission, &descriptor) == STATUS_OK);
     FUZZ_CHECK(descriptor_load_subsystem(&loader, DESCRIPTOR, &descriptor) == STATUS_OK);
-    (void)strcpy(log_folder, fuzz_place("supervisor"));
+    (void)strcpy(log_folder, fuzz_folder("supervisor"));
     fuzz_link(log_folder, "packets.ascii", "/dev/null");
     fuzz_link(log_folder, "packets.spool", "/dev/null");
     fuzz_link(log_folder, "packets.ring", "/dev/null");

@@ -18,11 +18,11 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 {
     (void)argc;
     (void)argv;
-    const uint8_t nothing   = 0U;
-    const char* const place = fuzz_place("world");
-    fuzz_link(place, "rokviss.urdf", "../../../../descriptors/worlds/rokviss.urdf");
-    fuzz_link(place, "world.xml", fuzz_file(&nothing, 0U));
-    (void)snprintf(path, sizeof path, "%s/world.xml", place);
+    const uint8_t nothing    = 0U;
+    const char* const folder = fuzz_folder("world");
+    fuzz_link(folder, "rokviss.urdf", "../../../../descriptors/worlds/rokviss.urdf");
+    fuzz_link(folder, "world.xml", fuzz_file(&nothing, 0U));
+    (void)snprintf(path, sizeof path, "%s/world.xml", folder);
     return 0;
 }
 

@@ -7,6 +7,8 @@ import pytest
 
 COMMUNICATION, MANIPULATOR, JOYSTICK = 2, 16, 17
 REQUEST, OWN_ERROR, NETWORK, PLAN, SHUTDOWN = range(5)
+# Numbers of states, as in TM[129,2].
+OFFLINE, PRE_OPERATIONAL, SAFE_OPERATIONAL, OPERATIONAL, ERROR_OPERATIONAL = 0, 3, 4, 5, 6
 BEGIN_S = 2.0
 
 
@@ -22,12 +24,12 @@ def test_shutdown_and_autostart_are_no_plans(folder, form):
     path = flying.write_scenario(folder / "down.scn", *flying.bring_up(0.1, tare=False), f"{BEGIN_S} operator shutdown")
     flight = flying.fly(folder / "flight", "--scenario", path, "--form", form)
     assert flight.code == 0, flight.transcript()
-    up = {3: REQUEST, 4: REQUEST, 5: REQUEST}
+    up = dict.fromkeys((PRE_OPERATIONAL, SAFE_OPERATIONAL, OPERATIONAL), REQUEST)
     ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
     assert {state: ground[state] for state in up} == up  # Before decision 0041, SAFE_OPERATIONAL had the cause PLAN here.
     for member in (MANIPULATOR, JOYSTICK):
         down = _causes(flight, member, BEGIN_S)
-        assert down[4] == SHUTDOWN  # Before decision 0041 the cause was PLAN.
+        assert down[SAFE_OPERATIONAL] == SHUTDOWN  # Before decision 0041 the cause was PLAN.
         assert set(down.values()) == {SHUTDOWN}
 
 
@@ -37,7 +39,7 @@ def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
              f"{BEGIN_S} operator wait-state JOYSTICK OFFLINE 2", f"{BEGIN_S + 1.5} operator shutdown"]
     flight = flying.fly(folder / "flight", "--scenario", flying.write_scenario(folder / "plan.scn", *lines), "--form", "image")
     assert flight.code == 0, flight.transcript()
-    assert _causes(flight, JOYSTICK, BEGIN_S)[6] == OWN_ERROR
-    assert _causes(flight, MANIPULATOR, BEGIN_S)[6] == NETWORK
+    assert _causes(flight, JOYSTICK, BEGIN_S)[ERROR_OPERATIONAL] == OWN_ERROR
+    assert _causes(flight, MANIPULATOR, BEGIN_S)[ERROR_OPERATIONAL] == NETWORK
     for member in (MANIPULATOR, JOYSTICK):
-        assert _causes(flight, member, BEGIN_S)[0] == PLAN  # Before decision 0041 the cause was SHUTDOWN.
+        assert _causes(flight, member, BEGIN_S)[OFFLINE] == PLAN  # Before decision 0041 the cause was SHUTDOWN.

@@ -131,7 +131,7 @@ def test_a_restart_under_load_reports_each_lost_request_and_doubles_none(folder)
     for flight in flights:
         ended = _assert_each_request_ends_once(flight)
         _assert_numbers_whole(flight)
-        # `ping all` sends four requests, `link open` two, `wait-event` none.
+        # `ping all` sends four requests in one line, each of the two `link open` sends two, and `wait-event` sends none: 3 + 2 - 1 more than lines.
         sent = sum(line.split()[1] == "operator" for line in lines) + 4
         lost = sum(int(step["outcome"].split("; ")[1].split()[0]) for step in _losses(flight))
         assert len(_losses(flight)) == 3

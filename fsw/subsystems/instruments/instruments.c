@@ -43,7 +43,7 @@ static void hold(instruments_t* const own)
     for (uint16_t i = 0U; i < INSTRUMENTS_MAX; i++) {
         own->parameters.target[i] = own->parameters.cur_values.value[i];
     }
-    own->is_under_way = false;
+    own->is_under_way = false; // No ARRIVED follows: no axis moves to a target that was commanded.
     parameter_unlock(subsystem_dictionary(own->generic));
 }
 
@@ -84,19 +84,19 @@ static void control(void* const self)
 {
     instruments_t* const own = self;
     const bool is_on         = (subsystem_state(own->generic) == STATE_OPERATIONAL);
-    bool are_there           = true;
+    bool are_at_target       = true;
     parameter_lock(subsystem_dictionary(own->generic));
     for (uint16_t i = 0U; i < INSTRUMENTS_MAX; i++) {
         stream_device_t* const device = stream_devices_at(&own->devices, i);
         if (device != NULL) {
             measure(own, i, device);
-            are_there = follow(own, i, device) && are_there;
+            are_at_target = follow(own, i, device) && are_at_target;
         }
     }
     own->parameters.cur_values.state  = (int32_t)subsystem_state(own->generic);
     own->parameters.cur_values.cycles = subsystem_cycle(own->generic);
-    const bool have_arrived           = is_on && are_there && own->is_under_way;
-    own->is_under_way                 = is_on && !are_there;
+    const bool have_arrived           = is_on && are_at_target && own->is_under_way;
+    own->is_under_way                 = is_on && !are_at_target;
     parameter_unlock(subsystem_dictionary(own->generic));
     // Raised after the unlock, because an event that samples parameters takes the lock.
     if (have_arrived) {

@@ -21,7 +21,7 @@ static canopen_network_device_t places[2];
 static uint64_t now_ns;
 static bool is_a_missing;
 static bool is_b_missing;
-static unsigned spoken[NETWORK_CHANNELS]; // Frames that the master has sent.
+static unsigned frames_sent[NETWORK_CHANNELS]; // Frames that the master has sent.
 
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
@@ -80,7 +80,7 @@ void setUp(void)
     is_a_missing                     = false;
     is_b_missing                     = false;
     now_ns                           = 0U;
-    memset(spoken, 0, sizeof spoken);
+    memset(frames_sent, 0, sizeof frames_sent);
     for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
         scripted_bus_open(&bus[i], names[i]);
         nodes[i][0] = scripted_bus_add(&bus[i], SCRIPTED_DRIVE, 0x11U);
@@ -108,7 +108,7 @@ static status_t cycle(const action_t action)
     now_ns += CYCLE_NS;
     for (unsigned i = 0U; i < NETWORK_CHANNELS; i++) {
         scripted_bus_run(&bus[i]);
-        spoken[i] += bus[i].seen_count;
+        frames_sent[i] += bus[i].seen_count;
         if ((now_ns % 20000000U) == 0U) {
             scripted_bus_heartbeat(&bus[i]);
         }
@@ -154,8 +154,8 @@ static void the_master_sends_on_the_active_channel_only(void)
     open_network();
     run();
     idle(200U);
-    TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
-    TEST_ASSERT_TRUE(spoken[A] > 600U);
+    TEST_ASSERT_EQUAL_UINT(0U, frames_sent[B]);
+    TEST_ASSERT_TRUE(frames_sent[A] > 600U);
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U));
 }
 
@@ -172,7 +172,7 @@ static void devices_on_the_other_channel_follow_the_heartbeat(void)
     TEST_ASSERT_EQUAL_UINT(0U, resets);
     devices_on(A);
     run();
-    TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
+    TEST_ASSERT_EQUAL_UINT(0U, frames_sent[B]);
 }
 
 static void a_call_ends_for_devices_that_do_not_answer(void)
@@ -200,15 +200,15 @@ static void a_cut_channel_counts_as_unplugged_and_a_command_recovers_the_devices
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
     idle(2000U);
     TEST_ASSERT_EQUAL_UINT8(A, network.channel); // The master does not change the channel without a command.
-    TEST_ASSERT_EQUAL_UINT(0U, spoken[B]);
-    const unsigned before = spoken[A];
+    TEST_ASSERT_EQUAL_UINT(0U, frames_sent[B]);
+    const unsigned before = frames_sent[A];
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     devices_on(B);
     run();
     idle(100U);
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U));
-    TEST_ASSERT_EQUAL_UINT(before, spoken[A]);
-    TEST_ASSERT_TRUE(spoken[B] > 300U);
+    TEST_ASSERT_EQUAL_UINT(before, frames_sent[A]);
+    TEST_ASSERT_TRUE(frames_sent[B] > 300U);
 }
 
 static void a_selection_while_closed_applies_to_the_next_opening(void)
@@ -218,7 +218,7 @@ static void a_selection_while_closed_applies_to_the_next_opening(void)
     devices_on(B);
     open_network();
     run();
-    TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
+    TEST_ASSERT_EQUAL_UINT(0U, frames_sent[A]);
     canopen_network_reset_nodes(&network);
     idle(1U);
     canopen_network_close(&network);
@@ -226,7 +226,7 @@ static void a_selection_while_closed_applies_to_the_next_opening(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
     open_network();
     run();
-    TEST_ASSERT_EQUAL_UINT(0U, spoken[A]);
+    TEST_ASSERT_EQUAL_UINT(0U, frames_sent[A]);
 }
 
 static void a_change_of_channel_first_stops_process_data(void)

@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-#define SIZE (100U * PROCEDURE_BLOCK) // Not a power of two.
+#define SIZE                                                                                                 \
+    (100U * PROCEDURE_BLOCK) // Not a power of two, so that the heap begins with free blocks of several sizes.
 #define HELD 60U
 
 static uint64_t memory[SIZE / sizeof(uint64_t)];
@@ -58,7 +59,7 @@ static void blocks_grow_and_shrink_with_their_content(void)
     memset(block, 0x5A, 100U);
     uint8_t* const neighbour = procedure_heap_take(&heap, 100U);
     memset(neighbour, 0x33, 100U);
-    block = procedure_heap_resize(&heap, block, 100U, 120U); // The size is still that of the same block.
+    block = procedure_heap_resize(&heap, block, 100U, 120U); // Both sizes need a block of 128 octets.
     block = procedure_heap_resize(&heap, block, 120U, 1000U);
     TEST_ASSERT_NOT_NULL(block);
     TEST_ASSERT_EACH_EQUAL_HEX8(0x5A, block, 100U);

@@ -99,8 +99,8 @@ def test_without_a_built_page_the_next_step_is_printed(flight_folder, dictionary
     [(0.0045, 0.01, "", "0.45 1 %"), (0.00019, 0.001, "rad", "0.19 1 mrad"), (0, 0, "samples", "0 0 samples"), (-1e-6, -1e-4, "J", "−0.001 −0.1 mJ")],
 )
 def test_numbers_are_those_that_people_read(value, bound, unit, words):
-    shown, limit, unit = report._shown(value, bound, unit)
-    assert f"{report._number(shown)} {report._number(limit)} {unit}" == words
+    found, limit, unit = report._in_readable_unit(value, bound, unit)
+    assert f"{report._number(found)} {report._number(limit)} {unit}" == words
 
 
 @pytest.mark.parametrize("kept", [[], ["run.json"], ["packets.log"], ["can-robot.log", "run.json"], ["truth.lcm"], ["can-joystick.log", "packets.log"]])

@@ -28,7 +28,7 @@ def answer(packet):
         reports = [(MANIPULATOR, 129, 5, status(3, TELEPRESENCE), 1)] if packet.apid == MANIPULATOR else []
         return success(packet, (17, 2, b"")) + reports
     if packet.message == (129, 1):
-        return failure(packet, 4, 0x0204, 0x0305)
+        return failure(packet, 4, 0x0204, 0x0305)  # PUS_FAILURE_STATE.
     if packet.message == (131, 8):
         return success(packet, (131, 9, struct.pack(">H", 0)))
     return success(packet)

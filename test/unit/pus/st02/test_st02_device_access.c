@@ -202,7 +202,7 @@ static void faulty_instructions_are_refused_alone(void)
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 3);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, UNKNOWN);
     expect_failure(2U, 4U, PUS_FAILURE_STATE, 3U, RESTING);
-    expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 4U, 7U);
+    expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 4U, 7U); // The detail is the octet offset of the value.
     step();
     expect_failure(5U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 3U);
     TEST_ASSERT_EQUAL_UINT(2U, devices.begun);

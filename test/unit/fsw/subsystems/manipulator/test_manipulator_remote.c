@@ -40,11 +40,13 @@ static void the_arm_follows_a_remote_hand_and_reports_the_command_it_acts_on(voi
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE_REMOTE, STATE_OPERATIONAL);
     rig_idle(10U);
     EXPECT_WITHIN(0.21, 1.0e-9, sent().echo[0]);
+    // The arm is still in its home pose, with the second joint at -90 degrees: it follows only movements.
     EXPECT_WITHIN(0.5, 0.01, -rig_manipulator.control.reference[1].position / 3.1416);
     far_hand_at(0.21 + 0.001, -0.17, 3.0);
     rig_idle(400U);
     EXPECT_WITHIN(0.211, 1.0e-5, sent().echo[0]);
     EXPECT_WITHIN(-0.17, 1.0e-5, sent().echo[1]);
+    // The scale of positions is 2.
     EXPECT_ABOVE(0.0015,
                  rig_manipulator.control.reference[0].position - rig_manipulator.control.link_zero_rad[0]);
     TEST_ASSERT_EQUAL_UINT32(20000U, rig_manipulator.parameters.link_age);
