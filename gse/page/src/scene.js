@@ -18,8 +18,7 @@ import { LiveTruth, notReported, reportedBase } from "./truth.js";
 const STALE_PERIODS = 3,
   STALE_MS = 200; // Age at which the last report is stale, at least; then a veil covers the scene.
 
-// Directions of the camera; with REACH_M they are its positions relative to the middle of an arm of that
-// reach.
+// Positions of the camera relative to the middle of an arm with this reach.
 const REACH_M = 0.47;
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
 
