@@ -329,6 +329,7 @@ static status_t begin_configuration(drives_t* const drives,
     for (uint8_t i = 0U; i < drives->bus_count; i++) {
         canopen_network_clear_settings(&drives->buses[i].network);
     }
+    drives_place(drives, configuration);
     drives->configuration = configuration;
     drives->is_written    = false;
     drives->goal          = CIA402_GOAL_DISABLED;

@@ -78,8 +78,10 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
     uint8_t mapping_count;
     canopen_cia402_goal_t goal;
     const descriptor_configuration_t* configuration; ///< Configuration that is being applied, or is applied.
-    uint64_t called_ns;                              ///< Last call of drives_configure.
-    bool is_written;                                 ///< The settings are in the devices.
+    uint8_t places[DESCRIPTOR_DEVICES_MAX]; ///< Indices in `devices` of its devices on CAN, in order.
+    uint16_t placed;
+    uint64_t called_ns; ///< Last call of drives_configure.
+    bool is_written;    ///< The settings are in the devices.
     bool is_closing;
     bool is_borrowed; ///< drives_borrow has opened the buses.
     struct {          // Used by drives_access.c.
@@ -142,6 +144,9 @@ void drives_emit(void* self);
 /// Returns device number `position` (0..) of the applied configuration, or null. Stream devices are not
 /// counted.
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
+/// Note the devices of a configuration for drives_device and drives_missed. Call when it becomes the applied
+/// one.
+void drives_place(drives_t* drives, const descriptor_configuration_t* configuration);
 /// Returns the index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if
 /// there is none.
 uint8_t drives_find(const drives_t* drives, uint32_t node);

@@ -30,23 +30,28 @@ uint8_t drives_find(const drives_t* const drives, const uint32_t node)
     return NETWORK_NO_DEVICE;
 }
 
+void drives_place(drives_t* const drives, const descriptor_configuration_t* const configuration)
+{
+    FSW_ASSERT((drives != NULL) && (configuration != NULL));
+    const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
+    drives->placed                                 = 0U;
+    for (uint16_t i = 0U; i < configuration->device_count; i++) {
+        const descriptor_endnode_t* const endnode =
+            drives_endnode(descriptor, &descriptor->devices[configuration->first_device + i]);
+        if (endnode != NULL) {
+            FSW_ASSERT(drives->placed < DESCRIPTOR_DEVICES_MAX); // The descriptor has no more devices.
+            drives->places[drives->placed] = drives_find(drives, endnode->node);
+            drives->placed++;
+        }
+    }
+}
+
 /// Returns the index in drives_t.devices of device number `position` on CAN of the applied configuration, or
 /// NETWORK_NO_DEVICE.
 static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {
-    const descriptor_configuration_t* const configuration = drives->configuration;
-    const uint16_t count = (configuration != NULL) ? configuration->device_count : 0U;
-    uint16_t passed      = 0U; // Devices on CAN that were counted so far.
-    for (uint16_t i = 0U; i < count; i++) {
-        const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-        const descriptor_endnode_t* const endnode =
-            drives_endnode(descriptor, &descriptor->devices[configuration->first_device + i]);
-        if ((endnode != NULL) && (passed == position)) {
-            return drives_find(drives, endnode->node);
-        }
-        passed = (uint16_t)(passed + ((endnode != NULL) ? 1U : 0U));
-    }
-    return NETWORK_NO_DEVICE;
+    return ((drives->configuration != NULL) && (position < drives->placed)) ? drives->places[position]
+                                                                            : NETWORK_NO_DEVICE;
 }
 
 canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)

@@ -8,6 +8,8 @@
 // equal bit is followed by a stuff bit of the other level, which starts a run of its own).
 #define AFTER_START_OF_FRAME 0U // One dominant bit.
 #define STATE_MASK 7U
+#define BASE_HEADER_BITS 18U // Of a classic frame, after the start of frame, to the data length code.
+#define EXTENDED_HEADER_BITS 38U
 #define STUFFED 8U // Added to the next state when a stuff bit was inserted.
 
 // Next state for each state and the next four bits, or one bit; with STUFFED if a stuff bit was inserted.
@@ -37,34 +39,58 @@ static void take(stuffing_t* const stuffing, const uint32_t next)
     stuffing->stuffed += next >> 3;
 }
 
-/// Tables of steps by whole octets.
-typedef struct {
-    uint8_t stuffing[8U * 256U]; ///< For each state and octet: state | stuff bits << 3.
-    uint16_t crc15[256];
-} octet_steps_t;
+#define CRC15_BITS 15U
+#define CRC15_REST (CRC15_BITS - 8U) // Bits of a CRC after its first octet.
+#define BASE_HEADERS (2048U * 16U)   // Base identifiers and data length codes.
+#define IS_KNOWN 0x80000000U         // Marks an effect that has been computed.
 
-/// Returns the tables. The first call fills them.
-static const octet_steps_t* octet_steps(void)
+/// Tables of steps by whole octets, and of those that need several.
+typedef struct {
+    uint8_t stuffing[8U * 256U];                 ///< For each state and octet: state | stuff bits << 3.
+    uint8_t crc15_rest[8U * (1U << CRC15_REST)]; ///< The same for the last bits of a CRC.
+    uint16_t crc15[256];
+    /// For each identifier << 4 | length of a data frame in base format, what its header does:
+    /// IS_KNOWN | CRC << 8 | stuff bits << 3 | state.
+    uint32_t header[BASE_HEADERS];
+    bool are_filled; ///< All but `header`, which is filled as frames occur.
+} steps_t;
+
+static void fill(steps_t* const steps)
 {
-    static octet_steps_t steps;
-    static bool is_filled;
-    for (uint32_t i = 0U; !is_filled && (i < sizeof steps.stuffing); i++) {
+    for (uint32_t i = 0U; i < sizeof steps->stuffing; i++) {
         const uint32_t high = nibble_step[i >> 8][(i >> 4) & 15U];
         const uint32_t low  = nibble_step[high & STATE_MASK][i & 15U];
-        steps.stuffing[i]   = (uint8_t)((low & STATE_MASK) | (((high >> 3) + (low >> 3)) << 3));
+        steps->stuffing[i]  = (uint8_t)((low & STATE_MASK) | (((high >> 3) + (low >> 3)) << 3));
     }
-    for (uint32_t i = 0U; !is_filled && (i < 256U); i++) {
+    for (uint32_t i = 0U; i < sizeof steps->crc15_rest; i++) {
+        stuffing_t now = {.state = i >> CRC15_REST};
+        for (uint32_t bit = CRC15_REST; bit > 4U; bit--) {
+            take(&now, bit_step[now.state][(i >> (bit - 1U)) & 1U]);
+        }
+        take(&now, nibble_step[now.state][i & 15U]);
+        steps->crc15_rest[i] = (uint8_t)(now.state | (now.stuffed << 3));
+    }
+    for (uint32_t i = 0U; i < 256U; i++) {
         const uint32_t high = crc15_step[i >> 4];
-        steps.crc15[i]      = (uint16_t)(((high << 4) & 0x7FFFU) ^ crc15_step[((high >> 11) ^ i) & 15U]);
+        steps->crc15[i]     = (uint16_t)(((high << 4) & 0x7FFFU) ^ crc15_step[((high >> 11) ^ i) & 15U]);
     }
-    is_filled = true;
+    steps->are_filled = true;
+}
+
+/// Returns the tables. The first call fills them.
+static steps_t* all_steps(void)
+{
+    static steps_t steps;
+    if (!steps.are_filled) {
+        fill(&steps);
+    }
     return &steps;
 }
 
 /// Send the low `count` bits of `bits`, most significant first.
 static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
-    const uint8_t* steps = octet_steps()->stuffing;
+    const uint8_t* steps = all_steps()->stuffing;
     stuffing_t now       = *stuffing;
     for (; (count % 4U) != 0U; count--) {
         take(&now, bit_step[now.state][(bits >> (count - 1U)) & 1U]);
@@ -82,7 +108,7 @@ static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t
 
 static void stuff_octets(stuffing_t* const stuffing, const uint8_t* const octets, const size_t size)
 {
-    const uint8_t* steps = octet_steps()->stuffing;
+    const uint8_t* steps = all_steps()->stuffing;
     stuffing_t now       = *stuffing;
     for (size_t i = 0U; i < size; i++) {
         take(&now, steps[(now.state << 8) | octets[i]]);
@@ -90,19 +116,20 @@ static void stuff_octets(stuffing_t* const stuffing, const uint8_t* const octets
     *stuffing = now;
 }
 
-static uint32_t crc15_octet(const uint32_t crc, const uint32_t octet)
+static uint32_t crc15_octet(const steps_t* const steps, const uint32_t crc, const uint32_t octet)
 {
-    return ((crc << 8) & 0x7FFFU) ^ octet_steps()->crc15[((crc >> 7) ^ octet) & 255U];
+    return ((crc << 8) & 0x7FFFU) ^ steps->crc15[((crc >> 7) ^ octet) & 255U];
 }
 
 static uint32_t crc15_bits(uint32_t crc, const uint64_t bits, uint32_t count)
 {
+    const steps_t* steps = all_steps();
     for (; (count % 8U) != 0U; count--) {
         const uint32_t feedback = ((crc >> 14) ^ (uint32_t)(bits >> (count - 1U))) & 1U;
         crc                     = ((crc << 1) & 0x7FFFU) ^ ((feedback != 0U) ? 0x4599U : 0U);
     }
     for (; count != 0U; count -= 8U) {
-        crc = crc15_octet(crc, (uint32_t)(bits >> (count - 8U)));
+        crc = crc15_octet(steps, crc, (uint32_t)(bits >> (count - 8U)));
     }
     return crc;
 }
@@ -118,12 +145,12 @@ static header_t classic_header(const osal_can_frame_t* const frame)
     const uint64_t remote = ((frame->id & OSAL_CAN_REMOTE) != 0U) ? 1U : 0U;
     if ((frame->id & OSAL_CAN_EXTENDED) == 0U) {
         const uint64_t id = frame->id & 0x7FFU;
-        return (header_t){.bits = (id << 7) | (remote << 6) | frame->length, .count = 18U};
+        return (header_t){.bits = (id << 7) | (remote << 6) | frame->length, .count = BASE_HEADER_BITS};
     }
     const uint64_t id = frame->id & OSAL_CAN_ID_MASK;
     return (header_t){.bits = ((id >> 18) << 27) | (3ULL << 25) | ((id & 0x3FFFFU) << 7) | (remote << 6) |
                               frame->length,
-                      .count = 38U};
+                      .count = EXTENDED_HEADER_BITS};
 }
 
 uint8_t frame_fd_length(const uint8_t length)
@@ -149,28 +176,59 @@ static uint8_t fd_length_code(const uint8_t length)
     return code;
 }
 
+static uint32_t data_octets(const osal_can_frame_t* const frame)
+{
+    return ((frame->id & OSAL_CAN_REMOTE) == 0U) ? frame->length : 0U;
+}
+
 uint16_t frame_crc15(const osal_can_frame_t* const frame)
 {
     const header_t header = classic_header(frame);
+    const steps_t* steps  = all_steps();
     uint32_t crc          = crc15_bits(0U, header.bits, header.count);
-    if ((frame->id & OSAL_CAN_REMOTE) == 0U) {
-        for (size_t i = 0U; i < frame->length; i++) {
-            crc = crc15_octet(crc, frame->data[i]);
-        }
+    for (size_t i = 0U; i < data_octets(frame); i++) {
+        crc = crc15_octet(steps, crc, frame->data[i]);
     }
     return (uint16_t)crc;
 }
 
+/// Returns what a header does, as steps_t.header has it.
+static uint32_t effect_of(const header_t* const header)
+{
+    stuffing_t stuffing = {.state = AFTER_START_OF_FRAME};
+    stuff_bits(&stuffing, header->bits, header->count);
+    return IS_KNOWN | (crc15_bits(0U, header->bits, header->count) << 8) | (stuffing.stuffed << 3) |
+           stuffing.state;
+}
+
+static uint32_t header_effect(steps_t* const steps, const osal_can_frame_t* const frame)
+{
+    const header_t header = classic_header(frame);
+    if ((frame->id & (OSAL_CAN_EXTENDED | OSAL_CAN_REMOTE)) != 0U) {
+        return effect_of(&header);
+    }
+    uint32_t* const known = &steps->header[((frame->id & 0x7FFU) << 4) | (frame->length & 15U)];
+    if (*known == 0U) {
+        *known = effect_of(&header);
+    }
+    return *known;
+}
+
 static frame_length_t classic_length(const osal_can_frame_t* const frame)
 {
-    const header_t header    = classic_header(frame);
-    const uint32_t octets    = ((frame->id & OSAL_CAN_REMOTE) == 0U) ? frame->length : 0U;
-    const uint16_t crc       = frame_crc15(frame);
-    stuffing_t stuffing      = {.state = AFTER_START_OF_FRAME};
-    const uint32_t unstuffed = 1U + header.count + (8U * octets) + 15U;
-    stuff_bits(&stuffing, header.bits, header.count);
-    stuff_octets(&stuffing, frame->data, octets);
-    stuff_bits(&stuffing, crc, 15U);
+    steps_t* steps        = all_steps();
+    const uint32_t octets = data_octets(frame);
+    const uint32_t effect = header_effect(steps, frame);
+    const uint32_t header = ((frame->id & OSAL_CAN_EXTENDED) == 0U) ? BASE_HEADER_BITS : EXTENDED_HEADER_BITS;
+    const uint32_t unstuffed = 1U + header + (8U * octets) + CRC15_BITS;
+    uint32_t crc             = (effect & ~IS_KNOWN) >> 8;
+    stuffing_t stuffing      = {.state = effect & STATE_MASK, .stuffed = (effect >> 3) & 31U};
+    for (size_t i = 0U; i < octets; i++) {
+        crc = crc15_octet(steps, crc, frame->data[i]);
+        take(&stuffing, steps->stuffing[(stuffing.state << 8) | frame->data[i]]);
+    }
+    take(&stuffing, steps->stuffing[(stuffing.state << 8) | (crc >> CRC15_REST)]);
+    take(&stuffing, steps->crc15_rest[(stuffing.state << CRC15_REST) | (crc & ((1U << CRC15_REST) - 1U))]);
     // CRC delimiter and ACK slot, then the tail.
     return (frame_length_t){.nominal_bits = unstuffed + stuffing.stuffed + 2U + CAN_TAIL_BITS};
 }

@@ -10,7 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EVENT_MAX 16384U            // Longest event: the names of a world with all entries.
+// Longest event (the names of a world with all entries), and so much more that consecutive events begin in
+// different sets of the processor's cache, which repeat every 4096 octets: every step writes and compares all
+// of them.
+#define EVENT_MAX (16384U + 640U)
 #define HEADER_OCTETS 28U           // Octets of an event before the name of its channel.
 #define SYNCHRONISATION 0xEDA1DA01U // First octets of an event.
 #define CHANNEL_MAX 16U             ///< Names of channels are shorter.
@@ -39,11 +42,11 @@
 
 /// One event under construction, encoded big-endian as in LCM. Its floating point numbers are consecutive.
 typedef struct {
-    uint8_t octet[EVENT_MAX];
     size_t used;
     size_t numbers_at;
     size_t numbers;
     uint64_t time_ns;
+    uint8_t octet[EVENT_MAX];
 } event_t;
 
 /// The channels that are passed at every step, in the order of a step.
