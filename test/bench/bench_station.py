@@ -65,15 +65,23 @@ WATCH = """() => {
     scene.labels = () => {
         const picture = shown;
         labels();
-        requestAnimationFrame(() => requestAnimationFrame(() => bench.drawn.push([...picture, performance.now()])));
+        if (picture) requestAnimationFrame(() => requestAnimationFrame(() => bench.drawn.push([...picture, performance.now()])));
     };
 }"""
-# Notes each movement of the pointer, and each line of the hand with the simulated time at which it acts.
+# Notes each movement of the pointer and its age, and each line of the hand with the simulated time at which it acts. The
+# browser reports a movement at once, and again before the next frame, which is no other movement.
 WATCH_HAND = """() => {
     const bench = window.bench, store = station.store, live = store.live.bind(store);
-    Object.assign(bench, {moves: [], lines: []});
-    for (const kind of ["pointermove", "pointerrawupdate"])
-        window.addEventListener(kind, () => bench.moves.push(performance.now()), {capture: true});
+    Object.assign(bench, {moves: [], ages: [], lines: []});
+    let noted = "";
+    const note = (event) => {
+        const place = `${event.clientX} ${event.clientY}`, now = performance.now();
+        if (place === noted) return;
+        noted = place;
+        bench.moves.push(now);
+        bench.ages.push(now - event.timeStamp);
+    };
+    for (const kind of ["pointermove", "pointerrawupdate"]) window.addEventListener(kind, note, {capture: true});
     store.live = (line) => {
         const sent = performance.now(), answer = live(line);
         answer.then((told) => bench.lines.push([sent, told.time ?? null, performance.now()]));
@@ -330,6 +338,7 @@ def hand(page):
             break
         delays.append(samples[place][1] + offset_ms - at)
         acked.append(lines[line][2] - lines[line][0])
+    spread("movement of the pointer, until the page's event", measured["ages"], "ms")
     spread("line of the hand, until the page has its answer", acked, "ms")
     spread("movement of the pointer, until its sample on the bus", delays, "ms")
     print(f"BENCH station_hand {share(delays, 0.95):.2f} ms 5", flush=True)

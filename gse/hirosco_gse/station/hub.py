@@ -28,6 +28,7 @@ from .geometry import as_lists
 from .identity import Identity
 from .lights import lights_of
 from .network import Network
+from .silence import Silence
 from .targets import targets
 from .world_port import Taps, Truth, WorldPort
 
@@ -217,14 +218,21 @@ class Hub:
         self._connection = AsyncLink(reader, writer, self.session)
         self._counters.clear()
         self.session.is_time_known = False
-        self._say_link(True, where := f"{LOOPBACK}:{self._connection.address[1]}")
+        self._silence, where = Silence(), f"{LOOPBACK}:{self._connection.address[1]}"
+
+        def arrived():
+            self._silence.heard()
+            self._say_link(True, where)
+            self._resume_all()
+
+        self._say_link(True, where)
         self.begin_own(self._ask_all())
-        await self._connection.receive(self._resume_all)
+        await self._connection.receive(arrived)
         self._say_link(False, f"{where} closed the link")
 
-    def _say_link(self, is_live, text, code=None):
-        """code: exit code of the flight that has ended."""
-        now = {"kind": "link", "is_live": is_live, "text": text} | ({} if code is None else {"code": code})
+    def _say_link(self, is_live, text, code=None, is_silent=False):
+        """code: exit code of the flight that has ended; is_silent: the connection is open, but nothing arrives."""
+        now = {"kind": "link", "is_live": is_live, "text": text} | ({} if code is None else {"code": code}) | ({"is_silent": True} if is_silent else {})
         if now != self.link:
             self.link = now
             self.publish(now)
@@ -236,6 +244,8 @@ class Hub:
                 self._keep()
                 self._say_counts()
                 self._resume_all()
+                if self._silence.look(self._is_watched() and not self.pace["is_paused"], self.pace["speed"]):
+                    self._say_link(False, "no telemetry arrives", is_silent=True)
 
     @property
     def is_linked(self):
@@ -553,7 +563,7 @@ class Hub:
         """Follow the pace of simulated time: other clients of the live port may change it."""
         while True:
             await asyncio.sleep(RETRY_S)
-            if self.flight and self.link["is_live"]:
+            if self.flight and self._connection:
                 if "refused" in await self.live("time"):
                     self._say_pace({**self.pace, "is_there": False})
 

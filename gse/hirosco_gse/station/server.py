@@ -134,7 +134,7 @@ class Station:
 
     async def _recording(self, _request):
         """The recording of the run that is replayed, or of the flight that has ended; made in a process of its own."""
-        if not self._replayed and (self.hub.flight is None or self.hub.link["is_live"]):
+        if not self._replayed and (self.hub.flight is None or self.hub.is_linked):
             raise web.HTTPConflict(text="there is no flight that has ended")
         if self._replayed and self._replayed.is_file():
             return web.FileResponse(self._replayed, headers={"Content-Type": "application/octet-stream"})

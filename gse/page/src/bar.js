@@ -198,8 +198,9 @@ class Bar extends HTMLElement {
     this.pause.disabled = this.step.disabled = this.speed.disabled = !is_there;
     this.pause.setAttribute("aria-pressed", String(store.pace.is_paused));
     this.followSpeed(store.pace.speed);
-    // A silent station performs what waits for it when it goes on, and to stop late is better than never.
-    this.stop.disabled = Boolean(store.barrier()) && !store.isSilent;
+    // A silent station or flight performs what waits for it when it goes on, and to stop late is better than
+    // never.
+    this.stop.disabled = Boolean(store.barrier()) && !store.link.is_silent;
     this.drawAlarm();
   }
 

@@ -241,7 +241,7 @@ class TimeLine extends HTMLElement {
   draw() {
     if (store.replay) return;
     // Only a station that answers can replay the flight.
-    const isOver = !store.link.is_live && store.hasSocket && !store.isSilent && store.hello !== null;
+    const isOver = !store.link.is_live && store.hasSocket && !store.link.is_silent && store.hello !== null;
     this.mark.classList.toggle("is-off", !store.link.is_live);
     text(this.mark, isOver ? "Replay" : "LIVE");
     if (isOver) this.mark.href = "/?replay";

@@ -85,8 +85,8 @@ class Store {
     };
   }
 
-  showLost(text) {
-    this.link = { is_live: false, text };
+  showLost(text, is_silent = false) {
+    this.link = { is_live: false, text, is_silent };
     this.tell("link", this.link);
   }
 
@@ -107,7 +107,7 @@ class Store {
     this.silent.at = now;
     if (!this.hasSocket || this.isSilent || this.silent.ms < SILENT_MS) return;
     this.isSilent = true;
-    this.showLost("the station does not answer");
+    this.showLost("the station does not answer", true);
   }
 
   isOpen() {
@@ -201,7 +201,7 @@ class Store {
 
   // Reason why no command can be sent now; null if commands can be sent.
   barrier() {
-    if (!this.link.is_live) return this.replay || this.isSilent ? this.link.text : "no link";
+    if (!this.link.is_live) return this.replay || this.link.is_silent ? this.link.text : "no link";
     return this.hello?.read_only ? "this station is read only" : null;
   }
 

@@ -131,7 +131,7 @@ class Hand {
       if (event.gamepad.index === this.pad) this.release("the gamepad was disconnected");
     });
     store.on("link", () => {
-      if (!store.link.is_live) this.release(store.isSilent ? store.link.text : "link lost");
+      if (!store.link.is_live) this.release(store.link.is_silent ? store.link.text : "link lost");
     });
     this.keys = new Set();
     document.addEventListener("keyup", (event) => this.keys.delete(event.key));
