@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "osal/include/osal/console.h"
+
 static unsigned find_segment(const segment_t* const segments, const unsigned count, const char* const name)
 {
     unsigned index = 0U;
@@ -11,6 +13,26 @@ static unsigned find_segment(const segment_t* const segments, const unsigned cou
         index++;
     }
     return index;
+}
+
+void channels_complain(const segment_t* const segments, const unsigned count,
+                       const simulator_config_t* const config)
+{
+    char line[SIMULATOR_ERROR_MAX];
+    for (unsigned i = 0U; (i < count) && (config->bus_count > 0U); i++) {
+        size_t k = 0U;
+        while ((k < config->bus_count) && (strcmp(config->bus[k].name, segments[i].name) != 0)) {
+            k++;
+        }
+        if (k == config->bus_count) {
+            (void)snprintf(
+                line, sizeof line,
+                "simulator: %.200s: no program of this run is on bus %s, which has devices in this "
+                "world; the mission lists its buses",
+                config->world_path, segments[i].name);
+            osal_console_complain(line);
+        }
+    }
 }
 
 status_t channels_pair(const segment_t* const segments, const unsigned count,

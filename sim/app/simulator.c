@@ -297,7 +297,7 @@ static status_t open_hand(simulator_t* const simulator, const simulator_config_t
     const world_t* world = &simulator->world;
     scene_t scene;
     if (world->hand_count == 0U) {
-        return STATUS_OK;
+        return hand_refuse(config->scenario_path, reason);
     }
     const hand_parameters_t hand = hand_parameters_of(&world->hand[0]);
     const unsigned joystick      = world->hand[0].joystick;
@@ -516,6 +516,7 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
     status          = (status == STATUS_OK) ? open_plant(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? open_devices(simulator, config, error) : status;
     if (status == STATUS_OK) {
+        channels_complain(simulator->segment, simulator->bus_count, config);
         status = instrument_set_open(&simulator->world, config, &simulator->instruments, error);
     }
     status = (status == STATUS_OK) ? open_faults(simulator, config, error) : status;

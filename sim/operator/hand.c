@@ -369,6 +369,18 @@ status_t hand_load(const hand_parameters_t* const parameters, const scene_t* con
     return STATUS_OK;
 }
 
+static status_t refuse_line(void* const context, const scenario_line_t* const line,
+                            char error[SCENARIO_ERROR_MAX])
+{
+    (void)context;
+    return scenario_error(line, "hand", "fault, operator or ground: this world has no Hand", error);
+}
+
+status_t hand_refuse(const char* const path, char error[SCENARIO_ERROR_MAX])
+{
+    return (path != NULL) ? scenario_read(path, "hand", refuse_line, NULL, error) : STATUS_OK;
+}
+
 void hand_destroy(hand_t* const hand)
 {
     if (hand != NULL) {

@@ -54,6 +54,10 @@ hand_parameters_t hand_parameters_of(const world_hand_t* hand);
 MUST_USE status_t hand_load(const hand_parameters_t* parameters, const scene_t* scene, const char* path,
                             hand_t** out_hand, char error[SCENARIO_ERROR_MAX]);
 
+/// Check the scenario of a world without a hand (null: none). STATUS_OK if no line is for the hand; else
+/// `error` is filled as by hand_load: STATUS_NOT_FOUND, STATUS_INVALID.
+MUST_USE status_t hand_refuse(const char* path, char error[SCENARIO_ERROR_MAX]);
+
 /// Add one line of the actor `hand`; its time must not be before that of the last hand_step. The line acts
 /// after earlier lines of the same time. A refused line changes nothing. STATUS_OK; else `error` is filled:
 /// STATUS_INVALID, STATUS_EXHAUSTED (no memory).

@@ -159,3 +159,13 @@ def test_another_number_of_axes_flies(house, tmp_path):
     targets = [struct.unpack("<i", bytes.fromhex(octets)[2:6])[0] for octets in
                re.findall(r" 326##1([0-9A-F]+)", flight.read("can-platform.log"))]
     assert statistics.mode(targets) == pytest.approx(-0.15 / 2.9960562e-7, abs=2)
+
+
+def test_a_bus_that_only_the_world_has_is_named(house, tmp_path):
+    """The devices of a misspelled bus are on no bus of the mission: no program reaches them."""
+    path = house / WORLD
+    path.write_text(path.read_text(encoding="utf-8").replace('bus="platform"', 'bus="platform-2"'), encoding="utf-8")
+    scenario = flying.write_scenario(tmp_path / "short.scn", "0.1 operator shutdown")
+    flight = flying.fly(tmp_path / "run", "--mission", "actuators", "--scenario", scenario, "--form", "image", root=house)
+    said = [line for line in flight.read("console.log").splitlines() if "no program of this run is on bus" in line]
+    assert len(said) == 1 and "descriptors/worlds/actuators.xml: no program of this run is on bus platform-2" in said[0], flight.transcript()

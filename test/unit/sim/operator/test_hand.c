@@ -395,6 +395,16 @@ static void a_hand_without_a_scene_refuses_places_and_forces(void)
     }
 }
 
+static void a_world_without_a_hand_refuses_its_lines(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_refuse(NULL, error));
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_refuse(script_file_write("0 fault unplug robot\n"), error));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, hand_refuse("nowhere.scn", error));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, hand_refuse(script_file_write("\n0 hand rest\n"), error));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, ":2: found 'hand', expected "), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "this world has no Hand"), error);
+}
+
 static void bad_lines_are_reported_with_their_number(void)
 {
     static const bad_t bad[] = {
@@ -560,6 +570,7 @@ int main(void)
     RUN_TEST(mission_script_is_accepted_and_stays_within_the_stick);
     RUN_TEST(a_hand_without_a_scene_leads_the_stick_and_expects_nothing);
     RUN_TEST(a_hand_without_a_scene_refuses_places_and_forces);
+    RUN_TEST(a_world_without_a_hand_refuses_its_lines);
     RUN_TEST(bad_lines_are_reported_with_their_number);
     RUN_TEST(a_missing_script_is_reported);
     RUN_TEST(many_lines_play_in_the_order_of_their_times);
