@@ -88,9 +88,16 @@ WATCH_HAND = """() => {
         return answer;
     };
 }"""
+# Until a picture that was begun after the jump is painted.
 SEEK = """async (time) => {
-    const began = performance.now();
+    const {scene} = station, {labels} = scene, {render} = scene.renderer, began = performance.now();
+    let isBegun = false;
+    scene.renderer.render = (...words) => { isBegun = true; render.call(scene.renderer, ...words); };
+    const shown = new Promise((done) => { scene.labels = () => { labels.call(scene); if (isBegun) done(); }; });
     station.replay.seek(time);
+    await shown;
+    scene.labels = labels;
+    scene.renderer.render = render;
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
     return performance.now() - began;
 }"""
@@ -378,7 +385,7 @@ def replay(browser):
             page = browser.new_page(viewport={"width": 1440, "height": 900})
             began = time.monotonic()
             page.goto(f"{station.address}?replay")
-            until(page, "Boolean(window.station?.replay?.film && station.scene.drawn)")
+            until(page, "Boolean(window.station?.replay?.film && station.scene.drawn && (!station.scene.pictures || station.scene.pictures.image))")
             page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
             loads.append(time.monotonic() - began)
             assert page.evaluate("station.replay.end") >= HOUR_S

@@ -215,7 +215,7 @@ def test_frames_of_a_bus_are_decoded_while_the_tab_is_open(page, flight):
     """Listening adds no node to the bus and no line to the recording."""
     page.click("#work-Bus")
     page.wait_for_selector(".frames td:has-text('JOINT1_TPDO1')")
-    page.wait_for_selector(".frames .below td:has-text('PositionActualValue') >> nth=0")
+    page.wait_for_selector(".frames .below td:has-text('Statusword OPERATION_ENABLED, PositionActualValue') >> nth=0")
     until(page, "/^[1-9][0-9]? %$/.test(document.querySelector('.four .value').textContent)")
     # The station adds a warning to its messages while a subsystem flies another interface than that of the database.
     reported = page.evaluate("""(() => { const { store } = window.station, tab = document.querySelector('station-work').bus, said = store.buses.get(tab.name);
@@ -253,8 +253,8 @@ def test_a_stale_force_is_not_drawn(page):
 
 
 def test_pictures_are_drawn_when_something_has_changed(page):
-    """A scene without reports is drawn once more with all pixels, and a change of the view is one picture. The page does not wait for
-    the processors, which compute the pictures here."""
+    """A scene without reports is drawn once more with all pixels, and a change of the view is one picture; noise of a report is none.
+    The page does not wait for the processors, which compute the pictures here."""
     drawn = page.evaluate("""async () => {
         const { scene } = window.station, { pictures, renderer } = scene, { render } = renderer, { pace } = pictures;
         const scales = [], shown = pictures.shown, rest = () => new Promise((done) => { pictures.shown = () => { shown(); done(); }; });
@@ -270,14 +270,18 @@ def test_pictures_are_drawn_when_something_has_changed(page):
         await next;
         const found = [scales[atRest - 1], later - atRest, isBegun, scales.length - later, scales.at(-1) === pace.scale];
         const data = pictures.context.getImageData(0, 0, pictures.canvas.width, pictures.canvas.height).data;
-        const colours = new Set(new Uint32Array(data.buffer)).size;
-        Object.assign(pictures, { shown });
-        Object.assign(renderer, { render });
+        [pictures.shown, renderer.render] = [shown, render];
         delete scene.move;
         scene.view("Iso");
-        return [...found, colours > 50];
+        const { last } = scene, drawn = (later, size) => {
+            scene.last = { ...last, time: last.time + later, positions: last.positions.map((value) => value + size), at: 0 };
+            return scene.frame();
+        };
+        drawn(0.01, 0);
+        const noise = [drawn(0.02, 2e-5), drawn(0.03, 1e-2)];
+        return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise];
     }""")
-    assert drawn == [2, 0, False, 1, True, True]
+    assert drawn == [2, 0, False, 1, True, True, False, True]
 
 
 def pulled(page):

@@ -6,6 +6,7 @@ A bus has thousands of frames a second. A line is therefore only counted when it
 import collections
 
 from ..frame_length import classic_us, fd_us
+from ..values import Bits
 
 ERRORS_KEPT = 20  # Newest error frames that a page shows.
 _CONTROLLER = {0x01: "receive buffer overflow", 0x02: "transmit buffer overflow", 0x04: "receive errors: error warning", 0x08: "transmit errors: error warning",
@@ -28,12 +29,23 @@ def error_of(identifier, octets):
     return name, symbol, words
 
 
+def bits_of(item):
+    """Names of the bits of values in the content of a dictionary, by the name of the value: {"statusword": Bits}."""
+    found = {}
+    for part in item.values() if isinstance(item, dict) else item if isinstance(item, list) else ():
+        found |= bits_of(part)
+    if isinstance(item, dict) and isinstance(item.get("bits"), dict):
+        found[item["bits"]["name"]] = Bits(item["bits"])
+    return found
+
+
 class BusTap:
     """Statistics and newest frames of one bus. Rates in bit/s; database: hirosco_gse.frames.Database, or None; warning: why names and values may be
-    wrong."""
+    wrong; bits: those of bits_of."""
 
-    def __init__(self, name, rate, data_rate, database, warning=None):
+    def __init__(self, name, rate, data_rate, database, warning=None, bits=None):
         self.name, self._rate, self._data_rate, self._database, self.warning = name, rate, data_rate, database, warning
+        self._bits = bits or {}
         self.errors = collections.deque(maxlen=ERRORS_KEPT)
         self.dropped = self.error_count = 0
         self.transmit_errors = None
@@ -80,8 +92,15 @@ class BusTap:
     def _frame(self, identifier, line, data, rate):
         octets = bytes.fromhex(data[2:].decode() if data[:1] == b"#" else data.decode() if data[:1] != b"R" else "")
         name, signals = self._database.decode(int(identifier, 16), octets, len(identifier) == 8) if self._database else (None, [])
-        words = ", ".join(f"{signal} {f'{value:.6g}' if isinstance(value, float) else value} {unit}".rstrip() for signal, value, unit in signals)
+        words = ", ".join(f"{signal} {self._word(signal, value)} {unit}".rstrip() for signal, value, unit in signals)
         return {"id": identifier.decode(), "name": name or "", "time": _time(line), "rate": rate, "octets": octets.hex().upper(), "words": words}
+
+    def _word(self, signal, value):
+        """Text of a value: of one whose bits have names the state, as in the other tabs of the page."""
+        bits = next((bits for name, bits in self._bits.items() if signal.lower().startswith(name)), None)
+        if bits and isinstance(value, int):
+            return bits.state(value)
+        return f"{value:.6g}" if isinstance(value, float) else value
 
 
 def _time(line):

@@ -10,7 +10,7 @@ from .. import live
 from ..frames import Database, DatabaseError
 from ..link import LinkLost
 from ..place import ROOT
-from .bus_tap import BusTap
+from .bus_tap import BusTap, bits_of
 
 ANSWER_S = 2.0  # Longest wait for an answer.
 SHOW_S = 0.25  # Time between two messages about a bus.
@@ -213,7 +213,7 @@ class Taps:
             warning = database.problem_with(self._dictionary.content, "the dictionary")
         except DatabaseError as error:
             database, warning = None, f"frames are not decoded: {error}"
-        return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database, warning)
+        return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database, warning, bits_of(self._dictionary.content))
 
     def _said(self, tap):
         """Message of a tap. If a subsystem flies another interface, the message contains a warning about the frames."""

@@ -563,7 +563,7 @@ class Scene extends SceneMarks {
     this.drawLimits(positions);
     this.drawSprings(tip);
     this.drawTrace(tip);
-    this.isChanged = true;
+    this.compare(this.look(values, truth));
   }
 
   // Move the camera with a robot that flies freely.

@@ -16,6 +16,7 @@ const GHOST_M = 0.002,
   GHOST_RAD = (0.5 * Math.PI) / 180;
 const NEAR = 0.1; // Share of the range that counts as near a limit.
 export const TRACE_S = 6; // Length of the trace of the tip.
+const LOOK_LEAST = 1e-4; // Smallest difference that is drawn [m, rad].
 const GAP_S = 1; // Time without reports that interrupts the trace.
 const tokens = new Map(); // Name -> colour in the present theme. To ask the browser costs a layout.
 store.on("theme", () => tokens.clear());
@@ -215,6 +216,42 @@ export class SceneMarks extends HTMLElement {
       spring.mesh.geometry?.dispose();
       spring.mesh.geometry = coil(anchor, top);
     }
+  }
+
+  // What the scene shows, as numbers: angles in rad, lengths in m. A trace that grows or fades has another
+  // oldest point.
+  look(values, truth) {
+    const bodies = this.bodies.flatMap(({ arm }) => [
+      ...arm.node.matrix.elements,
+      ...[...arm.groups.values()].flatMap(({ turning }) => [
+        ...turning.position,
+        ...turning.quaternion.toArray(),
+      ]),
+      ...arm.brakes.map(({ isHeld }) => (isHeld === null ? 2 : Number(isHeld))),
+    ]);
+    const force = this.shaft.visible ? this.forceVector : [];
+    const touches = [...(values.CONTACTS ?? []), ...(values.SPRING ?? [])];
+    const ghost = this.ghost.node.visible ? this.ghostEnd.toArray() : [];
+    const drives = store.hello.world.wheels?.length || store.hello.world.valves?.length;
+    return [
+      ...bodies,
+      ...(this.trace[0]?.slice(1) ?? []),
+      ...[...force, ...touches].map((value) => value * FORCE_SCALE),
+      ...ghost,
+      drives && truth ? truth.time : 0,
+      [...this.springs.map(({ shown }) => shown), force.length, touches.length, ghost.length].join(),
+    ];
+  }
+
+  // Note whether the scene differs from that of the last picture; noise of the telemetry is no difference.
+  compare(look) {
+    const isSame = look.every((value, n) => {
+      const before = this.looked?.[n];
+      return value === before || Math.abs(value - before) < LOOK_LEAST;
+    });
+    if (isSame && !store.replay) return;
+    this.looked = look;
+    this.isChanged = true;
   }
 
   labels() {

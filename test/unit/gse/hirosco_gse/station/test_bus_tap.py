@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 from hirosco_gse.frames import Database
 from hirosco_gse.station import world_port
-from hirosco_gse.station.bus_tap import BusTap, error_of
+from hirosco_gse.station.bus_tap import BusTap, bits_of, error_of
 
 
 def test_the_newest_frame_of_each_identifier_is_sent_with_its_rate():
@@ -25,6 +25,16 @@ def test_the_newest_frame_of_each_identifier_is_sent_with_its_rate():
     assert (sync["id"], sync["name"], joint["id"], joint["octets"]) == ("080", "SYNC", "191", "64")
     assert joint["rate"] == pytest.approx(1000, rel=0.02) and said["dropped"] == 12
     assert said["load"] == pytest.approx(100 * (30 * 1.08 + 39 * 1.08 / 5) / 1e5, rel=0.05)
+
+
+def test_a_statusword_is_shown_by_its_state(dictionary):
+    """The names are those of the dictionary, as in the other tabs of the page. Of two axes each has its own signal."""
+    bits = bits_of(dictionary.content)
+    tap = BusTap("robot", 1e6, 5e6, Database(ROOT / "build" / "generated" / "rokviss-robot.dbc"), bits=bits)
+    for octets, state in (("3712", "OPERATION_ENABLED"), ("5002", "SWITCH_ON_DISABLED"), ("1802", "FAULT")):
+        tap.feed(f"frame (0000000002.000000) robot 191##1{octets}1600F4010A00\n".encode())
+        assert f"Statusword {state}, " in tap.message()["frames"][0]["words"] + ", "
+    assert [tap._word(name, 0x27) for name in ("StatuswordAxis2", "Status")] == ["OPERATION_ENABLED", 0x27]
 
 
 def test_error_frames_are_listed_one_by_one_as_text():
