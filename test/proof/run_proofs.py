@@ -8,7 +8,8 @@ Each test/proof/<folder>/proof_*.c begins with its statement as lines `// Key: t
     Options    options of CBMC
     Quick      `yes`: part of `make check`
     Fault      a source, then lines `- text` and `+ text`: a fault that the proof must find (at least one)
-    Reduced    a header, then lines `- text` and `+ text`: a capacity that is smaller in the proof
+    Reduced    a header or source, then lines `- text` and `+ text`: what is smaller or simpler in the proof, such as a
+               capacity; Bounds or Replaced state it
 
 CBMC checks every access, every overflow of signed numbers, every shift and division, that each loop ends within its
 bound, and the statements of the proof, for all values at once. Then it checks copies of the sources with each planted

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. An accepted packet has the
-//     size that its length field states, a correct checksum, the fields of its headers, and a view of its
-//     data inside the packet; for a refused packet the failure is reported, and the result has no data.
+// Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. Exactly a packet of a
+//     permitted size, which its length field states, with a correct checksum and the header of a request is
+//     accepted; the result has the fields of its headers and a view of its data inside the packet. For a
+//     refused packet the failure is reported, and the result has no data.
 // Bounds: every packet of 0..4096 octets (the largest of the mission), and packets of 4097 octets.
 // Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
 // Sources: pus/core/packet.c base/octets.c
@@ -16,40 +17,48 @@
 // Fault: pus/core/packet.c
 //   - if (crc16_ccitt(octets, size) != 0U) {
 //   + if (crc16_ccitt(octets, size - 1U) != 0U) {
+// Fault: pus/core/packet.c
+//   - if (size < least) {
+//   + if (size <= least) {
 #include "base/crc.h"
 #include "pus/core/packet.h"
 #include "test/proof/proof.h"
 
 #define SIZE_MAX_HERE (PUS_PACKET_MAX + 1U)
 
-static uint16_t crc;
-static size_t summed;
+static size_t packet_size;
+static uint16_t crc; // Checksum of the whole packet.
 
 uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
 {
     PROVE((size == 0U) || __CPROVER_r_ok(octets, size), "the checksum reads inside the packet");
-    crc    = nondet_u16();
-    summed = size;
-    return crc;
+    return (size == packet_size) ? crc : nondet_u16();
 }
 
 void proof(void)
 {
     const size_t size = any_size(SIZE_MAX_HERE);
     uint8_t octets[size]; // Exactly of the size of the packet, so that an access after the packet is found.
+    packet_size = size;
+    crc         = nondet_u16();
     pus_tc_t tc;
     pus_failure_t failure;
 
     size_t framed            = 0U;
     const status_t is_framed = pus_packet_frame(octets, size, &framed);
-    PROVE(IMPLIES(is_framed == STATUS_OK, framed <= size), "a complete packet is inside the stream");
+    const size_t stated =
+        (size >= PUS_PRIMARY_HEADER_SIZE) ? ((size_t)octets_u16_at(&octets[4]) + 7U) : (size + 1U);
+    PROVE((is_framed == STATUS_OK) == ((stated <= size) && (stated <= PUS_PACKET_MAX)),
+          "exactly a complete packet of a permitted size is framed");
+    PROVE(IMPLIES(is_framed == STATUS_OK, framed == stated), "a frame has the size of its length field");
 
     const status_t status = pus_tc_decode(octets, size, &tc, &failure);
+    PROVE((status == STATUS_OK) == ((size >= PUS_TC_MIN) && (size <= PUS_PACKET_MAX) && (stated == size) &&
+                                    (crc == 0U) && ((octets_u16_at(octets) & 0xF800U) == 0x1800U) &&
+                                    ((octets[2] >> 6U) == 3U) && ((octets[6] >> 4U) == 2U)),
+          "exactly a right request is accepted");
     if (status == STATUS_OK) {
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
-        PROVE((size >= PUS_TC_MIN) && (crc == 0U) && (summed == size),
-              "what is accepted has its least size and a right checksum of all its octets");
-        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field states the size");
         PROVE((tc.size == size - PUS_TC_MIN) && (tc.data == &octets[PUS_TC_MIN - PUS_CRC_SIZE]),
               "the data are between header and checksum");
         PROVE(pus_packet_is_tc(octets, size) && (size <= PUS_PACKET_MAX), "what is accepted is a request");

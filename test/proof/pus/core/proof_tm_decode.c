@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: pus_tm_decode accesses no octet outside a packet. An accepted packet has the size that its length
-//     field states, a correct checksum, the fields of its headers, a time in the format of this mission, and
-//     a view of its data inside the packet; for a refused packet the failure is reported, and the result has
-//     no data.
+// Proves: pus_tm_decode accesses no octet outside a packet. Exactly a packet of a permitted size, which its
+//     length field states, with a correct checksum, the header of a report and a time in the format of this
+//     mission is accepted; the result has the fields of its headers and a view of its data inside the
+//     packet. For a refused packet the failure is reported, and the result has no data.
 // Bounds: every packet of 0..4096 octets (the largest of the mission), and packets of 4097 octets.
 // Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves it.
 // Sources: pus/core/packet.c pus/core/packet_report.c base/octets.c
@@ -14,38 +14,43 @@
 // Fault: pus/core/packet.c
 //   - if (size_reported(octets) != size) {
 //   + if (size_reported(octets) < size) {
+// Fault: pus/core/packet.c
+//   - if (size > most) {
+//   + if (size >= most) {
 #include "base/crc.h"
 #include "pus/core/packet.h"
 #include "test/proof/proof.h"
 
 #define SIZE_MAX_HERE (PUS_PACKET_MAX + 1U)
 
-static uint16_t crc;
-static size_t summed;
+static size_t packet_size;
+static uint16_t crc; // Checksum of the whole packet.
 
 uint16_t crc16_ccitt(const uint8_t* const octets, const size_t size)
 {
     PROVE((size == 0U) || __CPROVER_r_ok(octets, size), "the checksum reads inside the packet");
-    crc    = nondet_u16();
-    summed = size;
-    return crc;
+    return (size == packet_size) ? crc : nondet_u16();
 }
 
 void proof(void)
 {
     const size_t size = any_size(SIZE_MAX_HERE);
     uint8_t octets[size];
+    packet_size = size;
+    crc         = nondet_u16();
     pus_tm_t tm;
     pus_failure_t failure;
     const status_t status = pus_tm_decode(octets, size, &tm, &failure);
+    PROVE((status == STATUS_OK) ==
+              ((size >= PUS_TM_MIN) && (size <= PUS_PACKET_MAX) &&
+               (((size_t)octets_u16_at(&octets[4]) + 7U) == size) && (crc == 0U) &&
+               ((octets_u16_at(octets) & 0xF800U) == 0x0800U) && ((octets[2] >> 6U) == 3U) &&
+               ((octets[6] >> 4U) == 2U) && (octets[PUS_TM_HEADER_SIZE - PUS_TIME_SIZE] == PUS_TIME_P_FIELD)),
+          "exactly a right report is accepted");
     if (status == STATUS_OK) {
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
-        PROVE((size >= PUS_TM_MIN) && (crc == 0U) && (summed == size),
-              "what is accepted has its least size, the checksum of all its octets is right");
-        PROVE((size_t)octets_u16_at(&octets[4]) + 7U == size, "the length field states the size");
         PROVE((tm.size == size - PUS_TM_MIN) && (tm.data == &octets[PUS_TM_HEADER_SIZE]),
               "the data are between header and checksum");
-        PROVE(octets[PUS_TM_HEADER_SIZE - PUS_TIME_SIZE] == PUS_TIME_P_FIELD, "the time is of this format");
         PROVE(!pus_packet_is_tc(octets, size) && (size <= PUS_PACKET_MAX), "what is accepted is a report");
         PROVE((octets_u16_at(octets) == (0x0800U | tm.apid)) && (tm.apid <= 2047U) &&
                   (octets_u16_at(&octets[2]) == (0xC000U | tm.sequence)) && (tm.sequence <= 16383U),

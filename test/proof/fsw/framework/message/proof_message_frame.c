@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: message_frame_is_well_formed accesses no octet outside a frame, and accepts only frames to this
-//     component whose size, magic, version and kind exist; the fields that message_frame_write wrote are read
-//     with the same values, all together and one by one.
+// Proves: message_frame_is_well_formed accesses no octet outside a frame, and accepts exactly the frames to
+//     this component whose size, magic, version and kind exist and whose sender has a life; the fields that
+//     message_frame_write wrote are read with the same values, all together and one by one.
 // Bounds: every frame of 0..MESSAGE_FRAME_MAX + 1 octets, every header.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_frame.c
@@ -16,6 +16,9 @@
 // Fault: fsw/framework/message/message_frame.c
 //   - octets_put_u32(&header[AT_TO_LIFE], frame->to_life);
 //   + octets_put_u16(&header[AT_TO_LIFE], (uint16_t)frame->to_life);
+// Fault: fsw/framework/message/message_frame.c
+//   - return (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX) &&
+//   + return (size >= MESSAGE_HEADER_OCTETS) && (size < MESSAGE_FRAME_MAX) &&
 #include "fsw/framework/message/message_frame.h"
 #include "test/proof/proof.h"
 
@@ -23,14 +26,16 @@ static void prove_reading(void)
 {
     const size_t size = any_size(MESSAGE_FRAME_MAX + 1U);
     uint8_t octets[size];
-    const uint16_t self = nondet_u16();
-    if (message_frame_is_well_formed(octets, size, self)) {
+    const uint16_t self    = nondet_u16();
+    const bool is_accepted = message_frame_is_well_formed(octets, size, self);
+    const bool has_size    = (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX);
+    PROVE(IMPLIES(!has_size, !is_accepted), "the size exists");
+    if (has_size) {
         const message_frame_t frame = message_frame_read(octets, octets[MESSAGE_AT_KIND], size);
-        PROVE((size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX), "the size exists");
-        PROVE((octets[0] == 0x48U) && (octets[1] == 0x4DU) && (octets[2] == 1U), "magic and version");
-        PROVE(frame.kind <= MESSAGE_SYNC_ACK, "the kind exists");
-        PROVE((frame.to == self) && (frame.from_life != 0U),
-              "the frame is to this component, and its sender has a life");
+        PROVE(is_accepted ==
+                  ((octets[0] == 0x48U) && (octets[1] == 0x4DU) && (octets[2] == 1U) &&
+                   (frame.kind <= MESSAGE_SYNC_ACK) && (frame.to == self) && (frame.from_life != 0U)),
+              "exactly a right frame to this component is accepted");
         PROVE(frame.size == (size - MESSAGE_HEADER_OCTETS), "the payload is what follows the header");
     }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: dividing the TCP stream of a ground user into space packets accesses nothing after the received
-//     octets; a packet that is returned lies completely within them and has the size that its length field
-//     states; for an incomplete packet the function waits for more octets; if a length field exceeds the
-//     largest packet, the stream is closed. So the stream always advances, waits or is closed.
+//     octets; a complete packet is returned with the size that its length field states; exactly for an
+//     incomplete packet the function waits for more octets; exactly if a length field exceeds the largest
+//     packet, the stream is closed. So the stream always advances, waits or is closed.
 // Bounds: 0..4128 received octets (32 more than the largest packet) of any content, any client, no security
 //     of the ground link.
 // Replaced: the security layer (SDLS) is not used.
@@ -15,6 +15,9 @@
 // Fault: pus/core/packet.c
 //   - if (*out_size > PUS_PACKET_MAX) {
 //   + if (*out_size > (PUS_PACKET_MAX + 1U)) {
+// Fault: pus/core/packet.c
+//   - if (size < PUS_PRIMARY_HEADER_SIZE) {
+//   + if (size <= PUS_PRIMARY_HEADER_SIZE) {
 #include "base/crc.h"
 #include "fsw/subsystems/communication/ground_security.h"
 #include "pus/core/packet.h"
@@ -48,10 +51,12 @@ void proof(void)
               "a packet has the size of its length field");
         PROVE(unit.taken == unit.size, "the stream advances by the packet");
     }
-    PROVE(IMPLIES(status == STATUS_TRUNCATED, (size < PUS_PRIMARY_HEADER_SIZE) || (size < unit.size)),
-          "only an incomplete packet waits");
+    const bool has_header   = (size >= PUS_PRIMARY_HEADER_SIZE);
+    const size_t stated     = has_header ? ((size_t)octets_u16_at(&octets[4]) + 7U) : 0U;
+    const bool is_too_large = has_header && (stated > PUS_PACKET_MAX);
+    PROVE((status == STATUS_TRUNCATED) == (!has_header || (!is_too_large && (size < stated))),
+          "exactly an incomplete packet waits");
     PROVE(IMPLIES(status == STATUS_TRUNCATED, unit.size <= PUS_PACKET_MAX),
           "an awaited packet is not too large");
-    PROVE(IMPLIES(status == STATUS_CLOSED, ((size_t)octets_u16_at(&octets[4]) + 7U) > PUS_PACKET_MAX),
-          "only a packet that is too large closes the stream");
+    PROVE((status == STATUS_CLOSED) == is_too_large, "exactly a packet that is too large closes the stream");
 }
