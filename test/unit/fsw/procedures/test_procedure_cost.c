@@ -282,6 +282,12 @@ static void a_call_costs_a_unit_more_from_the_twentieth_octet_of_its_arguments(v
     TEST_ASSERT_EQUAL_UINT32(units + 1U, units_of("get('12345678901234567890')"));
 }
 
+/// Both have a base price of 3 units; math.max costs a unit more for each argument.
+static void only_some_functions_cost_more_with_each_argument(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(units_of("math.ult(1, 2)") + 2U, units_of("math.max(1, 2)"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -293,5 +299,6 @@ int main(void)
     RUN_TEST(a_metatable_keeps_its_content_after_it_is_set);
     RUN_TEST(cost_beyond_the_budget_is_deducted_before_the_procedure_continues);
     RUN_TEST(a_call_costs_a_unit_more_from_the_twentieth_octet_of_its_arguments);
+    RUN_TEST(only_some_functions_cost_more_with_each_argument);
     return UNITY_END();
 }

@@ -305,6 +305,21 @@ static void definitions_are_reported_as_they_were_added(void)
     expect_id_refused(8U, 4U, PUS_FAILURE_UNKNOWN_ID);
 }
 
+static void a_report_has_only_the_definitions_that_were_asked_for(void)
+{
+    add_limit(0U, LEVEL);
+    add_limit(1U, LEVEL);
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(8U, 0U, 0U));
+    const size_t all = bench_report(2U).size;
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(8U, 1U, 1U));
+    octet_reader_t reader = bench_data(2U);
+    const size_t one      = octet_reader_left(&reader);
+    TEST_ASSERT_EQUAL_UINT32(MONITORS_DELAY, octet_read_u32(&reader));
+    TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader));
+    TEST_ASSERT_EQUAL_UINT16(1U, octet_read_u16(&reader)); // The id of the only definition.
+    TEST_ASSERT_EQUAL_UINT64(all - one, one - 6U);
+}
+
 static void a_change_that_cannot_be_stored_is_refused(void)
 {
     add_limit(1U, LEVEL);
@@ -452,6 +467,7 @@ int main(void)
     RUN_TEST(all_are_deleted_while_the_function_is_disabled);
     RUN_TEST(only_disabled_definitions_are_modified);
     RUN_TEST(definitions_are_reported_as_they_were_added);
+    RUN_TEST(a_report_has_only_the_definitions_that_were_asked_for);
     RUN_TEST(a_change_that_cannot_be_stored_is_refused);
     RUN_TEST(definitions_outlast_a_power_cut);
     RUN_TEST(bad_records_are_reported);

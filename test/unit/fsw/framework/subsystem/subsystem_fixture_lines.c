@@ -38,8 +38,12 @@ static void verification_line(const pus_tm_t* tm)
         used = snprintf(text, sizeof text, " step %u", (unsigned)report.step);
     }
     if (report.failure.code != PUS_FAILURE_NONE) {
-        (void)snprintf(&text[used], sizeof text - (size_t)used, " %04X %lX", (unsigned)report.failure.code,
-                       (unsigned long)report.failure.detail);
+        used += snprintf(&text[used], sizeof text - (size_t)used, " %04X %lX", (unsigned)report.failure.code,
+                         (unsigned long)report.failure.detail);
+    }
+    if (report.failure.instruction != 0U) {
+        (void)snprintf(&text[used], sizeof text - (size_t)used, " in %u",
+                       (unsigned)report.failure.instruction);
     }
     fixture_line("1.%u #%u%s", (unsigned)report.subtype, number, text);
     TEST_ASSERT_TRUE_MESSAGE(fixture.has_many_users || (fixture.source == tm->destination),

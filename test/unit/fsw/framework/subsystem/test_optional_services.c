@@ -166,7 +166,7 @@ static void devices_are_reached_by_the_port_of_the_subsystem(void)
 {
     (void)fixture_command(2U, 1U, "\2\0\1\0\2", 5U);
     fixture_run(1U);
-    fixture_expect("1.1 #0\n1.4 #0 0201 2\n1.3 #0\n1.8 #0 0407 1\n");
+    fixture_expect("1.1 #0\n1.4 #0 0201 2 in 2\n1.3 #0\n1.8 #0 0407 1\n");
 }
 
 static void add_without_a_port(void)

@@ -17,7 +17,7 @@ static void ports_are_offered_once_per_method(void)
     TEST_ASSERT_TRUE(fixture_has("130.2 00030001")); // This run offers shared memory only.
     fixture_forget();
     (void)fixture_command(PUS_SERVICE_RTLINK, PUS_LINK_REPORT_OFFERS, "\x01\x00\x63", 3U);
-    fixture_expect("1.1 #2\n1.4 #2 0201 63\n");
+    fixture_expect("1.1 #2\n1.4 #2 0201 63 in 1\n");
     fixture_close();
     fixture_open(NULL);
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);

@@ -60,18 +60,16 @@ static void arguments_outside_their_bounds_are_refused(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     move(1.0001, 0.0, 1U);
-    fixture_expect("1.1 #0\n1.4 #0 0203 0\n");
-    move(0.0, -1.0001, 1U); // The bounds hold for every element.
+    fixture_expect("1.1 #0\n1.4 #0 0203 0 in 1\n"); // The number of the argument.
+    move(0.0, -1.0001, 1U);                         // The bounds hold for every element.
     move(0.0, 0.0, 101U);
     move((double)NAN, 0.0, 1U);
     move(0.0, (double)INFINITY, 1U);
     move(-(double)INFINITY, 0.0, 1U);
-    for (unsigned i = 1U; i <= 5U; i++) {
-        char line[32];
-        (void)snprintf(line, sizeof line, "1.4 #%u 0203", i);
-        TEST_ASSERT_TRUE(fixture_has(line));
-    }
-    TEST_ASSERT_EQUAL(0U, fixture.moved.speed); // No function was performed.
+    fixture_expect("1.1 #1\n1.4 #1 0203 0 in 1\n1.1 #2\n1.4 #2 0203 0 in 2\n"
+                   "1.1 #3\n1.4 #3 0203 B in 1\n1.1 #4\n1.4 #4 0203 B in 1\n"
+                   "1.1 #5\n1.4 #5 0203 B in 1\n"); // The type of the value that is not finite.
+    TEST_ASSERT_EQUAL(0U, fixture.moved.speed);     // No function was performed.
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
 }
 
@@ -307,7 +305,7 @@ static void parameters_are_set_within_their_bounds(void)
 static void parameters_are_unknown_while_the_subsystem_is_offline(void)
 {
     report_parameter(fixture_values_id);
-    fixture_expect("1.1 #0\n1.4 #0 0201 2180000\n");
+    fixture_expect("1.1 #0\n1.4 #0 0201 2180000 in 1\n");
     fixture_bring(STATE_PRE_OPERATIONAL, 0U);
     report_parameter(fixture_values_id);
     fixture_expect("1.1 #0\n1.3 #0\n20.2 000102180000000000003FF00000000000004000000000000000\n1.7 #0\n");
@@ -397,7 +395,7 @@ static void structures_are_deleted_with_their_parameters(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     fixture_forget();
     (void)fixture_command(PUS_SERVICE_HOUSEKEEPING, 27U, "\x01\x00\x07", 3U);
-    fixture_expect("1.1 #3\n1.4 #3 0201 7\n");
+    fixture_expect("1.1 #3\n1.4 #3 0201 7 in 1\n");
 }
 
 // ---- Events ----

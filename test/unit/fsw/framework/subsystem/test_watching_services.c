@@ -217,7 +217,7 @@ static void an_event_with_values_that_a_monitor_cannot_know_is_refused(void)
         write_pmon(1U, events[i][0], events[i][1]);
         request(12U, 5U);
         const char* const lines = fixture_look();
-        TEST_ASSERT_NOT_NULL(strstr(lines, (i < 2U) ? " 0206 1\n" : " 0206 15\n"));
+        TEST_ASSERT_NOT_NULL(strstr(lines, (i < 2U) ? " 0206 1 in 1\n" : " 0206 15 in 1\n"));
         TEST_ASSERT_NULL(strstr(lines, "1.7 #"));
     }
 }
