@@ -214,7 +214,7 @@ class _Console:
         run = pathlib.Path(self.arguments.words[0]) if self.arguments.words else self.run
         try:
             name = json.loads((run / "run.json").read_text(encoding="utf-8"))["scenario"]
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, TypeError) as error:
             raise UsageError(f"{run}: no run.json of a flight that has ended: {error}") from error
         known = ROOT / "sim" / "scenarios" / f"{name}.scn"
         print(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
@@ -240,10 +240,7 @@ class _Console:
         """Write the packets of a run as a capture."""
         if len(self.arguments.words) > 1:
             raise UsageError("usage: pcap [RUN]")
-        try:
-            path, count = pcap.write(self.arguments.words[0] if self.arguments.words else self.run)
-        except packet_log.LogError as error:
-            raise UsageError(str(error)) from error
+        path, count = pcap.write(self.arguments.words[0] if self.arguments.words else self.run)
         _print(self.arguments, {"text": f"{path}: {count} packets", "path": str(path), "packets": count})
         return SUCCESS
 
@@ -399,6 +396,7 @@ _PROBLEMS = {  # Exit code of each kind of exception. The first kind that matche
     ScriptError: USAGE,
     visits.VisitError: USAGE,
     sdls.SecurityError: USAGE,
+    packet_log.LogError: USAGE,
     LinkLost: NO_LINK,
     TimedOut: TIMED_OUT,
     SessionError: FAILED,

@@ -15,6 +15,7 @@ from . import frames, logs
 from . import run as runs
 from . import truth as truth_log
 from .dictionary import STATES
+from .place import problem_of
 from .values import Word
 
 ROS = {"f": "float64", "u1": "uint8", "b": "bool", "u4": "uint32"}
@@ -248,6 +249,8 @@ def _packets(file, run):
 
 def write(folder):
     """Write run.mcap of a run. Returns (path, count of messages, problems of the run's logs). Raises ExportError, OSError."""
+    if problem := problem_of(folder):
+        raise ExportError(problem)
     run = runs.load(folder)
     if run.dictionary is None:
         raise ExportError("; ".join(run.problems))

@@ -29,27 +29,34 @@ def parse_packets(lines, path="packets.log"):
         try:
             packet = packets.parse(raw)
         except packets.PacketError:
+            if not line.endswith("\n"):
+                break
             packet = None  # the log contains a refused malformed telecommand with its received octets
         found.append((time_ns, direction, packet, raw))
     return found
 
 
+def rows(path):
+    """parse_packets of a file. Raises LogError, OSError."""
+    with open(path, encoding="ascii", errors="backslashreplace") as log:
+        return parse_packets(log, path)
+
+
 def with_whole(found):
     """The same list, with each packet that was transferred in parts (ST[13]) inserted after its last part."""
-    assembler, rows = large.Assembler(), []
+    assembler, all_rows = large.Assembler(), []
     for row in found:
-        rows.append(row)
+        all_rows.append(row)
         time_ns, direction, packet, _ = row
         whole = assembler.take(packet) if packet is not None and large.is_part(packet) else None
         if whole is not None:
-            rows.append((time_ns, direction, whole, whole.raw))
-    return rows
+            all_rows.append((time_ns, direction, whole, whole.raw))
+    return all_rows
 
 
 def read_packets(path):
     """Read a file as parse_packets and with_whole do. Empty if there is no file."""
     try:
-        with open(path, encoding="ascii") as log:
-            return with_whole(parse_packets(log, path))
+        return with_whole(rows(path))
     except FileNotFoundError:
         return []

@@ -24,8 +24,7 @@ def capture(rows):
 def write(run):
     """Write packets.pcap of a run; (path, count of packets). Raises OSError, packet_log.LogError."""
     run = pathlib.Path(run)
-    with (run / "packets.log").open(encoding="ascii") as log:
-        rows = packet_log.parse_packets(log, run / "packets.log")
+    rows = packet_log.rows(run / "packets.log")
     path = run / "packets.pcap"
     path.write_bytes(capture(rows))
     return path, len(rows)

@@ -14,7 +14,15 @@ LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 10015
 CLASSES = "device classes"
 DEFAULT_MISSION = "rokviss"
+LOGS = ("run.json", "packets.log", "packets.ascii", "truth.lcm")  # Files of which each run has one.
 LATEST = ROOT / "runs" / "latest"
+
+
+def problem_of(run):
+    """Words that say why a folder is not that of a run; None if it is."""
+    if any((pathlib.Path(run) / name).exists() for name in LOGS):
+        return None
+    return f"{run}: found no log of a flight, expected the folder of a run, with {', '.join(LOGS)}"
 
 
 def default_port(run):

@@ -18,6 +18,7 @@ from . import telemetry
 from . import truth as truth_log
 from .dictionary import STATES
 from .failures import name_of
+from .place import problem_of
 from .station.about import hello
 from .station.geometry import as_lists
 from .station.hub import lights_of
@@ -309,6 +310,8 @@ def make(run, about=None):
 def main(argv=None):
     """Write the recording of a run folder to the standard output."""
     folder, = sys.argv[1:] if argv is None else argv
+    if problem := problem_of(folder):
+        raise SystemExit(f"recording: {problem}")
     run = runs.load(folder, has_buses=False)
     sys.stdout.buffer.write(make(run, {"facts": run.facts}))
 

@@ -112,6 +112,8 @@ class Run:
         self.facts = self._json("run.json") or {}
         self.buses = self._read_buses(dictionary) if has_buses else {}
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
+        if not (self.folder / "packets.log").exists() and (self.folder / "packets.ascii").exists():
+            self.problems.append(f"packets.log: absent; build/bin/packet-archive-sqlite merge {self.folder} makes it from the parts of a flight that was cut off")
         channels = self._read(logs.read_lcm, "truth.lcm") or {}
         if "CUT" in channels:
             self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its maximum size")
@@ -165,7 +167,7 @@ class Run:
 
     def _operator_log(self):
         try:
-            lines = (self.folder / "operator.log").read_text(encoding="utf-8").splitlines()
+            lines = (self.folder / "operator.log").read_text(encoding="utf-8", errors="backslashreplace").splitlines()
         except OSError:
             return []
         entries = []

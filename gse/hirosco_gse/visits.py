@@ -109,21 +109,23 @@ def _operator_requests(run):
     """(APID, sequence count) of the telecommands of the operator's script."""
     found = set()
     with contextlib.suppress(FileNotFoundError):
-        for line in (run / "operator.log").read_text(encoding="utf-8").splitlines():
-            found.update(tuple(key) for key in json.loads(line).get("asked") or ())
+        text = (run / "operator.log").read_text(encoding="utf-8", errors="backslashreplace")
+        for number, line in enumerate(text.splitlines(), 1):
+            try:
+                found.update(tuple(key) for key in json.loads(line).get("asked") or ())
+            except (ValueError, AttributeError, TypeError) as problem:
+                raise VisitError(f"{run / 'operator.log'}:{number}: found {line[:60]!r}, expected a step of the operator; is the log damaged?") from problem
     return found
 
 
 def _effects(run):
     """(time, verb, octets, user or None) of each action of other users, from the packet log; the first connection is that of the operator."""
     own, has_operator = _operator_requests(run), (run / "operator.log").exists()
-    with (run / "packets.log").open(encoding="ascii") as log:
-        found = packet_log.parse_packets(log, run / "packets.log")
-    for time_ns, direction, packet, raw in found:
+    for time_ns, direction, packet, raw in packet_log.rows(run / "packets.log"):
         if direction == "TC":  # `None` is octets that are not a telecommand; the operator does not send such octets.
             if packet is None or (packet.user < ON_BOARD and (packet.apid, packet.sequence) not in own):
                 yield time_ns, "send", raw, None if packet is None else packet.user
-        elif packet.apid == COMMUNICATION_APID and packet.message == (5, 1):
+        elif packet is not None and packet.apid == COMMUNICATION_APID and packet.message == (5, 1):
             event = int.from_bytes(packet.data[:2], "big")
             if event == CONNECTED and has_operator:
                 has_operator = False

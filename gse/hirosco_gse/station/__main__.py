@@ -13,7 +13,7 @@ import sys
 
 from aiohttp import web
 
-from ..place import LOOPBACK, ROOT, default_port
+from ..place import LOOPBACK, ROOT, default_port, problem_of
 from .server import Station
 
 PORT = 8090  # First port that is tried for the page.
@@ -72,6 +72,8 @@ def main(argv=None):
         raise SystemExit(f"station: {arguments.page} has no page; run make gse")
     if arguments.replay and not arguments.replay.exists():
         raise SystemExit(f"station: there is no run folder {arguments.replay}, and no recording of a run")
+    if arguments.replay and arguments.replay.is_dir() and (problem := problem_of(arguments.replay)):
+        raise SystemExit(f"station: {problem}")
     listener = _listen(arguments.http_port)
     host = f"{LOOPBACK}:{listener.getsockname()[1]}"
     flight = None

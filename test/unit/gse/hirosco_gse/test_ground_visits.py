@@ -122,3 +122,11 @@ def test_a_log_without_the_connection_and_protected_telecommands_are_refused(tmp
     (run / "ground.key-file").write_text("key", encoding="ascii")
     with pytest.raises(visits.VisitError, match="protected by a key"):
         visits.recorded(run)
+
+
+def test_a_malformed_report_and_a_damaged_log_of_the_operator_end_no_recording_with_a_stack_trace(tmp_path):
+    run = _log(tmp_path, (1.0, build_tm(2, 0, 5, 1, CONNECTED)), (1.5, bytes(9)), (2.0, _send(3, 1)))
+    assert [line.split()[2] for _, line in visits.recorded(run)] == ["connect", "send"]
+    (run / "operator.log").write_bytes(b"\xff\n")
+    with pytest.raises(visits.VisitError, match="operator.log:1: found .* expected a step of the operator"):
+        visits.recorded(run)

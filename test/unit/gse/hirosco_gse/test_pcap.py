@@ -5,7 +5,7 @@ import pathlib
 import struct
 
 import pytest
-from hirosco_gse import cli, packets
+from hirosco_gse import cli, packets, recording
 
 DICTIONARY = pathlib.Path(__file__).resolve().parents[4] / "build" / "generated" / "rokviss.json"
 
@@ -43,4 +43,26 @@ def test_a_run_without_a_readable_packet_log_is_refused(gse, tmp_path):
     code, _, output = gse("pcap", tmp_path)
     assert code == 2 and "packets.log:1: not a packet line" in output
     assert gse("pcap", "a", "b")[0] == 2
+    (tmp_path / "packets.log").write_bytes(b"\xff\xfe\n")
+    code, _, output = gse("pcap", tmp_path)
+    assert code == 2 and "packets.log:1: not a packet line" in output
     assert not (tmp_path / "packets.pcap").exists()
+
+
+def test_a_packet_that_the_end_of_the_log_cuts_is_left_out(gse, tmp_path):
+    line = f"0.000000000 TC {packets.build_tc(16, 1, 17, 1).hex()}\n"
+    (tmp_path / "packets.log").write_text(line + line[:-5], encoding="ascii")
+    assert gse("pcap", tmp_path)[1] == f"{tmp_path / 'packets.pcap'}: 1 packets\n"
+
+
+@pytest.mark.parametrize("words", [("mcap",), ("replay",)])
+def test_a_folder_that_is_no_run_is_refused(gse, tmp_path, words):
+    (tmp_path / "note.txt").write_text("no log")
+    code, _, output = gse(*words, tmp_path)
+    assert code == 2 and f"{tmp_path}: found no log of a flight" in output
+    assert [path.name for path in tmp_path.iterdir()] == ["note.txt"]
+
+
+def test_no_recording_is_made_of_a_folder_that_is_no_run(tmp_path):
+    with pytest.raises(SystemExit, match="found no log of a flight"):
+        recording.main([str(tmp_path)])

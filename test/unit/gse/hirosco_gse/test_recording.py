@@ -128,6 +128,11 @@ def test_the_same_run_gives_the_same_octets(run):
 
 def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dictionary_path, flight_folder):
     assert Reader(recording.make(runs.load(tmp_path, dictionary_path))).head["states"] == []
+    (tmp_path / "operator.log").write_bytes(b"\xff\xfe\n")
+    (tmp_path / "packets.ascii").write_bytes(b"")
+    damaged = runs.load(tmp_path, dictionary_path)
+    assert damaged.operator == []
+    assert any("packet-archive-sqlite merge" in problem for problem in damaged.problems)
     (tmp_path / "truth.lcm").write_bytes((flight_folder / "truth.lcm").read_bytes())
     without = runs.Run(tmp_path, None)
     assert [table["kind"] for table in Reader(recording.make(without)).tables] == ["truth"]
