@@ -68,12 +68,12 @@ def _is_flying(run):
 def main(argv=None):
     """Serve until Ctrl-C."""
     arguments = _parser().parse_args(argv)
+    if arguments.replay and arguments.replay.is_dir() and (problem := problem_of(arguments.replay)):
+        raise SystemExit(f"station: {problem}")
     if not (arguments.page / "index.html").exists():
         raise SystemExit(f"station: {arguments.page} has no page; run make gse")
     if arguments.replay and not arguments.replay.exists():
         raise SystemExit(f"station: there is no run folder {arguments.replay}, and no recording of a run")
-    if arguments.replay and arguments.replay.is_dir() and (problem := problem_of(arguments.replay)):
-        raise SystemExit(f"station: {problem}")
     listener = _listen(arguments.http_port)
     host = f"{LOOPBACK}:{listener.getsockname()[1]}"
     flight = None
