@@ -51,8 +51,8 @@ class Signal:
     factor: float = 1.0
     unit: str = ""
     words: dict = field(default_factory=dict)
-    selects: bool = False  # The value of this signal decides which other signals are present.
-    when: tuple = ()  # Values of the selecting signal for which this signal is present; empty: always.
+    is_multiplexor: bool = False  # The value of this signal decides which multiplexed signals are present.
+    when: tuple = ()  # Values of the multiplexor for which this signal is present; empty: always.
 
 
 @dataclass
@@ -197,7 +197,7 @@ def _sdo(commands, segment, toggles):
     """Signals of an SDO: the command of a frame decides which of them it contains."""
     objects = tuple(number for number in commands if number not in (0, *toggles))
     return [
-        Signal("Command", 5, 3, words=commands, selects=True),
+        Signal("Command", 5, 3, words=commands, is_multiplexor=True),
         Signal("Size", 0, 4, when=objects),
         Signal("Last", 0, 1, when=(segment,)),
         Signal("Unused", 1, 3, when=(segment,)),
@@ -298,11 +298,11 @@ def _words(messages):
 
 
 def _selections(messages):
-    """Lines with the values of the selecting signal for which each multiplexed signal is present."""
+    """Lines with the values of the multiplexor for which each multiplexed signal is present."""
     lines = []
     for message in messages:
-        selector = next((signal.name for signal in message.signals if signal.selects), None)
-        lines += [f"SG_MUL_VAL_ {message.identifier} {signal.name} {selector} "
+        multiplexor = next((signal.name for signal in message.signals if signal.is_multiplexor), None)
+        lines += [f"SG_MUL_VAL_ {message.identifier} {signal.name} {multiplexor} "
                   + ", ".join(f"{value}-{value}" for value in signal.when) + ";"
                   for signal in message.signals if signal.when]
     return lines
@@ -313,7 +313,7 @@ _FRAME_FORMATS = ("StandardCAN", "ExtendedCAN", *(f"reserved{number}" for number
 
 
 def _signal(signal, receivers):
-    selection = " M" if signal.selects else f" m{signal.when[0]}" if signal.when else ""
+    selection = " M" if signal.is_multiplexor else f" m{signal.when[0]}" if signal.when else ""
     sign = "-" if signal.signed else "+"
     return (f" SG_ {signal.name}{selection} : {signal.start}|{signal.bits}@1{sign} ({signal.factor:.12g},0) [0|0] "
             f'"{signal.unit}" {",".join(receivers) or "Vector__XXX"}')

@@ -118,7 +118,7 @@ def _checked(step, dictionary):
     elif verb == "try":
         if not words:
             raise ScriptError(f"{step.place}: usage: try COMMAND ...")
-        command = commands.plan(words[words[0] == "nowait" :], dictionary)
+        command = commands.plan(words[1:] if words[0] == "nowait" else words, dictionary)
     elif verb == "nowait":
         command = commands.plan(words, dictionary)
         if not command.requests:
@@ -162,7 +162,7 @@ class Script:
 
     @classmethod
     def parse(cls, text, path, dictionary):
-        steps, others, last = [], [], 0
+        steps, visits_of_ground, last = [], [], 0
         for number, line in enumerate(text.splitlines(), 1):
             place = f"{path}:{number}"
             try:
@@ -176,7 +176,7 @@ class Script:
                 found = words[1] if len(words) > 1 else "nothing"
                 raise ScriptError(f"{place}: found '{found}', expected <time> {'|'.join(ACTORS)} <verb> ...")
             if words[1] == "ground":
-                others.append(_visit(place, time_ns, words[2:], others))
+                visits_of_ground.append(_visit(place, time_ns, words[2:], visits_of_ground))
             if words[1] != "operator":
                 continue
             if time_ns < last:
@@ -187,7 +187,7 @@ class Script:
                 steps.append(_checked(step, dictionary))
             except (UsageError, DictionaryError) as error:
                 raise ScriptError(f"{place}: {error}") from error
-        return cls(steps, others)
+        return cls(steps, visits_of_ground)
 
     def procedure(self, session, timeout_ns, report=lambda entry: None):
         """Procedure: all steps; report(entry) is called after each. Raises ScriptFailure."""

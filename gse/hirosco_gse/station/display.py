@@ -13,7 +13,7 @@ from ..session import SessionError
 
 ID = 9003  # housekeeping structure of the station
 PERIOD_US = 50_000  # Period of the housekeeping for the pages.
-DISPLAY_STATES = STATES[3:7]
+DISPLAY_STATES = STATES[3:7]  # PRE_OPERATIONAL to ERROR_OPERATIONAL: those with a configuration.
 PATIENCE_S = 1.5  # Time without a report after which the housekeeping is requested again.
 
 

@@ -24,7 +24,12 @@ static subsystem_misfit_t misfit;
 static bool fits_count(const char* document, const uint16_t count)
 {
     static const int modes[]  = {10, 8, 0};
-    const drives_need_t joint = {1U, false, "type", count, "count", modes, "mode", false};
+    const drives_need_t joint = {.axes       = 1U,
+                                 .says_type  = "type",
+                                 .count      = count,
+                                 .says_count = "count",
+                                 .modes      = modes,
+                                 .says_mode  = "mode"};
     TEST_ASSERT_EQUAL_MESSAGE(
         STATUS_OK, descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &descriptor),
         descriptor_error(&loader));

@@ -12,7 +12,7 @@
 static struct {
     pus_reply_t reply;
     unsigned calls;
-    char asked;
+    char asked; // 't': a state (target), 'c': a configuration, 'r': to read the descriptor again.
     unsigned value;
     pus_token_t token;
 } seen;
@@ -97,7 +97,7 @@ static void a_state_is_asked_for_and_reached_later(void)
 /// The supervisor's request contains its cause; other users request without a cause, by TC[129,1].
 static void an_order_of_the_supervisor_contains_its_cause(void)
 {
-    uint8_t order[2] = {6U, 0U};
+    uint8_t order[2] = {6U, 0U}; // ERROR_OPERATIONAL, and the cause.
     seen.reply       = pus_later();
     bench.source     = PUS_USER_SUPERVISOR;
     for (uint8_t cause = 0U; cause <= (uint8_t)PUS_CAUSE_SUPERVISOR_LOST; cause++) {

@@ -110,11 +110,11 @@ static void an_unaligned_area_is_refused(void)
     memory_begin(WORDS);
     octet_write_u8(&memory_writer, 2U);
     memory_add_data(0xFFFFFFC2U, "abcd", 4U, 0U);
-    memory_add_data(0xFFFFFFC0U, "abcde", 5U, 0U);
+    memory_add_data(WORDS_BASE, "abcde", 5U, 0U);
     memory_request(2U);
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_ADDRESS, 1U, 0xFFFFFFC2U);
-    expect_failure(2U, 4U, PUS_FAILURE_ADDRESS, 2U, 0xFFFFFFC0U);
+    expect_failure(2U, 4U, PUS_FAILURE_ADDRESS, 2U, WORDS_BASE);
 }
 
 static void unknown_memories_and_objects_are_refused(void)
@@ -165,7 +165,7 @@ static void an_access_that_fails_fails_the_request(void)
     memory_hardware.refuses_writes = true;
     memory_begin(WORDS);
     octet_write_u8(&memory_writer, 1U);
-    memory_add_data(0xFFFFFFC0U, "abcd", 4U, 0U);
+    memory_add_data(WORDS_BASE, "abcd", 4U, 0U);
     memory_request(2U);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_FORBIDDEN);
 }
@@ -280,7 +280,7 @@ static void protection_and_scrubbing_outlive_a_restart(void)
     memory_request(11U);
     expect_failure(1U, 4U, PUS_FAILURE_PROTECTED, 0U, RAM);
     memory_begin(WORDS);
-    add_bits(0xFFFFFFC0U, 0U, 0U);
+    add_bits(WORDS_BASE, 0U, 0U);
     memory_request(11U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
@@ -339,7 +339,7 @@ static void impossible_memories_are_coding_errors(void)
     odd      = memory_list()[1];
     odd.base = 2U;
     TEST_ASSERT_TRUE(assertion_fails(begin_odd));
-    odd.base = 0xFFFFFFC0U;
+    odd.base = WORDS_BASE;
     odd.size = 68U;
     TEST_ASSERT_TRUE(assertion_fails(begin_odd));
 }

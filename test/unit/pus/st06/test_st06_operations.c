@@ -321,7 +321,7 @@ static void a_load_from_a_file_that_fails_is_reported(void)
     memory_begin(WORDS);
     memory_name_file();
     octet_write_u8(&memory_writer, 1U);
-    memory_add_file_area(0xFFFFFFC0U, 0U, 8U, 0U);
+    memory_add_file_area(WORDS_BASE, 0U, 8U, 0U);
     memory_request(19U);
     memory_step(1U);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_FORBIDDEN);

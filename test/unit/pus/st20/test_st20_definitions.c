@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters that are defined by their address in memory: TC[20,4] to [20,6], and their values.
+// Parameters that are defined by their address in memory: TC[20,4] to [20,6], and their values. The fields:
+// pus/catalogue/st20_parameters.txt.
 #include "pus/st20/st20_definitions.h"
 
 #include "base/value.h"
@@ -149,7 +150,7 @@ static void a_parameter_that_cannot_be_set_is_refused(void)
     define(NEW_BOOL, ROM, 0U, 1U, 0U);
     set(NEW_BOOL, "\1", 1U);
     expect_failure(1U, 4U, PUS_FAILURE_ACCESS, 1U, NEW_BOOL);
-    define(NEW_U32, WORDS, 0xFFFFFFC0U, 3U, 14U);
+    define(NEW_U32, WORDS, WORDS_BASE, 3U, 14U);
     memory_hardware.refuses_writes = true;
     set(NEW_U32, "\1\2\3\4", 4U);
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, NEW_U32);

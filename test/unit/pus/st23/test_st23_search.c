@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Searches of the file service: TC[23,7] and TC[23,12], whose answers take several steps and reports.
+// Searches of the file service: TC[23,7] and TC[23,12], whose answers take several steps and reports; their
+// fields are in pus/catalogue/st23_files.txt.
 #include "pus/st23/st23_files.h"
 
 #include "test/support/disk.h"

@@ -126,6 +126,7 @@ static void the_first_of_many_refused_instructions_and_their_number_are_reported
     fixture_run(1U);
     const char* const lines = fixture_look();
     TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.8 #"));
+    // PUS_FAILURE_SOME_FAILED, with the number of instructions that failed: 254.
     TEST_ASSERT_EQUAL(taken, count_lines(lines, " 0407 FE\n"));
     const unsigned reported = count_lines(lines, "1.4 #");
     TEST_ASSERT_TRUE((reported >= taken) && (reported < 254U));
