@@ -245,6 +245,24 @@ static bool device_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
+/// Check that no earlier device of the configuration is the same node: commands of one would move the other.
+static bool is_only_device_of_node(const subsystem_descriptor_t* const descriptor,
+                                   const descriptor_configuration_t* const configuration,
+                                   const descriptor_device_t* const device,
+                                   subsystem_misfit_t* const out_misfit)
+{
+    const descriptor_endnode_t* const endnode = drives_endnode(descriptor, device);
+    for (const descriptor_device_t* earlier = &descriptor->devices[configuration->first_device];
+         (earlier != device) && (endnode != NULL); earlier++) {
+        const descriptor_endnode_t* const other = drives_endnode(descriptor, earlier);
+        if ((other != NULL) && (other->node == endnode->node)) {
+            return refuse(out_misfit, endnode->line,
+                          "node of <Endnode>: expected one that no device above has in this <Configuration>");
+        }
+    }
+    return true;
+}
+
 static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
                                const descriptor_configuration_t* const configuration,
                                const drives_need_t* const need, subsystem_misfit_t* const out_misfit)
@@ -256,7 +274,8 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
     for (uint16_t i = 0U; fits && (i < configuration->device_count); i++) {
         if (!descriptor_is_stream(&devices[i]) || !need->permits_streams) {
             first_mode = (count == 0U) ? drives_mode(descriptor, &devices[i]) : first_mode;
-            fits       = device_fits(descriptor, &devices[i], need, first_mode, out_misfit);
+            fits       = device_fits(descriptor, &devices[i], need, first_mode, out_misfit) &&
+                   is_only_device_of_node(descriptor, configuration, &devices[i], out_misfit);
             count++;
         }
     }

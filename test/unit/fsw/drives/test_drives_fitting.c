@@ -191,6 +191,17 @@ static void a_subsystem_has_room_for_four_buses_and_thirty_two_nodes(void)
     expect_refused(document, 6U + (3U * DRIVES_BUSES_MAX), "buses of one subsystem");
 }
 
+/// The same node in another configuration is the same device.
+static void two_devices_of_a_configuration_are_not_one_node(void)
+{
+    expect_refused(BEGIN DEVICE("A", "0x11") DEVICE("B", "0x11") END, 9U, "that no device above has");
+    static const char second[] = BEGIN DEVICE("A", "1")
+        DEVICE("B", "2") "</Devices></Configuration>\n"
+                         "<Configuration name='D' id='2' priority='1' samplingTime='1ms'><Devices>\n" DEVICE(
+                             "A", "2") DEVICE("B", "2") END;
+    expect_refused(second, 17U, "that no device above has");
+}
+
 static void at_least_one_device_is_needed(void)
 {
     TEST_ASSERT_TRUE(fits_count(BEGIN DEVICE("A", "1") END, 0U));
@@ -272,6 +283,7 @@ int main(void)
     RUN_TEST(each_bus_has_one_channel_b_and_each_node_one_bus);
     RUN_TEST(a_bus_has_room_for_sixteen_nodes_of_all_configurations);
     RUN_TEST(a_subsystem_has_room_for_four_buses_and_thirty_two_nodes);
+    RUN_TEST(two_devices_of_a_configuration_are_not_one_node);
     RUN_TEST(at_least_one_device_is_needed);
     RUN_TEST(a_device_has_room_for_its_settings);
     RUN_TEST(a_mapping_that_the_data_sheet_allows_fits);
