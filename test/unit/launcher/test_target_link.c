@@ -69,6 +69,8 @@ void tearDown(void)
         osal_socket_close(&message);
     }
     target_link_close(&link);
+    TEST_ASSERT_EQUAL_UINT(0U, link.socket_count); // Closed again, the link closes no socket of another user.
+    target_link_close(&link);
     osal_socket_close(&partner);
 }
 
