@@ -316,6 +316,7 @@ static void parsing_stops_where_the_handler_refuses(void)
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, xml_feed(&parser, "<Z/>", 4U)); // The first error is final.
     refuse_at = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, parse(sample)); // The next document clears it.
+    TEST_ASSERT_EQUAL_UINT32(0U, parser.error.line);
 }
 
 /// Arenas of all sizes, from one in which the first allocation fails to one in which no allocation fails.
