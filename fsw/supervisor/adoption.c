@@ -47,6 +47,10 @@ static void keep_members(const supervisor_t* const supervisor, checkpoint_state_
                                      .phase                   = (uint8_t)entry->phase,
                                      .is_heard                = entry->is_heard,
                                      .restarts                = entry->restarts,
+                                     .deaths                  = entry->deaths,
+                                     .is_start_due            = entry->is_start_due,
+                                     .restart_ns              = entry->restart_ns,
+                                     .has_doubt               = (entry->doubt != DOUBT_NONE),
                                      .is_order_pending        = entry->is_order_pending,
                                      .ordered                 = (uint8_t)entry->ordered,
                                      .order_cause             = (uint8_t)entry->order_cause,
@@ -67,15 +71,15 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
         const checkpoint_subsystem_t* const subsystem = &state->subsystems[i];
         registry_entry_t* const entry                 = &supervisor->registry[i];
         entry->restarts                               = subsystem->restarts;
-        // Count every restart as a death, because the checkpoint does not distinguish them.
-        entry->deaths = subsystem->restarts;
+        entry->deaths                                 = subsystem->deaths;
         if (subsystem->apid == SUPERVISOR_APID) {
             continue;
         }
-        entry->process = (process_state_t)subsystem->process;
-        // A lost subsystem with restarts left was waiting for its restart.
-        entry->is_start_due =
-            (entry->process == PROCESS_LOST) && (subsystem->restarts < entry->mission->restart_budget);
+        entry->process      = (process_state_t)subsystem->process;
+        entry->is_start_due = subsystem->is_start_due;
+        entry->restart_ns   = subsystem->restart_ns;
+        // The request for the status is sent again, because its answer would not be recognized.
+        entry->doubt                   = subsystem->has_doubt ? DOUBT_SILENT : DOUBT_NONE;
         entry->is_heard                = subsystem->is_heard;
         entry->state                   = (state_t)subsystem->state;
         entry->phase                   = (state_phase_t)subsystem->phase;

@@ -33,10 +33,11 @@ static uint64_t sum_word(const uint64_t sum, const uint8_t* const octets, const 
 }
 
 /// Compute four sums, each over every fourth word, because the processor can perform their multiplications
-/// in parallel.
+/// in parallel. `start` is part of one of them only: in this way a change of `start`, or of one word, changes
+/// one of the four, and therefore always the result.
 static uint64_t sum_words(const uint64_t start, const uint8_t* const octets, const size_t size)
 {
-    uint64_t sums[LANES] = {start, start, start, start};
+    uint64_t sums[LANES] = {start, FNV64_START, FNV64_START, FNV64_START};
     size_t at            = 0U;
     for (; (size - at) >= (LANES * WORD); at += LANES * WORD) {
         sums[0] = sum_word(sums[0], &octets[at], WORD);
@@ -320,6 +321,15 @@ static bool is_run_sound(const checkpoint_subsystem_t* const subsystem, const ui
            (run->seen_phase <= PHASE_UNSECURED);
 }
 
+/// Check what is known of the process of a subsystem.
+static bool is_process_sound(const checkpoint_subsystem_t* const subsystem, const uint64_t now_ns)
+{
+    return (subsystem->process < PROCESS_STATES) && is_boolean(&subsystem->is_heard) &&
+           is_boolean(&subsystem->is_restarted) && is_boolean(&subsystem->is_start_due) &&
+           (subsystem->restart_ns <= (now_ns + RESTART_PAUSE_MAX_NS)) && (subsystem->heard_ns <= now_ns) &&
+           (subsystem->started_ns <= now_ns);
+}
+
 static bool are_subsystems_sound(const checkpoint_state_t* const state,
                                  const checkpoint_limits_t* const limits)
 {
@@ -327,13 +337,12 @@ static bool are_subsystems_sound(const checkpoint_state_t* const state,
         const checkpoint_subsystem_t* const subsystem = &state->subsystems[i];
         const bool is_sound =
             (subsystem->apid == limits->mission->subsystems[i].apid) &&
-            (subsystem->process < PROCESS_STATES) && (subsystem->state < (uint8_t)STATE_COUNT) &&
+            is_process_sound(subsystem, state->now_ns) && (subsystem->state < (uint8_t)STATE_COUNT) &&
             (subsystem->ordered < (uint8_t)STATE_COUNT) &&
             (subsystem->order_cause <= (uint8_t)CAUSE_SUPERVISOR_LOST) &&
-            (subsystem->phase <= (uint8_t)PHASE_UNSECURED) && is_boolean(&subsystem->is_heard) &&
-            is_boolean(&subsystem->is_order_pending) && is_boolean(&subsystem->is_interface_mismatched) &&
-            is_boolean(&subsystem->is_restarted) && is_run_sound(subsystem, state->now_ns) &&
-            (subsystem->heard_ns <= state->now_ns) && (subsystem->started_ns <= state->now_ns);
+            (subsystem->phase <= (uint8_t)PHASE_UNSECURED) && is_boolean(&subsystem->is_order_pending) &&
+            is_boolean(&subsystem->has_doubt) && is_boolean(&subsystem->is_interface_mismatched) &&
+            is_run_sound(subsystem, state->now_ns);
         if (!is_sound) {
             return false;
         }

@@ -48,8 +48,11 @@
 #define OUTPUT_COMMIT_OCTETS (MESSAGE_INBOX_OCTETS(CAPACITY_SUBSYSTEMS) + 32768U)
 #define CHECKPOINT_ANNEX_OCTETS OUTPUT_COMMIT_OCTETS
 
+#define RESTART_PAUSE_MAX_NS 1000000000ULL ///< Longest pause before a process is started again.
+
 typedef struct { // Data of a subsystem, in the order of the mission; supervisor.h explains the fields.
     uint64_t heard_ns;
+    uint64_t restart_ns;
     uint64_t started_ns;
     uint64_t interface_hash;
     uint64_t configuration_hash;
@@ -64,7 +67,10 @@ typedef struct { // Data of a subsystem, in the order of the mission; supervisor
     uint8_t state;
     uint8_t phase;
     uint8_t restarts;
+    uint8_t deaths;
     uint8_t ordered;
+    bool is_start_due;
+    bool has_doubt; ///< `doubt` is not DOUBT_NONE.
     bool is_heard;
     bool is_order_pending;
     bool is_interface_mismatched;

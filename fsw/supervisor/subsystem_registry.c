@@ -6,9 +6,8 @@
 
 /// Longest silence of a running subsystem, which sends its status once per second.
 #define SILENT_NS 3000000000ULL
-/// Pause before the second consecutive start; LONG_PAUSE_NS before each further one.
+/// Pause before the second consecutive start; RESTART_PAUSE_MAX_NS before each further one.
 #define SHORT_PAUSE_NS 100000000ULL
-#define LONG_PAUSE_NS 1000000000ULL
 #define NS_PER_MS 1000000ULL
 #define NS_PER_US 1000ULL
 
@@ -168,13 +167,14 @@ void supervisor_registry_start(supervisor_t* const supervisor, registry_entry_t*
     entry->is_restarted = true;
     entry->is_start_due = false;
     entry->started_ns   = supervisor->now_ns;
+    entry->restart_ns   = supervisor->now_ns; // A start by request may come before the one that was due.
 }
 
 /// Returns the pause before the next start: none before the first one, then longer ones, so that a process
 /// that dies at every start cannot use up the processor.
 static uint64_t pause_ns(const uint8_t deaths)
 {
-    return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : LONG_PAUSE_NS);
+    return (deaths <= 1U) ? 0U : ((deaths == 2U) ? SHORT_PAUSE_NS : RESTART_PAUSE_MAX_NS);
 }
 
 void supervisor_registry_start_failed(supervisor_t* const supervisor, registry_entry_t* const entry)

@@ -282,6 +282,9 @@ static void an_impossible_subsystem_is_refused(void)
     NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_order_pending);
     NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_interface_mismatched);
     NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_restarted);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_start_due);
+    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].has_doubt);
+    REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].restart_ns, NOW + RESTART_PAUSE_MAX_NS);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].rested, STATE_COUNT);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].error_ns, NOW);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.since_ns, NOW);

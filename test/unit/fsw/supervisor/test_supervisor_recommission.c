@@ -515,6 +515,24 @@ static void a_process_started_by_a_user_in_the_pause_is_not_started_twice(void)
     TEST_ASSERT_EQUAL(2U, fixture.starts);
 }
 
+static void a_start_by_a_user_in_the_pause_does_not_forget_earlier_deaths(void)
+{
+    const uint8_t apid[2] = {0U, LONE};
+    fixture_open_up();
+    mission_of(LONE)->restart_budget    = 3U;
+    mission_of(LONE)->restart_period_us = 60000000U;
+    for (unsigned i = 0U; i < 2U; i++) {
+        die(FIXTURE_LONE);
+        fixture_run(2U);
+    }
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, apid, sizeof apid);
+    fixture_run(2U);
+    die(FIXTURE_LONE); // Before the time at which the start was due.
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(3U, supervisor_registry_find(&fixture.supervisor, LONE)->deaths);
+    TEST_ASSERT_EQUAL(2U, fixture.starts);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -542,5 +560,6 @@ int main(void)
     RUN_TEST(repeated_deaths_delay_each_restart_and_then_change_the_mode);
     RUN_TEST(after_a_long_life_earlier_deaths_do_not_count);
     RUN_TEST(a_process_started_by_a_user_in_the_pause_is_not_started_twice);
+    RUN_TEST(a_start_by_a_user_in_the_pause_does_not_forget_earlier_deaths);
     return UNITY_END();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Everything that one life of the supervisor leaves to the next is restored before its first step.
 #include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -121,7 +122,7 @@ static void the_data_of_members_are_restored(void)
         const registry_entry_t* const before = &former.registry[i];
         const registry_entry_t* const after  = &successor->registry[i];
         TEST_ASSERT_EQUAL(before->restarts, after->restarts);
-        TEST_ASSERT_EQUAL(before->restarts, after->deaths);
+        TEST_ASSERT_EQUAL(before->deaths, after->deaths);
         if (before->mission->apid == SUPERVISOR_APID) {
             continue; // A restarted member begins in OFFLINE.
         }
@@ -135,10 +136,73 @@ static void the_data_of_members_are_restored(void)
         TEST_ASSERT_EQUAL(before->rested, after->rested);
         TEST_ASSERT_EQUAL(before->rested_with, after->rested_with);
         TEST_ASSERT_EQUAL(before->is_restarted, after->is_restarted);
+        TEST_ASSERT_EQUAL(before->is_start_due, after->is_start_due);
+        TEST_ASSERT_EQUAL_UINT64(before->restart_ns, after->restart_ns);
         TEST_ASSERT_EQUAL_MEMORY(&before->recommission, &after->recommission, sizeof before->recommission);
     }
     TEST_ASSERT_EQUAL(1U, successor->registry[0].restarts);
     TEST_ASSERT_TRUE(successor->registry[1].is_interface_mismatched);
+}
+
+/// Let LONE die, and tick until the supervisor has reacted.
+static void lose_lone(void)
+{
+    fixture.members[FIXTURE_LONE].is_running = false;
+    fixture_run(2U);
+}
+
+/// Over the whole flight LONE was started more often than its budget permits within the restart period.
+static void a_start_that_was_due_is_performed_by_the_next_supervisor(void)
+{
+    mission_subsystem_t* const lone = (mission_subsystem_t*)fixture.supervisor.registry[2].mission;
+    lone->restart_budget            = 2U;
+    lone->restart_period_us         = 500000U;
+    for (unsigned i = 0U; i < 3U; i++) {
+        fixture_run(60U);
+        lose_lone();
+    }
+    lose_lone(); // The second death within the period: the next start is due in 100 ms.
+    const unsigned starts = fixture.starts;
+    take_over();
+    TEST_ASSERT_EQUAL(PROCESS_LOST, successor->registry[2].process);
+    TEST_ASSERT_EQUAL(3U, successor->registry[2].restarts);
+    TEST_ASSERT_EQUAL(2U, successor->registry[2].deaths);
+    fixture_run(5U);
+    TEST_ASSERT_EQUAL(starts, fixture.starts);
+    fixture_run(10U);
+    TEST_ASSERT_EQUAL(starts + 1U, fixture.starts);
+    TEST_ASSERT_EQUAL(PROCESS_RUNNING, successor->registry[2].process);
+}
+
+static void a_start_that_failed_is_not_repeated_by_the_next_supervisor(void)
+{
+    mission_subsystem_t* const lone = (mission_subsystem_t*)fixture.supervisor.registry[2].mission;
+    lone->restart_budget            = 2U;
+    fixture.start_result            = STATUS_NOT_FOUND;
+    lose_lone();
+    fixture.start_result = STATUS_OK;
+    take_over();
+    TEST_ASSERT_EQUAL(PROCESS_LOST, successor->registry[2].process);
+    const unsigned starts = fixture.starts;
+    fixture_run(200U);
+    TEST_ASSERT_EQUAL(starts, fixture.starts);
+}
+
+/// LONE has not answered the request for its status, so its known state may be older than its silence.
+static void a_doubt_continues_and_the_status_is_requested_again(void)
+{
+    fixture_run(101U);
+    fixture.supervisor.registry[2].doubt         = DOUBT_ASKED;
+    fixture.supervisor.registry[2].asked.time_ns = fixture.now_ns;
+    fixture_run(1U);
+    TEST_ASSERT_EQUAL(DOUBT_ASKED, fixture.supervisor.registry[2].doubt);
+    take_over();
+    TEST_ASSERT_TRUE(supervisor_doubt_exists(&successor->registry[2]));
+    TEST_ASSERT_FALSE(supervisor_doubt_exists(&successor->registry[1]));
+    fixture_forget();
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(DOUBT_ASKED, successor->registry[2].doubt);
+    TEST_ASSERT_TRUE(fixture_has("18 TC 129.4"));
 }
 
 static void reports_that_wait_for_the_ground_wait_again(void)
@@ -164,5 +228,8 @@ int main(void)
     RUN_TEST(the_tables_of_links_are_restored);
     RUN_TEST(requests_plans_and_counters_are_restored);
     RUN_TEST(the_data_of_members_are_restored);
+    RUN_TEST(a_start_that_was_due_is_performed_by_the_next_supervisor);
+    RUN_TEST(a_start_that_failed_is_not_repeated_by_the_next_supervisor);
+    RUN_TEST(a_doubt_continues_and_the_status_is_requested_again);
     return UNITY_END();
 }
