@@ -251,9 +251,9 @@ static bool is_only_device_of_node(const subsystem_descriptor_t* const descripto
                                    const descriptor_device_t* const device,
                                    subsystem_misfit_t* const out_misfit)
 {
-    const descriptor_endnode_t* const endnode = drives_endnode(descriptor, device);
+    const descriptor_endnode_t* const endnode = &descriptor->endnodes[device->first_endnode];
     for (const descriptor_device_t* earlier = &descriptor->devices[configuration->first_device];
-         (earlier != device) && (endnode != NULL); earlier++) {
+         earlier != device; earlier++) {
         const descriptor_endnode_t* const other = drives_endnode(descriptor, earlier);
         if ((other != NULL) && (other->node == endnode->node)) {
             return refuse(out_misfit, endnode->line,

@@ -200,6 +200,16 @@ static void two_devices_of_a_configuration_are_not_one_node(void)
                          "<Configuration name='D' id='2' priority='1' samplingTime='1ms'><Devices>\n" DEVICE(
                              "A", "2") DEVICE("B", "2") END;
     expect_refused(second, 17U, "that no device above has");
+    static const int modes[] = {10, 0};
+    const drives_need_t need = {1U, false, "type", 0U, "count", modes, "mode", true};
+    static const char* const stream_first =
+        BEGIN "<Device name='S' type='stream'><Field name='V' direction='IN' type='UINT8'/>"
+              "<Endnode type='UDP' address='localhost' port='4000'/></Device>\n" DEVICE("A", "0x11") END;
+    TEST_ASSERT_EQUAL_MESSAGE(
+        STATUS_OK,
+        descriptor_parse_subsystem(&loader, "arm.xml", stream_first, strlen(stream_first), &descriptor),
+        descriptor_error(&loader));
+    TEST_ASSERT_TRUE_MESSAGE(drives_fit(&descriptor, &need, &misfit), misfit.says);
 }
 
 static void at_least_one_device_is_needed(void)
