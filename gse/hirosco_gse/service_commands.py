@@ -2,6 +2,7 @@
 """Commands for the services of the standard: any message by its numbers, and words for the most frequent commands."""
 
 import json
+import shlex
 
 from . import packets, values
 from .command import Command, UsageError, asking, simple
@@ -47,10 +48,6 @@ def _tc(dictionary, words):
     return _planned(dictionary, subsystem.apid, message, _fields(words[2:]), f"tc {subsystem.name} {words[1]}")
 
 
-def _quoted(words):
-    return " ".join(f"'{word}'" if " " in word else word for word in words)
-
-
 def _at(dictionary, words):
     usage = "at [+]SECONDS [SUB-SCHEDULE.GROUP] COMMAND ..."
     if len(words) < 2 or not words[0].lstrip("+").replace(".", "", 1).isdecimal():
@@ -58,10 +55,10 @@ def _at(dictionary, words):
     place, rest = (1, 1), words[1:]
     if words[1].replace(".", "", 1).isdecimal() and "." in words[1]:
         place, rest = tuple(int(number) for number in words[1].split(".")), words[2:]
-    text = f"at {words[0]} {_quoted(rest)}"
+    text = f"at {words[0]} {shlex.join(rest)}"
 
     def request(seconds):
-        activity = {"group_id": place[1], "release_time": seconds, "request": _quoted(rest)}
+        activity = {"group_id": place[1], "release_time": seconds, "request": shlex.join(rest)}
         return _request(dictionary, SUPERVISOR_APID, 11, 4, {"sub_schedule_id": place[0], "n": [activity]}, text)
 
     if not words[0].startswith("+"):
@@ -150,7 +147,7 @@ def _action(dictionary, words):
     event = subsystem.event(words[2])
     entry = {"apid": subsystem.apid, "event_definition_id": event.id}
     if has_command:
-        entry["request"] = _quoted(words[3:])
+        entry["request"] = shlex.join(words[3:])
     text = f"action {words[0]} {subsystem.name} {event.name}"
     return _planned(dictionary, SUPERVISOR_APID, _ACTION_ONE[words[0]], {"n": [entry]}, text)
 

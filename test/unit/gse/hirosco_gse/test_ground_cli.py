@@ -9,7 +9,7 @@ import sys
 
 import named_dictionary
 import pytest
-from hirosco_gse import packets
+from hirosco_gse import commands, packets
 from hirosco_gse.cli import main
 from spacecraft import Spacecraft, failure, success
 from tm_packets import build_tm
@@ -296,6 +296,14 @@ def test_a_run_without_a_flight_commands_no_other_flight(console, dictionary_pat
     assert main(["--run", str(tmp_path), "--dictionary", str(dictionary_path), "ping"]) == 3
     assert reason in capsys.readouterr().err and not craft.received
     craft.close()
+
+
+def test_a_scheduled_command_keeps_quotes_of_its_words(dictionary):
+    """JSON without blanks, and names with an apostrophe."""
+    for words in (["tc", "SUPERVISOR", "11,22", 'n=[{"group_id":1,"group_status":"enabled"}]'], ["file", "delete", "/it's here"]):
+        inner, = commands.plan(words, dictionary).requests
+        outer, = commands.plan(["at", "5", *words], dictionary).requests
+        assert inner.data in outer.data
 
 
 def test_a_command_that_ctrl_c_ends_has_not_succeeded(dictionary_path, capsys, monkeypatch):

@@ -124,7 +124,7 @@ def test_procedures_are_read_from_files(dictionary, tmp_path):
     (request,) = commands.plan(["procedure", "load", "LOOK", str(place)], dictionary).requests
     assert len(request.data) == 12 + 16384  # This is longer than a packet, so the session splits it.
     place.write_bytes(b"x" * 16385)
-    with pytest.raises(commands.UsageError, match="16385 octets"):
+    with pytest.raises(commands.UsageError, match="more than 16384 octets"):
         commands.plan(["procedure", "load", "LOOK", str(place)], dictionary)
 
 
