@@ -6,7 +6,7 @@
 /// field as ISO 11898-1:2015 defines them (one in front of the stuff count and one after each fourth bit). A
 /// dynamic stuff bit due right at the end of the data field is the first fixed stuff bit.
 ///
-/// Time  About 30 ns for a PDO, because each octet takes one look-up in a table (256 entries per state of the
+/// Time  About 20 ns for a PDO, because each octet takes one look-up in a table (256 entries per state of the
 ///       stuffing rule).
 #ifndef SIM_BUS_FRAME_LENGTH_H
 #define SIM_BUS_FRAME_LENGTH_H
