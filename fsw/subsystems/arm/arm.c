@@ -30,12 +30,12 @@ static status_t software_init(void* const self)
                                  arm->definitions.count, &arm->parameters);
 }
 
-static void take_parameters(arm_t* const arm)
+static status_t take_parameters(arm_t* const arm)
 {
     const unsigned joint_count = arm_joint_count(subsystem_descriptor(arm->generic));
-    arm_model_of_parameters(&arm->parameters, joint_count, &arm->model);
     arm_limits_of_parameters(&arm->parameters, joint_count, &arm->limits);
     arm_hand_settings_of_parameters(&arm->parameters, &arm->hand_settings);
+    return arm_model_of_parameters(&arm->parameters, joint_count, &arm->model);
 }
 
 static void take_ports(arm_t* const arm, const descriptor_configuration_t* const configuration)
@@ -60,11 +60,11 @@ static status_t configure(void* const self, const descriptor_configuration_t* co
     const descriptor_device_t* const first         = &descriptor->devices[configuration->first_device];
     // `fits` has checked that all devices have the same mode of operation.
     arm->is_torque_mode = (drives_mode(descriptor, first) == CIA402_MODE_CST);
-    take_parameters(arm);
     take_ports(arm, configuration);
     arm_force_init(&arm->force);
     arm_control_init(&arm->control);
-    return drives_configure(arm, configuration);
+    const status_t status = take_parameters(arm);
+    return (status == STATUS_OK) ? drives_configure(arm, configuration) : status;
 }
 
 /// Apply new parameters. Limits act immediately; the model changes only when a configuration is applied.

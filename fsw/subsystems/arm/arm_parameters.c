@@ -355,10 +355,25 @@ void arm_definitions_make(arm_definitions_t* const definitions,
 
 // ---- Model ----
 
-void arm_model_of_parameters(const arm_parameters_t* const parameters, const unsigned joint_count,
-                             arm_model_t* const out_model)
+/// True if every axis has a direction and no value of mass or drive is negative.
+static bool is_sound(const arm_parameters_t* const parameters, const unsigned joint_count)
+{
+    bool is_good = true;
+    for (size_t i = 0U; i < joint_count; i++) {
+        const double length = arm_length(arm_vector(&parameters->geometry.axis[3U * i]));
+        is_good             = is_good && (length > 0.0) && (parameters->masses.mass[i] >= 0.0) &&
+                  (parameters->drives.rotor_inertia[i] >= 0.0) && (parameters->drives.stiffness[i] >= 0.0);
+    }
+    return is_good;
+}
+
+status_t arm_model_of_parameters(const arm_parameters_t* const parameters, const unsigned joint_count,
+                                 arm_model_t* const out_model)
 {
     FSW_ASSERT((parameters != NULL) && (out_model != NULL) && (joint_count <= ARM_JOINTS_MAX));
+    if (!is_sound(parameters, joint_count)) {
+        return STATUS_INVALID;
+    }
     const arm_geometry_values_t* const shape = &parameters->geometry;
     const arm_mass_values_t* const mass      = &parameters->masses;
     *out_model                               = (arm_model_t){
@@ -371,8 +386,7 @@ void arm_model_of_parameters(const arm_parameters_t* const parameters, const uns
         const double length         = arm_length(axis);
         out_model->link[i] = (arm_link_t){.origin   = {.rotation   = arm_rotation_of_rpy(&shape->rpy[3U * i]),
                                                        .position_m = arm_vector(&shape->origin[3U * i])},
-                                          .axis     = (length > 0.0) ? arm_times(axis, 1.0 / length)
-                                                                     : (arm_vector_t){{0.0, 0.0, 1.0}},
+                                          .axis     = arm_times(axis, 1.0 / length),
                                           .mass_kg  = mass->mass[i],
                                           .centre_m = arm_vector(&mass->centre[3U * i]),
                                           .inertia_kgm2 = {{{inertia[0], inertia[1], inertia[2]},
@@ -380,6 +394,7 @@ void arm_model_of_parameters(const arm_parameters_t* const parameters, const uns
                                                             {inertia[2], inertia[4], inertia[5]}}},
                                           .is_prismatic = shape->is_prismatic[i]};
     }
+    return STATUS_OK;
 }
 
 void arm_limits_of_parameters(const arm_parameters_t* const parameters, const unsigned joint_count,

@@ -150,9 +150,11 @@ bool arm_parameters_fit(const subsystem_descriptor_t* descriptor, subsystem_misf
 /// arm_parameters_t.
 void arm_definitions_make(arm_definitions_t* definitions, const subsystem_descriptor_t* descriptor);
 
-/// Compute the model of the arm, and the limits of its motions, from the parameters.
-void arm_model_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
-                             arm_model_t* out_model);
+/// Compute the model of the arm from the parameters. STATUS_INVALID if an axis has no direction, or a mass, a
+/// rotor inertia or a stiffness is negative; the model is then not set.
+status_t arm_model_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
+                                 arm_model_t* out_model);
+/// Compute the limits of motions, and the settings of telepresence, from the parameters.
 void arm_limits_of_parameters(const arm_parameters_t* parameters, unsigned joint_count,
                               arm_limits_t* out_limits);
 void arm_hand_settings_of_parameters(const arm_parameters_t* parameters, arm_hand_settings_t* out_settings);

@@ -76,7 +76,7 @@ void rig_model(arm_model_t* const out_model, arm_limits_t* const out_limits)
     double_init(&rig_generic, &rig_descriptor, arm_callbacks(), &rig_arm);
     arm_init(&rig_arm, &rig_generic, &resolver);
     TEST_ASSERT_EQUAL(STATUS_OK, double_software_init(&rig_generic));
-    arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, out_model);
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, out_model));
     arm_limits_of_parameters(&rig_arm.parameters, RIG_JOINTS, out_limits);
 }
 
@@ -85,7 +85,7 @@ void rig_show(const double pose_rad[RIG_JOINTS])
     arm_model_t model;
     arm_motion_t still = {.position_rad = {0.0}};
     double weight_nm[ARM_JOINTS_MAX];
-    arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, &model);
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, &model));
     memcpy(still.position_rad, pose_rad, RIG_JOINTS * sizeof pose_rad[0]);
     arm_inverse_dynamics(&model, &still, weight_nm);
     for (unsigned i = 0U; i < RIG_JOINTS; i++) {

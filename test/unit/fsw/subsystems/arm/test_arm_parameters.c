@@ -217,7 +217,10 @@ static void the_geometry_decides_which_joints_are_linear_axes(void)
     arm_definitions_make(&definitions, &changed);
     TEST_ASSERT_EQUAL_UINT16(6U, definitions.definitions[3].field_count);
     values.geometry.is_prismatic[4] = true;
-    arm_model_of_parameters(&values, 6U, &model);
+    for (unsigned i = 0U; i < 6U; i++) {
+        values.geometry.axis[(3U * i) + 2U] = 1.0;
+    }
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(&values, 6U, &model));
     TEST_ASSERT_TRUE(model.link[4].is_prismatic);
     TEST_ASSERT_FALSE(model.link[3].is_prismatic);
     fields[5].count = 5U;
@@ -273,17 +276,35 @@ static void drives_are_in_torque_or_position_mode(void)
     expect_refusal(changed.devices[0].line, "10 (torque) or 8 (position)");
 }
 
-/// An axis of length 0 would make every pose not a number.
-static void an_axis_of_no_length_becomes_z(void)
+static void an_axis_becomes_a_direction(void)
 {
     arm_model_t model;
     arm_limits_t limits;
     rig_model(&model, &limits);
-    memset(&rig_arm.parameters.geometry.axis[3], 0, 3U * sizeof(double));
     rig_arm.parameters.geometry.axis[6] = 3.0;
-    arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, &model);
-    TEST_ASSERT_TRUE(model.link[1].axis.at[2] == 1.0);
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, &model));
     TEST_ASSERT_TRUE(arm_length(model.link[2].axis) < 1.0000001);
+}
+
+static void a_model_without_a_direction_or_with_a_negative_value_is_refused(void)
+{
+    arm_model_t model;
+    arm_limits_t limits;
+    rig_model(&model, &limits);
+    arm_parameters_t* const all = &rig_arm.parameters;
+    double* const values[]      = {&all->masses.mass[RIG_JOINTS - 1U], &all->drives.rotor_inertia[0],
+                                   &all->drives.stiffness[RIG_JOINTS - 1U]};
+    for (size_t i = 0U; i < (sizeof values / sizeof values[0]); i++) {
+        const double before = *values[i];
+        *values[i]          = 0.0;
+        TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(all, RIG_JOINTS, &model));
+        *values[i] = -1.0e-9;
+        TEST_ASSERT_EQUAL(STATUS_INVALID, arm_model_of_parameters(all, RIG_JOINTS, &model));
+        *values[i] = before;
+    }
+    memset(&all->geometry.axis[3U * (RIG_JOINTS - 1U)], 0, 3U * sizeof(double));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, arm_model_of_parameters(all, RIG_JOINTS, &model));
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(all, RIG_JOINTS - 1U, &model));
 }
 
 /// The six numbers of a link, XX XY XZ YY YZ ZZ, form a symmetric matrix.
@@ -296,7 +317,7 @@ static void each_number_of_an_inertia_has_its_place(void)
     for (unsigned i = 0U; i < (6U * RIG_JOINTS); i++) {
         rig_arm.parameters.masses.inertia[i] = 1.0 + (double)i;
     }
-    arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, &model);
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS, &model));
     for (unsigned link = 0U; link < RIG_JOINTS; link++) {
         for (unsigned i = 0U; i < 9U; i++) {
             const double expected = 1.0 + (6.0 * (double)link) + (double)places[i / 3U][i % 3U];
@@ -312,7 +333,7 @@ static void only_the_joints_of_the_arm_have_limits_and_links(void)
     arm_limits_t limits;
     rig_model(&model, &limits);
     arm_limits_of_parameters(&rig_arm.parameters, RIG_JOINTS - 1U, &limits);
-    arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS - 1U, &model);
+    TEST_ASSERT_EQUAL(STATUS_OK, arm_model_of_parameters(&rig_arm.parameters, RIG_JOINTS - 1U, &model));
     TEST_ASSERT_TRUE(limits.upper_rad[RIG_JOINTS - 2U] == rig_arm.parameters.limits.upper[RIG_JOINTS - 2U]);
     TEST_ASSERT_TRUE(limits.upper_rad[RIG_JOINTS - 1U] == 0.0);
     TEST_ASSERT_TRUE(limits.acceleration_rad_s2[RIG_JOINTS - 1U] == 0.0);
@@ -337,7 +358,8 @@ int main(void)
     RUN_TEST(ports_are_those_of_a_joystick);
     RUN_TEST(all_configurations_have_the_same_joints);
     RUN_TEST(drives_are_in_torque_or_position_mode);
-    RUN_TEST(an_axis_of_no_length_becomes_z);
+    RUN_TEST(an_axis_becomes_a_direction);
+    RUN_TEST(a_model_without_a_direction_or_with_a_negative_value_is_refused);
     RUN_TEST(only_the_joints_of_the_arm_have_limits_and_links);
     RUN_TEST(each_number_of_an_inertia_has_its_place);
     return UNITY_END();
