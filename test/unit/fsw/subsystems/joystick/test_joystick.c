@@ -307,9 +307,13 @@ static void only_a_descriptor_of_one_stick_fits(void)
     wrong = rig_descriptor; // The copy refers to the same texts.
     descriptor_subsystem_use_storage(&wrong);
     wrong.storage.configurations[0].device_count++;
+    wrong.storage
+        .endnodes[wrong.storage.devices[wrong.storage.configurations[0].first_device + 1U].first_endnode]
+        .node = 0x7EU;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected one <Device>, the stick"));
-    wrong.storage.configurations[0].device_count--;
+    wrong = rig_descriptor;
+    descriptor_subsystem_use_storage(&wrong);
     for (uint16_t i = 0U; i < wrong.setting_count; i++) {
         wrong.storage.settings[i].bits =
             (wrong.storage.settings[i].index == 0x6060U) ? 1U : wrong.storage.settings[i].bits;
