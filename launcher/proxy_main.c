@@ -229,7 +229,8 @@ static void print_lost(proxy_t* const self)
     (void)complain(line, "");
 }
 
-/// Print the first datagram that was lost between the board and the sockets; the run cannot be repeated.
+/// Print the count when datagrams between the board and the sockets are lost for the first time, and mark the
+/// run as one that cannot be repeated.
 static void note_lost(proxy_t* const self)
 {
     if ((self->board != NULL) && (target_link_lost(&self->target) > 0U) && (self->reported_lost == 0U)) {
@@ -258,6 +259,8 @@ static bool serve(proxy_t* const self)
             __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
         }
         note_lost(self);
+        // Announce the deliveries before the wait: it ends this turn, and only a running participant may
+        // announce them.
         deliver(self, &done.deliveries);
         run_state_beat(self->run, self->component, osal_lockstep_now_ns(self->scheduler), done.wake_ns);
         if ((osal_lockstep_wait(self->scheduler, run_participant(self->component), self->life, done.wake_ns,
@@ -317,6 +320,7 @@ static bool take_arguments(proxy_t* const self, const int count, char* const arg
     uint64_t component = 0U;
     const bool is_component =
         (number_read_unsigned(&text, &component) == STATUS_OK) && (component < MISSION_SUBSYSTEMS_MAX);
+    // No run has a component with this index, so open_run refuses an index that is not a number.
     self->component = is_component ? (unsigned)component : MISSION_SUBSYSTEMS_MAX;
     self->program   = arguments[6];
     self->board     = has_board ? arguments[10] : NULL;

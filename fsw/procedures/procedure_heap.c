@@ -8,8 +8,8 @@
 #define TAKEN 0xFFU
 #define WORDS_PER_BLOCK (PROCEDURE_BLOCK / sizeof(uint64_t))
 
-/// Free blocks of one order form a list; the first words of a block contain the numbers of the next and the
-/// previous block, + 1.
+/// Free blocks of one order form a list, which begins at `free`; the first word of a block contains the
+/// numbers of the next and the previous block, each + 1; 0: none.
 typedef struct {
     uint32_t next;
     uint32_t previous;

@@ -69,6 +69,7 @@ def table(head, rows, numeric=(), classes=()):
 
 def shell(name, title, body, contents=()):
     """Whole page. `contents` is a list of (level, anchor, text) for the table of contents beside the text."""
+    # The page of a layer or a mission (api-osal.html, icd-rokviss.html) belongs to the entry with its first three letters.
     part = next((file for file, _ in NAVIGATION if file == name or file[:3] == name[:3]), "")
     here = (' class="here"' if file == part else "" for file, _ in NAVIGATION)
     links = "".join(f'<a href="{file}"{mark}>{text}</a>' for (file, text), mark in zip(NAVIGATION, here))

@@ -1,7 +1,8 @@
-// SPDX-License-Identifier: Apache-2.0 The scheduler's state changes are plain functions over the structure
-// ("core"), shared by both forms. In the process form they run under a robust lock and the grant is handed
-// directly from participant to participant: the participant that ends its turn chooses its successor and
-// wakes it by futex, without spinning and without a central process.
+// SPDX-License-Identifier: Apache-2.0
+// The functions that change the state of the scheduler are plain functions over its structure ("core"), which
+// both forms use. In the process form they run under a robust lock, and the grant passes directly from
+// participant to participant: the participant that ends its turn chooses its successor and wakes it by futex,
+// without spinning and without a central process.
 //
 // A participant may be killed at any instruction. Therefore the writes of every change have a fixed order:
 // the write of one word, `running`, commits the change, and the writes before it can be repeated. The process

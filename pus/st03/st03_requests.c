@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Requests of ST[03] about structures. Each request has two subtypes: one
-// for housekeeping structures and one for diagnostic structures.
+// SPDX-License-Identifier: Apache-2.0
+// Requests of ST[03] about structures. Each request has two subtypes: one for housekeeping structures and one
+// for diagnostic structures.
 #include "generated/pus/st03_request_formats.h"
 #include "pus/st03/st03_structures.h"
 

@@ -101,7 +101,8 @@ uint32_t node_syncs(const node_t* node, uint64_t* out_last_ns);
 /// Returns the index of the node on the bus of a channel; BUS_NODES_MAX: it has no such channel.
 unsigned node_bus_index(const node_t* node, unsigned channel);
 
-/// An error of the device appears or disappears; the node sends an EMCY if this is a change.
+/// An error of the device appears or disappears; the node sends an EMCY if this is a change. `raw`: see
+/// emergency_raise.
 void node_raise(node_t* node, uint16_t code, uint8_t axis, int32_t raw, uint64_t now_ns);
 void node_clear(node_t* node, uint16_t code, uint8_t axis, uint64_t now_ns);
 bool node_has_error(const node_t* node, uint16_t code, uint8_t axis);

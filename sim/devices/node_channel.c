@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000):
-// selection of the channel that the node uses, and search for the master.
+// SPDX-License-Identifier: Apache-2.0
+// The two channels of a redundant bus (ECSS-E-ST-50-15C, object 0x2000): selection of the channel that the
+// node uses, and search for the master.
 #include "sim/devices/node_internal.h"
 
 #define OBJECT_REDUNDANCY 0x2000U // Bdefault, Ttoggle, Ntoggle, Ctoggle.
@@ -60,7 +61,7 @@ static void use_channel(node_t* const node, const unsigned channel, const uint64
     node_wake_by(node, now_ns); // The wake-up handles everything that is due.
 }
 
-/// Keep the channel on which the heartbeat of the master was received, and end the search.
+/// End the search on the active channel, and make it the channel after a reset (Bdefault).
 static void keep_channel(node_t* const node)
 {
     node->toggle_ns = BUS_NEVER;
@@ -107,7 +108,7 @@ uint64_t node_run_search(node_t* const node, const uint64_t now_ns)
         node->toggle_ns    = now_ns + (heartbeat_time_ns(node) * node->toggle_factor->value);
     }
     if (may_search(node) && (node->toggle_count->value >= node->toggle_limit->value)) {
-        keep_channel(node); // No master was found: stay on this channel.
+        keep_channel(node); // This was the last change (Ntoggle): stay here, with or without a master.
     }
     return node->toggle_ns;
 }

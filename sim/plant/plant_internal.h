@@ -61,8 +61,8 @@ typedef struct {
 
 /// A joint that follows another of its robot: position = multiplier * position of the leader + offset.
 typedef struct {
-    unsigned joint; ///< This index and the next are those of plant_joint.
-    unsigned leader;
+    unsigned joint;  ///< Index (plant_joint).
+    unsigned leader; ///< Index (plant_joint) of the joint that it follows.
     double multiplier;
     double offset;
     double force; ///< Force on the joint in the last step; -multiplier times this force acts on the leader.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Time per cycle of eight procedures that try to use more time than they are charged, for the most expensive
-/// of the known ones (test/support/hostile_procedures.h). The value is microseconds per cycle of 10 ms.
-/// Baseline: the same number of units spent on plain additions.
+/// Time of a cycle in which eight procedures use up their budgets. All eight run the same code: that which
+/// takes the longest of all in test/support/hostile_procedures.h, whose operations take more time than they
+/// are charged. The value is microseconds per cycle of 10 ms. Baseline: eight procedures that spend the same
+/// budgets on plain additions.
 #include "fsw/procedures/procedure_engine.h"
 #include "fsw/supervisor/services/procedures.h"
 #include "test/bench/measure.h"

@@ -21,7 +21,8 @@ static void a_device_in_another_unit_is_refused(void)
     expect_refusal(0x12U, REFUSAL_VALUE, 0x60A800U, 0xFD410000U);
 }
 
-/// An axis whose sheet states no units has an empty step: the mapping of its process data is still read.
+/// The units of each axis are one step of the identification (canopen_device_identify). If the sheet states
+/// no units, this step reads no object, but the steps after it still check the mapping.
 static void devices_without_units_are_identified_to_the_end(void)
 {
     static canopen_device_profile_t profile;

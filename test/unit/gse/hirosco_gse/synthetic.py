@@ -19,9 +19,9 @@ HOME = np.radians([60.0, -90.0])
 TRACKING_ERROR = 0.004
 REFLECTION_ERROR = 0.003
 REFLECTION_ERROR_CONTOUR = 0.006
-FORWARD, BACK = 0, 1
-ENGAGE, AGAIN, LIMIT_SET, OVER, UNPLUG = 2000, 75_800, 74_400, 75_000, 77_000
-LIMIT_REACTION = 1
+FORWARD, BACK = 0, 1  # Cycles from the stick to the torque of the joint, and from the joint torque to the stick.
+ENGAGE, AGAIN, LIMIT_SET, OVER, UNPLUG = 2000, 75_800, 74_400, 75_000, 77_000  # Cycles of the timetable.
+LIMIT_REACTION = 1  # Cycles.
 UNPLUG_REACTION_US = 3000
 SEGMENTS = [
     ("rest", 0.0, 1.5),

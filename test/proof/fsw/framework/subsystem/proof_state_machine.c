@@ -2,9 +2,9 @@
 // Proves: every call in every sound state leaves a sound state, and the initial state is sound, so every
 //     reachable state is sound. OPERATIONAL is entered only from SAFE_OPERATIONAL; controllers start and
 //     actuators engage only with a configuration; an error of high severity, of the subsystem or of its
-//     network, enters ERROR_OPERATIONAL in the same call, and no event leaves the machine in OPERATIONAL; a
-//     refused request changes nothing; each call records exactly its changes of state and phase; no assertion
-//     of the state machine fails.
+//     network, enters ERROR_OPERATIONAL in the same call; after an event (all are errors or a shutdown) the
+//     state is never OPERATIONAL; a refused request changes nothing; each call records exactly its changes of
+//     state and phase; no assertion of the state machine fails.
 // Bounds: every machine that is_sound accepts, one call with any arguments; by induction any number of calls.
 // Replaced: nothing.
 // Sources: fsw/framework/subsystem/state_machine.c
@@ -121,6 +121,8 @@ static state_machine_t any_sound_machine(void)
     return machine;
 }
 
+/// Compare all fields but is_superseded and the transitions: they describe the last call, so each call, also
+/// a refused one, clears them.
 static bool is_same(const state_machine_t* const one, const state_machine_t* const other)
 {
     return (one->state == other->state) && (one->phase == other->phase) && (one->target == other->target) &&

@@ -86,7 +86,9 @@ static void functions_are_refused_outside_their_states_and_configurations(void)
     (void)fixture_function("WAIT", NULL, 0U);
     fixture_expect("1.1 #0\n1.3 #0\n1.7 #0\n");
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
-    fixture.subsystem.machine.state = STATE_OPERATIONAL; // Set directly, without links.
+    // MOVE does not belong to the configuration LINKED. Without its link, LINKED does not reach OPERATIONAL,
+    // so the test sets the state directly.
+    fixture.subsystem.machine.state = STATE_OPERATIONAL;
     move(0.0, 0.0, 1U);
     fixture_expect("1.1 #0\n1.4 #0 0204 1\n");
     fixture.subsystem.machine.state = STATE_PRE_OPERATIONAL;

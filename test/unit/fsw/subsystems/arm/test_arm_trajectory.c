@@ -207,7 +207,8 @@ static void a_trajectory_has_at_most_sixteen_points(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, arm_trajectory_add(&trajectory, &model, start.position_rad));
 }
 
-/// A limit that is not a number must not produce a plan.
+/// Planning ends after ARM_PLAN_ROUNDS even if the duration of a line is not a number, which no comparison
+/// accepts.
 static void a_plan_always_has_an_end(void)
 {
     double point[ARM_JOINTS_MAX];
@@ -248,6 +249,7 @@ static void a_stop_brakes_along_the_path(void)
             }
             time_s = path.is_slowing ? time_s : step * PERIOD_S;
             for (unsigned i = 0U; i < RIG_JOINTS; i++) {
+                // The accelerations of the stop add to those of the blends (arm_path_stop).
                 TEST_ASSERT_TRUE(fabs(motion.acceleration_rad_s2[i]) <=
                                  (2.0 * limits.acceleration_rad_s2[i]) + ROUNDING);
                 EXPECT_WITHIN(last.position_rad[i], (limits.speed_rad_s[i] * PERIOD_S) + ROUNDING,
