@@ -249,6 +249,7 @@ static bool take_path(launch_options_t* const options, const char* const option,
     } else {
         *(is_word(option, "--out") ? &options->output : &options->storage) = value;
     }
+    // Names of files in the folder are appended to the path.
     return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
 }
 
@@ -354,8 +355,9 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     return true;
 }
 
-/// Check the options of a run with a program for another processor, which shares no memory with the rest of
-/// the run. `option` is the one that chooses such programs.
+/// Choose UDP for links and messages that have no option, and check the options of a run with a program for
+/// another processor, which shares no memory with the rest of the run. `option` is the one that chooses such
+/// programs.
 static bool is_remote_sensible(launch_options_t* const options, const char* const option,
                                char error[LAUNCH_ERROR_MAX])
 {
@@ -397,7 +399,8 @@ static bool are_remotes_sensible(launch_options_t* const options, char error[LAU
            ((options->rtos[0] == '\0') || is_remote_sensible(options, "--rtos", error));
 }
 
-/// Check the options of a run whose links have a delay, because the relay needs UDP and a scheduler.
+/// Choose UDP for links that have no option, and check the options of a run whose links have a delay, because
+/// the relay needs UDP and a scheduler.
 static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->delay_ms == 0U) {
@@ -509,6 +512,7 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
     if (!is_time_given) { // With real devices the default is real time.
         out_options->is_stepped = launch_has_simulator(out_options);
     }
+    // The first two checks choose defaults, which the last one also checks.
     return are_remotes_sensible(out_options, error) && is_delay_sensible(out_options, error) &&
            is_sensible(out_options, error);
 }

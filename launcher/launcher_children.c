@@ -32,8 +32,9 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
     char output[LAUNCH_PATH_MAX + 32U];
     (void)text_join(output, sizeof output,
                     (const char* const[]){launcher->run->folder, "/console.log", NULL});
-    // In stepped time only one process runs at a time: all processes share one processor, because the grant
-    // then passes fastest.
+    // In stepped time only one process runs at a time: all processes of the run share one processor, because
+    // the grant then passes fastest. The id of the launcher chooses it, so that runs beside each other are
+    // spread over two processors.
     osal_process_start_t start = {.arguments        = arguments->list,
                                   .descriptors      = descriptors,
                                   .descriptor_count = descriptor_count,

@@ -57,6 +57,7 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
     const double end   = has_sign ? (range * HALF) : range; // The smallest number that is too large.
     const double low   = has_sign ? -end : 0.0;
     const double moved = real + ((real < 0.0) ? -HALF : HALF);
+    // The conversion below drops the fraction: every `moved` above low - 1 becomes `low` or more.
     if (!((moved > (low - 1.0)) && (moved < end))) { // NaN fails both comparisons.
         return false;
     }

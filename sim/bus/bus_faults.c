@@ -72,6 +72,7 @@ void bus_set_babbling(bus_t* const bus, const unsigned node, const bool on)
 void bus_set_stuck(bus_t* const bus, const bool on)
 {
     if (on && !bus->is_stuck) {
+        // Every controller counts one error for each 8 dominant bits in a row (ISO 11898-1).
         bus->stuck_ticks   = 0U;
         bus->stuck_tick_ns = bus->now_ns + (8U * bus->nominal_ns);
         if (bus->is_sending) {
@@ -81,6 +82,7 @@ void bus_set_stuck(bus_t* const bus, const bool on)
         }
     } else if (!on && bus->is_stuck) {
         bus->stuck_tick_ns = BUS_NEVER;
+        // A controller takes the bus for idle after 11 recessive bits.
         bus->idle_ns       = bus->now_ns + (11U * bus->nominal_ns);
     }
     bus->is_stuck = on;

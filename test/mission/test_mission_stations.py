@@ -89,7 +89,8 @@ def test_stations_command_a_mission_that_is_not_the_default_one(stations):
         assert hello["mission"] == "ur5e" and hello["user"]["is_own"]
         assert done["lights"] == ["done", "done", "none", "done"] and "words" not in done
         assert "failed" in refused["lights"] and refused["code"] and not refused["unknown"]
-    assert len(users) == STATIONS and all(name.startswith("WEB") for name in users)  # A station elsewhere may have had this port before.
+    # Not always WEB and WEB_2: a station left over from an earlier flight at this port may hold one of them.
+    assert len(users) == STATIONS and all(name.startswith("WEB") for name in users)
 
 
 def test_two_connections_of_one_user_get_their_own_verifications(flight):

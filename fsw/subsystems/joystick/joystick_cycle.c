@@ -61,6 +61,7 @@ static void watch_energy(joystick_t* const joystick)
                                                    .time_s   = passivity->time,
                                                    .rest_rad = passivity->rest,
                                                    .period_s = period_s(joystick)};
+    // The command is the torque of the motor on the stick; the hand drives the stick against it.
     const double driven[STICK_AXES] = {-joystick->control.command_nm[0], -joystick->control.command_nm[1]};
     const double given =
         control_port_energy_step(&joystick->energy, &watch, driven, joystick->control.position_rad);
@@ -142,6 +143,7 @@ static void publish(joystick_t* const joystick, const canopen_device_t* const de
     for (unsigned i = 0U; i < STICK_AXES; i++) {
         parameters->cur_values.position[i]    = control->position_rad[i];
         parameters->cur_values.velocity[i]    = control->motion[i].velocity;
+        // FELT_TORQUE is what the hand feels; joystick->felt_nm is what the robot feels.
         parameters->cur_values.felt_torque[i] = control->command_nm[i];
         parameters->cur_values.statusword[i]  = (device != NULL) ? device->axes[i].statusword : 0U;
         parameters->des_torque[i] = joystick->is_reflecting ? 0.0 : joystick->display.torque_nm[i];

@@ -45,7 +45,7 @@ typedef struct { // Read-only outside.
     double link_zero_rad[ARM_JOINTS];
     double goal_rad[ARM_JOINTS]; ///< Goal of the reference, limited in speed and range.
     double slow_nm[ARM_JOINTS];  ///< Low-pass filtered external torque.
-    double yielding;             ///< Share of the compliance: 0 at engagement, then rising to 1.
+    double yielding;             ///< Part of COMPLIANCE in effect: 0 at engagement, then rising to 1.
     /// Difference of the motor angle from the model at engagement; it decays.
     double offset_rad[ARM_JOINTS];
     /// Difference of the torque from the model at engagement; it decays.

@@ -38,9 +38,9 @@ static void frames_equal_those_of_the_flight_software(void)
         stream_framing_t framing;
         const uint8_t* frame;
         size_t size;
-    } cases[] = {{{false, false}, big, sizeof big},
-                 {{false, true}, little, sizeof little},
-                 {{true, false}, slip, sizeof slip}};
+    } cases[] = {{{.is_slip = false, .is_little = false}, big, sizeof big},
+                 {{.is_slip = false, .is_little = true}, little, sizeof little},
+                 {{.is_slip = true, .is_little = false}, slip, sizeof slip}};
     for (size_t i = 0U; i < 3U; i++) {
         uint8_t frame[STREAM_FRAME_OCTETS(STREAM_FRAME_MESSAGE_MAX)];
         TEST_ASSERT_EQUAL_UINT64(cases[i].size,
@@ -59,9 +59,9 @@ static void frames_equal_those_of_the_flight_software(void)
 
 static void octets_that_are_not_a_frame_are_dropped(void)
 {
-    static const stream_framing_t length = {false, false};
-    static const stream_framing_t slip   = {true, false};
-    static const uint8_t monster[]       = {0xFFU, 0xFFU, 1U};
+    static const stream_framing_t length = {.is_slip = false, .is_little = false};
+    static const stream_framing_t slip   = {.is_slip = true, .is_little = false};
+    static const uint8_t monster[]       = {0xFFU, 0xFFU, 1U}; // Its length field is impossible.
     static const uint8_t good[]          = {0xC0U, 7U, 0xC0U};
     uint8_t noise[200];
     memset(noise, 0x55, sizeof noise);

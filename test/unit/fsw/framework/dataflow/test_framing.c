@@ -278,7 +278,8 @@ static void the_next_frame_after_random_octets_is_found(void)
     for (unsigned round = 0U; round < 20000U; round++) {
         uint8_t noise[16];
         for (size_t i = 0U; i < sizeof noise; i++) {
-            random   = (random * 1664525U) + 1013904223U;
+            random = (random * 1664525U) + 1013904223U;
+            // A quarter of the octets are from 0xC0 to 0xDF, so that END, ESC and wrong escapes are frequent.
             noise[i] = ((random >> 28U) < 4U) ? (uint8_t)(0xC0U + ((random >> 24U) % 0x20U))
                                               : (uint8_t)(random >> 16U);
         }

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+// The comments // 5, // 10 .. number the lines of a document; the tests of errors expect these numbers.
 const char arm_document[] =
     "<Subsystem name='ARM' id='16' samplingTime='5ms'>\n"
     "<Resources poolWarning='80' poolClear='70'/>\n"

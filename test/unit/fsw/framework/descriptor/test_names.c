@@ -24,6 +24,7 @@ static status_t load(const char* const document)
     return descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &arm);
 }
 
+// The comments // 5 and // 10 number the lines of the document; the tests of errors expect these numbers.
 static const char named_document[] =
     "<Subsystem name='ARM' id='16'><Enumerations>\n"
     "<Enumeration name='MODE' values='OFF POSITION FORCE'/>\n"

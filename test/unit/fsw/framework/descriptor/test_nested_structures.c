@@ -24,6 +24,7 @@ static status_t load(const char* const document)
     return descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &arm);
 }
 
+// The comments // 5, // 10 .. number the lines of the document; the tests of errors expect these numbers.
 static const char nested_document[] =
     "<Subsystem name='ARM' id='16'><Parameters>\n"
     "<StructRef name='ALL' id='7' type='STRUCT' settable='true'>\n"

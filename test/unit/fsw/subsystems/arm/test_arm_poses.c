@@ -125,7 +125,8 @@ static void fly(const arm_pose_t* const poses, const double share, const double 
         arm_trajectory_tool_at(&trajectory, step * PERIOD_S, 1.0, &pose, &twist);
         expect_within_limits(&last, &last_twist, &pose, &twist, share);
         for (unsigned n = 0U; n < count; n++) {
-            // A rotation vector is at least as long as the rotation between two poses.
+            // `blend` limits the difference of two rotation vectors, which is at least as long as the angle
+            // between the two orientations.
             nearest[n] = fmin(nearest[n], fmax(distance_m(&pose, &poses[n]), angle_rad(&pose, &poses[n])));
         }
         last       = pose;
@@ -157,7 +158,8 @@ static void random_poses_are_passed_within_the_limits_of_the_tool(void)
     }
 }
 
-/// A tool that turns fast is accelerated although its rotation vector changes evenly.
+/// A tool that turns fast has an angular acceleration even while its rotation vector changes at a constant
+/// rate; plans allow for it.
 static void a_fast_turn_stays_within_the_angular_acceleration(void)
 {
     limits.tool_rate_rad_s                  = 3.0;
