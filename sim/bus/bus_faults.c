@@ -83,7 +83,7 @@ void bus_set_stuck(bus_t* const bus, const bool on)
     } else if (!on && bus->is_stuck) {
         bus->stuck_tick_ns = BUS_NEVER;
         // A controller takes the bus for idle after 11 recessive bits.
-        bus->idle_ns       = bus->now_ns + (11U * bus->nominal_ns);
+        bus->idle_ns = bus->now_ns + (11U * bus->nominal_ns);
     }
     bus->is_stuck = on;
     bus_find_next_wake(bus);

@@ -141,8 +141,8 @@ static void publish(joystick_t* const joystick, const canopen_device_t* const de
     parameter_lock(dictionary);
     parameters->cur_values.state = (int32_t)subsystem_state(joystick->generic);
     for (unsigned i = 0U; i < STICK_AXES; i++) {
-        parameters->cur_values.position[i]    = control->position_rad[i];
-        parameters->cur_values.velocity[i]    = control->motion[i].velocity;
+        parameters->cur_values.position[i] = control->position_rad[i];
+        parameters->cur_values.velocity[i] = control->motion[i].velocity;
         // FELT_TORQUE is what the hand feels; joystick->felt_nm is what the robot feels.
         parameters->cur_values.felt_torque[i] = control->command_nm[i];
         parameters->cur_values.statusword[i]  = (device != NULL) ? device->axes[i].statusword : 0U;
