@@ -104,7 +104,7 @@ status_t supervisor_ground_backlog_put(ground_backlog_t* const backlog, const ui
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
     const pus_class_t class   = pus_class_of(packet, size);
     ground_line_t* const line = &backlog->lines[class];
-    // The block of the report is already allocated.
+    // If a block contains the report already, no other one is needed: it does not count as taken.
     const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
     if (!has_place(line, size) || !has_block) {
         return STATUS_FULL;
@@ -131,7 +131,8 @@ static void offer(const ground_line_t* const line, const uint16_t place, const p
         (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .place = place};
 }
 
-/// Get the next report while only FIRM reports can be sent.
+/// Get the next report while only FIRM reports can be sent. A verification waits for the PLAIN and BULK
+/// reports of its source: they may be the answer to the request whose end it reports.
 static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* const out_report)
 {
     const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];

@@ -51,7 +51,7 @@ static bool is_harmless(const uint8_t service, const uint8_t subtype)
     return false;
 }
 
-/// True for a request for OFFLINE or ERROR_OPERATIONAL, or for a rest state below the present one.
+/// True for a request for OFFLINE or ERROR_OPERATIONAL, or for a rest state not above the present one.
 static bool is_downwards(const permission_request_t* const request)
 {
     if ((request->service != 129U) || (request->subtype != 1U)) {

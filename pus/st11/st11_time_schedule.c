@@ -71,6 +71,7 @@ uint64_t pus_time_schedule_next_ns(const pus_time_schedule_t* const self)
     if (tag == UINT64_MAX) {
         return UINT64_MAX;
     }
+    // Rounded up, because `now` rounds down: at the returned time the tag has been reached.
     const uint64_t ticks   = tag % PUS_TIME_TICKS_PER_S;
     const uint64_t time_ns = ((tag / PUS_TIME_TICKS_PER_S) * NS_PER_S) +
                              (((ticks * NS_PER_S) + (PUS_TIME_TICKS_PER_S - 1U)) / PUS_TIME_TICKS_PER_S);

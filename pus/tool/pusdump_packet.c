@@ -159,6 +159,7 @@ static void read_spacecraft_time(dump_packet_t* const packet, octet_reader_t* co
     if (!packet->has_time) {
         dump_packet_add_problem(packet, "no time in a spacecraft time packet");
     }
+    // The data that are shown are the whole field: rate, time and status.
     reader->position = PUS_PRIMARY_HEADER_SIZE;
     reader->failed   = false;
 }
@@ -210,7 +211,7 @@ void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packe
         out_packet->data_size = left - PUS_CRC_SIZE;
         out_packet->data      = octet_read_octets(&reader, out_packet->data_size);
     } else {
-        // The data have no known end: `data` stays null.
+        // Without a time that was read it is not known where the data begin: `data` stays null.
     }
     check_crc(out_packet);
 }

@@ -3,8 +3,8 @@
 /// telemetry with it. Two runs with the same seed give the same file, octet for octet.
 ///
 /// The .lcm files in the folder of this header define the types; sim/truth/README.md describes channels and
-/// rates. A channel at rest is written only every TRUTH_INTERVAL_NS. A task of the log
-/// writes the events (sim/logs/write_behind.h).
+/// rates. A channel at rest is written only every TRUTH_INTERVAL_NS. A task of the log writes the events
+/// (sim/logs/write_behind.h).
 ///
 /// Ownership  truth_open allocates, truth_close frees and flushes.
 #ifndef SIM_TRUTH_TRUTH_H
@@ -157,9 +157,9 @@ typedef struct {
 } truth_fault_t;
 
 /// Write one event. The caller passes all channels except WORLD, NAMES, DRIVE, VALVE, LATCH and FAULT at
-/// every step; a channel at rest is not written. Returns STATUS_OK or STATUS_IO. After a failure no more
-/// events are written. The same holds after the log has reached its maximum size, but then the status is
-/// STATUS_OK.
+/// every step; the log decides which steps of a channel at rest it writes. Returns STATUS_OK or STATUS_IO.
+/// After a failure no more events are written. The same holds after the log has reached its maximum size, but
+/// then the status is STATUS_OK.
 status_t truth_world(truth_t* truth, uint64_t time_ns, const truth_world_t* world);
 status_t truth_joints(truth_t* truth, uint64_t time_ns, const truth_joints_t* joints);
 status_t truth_stick(truth_t* truth, uint64_t time_ns, const truth_stick_t* stick);

@@ -6,7 +6,8 @@
 
 #include <string.h>
 
-/// All bindings, in the order in which they are stepped.
+/// All bindings, in the order in which they are stepped. It is the order of released requests and of reports
+/// within a step, so another order would change the octets of the logs.
 static const spacecraft_binding_t* const bindings[] = {
     &spacecraft_time_schedule, &spacecraft_position_schedule, &spacecraft_event_action, &spacecraft_sequences,
     &spacecraft_files,         &spacecraft_forwarding,        &spacecraft_connection,   &spacecraft_storage,

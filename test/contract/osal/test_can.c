@@ -191,10 +191,9 @@ static void a_frame_passes_if_it_matches_one_filter(void)
         const osal_can_frame_t frame = {.id = ids[i]};
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
     }
-    for (size_t i = 0U; i < 5U; i += 2U) {
-        const uint32_t expected = (i == 4U) ? ids[4] : ids[i];
+    for (size_t i = 0U; i < 5U; i += 2U) { // The ids in between match no filter; error frames need none.
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_receive(&node, &out));
-        TEST_ASSERT_EQUAL_HEX32(expected, out.id);
+        TEST_ASSERT_EQUAL_HEX32(ids[i], out.id);
     }
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out));
     TEST_ASSERT_EQUAL_UINT32(2U, node.filtered);

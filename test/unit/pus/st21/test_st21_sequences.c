@@ -281,7 +281,7 @@ static void the_content_is_reported_in_as_many_packets_as_it_needs(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 21, 12, 21, 12, 21, 12, 21, 12);
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(2U).size);
     TEST_ASSERT_TRUE(pus_sequences_is_waiting(&st21_fixture.service));
-    // During the report no second one is accepted, and the sequence cannot end.
+    // During the report no second one is accepted, and the sequence cannot be unloaded.
     st21_fixture_command(11U, 'a');
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, DETAIL('a'));
     st21_fixture_command(3U, 'a');

@@ -44,7 +44,8 @@ static void idle_clients_are_disconnected_to_make_room(void)
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 1U, 0U);
     fixture_run_until_requests(3U);
-    // This client was silent for the longest time; client 0 has sent octets.
+    // Of the clients without a valid request, client 1 has been connected for the longest time: half a header
+    // is no request. Client 0 has sent one.
     TEST_ASSERT_TRUE(fixture_is_ended(1U));
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     TEST_ASSERT_FALSE(fixture_is_ended(2U));
@@ -198,7 +199,7 @@ static void a_client_that_does_not_read_is_no_longer_read(void)
     fixture_connect(0U);
     fixture_write_request(0U, 1U, 1U, 0U);
     fixture_run_until_requests(1U);
-    while (communication_ground_queue_room(&fixture.communication.queues[0]) >= 32768U) {
+    while (communication_ground_queue_room(&fixture.communication.queues[0]) >= 32768U) { // ANSWERS_ROOM.
         fixture_report(1U, 1U, 7U, 1U, 1000U);
     }
     fixture_write_request(0U, 1U, 2U, 0U);
@@ -371,7 +372,8 @@ static void a_report_that_ends_before_its_destination_goes_to_no_client(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, communication_ground_queue_count(queue));
 }
 
-/// The shortest packet with a source, and a packet shorter by one octet: its source is that of the client.
+/// A packet that is one octet too short for a source names no user; the shortest packet with a source names
+/// the user of its client.
 static void a_packet_that_ends_before_its_source_names_no_user(void)
 {
     uint8_t octets[11] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x03U, 0x2FU, 17U, 1U, 0x00U, 0x07U};
