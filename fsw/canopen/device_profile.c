@@ -170,6 +170,7 @@ status_t canopen_device_profile_map(canopen_device_profile_t* const profile, con
             (subindex == COB_ID) ? ((value & COB_PDO_INVALID) == 0U) : pdo[number].is_valid;
         return STATUS_OK;
     }
+    // CiA 301: a mapping changes only while its PDO is not valid, its entries only while their number is 0.
     if (pdo[number].is_valid || ((subindex != 0U) && (pdo[number].entry_count != 0U))) {
         return STATUS_FORBIDDEN;
     }

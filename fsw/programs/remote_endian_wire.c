@@ -67,7 +67,9 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
         size_t size = 0U;
         status      = stream_send(wire, &wire->octets[sent], writer->position - sent, &size);
         sent += size;
-        if (status == STATUS_FULL) { // The peer will read the rest, because it waits for this message.
+        // The peer will read the rest, because it waits for this message. Until then it sends nothing: if the
+        // stream becomes readable, the peer has closed it.
+        if (status == STATUS_FULL) {
             const status_t waited = stream_wait(wire, 1U);
             status                = (waited == STATUS_TIMEOUT) ? STATUS_OK : STATUS_CLOSED;
         }

@@ -54,6 +54,7 @@ def _hold(run, before):
 
 
 def _oscillation(run, start, end):
+    """Largest peak-to-peak motion of a stick axis relative to its mean over SLOW cycles; the mean reads SLOW cycles on either side."""
     stick = _true(run, "STICK", "position_rad")[start - SLOW : end + SLOW]
     return float(np.ptp((stick - _mean(stick, SLOW))[SLOW : SLOW + end - start], axis=0).max())
 

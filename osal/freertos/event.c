@@ -57,6 +57,7 @@ status_t osal_event_wait(osal_event_t* const event, const uint32_t timeout_ms)
             }
             limit = (TickType_t)(((until_ns - now_ns) / NS_PER_TICK) + 1U);
         }
+        // The notification may be a late one of an earlier signal; only `word`, in take, decides.
         (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_EVENT, pdTRUE, limit);
     }
     return STATUS_OK;

@@ -7,8 +7,8 @@
 #include "sim/app/simulator.h"
 #include "sim/devices/node.h"
 
-/// Print a line for each bus that programs of this run cannot use, because only the world has it. Without
-/// programs (no bus in the configuration) there is none.
+/// Print a line for each bus that programs of this run cannot use, because only the world has it. If the run
+/// has no programs (no bus in the configuration), print nothing.
 void channels_complain(const segment_t* segments, unsigned count, const simulator_config_t* config);
 /// Create the channels B of the configuration. out_channel_b has `count` entries, one per segment, initially
 /// null. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).

@@ -131,7 +131,7 @@ static void go_offline(void)
 {
     (void)subsystem_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
-        if ((i % 1000U) == 999U) {
+        if ((i % 1000U) == 999U) { // An action that failed may have left the component in ERROR_OPERATIONAL.
             (void)subsystem_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
         }
         step(1U);

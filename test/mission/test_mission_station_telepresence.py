@@ -166,7 +166,7 @@ def test_a_gamepad_moves_the_hand_and_rumbles_with_the_felt_torque(page, flight)
 
 @pytest.mark.parametrize("loss", LOSSES)
 def test_the_hand_is_given_back_when_focus_pointer_or_station_is_lost(page, flight, loss):
-    """The connection ends: then the station, which misses the page, gives the hand back."""
+    """The page gives the hand back. If its connection to the station ends, the station does so."""
     drag = Drag(page)
     flying.wait_until(drag.is_held, "the hand is taken")
     before = rests(flight)

@@ -79,6 +79,7 @@
 /// Cycles that the subsystem waits for a command of the supervisor after an event of severity MEDIUM.
 #define SUBSYSTEM_MEDIUM_CYCLES 4U
 
+// 16 and 8: the numbers for which PUS_FIRM_STANDING (pus/core/app_process.h) keeps room.
 CAPACITY_CHECK(firm_ring_holds_ends_of_requests, (SUBSYSTEM_CALL_TOKENS + 2U) <= 16U);
 CAPACITY_CHECK(loop_answer_fits, SUBSYSTEM_LOOP_ANSWER >= PUS_ANSWER_ROOM);
 CAPACITY_CHECK(loop_inbox_holds_a_request, SUBSYSTEM_INBOX_OCTETS >= (SUBSYSTEM_LOOP_SCRATCH + 4U));
@@ -175,8 +176,7 @@ struct subsystem { // Private. The most frequently used members come first.
     bool has_reload;     // TC[129,6] waits for PRE_OPERATIONAL without a configuration, or OFFLINE.
     state_machine_t machine;
     pus_app_process_t process;
-    pus_report_queues_t
-        queues; // Reports that wait for the port. (Reports of the loops wait in the mailboxes.)
+    pus_report_queues_t queues; // Reports that wait for the port; those of the loops wait in the mailboxes.
 
     subsystem_config_t config;
     uint64_t period_ns;

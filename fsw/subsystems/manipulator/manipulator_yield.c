@@ -9,6 +9,7 @@
 #define LEAD_SHARE 0.01     // Share of the difference to the hand that one cycle removes.
 #define LEAD_MAX_RAD 2.0e-4 // Largest change in one cycle.
 
+/// True if the sample has an angle of the hand in which no number is infinite or NaN: x - x is then 0.
 static bool has_hand(const manipulator_arm_yield_sample_t* const sample)
 {
     return (sample->hand_rad != NULL) && ((sample->hand_rad[0] - sample->hand_rad[0]) == 0.0) &&

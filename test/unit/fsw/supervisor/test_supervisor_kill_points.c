@@ -337,7 +337,8 @@ static void see(uint64_t number, const char* hex)
     }
 }
 
-/// Text of the records in order: first those of the ASCII file, which are earlier.
+/// Expect that the log has each record number once, and that the sequence counts of each component have no
+/// gap. The earlier records are in the ASCII file, the others in the spool.
 static void expect_complete_log(void)
 {
     // All records are written.

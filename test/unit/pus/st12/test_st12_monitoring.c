@@ -122,7 +122,8 @@ static void refused_transitions_wait_and_those_without_room_are_counted(void)
         add_limit(i, LEVEL);
     }
     enable_function();
-    // The port refuses twice before the fifth and the sixth transition, then at the end of two cycles.
+    // The port refuses four times: before the fifth transition, before the sixth, and at the end of both
+    // cycles.
     bench.refusals = 4U;
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);

@@ -274,6 +274,7 @@ static void damaged_records_are_skipped(void)
 {
     only_ring();
     stores_reports(1U, 9U);
+    // In the second record of the first block: after the head of the block (56) and the first record (4014).
     recorded.image[0].octets[56U + 4014U + 99U] ^= 1U;
     resume("ring", 0U);
     stores_step(9U, 9U);
@@ -479,8 +480,10 @@ static void a_copy_from_a_failing_medium_fails(void)
     for (unsigned call = 1U; call <= 7U; call++) {
         copy(0U, 0U, 0U);
         bench_clear();
-        recorded.calls     = 0U;
-        recorded.fail_from = call; // Read, closing, sync, header, sync, record; read, record; sync.
+        recorded.calls = 0U;
+        // The calls in their order: read; close a block, sync, write a head, sync, write the record; read the
+        // second packet; after them come its record and a sync.
+        recorded.fail_from = call;
         stores_step(1U, 2U);
         recorded.fail_from = 0U;
         stores_step(1U, 2U);
