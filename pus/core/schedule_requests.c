@@ -227,7 +227,8 @@ pus_reply_t pus_schedule_delete_filtered(void* const object, pus_request_t* cons
 
 // ---- Shift ----
 
-/// Activities that an instruction or a request shifts.
+/// Activities that an instruction or a request shifts: a list that begins with `first` and continues with
+/// `chosen` of each activity.
 typedef struct {
     uint16_t first;
     uint64_t tag_min;

@@ -13,7 +13,7 @@
 #define CONTENT_MAX (SDLS_FRAME_MAX - SDLS_CLEAR_OCTETS - SDLS_MAC_OCTETS)
 
 // Bits of a record's kind.
-#define SEALED 0x01U  ///< session u8, count u8, segment header u8, content.
+#define SEALED 0x01U  ///< Seal {session u8, number u8, segment header u8, content}; else: a frame as it is.
 #define HANG_UP 0x02U ///< Before the record, its connection ends and a new one begins.
 #define RESTART 0x04U ///< Before the record, all connections end and the receiver is opened again.
 #define REFUSE 0x08U  ///< During the record, the disk refuses writes.
@@ -26,10 +26,10 @@ typedef struct {
     bool refuses;
 } disk_t;
 
-typedef struct { // True if the frame must be accepted.
-    bool is_bound;
-    uint32_t session;
-    uint32_t next;
+typedef struct {      // The next frame that a connection may accept.
+    bool is_bound;    // A frame was accepted, so that the session of the connection is fixed.
+    uint32_t session; // Only if is_bound; otherwise each session above `highest` may begin.
+    uint32_t next;    // Number of the frame.
 } expected_t;
 
 static disk_t disk;

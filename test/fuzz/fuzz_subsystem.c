@@ -252,7 +252,7 @@ static void act(const fuzz_record_t* const record)
 static void end(void)
 {
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
-        if ((i % 1000U) == 0U) {
+        if ((i % 1000U) == 0U) { // Again, because an action that fails may lead to ERROR_OPERATIONAL.
             (void)subsystem_request(&component, STATE_OFFLINE, CAUSE_SHUTDOWN);
         }
         step(1U);

@@ -153,7 +153,7 @@ def calibrate(names):
         rate = number(r"number_of_executed_units: *([0-9]+)", output) / (sum(os.times()[2:4]) - before)
         counted[name] = max(1, int(float(f"{rate * CALIBRATED_SECONDS:.1e}")))
         print(name, counted[name], flush=True)
-    RUNS.write_text("# Inputs of each target in `make test`, kept ones included, as run_fuzz.py --calibrate counted them.\n"
+    RUNS.write_text("# Inputs of each target in 20 s of processor time, kept ones included, as run_fuzz.py --calibrate counted them.\n"
                     + "".join(f"{name} {runs}\n" for name, runs in sorted(counted.items())))
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every fuzz target passes its kept inputs, among them each that once failed, and as many new ones as took
-about 2 s when runs.txt was counted. The new ones follow from a fixed number and the kept inputs, so that
-a pass here is a pass elsewhere and a defect is found with the change that causes it; a slow machine stops
-after one and a half times that time, with the inputs it has passed until then. `make fuzz` and `make
-check-full` draw others, by time."""
+"""Every fuzz target passes its kept inputs, among them each that once failed, and then new ones, for about
+2 s. Their number, not the time, is fixed: a tenth of that in runs.txt, which run_fuzz.py --calibrate counted
+in 20 s. They are made from the kept inputs with a fixed seed, so every machine tries the same ones, and a
+defect is found with the change that causes it. A slow machine stops after 3 s, with the inputs that it has
+tried until then. `make fuzz` and `make check-full` try other inputs, for a given time."""
 
 import concurrent.futures
 import os

@@ -124,6 +124,7 @@ def local_addresses(pid):
 
 def methods_accepted(flight):
     """Transfer methods that the reports TM[130,4] contain."""
+    # Headers (21 octets), transaction and link (6), then the properties P of docs/services/st130.md, method at 15.
     return [raw[21 + 6 + 15] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x04"]
 
 
@@ -159,7 +160,7 @@ def case_one_node_gives_the_same():
 
 
 def case_lives_are_those_of_the_image():
-    """Stops, kills, hangs and restarts, on one computer and on two, each twice, give the same octets."""
+    """Stops, kills, hangs and restarts give the same octets as an image, on one computer, and twice on two."""
     path = lives.scenario(OUT / "lives.scn")
     forms = {"image": ("--form", "image"), "one": ("--transport", METHOD), "two": NODES, "again": NODES}
     flights = [lives.fly(run(f"lives-{name}"), path, *options, "--links", METHOD, limit_s=LIMIT_S) for name, options in forms.items()]
@@ -223,8 +224,7 @@ def case_unplug_between_nodes():
     shutil.copytree(two.folder, OUT / f"judged-{METHOD}")
 
 
-# --- a connection that is cut
-# --------------------------------------------------------------------------------------
+# --- a connection that is cut --------------------------------------------------------------------------------------
 
 def set_veth(flight, state):
     subprocess.run(["ip", "-n", f"{flight.identity}.node1", "link", "set", "node1", state], check=True)

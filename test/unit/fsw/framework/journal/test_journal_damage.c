@@ -104,7 +104,7 @@ static void remember(void)
     recorded_clear(original);
 }
 
-/// Write a journal of several lives with `commits` commits of two puts each.
+/// Write a journal with `commits` commits of two puts each; many of them cause compactions.
 static void write_journal(const unsigned commits)
 {
     recorded_clear(empty);
