@@ -192,6 +192,7 @@ void launcher_clean_up(launcher_t* const launcher)
             draw_report(launcher);
         }
     }
+    // Last: if this launcher is killed before, its guard repeats all steps.
     __atomic_store_n(&launcher->run->is_cleaned_up, 1U, __ATOMIC_RELEASE);
     osal_socket_close(&launcher->ground);
 }

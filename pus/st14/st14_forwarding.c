@@ -87,6 +87,7 @@ pus_service_t pus_forwarding_service(pus_forwarding_t* const forwarding)
         PUS_REQUEST(14, 9, add),
         PUS_REQUEST(14, 10, remove_entries),
         PUS_REQUEST(14, 11, report),
+        // PUS numbers the two changes of the last list in the other order.
         PUS_REQUEST(14, 13, remove_entries),
         PUS_REQUEST(14, 14, add),
         PUS_REQUEST(14, 15, report),

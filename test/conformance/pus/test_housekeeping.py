@@ -52,7 +52,7 @@ def kind(request, station):
 
 
 def _values(station, kind, since):
-    """Values of the reports since this index, all of which must be of the structure NUMBER."""
+    """Reports with values of the structure NUMBER since this index."""
     number = NUMBER.to_bytes(2, "big")
     return [packet for packet, _ in station.reports[since:]
             if packet.message == (3, kind.values) and packet.apid == APID and packet.data[:2] == number]

@@ -156,6 +156,7 @@ static void bulk_reports_leave_room_for_requests(void)
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
         plain++;
     }
+    // 320 blocks are kept from BULK reports; requests are accepted while 2 * 128 of these are free.
     TEST_ASSERT_EQUAL(65U, plain);
     for (unsigned i = 1U; i < GROUND_INTAKE_REPORTS; i++) {
         // Every outstanding answer and its completion.

@@ -135,7 +135,8 @@ static void mistakes_in_nested_structures_are_reported(void)
     }
 }
 
-/// A group may be the first element of its structure, and one name may be the beginning of another.
+/// A group (a structure within a structure) may be the first element of the outer one, and one name may be
+/// the beginning of another.
 static void groups_may_be_anywhere_and_have_common_beginnings(void)
 {
     static const char* const good[][2] = {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visits every configuration of the machine that any sequence of requests, events and outcomes can cause.
-// Checks the invariants of each configuration and of each step between two configurations.
+// Visits every condition of the machine (state, phase, pending action, flags) that any sequence of requests,
+// events and outcomes can cause. Checks the invariants of each condition and of each step between two.
 #include "fsw/framework/subsystem/state_machine.h"
 
 #include "test/unit/fsw/framework/subsystem/machine_states.h"
@@ -26,7 +26,8 @@ void tearDown(void)
 static state_machine_t visited[VISITED_MAX];
 static unsigned visited_count;
 
-/// True if both machines are equal except for the transitions of the last call and the cause.
+/// True if both machines are equal except for the transitions of the last call and the cause: both are only
+/// reported and decide no later step.
 static bool is_same(const state_machine_t* a, const state_machine_t* b)
 {
     return (a->state == b->state) && (a->phase == b->phase) && (a->target == b->target) &&
@@ -42,7 +43,7 @@ static void visit(const state_machine_t* machine)
             return;
         }
     }
-    TEST_ASSERT_TRUE_MESSAGE(visited_count < VISITED_MAX, "more configurations than expected");
+    TEST_ASSERT_TRUE_MESSAGE(visited_count < VISITED_MAX, "more conditions than expected");
     visited[visited_count++] = *machine;
 }
 
@@ -74,7 +75,7 @@ static void check_transition(const state_transition_t* made)
     }
 }
 
-/// Invariants of each configuration.
+/// Invariants of each condition.
 static void check_standing(const state_machine_t* machine)
 {
     static const char* const actions_of[STATE_COUNT] = {
@@ -131,7 +132,7 @@ static void check_answers(const state_machine_t* machine)
             TEST_ASSERT_EQUAL(machine->action, trial.action);
             TEST_ASSERT_EQUAL(machine->target, trial.target);
         }
-        if (target == STATE_OFFLINE) { // OFFLINE can be requested in every configuration.
+        if (target == STATE_OFFLINE) { // OFFLINE can be requested in every condition.
             TEST_ASSERT_TRUE((verdict == ANSWER_DONE) || (verdict == ANSWER_STARTED));
             TEST_ASSERT_EQUAL((verdict == ANSWER_DONE) ? machine->target : STATE_OFFLINE, trial.target);
         }
@@ -163,10 +164,10 @@ static void explore(void)
     }
 }
 
-static void every_reachable_configuration_satisfies_the_invariants(void)
+static void every_reachable_condition_satisfies_the_invariants(void)
 {
     explore();
-    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration visited too few configurations");
+    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration visited too few conditions");
     for (unsigned state = 0U; state < STATE_COUNT; state++) { // All states of the table are reached.
         bool is_reached = false;
         for (unsigned i = 0U; i < visited_count; i++) {
@@ -233,7 +234,7 @@ static void offline_can_be_reached_from_everywhere(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_reachable_configuration_satisfies_the_invariants);
+    RUN_TEST(every_reachable_condition_satisfies_the_invariants);
     RUN_TEST(every_sequence_of_transitions_ends_with_every_failure);
     RUN_TEST(every_sequence_of_transitions_reaches_its_target_if_nothing_fails);
     RUN_TEST(offline_can_be_reached_from_everywhere);
