@@ -216,6 +216,31 @@ static void processes_with_their_own_clocks_know_its_origin(void** state)
     assert_true(run.beats[1].wake_ns == OSAL_LOCKSTEP_NEVER);
 }
 
+/// A bus without an address is that of real devices.
+static void the_simulator_gets_the_buses_that_it_simulates(void** state)
+{
+    (void)state;
+    static const mission_bus_t buses[] = {
+        {.name = "a", .redundant_to = "", .bit_rate = 500000U, .data_bit_rate = 2000000U},
+        {.name = "b", .redundant_to = "a", .bit_rate = 1000000U},
+        {.name = "c", .redundant_to = "a", .bit_rate = 125000U}};
+    launcher.options.delay_ms  = 0U;
+    launcher.mission.bus_count = 3U;
+    (void)memcpy(launcher.mission.storage.buses, buses, sizeof buses);
+    (void)strcpy(run.buses[0].simulator, "/a.wire");
+    (void)strcpy(run.buses[0].published, "vcan0");
+    (void)strcpy(run.buses[1].simulator, "/b.wire");
+    launcher.scheduler = NULL;
+    expect_start("bin/simulator --world w.xml --seed 7 --out runs/x --bus a=/a.wire --publish a=vcan0 "
+                 "--bit-rate a=500000,2000000 --bus b=/b.wire --bit-rate b=1000000,0 --redundant b=a "
+                 "--flows hirosco-9",
+                 "");
+    expect_component(0U, "component 0", " 40 30 51");
+    expect_component(1U, "component 1", " 41 30 51");
+    expect_start("bin/packet-archive-sqlite follow runs/x", "");
+    launcher_start_all(&launcher);
+}
+
 static void real_devices_need_no_simulator_and_what_cannot_start_fails_the_run(void** state)
 {
     (void)state;
@@ -244,6 +269,7 @@ int main(void)
         cmocka_unit_test_setup(an_image_without_a_scenario_has_no_operator, set_up),
         cmocka_unit_test_setup(each_component_is_a_process_on_its_computer, set_up),
         cmocka_unit_test_setup(processes_with_their_own_clocks_know_its_origin, set_up),
+        cmocka_unit_test_setup(the_simulator_gets_the_buses_that_it_simulates, set_up),
         cmocka_unit_test_setup(real_devices_need_no_simulator_and_what_cannot_start_fails_the_run, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

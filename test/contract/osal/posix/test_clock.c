@@ -64,6 +64,11 @@ static void a_real_clock_takes_the_least_timer_slack(void)
     TEST_ASSERT_EQUAL(1, prctl(PR_GET_TIMERSLACK));
 }
 
+static void a_real_clock_says_whether_memory_is_locked(void)
+{
+    TEST_ASSERT_EQUAL(mlockall(MCL_CURRENT) == 0, wall.attributes.is_memory_locked);
+}
+
 static void a_refused_memory_lock_or_timer_slack_is_reported(void)
 {
     if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
@@ -171,6 +176,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(absolute_sleep_does_not_drift_with_sockets);
     RUN_TEST(a_real_clock_takes_the_least_timer_slack);
+    RUN_TEST(a_real_clock_says_whether_memory_is_locked);
     RUN_TEST(a_refused_memory_lock_or_timer_slack_is_reported);
     RUN_TEST(real_wait_is_never_early_with_sockets);
     RUN_TEST(real_wait_ends_early_for_a_socket);

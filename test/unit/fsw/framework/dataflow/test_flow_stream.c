@@ -181,6 +181,16 @@ static void a_serial_line_carries_frames_both_ways(void)
     TEST_ASSERT_EQUAL_UINT16(1U, quota.stats.used);
 }
 
+static void a_single_octet_is_passed_on(void)
+{
+    begin_line();
+    begin(ENDNODE_SERIAL, "imu", (flow_format_t){.framing = FLOW_FRAMING_RAW, .baud = 115200U});
+    TEST_ASSERT_EQUAL(STATUS_OK, flow_stream_step(&flow, now_ns));
+    TEST_ASSERT_EQUAL(STATUS_OK, say("x", 1U));
+    TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.octets_out);
+    expect_far("x", 1U);
+}
+
 static void a_disconnected_serial_line_is_opened_again(void)
 {
     begin_line();
@@ -482,6 +492,7 @@ int main(void)
     UNITY_BEGIN();
     begin(ENDNODE_FILE, "nothing", (flow_format_t){.baud = 0U});
     RUN_TEST(a_serial_line_carries_frames_both_ways);
+    RUN_TEST(a_single_octet_is_passed_on);
     RUN_TEST(a_disconnected_serial_line_is_opened_again);
     RUN_TEST(a_refused_serial_line_is_reported_with_the_reason);
     RUN_TEST(records_have_the_byte_order_of_the_flow);
