@@ -231,22 +231,22 @@ def test_a_procedure_and_a_file_are_uploaded_and_listed(page):
     """A command for a listed procedure is prepared in the tab Command."""
     page.click("#work-On-board")
     page.set_input_files("section[aria-label='Upload'] input[type=file]", {"name": "a.lua", "mimeType": "text/plain", "buffer": b"local a = 1\n"})
-    for path, kind, section_ in (("STATION", "as procedure", "Procedures"), ("/station.lua", "as file", "Files")):
+    for path, kind, section_ in (("STATION", "as procedure", "Procedures"), ("/sta tion.lua", "as file", "Files")):
         page.fill("[aria-label='Name of a procedure, or path on board']", path)
         page.click(f"button:has-text('{kind}')")
         section(page, section_).locator(f"td:has-text('{path.strip('/')}')").wait_for()
-    page.click("[aria-label='procedure run STATION']")
-    page.wait_for_selector("text=TC[18,3]: complete, in range")
+    for command, request in (("procedure run STATION", "18,3"), ("file delete '/sta tion.lua'", "23,2")):
+        page.click("#work-On-board")
+        page.click(f'[aria-label="{command}"]')
+        page.wait_for_selector(f"text=TC[{request}]: complete, in range")
 
 
 def test_a_stale_force_is_not_drawn(page):
     shown = page.evaluate("""() => {
       const scene = window.station.scene, seen = scene.last.seen;
-      scene.last.seen -= 5000;
-      scene.dim();
+      scene.last.seen -= 5000; scene.dim();
       const found = [scene.veil.hidden, scene.shaft.visible, scene.forceLabel.hidden, scene.values.force.textContent];
-      scene.last.seen = seen;
-      return found;
+      scene.last.seen = seen; return found;
     }""")
     assert shown == [False, False, True, "–"]
     page.wait_for_selector(".veil", state="hidden")

@@ -61,6 +61,8 @@ class List {
 }
 
 const seconds = (time) => (typeof time === "number" ? time.toFixed(3) : "–");
+// A name on board as one word of a command, whatever its characters are.
+const word = (name) => (/^[\w@%+=:,./-]+$/.test(name) ? name : `'${name.replaceAll("'", `'"'"'`)}'`);
 const octetsOf = async (file) =>
   btoa(Array.from(new Uint8Array(await file.arrayBuffer()), (octet) => String.fromCharCode(octet)).join(""));
 
@@ -74,10 +76,10 @@ export class Board {
     const path = (entry) => `${this.folder.value.replace(/\/$/, "")}/${entry.object_name}`;
     this.files = new List(
       "Files",
-      () => `file list ${this.folder.value || "/"}`,
+      () => `file list ${word(this.folder.value || "/")}`,
       ["Kind", "Name"],
       (one) => [one.object_type, one.object_name],
-      (one) => [["delete", `file delete ${path(one)}`]],
+      (one) => [["delete", `file delete ${word(path(one))}`]],
       [this.folder],
     );
     this.lists = [
@@ -99,7 +101,10 @@ export class Board {
         ["Store", "Storage", "Retrieval"],
         (one) => [one.packet_store_id, one.packet_store_status, one.open_retrieval_status],
         (one) =>
-          ["enable", "disable", "summary"].map((verb) => [verb, `store ${verb} ${one.packet_store_id}`]),
+          ["enable", "disable", "summary"].map((verb) => [
+            verb,
+            `store ${verb} ${word(one.packet_store_id)}`,
+          ]),
       ),
       new List(
         "Procedures",
@@ -109,7 +114,7 @@ export class Board {
         (one) =>
           ["run", "suspend", "resume", "stop", "unload"].map((verb) => [
             verb,
-            `procedure ${verb} ${one.obcp_id}`,
+            `procedure ${verb} ${word(one.obcp_id)}`,
           ]),
       ),
       this.files,
