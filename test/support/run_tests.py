@@ -162,8 +162,11 @@ def run_pytest(folder, only, jobs):
     report.unlink(missing_ok=True)
     options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
-    if min(jobs, len(files)) > 1:  # The tests of a file stay together because they share flights.
-        options += ["-n", str(min(jobs, len(files))), "--dist", "loadfile", "--no-loadscope-reorder"]
+    # One worker more than processors, because tests wait for processes, emulators and browsers. The tests of a file stay together
+    # because they share flights.
+    workers = min(jobs + 1, len(files)) if jobs > 1 else 1
+    if workers > 1:
+        options += ["-n", str(workers), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
     count, times = read_report(report) if report.exists() else (Count(), [])
     if code != 0 and count.failed == 0:
