@@ -3,6 +3,7 @@
 // on; a page that showed the canvas of WebGL itself would wait for each picture.
 
 import { Pace } from "./pace.js";
+import { store } from "./store.js";
 
 // Share of the pixels of each axis of a scene at rest, whose edges are smooth then; time after which the
 // scene is at rest; time between two questions whether a picture is complete.
@@ -43,12 +44,14 @@ export class Pictures {
     document.addEventListener("visibilitychange", () => this.wake());
   }
 
-  // Something may have changed: draw as soon as the pace permits it.
+  // Something may have changed: draw as soon as the pace permits it, or at once if the operator jumps in a
+  // replay that stands still.
   wake() {
     this.isWanted = true;
     if (this.isBusy || document.hidden) return;
     this.isBusy = true;
-    setTimeout(() => this.next(), this.pace.wait(performance.now()));
+    const isJump = store.replay && !store.replay.isPlaying;
+    setTimeout(() => this.next(), isJump ? 0 : this.pace.wait(performance.now()));
   }
 
   async next() {
