@@ -59,7 +59,8 @@ def start(folder, part, *options):
 
 
 def lines():
-    """Lines of a scenario with every state of the manipulator, and every transition except that of a death."""
+    """Lines of a scenario with every state of the manipulator, and its transitions except errors below OPERATIONAL, the deinitialization of hardware
+    that is not initialized, and a death."""
     return ["0.0 hand rest", "0.0 operator ping all", "1.5 hand circle 0.1 0.5 1 3 1",
             *flying.bring_up(0.2),
             "2.5 operator hk once MANIPULATOR 4711",
