@@ -108,8 +108,8 @@ class Run:
     def __init__(self, folder, dictionary=None, has_buses=True):
         """has_buses False: do not read the frames of the buses, which takes the longest."""
         self.folder = pathlib.Path(folder)
-        self.facts, problem = _facts_of(self.folder)
-        self.problems = [problem] if problem else []
+        self.problems = []
+        self.facts = self._json("run.json") or {}
         self.buses = self._read_buses(dictionary) if has_buses else {}
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
         if not (self.folder / "packets.log").exists() and (self.folder / "packets.ascii").exists():
@@ -154,6 +154,15 @@ class Run:
             return worlds.read(path)
         except worlds.WorldError as problem:
             self.problems.append(str(problem))
+            return None
+
+    def _json(self, name):
+        try:
+            return json.loads((self.folder / name).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError) as error:
+            self.problems.append(f"{name}: {error}")
             return None
 
     def _operator_log(self):
@@ -250,17 +259,6 @@ class Run:
         return [(str(verbs[a]), int(cycles[a]), int(cycles[b - 1]) + 1) for a, b in zip(starts, ends)]
 
 
-def _facts_of(folder):
-    """(facts of run.json, problem or None); no facts while the run has not ended."""
-    try:
-        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return {}, None
-    except (OSError, ValueError, RecursionError) as error:
-        return {}, f"run.json: {error}"
-    return (facts, None) if isinstance(facts, dict) else ({}, f"run.json: found {str(facts)[:40]!r}, expected an object with the facts of the run")
-
-
 def mission_of(folder, facts):
     """Name of the mission flown, from run.json or, while the run has not ended, from the launcher's file."""
     return str(facts.get("mission") or place.mission_of(folder))
@@ -269,7 +267,10 @@ def mission_of(folder, facts):
 def load(folder, dictionary_path=None, has_buses=True):
     """Run of a folder, with the dictionary if there is one."""
     dictionary, problem = None, None
-    facts, _ = _facts_of(pathlib.Path(folder))
+    try:
+        facts = json.loads((pathlib.Path(folder) / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        facts = {}
     path = dictionary_path or ROOT / "build" / "generated" / f"{mission_of(pathlib.Path(folder), facts)}.json"
     try:
         dictionary = Dictionary.load(path)

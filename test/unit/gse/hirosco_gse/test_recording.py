@@ -126,14 +126,6 @@ def test_the_same_run_gives_the_same_octets(run):
     assert recording.make(run) == recording.make(run)
 
 
-@pytest.mark.parametrize(("content", "cause"), [("[]", "expected an object"), ('"x"', "expected an object"), ("{", "run.json: "), ("[" * 100_000, "run.json: ")])
-def test_a_damaged_run_json_is_a_problem_of_the_run(tmp_path, content, cause):
-    (tmp_path / "run.json").write_text(content)
-    run = runs.load(tmp_path)
-    assert run.facts == {}
-    assert any(cause in problem for problem in run.problems)
-
-
 def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dictionary_path, flight_folder):
     assert Reader(recording.make(runs.load(tmp_path, dictionary_path))).head["states"] == []
     (tmp_path / "operator.log").write_bytes(b"\xff\xfe\n")
