@@ -224,7 +224,6 @@ static void the_simulator_gets_the_buses_that_it_simulates(void** state)
         {.name = "a", .redundant_to = "", .bit_rate = 500000U, .data_bit_rate = 2000000U},
         {.name = "b", .redundant_to = "a", .bit_rate = 1000000U},
         {.name = "c", .redundant_to = "a", .bit_rate = 125000U}};
-    launcher.options.delay_ms  = 0U;
     launcher.mission.bus_count = 3U;
     (void)memcpy(launcher.mission.storage.buses, buses, sizeof buses);
     (void)strcpy(run.buses[0].simulator, "/a.wire");
