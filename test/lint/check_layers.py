@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check every include of C sources and C tests against test/lint/layers.txt, and that no cycle of includes joins top folders.
+"""Check every include of C sources and C tests against test/lint/layers.txt, that no cycle of includes joins top folders, and that
+the folders of tests mirror those of the sources.
 
 Prints each breach; exit code 1."""
 
@@ -8,8 +9,10 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+MIRROR = re.compile(r"^test/(unit|contract|proof)/")
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]', re.MULTILINE)
 TEST_HEADERS = {"unity.h"}
+TOPS = {"base", "osal", "pus", "fsw", "launcher", "sim", "test", "generated"}
 
 
 def read_rules(path):
@@ -38,16 +41,16 @@ def is_under(name, places):
 def breaches(path, layers, headers):
     """Includes of one file (path from the root) that its layer does not allow, as texts."""
     is_test = path.startswith("test/")
-    place = re.sub(r"^test/(unit|contract)/", "", path)
+    folder, _, file = path.rpartition("/")
+    place = MIRROR.sub("", folder) + "/" + file
     home, sees = first_match(layers, place)
     system = ["*"] if is_test else first_match(headers, place)[1]
-    folder = path.rpartition("/")[0]
     parent = folder.rpartition("/")[0]  # Its fixtures are also linked to the tests of its folders.
-    extra = [folder, parent + "/fixtures", "test/support"] if is_test else []
+    extra = [folder, parent + "/fixtures", "test/support", "test/proof/proof.h"] if is_test else []
     for line in INCLUDE.finditer((ROOT / path).read_text()):
         kind, name = line.groups()
         if kind == "<":
-            allowed = "*" in system or name in system
+            allowed = ("*" in system or name in system) and name.split("/")[0] not in TOPS
         elif home is None:
             allowed = False
         else:
@@ -55,6 +58,20 @@ def breaches(path, layers, headers):
         if not allowed:
             number = (ROOT / path).read_text()[: line.start(2)].count("\n") + 1
             yield f"{path}:{number}: {home or 'no layer'} may not include {line[0].split('include')[1].strip()}"
+
+
+def unmirrored(files):
+    """Folders of C tests that mirror no folder of sources, and folders of sources without a C test, as texts. The tests of the
+    contracts of the operating system layer are for all folders of osal/."""
+    folders = {path.rpartition("/")[0] for path in files}
+    sources = {folder for folder in folders if not folder.startswith("test/")}
+    tests = {folder: MIRROR.sub("", folder) for folder in folders if MIRROR.match(folder)}
+    for folder, place in sorted(tests.items()):
+        if not place.endswith("/fixtures") and not any(is_under(source, [place]) for source in sources):
+            yield f"{folder}: its path mirrors no folder of sources"
+    for folder in sorted({path.rpartition("/")[0] for path in files if path.endswith(".c")} & sources):
+        if not any(is_under(folder, [place]) for place in tests.values()):
+            yield f"{folder}: no C test has its path under test/unit/"
 
 
 def top_includes(files, read):
@@ -88,10 +105,11 @@ def cycle(graph):
 
 def main():
     layers, headers = read_rules(ROOT / "test/lint/layers.txt")
-    tops = ("base", "osal", "pus", "fsw", "launcher", "sim", "test/unit", "test/contract", "test/bench", "test/fuzz")
+    tops = ("base", "osal", "pus", "fsw", "launcher", "sim", "test/unit", "test/contract", "test/proof", "test/bench", "test/fuzz")
     files = [str(p.relative_to(ROOT)) for top in tops for p in sorted((ROOT / top).rglob("*.[ch]"))]
     failures = [text for path in files for text in breaches(path, layers, headers)]
     sources = [path for path in files if not path.startswith("test/")]
+    failures += unmirrored(files)
     failures += cycle(top_includes(sources, lambda path: (ROOT / path).read_text()))
     print("\n".join(failures) if failures else f"check: layers respected by {len(files)} files")
     return 1 if failures else 0

@@ -57,11 +57,16 @@ def layer_breaches(tmp_path, monkeypatch, path, text):
         ("sim/bus/a.c", '"base/status.h"', True),
         ("sim/bus/a.c", '"base/crc.h"', False),
         ("sim/bus/a.c", '"sim/plant/plant.h"', True),
+        ("sim/bus/a.c", "<fsw/canopen/sdo_client.h>", False),
+        ("sim/bus/a.c", "<linux/can.h>", True),
         ("fsw/elsewhere/a.c", '"base/status.h"', False),
         ("test/unit/pus/test_a.c", '"pus/core/packet.h"', True),
         ("test/unit/pus/test_a.c", '"unity.h"', True),
         ("test/unit/pus/test_a.c", '"test/support/assertion.h"', True),
         ("test/unit/pus/test_a.c", '"fsw/supervisor/b.h"', False),
+        ("test/proof/pus/proof_a.c", '"pus/core/packet.c"', True),
+        ("test/proof/pus/proof_a.c", '"test/proof/proof.h"', True),
+        ("test/proof/pus/proof_a.c", '"fsw/supervisor/b.h"', False),
     ],
 )
 def test_an_include_that_its_layer_does_not_allow_is_found(tmp_path, monkeypatch, path, include, allowed):
@@ -100,6 +105,27 @@ def test_a_cycle_of_includes_between_top_folders_is_found(path, include, places)
 def test_cycle_over_three_folders_is_found():
     tree = {**TREE, "base/b.c": '#include "pus/core/a.h"\n'}
     assert check_layers.cycle(check_layers.top_includes(sorted(tree), tree.get))
+
+
+@pytest.mark.parametrize(
+    "path, complaint",
+    [
+        ("test/unit/pus/st99/test_a.c", "test/unit/pus/st99: its path mirrors no folder"),
+        ("test/contract/net/test_a.c", "test/contract/net: its path mirrors no folder"),
+        ("test/proof/pus/coer/proof_a.c", "test/proof/pus/coer: its path mirrors no folder"),
+        ("fsw/y/a.c", "fsw/y: no C test has its path under"),
+        ("fsw/y/a.h", None),
+        ("fsw/x/y/a.c", None),
+        ("test/unit/pus/fixtures/a.c", None),
+        ("test/mission/a.c", None),
+    ],
+)
+def test_folders_of_tests_that_mirror_no_sources_are_found(path, complaint):
+    tree = ["pus/core/a.c", "fsw/x/a.c", "osal/common/a.c", "osal/posix/a.c", "test/unit/pus/core/test_a.c", "test/unit/fsw/x/test_a.c",
+            "test/contract/osal/test_a.c", "test/unit/osal/posix/test_a.c"]
+    assert list(check_layers.unmirrored(tree)) == []
+    found = list(check_layers.unmirrored([*tree, path]))
+    assert (not found) if complaint is None else complaint in found[0], found
 
 
 @pytest.mark.parametrize(
