@@ -39,7 +39,7 @@ def _true(run, channel, name):
 
 
 def _press_window(run):
-    """10 s of the hold after the press, from 2 s after the intended position stops changing."""
+    """Window of 10 s in the hold after the press, from 2 s after the hold began."""
     first, end = segment(run, "hold", "press")
     start = first + SETTLED_US // CYCLE_US
     if end - start < HOLD_US // CYCLE_US:

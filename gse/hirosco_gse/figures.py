@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of a telepresence flight, computed from the raw logs: buses, truth and packets.
 
-Every function takes a Run and returns a dict of named figures; a figure that cannot be computed is None, and "why"
-gives the reason. A flight whose table requires this figure has then failed.
+Each function of a table takes a Run and returns a dict of named figures. If the logs do not contain the data, it raises
+Missing: compute() then makes these figures None and returns the reason. A run fails if one of its bounds is for such a figure.
 """
 
 import itertools
@@ -65,7 +65,8 @@ COARSE_BOUNDS = {
 
 
 def _hold_window(run, before):
-    """Last 10 s of the hold after a verb, from 2 s after the intended position stops changing."""
+    """Window of the last 10 s of the hold after a verb; it begins at the earliest 2 s after the intended position has stopped
+    changing, and has at least 5 s."""
     first, end = segment(run, "hold", before)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     moving = np.flatnonzero(np.abs(np.diff(intent, axis=0)).max(axis=1) > 1e-9)
@@ -238,6 +239,8 @@ def free_drag(run):
 
 
 def _reflection(run, window):
+    """Errors of the reflected torque relative to the truth, the largest of both axes: of its mean in the window, and of its mean
+    in any second of the window."""
     start, end = window
     scale = force_scale(run)
     external = run.at_cycles("CONTACT", "external_torque_nm")[start:end] * scale
@@ -310,7 +313,7 @@ def _is_enabled(entry):
 
 
 def brake_drop(run):
-    """Motion of the arm's links from the instant a joint drive left operation-enabled, until it is enabled again."""
+    """Largest motion of the arm's links in the 0.5 s after a joint drive has left operation-enabled, or until it is enabled again."""
     link = run.at_cycles("JOINTS", "position_rad")
     if link is None:
         raise Missing("the truth log has no channel JOINTS")
@@ -335,7 +338,8 @@ def brake_drop(run):
 
 
 def _position_step(run, joint, at):
-    """Position mode: difference between the first effective target and the drive's position before; None in torque mode."""
+    """Position mode: difference between the first effective target, within three cycles, and the drive's position before; None in
+    torque mode."""
     csp = run.joint_csp[joint]
     commanded = csp.seen[at : at + 3] & (csp["control"][at : at + 3] & 0xF == ENABLE_OPERATION)
     if not commanded.any():
@@ -345,7 +349,8 @@ def _position_step(run, joint, at):
 
 
 def _torque_step(run, joint, at):
-    """Torque mode: difference between the first command and the torque that the brake held, converted to a position."""
+    """Torque mode: difference between the first command and the torque that the brake held, converted to a position. The first
+    command is at most three cycles before or after `at`; the torque held is the median of the 20 cycles before."""
     cst = run.joint_cst[joint]
     enabling = np.flatnonzero(cst.seen[at - 3 : at + 3] & (cst["control"][at - 3 : at + 3] & 0xF == ENABLE_OPERATION))
     if not len(enabling):

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to pus/st19_*.c: the table of event-action definitions and their persistent records.
+/// Private to pus/st19/: the table of event-action definitions and their persistent records.
 #ifndef PUS_ST19_ST19_DEFINITIONS_H
 #define PUS_ST19_ST19_DEFINITIONS_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to pus/st21_*.c: the contents of sequences, and their persistent records.
+/// Private to pus/st21/: the contents of sequences, and their persistent records.
 #ifndef PUS_ST21_ST21_CONTENT_H
 #define PUS_ST21_ST21_CONTENT_H
 

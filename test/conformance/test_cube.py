@@ -2,7 +2,8 @@
 """A satellite in a separate world, controlled by an independent master (PyPI canopen): wheels turn it, and
 sensors measure its rotation.
 
-The simulator waits until the master sends, so the results do not depend on the speed of the machine."""
+The simulator waits until the master sends, and each frame of the master lets `--quantum` of simulated time pass. The
+results therefore do not depend on the speed of the machine. A cycle of `command` has five frames, one of `sync` has one."""
 
 import importlib
 import queue
@@ -74,8 +75,8 @@ def booted(simulator, numbers, sheet, kind=canopen.RemoteNode):
 
 
 def command(network, nodes, controlword, torques=(0, 0, 0, 0)):
-    """One cycle of the wheels: every RPDO, SYNC, then the answer of the last wheel, so that no cycle
-    overtakes another."""
+    """Perform one cycle of the wheels: send each RPDO and SYNC, and wait for the answer of the last wheel, so that no
+    cycle overtakes another."""
     for node, torque in zip(nodes, torques):
         node.rpdo[1]["Controlword"].raw = controlword
         node.rpdo[1]["Target torque"].raw = round(torque / TORQUE_NM)
@@ -128,7 +129,7 @@ def test_wheels_take_and_give_momentum(tmp_path, types):
     for index, torque in enumerate(TORQUES):
         given = sum(wheel.torque_nm[index] for wheel in wheels) * 5e-4
         assert abs(given - wheels[-1].momentum_nms[index] + wheels[0].momentum_nms[index]) < 2e-4
-        assert abs(given / torque - 2.0) < 0.05  # 200 cycles of 10 ms.
+        assert abs(given / torque - 2.0) < 0.05  # 200 cycles of five frames, 10 ms each.
     inertia = MOMENTUM_NMS / SPEED_RAD_S  # Of a wheel.
     assert abs(wheels[-1].momentum_nms[1] / inertia - speeds[1]) < 2.0
     drift = max(abs(momentum(base, wheel) - momentum(bases[0], wheels[0])).max() for base, wheel in zip(bases[::50], wheels[::50], strict=True))
@@ -189,7 +190,7 @@ def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
     assert drift < 1e-6
     # Within noise and rate times 0.2 s.
     assert angle(rotation(measured).T @ rotation(bases[-1].rotation[0]) @ mount) < 1e-3
-    assert 45 < len(seen) < 85  # 5 Hz, for 320 cycles of 40 ms.
+    assert 45 < len(seen) < 85  # 5 Hz, for 320 cycles of five frames, 40 ms each.
     # The last exposure was after one of the last SYNCs and before the next, which follows after 40 ms.
     assert stamp_syncs > 300 and stamp_us < 50000 and status == 0
 
@@ -208,6 +209,7 @@ def test_the_gyro_measures_the_rate_of_its_link(tmp_path, types):
     status, found, lost = values(gyro, 4)[0], values(camera, 0, 1, 2) * 1e-6, values(camera, 8)[0]
     simulator.close()
     bases = at_each_step(truth(tmp_path, types, "BASE"))
+    # Each cycle has one frame and lasts 2 ms, four steps.
     true = numpy.array([of_angles(UNIT).T @ rotation(base.rotation[0]).T @ numpy.array(base.rate_rad_s[0]) for base in bases[-800::4]])
     errors = numpy.array(rates) - true[: len(rates)]
     print(f"bias {errors.mean(axis=0)}, noise {errors.std(axis=0)}")

@@ -124,7 +124,7 @@ static void seconds_have_nine_decimals(void)
     }
 }
 
-static void parts_are_sent_one_after_the_other(void)
+static void parts_are_appended_in_order(void)
 {
     static const uint8_t octets[2] = {0xBEU, 0xEFU};
     text_t text                    = fresh();
@@ -224,7 +224,7 @@ int main(void)
     RUN_TEST(hexadecimal_numbers_are_written_as_by_printf);
     RUN_TEST(every_octet_has_two_lower_case_digits);
     RUN_TEST(seconds_have_nine_decimals);
-    RUN_TEST(parts_are_sent_one_after_the_other);
+    RUN_TEST(parts_are_appended_in_order);
     RUN_TEST(text_that_does_not_fit_is_cut_and_reported);
     RUN_TEST(a_text_that_was_truncated_remains_marked);
     RUN_TEST(coding_errors_are_caught);

@@ -188,8 +188,8 @@ static void a_frame_has_10_ms_to_leave(void)
     TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U))); // The bus can be borrowed again.
     port.abandon(port.context, 0U);
-    TEST_ASSERT_FALSE(
-        flow_can_is_open(drives.buses[0].network.flow)); // The end of the access releases the bus.
+    // The end of the access releases the bus.
+    TEST_ASSERT_FALSE(flow_can_is_open(drives.buses[0].network.flow));
 }
 
 /// hardware_deinit takes the bus over: a pulse that ends afterwards does not close the bus too early.

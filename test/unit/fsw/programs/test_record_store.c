@@ -209,7 +209,7 @@ static void damaged_media_are_kept(void)
     TEST_ASSERT_FALSE(store.journal.damage.is_damaged);
     for (int i = 0; i < 6; i++) {
         char first[2] = {(char)('0' + i), '\0'};
-        put(7U, first); // The record is at octet 16 + 16.
+        put(7U, first); // Its octet follows the head of the medium and that of the record, 16 octets each.
         put(8U, "second");
         record_store_close(&store);
         (void)damage("ARM.journal.0", 33); // The checksum of the record.
@@ -222,7 +222,7 @@ static void damaged_media_are_kept(void)
     TEST_ASSERT_EQUAL('2', octet_of("ARM.journal.0.damaged.2", 32));
     TEST_ASSERT_EQUAL('5', octet_of("ARM.journal.0.damaged.3", 32));
     TEST_ASSERT_EQUAL(0, octet_of("ARM.journal.0.damaged.4", 32));
-    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0));
+    TEST_ASSERT_EQUAL('H', octet_of("ARM.journal.1.damaged.0", 0)); // The head begins with "HJRN".
     record_store_close(&store);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_FALSE(store.journal.damage.is_damaged); // The damage was reported.

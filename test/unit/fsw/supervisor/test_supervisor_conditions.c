@@ -255,8 +255,8 @@ static void a_link_is_renewed_only_if_it_can_be_negotiated_again(void)
 {
     supervisor_t* const supervisor = &fixture.supervisor;
     members_are_ready();
-    TEST_ASSERT_FALSE(
-        supervisor_link_manager_renew(supervisor, LINK_ARM_STATE)); // The link was never requested.
+    // The link was never requested.
+    TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));
     supervisor->wanted[0].layout_size         = 8U;
     mission()->storage.links[0].producer_apid = UNKNOWN;
     TEST_ASSERT_FALSE(supervisor_link_manager_renew(supervisor, LINK_ARM_STATE));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two failures in any order, one after the other: no running plan suppresses the built-in reaction.
+// Reactions of the supervisor to two failures, one after the other, in each order: a running plan does not
+// suppress the built-in reaction. Also failures during the shutdown, and events of the supervisor itself.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -56,7 +57,7 @@ static void fail(const failure_t* failure)
     fixture_step(); // The members answer.
 }
 
-/// Bring both members to OPERATIONAL again by commands of the operator.
+/// Put both members into OPERATIONAL again, as after commands of the operator.
 static void bring_back_up(void)
 {
     fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
@@ -69,7 +70,7 @@ static void check(const failure_t* failure, const char* text)
     const unsigned other = (failure->member == FIXTURE_ARM) ? FIXTURE_HAND : FIXTURE_ARM;
     if (failure->severity == PUS_SEVERITY_HIGH) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_ERROR_OPERATIONAL, fixture.members[other].state, text);
-    } else if (failure->severity == 3U) {
+    } else if (failure->severity == PUS_SEVERITY_MEDIUM) {
         TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, fixture.members[failure->member].state, text);
     } else {
         // The built-in reaction does not apply.
@@ -94,10 +95,12 @@ static void a_running_plan_does_not_suppress_a_reaction(void)
         bring_back_up();
         fail(second);
         check(second, text);
-        if (second->severity == 4U) {
+        if (second->severity == PUS_SEVERITY_HIGH) {
             run_ms(2100U);
-            const bool is_log_only = (second->event == 1U) && (second->member == FIXTURE_ARM);
-            if (!is_log_only && (first->severity < 4U)) { // Finally, a HIGH plan takes both down.
+            const bool is_log_only = (second->event == BROKEN) && (second->member == FIXTURE_ARM);
+            // The plan of a HIGH event takes both members to OFFLINE, except the plan that only logs. If the
+            // first failure was HIGH, too, its plan may still run, and the second failure joins this plan.
+            if (!is_log_only && (first->severity < PUS_SEVERITY_HIGH)) {
                 TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state, text);
                 TEST_ASSERT_EQUAL_MESSAGE(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state, text);
             }
@@ -115,6 +118,8 @@ static void a_high_error_ends_a_medium_plan(void)
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
+    // Events of the supervisor: NETWORK_SHUT_DOWN (network 16, by ARM), PLAN_OVERRULED (TORQUE by GRIPLESS),
+    // PLAN_STARTED (GRIPLESS). HAND is ordered to ERROR_OPERATIONAL.
     fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 00130010000600100005\nG 5.1 000600100005\n"
                    "17 TC 129.8 0602 from 8001\n");
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.overruled);
@@ -136,8 +141,8 @@ static void a_medium_error_during_a_high_plan_starts_no_plan(void)
     fixture_forget();
     fixture_event(FIXTURE_HAND, PUS_SEVERITY_MEDIUM, STRAIN);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(
-        fixture_has("17 TC 129.8 0401 from 8001")); // No plan applies: only the built-in reaction follows.
+    // No plan applies: only the built-in reaction follows, the order to enter SAFE_OPERATIONAL.
+    TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0401 from 8001"));
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TORQUE);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 5.1 00130010000600100007")); // PLAN_OVERRULED.
@@ -237,8 +242,8 @@ static void the_supervisors_own_errors_have_plans(void)
     TEST_ASSERT_TRUE(fixture_has("G 5.1 000600010008")); // PLAN_STARTED: only the supervisor takes part.
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 0003 from 8001"));
-    TEST_ASSERT_EQUAL(STATE_OPERATIONAL,
-                      subsystem_state(&fixture.supervisor.subsystem)); // SELF is not OFFLINE.
+    // SELF is not OFFLINE.
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests of the port to rtnetlink, octet for octet, and its reaction to each answer. The system calls are
-// mocked, so that the test also runs without CAN in the kernel; test/contract/osal/test_can_socket.c tests
-// with a real kernel.
+// mocked, so that the test also runs without CAN in the kernel; test/contract/osal/posix/test_can_socket.c
+// tests with a real kernel.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // System calls of the SocketCAN port, and its reaction to each answer of a CAN controller. The calls are
-// mocked, so that the test also runs without CAN in the kernel; test/contract/osal/test_can_socket.c tests
-// with a real kernel.
+// mocked, so that the test also runs without CAN in the kernel; test/contract/osal/posix/test_can_socket.c
+// tests with a real kernel.
 #define _GNU_SOURCE
 #include "osal/common/can_port.h"
 
@@ -22,7 +22,7 @@
 
 #include <cmocka.h>
 
-#define DESCRIPTOR 0 // The lowest descriptor: free if standard input is closed.
+#define DESCRIPTOR 0 // The lowest valid descriptor: a program gets it if its standard input is closed.
 #define INDEX 5
 #define WALL_S 2000000000 // Values of the clocks.
 #define NOW_S 5000
@@ -49,7 +49,8 @@ static struct {
 /// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
+    // After a success errno may have any value: a caller that then looks at it repeats the call.
+    errno = (result < 0) ? -result : EINTR;
     return (result < 0) ? -1 : result;
 }
 

@@ -25,7 +25,8 @@ static const osal_directory_t root = {ROOT};
 
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
+    // After a success errno may have any value: a caller that then looks at it repeats the call.
+    errno = (result < 0) ? -result : EINTR;
     return (result < 0) ? -1 : result;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reaction of the file port to answers of the kernel that a healthy disk does not give: interrupted calls,
-// partial transfers, full disks, errors. The system calls are mocked; test/contract/osal/test_file.c has the
-// tests with a real disk.
+// partial transfers, full disks, errors. The system calls are mocked; test/contract/osal/posix/test_file.c
+// has the tests with a real disk.
 #define _GNU_SOURCE
 #include "osal/include/osal/file.h"
 
@@ -32,7 +32,8 @@ static size_t size;
 /// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
+    // After a success errno may have any value: a caller that then looks at it repeats the call.
+    errno = (result < 0) ? -result : EINTR;
     return (result < 0) ? -1 : result;
 }
 

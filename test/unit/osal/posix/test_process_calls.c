@@ -39,7 +39,8 @@ static uint64_t now_ns;
 
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
+    // After a success errno may have any value: a caller that then looks at it repeats the call.
+    errno = (result < 0) ? -result : EINTR;
     return (result < 0) ? -1 : result;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reaction of the socket port to answers of the kernel that the loopback interface does not give: interrupted
 // calls, full buffers, lost routes, no free descriptors. The system calls are mocked;
-// test/contract/osal/test_socket.c has the tests with a real kernel.
+// test/contract/osal/posix/test_socket.c has the tests with a real kernel.
 #define _GNU_SOURCE
 #include "osal/include/osal/socket.h"
 
@@ -50,7 +50,8 @@ static long now_ns;
 /// Give a mocked call its outcome: it succeeds with `result`, or fails with the error number -`result`.
 static int answer(const int result)
 {
-    errno = (result < 0) ? -result : EINTR; // A successful call keeps errno; EINTR must not matter.
+    // After a success errno may have any value: a caller that then looks at it repeats the call.
+    errno = (result < 0) ? -result : EINTR;
     return (result < 0) ? -1 : result;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // System calls of the TIPC port, and its reaction to each answer. The calls are mocked, so that the test also
-// runs without TIPC in the kernel; test/contract/osal/test_tipc.c tests with a real kernel.
+// runs without TIPC in the kernel; test/contract/osal/posix/test_tipc.c tests with a real kernel.
 #include "osal/include/osal/tipc.h"
 
 #include <errno.h>
