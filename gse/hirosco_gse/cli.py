@@ -20,7 +20,7 @@ from . import __version__, commands, completion, decode, frames, gateway, link, 
 from .colours import coloured
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
-from .place import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, Place
+from .place import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, Place, facts_of
 from .script import Script, ScriptError, ScriptFailure, link_entry
 from .session import LinkLost, SessionError, TimedOut
 from .shell import Shell
@@ -212,10 +212,10 @@ class _Console:
         if len(self.arguments.words) > 1:
             raise UsageError("usage: record [RUN]")
         run = pathlib.Path(self.arguments.words[0]) if self.arguments.words else self.run
-        try:
-            name = json.loads((run / "run.json").read_text(encoding="utf-8"))["scenario"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise UsageError(f"{run}: no run.json of a flight that has ended: {error}") from error
+        facts, problem = facts_of(run)
+        if "scenario" not in facts:
+            raise UsageError(f"{run}: {problem or 'no run.json of a flight that has ended, with its scenario'}")
+        name = str(facts["scenario"])
         known = ROOT / "sim" / "scenarios" / f"{name}.scn"
         print(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
         return SUCCESS

@@ -5,7 +5,6 @@
 offset, the value found, the value expected and what to do. A malformed packet gives a row that describes the error.
 """
 
-import json
 import os
 import pathlib
 import re
@@ -13,6 +12,7 @@ import struct
 import sys
 
 from . import frames, large, packet_log, packets, telecommands, telemetry
+from .place import facts_of
 
 CANDUMP = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})(?:#R\d?|#((?:[0-9A-Fa-f]{2})*)|##[0-9A-Fa-f]((?:[0-9A-Fa-f]{2})*))(?: [RT])?\s*")
 PACKET_LINE = re.compile(r"\d+\.\d+ T[CM] ")
@@ -39,11 +39,8 @@ class _Decoder:
 
     def compare_with_run(self, folder):
         """Compare the dictionary with the facts of the flight in run.json, if this file is in the folder of the input."""
-        try:
-            facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return
-        self._facts = facts if isinstance(facts, dict) else {}
+        self._facts, problem = facts_of(folder)
+        self._warn(problem and f"{folder}: {problem}")
         flown = str(self._facts.get("interface_hash") or "")
         if flown and flown.upper() != self.dictionary.interface_hash.upper():
             self._warn(f"{folder / 'run.json'}: the flight had interface {flown}, the dictionary has {self.dictionary.interface_hash}: "

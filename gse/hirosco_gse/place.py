@@ -25,6 +25,21 @@ def problem_of(run):
     return f"{run}: found no log of a flight, expected the folder of a run, with {', '.join(LOGS)}"
 
 
+def facts_of(run):
+    """(facts of a flight that has ended from the launcher's file run.json, None). Without the file, while the flight has not ended: ({}, None).
+    If the file is damaged: ({}, words that say how)."""
+    try:
+        text = (pathlib.Path(run) / "run.json").read_text(encoding="utf-8")
+        facts = json.loads(text)
+    except FileNotFoundError:
+        return {}, None
+    except (OSError, ValueError, RecursionError) as error:
+        return {}, f"run.json: {error}"
+    if not isinstance(facts, dict):
+        return {}, f"run.json: found '{' '.join(text[:40].split())}', expected an object with the facts of the flight"
+    return facts, None
+
+
 def default_port(run):
     """Ground port of a run."""
     try:
@@ -53,12 +68,12 @@ def world_of(run):
 
 def end_of(run):
     """(words about the end of a flight, its exit code or None if that is not known) from the launcher's file run.json."""
+    facts, _ = facts_of(run)
     try:
-        facts = json.loads((run / "run.json").read_text(encoding="utf-8"))
         code, reason, seconds = facts["exit_code"], facts["exit_reason"], facts["simulated_s"]
-    except (OSError, ValueError, KeyError, TypeError):
+        return f"flight {'failed' if code else 'ended'} at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", int(code)
+    except (KeyError, TypeError, ValueError):
         return f"the flight of {run.name} has ended", None
-    return f"flight {'failed' if code else 'ended'} at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", int(code)
 
 
 def default_key(run, host, port):

@@ -25,7 +25,7 @@ import traceback
 
 from . import __version__, figures, recording
 from . import run as runs
-from .place import ROOT
+from .place import ROOT, facts_of, problem_of
 
 LOGS = ("packets.log", "packets.db", "can-*.log", "truth.lcm")
 TEXTS = {
@@ -75,6 +75,10 @@ RELATIONS = {"<": "<", "<=": "≤", ">": ">", ">=": "≥"}
 PAGE = ROOT / "build" / "station" / "page"
 NEXT_STEP = "The film and the charts are drawn by the page of the station, which is not built yet. With a network, run: make report OUT={}"
 BAR, BOUND_AT = 96, 0.8  # Width of a bar, and the place of the bound on it.
+
+
+class ReportError(ValueError):
+    """A folder of which no report is made, in words."""
 
 
 def sha256(path):
@@ -318,8 +322,11 @@ def _write_facts(run, facts):
 
 
 def write(folder, dictionary_path=None):
-    """Write the report of a run's folder; returns the facts."""
+    """Write the report of a run's folder; returns the facts. Raises ReportError, before anything is written, if the folder is not that of a
+    run or its run.json is damaged."""
     start = time.monotonic()
+    if problem := problem_of(folder) or facts_of(folder)[1]:
+        raise ReportError(problem)
     run = runs.load(folder, dictionary_path)
     facts = complete_facts(run)
     _write_facts(run, facts)
@@ -339,24 +346,25 @@ def _has_bounds(facts):
 
 def _not_written(folder, problem):
     """Print why there is no report. A run whose figures have bounds has then failed. Returns the exit code."""
+    facts, damage = facts_of(folder)
+    if damage:
+        print(f"report: not written: {folder}: {damage}. For a report without these facts, delete the file and call: make report OUT={folder}",
+              file=sys.stderr)
+        return FIGURES_UNKNOWN
+    if isinstance(problem, ReportError):
+        print(f"report: not written: {problem}. Name such a folder: make report OUT=runs/...", file=sys.stderr)
+        return 1
     place = traceback.extract_tb(problem.__traceback__)[-1]
     words = f"{type(problem).__name__}: {problem}" if not isinstance(problem, OSError) else str(problem)
     print(f"report: not written: {words} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged? "
           f"To try again: make report OUT={folder}", file=sys.stderr)
-    path = pathlib.Path(folder) / "run.json"
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    if not facts or not _has_bounds(facts):
         return 1
-    if not _has_bounds(facts):
-        return 1
-    if not isinstance(facts, dict):
-        return FIGURES_UNKNOWN
     facts = {**facts, "figures_hold": False, "figures_failed": ["report: not written"]}
     if facts.get("exit_code") == 0:
         facts.update(exit_code=1, exit_reason="the report could not be made, so the figures are not known")
     with contextlib.suppress(OSError):
-        _write(path, json.dumps(facts, indent=1, default=float) + "\n")
+        _write(pathlib.Path(folder) / "run.json", json.dumps(facts, indent=1, default=float) + "\n")
     return FIGURES_UNKNOWN
 
 

@@ -108,8 +108,8 @@ class Run:
     def __init__(self, folder, dictionary=None, has_buses=True):
         """has_buses False: do not read the frames of the buses, which takes the longest."""
         self.folder = pathlib.Path(folder)
-        self.problems = []
-        self.facts = self._json("run.json") or {}
+        self.facts, problem = place.facts_of(self.folder)
+        self.problems = [problem] if problem else []
         self.buses = self._read_buses(dictionary) if has_buses else {}
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
         if not (self.folder / "packets.log").exists() and (self.folder / "packets.ascii").exists():
@@ -154,15 +154,6 @@ class Run:
             return worlds.read(path)
         except worlds.WorldError as problem:
             self.problems.append(str(problem))
-            return None
-
-    def _json(self, name):
-        try:
-            return json.loads((self.folder / name).read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError) as error:
-            self.problems.append(f"{name}: {error}")
             return None
 
     def _operator_log(self):
@@ -267,10 +258,7 @@ def mission_of(folder, facts):
 def load(folder, dictionary_path=None, has_buses=True):
     """Run of a folder, with the dictionary if there is one."""
     dictionary, problem = None, None
-    try:
-        facts = json.loads((pathlib.Path(folder) / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        facts = {}
+    facts, _ = place.facts_of(folder)
     path = dictionary_path or ROOT / "build" / "generated" / f"{mission_of(pathlib.Path(folder), facts)}.json"
     try:
         dictionary = Dictionary.load(path)

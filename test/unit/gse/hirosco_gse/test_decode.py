@@ -229,11 +229,13 @@ def test_another_interface_than_that_of_the_recording_is_reported(shown, diction
     assert "made from other descriptors than the dictionary" in found[0]["text"]
 
 
-@pytest.mark.parametrize("content", ["{", "[1]", '{"interface_hash": null}'])
-def test_a_damaged_run_json_does_not_stop_the_decoder(shown, tmp_path, content):
+@pytest.mark.parametrize(("content", "is_told"), [("{", True), ("[1]", True), ('{"interface_hash": null}', False)])
+def test_a_damaged_run_json_does_not_stop_the_decoder(shown, tmp_path, content, is_told):
     (tmp_path / "run.json").write_text(content, encoding="utf-8")
     (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
-    assert len(shown(tmp_path / "can-robot.log")[1]) == 7
+    lines = shown(tmp_path / "can-robot.log")[1]
+    assert len(lines) == 7 + is_told
+    assert lines[0].startswith(f"warning: {tmp_path}: run.json: ") == is_told
 
 
 def test_missing_files_are_reported_and_standard_input_is_decoded(shown, tmp_path, dictionary, monkeypatch):

@@ -285,6 +285,8 @@ def test_wrong_words_within_a_command_are_named(dictionary_path, capsys, words, 
 
 @pytest.mark.parametrize(("files", "reason"), [
     ({}, "found no file ground.port, expected the folder of a flight under way"),
+    ({"run.json": "[]\n"}, "has ended; name a flight under way with --run or --port"),
+    ({"run.json": '{"exit_code": 0, "exit_reason": "", "simulated_s": "?"}'}, "has ended; name a flight under way with --run or --port"),
     ({"run.json": '{"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}'}, "flight ended at 93.62 s, code 0; name a flight under way with --run or --port"),
 ])
 def test_a_run_without_a_flight_commands_no_other_flight(console, dictionary_path, tmp_path, capsys, files, reason):

@@ -103,7 +103,7 @@ def test_numbers_are_those_that_people_read(value, bound, unit, words):
     assert f"{report._number(found)} {report._number(limit)} {unit}" == words
 
 
-@pytest.mark.parametrize("kept", [[], ["run.json"], ["packets.log"], ["can-robot.log", "run.json"], ["truth.lcm"], ["can-joystick.log", "packets.log"]])
+@pytest.mark.parametrize("kept", [["run.json"], ["packets.log"], ["can-robot.log", "run.json"], ["truth.lcm"], ["can-joystick.log", "packets.log"]])
 def test_a_report_is_made_of_an_incomplete_run(flight_folder, dictionary_path, tmp_path, kept):
     for name in kept:
         octets = (flight_folder / name).read_bytes()
@@ -184,6 +184,29 @@ def test_a_report_that_cannot_be_written_is_an_error(tmp_path, dictionary_path, 
     (tmp_path / "report.html").mkdir()
     assert report.main([str(tmp_path), str(dictionary_path)]) == code
     assert capsys.readouterr().err.startswith("report: not written: ")
+
+
+@pytest.mark.parametrize("content", ["[]", '"rokviss"', "{", "[" * 100_000, "\xff"])
+def test_a_damaged_run_json_is_named_and_kept(flight_folder, dictionary_path, tmp_path, capsys, content):
+    """The figures of the run are not known. The report overwrites run.json, so it is not made."""
+    shutil.copy(flight_folder / "packets.log", tmp_path)
+    (tmp_path / "run.json").write_text(content, encoding="latin-1")
+    run = runs.load(tmp_path, dictionary_path)
+    assert run.facts == {} and run.packets
+    assert [problem for problem in run.problems if problem.startswith("run.json: ")]
+    assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_UNKNOWN
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"report: not written: {tmp_path}: run.json: ") and line.endswith(f"delete the file and call: make report OUT={tmp_path}")
+    assert (tmp_path / "run.json").read_text(encoding="latin-1") == content
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["packets.log", "run.json"]
+
+
+def test_a_folder_that_is_no_run_is_refused_and_stays_as_it_is(tmp_path, capsys):
+    (tmp_path / "letter.txt").write_text("")
+    assert report.main([str(tmp_path)]) == 1
+    assert capsys.readouterr().err == (f"report: not written: {tmp_path}: found no log of a flight, expected the folder of a run, with run.json, "
+                                       "packets.log, packets.ascii, truth.lcm. Name such a folder: make report OUT=runs/...\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
 
 
 def test_a_missing_folder_is_refused(tmp_path, capsys):

@@ -63,6 +63,20 @@ def test_a_folder_that_is_no_run_is_refused(gse, tmp_path, words):
     assert [path.name for path in tmp_path.iterdir()] == ["note.txt"]
 
 
+@pytest.mark.parametrize(("content", "reason"), [
+    (None, "no run.json of a flight that has ended, with its scenario"), ("{}", "no run.json of a flight that has ended, with its scenario"),
+    ("[\n]", "run.json: found '[ ]', expected an object with the facts of the flight"), ("{", "run.json: Expecting property name"),
+])
+def test_a_damaged_run_json_has_no_scenario_and_is_a_warning_of_the_export(gse, tmp_path, content, reason):
+    (tmp_path / "packets.log").write_text("", encoding="ascii")
+    if content is not None:
+        (tmp_path / "run.json").write_text(content, encoding="ascii")
+    code, _, output = gse("record", tmp_path)
+    assert code == 2 and f"{tmp_path}: {reason}" in output
+    code, _, output = gse("mcap", tmp_path)
+    assert code == 0 and (f"gse: warning: {reason}" in output) == (content not in (None, "{}"))
+
+
 def test_no_recording_is_made_of_a_folder_that_is_no_run(tmp_path):
     with pytest.raises(SystemExit, match="found no log of a flight"):
         recording.main([str(tmp_path)])
