@@ -12,6 +12,7 @@
 #include "base/take_check.h"
 #include "osal/include/osal/console.h"
 #include "osal/include/osal/process.h"
+#include "sim/app/losses.h"
 #include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
 #include "sim/clock/cosimulation_port.h"
@@ -363,10 +364,15 @@ static void loop(image_t* const self)
 static int close_all(image_t* const self)
 {
     int code = (self->abandon_ns == 0U) ? 0 : 1;
+    simulator_statistics_t statistics;
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         close_component(self, i);
     }
     launcher_relay_close(&self->relay);
+    simulator_statistics(self->simulator, &statistics);
+    if (losses_complain(&statistics)) {
+        __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
+    }
     if (simulator_failure(self->simulator) != NULL) {
         code = complain(simulator_failure(self->simulator));
     }

@@ -138,7 +138,7 @@ typedef struct {
     uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
     uint32_t is_intruded;       ///< A client outside the scheduler has sent telecommands.
-    uint32_t is_lossy;          ///< A datagram that was announced has not arrived.
+    uint32_t is_lossy;          ///< An octet or a datagram that was announced has not arrived.
     /// Number of records of the packet log so far, including those that are no longer kept.
     uint64_t log_records;
     uint32_t is_cleaned_up; ///< The launcher has cleaned up completely; the guard reads this.

@@ -568,7 +568,8 @@ void simulator_statistics(const simulator_t* const simulator, simulator_statisti
 {
     *out_statistics = (simulator_statistics_t){
         .tool_dropped = (simulator->tools != NULL) ? socketcand_dropped(simulator->tools) : 0U,
-        .tools_lost   = simulator->tools_lost};
+        .tools_lost   = simulator->tools_lost,
+        .undelivered  = instrument_set_lost(simulator->instruments)};
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         out_statistics->busy_ns[i] = bus_statistics(simulator->segment[i].bus)->busy_ns;
         out_statistics->refused += simulator->segment[i].refused;

@@ -61,10 +61,11 @@ typedef struct {
     uint64_t busy_ns[SIMULATOR_BUSES_MAX]; ///< Per bus: first the buses of the world, in its order.
     /// Lost frames of flight software: its transmit queue was full, or its node was disconnected.
     uint64_t refused;
-    uint64_t tool_dropped;
-    uint64_t tools_lost;  ///< Tools in lock-step that did not finish a step within 20 s.
-    uint64_t tool_frames; ///< Frames of tools on the interfaces that publish buses.
-    uint64_t unpublished; ///< Frames that such an interface did not accept.
+    uint64_t tool_dropped; ///< Messages that a tool at the socketcand port did not read.
+    uint64_t tools_lost;   ///< Tools in lock-step that did not finish a step within 20 s.
+    uint64_t tool_frames;  ///< Frames of tools on the interfaces that publish buses.
+    uint64_t unpublished;  ///< Frames that such an interface did not accept.
+    uint64_t undelivered;  ///< See instrument_set_lost.
 } simulator_statistics_t;
 
 typedef struct simulator simulator_t;

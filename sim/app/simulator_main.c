@@ -9,6 +9,7 @@
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/task.h"
 #include "sim/app/argument_values.h"
+#include "sim/app/losses.h"
 #include "sim/app/pace_control.h"
 #include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
@@ -497,16 +498,6 @@ static void announce(const simulator_t* const simulator)
     osal_console_say(line);
 }
 
-static void complain_of_tools(const simulator_t* const simulator)
-{
-    simulator_statistics_t statistics;
-    simulator_statistics(simulator, &statistics);
-    if (statistics.tools_lost > 0U) {
-        osal_console_complain(
-            "simulator: a tool in lock-step did not finish its step in 20 s and was disconnected");
-    }
-}
-
 /// True if the world has diverged.
 static bool complain_of_world(const simulator_t* const simulator)
 {
@@ -525,6 +516,7 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
     static port_server_t server;
     char error[SIMULATOR_ERROR_MAX];
     simulator_t* simulator = NULL;
+    simulator_statistics_t statistics;
     osal_clock_t clock;
     options->processes.scheduler       = scheduler;
     options->simulator.process_fault   = process_faults_act;
@@ -549,7 +541,8 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
             (void)status; // Without the permission the simulator keeps its priority.
         }
         run(simulator, options, &clock, scheduler);
-        complain_of_tools(simulator);
+        simulator_statistics(simulator, &statistics);
+        (void)losses_complain(&statistics);
         code = complain_of_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;
     }
     close_cosimulation(&server, scheduler);

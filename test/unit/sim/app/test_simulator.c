@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole simulator, with a small master on both buses that sends the same frames as the flight software.
 #include "osal/include/osal/can.h"
+#include "osal/include/osal/hand_over.h"
 #include "sim/app/simulator.h"
 #include "test/support/bounds.h"
 #include "test/unit/sim/fixtures/temporary_file.h"
@@ -481,6 +482,36 @@ static void the_world_of_another_robot_opens_and_steps(void)
     TEST_ASSERT_EQUAL_UINT64(100500000U, simulator_step(simulator, 100000000U));
 }
 
+static void octets_of_an_instrument_that_do_not_arrive_are_in_the_statistics(void)
+{
+    char error[SIMULATOR_ERROR_MAX] = "";
+    char run[32];
+    char counts_name[64];
+    simulator_statistics_t statistics;
+    osal_hand_over_t flight = OSAL_HAND_OVER_CLOSED;
+    (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
+    const char* path = temporary_variant(
+        "w.xml", WORLD, "</World>",
+        "<Instrument name=\"COVER\" type=\"FILE\" channel=\"/dev/cover\" framing=\"SLIP\" value=\"INT16\" "
+        "period=\"10ms\" speed=\"1\"/>\n</World>");
+    (void)snprintf(run, sizeof run, "sim-%d-1", (int)getpid());
+    (void)snprintf(counts_name, sizeof counts_name, "/%s.flow.dev.cover.n", run);
+    const simulator_config_t config = {.world_path = path, .flows = run, .are_flows_counted = true};
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&config, &simulator, error), error);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_hand_over_open(&flight, counts_name));
+    osal_hand_over_begin(&flight);
+    (void)simulator_step(simulator, 20000000U);
+    simulator_statistics(simulator, &statistics);
+    TEST_ASSERT_EQUAL_UINT64(0U, statistics.undelivered);
+    const uint32_t due = osal_hand_over_due(&flight);
+    TEST_ASSERT_GREATER_THAN_UINT32(0U, due); // The first record.
+    osal_hand_over_give_up(&flight);
+    simulator_statistics(simulator, &statistics);
+    TEST_ASSERT_EQUAL_UINT64(due, statistics.undelivered);
+    osal_hand_over_close(&flight);
+    temporary_files_remove();
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -498,5 +529,6 @@ int main(void)
     RUN_TEST(a_joystick_rests_while_no_hand_moves_it);
     RUN_TEST(a_world_that_diverges_is_not_simulated_further);
     RUN_TEST(the_world_of_another_robot_opens_and_steps);
+    RUN_TEST(octets_of_an_instrument_that_do_not_arrive_are_in_the_statistics);
     return UNITY_END();
 }

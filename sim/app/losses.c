@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/app/losses.h"
+
+#include "osal/include/osal/console.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+static void tell(const uint64_t count, const char* const what)
+{
+    char line[256];
+    if (count > 0U) {
+        (void)snprintf(line, sizeof line, "simulator: %" PRIu64 " %s", count, what);
+        osal_console_complain(line);
+    }
+}
+
+bool losses_complain(const simulator_statistics_t* const statistics)
+{
+    tell(statistics->tools_lost, "tools in lock-step did not finish a step in 20 s and were disconnected");
+    tell(statistics->tool_dropped, "messages to tools dropped, because the tools did not read them");
+    tell(statistics->unpublished, "frames not published, because the interface did not accept them");
+    tell(statistics->undelivered, "octets and datagrams of devices that were announced have not arrived; the "
+                                  "run is not reproducible");
+    return statistics->undelivered > 0U;
+}
