@@ -73,6 +73,23 @@ static void an_object_has_its_length_and_direction(void)
     TEST_ASSERT_EQUAL(PROFILE_CONTROLWORD, own.receive[0].entries[0].word);
 }
 
+static void each_object_of_a_data_sheet_is_found_from_the_first_to_the_last(void)
+{
+    const canopen_profile_object_t* const objects = own.objects;
+    const uint8_t count                           = own.object_count;
+    disable_transmit_pdo();
+    for (uint8_t i = 0U; i < count; i++) {
+        const uint32_t mapping = ((uint32_t)objects[i].index << 16U) | ((uint32_t)objects[i].subindex << 8U) |
+                                 ((uint32_t)objects[i].octets * 8U);
+        own.objects      = &objects[i]; // As first and last object of a data sheet.
+        own.object_count = 1U;
+        TEST_ASSERT_EQUAL((objects[i].transmit == PROFILE_PADDING) ? STATUS_NOT_FOUND : STATUS_OK,
+                          map(0x1A00U, 1U, mapping));
+        own.object_count = 0U;
+        TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U, 1U, mapping));
+    }
+}
+
 static void an_object_that_is_not_a_word_of_an_axis_is_a_value(void)
 {
     const uint8_t values = own.value_count;
@@ -114,6 +131,7 @@ int main(void)
     RUN_TEST(entries_become_words_at_their_places);
     RUN_TEST(a_mapping_must_follow_the_order_of_cia_301);
     RUN_TEST(an_object_has_its_length_and_direction);
+    RUN_TEST(each_object_of_a_data_sheet_is_found_from_the_first_to_the_last);
     RUN_TEST(an_object_that_is_not_a_word_of_an_axis_is_a_value);
     RUN_TEST(pdos_entries_octets_and_values_are_limited);
     return UNITY_END();

@@ -519,6 +519,8 @@ static void begin_storage(void)
                                                        .apids                = apids,
                                                        .apid_count           = 1U,
                                                        .port                 = {.send = send_again}});
+    // With the most stores, the last one ends before the buffer.
+    TEST_ASSERT_EACH_EQUAL_UINT8(0U, storage.buffer, sizeof storage.buffer);
 }
 
 static void begin_selection(void)
