@@ -3,7 +3,6 @@
 #include "osal/include/osal/console.h"
 
 #include "base/assertion.h"
-#include "base/version.h"
 
 #include <errno.h>
 #include <poll.h>
@@ -61,21 +60,4 @@ void osal_console_put(const char* const text)
 bool osal_console_is_terminal(void)
 {
     return isatty(STDOUT_FILENO) == 1;
-}
-
-bool osal_console_introduce(const int argument_count, char* const arguments[], const char* const name,
-                            const char* const usage)
-{
-    const char* const word = (argument_count == 2) ? arguments[1] : "";
-    const bool is_version  = (strcmp(word, "--version") == 0);
-    const bool is_help     = (usage != NULL) && (strcmp(word, "--help") == 0);
-    if (is_version) {
-        osal_console_put(name);
-        osal_console_say(" " HIROSCO_VERSION);
-    } else if (is_help) {
-        osal_console_say(usage);
-    } else {
-        // The program itself evaluates its arguments.
-    }
-    return is_version || is_help;
 }
