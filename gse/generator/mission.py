@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import subsystem as subsystem_descriptor
 from source import BUS_NAME_MAX, METHODS, REST_STATES, SEVERITIES, STATES, canonical, fnv64, read, unique
 
+# Elements of the file by (parent, element), with their attributes; `!` marks a required one (source.read).
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",

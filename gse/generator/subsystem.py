@@ -24,6 +24,7 @@ from source import (
     unique,
 )
 
+# Elements of the file by (parent, element), with their attributes; `!` marks a required one (source.read).
 FIELD = "name! id type! count unit init min max enumeration"
 PORT_FIELD = "name! type! count unit enumeration"
 TABLE = {

@@ -43,6 +43,7 @@ status_t osal_event_wait(osal_event_t* const event, const uint32_t timeout_ms)
             limit.tv_nsec = (long)((until_ns - now_ns) % NS_PER_S);
             allowed       = &limit;
         }
+        // The kernel sleeps only while the word is 0: a signal after the exchange is not lost.
         (void)syscall(SYS_futex, &event->word, FUTEX_WAIT, 0U, allowed);
     }
     return STATUS_OK;

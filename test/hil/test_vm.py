@@ -301,7 +301,7 @@ def test_shell_on_a_terminal(tmp_path):
         terminal.expect(b"made 42")
         terminal.type(b"PS1='rea''dy '\n")
         terminal.expect(b"ready ")
-        # the shell that prints this already has the terminal
+        # When this shell prints `sleeps`, it is already the foreground process of the terminal, which Ctrl-C ends.
         terminal.type(b"sh -c 'echo slee\"\"ps; exec sleep 1000'\n")
         terminal.expect(b"sleeps")
         # This input goes to the command and not to the emulator, and so does input that was typed before.

@@ -38,7 +38,7 @@ def test_the_supervisor_gets_a_notice_in_place_of_the_report(disabled):
     notices = [raw for _, apid, raw in disabled if apid == MANIPULATOR and raw[7:9] == bytes((129, 7))]
     assert notices
     assert notices[0][21:-2] == bytes((0, 1, 4)), "DEVICE_LOST, HIGH"
-    assert notices[0][11:13] == b"\x80\x01"
+    assert notices[0][11:13] == b"\x80\x01"  # Destination: the supervisor as a user.
 
 
 def test_network_goes_to_error_operational_and_the_plan_runs(disabled):

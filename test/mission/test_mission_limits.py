@@ -107,7 +107,7 @@ def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder)
     lost = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == HIGH_EVENT and raw[21:25] == JOYSTICK_LOST]
     modes = [raw[21:24] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == MODE_CHANGED]
     assert len(lost) == LIVES, flight.transcript()
-    assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.transcript())
+    assert [mode[:2] for mode in modes] == [b"\x01\x00"], (modes, flight.transcript())  # From NOMINAL to SAFE.
     leaking = _process(flight, "joystick")
     assert leaking["starts"] == LIVES
     assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"]

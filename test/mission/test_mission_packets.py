@@ -256,7 +256,7 @@ def test_operation_is_refused_before_the_links(packets):
     found = [r for r in _reports(packets, 1, 2, SUPERVISOR) if r.data[4:6] == b"\x01\x11"]
     assert len(found) == 1
     request = next(q for q, reports in _chains(packets) if found[0] in reports)
-    assert (request.apid, request.service, request.subtype, request.data) == (MANIPULATOR, 129, 1, b"\x04")
+    assert (request.apid, request.service, request.subtype, request.data) == (MANIPULATOR, 129, 1, b"\x04")  # State 4: SAFE_OPERATIONAL.
     _, detail = struct.unpack(">HI", found[0].data[6:12])
     assert detail == MANIPULATOR << 16 | 2
     opened = [p.time_ns for p in _requests(packets, 130, 3)]

@@ -58,9 +58,11 @@ def _tm(time_ns, count, message, data, destination=0):
 
 
 def _alive(second, count, late_ns=0):
+    """A status report TM[129,5]: OPERATIONAL."""
     return _tm(second * soak.NS_PER_S + late_ns, count, (129, 5), bytes((5, 0)))
 
 
+# TC[17,1] of user 1 to APID 1 with sequence count 7, and its TM[1,7].
 ASKED = (500_000, "TC", bytes((0x18, 1, 0xC0, 7, 0, 6, 0x2F, 17, 1, 0, 1, 0, 0)))
 DONE = _tm(1_000_000, 1, (1, 7), ASKED[2][:4], 1)
 

@@ -114,5 +114,5 @@ def test_another_seed_differs_in_sensor_noise(shared_flights):
     second = [shared_flights.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     for a, b in zip(first, second):
         assert not np.array_equal(a, b)
-        assert 0 < a.std() < 1.5 * b.std() < 2.25 * a.std() * 1.5
+        assert 0 < a.std() < 1.5 * b.std() and b.std() < 1.5 * a.std()
         assert abs(np.corrcoef(a, b)[0, 1]) < 0.2

@@ -50,7 +50,7 @@ def test_a_program_of_a_board_is_run_by_its_emulator():
     words = run_tests.command_of("build/mps2-an500/test/unit/base/test_crc")
     assert words[0] == "qemu-system-arm" and words[words.index("-machine") + 1] == "mps2-an500"
     assert words[words.index("-kernel") + 1] == os.path.abspath("build/mps2-an500/test/unit/base/test_crc")
-    assert "shift=5,sleep=off" in words  # Time of instructions: not that of this machine.
+    assert "shift=5,sleep=off" in words  # The board's time counts instructions and does not depend on this machine.
 
 
 def test_a_program_that_computes_without_end_fails(tmp_path, monkeypatch):

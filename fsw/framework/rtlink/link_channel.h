@@ -67,7 +67,7 @@ typedef struct {
     uint32_t frames; ///< Frames sent, or received and used.
     /// Samples that were missing when they were due; only those that the decimation selects.
     uint32_t lost;
-    uint32_t late;    ///< Reads of a sample older than max_age_us of the link.
+    uint32_t late;    ///< Reads of a stale sample.
     uint32_t torn;    ///< Reads that failed because the writer was busy in each attempt.
     uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
     uint32_t last_sequence;

@@ -50,7 +50,7 @@ class WorldPort:
             raise LinkLost("no flight is known")
         reader, self._writer = await asyncio.open_connection("127.0.0.1", live.port_of(self._run))
         self._reading = asyncio.create_task(self._read(reader, self._waiting))
-        self._send(f"name {self._name}").add_done_callback(lambda answer: answer.exception())  # A loss is told with the next line.
+        self._send(f"name {self._name}").add_done_callback(lambda answer: answer.exception())  # The next line reports a loss.
 
     async def _read(self, reader, waiting):
         """Give each answer to its line, until the connection ends. Lines about frames or the true state, which an earlier line has

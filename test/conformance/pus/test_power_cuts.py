@@ -21,7 +21,7 @@ HAND, USER = 17, 2
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
 # Flights of a campaign; maximum number of changes up to a cut; maximum number of requests of a flight.
 LIVES, CHANGES, REQUESTS = 4, 120, 200
-OFTEN, MANY = 3, 60
+SHORT_RUN_SEEDS, LONG_RUN_SEEDS = 3, 60  # Campaigns of a normal run, and of a run with LONG=1.
 STORE_SIZES = (65536, 1 << 20)
 MOST = {"activity": 200, "definition": 100, "sequence": 20, "store": 6, "procedure": 20, "file": 30, "folder": 10, "group": 5}
 
@@ -32,8 +32,8 @@ def _ping(sequence):
 
 class Plan:
     """Requests that can be performed in a state, drawn at random. The state is a dictionary of everything
-    persistent. Each request is (service, subtype, fields, new entries of the state: None for a removed
-    one)."""
+    persistent, by (kind, name or number); the value of a file is 1 if it is locked. Each request is (service,
+    subtype, fields, new entries of the state: None for a removed one)."""
 
     def __init__(self, seed):
         self.chance = random.Random(seed)
@@ -143,6 +143,7 @@ class Plan:
             return 15, 21, {"n": [name]}, {key: None}
         if what == 2:
             return 15, 28, {**name, "virtual_channel": channel ^ 1}, {key: (size, kind, channel ^ 1, status, selected)}
+        # No subsystem sends reports of these service types: the selection changes, and the store stays empty.
         service = self.chance.choice([number for number in range(200, 256) if number not in selected])
         if len(selected) < 5:
             chosen = [{"apid": HAND, "n2": [{"service_type": service, "n3": []}]}]
@@ -160,7 +161,7 @@ class Plan:
         if not inside:
             return 23, 10, {"repository_path": "/", "directory_name": key[1][1:]}, {key: None}
         if any(state[path] for path in inside):
-            return None
+            return None  # A locked file is not moved.
         name = f"D{self._new()}"
         moved = {("file", f"/{name}{path[1][len(key[1]):]}"): state[path] for path in inside}
         fields = {"repository_path": "/", "old_directory_name": key[1][1:], "new_directory_name": name}
@@ -184,7 +185,7 @@ class Plan:
         if what == "copy":
             return 23, 14, both, {("file", f"{folder}/{name}"): 0}
         if state[key]:
-            return None
+            return None  # A locked file is neither deleted nor moved.
         return (23, 2, named, {key: None}) if self.chance.random() < 0.5 else (23, 15, both, {key: None, ("file", f"{folder}/{name}"): 0})
 
 
@@ -329,7 +330,7 @@ def _campaign(cutter, folder, seed, lives):
     flying.assert_clean(flight)
 
 
-SEEDS = [pytest.param(seed, marks=() if seed < OFTEN else pytest.mark.long) for seed in range(MANY)]
+SEEDS = [pytest.param(seed, marks=() if seed < SHORT_RUN_SEEDS else pytest.mark.long) for seed in range(LONG_RUN_SEEDS)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -44,7 +44,7 @@ uint16_t __wrap_canopen_cia402_controlword(const canopen_cia402_state_t state,
                                              previous);
 }
 
-/// "answers": the supervisor refuses a request without a report.
+/// "answers": the supervisor and the subsystems reject requests without the report TM[1,2].
 void __real_pus_verify_rejected(pus_app_process_t* process, const pus_token_t* token,
                                 const pus_failure_t* failure, uint64_t now_ns);
 void __wrap_pus_verify_rejected(pus_app_process_t* process, const pus_token_t* token,

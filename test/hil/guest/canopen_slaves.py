@@ -14,7 +14,8 @@ import drive_deviations
 
 
 def refused(change, message):
-    """Expect that a device with a deviation is not brought up and that the event gives the reason."""
+    """Expect that a device with a deviation is not brought up and that the event gives the reason: `message` is (node, reason,
+    object as index * 256 + sub-index, detail)."""
     STAGE.play(change)
     assert not STAGE.ground.request("PRE_OPERATIONAL")
     assert STAGE.refusals() == [message], STAGE.refusals()

@@ -69,6 +69,7 @@ static void a_call_returns_the_request_of_the_procedure(void)
 
 static void arguments_have_their_types(void)
 {
+    // Six arguments of the types INT8 (4), UINT64 (3), FLOAT (8), BOOL (10), DOUBLE (9) and UINT32 (2).
     static const uint8_t arguments[] = {6,    4, 0x80, 3,    0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF,
                                         0xFF, 8, 0x3F, 0xC0, 0,    0,    10,   0,    9,    0xC0, 0,
                                         0,    0, 0,    0,    0,    0,    2,    0xFF, 0xFF, 0xFF, 0xFF};

@@ -35,11 +35,11 @@ def test_run_json_is_complete(written):
     assert facts["versions"]["numpy"]
 
 
-@pytest.mark.parametrize(("flown", "known", "is_told"), [("0x1A", "0x1a", False), ("0x1A", "0x1B", True), (None, "0x1B", False), ("0x1A", None, False)])
-def test_a_flight_with_other_device_classes_than_the_dictionary_is_reported(flown, known, is_told):
+@pytest.mark.parametrize(("flown", "known", "is_reported"), [("0x1A", "0x1a", False), ("0x1A", "0x1B", True), (None, "0x1B", False), ("0x1A", None, False)])
+def test_a_flight_with_other_device_classes_than_the_dictionary_is_reported(flown, known, is_reported):
     run = types.SimpleNamespace(facts={"device_classes_hash": flown}, dictionary=types.SimpleNamespace(content={"device_classes_hash": known}),
                                 reports_of=lambda kind: [])
-    assert report.mismatches(run) == ([f"the flight had device classes {flown}, the dictionary has those of {known}: run make"] if is_told else [])
+    assert report.mismatches(run) == ([f"the flight had device classes {flown}, the dictionary has those of {known}: run make"] if is_reported else [])
 
 
 def test_the_page_contains_everything_that_it_shows(written):
@@ -86,7 +86,7 @@ def test_without_a_built_page_the_next_step_is_printed(flight_folder, dictionary
     assert f"make report OUT={tmp_path}" in capsys.readouterr().out
     page = (tmp_path / "report.html").read_text()
     assert f"make report OUT={tmp_path}" in page and "16 of 16 figures hold" in page
-    assert 'class="reason"' not in page  # It cuts what is longer than one line.
+    assert 'class="reason"' not in page  # This class cuts text that is longer than one line.
     cells = [re.findall("<td>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", page)]
     assert any("DEVICE_LOST" in row and "HIGH" in row for row in cells)
     assert any(row[1:3] == ["MANIPULATOR", "OPERATIONAL"] for row in cells if len(row) == 4)
@@ -98,7 +98,7 @@ def test_without_a_built_page_the_next_step_is_printed(flight_folder, dictionary
     ("value", "bound", "unit", "words"),
     [(0.0045, 0.01, "", "0.45 1 %"), (0.00019, 0.001, "rad", "0.19 1 mrad"), (0, 0, "samples", "0 0 samples"), (-1e-6, -1e-4, "J", "−0.001 −0.1 mJ")],
 )
-def test_numbers_are_those_that_people_read(value, bound, unit, words):
+def test_figures_are_printed_with_few_digits_in_a_readable_unit(value, bound, unit, words):
     found, limit, unit = report._in_readable_unit(value, bound, unit)
     assert f"{report._number(found)} {report._number(limit)} {unit}" == words
 

@@ -38,7 +38,7 @@ def test_a_new_mission_has_the_world_of_the_base_mission_under_its_name():
     assert world.count('<World name="sled"') == 1 and "SLED_MOTOR" in world
 
 
-def test_a_mission_whose_buses_are_taken_is_refused():
+def test_a_mission_that_already_has_eight_buses_is_refused():
     _, text, _, _ = new_subsystem.plan_mission(NAMES, "rokviss")
     source = ROOT / "descriptors" / "missions" / "rokviss.xml"
     for number in range(3):

@@ -171,7 +171,8 @@ static void more_entries_than_a_report_holds_fail_the_request(void)
 
 static void status_carries_ends_properties_and_counters(void)
 {
-    static const uint8_t one[]  = {1, 0, 2};
+    static const uint8_t one[] = {1, 0, 2};
+    // One link: link 2, state 3, producer 16 port 1, consumer 17 port 2; at the end the five counters.
     static const uint8_t head[] = {0, 1, 0, 2, 3, 0, 16, 0, 1, 0, 17, 0, 2};
     static const uint8_t tail[] = {0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 4, 0, 0, 0, 5};
     pus_link_status_t read;

@@ -153,6 +153,7 @@ static void only_known_log_strategies_are_passed_on(void)
 
 static void the_table_of_subsystems_is_reported(void)
 {
+    // Two subsystems: APID, process, state, phase, configuration (u16), restarts.
     static const uint8_t expected[] = {0, 2, 0, 16, 1, 2, 3, 0, 4, 5, 0, 17, 1, 2, 3, 0, 4, 5};
     seen.subsystems                 = 2U;
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(8U, NULL, 0U));
@@ -173,6 +174,7 @@ static void the_table_of_subsystems_is_reported(void)
 
 static void networks_are_reported_with_their_members_and_links(void)
 {
+    // Two networks, each with 2 members (16, 17) and 3 links (1, 2, 3); all numbers are u16.
     static const uint8_t expected[] = {0, 2, 0, 1, 0, 2, 0,  16, 0,  17, 0, 3, 0, 1, 0, 2, 0,
                                        3, 0, 2, 0, 2, 0, 16, 0,  17, 0,  3, 0, 1, 0, 2, 0, 3};
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(10U, NULL, 0U));

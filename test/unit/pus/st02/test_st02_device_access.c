@@ -426,6 +426,7 @@ static void add_acquisition(const unsigned transaction, const unsigned device)
 
 static void each_acquisition_has_a_report(void)
 {
+    // Transaction, return code, size and octets of the data.
     static const uint8_t first[]  = {0, 11, 0, 0, 0, 4, 0, 0, 1, 1};
     static const uint8_t second[] = {0, 12, 0, 2, 0, 0};
     begin(3U);
@@ -449,6 +450,7 @@ static void each_acquisition_has_a_report(void)
 
 static void logical_devices_answer_with_a_value_alone(void)
 {
+    // Transaction, return code 0 and the value.
     static const uint8_t expected[] = {0, 9, 0, 0, 0, 0, 1, 4};
     begin(1U);
     u16(9U);

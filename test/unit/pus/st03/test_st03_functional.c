@@ -196,6 +196,7 @@ static void apply(const unsigned exclusive, const unsigned id)
 
 static void definitions_are_created_and_reported(void)
 {
+    // Definition 40: APID 16 with two structures: type, id, enabled, interval (u32).
     static const uint8_t expected[] = {0, 40, 0, 1, 0,  16, 0, 2, 25, 0, 5, 1,
                                        0, 0,  0, 2, 26, 0,  6, 0, 0,  0, 0, 8};
     create(40U);
@@ -336,6 +337,7 @@ static void definitions_are_changed_entry_by_entry(void)
     request(43U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     expect_strict_format(43U, data, writer.position);
+    // As above, with the new values.
     static const uint8_t expected[] = {0, 40, 0, 1, 0,  16, 0, 2, 25, 0, 5, 0,
                                        0, 0,  0, 3, 26, 0,  5, 1, 0,  0, 0, 6};
     list(1U, 40U);
@@ -375,6 +377,7 @@ static void definitions_outlive_a_power_cut(void)
 
 static void bad_records_are_refused(void)
 {
+    // A record has the number of entries, and for each entry type (25 or 26), id, enabled and interval.
     static const uint8_t odd[]  = {1, 24, 0, 1, 0, 0, 0, 0, 1};
     static const uint8_t good[] = {1, 25, 0, 1, 0, 0, 0, 0, 1};
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_restore(&hk, 1U, odd, sizeof odd));

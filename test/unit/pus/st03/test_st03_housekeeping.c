@@ -235,6 +235,7 @@ static void a_structure_is_created_reported_enabled_and_deleted(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     bench_clear();
 
+    // Structure 9, disabled, interval 4; one parameter; one set of two samples with two parameters.
     static const uint8_t report[] = {0, 9, 0, 0, 0, 0, 4, 0, 1, 2, 1,    0, 2, 0,
                                      1, 0, 2, 0, 2, 2, 0, 0, 1, 2, 0x09, 0, 3};
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(9U, one, sizeof one));

@@ -132,7 +132,7 @@ static void an_event_is_read_from_its_report_and_from_its_notice(void)
 
 static void unknown_instructions_are_refused_alone(void)
 {
-    static const uint8_t three[] = {3, 0, 9, 0, 1, 0, 8};
+    static const uint8_t three[] = {3, 0, 9, 0, 1, 0, 8}; // Events 9, 1 and 8.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(6U, three, sizeof three));
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 1, 4, 1, 8);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 1U, 9U);

@@ -41,6 +41,7 @@ static void acknowledged_changes_survive_a_power_cut(void)
     st11_fixture_write_id(3U);
     st11_fixture_expect_done(5U);
     st11_fixture_restart();
+    // Flags of sub-schedules and groups: 1 exists, 2 enabled.
     EXPECT_SCHEDULE(1, 2);
     TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.is_enabled);
     TEST_ASSERT_EQUAL_UINT16(2U, st11_fixture.schedule.schedule.sub_schedules.count);
@@ -201,11 +202,13 @@ static void due_activities_are_released_though_their_records_cannot_be_stored(vo
     records.commit_status = STATUS_IO;
     pus_time_schedule_step(&st11_fixture.schedule, 2U * S);
     EXPECT_RELEASED(1);
+    // Failed: put of the release, its commit, erasure of the activity, erasure of the release, their commit.
     TEST_ASSERT_EQUAL_UINT32(5U, st11_fixture.schedule.schedule.counters.unsaved);
 }
 
 static void an_impossible_activity_record_is_refused(void)
 {
+    // A record consists of the release time (u64), the serial number (u64), sub-schedule, group and request.
     uint8_t octets[2000] = {0};
     uint8_t packet[PUS_PACKET_MAX];
     const size_t size     = request_make(1U, 0U, packet);
@@ -234,7 +237,7 @@ static void an_impossible_activity_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
                       pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
     TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
-    octets[15] = 3U;
+    octets[15] = 3U; // A serial number below the largest one.
     TEST_ASSERT_EQUAL(STATUS_OK,
                       pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     TEST_ASSERT_EQUAL_UINT64(8U, st11_fixture.schedule.schedule.serial);
@@ -245,8 +248,8 @@ static void an_impossible_activity_record_is_refused(void)
                       pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
     st11_fixture.config = schedule_config(1U, 1U);
     st11_fixture_start();
-    octets[PUS_SCHEDULE_RECORD_HEAD + 60U] = 0U;
-    const size_t longer                    = request_make(1U, 100U, &octets[PUS_SCHEDULE_RECORD_HEAD]);
+    // The request needs more blocks than this configuration has.
+    const size_t longer = request_make(1U, 100U, &octets[PUS_SCHEDULE_RECORD_HEAD]);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_time_schedule_restore(&st11_fixture.schedule, key, octets,
                                                                   PUS_SCHEDULE_RECORD_HEAD + longer));
 }

@@ -272,7 +272,8 @@ static void a_reset_forgets_all_but_the_groups(void)
 
 static void groups_are_created_and_deleted(void)
 {
-    static const uint8_t ids[]    = {1, 2, 3};
+    static const uint8_t ids[] = {1, 2, 3};
+    // Six pairs of group and status.
     static const uint8_t faulty[] = {6, 10, 1, 10, 0, 11, 2, 11, 0, 12, 1, 13, 1};
     st11_fixture_begin();
     octet_write_octets(&st11_fixture.writer, faulty, sizeof faulty);

@@ -368,6 +368,7 @@ static void definitions_outlast_a_power_cut(void)
 
 static void bad_records_are_reported(void)
 {
+    // Parameter monitoring, functional monitoring (1: enabled), maximum reporting delay.
     static const uint8_t settings[] = {1, 0, 0, 0, 0, 5};
     static const uint8_t odd[]      = {0, 1, 0, 0, 0, 5};
     uint8_t record[64];

@@ -248,7 +248,7 @@ static void a_process_may_have_long_reports(void)
 }
 
 /// The table of message type counters is full: a long report is sent with counter 0, like a short one.
-static void an_uncounted_report_is_reported(void)
+static void a_long_report_without_a_message_type_counter_is_counted(void)
 {
     for (uint16_t i = 0U; i < PUS_MESSAGE_COUNTERS; i++) {
         octet_writer_t report = pus_tm_begin(&bench.process, 17U, 2U, i, TEST_NOW_NS);
@@ -256,6 +256,9 @@ static void an_uncounted_report_is_reported(void)
     }
     TEST_ASSERT_EQUAL(STATUS_OK, post(5000U, 1U));
     TEST_ASSERT_EQUAL_UINT32(1U, bench.process.counters.uncounted);
+    (void)run();
+    (void)put_together(PUS_MESSAGE_COUNTERS, 0U);
+    expect_whole(5000U, 1U, 0U);
 }
 
 /// The length field of a packet cannot hold a greater size.
@@ -282,7 +285,7 @@ int main(void)
     RUN_TEST(reports_follow_one_another);
     RUN_TEST(no_part_is_lost_when_the_port_refuses_reports);
     RUN_TEST(a_process_may_have_long_reports);
-    RUN_TEST(an_uncounted_report_is_reported);
+    RUN_TEST(a_long_report_without_a_message_type_counter_is_counted);
     RUN_TEST(more_than_the_longest_report_cannot_be_closed);
     return UNITY_END();
 }

@@ -109,6 +109,7 @@ static void files_that_fail_are_reported(void)
 
 static void a_file_is_loaded_and_activated(void)
 {
+    // Path, file name, procedure, observability level 1, no arguments.
     static const uint8_t body[] = {0, 2, '/', 'p', 0, 3, 'a', '.', 'b', 'A', 'B', 'C', 'D', 0, 0, 0, 0, 1, 0};
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(19U, body, sizeof body));

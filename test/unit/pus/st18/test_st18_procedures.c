@@ -476,8 +476,8 @@ static void observability_levels_of_procedures_are_set(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, body, sizeof body));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 0x6E6F6E65U);
-    expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 27U);
-    st18_fixture_activate("ABCD", PUS_OBSERVE_NOTHING); // The request has its own level.
+    expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 27U); // Level 4.
+    st18_fixture_activate("ABCD", PUS_OBSERVE_NOTHING);        // The request has its own level.
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, body, sizeof body));
     st18_fixture_call(0U, PUS_CALL_STEP, 3U);

@@ -312,6 +312,7 @@ static void all_are_deleted_and_the_function_is_disabled(void)
 
 static void status_and_definitions_are_reported(void)
 {
+    // Two definitions: APID, event, enabled.
     static const uint8_t statuses[] = {0, 2, 0, APID, 0, 1, 1, 0, APID, 0, 2, 0};
     uint8_t packet[PUS_PACKET_MAX];
     const size_t size = request_make(2U, 0U, packet);

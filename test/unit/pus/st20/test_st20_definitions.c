@@ -99,6 +99,7 @@ static void set(const uint32_t id, const void* const octets, const size_t size)
 
 static void values_in_memory_are_reported_and_set(void)
 {
+    // One parameter, its id (u32) and its value.
     static const uint8_t expected[] = {0, 1, 2, 2, 1, 0xF4, 0x11, 0x22, 0x33, 0x44};
     const uint32_t value            = 0x11223344U;
     memcpy(&memory_ram[8], &value, sizeof value);
@@ -158,6 +159,7 @@ static void a_parameter_that_cannot_be_set_is_refused(void)
 
 static void objects_hold_parameters_too(void)
 {
+    // One definition: id (u32), memory, address (u32), PTC, PFC (u16).
     static const uint8_t expected[] = {0, 1, 2, 9, 1, 0xF5, RAM, 0, 0, 0x11, 0x10, 5, 0, 2};
     begin(2U);
     for (unsigned i = 0U; i < 2U; i++) {
@@ -216,6 +218,7 @@ static void each_faulty_definition_is_refused_alone(void)
 
 static void definitions_of_all_parameters_are_reported(void)
 {
+    // Two definitions: id (u32), memory, address (u32), PTC, PFC (u16).
     static const uint8_t expected[] = {0, 2, 2,  0, 0, 1, 0, 0, 0, 0, 0, 3, 0,
                                        4, 2, 24, 0, 4, 0, 0, 0, 0, 0, 7, 0, 0};
     begin(4U);

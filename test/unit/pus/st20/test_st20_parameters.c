@@ -72,7 +72,7 @@ static void values_are_reported_in_the_order_asked(void)
 
 static void only_the_parameters_that_cannot_be_reported_are_refused(void)
 {
-    static const uint8_t expected[] = {0, 1, 2, 0, 0, 1, 0};
+    static const uint8_t expected[] = {0, 1, 2, 0, 0, 1, 0}; // One parameter, P_U8, with the value 0.
     begin(3U);
     add(P_UNKNOWN);
     add(P_U8);

@@ -230,6 +230,7 @@ static void requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused(voi
 
 static void status_and_aborted_are_reported(void)
 {
+    // Names of 8 octets; status 1: under execution.
     static const uint8_t statuses[] = {0, 3, 'a', 'q', 0, 0,   0,   0, 0, 0, 1, 'b', 'q', 0, 0,
                                        0, 0, 0,   0,   0, 'c', 'q', 0, 0, 0, 0, 0,   0,   1};
     static const uint8_t aborted[]  = {0, 2, 'a', 'q', 0, 0, 0, 0, 0, 0, 'c', 'q', 0, 0, 0, 0, 0, 0};

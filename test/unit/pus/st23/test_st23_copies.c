@@ -355,6 +355,7 @@ static void copies_are_reported_at_an_interval(void)
     st23_fixture_step();
     EXPECT_MESSAGES(1, 7, 23, 23);
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(1U).destination);
+    // Two copies, each with its id (u16), status 2 (on hold) and progress in percent.
     static const uint8_t expected[] = {0, 2, 0, 2, 2, 0, 0, 3, 2, 0};
     TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(1U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(1U).data, sizeof expected);

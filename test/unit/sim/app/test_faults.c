@@ -296,15 +296,14 @@ static void a_restart_now_ends_bus_off(void)
     apply_next();
 }
 
-static const char* killed = "";
-
+static const char* named_process = ""; // Process that the last fault named.
 static fault_kind_t process_fault;
 
 static void note_process(void* context, fault_kind_t kind, const char* process)
 {
     TEST_ASSERT_EQUAL_PTR(&process_fault, context);
     process_fault = kind;
-    killed        = process;
+    named_process = process;
 }
 
 static void a_kill_names_the_process_that_it_ends(void)
@@ -312,12 +311,12 @@ static void a_kill_names_the_process_that_it_ends(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, load("1 fault kill supervisor\n2.000001 fault kill packet-archive-sqlite\n"), error);
     apply_next(); // A world without processes.
-    TEST_ASSERT_EQUAL_STRING("", killed);
+    TEST_ASSERT_EQUAL_STRING("", named_process);
     world.process         = note_process;
     world.process_context = &process_fault;
     TEST_ASSERT_EQUAL_UINT64(2000001000U, faults_next_ns(&faults));
     const fault_t* fault = faults_apply_next(&faults, &world);
-    TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", killed);
+    TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", named_process);
     TEST_ASSERT_EQUAL_STRING("packet-archive-sqlite", fault->target);
     TEST_ASSERT_EQUAL_STRING("kill", fault_word(fault->kind));
     TEST_ASSERT_TRUE(fault_is_onset(fault));
@@ -331,7 +330,7 @@ static void a_process_hangs_and_continues(void)
     world.process_context = &process_fault;
     const fault_t* fault  = faults_apply_next(&faults, &world);
     TEST_ASSERT_EQUAL(FAULT_HANG, process_fault);
-    TEST_ASSERT_EQUAL_STRING("joystick", killed);
+    TEST_ASSERT_EQUAL_STRING("joystick", named_process);
     TEST_ASSERT_TRUE(fault_is_onset(fault));
     fault = faults_apply_next(&faults, &world);
     TEST_ASSERT_EQUAL(FAULT_RESUME, process_fault);

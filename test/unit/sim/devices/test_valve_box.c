@@ -53,7 +53,7 @@ static void send(const uint16_t outputs, const uint16_t longest)
     master_send(&master, 0x200U + ID, data, 4U);
 }
 
-/// SYNC, then one cycle, with one step of the plant each millisecond.
+/// Send SYNC and wait for one cycle, with a step of the plant in each millisecond.
 static void cycle(void)
 {
     master_send(&master, 0x080U, NULL, 0U);
@@ -83,8 +83,8 @@ static void each_output_moves_its_valve_and_its_input(void)
         send((uint16_t)(1U << i), 0U);
         cycle();
         cycle();
-        cycle();
-        send((uint16_t)(1U << i), 0U);
+        cycle(); // After these cycles the shortest pulse of the output before is over, too.
+        send((uint16_t)(1U << i), 0U); // Before the RPDO deadline of 50 ms.
         cycle();
         TEST_ASSERT_EQUAL_HEX16(1U << i, open_outputs());
         TEST_ASSERT_EQUAL_HEX16(1U << i, inputs());

@@ -108,8 +108,9 @@ static void pcap_records_of_all_kinds_have_the_format_of_socketcan(void)
                                  .length  = 2U,
                                  .flags   = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS,
                                  .data    = {0xAAU, 0xBBU}};
-    const uint8_t wanted[]    = {3, 0, 0, 0, 5, 0,    0,    0, 10, 0, 0, 0,    10,
-                                 0, 0, 0, 0, 0, 0x01, 0x91, 2, 5,  0, 0, 0xAA, 0xBB};
+    // Seconds, nanoseconds and both lengths (little-endian); identifier (big-endian), length, flags; data.
+    const uint8_t wanted[] = {3, 0, 0, 0, 5, 0,    0,    0, 10, 0, 0, 0,    10,
+                              0, 0, 0, 0, 0, 0x01, 0x91, 2, 5,  0, 0, 0xAA, 0xBB};
     TEST_ASSERT_EQUAL_UINT(sizeof wanted, frame_log_record(&fd, octets));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(wanted, octets, sizeof wanted);
     const osal_can_frame_t error = {.id = OSAL_CAN_ERROR | 0x20U, .length = 8U};
@@ -149,6 +150,7 @@ static void files_hold_every_frame(void)
 
 static void the_pcap_header_names_socketcan_and_nanoseconds(void)
 {
+    // Magic of pcap with nanoseconds, version 2.4; largest packet 0x40000, link type 227 (SocketCAN).
     static const uint8_t wanted[24] = {0x4D, 0x3C, 0xB2, 0xA1, 2, 0, 4, 0, 0, 0,  0,
                                        0,    0,    0,    0,    0, 0, 0, 4, 0, 227};
     uint8_t octets[24];

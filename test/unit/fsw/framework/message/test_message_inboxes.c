@@ -209,6 +209,7 @@ static void blocks_are_taken_in_order_of_arrival(void)
 /// Only an attacker sends more than a window.
 static void flood_beyond_the_window(void)
 {
+    // Magic, version 1, data, from member 0 (16) to member 1 (17), life 1 of the sender; the rest is 0.
     static uint8_t frame[MESSAGE_FRAME_MAX] = {0x48U, 0x4DU, 1U, 0U, 0U, 16U, 0U, 17U, 0U, 0U, 0U, 1U};
     unsigned from                           = 0U;
     size_t size                             = 0U;
@@ -260,6 +261,7 @@ static uint32_t send_all(status_t (*send)(message_endpoint_t*, uint16_t, const u
 static void fill_a_small_window(void)
 {
     const uint32_t frame = (uint32_t)MESSAGE_HEADER_OCTETS + 500U;
+    // A sender has credit as long as a block of the largest size would fit.
     const uint32_t most  = SMALL - MESSAGE_FRAME_MAX;
     const uint32_t plain = ((most - MESSAGE_RESERVE_OCTETS(SMALL)) / frame) + 1U;
     shrink_the_window_to_member_1();
@@ -268,6 +270,7 @@ static void fill_a_small_window(void)
     TEST_ASSERT_EQUAL(((most / frame) + 1U) - plain, send_all(message_send, 500U));
     TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
     party_take_in(&party, 1U);
+    // The inbox stores the blocks with a length field of 4 octets each.
     TEST_ASSERT_TRUE(end(1U)->places[0].channel.inbox.blocks.peak <= (SMALL + (MESSAGE_WINDOW * 4U)));
     uint32_t blocks = 0U; // The other direction keeps the largest window.
     while (party_send(&party, 1U, 0U, block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
@@ -281,8 +284,8 @@ static void a_small_window_limits_one_direction(void)
     party_in_each_form(&party, fill_a_small_window);
 }
 
-/// Blocks of every size pass: with credit only for half of the small window, the largest block would wait
-/// after some sizes until a SYNC.
+/// Blocks of every size pass, one at a time. If the receiver returned credit only after half of the small
+/// window, the largest block would not fit after blocks of some sizes, and the sender would wait for a SYNC.
 static void pass_blocks_of_every_size(void)
 {
     unsigned from = 0U;

@@ -52,6 +52,7 @@ static void a_subsystem_without_callbacks_reaches_all_states(void)
 
 static void a_parameter_is_set_without_a_callback_for_it(void)
 {
+    // One parameter, LIMIT (APID 16, DOUBLE, number 1), with the value 2.
     static const uint8_t limit[]       = {1U, 0x02U, 0x09U, 0U, 1U, 0x40U, 0U, 0U, 0U, 0U, 0U, 0U, 0U};
     some.parameter_set                 = NULL;
     fixture.subsystem.config.callbacks = &some;

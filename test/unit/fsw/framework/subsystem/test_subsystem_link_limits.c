@@ -99,6 +99,7 @@ static void a_subsystem_cannot_use_the_other_end_of_its_link(void)
 
 static void the_status_of_a_producer_contains_what_it_sent(void)
 {
+    // The beginning of a frame of link 2: magic, version 1, state 3, link, flags.
     static const uint8_t frame[8] = {0x52U, 0x54U, 1U, 3U, 0U, 2U, 0U, 0U};
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     accept_port(PORT_OUT, 2U);

@@ -361,6 +361,7 @@ static void the_link_status_contains_the_counters(void)
 
 static void datagrams_without_an_addressee_are_ignored(void)
 {
+    // The beginning of a frame of link 1: magic, version 1, state 3, link.
     uint8_t frame[64]              = {0x52U, 0x54U, 1U, 3U, 0U, 1U};
     subsystem_link_totals_t before = {0};
     subsystem_link_totals_t totals = {0};

@@ -74,6 +74,7 @@ static unsigned count_lines(const char* lines, const char* start)
 
 static void only_requests_to_services_of_a_loop_wait_for_it(void)
 {
+    // One parameter, LIMIT (APID 16, DOUBLE, number 1), with the value 2.
     static const uint8_t limit[] = {1U, 0x02U, 0x09U, 0U, 1U, 0x40U, 0U, 0U, 0U, 0U, 0U, 0U, 0U};
     begin();
     const uint64_t next_ns = ((fixture.now_ns / SLOW_NS) + 1U) * SLOW_NS;

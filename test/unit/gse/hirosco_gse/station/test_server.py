@@ -271,21 +271,21 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
     assert (17, 1) in [packet.message for packet in second.received]
 
 
-@pytest.mark.parametrize("facts, told", [
+@pytest.mark.parametrize("facts, expected", [
     ({}, {"text": "the flight of first has ended"}),
     ({"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}, {"text": "flight ended at 93.62 s, code 0", "code": 0}),
     ({"exit_code": 1, "exit_reason": "simulated time stands still", "simulated_s": 7}, {"text": "flight failed at 7.00 s, code 1: simulated time stands still", "code": 1}),
 ])
-def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft, facts, told):
+def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft, facts, expected):
     """The launcher uses the first free port: the port of a flight that has ended may belong to a flight with
     another run folder. The page says how the flight ended."""
 
     async def story(page, station):
         (place / "first" / "run.json").write_text(json.dumps(facts))
         station.hub._connection.abort()
-        return await page.until(lambda message: message["kind"] == "link" and message["text"] == told["text"])
+        return await page.until(lambda message: message["kind"] == "link" and message["text"] == expected["text"])
 
-    assert visit(place, story) == {"kind": "link", "is_live": False, **told}
+    assert visit(place, story) == {"kind": "link", "is_live": False, **expected}
 
 
 def test_a_command_under_way_ends_with_the_link(place, spacecraft):
