@@ -124,6 +124,10 @@ static void tables_are_used_as_lists(void)
         "(function() local n = 0 for i, v in ipairs({5, 6, nil, 7}) do n = n + i * v end return n end)() == "
         "17",
         "(function() local t = {a = 1, b = 2} for k in pairs(t) do t.b = nil end return t.a end)() == 1",
+        "(function() local s = '' for k in pairs({[true] = 1, [false] = 1}) do s = s .. tostring(k) end "
+        "return s end)() == 'falsetrue'",
+        "(function() local s = '' for k in pairs({1, [true] = 1, [false] = 1}) do s = s .. tostring(k) end "
+        "return s end)() == '1falsetrue'",
         "rawequal('a', 'a') and rawlen({1, 2}) == 2 and rawget({a = 1}, 'a') == 1 and rawset({}, 1, 2)[1] == "
         "2",
         "getmetatable(setmetatable({}, {__metatable = 'no'})) == 'no' and getmetatable({}) == nil",

@@ -407,11 +407,13 @@ static void parameters_are_appended_to_their_sets(void)
 
 static void one_shot_reports_are_sent_to_the_requester_and_leave_periodic_ones_unchanged(void)
 {
-    static const uint8_t one[] = {1, 0, 5};
+    static const uint8_t two[] = {2, 0, 5, 0, 6};
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
+    TEST_ASSERT_EQUAL(STATUS_OK, add_structure(6U, false));
     run(3U);
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof one));
-    EXPECT_MESSAGES(1, 1, 1, 3, 3, 25, 1, 7);
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, two, sizeof two));
+    EXPECT_MESSAGES(1, 1, 1, 3, 3, 25, 3, 25, 1, 7);
+    TEST_ASSERT_EQUAL_UINT32(2U, hk.counters.reports);
     expect_report(2U, 5U, 3U, 3U, 3U);
     TEST_ASSERT_EQUAL_UINT16(TEST_SOURCE, bench_report(2U).destination);
     bench_clear();
@@ -420,7 +422,7 @@ static void one_shot_reports_are_sent_to_the_requester_and_leave_periodic_ones_u
     TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, bench_report(0U).destination);
     bench.refusals = 1000U; // No report is sent or queued any more.
     while (hk.counters.dropped == 0U) {
-        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, one, sizeof one));
+        TEST_ASSERT_EQUAL(STATUS_OK, bench_request(27U, two, sizeof two));
     }
 }
 
@@ -443,7 +445,6 @@ static void intervals_are_modified_one_by_one(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 3, 35, 1, 7);
     TEST_ASSERT_EQUAL_UINT64(sizeof properties, bench_report(2U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(properties, bench_report(2U).data, sizeof properties);
-
     static const uint8_t good[]  = {2, 0, 5, 0, 0, 0, 3, 0, 99, 0, 0, 0, 1};
     static const uint8_t some[]  = {2, 0, 99, 0, 5};
     static const uint8_t after[] = {0, 1, 0, 5, 0, 0, 0, 0, 3};
