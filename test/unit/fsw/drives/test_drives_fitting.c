@@ -232,6 +232,9 @@ static void a_device_has_room_for_its_settings(void)
 #define MAPPED(settings)                                                                                     \
     BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" MODE settings ENDNODE(" node='0x12'") \
         END
+#define MAPPED_FIRST(settings)                                                                               \
+    BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n" settings MODE ENDNODE(" node='0x12'") \
+        END
 #define SET(object, type, value) "<Setting object='" object "' type='" type "' value='" value "'/>\n"
 #define DISABLE SET("0x1800:01", "UINT32", "0x80000192") SET("0x1A00:00", "UINT8", "0")
 
@@ -268,6 +271,8 @@ static void the_number_of_mappings_is_limited(void)
 static void another_mapping_is_refused_with_its_line(void)
 {
     expect_refused(MAPPED(SET("0x1A00:00", "UINT8", "0")), 9U, "order of CiA 301");
+    expect_refused(MAPPED_FIRST(SET("0x1A00:00", "UINT8", "0")), 8U, "order of CiA 301");
+    TEST_ASSERT_TRUE(drives_is_mapped(&descriptor, 0x12U));
     expect_refused(MAPPED(DISABLE SET("0x1A00:01", "UINT32", "0x10180120")), 11U, "data sheet allows");
     expect_refused(MAPPED(DISABLE SET("0x1A07:00", "UINT8", "0")), 11U, "a PDO of the class");
     expect_refused(MAPPED(DISABLE SET("0x1A00:00", "UINT8", "9")), 11U, "at most 8 entries");
@@ -277,6 +282,7 @@ static void another_unit_than_that_of_the_class_is_refused(void)
 {
     expect_refused(MAPPED(SET("0x60A8:00", "UINT32", "0xFD410000")), 9U, "unit in the data sheet");
     expect_refused(MAPPED(SET("0x60A9:00", "UINT32", "0xFD410300")), 9U, "unit in the data sheet");
+    expect_refused(MAPPED_FIRST(SET("0x60A9:00", "UINT32", "0xFD410300")), 8U, "unit in the data sheet");
     TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x60A8:00", "UINT32", "0xFA100000"))), misfit.says);
     TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x607D:02", "INT32", "1000000"))), misfit.says);
 }

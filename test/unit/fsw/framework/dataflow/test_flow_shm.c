@@ -111,6 +111,8 @@ static void a_queue_keeps_order_and_refuses_when_full(void)
         TEST_ASSERT_EQUAL(STATUS_EMPTY, flow_shm_read(&reader, found));
     }
     TEST_ASSERT_EQUAL_UINT32(10U, writer.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(30U, writer.counters.written);
+    TEST_ASSERT_EQUAL_UINT32(30U, reader.counters.read);
 }
 
 static void a_reader_cannot_write_and_a_writer_cannot_read(void)

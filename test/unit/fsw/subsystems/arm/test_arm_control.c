@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The control law computes values of the joints of the arm and no others; test_arm.c and test_arm_force.c show
+// the values themselves.
+#include "test/unit/fsw/subsystems/arm/arm_rig.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define PERIOD_S 0.001
+#define KEPT 123.0 ///< A value that no computation gives.
+
+static arm_model_t model;
+static arm_limits_t limits;
+static arm_control_t control;
+static arm_setup_t setup;
+
+void setUp(void)
+{
+    rig_model(&model, &limits);
+    setup = (arm_setup_t){.model = &model, .parameters = &rig_arm.parameters, .period_s = PERIOD_S};
+    arm_control_init(&control);
+}
+
+void tearDown(void)
+{
+}
+
+/// Each array of the control law, at the place behind the last joint.
+static void place_behind(double* out_places[], const unsigned joint)
+{
+    double* const places[] = {
+        &control.motor_rad[joint],        &control.torque_nm[joint],       &control.link_rad[joint],
+        &control.motor[joint].velocity,   &control.offset_rad[joint],      &control.bias_nm[joint],
+        &control.motor_target_rad[joint], &control.feed_forward_nm[joint], &control.command_nm[joint]};
+    (void)memcpy(out_places, places, sizeof places);
+}
+
+static void values_behind_the_last_joint_stay(void)
+{
+    double* behind[9];
+    arm_motion_t motion                    = {.position_rad = {0.0}};
+    const double motor_rad[ARM_JOINTS_MAX] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
+    const double torque_nm[ARM_JOINTS_MAX] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+    place_behind(behind, RIG_JOINTS);
+    for (unsigned i = 0U; i < 9U; i++) {
+        *behind[i] = KEPT;
+    }
+    (void)memcpy(motion.position_rad, rig_pose_rad, sizeof rig_pose_rad);
+    arm_control_sense(&control, &setup, motor_rad, torque_nm);
+    arm_control_hold(&control, &setup);
+    arm_control_step(&control, &setup, &motion);
+    arm_control_comply(&control, &setup, &motion);
+    arm_control_sense(&control, &setup, motor_rad, torque_nm);
+    for (unsigned i = 0U; i < 9U; i++) {
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(KEPT, *behind[i], "a value of a joint that the arm does not have");
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(0.6, control.motor_rad[RIG_JOINTS - 1U]);
+    TEST_ASSERT_TRUE(control.command_nm[RIG_JOINTS - 1U] != 0.0);
+}
+
+int main(void)
+{
+    rig_load();
+    UNITY_BEGIN();
+    RUN_TEST(values_behind_the_last_joint_stay);
+    return UNITY_END();
+}
