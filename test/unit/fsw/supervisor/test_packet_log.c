@@ -405,10 +405,11 @@ static void more_records_than_the_ring_holds_are_written_between_two_steps(void)
     fill_disk("packets.spool");
     open_log(PACKET_LOG_SQLITE);
     for (unsigned i = 0U; i < 140U; i++) {
-        supervisor_packet_log_append(&packets, 0U, false, packet, sizeof packet);
+        supervisor_packet_log_append(&packets, 5U * SECOND_NS, false, packet, sizeof packet);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_TRUE(packets.failures > 0U);
+    TEST_ASSERT_EQUAL_UINT64(6U * SECOND_NS, packets.retry_ns); // The file failed at the time of a packet.
     TEST_ASSERT_EQUAL(140U, packets.ring.blocks + packets.failures);
     fill_disk("packets.ring");
     supervisor_packet_log_close(&packets);

@@ -273,6 +273,19 @@ static void an_answer_has_room_however_many_unrequested_reports_wait(void)
     TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
 }
 
+static void an_answer_is_possible_down_to_the_exact_room_that_it_needs(void)
+{
+    size_t rest = PUS_PLAIN_SIZE - PUS_ANSWER_ROOM;
+    while (rest > 0U) { // Unrequested reports that together leave exactly this room.
+        const size_t size = (rest < (2U * KEPT(200U))) ? rest : KEPT(200U);
+        TEST_ASSERT_EQUAL(STATUS_OK, post_refused(5U, 2U, 0U, size - KEPT(0U)));
+        rest -= size;
+    }
+    TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
+    TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, 0U));
+    TEST_ASSERT_FALSE(pus_app_process_may_answer(&bench.process));
+}
+
 static void a_request_is_accepted_while_its_verification_has_room(void)
 {
     const size_t needed = PUS_FIRM_OF_REQUEST + PUS_FIRM_STANDING + PUS_FIRM_EVENTS;
@@ -427,6 +440,7 @@ int main(void)
     RUN_TEST(bulk_is_never_kept);
     RUN_TEST(a_process_without_rings_keeps_nothing);
     RUN_TEST(an_answer_has_room_however_many_unrequested_reports_wait);
+    RUN_TEST(an_answer_is_possible_down_to_the_exact_room_that_it_needs);
     RUN_TEST(a_request_is_accepted_while_its_verification_has_room);
     RUN_TEST(an_event_that_waits_is_kept_until_it_is_sent);
     RUN_TEST(the_largest_answer_can_be_queued);

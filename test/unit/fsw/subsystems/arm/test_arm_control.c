@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The control law computes values of the joints of the arm and no others; test_arm.c and test_arm_force.c show
-// the values themselves.
+// The control law computes values of the joints of the arm and no others; test_arm.c and test_arm_force.c
+// show the values themselves.
 #include "test/unit/fsw/subsystems/arm/arm_rig.h"
 #include "unity.h"
 
