@@ -504,6 +504,19 @@ static void a_supervisor_that_dies_is_started_again(void** state)
     assert_int_equal(0U, launcher.abandon_ns);
 }
 
+static void a_supervisor_that_dies_without_the_grant_is_not_started_at_a_determined_instant(void** state)
+{
+    (void)state;
+    expect_wait(3U, the_supervisor_ends, 0U);
+    expect_look(ARM + 1U, OSAL_LOCKSTEP_JOINED);
+    expect_end(SUPERVISOR + 1U, 1U);
+    expect_value(__wrap_launcher_start_component, child, (uintptr_t)&launcher.children[SUPERVISOR]);
+    expect_wait(2U, finish, 0U);
+    fly();
+    assert_int_equal(2U, run.components[SUPERVISOR].wanted_life);
+    assert_true(launcher.is_undetermined);
+}
+
 static void an_operator_that_fails_ends_the_mission(void** state)
 {
     (void)state;
@@ -565,6 +578,8 @@ int main(void)
         cmocka_unit_test_setup(a_signal_from_outside_is_not_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(a_kill_by_the_scenario_is_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(a_supervisor_that_dies_is_started_again, set_up),
+        cmocka_unit_test_setup(
+            a_supervisor_that_dies_without_the_grant_is_not_started_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(an_operator_that_fails_ends_the_mission, set_up),
         cmocka_unit_test_setup(a_life_that_is_over_is_asked_to_end_and_then_killed, set_up),
         cmocka_unit_test_setup(a_life_that_hangs_is_killed_at_once, set_up),

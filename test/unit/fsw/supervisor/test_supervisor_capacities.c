@@ -114,6 +114,21 @@ static void pools_of_requests_warn_and_are_reported(void)
     TEST_ASSERT_EQUAL_UINT32(1U, blocks->sequence_refused);
 }
 
+static void a_subsystem_behind_the_last_one_of_the_mission_does_not_exist(void)
+{
+    const mission_descriptor_t* const mission = fixture.supervisor.mission;
+    const uint16_t behind                     = mission->subsystem_count;
+    TEST_ASSERT_TRUE(behind < MISSION_SUBSYSTEMS_MAX);
+    mission_subsystem_t* const subsystem = (mission_subsystem_t*)&mission->subsystems[behind];
+    const uint16_t apid                  = subsystem->apid;
+    subsystem->apid                      = 99U;
+    TEST_ASSERT_NULL(supervisor_registry_find(&fixture.supervisor, 99U));
+    subsystem->apid = apid;
+    TEST_ASSERT_EQUAL_PTR(
+        &fixture.supervisor.registry[behind - 1U],
+        supervisor_registry_find(&fixture.supervisor, mission->subsystems[behind - 1U].apid));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -121,5 +136,6 @@ int main(void)
     RUN_TEST(activities_above_the_capacity_are_refused);
     RUN_TEST(actions_above_the_capacity_are_refused);
     RUN_TEST(pools_of_requests_warn_and_are_reported);
+    RUN_TEST(a_subsystem_behind_the_last_one_of_the_mission_does_not_exist);
     return UNITY_END();
 }

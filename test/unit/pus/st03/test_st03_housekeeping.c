@@ -13,7 +13,7 @@
 #define SAMPLE_SIZE 64U
 
 static pus_hk_t hk;
-static pus_hk_structure_t structures[STRUCTURES];
+static pus_hk_structure_t structures[STRUCTURES + 1U]; // The last one is not of the service.
 static uint8_t samples[STRUCTURES * SAMPLE_SIZE];
 static uint32_t cycle;
 
@@ -457,9 +457,8 @@ static void intervals_are_modified_one_by_one(void)
     EXPECT_MESSAGES(1, 1, 1, 4, 1, 3, 3, 35, 1, 8);
     TEST_ASSERT_EQUAL_UINT64(sizeof after, bench_report(3U).size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(after, bench_report(3U).data, sizeof after);
-    static const uint8_t none[] = {1, 0, 99};
     bench_clear();
-    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, none, sizeof none));
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(33U, (const uint8_t[]){1, 0, 99}, 3U));
     EXPECT_MESSAGES(1, 1, 1, 4);
 }
 

@@ -18,7 +18,7 @@
 #define REAL SCALAR_ID(VALUE_DOUBLE, 1U)
 
 static pus_statistics_t statistics;
-static pus_statistic_t entries[CAPACITY];
+static pus_statistic_t entries[CAPACITY + 1U]; // The last one is not of the service.
 static pus_due_t due[CAPACITY];
 static uint16_t places[CAPACITY];
 static uint8_t octets[PUS_TC_DATA_MAX];
