@@ -101,6 +101,9 @@ static void serve_download(uint8_t* const taken, size_t* const count)
         TEST_ASSERT_EQUAL_HEX8(0U, request[0] >> 5);
         TEST_ASSERT_EQUAL(toggle, (request[0] & 0x10U) != 0U);
         const size_t part = 7U - ((request[0] >> 1) & 7U);
+        for (size_t i = part + 1U; i < 8U; i++) {
+            TEST_ASSERT_EQUAL_HEX8(0U, request[i]); // CiA 301: octets without data are 0.
+        }
         memcpy(&taken[*count], &request[1], part);
         *count += part;
         last = (request[0] & 1U) != 0U;

@@ -158,6 +158,15 @@ static void sizes_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, sizes.size_of(sizes.context, VALUES + 1U, &size));
 }
 
+static void the_content_of_structures_lies_one_after_another(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(2U, directory.structure_count);
+    TEST_ASSERT_EQUAL_UINT16(0U, directory.structures[0].offset);
+    TEST_ASSERT_EQUAL_UINT16(directory.structures[0].size, directory.structures[1].offset);
+    TEST_ASSERT_EQUAL_UINT16(directory.structures[0].size + directory.structures[1].size,
+                             directory.content_used);
+}
+
 static void entries_without_room_in_the_directory_are_counted(void)
 {
     directory.field_count = TELEMETRY_FIELDS - 2U;
@@ -187,6 +196,7 @@ int main(void)
     RUN_TEST(the_name_of_a_structure_is_not_found_as_a_scalar);
     RUN_TEST(the_telemetry_cache_takes_reports_of_the_configuration);
     RUN_TEST(sizes_are_reported);
+    RUN_TEST(the_content_of_structures_lies_one_after_another);
     RUN_TEST(entries_without_room_in_the_directory_are_counted);
     return UNITY_END();
 }

@@ -280,43 +280,6 @@ static void a_waiting_procedure_waits_for_whole_cycles(void)
     TEST_ASSERT_EQUAL_UINT64(4U, st18_fixture.slots[0].next);
 }
 
-static void values_are_read_by_id_and_name(void)
-{
-    st18_fixture_activate("ABCD", 0U);
-    st18_fixture_call(0U, PUS_CALL_GET, 77U);
-    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
-    st18_fixture_call(0U, PUS_CALL_GET, 78U);
-    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
-    st18_fixture_call(0U, PUS_CALL_GET_NAMED, 0U);
-    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
-    st18_fixture_call(0U, PUS_CALL_GET_NAMED, 0U);
-    st18_fixture.slots[0].calls[6].text       = "OTHER";
-    static const pus_answer_kind_t expected[] = {PUS_ANSWER_VALUE, PUS_ANSWER_MISSING, PUS_ANSWER_VALUE,
-                                                 PUS_ANSWER_MISSING};
-    for (size_t i = 0U; i < 4U; i++) {
-        st18_fixture_step(1U);
-        TEST_ASSERT_EQUAL(expected[i], st18_fixture.slots[0].answer.kind);
-        TEST_ASSERT_TRUE((expected[i] == PUS_ANSWER_MISSING) || (st18_fixture.slots[0].answer.bits == 4711U));
-    }
-}
-
-static void events_are_raised(void)
-{
-    st18_fixture_activate("ABCD", 0U);
-    st18_fixture_call(0U, PUS_CALL_STEP, 9U);
-    st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
-    st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
-    st18_fixture_call(0U, PUS_CALL_EVENT, 1U);
-    st18_fixture_step(1U);
-    TEST_ASSERT_EQUAL_UINT16(ST18_FIXTURE_KNOWN_EVENT, st18_fixture.events.id);
-    TEST_ASSERT_EQUAL_UINT64(10U, st18_fixture.events.size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY("ABCD\0\0\0\0\0\11", st18_fixture.events.auxiliary, 10U);
-    TEST_ASSERT_EQUAL_HEX16(0U, st18_fixture.slots[0].answer.code);
-    st18_fixture_step(1U);
-    TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_UNKNOWN_ID, st18_fixture.slots[0].answer.code);
-    TEST_ASSERT_EQUAL_UINT(1U, st18_fixture.events.count);
-}
-
 static void calls_with_external_effects_are_limited_in_a_cycle(void)
 {
     st18_fixture_activate("ABCD", 0U);
@@ -585,8 +548,6 @@ int main(void)
     RUN_TEST(a_procedure_is_aborted_at_any_step);
     RUN_TEST(all_are_aborted_and_reported);
     RUN_TEST(a_waiting_procedure_waits_for_whole_cycles);
-    RUN_TEST(values_are_read_by_id_and_name);
-    RUN_TEST(events_are_raised);
     RUN_TEST(calls_with_external_effects_are_limited_in_a_cycle);
     RUN_TEST(requests_are_released);
     RUN_TEST(the_end_of_a_request_is_awaited);
