@@ -73,6 +73,7 @@ void setUp(void)
                                         .read_status          = read_status};
     memset(&seen, 0, sizeof seen);
     bench_start();
+    memset(&management, 0xA5, sizeof management);
     pus_management_init(&management, &port);
     bench_serve(pus_management_service(&management));
 }

@@ -102,6 +102,7 @@ void setUp(void)
     seen.offers   = 3U;
     seen.statuses = 3U;
     bench_start();
+    memset(&rtlink, 0xA5, sizeof rtlink);
     pus_rtlink_init(&rtlink, &port);
     bench_serve(pus_rtlink_service(&rtlink));
 }

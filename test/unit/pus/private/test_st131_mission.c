@@ -98,6 +98,7 @@ void setUp(void)
                                      .network       = network};
     memset(&seen, 0, sizeof seen);
     bench_start();
+    memset(&mission, 0xA5, sizeof mission);
     pus_mission_init(&mission, &port);
     bench_serve(pus_mission_service(&mission));
 }

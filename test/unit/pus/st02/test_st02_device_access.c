@@ -125,6 +125,7 @@ void setUp(void)
     now_ns = TEST_NOW_NS;
     bench_start();
     memset(operations, 0xA5, sizeof operations);
+    memset(&access, 0xA5, sizeof access);
     pus_device_access_init(&access, &config);
     bench_serve(pus_device_access_service(&access));
 }

@@ -7,6 +7,8 @@
 #include "test/unit/pus/fixtures/reports.h"
 #include "unity.h"
 
+#include <string.h>
+
 #define DUMP 5U
 
 static pus_device_access_t access;
@@ -50,6 +52,7 @@ void setUp(void)
                                         .operation_count = 1U,
                                         .timeout_ns      = 1000000000ULL};
     bench_start();
+    memset(&access, 0xA5, sizeof access);
     pus_device_access_init(&access, &config);
     bench_serve(pus_device_access_service(&access));
 }

@@ -36,6 +36,7 @@ static void start(const pus_persistence_t* const persistence)
     bench_start();
     memset(structures, 0xA5, sizeof structures);
     memset(definitions, 0xA5, sizeof definitions);
+    memset(&hk, 0xA5, sizeof hk);
     pus_hk_init(&hk, &config);
     bench_serve(pus_hk_service(&hk));
     if (persistence != NULL) {

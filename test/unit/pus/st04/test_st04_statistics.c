@@ -40,6 +40,7 @@ static void start(const pus_parameter_port_t* const port)
     bench_start();
     memset(due, 0xA5, sizeof due);
     memset(places, 0xA5, sizeof places);
+    memset(&statistics, 0xA5, sizeof statistics);
     pus_statistics_init(&statistics, &config);
     bench_serve(pus_statistics_service(&statistics));
     pus_dispatcher_persist(&bench.dispatcher, records_port());

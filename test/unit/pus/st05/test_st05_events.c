@@ -21,6 +21,7 @@ void setUp(void)
 {
     bench_start();
     memset(states, 0xA5, sizeof states);
+    memset(&events, 0xA5, sizeof events);
     pus_events_init(&events, &bench.process, definitions, states, 4U);
     bench_serve(pus_events_service(&events));
 }
@@ -182,6 +183,7 @@ static const pus_event_definition_t limited[] = {
 
 static void limit(void)
 {
+    memset(&events, 0xA5, sizeof events);
     pus_events_init(&events, &bench.process, limited, states, 4U);
     pus_events_report_suppressed_by(&events, SUPPRESSED);
 }
@@ -330,6 +332,7 @@ static void the_largest_auxiliary_data_fits_and_the_next_does_not(void)
     static const pus_event_definition_t large[] = {
         {.id = 1U, .severity = PUS_SEVERITY_LOW, .aux_size = PUS_TM_DATA_MAX - 2U},
         {.id = 2U, .severity = PUS_SEVERITY_LOW, .aux_size = PUS_TM_DATA_MAX - 1U}};
+    memset(&events, 0xA5, sizeof events);
     pus_events_init(&events, &bench.process, large, states, 2U);
     TEST_ASSERT_EQUAL(STATUS_OK, pus_event_raise(&events, 1U, aux, PUS_TM_DATA_MAX - 2U, TEST_NOW_NS));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_event_raise(&events, 2U, aux, PUS_TM_DATA_MAX - 1U, TEST_NOW_NS));
@@ -344,6 +347,7 @@ static void more_disabled_events_than_a_report_holds_are_refused(void)
     for (uint16_t i = 0U; i < 2100U; i++) {
         many[i] = (pus_event_definition_t){.id = i, .severity = PUS_SEVERITY_LOW};
     }
+    memset(&events, 0xA5, sizeof events);
     pus_events_init(&events, &bench.process, many, many_states, 2100U);
     for (unsigned i = 0U; i <= room; i++) {
         many_states[i].is_disabled = true;

@@ -10,6 +10,8 @@
 #include "test/unit/pus/fixtures/reports.h"
 #include "unity.h"
 
+#include <string.h>
+
 #define DUMP 5U
 #define CHECK 9U
 
@@ -26,6 +28,7 @@ void setUp(void)
                                         .operations      = &operation,
                                         .operation_count = 1U};
     bench_start();
+    memset(&service, 0xA5, sizeof service);
     pus_memory_init(&service, &config);
     bench_serve(pus_memory_service(&service));
 }

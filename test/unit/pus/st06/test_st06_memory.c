@@ -311,6 +311,7 @@ static void a_request_fails_when_its_record_cannot_be_stored(void)
                                         .states       = memory_states,
                                         .memory_count = 3U,
                                         .operations   = memory_operations};
+    memset(&memory_service, 0xA5, sizeof memory_service);
     pus_memory_init(&memory_service, &config);
     memory_begin(RAM);
     memory_request(15U);
@@ -331,6 +332,7 @@ static void begin_odd(void)
                                         .states       = memory_states,
                                         .memory_count = 1U,
                                         .operations   = memory_operations};
+    memset(&memory_service, 0xA5, sizeof memory_service);
     pus_memory_init(&memory_service, &config);
 }
 

@@ -73,6 +73,7 @@ void setUp(void)
 {
     memset(&performed, 0, sizeof performed);
     bench_start();
+    memset(&functions, 0xA5, sizeof functions);
     pus_functions_init(&functions, table, 3U, &port, area, sizeof area);
     bench_serve(pus_functions_service(&functions));
 }
@@ -238,6 +239,7 @@ static void every_wrong_count_and_length_is_rejected(void)
 
 static void declare_beyond_the_area(void)
 {
+    memset(&functions, 0xA5, sizeof functions);
     pus_functions_init(&functions, table, 3U, &port, area, sizeof(move_to_t) - 8U);
 }
 

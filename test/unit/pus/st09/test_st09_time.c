@@ -42,6 +42,7 @@ static void start(const pus_time_format_t format, const uint8_t exponent)
                                       .port        = {.context = &ground, .send = take},
                                       .persistence = records_port()};
     memset(&ground, 0, sizeof ground);
+    memset(&service, 0xA5, sizeof service);
     pus_time_init(&service, &config);
     bench_serve(pus_time_service(&service));
 }

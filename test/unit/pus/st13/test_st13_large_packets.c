@@ -50,6 +50,7 @@ static void start(const size_t report_size)
 {
     memset(reports, 0xA5, sizeof reports);
     memset(uplinks, 0xA5, sizeof uplinks);
+    memset(&large, 0xA5, sizeof large);
     pus_large_init(&large, &(pus_large_config_t){.process        = &bench.process,
                                                  .reports        = reports,
                                                  .report_octets  = report_octets,

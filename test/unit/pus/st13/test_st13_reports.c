@@ -42,6 +42,7 @@ static size_t limit(void* const context, const uint16_t apid)
 static void start(const size_t report_size)
 {
     memset(reports, 0xA5, sizeof reports);
+    memset(&large, 0xA5, sizeof large);
     pus_large_init(&large, &(pus_large_config_t){.process        = &bench.process,
                                                  .reports        = reports,
                                                  .report_octets  = report_octets,
@@ -171,6 +172,7 @@ static void the_longest_report_is_sent(void)
     config.report_octets      = octets;
     config.report_count       = 1U;
     config.report_size        = PUS_LARGE_MAX;
+    memset(&large, 0xA5, sizeof large);
     pus_large_init(&large, &config);
     TEST_ASSERT_EQUAL(STATUS_OK, post(PUS_LARGE_MAX - PUS_TM_MIN, 3U));
     (void)run();

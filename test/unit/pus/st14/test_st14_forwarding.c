@@ -30,6 +30,7 @@ static void start(const uint16_t capacity, const uint16_t apid_count)
                                             .candidate   = candidate,
                                             .capacity    = capacity,
                                             .persistence = records_port()};
+    memset(&forwarding, 0xA5, sizeof forwarding);
     pus_forwarding_init(&forwarding, &config);
     bench_serve(pus_forwarding_service(&forwarding));
 }
@@ -345,6 +346,7 @@ static void without_persistence_no_definition_is_stored(void)
 {
     const pus_forwarding_config_t config = {
         .apids = apids, .apid_count = 3U, .entries = entries, .candidate = candidate, .capacity = CAPACITY};
+    memset(&forwarding, 0xA5, sizeof forwarding);
     pus_forwarding_init(&forwarding, &config);
     PERFORMED(2, 0);
     TEST_ASSERT_EQUAL_UINT32(0U, records.puts);

@@ -7,6 +7,8 @@
 #include "test/unit/pus/fixtures/reports.h"
 #include "unity.h"
 
+#include <string.h>
+
 static pus_test_t test;
 static pus_reply_t reply;
 static pus_token_t kept;
@@ -24,6 +26,7 @@ static pus_reply_t connect(void* const context, const uint16_t apid, const pus_t
 void setUp(void)
 {
     bench_start();
+    memset(&test, 0xA5, sizeof test);
     pus_test_init(&test, NULL);
     bench_serve(pus_test_service(&test));
 }
@@ -35,6 +38,7 @@ void tearDown(void)
 static void offer_connection_tests(void)
 {
     const pus_test_port_t port = {.context = &test, .connect = connect};
+    memset(&test, 0xA5, sizeof test);
     pus_test_init(&test, &port);
     bench_serve(pus_test_service(&test));
 }

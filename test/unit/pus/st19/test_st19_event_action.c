@@ -41,6 +41,7 @@ static void start(const uint16_t count, const uint16_t blocks)
     memset(definitions, 0xA5, sizeof definitions);
     memset(queue, 0xA5, sizeof queue);
     memset(buckets, 0xA5, sizeof buckets);
+    memset(&actions, 0xA5, sizeof actions);
     pus_event_action_init(&actions, &config);
     bench_serve(pus_event_action_service(&actions));
 }
@@ -505,6 +506,7 @@ static void an_impossible_activity_record_is_refused(void)
 static void definitions_with_the_same_hash_bucket_are_distinguished(void)
 {
     config.bucket_count = 1U;
+    memset(&actions, 0xA5, sizeof actions);
     pus_event_action_init(&actions, &config);
     define(5U);
     begin(1U);

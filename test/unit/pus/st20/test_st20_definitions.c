@@ -36,8 +36,10 @@ static void start(void)
                                                        .capacity     = PLACES,
                                                        .persistence  = is_base_fixed ? NULL : records_port(),
                                                        .guard        = is_base_fixed ? NULL : &guard};
+    memset(&parameters, 0xA5, sizeof parameters);
     pus_parameters_init(&parameters, &port);
     memset(places, 0xA5, sizeof places);
+    memset(&definitions, 0xA5, sizeof definitions);
     pus_parameter_definitions_init(&definitions, &config);
     const pus_parameter_definer_t definer = pus_parameter_definitions_definer(&definitions);
     pus_parameters_define(&parameters, &definer);
@@ -238,6 +240,7 @@ static void definitions_of_all_parameters_are_reported(void)
 static void without_memories_no_parameter_can_be_defined(void)
 {
     const pus_parameter_port_t port = dictionary_port();
+    memset(&parameters, 0xA5, sizeof parameters);
     pus_parameters_init(&parameters, &port);
     bench_serve(pus_parameters_service(&parameters));
     define(NEW_U32, RAM, RAM_BASE, 3U, 14U);

@@ -17,6 +17,7 @@ void setUp(void)
 {
     const pus_parameter_port_t port = dictionary_port();
     bench_start();
+    memset(&parameters, 0xA5, sizeof parameters);
     pus_parameters_init(&parameters, &port);
     bench_serve(pus_parameters_service(&parameters));
 }
@@ -241,6 +242,7 @@ static void without_a_write_port_nothing_is_settable(void)
 {
     pus_parameter_port_t port = dictionary_port();
     port.write                = NULL;
+    memset(&parameters, 0xA5, sizeof parameters);
     pus_parameters_init(&parameters, &port);
     begin(1U);
     add_value(P_U8, 1U, 1U);

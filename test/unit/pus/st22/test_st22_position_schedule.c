@@ -27,6 +27,7 @@ static uint64_t read_position(void* const context)
 static void start(void)
 {
     const pus_position_port_t port = {.read = read_position};
+    memset(&schedule, 0xA5, sizeof schedule);
     pus_position_schedule_init(&schedule, &port, &config);
     bench_serve(pus_position_schedule_service(&schedule));
 }

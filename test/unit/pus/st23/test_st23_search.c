@@ -24,6 +24,7 @@ void setUp(void)
 {
     bench_start();
     disk_start();
+    memset(&files, 0xA5, sizeof files);
     pus_files_init(&files, &(pus_files_config_t){.store        = disk_store(),
                                                  .process      = &bench.process,
                                                  .locks        = locks,
