@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -282,7 +283,7 @@ static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telep
 
 // ---- Port of the ground ----
 
-static void begin_in_the_folder(void)
+static void make_the_folders(void)
 {
     static char storage[64];
     options.output = folder;
@@ -290,6 +291,11 @@ static void begin_in_the_folder(void)
     will_return(__wrap_launcher_set_limits, true);
     expect_made(folder, STATUS_OK);
     expect_made(storage, STATUS_OK);
+}
+
+static void begin_in_the_folder(void)
+{
+    make_the_folders();
     will_return(__wrap_osal_shm_create, STATUS_OK);
     expect_function_call(__wrap_osal_shm_close);
     will_return(__wrap_launcher_open_sockets, true);
@@ -330,6 +336,42 @@ static void the_first_port_that_is_free_is_that_of_the_ground(void** state)
     assert_string_equal("udp", launcher.options.transport);
     assert_int_equal(launcher.mission.subsystem_count, run.component_count);
     assert_null(launcher.scheduler); // Each process has a clock of its own.
+}
+
+/// The file of the storage that names its mission.
+static void put_owner(const char* const mission)
+{
+    char path[96];
+    (void)snprintf(path, sizeof path, "%s/storage", folder);
+    assert_int_equal(0, mkdir(path, 0755));
+    (void)snprintf(path, sizeof path, "%s/storage/mission", folder);
+    FILE* const file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(mission, file) >= 0);
+    assert_int_equal(0, fclose(file));
+}
+
+static void the_storage_of_another_mission_is_refused(void** state)
+{
+    char expected[256];
+    (void)state;
+    put_owner("rokvis");
+    make_the_folders();
+    (void)snprintf(
+        expected, sizeof expected,
+        "the storage is that of another mission: %s/storage/mission says 'rokvis', expected 'rokviss'; "
+        "choose another folder with --storage, or fly that mission with --mission",
+        folder);
+    prepare_fails(expected);
+}
+
+static void the_storage_of_this_mission_is_used(void** state)
+{
+    (void)state;
+    put_owner("rokviss");
+    begin_in_the_folder();
+    expect_listen(10015U, STATUS_OK);
+    assert_true(launcher_prepare(&launcher, &options, "bin/"));
 }
 
 static void a_port_that_was_asked_for_and_is_in_use_is_refused(void** state)
@@ -409,6 +451,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(
             a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence, set_up, tear_down),
         cmocka_unit_test_setup_teardown(the_first_port_that_is_free_is_that_of_the_ground, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(the_storage_of_another_mission_is_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(the_storage_of_this_mission_is_used, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_port_that_was_asked_for_and_is_in_use_is_refused, set_up,
                                         tear_down),
         cmocka_unit_test_setup_teardown(another_problem_of_the_port_is_no_reason_to_try_the_next, set_up,

@@ -180,6 +180,16 @@ static void late_steps_are_reported_if_each_process_has_its_own_clock(void)
     expect(", \"starts\": 0, \"late_steps\": [10, 11, 12, 13, 14], \"memory_limit_kib\": 0}");
 }
 
+/// The file is read in pieces of 4096 octets; octets of the piece before do not count again.
+static void each_line_of_the_live_port_counts_once(void)
+{
+    static char lines[4096U + 3U];
+    (void)memset(lines, '\n', sizeof lines - 2U);
+    lines[sizeof lines - 2U] = 'x';
+    put("live.scn", lines);
+    expect("\"live_lines\": 4097,");
+}
+
 static void only_runs_with_an_optional_part_report_it(void)
 {
     static guard_t guard = {.starts = 3U};
@@ -245,6 +255,7 @@ int main(void)
     RUN_TEST(what_makes_a_run_not_reproducible);
     RUN_TEST(an_image_has_no_transport_and_reports_the_counters_of_buses);
     RUN_TEST(late_steps_are_reported_if_each_process_has_its_own_clock);
+    RUN_TEST(each_line_of_the_live_port_counts_once);
     RUN_TEST(only_runs_with_an_optional_part_report_it);
     RUN_TEST(a_run_of_no_time_has_no_factor);
     RUN_TEST(a_summary_that_cannot_be_written_is_reported);
