@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 MARKS = ROOT / "test/lint/coverage.txt"
 EXCLUSIONS = ROOT / "test/lint/coverage_exclusions.txt"
 REPORT = ROOT / "build/coverage/coverage.json"
-GCOVR = ["gcovr", "--root", ".", "--object-directory", "build/coverage/obj", "--filter", r"(base|osal/posix|pus|fsw)/.*\.[ch]$",
+GCOVR = ["gcovr", "--root", ".", "--object-directory", "build/coverage/obj", "--filter", r"(base|osal/posix|osal/common|pus|fsw)/.*\.[ch]$",
          "--exclude", "pus/tool/", "--exclude", "fsw/programs/", "--exclude-branches-by-pattern", r".*FSW_ASSERT\(.*"]
 
 
