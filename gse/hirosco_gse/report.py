@@ -213,7 +213,8 @@ def _head(run, facts):
     words += [f"{facts['time']} time"] if "time" in facts else []
     flown = f"{facts['simulated_s']:.2f} s flown" + (f" in {facts['wall_s']:.1f} s" if isinstance(facts.get("wall_s"), (int, float)) else "")
     line = "; ".join(filter(None, [", ".join(words), f"hirosco {facts.get('versions', {}).get('hirosco', __version__)}", flown]))
-    title = f"{facts.get('mission', '?')}, {pathlib.Path(facts.get('scenario', '?')).name}"  # The tab Run has the whole path.
+    names = (facts.get("mission", "?"), pathlib.Path(facts.get("scenario", "?")).name)  # The tab Run has the whole path.
+    title = ", ".join(dict.fromkeys(names))  # Often the scenario has the name of the mission.
     hold, count = _count_of(facts)
     cells = [_cell(f"{hold} of {count} figures hold" if count else "no figures for this scenario", verdict, good)]
     if "reproducible" in facts:

@@ -181,8 +181,8 @@ static status_t create_joystick(device_t* const device, const void* const kind, 
 {
     const world_joystick_t* joystick = kind;
     if (joystick->axes != JOYSTICK_AXES) {
-        return document_refuse(device->devices->config.world->path, joystick->device.line,
-                               joystick->device.name, "a joystick of two axes", reason);
+        (void)snprintf(reason, EDS_ERROR_MAX, "found %u axes, expected two", joystick->axes);
+        return STATUS_INVALID;
     }
     const joystick_config_t wanted = {.encoder          = stick_encoder_of(joystick),
                                       .read_truth       = read_stick_truth,
@@ -417,8 +417,7 @@ static const device_kind_t sensors = {.report = report_plain, .end_step = end_se
 // ---- Opening and closing ----
 
 /// Creates the model of a device from its EDS at `path`; `kind` is its element of the world.
-typedef status_t (*create_fn)(device_t* device, const void* kind, const char* path,
-                              char reason[EDS_ERROR_MAX]);
+typedef status_t (*create_fn)(device_t* device, const void* kind, const char* path, char reason[]);
 
 static status_t add(devices_t* const devices, const device_t* const wanted, const create_fn create,
                     const void* const kind, char error[SIMULATOR_ERROR_MAX])
@@ -433,7 +432,8 @@ static status_t add(devices_t* const devices, const device_t* const wanted, cons
     (void)snprintf(path, sizeof path, "%s/%s", devices->config.folder, device->place->eds);
     const status_t status = create(device, kind, path, reason);
     if (status != STATUS_OK) {
-        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s", reason);
+        (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %.150s:%u: %s", devices->config.world->path,
+                       device->place->line, reason);
         return status;
     }
     devices->count++;

@@ -403,8 +403,9 @@ status_t eds_load(const char* const path, const uint8_t node_id, dictionary_t* c
     *out_dictionary = (dictionary_t){0};
     FILE* file      = fopen(path, "r");
     if (file == NULL) {
-        (void)snprintf(error, EDS_ERROR_MAX, "%s: cannot be read (%s); run from the project's root", path,
-                       strerror(errno));
+        (void)snprintf(error, EDS_ERROR_MAX,
+                       "%.200s: cannot be read (%s), expected a data sheet; run from the project's root",
+                       path, strerror(errno));
         return STATUS_NOT_FOUND;
     }
     eds_reader_t reader = {.path = path, .node_id = node_id, .dictionary = out_dictionary, .error = error};

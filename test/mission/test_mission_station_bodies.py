@@ -32,6 +32,20 @@ COVERED = """[...document.querySelectorAll('header .cell, main')].flatMap((cell)
     node.getBoundingClientRect().right > cell.getBoundingClientRect().right + 1 || node.getBoundingClientRect().bottom > cell.getBoundingClientRect().bottom + 1))
     .map((node) => node.textContent)"""
 
+# The camera shows an arm of three joints that extends along -y: places of its base and its tip on the screen, from -1 to 1.
+FRAMED = """(() => {
+    const { scene, store } = window.station;
+    const pose = (y) => [1, 0, 0, 0, 0, 1, 0, y, 0, 0, 1, 0.3, 0, 0, 0, 1];
+    const joints = [0, -0.6, -0.6].map((y, n) => ({ name: `j${n}`, kind: "revolute", parent: `l${n}`, child: `l${n + 1}`, axis: [1, 0, 0], pose: pose(y), lower: -1, upper: 1 }));
+    const robot = { name: "arm", root: "l0", start: {}, links: { l0: [], l1: [], l2: [], l3: [] }, joints };
+    const empty = Object.entries(store.hello.world).map(([name, value]) => [name, Array.isArray(value) ? [] : {}]);
+    store.take({ ...store.hello, kind: "hello", world: { ...Object.fromEntries(empty), robots: [robot] } });
+    scene.view("Iso");
+    scene.camera.lookAt(scene.target);
+    scene.camera.updateMatrixWorld();
+    return [[0, 0, 0], [0, -1.2, 0.9]].map((at) => { const { x, y } = scene.target.clone().set(...at).project(scene.camera); return [x, y]; });
+})()"""
+
 
 @pytest.fixture(scope="module")
 def flight(session_folder):
@@ -122,6 +136,9 @@ def test_the_page_report_html_moves_a_free_body(browser, session_folder):
         page.screenshot(path=str(session_folder / "report-free-body.png"))
         page.set_viewport_size({"width": 390, "height": 844})
         assert page.evaluate(COVERED) == []
+        ends = page.evaluate(FRAMED)
+        assert all(abs(x) < 0.95 and abs(y) < 0.95 for x, y in ends)
+        assert all(abs(one + other) / 2 < 0.25 for one, other in zip(*ends))
         assert not faults
 
 

@@ -45,6 +45,28 @@ export function motion(joint, value) {
 
 export const moving = (robot) => robot.joints.filter((joint) => joint.kind !== "fixed");
 
+// Numbers of the moving joints of a robot in groups of at most `most` joints of one kind, revolute or
+// prismatic.
+export function groups(robot, most) {
+  const found = [];
+  for (const [n, joint] of moving(robot).entries()) {
+    const isPrismatic = joint.kind === "prismatic";
+    let group = found.find((one) => one.isPrismatic === isPrismatic && one.joints.length < most);
+    if (!group) found.push((group = { isPrismatic, joints: [] }));
+    group.joints.push(n);
+  }
+  return found;
+}
+
+// The robot that the subsystems of a flight move: the first with a drive, otherwise the first.
+export function leadOf(world) {
+  const driven = Object.values(world?.drives ?? {});
+  return (
+    world?.robots.find((robot) => driven.some((joint) => joint.startsWith(`${robot.name}.`))) ??
+    world?.robots[0]
+  );
+}
+
 // Pose of a body (4 x 4, row by row) from its position x, y, z and its attitude, the quaternion w, x, y, z.
 export function poseOf([px, py, pz, w, x, y, z]) {
   return [
@@ -152,6 +174,8 @@ export function tipOf(robot) {
   );
 }
 
+const turned = (pose, vector) =>
+  vector && [0, 1, 2].map((row) => vector.reduce((sum, value, k) => sum + pose[4 * row + k] * value, 0));
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
@@ -170,14 +194,16 @@ function jacobian(robot, found, tip) {
   });
 }
 
-// Force at the tip: the measured one if the row has it, otherwise the least-squares solution of J^T F =
-// torque with a small damping, which gives the smallest force where the torques leave a direction open.
+// Force at the tip: that of the truth or that which the subsystem reports, in the axes of the base, if the
+// row has it, otherwise the least-squares solution of J^T F = torque with a small damping, which gives the
+// smallest force where the torques leave a direction open.
 export function tipForce(robot, row, positions = row["CUR_VALUES.POSITION"], base = undefined) {
   const torque = row["CUR_VALUES.EXTERNAL_TORQUE"];
   if (!robot || !positions) return null;
   const found = poses(robot, positions, base);
   const tip = place(found.links.get(tipOf(robot)));
-  if (row.FORCE) return { force: row.FORCE, at: tip, size: Math.hypot(...row.FORCE) };
+  const known = row.FORCE ?? turned(found.links.get(robot.root), row["CUR_VALUES.TOOL_FORCE"]);
+  if (known) return { force: known, at: tip, size: Math.hypot(...known) };
   if (!torque) return null;
   const columns = jacobian(robot, found, tip);
   const matrix = [0, 1, 2].map((i) =>

@@ -178,6 +178,7 @@ export class Replay {
       ...row,
       "CUR_VALUES.POSITION": mean("CUR_VALUES.POSITION"),
       "CUR_VALUES.EXTERNAL_TORQUE": mean("CUR_VALUES.EXTERNAL_TORQUE"),
+      "CUR_VALUES.TOOL_FORCE": mean("CUR_VALUES.TOOL_FORCE"),
       FORCE: mean("FORCE"),
       BASE: row.BASE && next.BASE ? posesBetween(row.BASE, next.BASE, share) : row.BASE,
     };

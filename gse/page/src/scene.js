@@ -12,7 +12,8 @@ import { store } from "./store.js";
 import { el, number, text } from "./dom.js";
 import { LEAST_MS } from "./pace.js";
 import { isSoftware, Pictures } from "./picture.js";
-import { place, placedByTelemetry, placedByTruth, poses, tipForce, tipOf } from "./kinematics.js";
+import { leadOf, moving, place, placedByTelemetry, placedByTruth, poses } from "./kinematics.js";
+import { tipForce, tipOf } from "./kinematics.js";
 import { LiveTruth, notReported, reportedBase } from "./truth.js";
 
 const STALE_PERIODS = 3,
@@ -50,6 +51,7 @@ class Scene extends SceneMarks {
     this.supplement = el("div", { class: "hud tl lacking hint", hidden: true });
     this.values = {
       x: el("span", { class: "value" }),
+      y: el("span", { class: "value" }),
       z: el("span", { class: "value" }),
       force: el("span", { class: "value force" }),
     };
@@ -58,10 +60,12 @@ class Scene extends SceneMarks {
       value,
       el("span", { class: "hint" }, unit),
     ];
+    this.across = line("Tip y", this.values.y, "mm");
     this.hud = el(
       "div",
       { class: "hud bl" },
       ...line("Tip x", this.values.x, "mm"),
+      ...this.across,
       ...line("Tip z", this.values.z, "mm"),
       ...line("Force", this.values.force, "N"),
     );
@@ -264,10 +268,7 @@ class Scene extends SceneMarks {
     this.trace = [];
     this.source = store.members().find((item) => store.drives(item))?.name;
     if (!world?.robots.length) return;
-    const driven = Object.values(world.drives);
-    this.robot =
-      world.robots.find((robot) => driven.some((joint) => joint.startsWith(`${robot.name}.`))) ??
-      world.robots[0];
+    this.robot = leadOf(world);
     this.bodies = world.robots.map((robot) => ({ robot, arm: new Arm(robot, LOOK) }));
     this.arm = this.bodies.find(({ robot }) => robot === this.robot).arm;
     for (const { robot, arm } of this.bodies) {
@@ -289,7 +290,10 @@ class Scene extends SceneMarks {
       this.robot.joints.reduce((sum, joint) => sum + Math.hypot(...place(joint.pose)), 0),
     );
     this.target.set(this.reach * 0.42, 0, this.reach * 0.1);
-    if (this.robot.free || world.robots.length > 1) this.frameAll();
+    const isSpatial = moving(this.robot).length > 2;
+    const least = isSpatial ? this.reach * 0.6 : 0.3;
+    if (this.robot.free || world.robots.length > 1 || isSpatial) this.frameAll(least);
+    for (const node of this.across) node.hidden = !isSpatial;
     this.floor = new THREE.GridHelper(
       Math.ceil((this.reach * 4) / 0.05) * 0.05,
       Math.ceil((this.reach * 4) / 0.05),
@@ -313,13 +317,13 @@ class Scene extends SceneMarks {
     this.dim();
   }
 
-  // Set the distance of the camera so that it shows all robots in their initial poses.
-  frameAll() {
+  // Set the distance of the camera so that it shows all robots in their initial poses, and at least `least`.
+  frameAll(least) {
     const box = new THREE.Box3();
     this.content.updateMatrixWorld(true);
     for (const { arm } of this.bodies) box.expandByObject(arm.node);
     const size = box.getSize(new THREE.Vector3());
-    this.reach = Math.max(0.3, size.length() * 0.75);
+    this.reach = Math.max(least, size.length() * 0.75);
     box.getCenter(this.target);
   }
 
@@ -374,14 +378,13 @@ class Scene extends SceneMarks {
 
   // Show the numbers of the tip in a browser that cannot draw the scene.
   tell(row) {
-    const robot = (this.robot = store.hello.world?.robots[0]);
+    const robot = (this.robot = leadOf(store.hello.world));
     if (!robot || !row) return;
     const { positions, base } = this.where(robot, row, this.truthAt(store.time));
     this.joints = positions;
     const tip = this.tipAt(row, store.time),
       force = tipForce(robot, row, positions, base);
-    text(this.values.x, number(tip[0] * 1000, "mm"));
-    text(this.values.z, number(tip[2] * 1000, "mm"));
+    this.tellTip(tip);
     text(this.values.force, force ? number(force.size, "N") : "–");
   }
 
@@ -555,8 +558,7 @@ class Scene extends SceneMarks {
     this.actuators.show(truth, token);
     const tip = place(poses(this.robot, positions, this.base).links.get(tipOf(this.robot)));
     this.tip = tip;
-    text(this.values.x, number(tip[0] * 1000, "mm"));
-    text(this.values.z, number(tip[2] * 1000, "mm"));
+    this.tellTip(tip);
     this.drawForce(values, tip);
     this.drawTouches(values);
     this.drawGhost(values);
@@ -584,17 +586,6 @@ class Scene extends SceneMarks {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.change();
-  }
-
-  describe() {
-    if (!this.tip) return;
-    const [x, , z] = this.tip.map((value) => `${(value * 1000).toFixed(0)} mm`);
-    this.canvas.setAttribute(
-      "aria-label",
-      [`The robot: tip at x ${x}, z ${z}, force ${this.force.toFixed(1)} N`, this.actuators.words()]
-        .filter(Boolean)
-        .join("; "),
-    );
   }
 }
 customElements.define("station-scene", Scene);

@@ -45,6 +45,22 @@ function coil(from, to, turns = 13, radius = 0.011) {
 }
 
 export class SceneMarks extends HTMLElement {
+  tellTip(tip) {
+    for (const [n, name] of ["x", "y", "z"].entries()) text(this.values[name], number(tip[n] * 1000, "mm"));
+  }
+
+  describe() {
+    if (!this.tip) return;
+    const [x, y, z] = this.tip.map((value) => `${(value * 1000).toFixed(0)} mm`);
+    const across = this.across[0].hidden ? "" : `, y ${y}`;
+    this.canvas.setAttribute(
+      "aria-label",
+      [`The robot: tip at x ${x}${across}, z ${z}, force ${this.force.toFixed(1)} N`, this.actuators.words()]
+        .filter(Boolean)
+        .join("; "),
+    );
+  }
+
   addGhost() {
     this.ghostLook = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.2, depthWrite: false });
     this.ghostEdge = new THREE.LineBasicMaterial();

@@ -1,87 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strip charts: positions, external torques and force at the tip of the subsystem that moves the robot, and
-// strips of parameters that the user has chosen, with at most four lines of one unit in each.
+// Strip charts: those of the robot (arm_strips.js), and strips of parameters that the user has chosen, with
+// at most four lines of one unit in each.
 
 import uPlot from "uplot";
 
 import { store } from "./store.js";
 import { el, number, text, wordOf } from "./dom.js";
-import { moving, tipForce } from "./kinematics.js";
+import { COLOURS, LINES_MAX, stripsOf } from "./arm_strips.js";
+import { leadOf, tipForce } from "./kinematics.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
 const REFRESH_MS = 150; // Time between two updates of the charts.
 const STALE_S = 1; // An older last report shows no present value.
 const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-const last = (list, leaf) => list?.[leaf];
-const LINES_MAX = 4;
-const COLOURS = ["measured", "second", "desired", "force"];
 
 const forces = new WeakMap(); // Row of values -> force at the tip
 
 function forceOf(row) {
   if (row.FORCE) return Math.hypot(...row.FORCE);
   // The rows of a replay are views whose values change, so their forces cannot be kept.
-  if (store.replay) return tipForce(store.hello.world?.robots[0], row)?.size ?? null;
-  if (!forces.has(row)) forces.set(row, tipForce(store.hello.world?.robots[0], row)?.size ?? null);
+  if (store.replay) return tipForce(leadOf(store.hello.world), row)?.size ?? null;
+  if (!forces.has(row)) forces.set(row, tipForce(leadOf(store.hello.world), row)?.size ?? null);
   return forces.get(row);
-}
-
-// The three strips with their lines: name, colour, dashed or not, and a function that gives the value in a
-// row of housekeeping. A robot without joints has the position of its body instead.
-function strips(robot) {
-  if (!robot) return [];
-  const count = moving(robot).length;
-  if (!count) {
-    return [
-      {
-        title: "Position of the body",
-        unit: "m",
-        lines: ["x", "y", "z"].map((name, n) => ({
-          name,
-          short: name,
-          colour: COLOURS[n],
-          of: (row) => row.BASE?.[n],
-        })),
-      },
-    ];
-  }
-  const joints = [...Array(Math.min(2, count)).keys()];
-  const colours = ["measured", "second"];
-  return [
-    {
-      title: "Joint position",
-      unit: "rad",
-      lines: [
-        ...joints.map((n) => ({
-          name: `POSITION.${n + 1}`,
-          short: `${n + 1}`,
-          colour: colours[n],
-          of: (row) => row["CUR_VALUES.POSITION"]?.[n],
-        })),
-        ...joints.map((n) => ({
-          name: n ? `${n + 1}` : "desired 1",
-          colour: "desired",
-          dashed: true,
-          of: (row) => (last(row, "DES_POSITION") ?? last(row, "CUR_VALUES.DESIRED"))?.[n],
-        })),
-      ],
-    },
-    {
-      title: "External torque",
-      unit: "Nm",
-      lines: joints.map((n) => ({
-        name: `EXTERNAL.${n + 1}`,
-        short: `${n + 1}`,
-        colour: colours[n],
-        of: (row) => (row["CUR_VALUES.EXTERNAL_TORQUE"] ?? row["CUR_VALUES.TORQUE"])?.[n],
-      })),
-    },
-    {
-      title: "Force at the tip",
-      unit: "N",
-      lines: [{ name: "from joint torques", colour: "force", of: forceOf, isComputed: true }],
-    },
-  ];
 }
 
 // Value of a line in a row as a number; null if the row does not contain it.
@@ -131,6 +71,12 @@ function part(history, range) {
   if (first < 0) first = history.t.length;
   first = Math.max(0, first - 1);
   return { t: history.t.slice(first), rows: history.rows.slice(first) };
+}
+
+// Range of the values of a plot. A plot without values has an axis, too, so that all plots have one width.
+function heights(from, to) {
+  if (from === null || (from === 0 && to === 0)) return [-1, 1];
+  return uPlot.rangeNum(from, to, 0.1, true);
 }
 
 class Strip {
@@ -186,7 +132,7 @@ class Strip {
         legend: { show: false },
         padding: [6, 24, 0, 0],
         cursor: { sync: { key: "station" }, drag: { x: true, y: false }, points: { show: false } },
-        scales: { x: { time: false } },
+        scales: { x: { time: false }, y: { range: (_, from, to) => heights(from, to) } },
         axes: [
           {
             ...axis,
@@ -422,9 +368,11 @@ class Strips extends HTMLElement {
 
   arrange() {
     for (const strip of this.strips) strip.plot?.destroy();
-    this.strips = [...strips(store.hello.world?.robots[0]), ...chosen(store.charted.values())].map(
-      (about, n, all) => new Strip(about, n === all.length - 1),
-    );
+    const reported = store.subsystem(this.source)?.parameters.map((item) => item.name) ?? [];
+    this.strips = [
+      ...stripsOf(leadOf(store.hello.world), reported, forceOf),
+      ...chosen(store.charted.values()),
+    ].map((about, n, all) => new Strip(about, n === all.length - 1));
     for (const strip of this.strips)
       strip.onzoom = (range) => {
         this.zoom = range;

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""History, kinematics and pace of pictures of the page (gse/page/src/history.js, kinematics.js, pace.js), run by Node.js."""
+"""History, kinematics, strips of a robot and pace of pictures of the page (gse/page/src/), run by Node.js."""
 
 import gzip
 import json
 import math
 import pathlib
-import shutil
 import struct
 import subprocess
 
@@ -23,14 +22,15 @@ const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (n
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
-    for name in ("history", "kinematics", "pace", "recording"):
-        shutil.copy(SOURCES / f"{name}.js", folder / f"{name}.mjs")
+    for name in ("arm_strips", "history", "kinematics", "pace", "recording"):
+        text = (SOURCES / f"{name}.js").read_text(encoding="utf-8")
+        (folder / f"{name}.mjs").write_text(text.replace('.js";', '.mjs";'), encoding="utf-8")
     return folder
 
 
 def printed(folder, script):
     """The JSON that an ECMAScript script prints."""
-    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ controlsMotor, placedByTelemetry, placedByTruth, poses, posesBetween }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
+    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
     done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -144,3 +144,44 @@ def test_the_processors_rest_between_pictures(modules):
         waits.push(pace.wait(1e6));
         console.log(JSON.stringify(waits));""")
     assert found == [0, 35, 30, 800, 1000, 0]
+
+
+ARM = """
+const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+const arm = (...kinds) => ({ name: "arm", root: "l0", start: {}, joints: kinds.map((kind, n) => (
+    { name: `j${n}`, kind, parent: `l${n}`, child: `l${n + 1}`, axis: [0, 0, 1], pose: identity })),
+    links: Object.fromEntries([...Array(kinds.length + 1).keys()].map((n) => [`l${n}`, []])) });
+const row = { "CUR_VALUES.POSITION": [0, 1, 2, 3, 4, 5, 6, 7], "CUR_VALUES.TORQUE": [10, 11, 12, 13, 14, 15, 16, 17],
+    "CUR_VALUES.EXTERNAL_TORQUE": [20, 21], "CUR_VALUES.DESIRED": [30, 31] };
+const told = (strips) => strips.map(({ title, unit, lines }) => [title, unit, ...lines.map((line) => [line.name, line.of(row)])]);
+"""
+
+
+def test_strips_show_every_joint_and_torques_under_their_own_name(modules):
+    """Torques that contain those of gravity are not called external."""
+    planar, spatial = printed(modules, ARM + """
+        const turning = Array(2).fill("revolute");
+        console.log(JSON.stringify([told(stripsOf(arm(...turning), ["CUR_VALUES.TORQUE", "CUR_VALUES.EXTERNAL_TORQUE"], () => 9)),
+            told(stripsOf(arm("prismatic", "fixed", ...turning, ...turning, ...turning), ["CUR_VALUES.TORQUE"], () => 9))]));""")
+    force = ["Force at the tip", "N", ["from joint torques", 9]]
+    assert planar == [["Joint position", "rad", ["POSITION.1", 0], ["POSITION.2", 1], ["desired 1", 30], ["2", 31]],
+                      ["External torque", "Nm", ["EXTERNAL.1", 20], ["EXTERNAL.2", 21]], force]
+    assert spatial == [["Joint position", "m", ["POSITION.1", 0]],
+                       ["Joint position", "rad", *([f"POSITION.{n + 1}", n] for n in range(1, 5))],
+                       ["Joint position", "rad", *([f"POSITION.{n + 1}", n] for n in range(5, 7))],
+                       ["Joint force", "N", ["TORQUE.1", 10]],
+                       ["Joint torque", "Nm", *([f"TORQUE.{n + 1}", 10 + n] for n in range(1, 5))],
+                       ["Joint torque", "Nm", *([f"TORQUE.{n + 1}", 10 + n] for n in range(5, 7))], force]
+
+
+def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
+    """It is in the axes of the base, which is turned by 90 degrees about z; without it, it follows from the external torques."""
+    told, computed, truth = printed(modules, ARM + """
+        const base = [0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1];
+        const lead = leadOf({ robots: [{ ...arm(), name: "client" }, arm("prismatic")], drives: { JOINT1: "arm.j0" } });
+        const force = (row) => tipForce(lead, { "CUR_VALUES.POSITION": [0], ...row }, [0], base);
+        console.log(JSON.stringify([force({ "CUR_VALUES.TOOL_FORCE": [3, 0, 4] }), force({ "CUR_VALUES.EXTERNAL_TORQUE": [2] }),
+            force({ "CUR_VALUES.TOOL_FORCE": [3, 0, 4], FORCE: [0, 0, 1] })].map((found) => [found.force, found.size])));""")
+    assert told == [[0, 3, 4], 5]
+    assert computed[0] == pytest.approx([0, 0, 2], abs=1e-4)
+    assert truth == [[0, 0, 1], 1]

@@ -205,10 +205,15 @@ static void a_missing_data_sheet_is_reported(void)
 {
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND, open_from("/nowhere"));
     TEST_ASSERT_NULL(devices);
-    TEST_ASSERT_NOT_NULL(strstr(error, "/nowhere/joint-drive.eds"));
+    char expected[SIMULATOR_ERROR_MAX];
+    (void)snprintf(expected, sizeof expected, "simulator: %s:%u: /nowhere/joint-drive.eds: ", world.path,
+                   world.drive[0].device.line);
+    TEST_ASSERT_EQUAL_STRING_LEN(expected, error, strlen(expected));
     // The data sheet of a joystick does not fit a drive.
     (void)strcpy(world.bench[0].device.eds, "joystick.eds");
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, open_from("descriptors/devices"));
+    (void)snprintf(expected, sizeof expected, "simulator: %s:%u: ", world.path, world.bench[0].device.line);
+    TEST_ASSERT_EQUAL_STRING_LEN(expected, error, strlen(expected));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "joystick.eds"), error);
 }
 

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The strip charts of a robot: positions and torques of its joints, and the force at its tip. No strip has
+// more than four lines.
+
+import { groups, moving } from "./kinematics.js";
+
+export const LINES_MAX = 4;
+export const COLOURS = ["measured", "second", "force", "desired"]; // Of the lines of a strip.
+
+// The strips with their lines: name, colour, dashed or not, and a function that gives the value in a row of
+// housekeeping. `reported`: names of the parameters of the subsystem that moves the robot; forceOf(row): size
+// of the force at its tip. A robot without joints has the position of its body instead.
+export function stripsOf(robot, reported, forceOf) {
+  if (!robot) return [];
+  if (!moving(robot).length) {
+    return [
+      {
+        title: "Position of the body",
+        unit: "m",
+        lines: ["x", "y", "z"].map((name, n) => ({
+          name,
+          short: name,
+          colour: COLOURS[n],
+          of: (row) => row.BASE?.[n],
+        })),
+      },
+    ];
+  }
+  const parts = groups(robot, LINES_MAX);
+  const torque = reported.includes("CUR_VALUES.EXTERNAL_TORQUE") ? "EXTERNAL_TORQUE" : "TORQUE";
+  return [
+    ...parts.map((part) => positions(part, moving(robot).length <= 2)),
+    ...parts.map((part) => torques(part, torque)),
+    {
+      title: "Force at the tip",
+      unit: "N",
+      lines: [{ name: "from joint torques", colour: "force", of: forceOf, isComputed: true }],
+    },
+  ];
+}
+
+// Positions of a group of joints; of few joints the desired ones as well.
+function positions({ isPrismatic, joints }, hasDesired) {
+  const desired = hasDesired ? joints : [];
+  return {
+    title: "Joint position",
+    unit: isPrismatic ? "m" : "rad",
+    lines: [
+      ...lines("POSITION", joints, (row, n) => row["CUR_VALUES.POSITION"]?.[n]),
+      ...desired.map((n) => ({
+        name: n ? `${n + 1}` : "desired 1",
+        colour: "desired",
+        dashed: true,
+        of: (row) => (row["DES_POSITION"] ?? row["CUR_VALUES.DESIRED"])?.[n],
+      })),
+    ],
+  };
+}
+
+// Torques of a group of joints: those of the environment, or of subsystems that do not report these, those of
+// the joints.
+function torques({ isPrismatic, joints }, leaf) {
+  const isExternal = leaf === "EXTERNAL_TORQUE";
+  const kind = isPrismatic ? "force" : "torque";
+  return {
+    title: `${isExternal ? "External" : "Joint"} ${kind}`,
+    unit: isPrismatic ? "N" : "Nm",
+    lines: lines(isExternal ? "EXTERNAL" : "TORQUE", joints, (row, n) => row[`CUR_VALUES.${leaf}`]?.[n]),
+  };
+}
+
+const lines = (name, joints, of) =>
+  joints.map((n, place) => ({
+    name: `${name}.${n + 1}`,
+    short: `${n + 1}`,
+    colour: COLOURS[place],
+    of: (row) => of(row, n),
+  }));
