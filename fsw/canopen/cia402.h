@@ -39,12 +39,9 @@ typedef enum {
 #define CIA402_CONTROL_HOMING_START 0x0010U ///< Bit 4, mode homing.
 #define CIA402_CONTROL_FAULT_RESET 0x0080U
 
-#define CIA402_STATUS_WARNING 0x0080U         ///< Bit 7.
-#define CIA402_STATUS_INTERNAL_LIMIT 0x0800U  ///< Bit 11.
 #define CIA402_STATUS_TARGET_REACHED 0x0400U  ///< Bit 10.
 #define CIA402_STATUS_HOMING_ATTAINED 0x1000U ///< Bit 12, homing.
 #define CIA402_STATUS_HOMING_ERROR 0x2000U    ///< Bit 13, homing.
-#define CIA402_STATUS_FOLLOWS 0x1000U         ///< Bit 12, CSP and CST: the drive follows the command.
 
 /// Modes of operation, object 0x6060.
 #define CIA402_MODE_HOMING 6

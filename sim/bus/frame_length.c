@@ -10,9 +10,8 @@
 #define STATE_MASK 7U
 #define BASE_HEADER_BITS 18U // Of a classic frame, after the start of frame, to the data length code.
 #define EXTENDED_HEADER_BITS 38U
-#define STUFFED 8U // Added to the next state when a stuff bit was inserted.
 
-// Next state for each state and the next four bits, or one bit; with STUFFED if a stuff bit was inserted.
+// Next state for each state and the next four bits, or one bit; 8 is added if a stuff bit was inserted.
 static const uint8_t nibble_step[8][16] = {
     {12, 4, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 0, 7},
     {8, 13, 0, 5, 1, 4, 0, 6, 2, 4, 0, 5, 1, 4, 0, 7},

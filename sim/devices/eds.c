@@ -12,7 +12,6 @@
 #define GROWTH 64U // Number of entries by which an array grows.
 
 #define OBJECT_TYPE_VAR 0x7
-#define OBJECT_TYPE_ARRAY 0x8
 #define OBJECT_TYPE_RECORD 0x9
 
 /// A section of the file that describes an object; the keys that have been read so far.

@@ -14,9 +14,8 @@
 #define PDO_ENTRIES_MAX 8U
 #define PDO_OCTETS_MAX 8U
 
-#define PDO_INVALID 0x80000000U   ///< In the COB-ID entry: the PDO does not exist.
-#define PDO_NO_REMOTE 0x40000000U ///< In the COB-ID entry: no remote requests.
-#define PDO_EXTENDED 0x20000000U  ///< In the COB-ID entry: 29-bit identifier.
+#define PDO_INVALID 0x80000000U  ///< In the COB-ID entry: the PDO does not exist.
+#define PDO_EXTENDED 0x20000000U ///< In the COB-ID entry: 29-bit identifier.
 
 #define PDO_SYNCHRONOUS_MAX 240U ///< Types 0..240 are sent or applied at SYNC.
 #define PDO_EVENT_MANUFACTURER 254U
