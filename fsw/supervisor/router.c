@@ -179,7 +179,7 @@ static void route_request(supervisor_t* const supervisor, const uint16_t from, c
     if (decoded != STATUS_OK) {
         supervisor->counters.tc_malformed++;
         const pus_token_t token = pus_token_of(&tc);
-        if (size >= PUS_TC_HEADER_SIZE) { // The packet is long enough to contain a source id.
+        if (size >= PUS_PRIMARY_HEADER_SIZE) { // The packet is long enough to contain a request id.
             pus_verify_rejected(subsystem_process(&supervisor->subsystem), &token, &failure,
                                 supervisor->now_ns);
         }

@@ -64,17 +64,29 @@ void lockstep_schedule_wake(osal_lockstep_t* const scheduler, const uint32_t par
 void lockstep_cut_stream(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     participant_t* const one = &scheduler->participants[participant];
-    one->octets        = 0U; // The stream ends now in simulated time, even if octets are still in the socket.
-    one->stream_port   = 0U;
-    one->stream_server = 0U;
+    one->octets      = 0U; // The stream ends now in simulated time, even if octets are still in the socket.
+    one->stream_port = 0U;
     lockstep_schedule_wake(scheduler, participant);
+    __atomic_store_n(&one->stream_server, 0U, __ATOMIC_RELEASE); // Last: a repetition looks for this value.
 }
 
 void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
+    scheduler->left_life = scheduler->participants[participant].life;
+    __atomic_store_n(&scheduler->leaving, participant, __ATOMIC_RELEASE);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST); // The compiler moves none of the following writes up.
+    lockstep_complete_leave(scheduler);
+}
+
+void lockstep_complete_leave(osal_lockstep_t* const scheduler)
+{
+    const uint32_t participant = scheduler->leaving;
+    if (participant == NO_PARTICIPANT) {
+        return;
+    }
     participant_t* const self = &scheduler->participants[participant];
     self->state               = OSAL_LOCKSTEP_ABSENT;
-    self->incarnation++;
+    self->incarnation++; // It only has to change.
     self->wake_ns       = OSAL_LOCKSTEP_NEVER;
     self->stream_port   = 0U;
     self->stream_server = 0U;
@@ -84,7 +96,7 @@ void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant
         }
     }
     if (self->succession_ns != 0U) {
-        self->life++;
+        self->life     = scheduler->left_life + 1U;
         self->begin_ns = scheduler->now_ns + self->succession_ns;
         self->is_begun = false;
         self->state    = OSAL_LOCKSTEP_EXPECTED;
@@ -98,6 +110,7 @@ void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant
     if (scheduler->running == participant) {
         __atomic_store_n(&scheduler->running, NO_PARTICIPANT, __ATOMIC_RELEASE);
     }
+    __atomic_store_n(&scheduler->leaving, NO_PARTICIPANT, __ATOMIC_RELEASE);
 }
 
 /// Returns the time of the participant's next turn: the start of its life if it is EXPECTED, and

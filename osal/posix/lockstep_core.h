@@ -41,8 +41,10 @@ struct osal_lockstep {
     uint32_t last;
     uint32_t is_closed;
     uint32_t is_shared;
-    uint32_t grants;  ///< Number of grants so far [wraps].
-    uint32_t awaited; ///< Expected participant for which time stands still, or NO_PARTICIPANT.
+    uint32_t leaving;   ///< Participant whose life is being ended, or NO_PARTICIPANT.
+    uint32_t left_life; ///< The life that `leaving` ends.
+    uint32_t grants;    ///< Number of grants so far [wraps].
+    uint32_t awaited;   ///< Expected participant for which time stands still, or NO_PARTICIPANT.
     uint64_t patience_ns;
     uint32_t is_held;
     uint32_t used; ///< Participants from this one on have never been expected and have never joined.
@@ -65,6 +67,8 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t par
 /// End the life of a participant: free its grant and its streams, and expect its next life if it has a
 /// succession.
 void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant);
+/// Complete the end of a life in which the process that called lockstep_leave died.
+void lockstep_complete_leave(osal_lockstep_t* scheduler);
 /// The stream of the participant has ended: remove it and wake the participant.
 void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant);
 /// Wake a joined participant: at the present instant if its turn is still to come, else one time step later.

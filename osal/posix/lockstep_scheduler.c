@@ -5,9 +5,10 @@
 // without spinning and without a central process.
 //
 // A participant may be killed at any instruction. Therefore the writes of every change have a fixed order:
-// the write of one word, `running`, commits the change, and the writes before it can be repeated. The process
-// that gets the lock after its holder died continues from the present state. osal_lockstep_end, which is
-// called for every death, chooses or wakes the successor again.
+// the write of one word, `running`, commits the change, and the writes before it can be repeated. The end of
+// a life first writes which life ends (`leaving`); the process that gets the lock after its holder died
+// completes it. Otherwise that process continues from the present state. osal_lockstep_end, which is called
+// for every death, chooses or wakes the successor again.
 #define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -57,6 +58,7 @@ static void lock(osal_lockstep_t* const scheduler)
         }
         seen = stopped;
     }
+    lockstep_complete_leave(scheduler);
 }
 
 static void unlock(osal_lockstep_t* const scheduler)
@@ -126,6 +128,7 @@ osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t step_n
     scheduler->running     = NO_PARTICIPANT;
     scheduler->last        = NO_PARTICIPANT;
     scheduler->awaited     = NO_PARTICIPANT;
+    scheduler->leaving     = NO_PARTICIPANT;
     scheduler->is_shared   = is_shared ? 1U : 0U;
     scheduler->patience_ns = OSAL_LOCKSTEP_PATIENCE_NS;
     if (is_shared && (osal_mutex_create(&scheduler->mutex, true) != STATUS_OK)) {

@@ -92,8 +92,8 @@ static bool is_valid(const uint8_t* const packet, const size_t size)
 static void note_source(communication_t* const self, const uint8_t* const packet, const size_t size,
                         const unsigned client)
 {
-    if (size < PUS_TC_HEADER_SIZE) {
-        return;
+    if (size < PUS_TC_MIN) {
+        return; // There is no source id.
     }
     if ((octets_u16_at(&packet[SOURCE_OFFSET]) & PUS_USER_ONBOARD) != 0U) {
         self->not_requests++;

@@ -72,8 +72,7 @@ static void checksum(uint8_t* packet, size_t size)
     for (size_t i = 0U; i < (size - 2U); i++) {
         crc ^= (uint16_t)(packet[i] << 8U);
         for (unsigned bit = 0U; bit < 8U; bit++) {
-            const uint16_t shifted = (uint16_t)(crc << 1U);
-            crc                    = (uint16_t)(((crc & 0x8000U) != 0U) ? (shifted ^ 0x1021U) : shifted);
+            crc = (uint16_t)((uint32_t)(crc << 1U) ^ (((crc & 0x8000U) != 0U) ? 0x1021U : 0U));
         }
     }
     packet[size - 2U] = (uint8_t)(crc >> 8U);
@@ -111,20 +110,21 @@ static void each_malformed_packet_is_refused_with_its_code(void)
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.counters.tc_forbidden);
 }
 
-static void a_truncated_request_is_reported_if_it_contains_its_source(void)
+static void a_truncated_request_is_reported_if_it_contains_its_number(void)
 {
     uint8_t packet[64];
-    const size_t size = good_request(packet);
-    for (size_t cut = 1U; cut < size; cut++) {
+    for (size_t cut = good_request(packet) - 1U; cut > 0U; cut--) {
         fixture_send(FIXTURE_GROUND, packet, cut);
         fixture_run(1U);
-        TEST_ASSERT_EQUAL(cut >= 11U, fixture_has("G 1.2 #341 0101"));
+        TEST_ASSERT_EQUAL(cut >= 6U, fixture_has("G 1.2 #341 0101"));
         TEST_ASSERT_FALSE(fixture_has("16 TC"));
         fixture_forget();
     }
-    fixture_send(FIXTURE_GROUND, packet, 0U);
+    packet[5] = 4U; // A whole request of 11 octets: the checksum is in the place of the source.
+    checksum(packet, 11U);
+    fixture_send(FIXTURE_GROUND, packet, 11U);
     fixture_run(1U);
-    fixture_expect("");
+    fixture_expect("G 1.2 #341 0101 B\n");
 }
 
 static void the_source_of_another_user_is_refused(void)
@@ -573,7 +573,7 @@ int main(void)
     RUN_TEST(every_packet_is_logged_in_both_directions);
     RUN_TEST(a_refused_request_is_logged_too);
     RUN_TEST(each_malformed_packet_is_refused_with_its_code);
-    RUN_TEST(a_truncated_request_is_reported_if_it_contains_its_source);
+    RUN_TEST(a_truncated_request_is_reported_if_it_contains_its_number);
     RUN_TEST(the_source_of_another_user_is_refused);
     RUN_TEST(reports_with_the_apid_of_another_subsystem_are_dropped);
     RUN_TEST(a_request_to_an_unknown_addressee_is_reported_as_unrouted);

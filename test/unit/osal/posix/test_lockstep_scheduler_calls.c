@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which process the scheduler kills to get its lock: only a participant that holds the lock and that two
-// checks in a row find stopped. The lock and the processes are mocked.
+// checks in a row find stopped; and what the next holder of the lock does after a death inside. The lock and
+// the processes are mocked.
+#define _DEFAULT_SOURCE // MAP_ANONYMOUS
 #include "osal/posix/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"
 
@@ -8,8 +10,13 @@
 #include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/ptrace.h>
 #include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -145,6 +152,89 @@ static void without_a_robust_lock_there_is_no_scheduler(void** state)
     assert_null(osal_lockstep_attach(&memory));
 }
 
+/// A scheduler at 5000 ns in which participant 0, in its first life, holds the grant and has the next life
+/// 5 ns after this one; participant 1 has a stream to it, and participant 2 ends the first life.
+static void begin_life(osal_lockstep_t* const scheduler)
+{
+    participant_t* const first               = &scheduler->participants[0];
+    scheduler->now_ns                        = 5000U;
+    scheduler->running                       = 0U;
+    scheduler->last                          = 0U;
+    first->state                             = OSAL_LOCKSTEP_JOINED;
+    first->life                              = 1U;
+    first->is_begun                          = true;
+    first->is_failed                         = true;
+    first->succession_ns                     = 5U;
+    scheduler->participants[1].state         = OSAL_LOCKSTEP_JOINED;
+    scheduler->participants[1].stream_server = 1U;
+    scheduler->participants[1].wake_ns       = OSAL_LOCKSTEP_NEVER;
+    scheduler->participants[2].state         = OSAL_LOCKSTEP_JOINED;
+    scheduler->participants[2].wake_ns       = OSAL_LOCKSTEP_NEVER;
+    scheduler->used                          = 3U;
+}
+
+static void dismiss(const unsigned participant, const uint32_t life)
+{
+    will_return(__wrap_osal_mutex_lock_within, STATUS_OK);
+    expect_function_call(__wrap_osal_mutex_unlock);
+    osal_lockstep_dismiss(&memory.scheduler, participant, life);
+}
+
+/// Participant 2 died when the scheduler was in this state. The next holder of the lock ends the first life
+/// of participant 0 again, and the launcher ends that of participant 2.
+static void check_second_end(const void* const left)
+{
+    (void)memcpy(&memory, left, sizeof memory);
+    lock_and_unlock();
+    dismiss(0U, 1U);
+    dismiss(2U, OSAL_LOCKSTEP_ANY_LIFE);
+    const participant_t* const first = &memory.scheduler.participants[0];
+    assert_int_equal(2U, first->life);
+    assert_int_equal(OSAL_LOCKSTEP_EXPECTED, first->state);
+    assert_int_equal(5005U, first->begin_ns);
+    assert_false(first->is_begun || first->is_failed);
+    assert_int_not_equal(0U, first->incarnation);
+    // The end of its stream woke participant 1.
+    assert_int_equal(0U, memory.scheduler.participants[1].stream_server);
+    assert_int_equal(1U, memory.scheduler.running);
+}
+
+/// Execute lockstep_leave instruction by instruction. Each state of the memory between two instructions is
+/// one that a kill may leave.
+static void a_kill_at_any_instruction_of_the_end_of_a_life_counts_one_life(void** state)
+{
+    (void)state;
+    void* const shared = mmap(NULL, sizeof memory, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    void* const seen   = malloc(sizeof memory);
+    assert_true((shared != MAP_FAILED) && (seen != NULL));
+    begin_life(&memory.scheduler);
+    (void)memcpy(shared, &memory, sizeof memory);
+    const pid_t child = fork();
+    if (child == 0) {
+        (void)ptrace(PTRACE_TRACEME, 0, NULL, NULL);
+        (void)raise(SIGSTOP);
+        lockstep_leave(shared, 0U);
+        _exit(0);
+    }
+    (void)memset(seen, 0, sizeof memory);
+    unsigned states = 0U;
+    int status      = 0;
+    assert_int_equal(child, waitpid(child, &status, 0));
+    while (WIFSTOPPED(status)) {
+        if (memcmp(seen, shared, sizeof memory) != 0) {
+            (void)memcpy(seen, shared, sizeof memory);
+            check_second_end(seen);
+            states++;
+        }
+        assert_int_equal(0, ptrace(PTRACE_SINGLESTEP, child, NULL, NULL));
+        assert_int_equal(child, waitpid(child, &status, 0));
+    }
+    assert_true(WIFEXITED(status) && (WEXITSTATUS(status) == 0));
+    assert_true(states > 10U); // Each field that changes is written by an instruction of its own.
+    free(seen);
+    (void)munmap(shared, sizeof memory);
+}
+
 #define TEST(name) cmocka_unit_test_setup(name, set_up)
 
 int main(void)
@@ -156,6 +246,7 @@ int main(void)
         TEST(a_process_without_a_place_in_the_run_is_never_killed),
         TEST(the_default_patience_is_that_of_the_contract),
         TEST(without_a_robust_lock_there_is_no_scheduler),
+        TEST(a_kill_at_any_instruction_of_the_end_of_a_life_counts_one_life),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

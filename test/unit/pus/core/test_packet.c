@@ -171,6 +171,31 @@ static void every_truncated_size_is_refused(void)
     }
 }
 
+/// The octets at the place of the source id are then those of the checksum.
+static void a_request_without_room_for_a_source_has_none(void)
+{
+    for (size_t size = PUS_TC_HEADER_SIZE; size < PUS_TC_MIN; size++) {
+        pus_tc_t tc;
+        pus_failure_t failure;
+        uint8_t packet[sizeof golden_tc];
+        memcpy(packet, golden_tc, size);
+        packet[5] = (uint8_t)(size - 7U);
+        sign(packet, size);
+        TEST_ASSERT_NOT_EQUAL(0U, octets_u16_at(&packet[9]));
+        TEST_ASSERT_EQUAL(STATUS_TRUNCATED, pus_tc_decode(packet, size, &tc, &failure));
+        TEST_ASSERT_EQUAL_HEX16(PUS_FAILURE_LENGTH, failure.code);
+        TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, tc.source);
+        TEST_ASSERT_EQUAL_HEX32(0x1864C019U, tc.request_id);
+    }
+    uint8_t packet[sizeof golden_tc]; // The field says too little, but the request is long enough.
+    memcpy(packet, golden_tc, sizeof packet);
+    packet[5] = 4U;
+    pus_tc_t tc;
+    pus_failure_t failure;
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_tc_decode(packet, sizeof packet, &tc, &failure));
+    TEST_ASSERT_EQUAL_UINT16(1U, tc.source);
+}
+
 static void the_largest_packet_passes_and_the_next_does_not(void)
 {
     static uint8_t data[PUS_TC_DATA_MAX + 1U];
@@ -307,6 +332,7 @@ int main(void)
     RUN_TEST(each_wrong_header_field_has_its_own_failure);
     RUN_TEST(every_single_bit_error_is_detected);
     RUN_TEST(every_truncated_size_is_refused);
+    RUN_TEST(a_request_without_room_for_a_source_has_none);
     RUN_TEST(the_largest_packet_passes_and_the_next_does_not);
     RUN_TEST(a_stream_is_framed_by_its_length_fields);
     RUN_TEST(time_is_seconds_and_a_rounded_down_fraction);

@@ -188,6 +188,10 @@ static void a_client_with_the_source_of_a_user_on_board_is_counted_and_reported(
     fixture_run_until_requests(1U);
     fixture_write_request(0U, 2U, 2U, 0U);
     fixture_run_until_requests(2U);
+    // This request has no source: its last two octets are a checksum.
+    static const uint8_t without_source[] = {0x18U, 0x10U, 0xC0U, 0U, 0U, 4U, 0x2FU, 17U, 1U, 0x80U, 2U};
+    fixture_write(0U, without_source, sizeof without_source);
+    fixture_run_until_requests(3U);
     fixture_run(100U);
     TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.clients.no_telecommand);
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED]);
@@ -372,16 +376,16 @@ static void a_report_that_ends_before_its_destination_goes_to_no_client(void)
     TEST_ASSERT_EQUAL_UINT32(before + 1U, communication_ground_queue_count(queue));
 }
 
-/// A packet that is one octet too short for a source names no user; the shortest packet with a source names
-/// the user of its client.
+/// A packet that is one octet too short for source and checksum names no user; the shortest packet with both
+/// names the user of its client.
 static void a_packet_that_ends_before_its_source_names_no_user(void)
 {
-    uint8_t octets[11] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x03U, 0x2FU, 17U, 1U, 0x00U, 0x07U};
+    uint8_t octets[13] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x05U, 0x2FU, 17U, 1U, 0x00U, 0x07U};
     fixture_connect(0U);
     fixture_write(0U, octets, sizeof octets - 1U);
     fixture_run_until_requests(1U);
     TEST_ASSERT_EQUAL_UINT32(0U, fixture.communication.routes.users[0].clients);
-    octets[5] = 0x04U;
+    octets[5] = 0x06U;
     fixture_write(0U, octets, sizeof octets);
     fixture_run_until_requests(2U);
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.communication.routes.users[0].clients);
