@@ -21,9 +21,11 @@
 
 CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX);
 
-/// Time for which the image waits for the operator [ms]; longer than the launcher waits until simulated time
-/// advances.
+/// Time for which the operator's client may be silent [ms]; longer than the launcher waits until simulated
+/// time advances.
 #define COSIMULATION_PORT_PATIENCE_MS 200000U
+/// Time for which the image waits for the operator to join: 180 s, in rounds after each of which it checks
+/// whether the run must end.
 #define COSIMULATION_PORT_ROUND_MS 100U
 #define COSIMULATION_PORT_ROUNDS 1800U
 

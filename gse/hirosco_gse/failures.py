@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from .dictionary import STATES
 
+# Subtypes of ST[01] that report a failure.
 STAGES = {
     2: "refused at acceptance",
     4: "refused at start of execution",
@@ -13,6 +14,8 @@ STAGES = {
     8: "failed at completion",
     10: "could not be routed",
 }
+# Subtypes of ST[01] with which a verification ends.
+FINAL_SUBTYPES = (2, 4, 7, 8, 10)
 LINK_REASONS = (
     "request",
     "layout",

@@ -17,7 +17,7 @@ from . import run as runs
 from . import telemetry
 from . import truth as truth_log
 from .dictionary import STATES
-from .failures import name_of
+from .failures import FINAL_SUBTYPES, name_of
 from .place import problem_of
 from .station.about import hello
 from .station.geometry import as_lists
@@ -28,7 +28,7 @@ GROUND_USERS = 0x8000  # Users with a smaller number are on the ground.
 FINEST = 1_000_000  # Factor by which numbers that are not whole are multiplied.
 WIDEST = 2**31 - 2  # Largest integer in a column.
 NONE = -(2**31)
-FINAL = (2, 4, 7, 8, 10)  # Subtypes of ST[01] with which a verification ends.
+
 
 
 def _per(numbers):
@@ -106,7 +106,7 @@ class _Commands:
         if row is None:
             return
         request.stages.append(packet.subtype)
-        request.is_finished = request.is_finished or packet.subtype in FINAL
+        request.is_finished = request.is_finished or packet.subtype in FINAL_SUBTYPES
         if "words" in decoded:
             row["words"], row["code"] = decoded["words"], decoded["code"]
         self._light(row, seconds)

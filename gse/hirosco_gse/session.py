@@ -13,12 +13,11 @@ from dataclasses import dataclass, field
 
 from . import large, packets, telecommands, telemetry
 from .dictionary import STATES, SUPERVISOR_APID
-from .failures import Failure
+from .failures import FINAL_SUBTYPES, STAGES, Failure
 
 GROUND_USER = 1  # Source id of telecommands of the command line.
 OUT_OF_RANGE = 0x0203  # Failure code of a value outside its limits.
-# Subtypes of ST[01] with which a verification ends.
-FINAL_SUBTYPES = (2, 4, 7, 8, 10)
+
 ENDED = 32  # Requests whose reports may still arrive in parts.
 ASKED = 0x4000  # Packets that are remembered until a script logs them.
 
@@ -208,7 +207,7 @@ class Session:
         if verification is None:
             return
         verification.stages.append(packet.subtype)
-        if packet.subtype in (2, 4, 6, 8, 10):
+        if packet.subtype in STAGES:
             verification.failure = Failure.decode(packet.subtype, packet.data[4:], packet.apid)
             verification.failures.append(verification.failure)
         if packet.subtype in FINAL_SUBTYPES:

@@ -8,7 +8,7 @@ import struct
 
 from . import values
 from .dictionary import SEVERITIES, STATES, STRATEGIES, defined_on_board
-from .failures import LINK_REASONS, Failure, name_of
+from .failures import LINK_REASONS, STAGES, Failure, name_of
 
 CAUSES = ("request", "own error", "network", "plan", "shutdown", "time-out", "supervisor lost")
 LINK_STATES = ("closed", "requested", "accepted", "open", "stale", "failed")
@@ -96,7 +96,7 @@ def _verification(packet, dictionary, _):
         "request_sequence": count & 0x3FFF,
         "stage": VERIFICATION.get(packet.subtype, str(packet.subtype)),
     }
-    if packet.subtype in (2, 4, 6, 8, 10):
+    if packet.subtype in STAGES:
         failure = Failure.decode(packet.subtype, packet.data[4:], packet.apid)
         found.update(code=failure.code, instruction=failure.instruction, detail=failure.detail)
         found["words"] = failure.words(dictionary)

@@ -152,9 +152,10 @@ static void step_stick(plant_t* const plant, const plant_input_t* const input, c
     }
 }
 
-/// Apply the torque of a rotor, whose angular momentum is J_m N w, to the parent link that carries it: the
-/// reaction to its acceleration, and the gyroscopic torque. For a prismatic joint it is zero, because the
-/// axis of the motor is not known.
+/// Apply the torque of a rotor to the parent link that carries it: the reaction to its acceleration, and the
+/// gyroscopic torque. At the joint speed w a rotor with the inertia J_m turns at N w, so its angular momentum
+/// is J_m N w = (J_m N^2 / N) w. For a prismatic joint the torque is zero, because the axis of the motor is
+/// not known.
 static void rotor_reaction(const joint_t* const joint, const double speed_rad_s, const double before_rad_s,
                            const double dt_s)
 {
@@ -263,6 +264,10 @@ static void push_valves(plant_t* const plant, const plant_input_t* const input)
     }
 }
 
+/// First all forces and torques of the present pose are added, because the check adds their effect to
+/// the speeds; the joints of latches and contacts are changed after the check, so a failed step changes none.
+/// Latches come before contacts, because a closed latch ends the contact between its links. The truth is that
+/// after the step, and is read last.
 static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* const input, const double dt_s)
 {
     clear_sums(plant, input);

@@ -292,6 +292,7 @@ def test_elastic_drives_move_a_chain_as_in_the_reference(probe, tmp_path):
 
 
 BODY = {"mass": 350.0, "inertia": numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])}
+# Of each rotor: axis, momentum at the start [Nms], amplitude [Nm] and frequency [rad/s] of its torque.
 ROTORS = [((1, 1, 1), 1.0, 0.05, 0.5), ((-1, 1, 1), -1.0, 0.04, 0.8), ((-1, -1, 1), 0.0, -0.04, 0.3), ((1, -1, 1), 2.0, 0.03, 1.1)]
 ROTOR_KG, ROTOR_KGM2 = 1.0, 0.019  # Mass, and moment about the axis; half of it about the other axes.
 RATE, SECONDS = (0.02, -0.03, 0.04), 20.0

@@ -270,7 +270,7 @@ static const source_attribute_t reference_attributes[] = {SOURCE_REQUIRED("name"
 static const source_attribute_t sampled_attributes[]   = {
       SOURCE_WITHIN("nrep", SOURCE_UNSIGNED | SOURCE_NEEDED, 2U, 1000U, 0U, descriptor_sampled_t, nrep),
 };
-#define PROVIDES_ATTRIBUTES 3U
+#define PROVIDES_ATTRIBUTES 3U // Provides has the first three of these attributes, Requires has all.
 static const source_attribute_t port_attributes[] = {
     SOURCE_NAMED(SOURCE_UPPER, descriptor_port_t),
     SOURCE_NUMBERED(1U, 65535U, descriptor_port_t, id),

@@ -95,7 +95,8 @@ export class SceneMarks extends HTMLElement {
     this.content.add(this.shaft, this.point);
   }
 
-  // Draw the range of each limited revolute joint as an arc with a pointer at its present position.
+  // Draw the range of each limited revolute joint as an arc with a pointer at its present position. The ends
+  // of an arc of a full turn would coincide, so a range of 6 rad or more is not drawn.
   addLimits() {
     this.arcs = moving(this.robot)
       .filter((joint) => joint.kind === "revolute" && joint.lower !== null && joint.upper - joint.lower < 6)

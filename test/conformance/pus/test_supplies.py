@@ -67,7 +67,8 @@ def commission(station):
 
 
 def device_type(station, node):
-    """True if the drive itself answers."""
+    """Read object 1000h of a drive: its lower half is the number of the device profile. Only a drive that has power answers."""
+    # Protocol-specific data: object 1000h:00, length 4.
     answer = station.ask(SUBSYSTEM, 2, 8, n=[{"transaction_id": 1, "physical_device_id": node, "protocol_specific_data": "10000004"}])
     return struct.unpack("<H", bytes.fromhex(answer["data_block"])[:2])[0]
 

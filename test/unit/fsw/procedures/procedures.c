@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "test/unit/fsw/procedures/procedures.h"
 
+#include "pus/core/tailoring.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -31,14 +32,16 @@ status_t host_begin(const char* const code)
                            &host.call);
 }
 
-/// Returns the answer to a call: an event is known if its number is below 1000.
+/// Returns the answer to a call: a request that waits for its completion gets a failure; an event is known if
+/// its number is below 1000.
 static pus_answer_t answer_to(const pus_call_t* const call)
 {
-    static const uint8_t list[] = {2, 1, 0x12, 0x34, 10, 1};
+    static const uint8_t list[] = {2, 1, 0x12, 0x34, 10, 1}; // Two values: UINT16 0x1234, BOOL true.
     switch (call->kind) {
     case PUS_CALL_SEND:
-        return (pus_answer_t){
-            .kind = PUS_ANSWER_VERDICT, .code = (uint16_t)(call->does_wait ? 0x0402U : 0U), .detail = 7U};
+        return (pus_answer_t){.kind = PUS_ANSWER_VERDICT,
+                              .code = (uint16_t)(call->does_wait ? PUS_FAILURE_NO_ANSWER : PUS_FAILURE_NONE),
+                              .detail = 7U};
     case PUS_CALL_EVENT:
         return (pus_answer_t){.kind = PUS_ANSWER_VERDICT,
                               .code = (uint16_t)((call->number < 1000U) ? 0U : 1U)};

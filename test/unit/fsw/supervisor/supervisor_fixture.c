@@ -187,7 +187,7 @@ static void answer_link_request(fixture_member_t* member, octet_reader_t* reader
     pus_link_request_t request;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_link_request_read(reader, &request));
     if (member->refuses_links != 0U) {
-        const pus_link_refuse_t refused = {request.transaction, member->refuses_links, 4U,
+        const pus_link_refuse_t refused = {request.transaction, member->refuses_links, PUS_LINK_FIELD_PERIOD,
                                            request.properties};
         (void)pus_link_refuse_report(&member->process, FIXTURE_USER, &refused, fixture.now_ns);
         return;

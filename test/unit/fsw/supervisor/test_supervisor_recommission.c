@@ -155,8 +155,8 @@ static void a_mode_that_forbids_recommissioning_stops_the_running_one(void)
     die(FIXTURE_ARM);
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, safe, 1U);
     fixture_run(2U * SECOND);
-    expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0110U);
-    expect_stopped(HAND, STATE_PRE_OPERATIONAL, 0x0110U);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, PUS_FAILURE_PERMISSION);
+    expect_stopped(HAND, STATE_PRE_OPERATIONAL, PUS_FAILURE_PERMISSION);
 }
 
 /// The mission permits configuration 2. A configuration whose number differs in the first octet is not
@@ -167,7 +167,7 @@ static void a_configuration_that_is_not_permitted_stops_recommissioning(void)
     supervisor_registry_find(&fixture.supervisor, ARM)->rested_with = 0x0102U;
     die(FIXTURE_ARM);
     fixture_run(2U * SECOND);
-    expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0110U);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, PUS_FAILURE_PERMISSION);
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.3"));
 }
 
@@ -225,7 +225,7 @@ static void recommissioning_stops_in_time_when_a_partner_does_not_arrive(void)
     TEST_ASSERT_FALSE(fixture_has(STOPPED));
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
     fixture_run(4U * SECOND);
-    expect_stopped(ARM, STATE_PRE_OPERATIONAL, 0x0406U);
+    expect_stopped(ARM, STATE_PRE_OPERATIONAL, PUS_FAILURE_TIMEOUT);
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
 }
 
@@ -301,7 +301,7 @@ static void no_subsystem_is_recommissioned_at_the_end_of_the_mission(void)
     TEST_ASSERT_FALSE(is_under_way(ARM));
 }
 
-/// The second failure has a plan.
+/// The second failure has no plan of its own: the built-in plan for HIGH events starts.
 static void a_recovery_plan_for_a_recommissioned_subsystem_stops_recommissioning(void)
 {
     link_up(STATE_OPERATIONAL);
@@ -309,7 +309,7 @@ static void a_recovery_plan_for_a_recommissioned_subsystem_stops_recommissioning
     fixture.members[FIXTURE_ARM].ignores_links = true;
     fixture_run(SECOND + (SECOND / 2U));
     TEST_ASSERT_TRUE(is_under_way(ARM));
-    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, 5U);
+    fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
     TEST_ASSERT_FALSE(is_under_way(ARM));
     TEST_ASSERT_TRUE(fixture_has(STOPPED "0010"));

@@ -166,7 +166,7 @@ static void reports_that_wait_for_the_ground_are_counted_in_octets(void)
     for (unsigned i = 0U; i < 200U; i++) {
         fixture_report(FIXTURE_ARM, PUS_SERVICE_HOUSEKEEPING, 25U, "abcdef", 6U);
         fixture_report(FIXTURE_ARM, PUS_SERVICE_TEST, 2U, NULL, 0U);
-        fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, 1U);
+        fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, BROKEN);
         fixture_run(1U);
     }
     const ground_backlog_t* const backlog = &fixture.supervisor.ground_backlog;

@@ -95,7 +95,7 @@ static void make_request(const size_t size, const uint8_t service, const uint16_
     octets_put_u16(whole, 0x1800U | TEST_APID);
     octets_put_u16(&whole[2], 0xC000U);
     octets_put_u16(&whole[4], (uint16_t)(size - 7U));
-    whole[6] = 0x2FU;
+    whole[6] = 0x2FU; // PUS version 2; acknowledge all stages.
     whole[7] = service;
     whole[8] = 3U;
     octets_put_u16(&whole[9], source);

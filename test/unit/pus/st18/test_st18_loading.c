@@ -220,6 +220,7 @@ static void bad_records_are_reported(void)
     record[11] = 0xB2U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 0U, record, sizeof record));
     TEST_ASSERT_EQUAL_UINT8(1U, self->config.procedures[0].parts);
+    // The record of the engine: one octet.
     TEST_ASSERT_EQUAL(STATUS_OK, pus_procedures_restore(self, 65535U, record, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 65535U, record, 2U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_procedures_restore(self, 65535U, NULL, 0U));

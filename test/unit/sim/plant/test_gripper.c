@@ -125,13 +125,14 @@ static void the_stated_force_holds_the_bar(void)
     // sum.
     EXPECT_WITHIN(FORCE, 0.0, truth->motor_torque_nm[0]);
     EXPECT_WITHIN(grip_n(0U) + grip_n(1U), 0.02, truth->joint_torque_nm[0]);
-    EXPECT_WITHIN(FORCE, 0.6, truth->joint_torque_nm[0]);
+    EXPECT_WITHIN(FORCE, 0.6, truth->joint_torque_nm[0]); // The friction is 0.5 N.
     EXPECT_WITHIN(grip_n(0U), 0.05, grip_n(1U));
     EXPECT_WITHIN(0.0, 1e-4, offset_m(1U)); // The fingers move synchronously and centre the bar.
     EXPECT_WITHIN(truth->link_position_rad[0], 1e-6, truth->link_position_rad[1]);
 }
 
-/// A thruster of 180 N pushes the satellite, which holds the bar of 2 kg; friction must transmit 3.5 N.
+/// A thruster of 180 N pushes the satellite of 100 kg, which holds the bar of 2 kg between two fingers of
+/// 0.15 kg; friction must transmit 3.5 N.
 static void a_grasped_bar_stays_under_acceleration(void)
 {
     begin(IN_WORLD(SCENE "<ValveBox name=\"V\" bus=\"b\" node=\"12\" eds=\"valve-box.eds\"><Valve name=\"A\" "

@@ -11,6 +11,8 @@
 #define OCTETS 1000U
 #define STALL_MAX 400U ///< Largest number of packets sent while the receiver does not read.
 #define PATIENCE 64U   ///< Attempts to send within which a restored connection is detected.
+/// The same after a long interruption: more than the largest number of refusals between two SYNCs, 1024.
+#define LONG_PATIENCE 1100U
 
 static party_t party;
 static uint8_t packet[OCTETS];
@@ -256,6 +258,7 @@ static void flood_a_receiver_that_does_not_read(void)
         TEST_ASSERT_EQUAL((i < MESSAGE_WINDOW) ? STATUS_OK : STATUS_FULL,
                           party_send(&party, 0U, 1U, packet, 1U));
     }
+    // At most one SYNC is sent in 1024 refusals, and 8 before that: at 4, 8, 16 .. 512.
     TEST_ASSERT_TRUE(counters(0U)->syncs <= 1000U);
     TEST_ASSERT_EQUAL(1000000U - MESSAGE_WINDOW, counters(0U)->no_credit);
 }
@@ -265,7 +268,7 @@ static void repeated_queries_do_not_fill_the_carrier(void)
     party_in_each_form(&party, flood_a_receiver_that_does_not_read);
 }
 
-/// Both ends detect an interruption of any length within a bounded number of attempts.
+/// Both ends detect the end of an interruption of any length within LONG_PATIENCE attempts.
 static void interrupt_for_a_long_time(void)
 {
     exchange(3U);
@@ -277,12 +280,12 @@ static void interrupt_for_a_long_time(void)
     }
     party.outcome     = NULL;
     unsigned attempts = 0U;
-    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < 1100U)) {
+    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < LONG_PATIENCE)) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
         attempts++;
     }
-    TEST_ASSERT_TRUE(attempts < 1100U);
+    TEST_ASSERT_TRUE(attempts < LONG_PATIENCE);
     TEST_ASSERT_EQUAL(77U, take_numbered(1U));
     TEST_ASSERT_EQUAL(lost, counters(1U)->lost);
 }

@@ -34,9 +34,9 @@ static void make_request(const uint16_t apid, const uint8_t service, const uint8
     memset(whole, 0, sizeof whole);
     whole_size = PUS_TC_MIN + size;
     octets_put_u16(whole, (uint16_t)(0x1800U | apid));
-    octets_put_u16(&whole[2], 0xC063U);
+    octets_put_u16(&whole[2], 0xC000U | 99U); // Not segmented; the number.
     octets_put_u16(&whole[4], (uint16_t)(whole_size - 7U));
-    whole[6] = 0x2FU;
+    whole[6] = 0x2FU; // PUS version 2; acknowledge all stages.
     whole[7] = service;
     whole[8] = subtype;
     octets_put_u16(&whole[9], source);
