@@ -9,6 +9,7 @@ command may have "form" and "values" (forms.py). Station -> browser: the message
 import asyncio
 import base64
 import contextlib
+import errno
 import itertools
 import json
 import re
@@ -127,7 +128,12 @@ class Station:
         origin = request.headers.get("Origin")
         if request.host not in known or origin is not None and origin != f"http://{request.host}":
             raise web.HTTPForbidden(text="this station accepts requests of its own page only")
-        response = await handler(request)
+        try:
+            response = await handler(request)
+        except OSError as error:
+            if error.errno != errno.ENAMETOOLONG:
+                raise
+            raise web.HTTPNotFound from error  # No file has such a name.
         if not response.prepared:
             response.headers.update(self._headers)
         return response
