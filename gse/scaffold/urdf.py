@@ -17,6 +17,7 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 JOINTS_MAX = 12
 EFFORT_MAX = 320.0  # Nm or N, of descriptors/devices/joint-drive-large.eds.
 POSITION_MAX = 2147.0  # rad or m: 32 bits of the drives' unit of 1e-6.
+FINGERS = 'make the joints of a gripper type="fixed" without <mimic>, docs/arm.md'
 NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,62}")  # Of an attribute of the world's <Start>.
 
 
@@ -197,7 +198,7 @@ class _Chain:
         if not set(bounds) <= set(joint.limit):
             self.refuse(joint, f"expected <limit> with {', '.join(bounds)}, which bound motion and torque")
         if joint.is_mimic:
-            self.refuse(joint, "expected no <mimic>, because a drive moves each joint of an arm")
+            self.refuse(joint, f"expected no <mimic>, because a drive moves each joint of an arm; {FINGERS}")
         if not NAME.fullmatch(joint.name):
             self.refuse(joint, "expected a name of letters, digits, '_', '-' and '.', a letter first, because it is a name in the world")
         turns = {"lower": -2.0 * math.pi, "upper": 2.0 * math.pi}
@@ -220,7 +221,7 @@ class _Chain:
         base, leaving, frames = self.rigid(self.root())
         while leaving:
             if len(leaving) > 1:
-                self.refuse(leaving[1][0], f"expected one joint behind a link, an arm is a chain; there is {leaving[0][0].name}")
+                self.refuse(leaving[1][0], f"expected one joint behind a link, an arm is a chain; there is {leaving[0][0].name}; {FINGERS}")
             found, placed = leaving[0]
             joint = self.joint_of(found, placed)
             joint.link, leaving, frames = self.rigid(found.child)

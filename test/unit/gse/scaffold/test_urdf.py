@@ -44,7 +44,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
 
 
 @pytest.mark.parametrize("parts, says", [
-    ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint behind a link, an arm is a chain; there is shoulder"),
+    ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint behind a link, an arm is a chain; there is shoulder; make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
     ((link("base"), link("upper"), joint("slide", "base", "upper", "floating")),
      'robot.urdf:1: joint slide: type="floating": expected revolute, continuous or prismatic'),
     ((link("base"), link("upper"), joint("shoulder", "base", "upper", limit="")), "joint shoulder: expected <limit> with effort, velocity, lower, upper"),
@@ -62,7 +62,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
      "robot.urdf:1: joint back: child upper: expected a link that no other joint moves; there is shoulder"),
     ((*ARM, joint("own", "upper", "upper", "fixed")), "joint own: child upper: expected a link that no other joint moves; there is shoulder"),
     ((*ARM, joint("back", "upper", "base")), "robot.urdf: 0 links without a parent: expected one, the root of the robot"),
-    ((*ARM[:2], ARM[2].replace("</joint>", '<mimic joint="other"/></joint>')), "joint shoulder: expected no <mimic>"),
+    ((*ARM[:2], ARM[2].replace("</joint>", '<mimic joint="other"/></joint>')), "joint shoulder: expected no <mimic>, because a drive moves each joint of an arm; make the joints of a gripper"),
     ((*ARM[:2], ARM[2].replace("shoulder", "arm/1")), "joint arm/1: expected a name of letters, digits, '_', '-' and '.', a letter first"),
     ((*ARM[:2], ARM[2].replace("shoulder", "1st")), "joint 1st: expected a name of letters, digits"),
     ((*ARM[:2], ARM[2].replace("shoulder", "xmlns")), "joint xmlns: expected a name of letters, digits"),
