@@ -26,7 +26,7 @@
 #define configUSE_RECURSIVE_MUTEXES 0
 #define configUSE_COUNTING_SEMAPHORES 0
 #define configUSE_TASK_NOTIFICATIONS 1
-#define configTASK_NOTIFICATION_ARRAY_ENTRIES 3 // Their uses are in port.h.
+#define configTASK_NOTIFICATION_ARRAY_ENTRIES 4 // Their uses are in port.h.
 #define configUSE_TIMERS 0
 #define configUSE_CO_ROUTINES 0
 #define configUSE_QUEUE_SETS 0

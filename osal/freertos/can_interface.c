@@ -28,10 +28,12 @@ status_t osal_can_interface_remove(const char* const name)
 status_t osal_can_interface_claim(const char* const name, osal_can_claim_t* const out_claim)
 {
     FSW_ASSERT((name != NULL) && (out_claim != NULL));
+    out_claim->descriptor = -1;
     return STATUS_UNSUPPORTED;
 }
 
 void osal_can_interface_release(osal_can_claim_t* const claim)
 {
     FSW_ASSERT(claim != NULL);
+    claim->descriptor = -1;
 }

@@ -9,6 +9,7 @@
 status_t osal_network_enter(osal_network_t* const home, const char* const path)
 {
     FSW_ASSERT((home != NULL) && (path != NULL));
+    home->descriptor = -1;
     return STATUS_UNSUPPORTED;
 }
 

@@ -10,6 +10,7 @@
 #define PORT_NOTIFY_EVENT 0U ///< Entry of a task's notifications: an event was signalled.
 #define PORT_NOTIFY_ALARM 1U ///< Entry of a task's notifications: the time for which the task waits has come.
 #define PORT_NOTIFY_END 2U   ///< Entry of a task's notifications: a task that it joins has ended.
+#define PORT_NOTIFY_GRANT 3U ///< Entry of a task's notifications: the scheduler of stepped time wakes it.
 
 #define PORT_ARGUMENTS_MAX 16 ///< Arguments of main().
 #define PORT_TLS_MAX 64U      ///< Octets of the thread-local variables of one task.

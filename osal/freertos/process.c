@@ -11,6 +11,7 @@
 status_t osal_process_start(osal_process_t* const process, const osal_process_start_t* const start)
 {
     FSW_ASSERT((process != NULL) && (start != NULL));
+    *process = (osal_process_t){.id = 0, .descriptor = -1};
     return STATUS_UNSUPPORTED;
 }
 
@@ -58,6 +59,7 @@ status_t osal_process_look(const osal_process_t* const process, osal_process_loo
 status_t osal_process_watch(osal_process_t* const process, const int32_t id)
 {
     FSW_ASSERT(process != NULL);
+    *process = (osal_process_t){.id = 0, .descriptor = -1};
     (void)id;
     return STATUS_UNSUPPORTED;
 }

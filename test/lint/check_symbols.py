@@ -23,7 +23,7 @@ DEVIATIONS = {("fsw/framework/xml/xml_arena.c", "in_use")}
 # Prefixes of the global symbols of each folder; a folder that is not listed has its own name as prefix.
 PREFIXES = {
     "base": "crc16 crc32 fnv64 number octet pool quota resource status text value",
-    "osal/common": "osal can",
+    "osal/common": "osal can lockstep",
     "osal/posix": "osal can lockstep socket object_name fsw_assertion",
     "pus/core": "pus packet schedule",
     "pus/private": "pus link",

@@ -22,6 +22,10 @@ VARIANTS = ["build", "build/sanitize"]
 # instructions, 32 ns each, so that no result depends on the speed of this machine.
 EMULATOR = "qemu-system-arm -display none -monitor none -serial none -icount shift=5,sleep=off"
 BOARD = re.compile(r"build/(mps2-\w+)/")
+# Test functions of the contracts of the operating system layer that have a result on a board, not IGNORE. If one is lost, because a
+# port does not have a function any more or because a file is not built, the tests fail. If one is added, raise the number.
+CONTRACTS = "test/contract/osal/"
+CONTRACTS_ON_BOARD = 116
 # Limits of processor time, which does not depend on the load of the machine, and of wall-clock time, for
 # tests that wait without end.
 PROCESSOR_SECONDS_ALLOWED = 300
@@ -109,21 +113,31 @@ def program_of(source, folder):
     return str(pathlib.Path(folder, source).with_suffix(""))
 
 
+def judge_contracts(counts):
+    """Failures: 1 if fewer contracts than expected have a result on the board, else 0. Prints their number."""
+    found = sum(count.passed for program, count in counts.items() if BOARD.match(program) and CONTRACTS in program)
+    print(f"contracts with a result on the board: {found}, expected {CONTRACTS_ON_BOARD}")
+    if found > CONTRACTS_ON_BOARD:
+        print(f"raise CONTRACTS_ON_BOARD in test/support/run_tests.py to {found}")
+    return int(found < CONTRACTS_ON_BOARD)
+
+
 def run_programs(programs, jobs):
-    """Run all programs. Returns the total count and (seconds, program) of each. Each program is shown when it
-    ends."""
-    total, times = Count(), []
+    """Run all programs. Returns the total count, (seconds, program) of each, and the count of each program. Each program is shown
+    when it ends."""
+    total, times, counts = Count(), [], {}
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         runs = [pool.submit(run_program, program) for program in programs]
         for number, run in enumerate(concurrent.futures.as_completed(runs), 1):
             program, count, output, seconds = run.result()
             total.add(count)
+            counts[program] = count
             times.append((seconds, program))
             print(f"[{number}/{len(programs)}] {program}  {seconds:.2f} s")
             lines = output.splitlines()
             shown = lines if count.failed else [line for line in lines if CLOSING.match(line)]
             print("".join(f"    {line}\n" for line in shown), end="", flush=True)
-    return total, times
+    return total, times, counts
 
 
 def print_slowest(kind, times):
@@ -192,7 +206,10 @@ def main():
                 if arguments.only in source]
     programs += [program_of(source, "build/thread") for source in arguments.threads.split() if arguments.only in source]
     programs += [program_of(source, f"build/{arguments.board}") for source in arguments.on_board.split() if arguments.only in source]
-    total, program_times = run_programs(programs, arguments.jobs)
+    total, program_times, counts = run_programs(programs, arguments.jobs)
+    on_board = arguments.on_board or any(BOARD.match(program) and CONTRACTS in program for program in programs)
+    if on_board and arguments.only in CONTRACTS:  # All contracts are selected.
+        total.failed += judge_contracts(counts)
     case_times = []
     if not arguments.no_pytest:
         count, case_times = run_pytest(arguments.under, arguments.only, arguments.jobs)

@@ -109,10 +109,22 @@ def test_a_program_is_shown_when_it_ends_whatever_the_first_does(tmp_path, capsy
     pid = tmp_path / "pid"
     first = program(tmp_path, "first", f"until [ -s {pid} ]; do sleep 0.05; done; while kill -0 $(cat {pid}) 2>/dev/null; do sleep 0.05; done; sleep 1")
     second = program(tmp_path, "second", f"echo $$ >{pid}")
-    total, times = run_tests.run_programs([first, second], jobs=2)
+    total, times, counts = run_tests.run_programs([first, second], jobs=2)
     shown = [line.split()[:2] for line in capsys.readouterr().out.splitlines()]
     assert shown == [["[1/2]", second], ["[2/2]", first]]
     assert total.passed == 2 and sorted(name for _, name in times) == [first, second]
+    assert {name: count.passed for name, count in counts.items()} == {first: 1, second: 1}
+
+
+@pytest.mark.parametrize("lost, failures", [(0, 0), (1, 1), (-1, 0)])
+def test_a_contract_that_has_no_result_on_the_board_any_more_is_a_failure(capsys, lost, failures):
+    expected = run_tests.CONTRACTS_ON_BOARD
+    counts = {"build/mps2-an500/test/contract/osal/test_file": run_tests.Count(passed=9, skipped=2),
+              "build/mps2-an500/test/contract/osal/test_task": run_tests.Count(passed=expected - 9 - lost, skipped=lost),
+              "build/mps2-an500/test/unit/base/test_crc": run_tests.Count(passed=50),
+              "build/test/contract/osal/test_task": run_tests.Count(passed=50)}
+    assert run_tests.judge_contracts(counts) == failures
+    assert f"contracts with a result on the board: {expected - lost}, expected {expected}" in capsys.readouterr().out
 
 
 def test_the_slowest_ten_are_shown_slowest_first(capsys):

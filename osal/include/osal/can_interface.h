@@ -5,7 +5,8 @@
 ///
 /// Ownership  The caller places all structures.
 /// Context    Any task. Each call waits for the answer of the kernel.
-/// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
+/// Errors     Each function lists every status it returns; on a system without SocketCAN each returns
+///            STATUS_UNSUPPORTED, whatever its arguments. A null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_INTERFACE_H
 #define OSAL_CAN_INTERFACE_H
 

@@ -5,8 +5,9 @@
 ///
 /// Ownership  The caller places osal_device_t; closed by osal_device_close.
 /// Context    One task. Only osal_device_wait_readable blocks.
-/// Errors     Each function lists its statuses; interrupted calls are repeated inside. A null argument is a
-///            coding error (FSW_ASSERT).
+/// Errors     Each function lists its statuses; interrupted calls are repeated inside. On a system without
+///            devices each of them returns STATUS_UNSUPPORTED at once, and the device stays closed. A null
+///            argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_DEVICE_H
 #define OSAL_DEVICE_H
 

@@ -49,7 +49,7 @@ typedef struct {
 
 /// Make a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_BYTES). All participants are ABSENT; time is
 /// 0. step_ns >= 1. `is_shared`: participants are tasks or processes and use osal_lockstep_wait; else one
-/// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system does not support the lock.
+/// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system has no lock for `is_shared`.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
 /// A process that a signal stops inside one of these calls blocks the calls of all other processes. If such a
 /// process has a life and blocks another one for `patience_ns` of wall-clock time, it is killed, and its

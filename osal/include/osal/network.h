@@ -4,6 +4,8 @@
 ///
 /// Ownership  The caller places osal_network_t.
 /// Context    One task; only that task changes its stack.
+/// Errors     Each function lists its statuses; on a system without namespaces each returns
+///            STATUS_UNSUPPORTED.
 #ifndef OSAL_NETWORK_H
 #define OSAL_NETWORK_H
 

@@ -2,6 +2,7 @@
 /// Child processes. A child dies with its parent, unless it is started with `outlives`, and inherits only the
 /// descriptors that osal_process_start_t lists.
 ///
+/// Errors   On a system without processes each function with a status returns STATUS_UNSUPPORTED.
 /// Context  "Parent" is the task that started the child: when that task ends, the child is killed
 ///          unless it `outlives`.
 ///          One task of a program waits for stop signals (osal_process_wait_any, osal_clock_wait).

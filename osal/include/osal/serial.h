@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/// Bit rates that osal/posix and osal/freertos support [bit/s]; each may support more.
+/// Bit rates that each port with serial lines supports [bit/s]; it may support more.
 #define OSAL_SERIAL_BAUDS                                                                                    \
     {                                                                                                        \
         9600U, 19200U, 38400U, 57600U, 115200U, 230400U                                                      \
@@ -21,7 +21,8 @@
 
 /// Open the line and discard octets received before. If the system supports it, no other program can open the
 /// line while it is open. STATUS_OK, STATUS_OUT_OF_RANGE (bit rate not supported), STATUS_NOT_FOUND,
-/// STATUS_INVALID (not a serial line), STATUS_BUSY, STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
+/// STATUS_INVALID (not a serial line), STATUS_BUSY, STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO,
+/// STATUS_UNSUPPORTED (this system has no serial lines).
 MUST_USE status_t osal_serial_open(osal_device_t* line, const char* path, uint32_t baud);
 
 #endif // OSAL_SERIAL_H

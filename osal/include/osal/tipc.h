@@ -7,7 +7,7 @@
 /// non-blocking; interrupted ones are repeated inside.
 ///
 /// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
-/// Errors     Each function lists its statuses.
+/// Errors     Each function lists its statuses; on a system without TIPC each returns STATUS_UNSUPPORTED.
 #ifndef OSAL_TIPC_H
 #define OSAL_TIPC_H
 

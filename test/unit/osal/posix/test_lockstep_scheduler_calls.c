@@ -3,7 +3,7 @@
 // checks in a row find stopped; and what the next holder of the lock does after a death inside. The lock and
 // the processes are mocked.
 #define _DEFAULT_SOURCE // MAP_ANONYMOUS
-#include "osal/posix/lockstep_core.h"
+#include "osal/common/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"
 
 #include <setjmp.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Private to the source files of the scheduler. State changes without waiting (lockstep_core.c) are plain
-/// functions on the structure; lockstep_scheduler.c calls them under the lock.
-#ifndef OSAL_POSIX_LOCKSTEP_CORE_H
-#define OSAL_POSIX_LOCKSTEP_CORE_H
+/// functions on the structure; lockstep_scheduler.c calls them under the lock. The file lockstep_port.c of
+/// each port waits and wakes.
+#ifndef OSAL_COMMON_LOCKSTEP_CORE_H
+#define OSAL_COMMON_LOCKSTEP_CORE_H
 
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/mutex.h"
@@ -12,7 +13,7 @@
 #define PARTICIPANTS OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
 typedef struct {
-    uint32_t word;        ///< Futex: changes when the participant must check its state.
+    uint32_t word;        ///< Changes when the participant must check its state.
     uint32_t state;       ///< osal_lockstep_presence_t.
     uint64_t wake_ns;     ///< The earlier of the requested wake time and that of deliveries.
     uint32_t messages;    ///< Deliveries not yet reported.
@@ -86,4 +87,20 @@ void lockstep_add_saturating(uint32_t* sum, uint32_t more);
 /// Fill `out_grant` with the time and the deliveries, and clear the deliveries.
 void lockstep_take_grant(osal_lockstep_t* scheduler, uint32_t participant, osal_grant_t* out_grant);
 
-#endif // OSAL_POSIX_LOCKSTEP_CORE_H
+// ---- Functions of the port (lockstep_port.c), called for a scheduler with is_shared only ----
+
+/// Prepare the lock. False: this system has no lock for it.
+bool lockstep_port_prepare(osal_lockstep_t* scheduler);
+/// Take the lock, also if its holder has died or was stopped.
+void lockstep_port_lock(osal_lockstep_t* scheduler);
+void lockstep_port_unlock(osal_lockstep_t* scheduler);
+/// Wait until `word` is not `seen`, or return earlier. No wake is lost between the check and the wait.
+void lockstep_port_wait(uint32_t* word, uint32_t seen);
+/// Wake all that wait for `word`, after its change.
+void lockstep_port_wake(uint32_t* word);
+/// Number of the process of the caller, which may be killed if it stops inside; 0: none.
+int32_t lockstep_port_process(void);
+/// The life of the caller was killed: it does nothing more, as if the system had killed it at once.
+void lockstep_port_end(void);
+
+#endif // OSAL_COMMON_LOCKSTEP_CORE_H

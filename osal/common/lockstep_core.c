@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "osal/posix/lockstep_core.h"
+#include "osal/common/lockstep_core.h"
 
 #include "base/assertion.h"
 

@@ -1,70 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions that change the state of the scheduler are plain functions over its structure ("core"), which
-// both forms use. In the process form they run under a robust lock, and the grant passes directly from
-// participant to participant: the participant that ends its turn chooses its successor and wakes it by futex,
-// without spinning and without a central process.
+// both forms use. If it is shared, they run under a robust lock, and the grant passes directly from
+// participant to participant: the participant that ends its turn chooses its successor and wakes it, without
+// spinning and without a central process. Lock, wait and wake are those of the port (lockstep_port.c).
 //
 // A participant may be killed at any instruction. Therefore the writes of every change have a fixed order:
 // the write of one word, `running`, commits the change, and the writes before it can be repeated. The end of
 // a life first writes which life ends (`leaving`); the process that gets the lock after its holder died
 // completes it. Otherwise that process continues from the present state. osal_lockstep_end, which is called
 // for every death, chooses or wakes the successor again.
-#define _GNU_SOURCE
 #include "osal/include/osal/lockstep_scheduler.h"
 
 #include "base/assertion.h"
-#include "osal/posix/lockstep_core.h"
-#include "osal/posix/process_state.h"
+#include "osal/common/lockstep_core.h"
 
-#include <limits.h>
-#include <linux/futex.h>
-#include <signal.h>
 #include <string.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
-// ---- Process form: lock and hand-over ----
+// ---- Shared form: lock and hand-over ----
 
-/// True if the process has joined with a life of its own that has not ended.
-static bool has_life(const osal_lockstep_t* const scheduler, const int32_t process)
-{
-    bool is_found = false;
-    for (uint32_t i = 0U; i < PARTICIPANTS; i++) {
-        is_found = is_found || (scheduler->participants[i].process == process);
-    }
-    return is_found && (process != 0);
-}
-
-/// Returns the holder of the lock if a signal has stopped it and it may be killed; else 0.
-static int32_t stopped_inside(const osal_lockstep_t* const scheduler)
-{
-    const int32_t process = osal_mutex_holder(&scheduler->mutex);
-    return (has_life(scheduler, process) && (osal_process_state(process) == 'T')) ? process : 0;
-}
-
-/// Take the lock. If its holder died, the caller continues from the state of that holder (see the top of this
-/// file). A holder that a signal has stopped is killed if two checks find it stopped: a terminal that stops
-/// and continues the whole run may continue the holder a moment after the caller.
 static void lock(osal_lockstep_t* const scheduler)
 {
-    int32_t seen = 0;
-    if (scheduler->is_shared == 0U) {
-        return;
+    if (scheduler->is_shared != 0U) {
+        lockstep_port_lock(scheduler);
+        lockstep_complete_leave(scheduler);
     }
-    while (osal_mutex_lock_within(&scheduler->mutex, scheduler->patience_ns / 2U) == STATUS_TIMEOUT) {
-        const int32_t stopped = stopped_inside(scheduler);
-        if ((stopped != 0) && (stopped == seen)) {
-            (void)kill((pid_t)stopped, SIGKILL);
-        }
-        seen = stopped;
-    }
-    lockstep_complete_leave(scheduler);
 }
 
 static void unlock(osal_lockstep_t* const scheduler)
 {
     if (scheduler->is_shared != 0U) {
-        osal_mutex_unlock(&scheduler->mutex);
+        lockstep_port_unlock(scheduler);
     }
 }
 
@@ -73,7 +38,7 @@ static void wake(osal_lockstep_t* const scheduler, const uint32_t participant)
     uint32_t* const word = &scheduler->participants[participant].word;
     (void)__atomic_add_fetch(word, 1U, __ATOMIC_RELEASE);
     if (scheduler->is_shared != 0U) {
-        (void)syscall(SYS_futex, word, FUTEX_WAKE, INT_MAX);
+        lockstep_port_wake(word);
     }
 }
 
@@ -101,8 +66,8 @@ static void unlock_and_pass_on(osal_lockstep_t* const scheduler)
 static bool sleep_until_granted(osal_lockstep_t* const scheduler, const uint32_t participant,
                                 const uint32_t incarnation)
 {
-    // Read `word` before the checks: if a wake comes after them, it has changed `word`, and FUTEX_WAIT
-    // returns.
+    // Read `word` before the checks: if a wake comes after them, it has changed `word`, and the wait of the
+    // port returns.
     participant_t* const self = &scheduler->participants[participant];
     for (;;) {
         const uint32_t seen = __atomic_load_n(&self->word, __ATOMIC_ACQUIRE);
@@ -113,7 +78,7 @@ static bool sleep_until_granted(osal_lockstep_t* const scheduler, const uint32_t
         if (__atomic_load_n(&scheduler->running, __ATOMIC_ACQUIRE) == participant) {
             return true;
         }
-        (void)syscall(SYS_futex, &self->word, FUTEX_WAIT, seen, NULL);
+        lockstep_port_wait(&self->word, seen);
     }
 }
 
@@ -131,7 +96,7 @@ osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t step_n
     scheduler->leaving     = NO_PARTICIPANT;
     scheduler->is_shared   = is_shared ? 1U : 0U;
     scheduler->patience_ns = OSAL_LOCKSTEP_PATIENCE_NS;
-    if (is_shared && (osal_mutex_create(&scheduler->mutex, true) != STATUS_OK)) {
+    if (is_shared && !lockstep_port_prepare(scheduler)) {
         return NULL;
     }
     __atomic_store_n(&scheduler->magic, LOCKSTEP_MAGIC, __ATOMIC_RELEASE);
@@ -281,14 +246,13 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* const scheduler)
     return __atomic_load_n(&scheduler->is_closed, __ATOMIC_ACQUIRE) != 0U;
 }
 
-/// End this process if its life was killed: the process must do nothing after that instant of simulated time,
-/// as if the kernel had killed it at once.
+/// End the caller if its life was killed: it must do nothing after that instant of simulated time.
 static void end_if_killed(const osal_lockstep_t* const scheduler, const uint32_t participant,
                           const uint32_t life)
 {
     if ((life != OSAL_LOCKSTEP_ANY_LIFE) &&
         (__atomic_load_n(&scheduler->participants[participant].killed_life, __ATOMIC_ACQUIRE) == life)) {
-        (void)raise(SIGKILL);
+        lockstep_port_end();
     }
 }
 
@@ -301,7 +265,7 @@ status_t osal_lockstep_wait(osal_lockstep_t* const scheduler, const unsigned par
         return STATUS_CLOSED;
     }
     if ((life != OSAL_LOCKSTEP_ANY_LIFE) && !osal_lockstep_is_present(scheduler, participant)) {
-        scheduler->participants[participant].process = (int32_t)getpid();
+        scheduler->participants[participant].process = lockstep_port_process();
     }
     lock(scheduler);
     const bool is_turn_over    = lockstep_end_turn(scheduler, participant, life, wake_ns);
