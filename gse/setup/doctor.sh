@@ -8,11 +8,16 @@ row() { printf '  %-22s %-26s %-7s %s\n' "$1" "$2" "$3" "$4"; }
 missing_levels=''
 packages() {
     row PACKAGE VERSION LEVEL 'NEEDED FOR'
-    while read -r name level purpose; do
-        case $name in '#'* | '') continue ;; esac
+    while read -r wanted level purpose; do
+        case $wanted in '#'* | '') continue ;; esac
+        name=${wanted%%=*}
+        pinned=${wanted#"$name"}
+        pinned=${pinned#=}
         version=$(dpkg-query -W -f '${db:Status-Status} ${Version}' "$name" 2>/dev/null || true)
         case $version in
-        'installed '*) row "$name" "${version#installed }" "$level" "$purpose" ;;
+        # shellcheck disable=SC2254 # a pattern
+        'installed '${pinned:-*}) row "$name" "${version#installed }" "$level" "$purpose" ;;
+        'installed '*) row "$name" "${version#installed }" "$level" "$purpose; $pinned is pinned" ;;
         *) row "$name" MISSING "$level" "$purpose" && missing_levels="$missing_levels $level" ;;
         esac
     done <gse/setup/packages.txt

@@ -31,15 +31,26 @@ esac
 
 has() { case " $levels " in *" $1 "*) ;; *) return 1 ;; esac; }
 
-# Names of the Debian packages of these levels that are not installed.
+# Debian packages of these levels that are not installed, each with its pinned version. An installed package with another version than
+# the pinned one is left as it is, and printed.
 missing_packages() {
     for wanted in $levels; do
         awk -v level="$wanted" '$1 !~ /^#/ && $2 == level { print $1 }' "$here/packages.txt"
-    done | while read -r name; do
-        status=$(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null || true)
+    done | while read -r wanted; do
+        name=${wanted%%=*}
+        pinned=${wanted#"$name"}
+        pinned=${pinned#=}
+        status=$(dpkg-query -W -f '${db:Status-Status} ${Version}' "$name" 2>/dev/null || true)
         # npm and cargo may also come from Node.js and Rust themselves; then their Debian packages are not needed.
-        [ "$status" = installed ] ||
-            case $name in npm | cargo-web) command -v "${name%-web}" >/dev/null ;; *) false ;; esac || echo "$name"
+        case $status in
+        installed*) ;;
+        *) case $name in npm | cargo-web) command -v "${name%-web}" >/dev/null ;; *) false ;; esac || echo "$wanted" && continue ;;
+        esac
+        # shellcheck disable=SC2254 # a pattern
+        case ${status#installed } in
+        ${pinned:-*}) ;;
+        *) echo "setup: $name has version ${status#installed }, $pinned is pinned: measured figures may differ" >&2 ;;
+        esac
     done
 }
 

@@ -339,6 +339,27 @@ def test_everything_missing_is_reported_at_once(index, fresh_venv):
     assert not {"build", "run", "unit", "pytest"} & {path.name for path in (place / "build" / "setup").iterdir()}
 
 
+@pytest.mark.parametrize("installed, asked, said", [
+    ("15:12.2.rel1-1", None, None),
+    ("15:13.2.rel1-2", None, "setup: gcc-arm-none-eabi has version 15:13.2.rel1-2, 15:12.2.rel1* is pinned: measured figures may differ"),
+    (None, "install --no-install-recommends -y gcc-arm-none-eabi=15:12.2.rel1* \n", None)])
+def test_pinned_debian_packages_are_installed_by_version_and_others_are_named(tmp_path, installed, asked, said):
+    """Kernel, compiler, C library and emulator of a board are pinned; of the packages that are there, only another version is printed."""
+    shutil.copytree(SETUP, tmp_path / "gse" / "setup")
+    fetches = ("unity.sh", "expat_source.sh", "freertos.sh")
+    for name in fetches:
+        (tmp_path / "gse/setup" / name).write_text("exit 0\n")
+    script(tmp_path / "bin" / "dpkg-query", f'''case "$4" in gcc-arm-none-eabi) echo "{f'installed {installed}' if installed else ''}" ;;
+        libnewlib-arm-none-eabi) echo 'installed 3.3.0-1' ;; qemu-system-arm) echo 'installed 1:7.2+x' ;; *) echo 'installed 1' ;; esac''')
+    script(tmp_path / "bin" / "apt-get", "exit 100")
+    script(tmp_path / "bin" / "sudo", 'shift; exec "$@"')
+    environment = dict(os.environ, PATH=f"{tmp_path / 'bin'}:{os.environ['PATH']}")
+    done = subprocess.run(["sh", "gse/setup/setup.sh", "rtos"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == (1 if asked else 0), done.stderr
+    assert [line for line in done.stderr.splitlines() if "pinned" in line] == ([said] if said else [])
+    assert (asked or "") in done.stderr
+
+
 EXPAT = ["usr/include/expat.h", "usr/include/expat_external.h", "usr/include/s390x-linux-gnu/expat_config.h",
          "usr/share/doc/libexpat1-dev/copyright", "usr/lib/s390x-linux-gnu/libexpat.a"]
 
