@@ -77,7 +77,8 @@ $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command lin
 $(if $(filter-out vm kernel,$(PLACE)),$(error PLACE=$(PLACE): expected vm or kernel))
 .NOTPARALLEL: # `make check test` runs one target after the other; the work of each runs in parallel.
 endif
-PARALLEL := +$(if $(V),,@)$(MAKE) --no-print-directory -j$(JOBS)
+# A make that was started by one with jobs shares these.
+PARALLEL = +$(if $(V),,@)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 Q        := $(if $(V),,@)
 PYTHON   := /usr/bin/python3
 export PYTHONPYCACHEPREFIX := $(CURDIR)/build/pycache
@@ -88,7 +89,7 @@ VENV     := build/venv/bin/python
 include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.mk mk/fuzz.mk mk/setup.mk mk/run.mk \
         mk/station.mk mk/check.mk mk/coverage.mk mk/proofs.mk mk/mcdc.mk
 
-.PHONY: force all help programs tests thread-tests kernel-tests remote-endian remote-endian-programs \
+.PHONY: force all help programs tests test-setup thread-tests kernel-tests remote-endian remote-endian-programs \
         remote-endian-tests board-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check \
         check-full bench board-programs doctor setup clean gse format new-subsystem new-robot docs
 help:

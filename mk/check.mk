@@ -20,8 +20,15 @@ CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-mis
           check-proofs coverage mcdc
 .PHONY: $(CHECKS) check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects read-by-clang tidied \
         coverage-tests
+# Other checks read what check-gcc has built. One job more than processors, because some wait for the network or for one
+# long process. `make check test` installs what the tests need while the checks run.
+FIRST_CHECKS := check-format check-gcc
 check: build/setup/check
-	+@$(MAKE) --no-print-directory -k $(CHECKS) && echo 'check: all passed'
+	+@failed=; \
+	$(MAKE) --no-print-directory -k $(FIRST_CHECKS) || failed=1; \
+	$(MAKE) --no-print-directory -k -j$(shell expr $(JOBS) + 1) --output-sync=target \
+	    $(if $(filter test,$(MAKECMDGOALS)),test-setup) $(filter-out $(FIRST_CHECKS),$(CHECKS)) || failed=1; \
+	[ -z "$$failed" ] && echo 'check: all passed'
 check-full: check build/setup/full
 	+@$(MAKE) --no-print-directory -k check-misra-all check-tidy-all check-all-proofs check-fuzz check-mutants \
 	    check-board check-flights check-times && echo 'check-full: all passed'

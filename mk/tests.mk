@@ -166,7 +166,9 @@ TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_
                   $(if $(BOARD_TESTS),rtos) $(if $(PYTHON_TESTS),pytest) \
                   $(if $(NEEDS_THREADS)$(NEEDS_FUZZERS),clang) unit
 BUILD_REMOTE_ENDIAN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 remote-endian-tests
-test: $(TEST_SETUP:%=build/setup/%)
+test-setup: $(TEST_SETUP:%=build/setup/%)
+	@:
+test: test-setup
 	+@failed=; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),generated) \
 	    $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \

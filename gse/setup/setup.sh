@@ -84,8 +84,12 @@ install_packages() {
     }
 }
 
-# Each part is attempted, so that everything that is missing is reported at once.
+# Only one setup of this clone runs at a time.
 mkdir -p build/setup
+exec 9>build/setup/lock
+flock 9
+
+# Each part is attempted, so that everything that is missing is reported at once.
 failed=''
 install_packages || failed=1
 if has pytest; then
