@@ -193,7 +193,7 @@ static void run_child(const osal_process_start_t* start, pid_t parent, int pipe_
 static void run_child(const osal_process_start_t* const start, const pid_t parent, const int pipe_end)
 {
     execute_program(start, parent);
-    const int error = errno;
+    const int error       = errno;
     const ssize_t written = write(pipe_end, &error, sizeof error);
     (void)written; // If the parent cannot read the error, the exit code tells it.
     _exit(EXIT_NOT_STARTED);
