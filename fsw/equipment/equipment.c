@@ -56,11 +56,10 @@ static status_t with_drives(equipment_t* const equipment, status_t (*const actio
     return equipment_has_drives(equipment) ? action(&equipment->drives) : STATUS_OK;
 }
 
-/// Combine two statuses: an error before STATUS_BUSY, STATUS_BUSY before STATUS_OK.
+/// Combine two statuses: STATUS_OK only if both are.
 static status_t status_of_both(const status_t one, const status_t other)
 {
-    const bool is_decided = (one != STATUS_OK) && ((one != STATUS_BUSY) || (other == STATUS_OK));
-    return is_decided ? one : other;
+    return (one == STATUS_OK) ? other : one;
 }
 
 status_t equipment_hardware_init(void* const self)

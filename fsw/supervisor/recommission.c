@@ -205,10 +205,9 @@ static void step_member(supervisor_t* const supervisor, registry_entry_t* const 
         return;
     }
     if ((entry->state != run->seen) || (entry->phase != run->seen_phase)) {
-        const bool is_back =
-            run->has_left_offline && (run->seen != STATE_COUNT) && (entry->state < run->seen);
-        if (is_back) {
-            // The subsystem went to a lower state for another reason.
+        if (run->has_left_offline && (entry->state < run->seen)) {
+            // The subsystem went to a lower state for another reason. `seen` is a state, because the
+            // subsystem has left OFFLINE.
             report_end(supervisor, entry, PUS_FAILURE_STATE);
             return;
         }

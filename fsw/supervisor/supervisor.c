@@ -203,6 +203,21 @@ static void finish_step(supervisor_t* const supervisor)
     }
 }
 
+/// Perform the step of the supervisor as a subsystem. SOFTWARE_INIT sets all parameters to their initial
+/// values; what was counted before, or by an earlier life of the supervisor, stays counted.
+static uint64_t step_component(supervisor_t* const supervisor, const uint64_t now_ns)
+{
+    const bool is_initialised              = subsystem_state(&supervisor->subsystem) > STATE_SOFTWARE_INIT;
+    const supervisor_counters_t counters   = supervisor->counters;
+    const supervisor_reactions_t reactions = supervisor->reactions;
+    const uint64_t wake_ns                 = subsystem_step(&supervisor->subsystem, now_ns);
+    if (!is_initialised) {
+        supervisor->counters  = counters;
+        supervisor->reactions = reactions;
+    }
+    return wake_ns;
+}
+
 uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     FSW_ASSERT(supervisor != NULL);
@@ -225,7 +240,7 @@ uint64_t supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
     // The messages taken in may have returned credit, so waiting reports can be sent now.
     supervisor_ground_flush(supervisor);
     supervisor_ground_report(supervisor);
-    const uint64_t component_wake_ns = subsystem_step(&supervisor->subsystem, now_ns);
+    const uint64_t component_wake_ns = step_component(supervisor, now_ns);
     if (now_ns >= supervisor->next_tick_ns) {
         tick(supervisor);
         supervisor->next_tick_ns = ((now_ns / TICK_NS) + 1U) * TICK_NS;

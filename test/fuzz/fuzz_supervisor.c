@@ -11,6 +11,7 @@
 //   9     the member receives all messages of its inbox
 #include "fsw/supervisor/supervisor.h"
 #include "test/fuzz/fuzz.h"
+#include "test/support/consistent_ground.h"
 #include "test/support/consistent_message.h"
 #include "test/support/consistent_pool.h"
 
@@ -189,31 +190,11 @@ static void empty_inbox(const unsigned at)
     FUZZ_CHECK(members[at].endpoint.counters.malformed == 0U);
 }
 
-/// True if the number of blocks in the queues equals the number taken from the pools, and no queue exceeds
-/// its limits.
-static bool ground_is_consistent(void)
-{
-    const ground_backlog_t* const backlog = &supervisor.ground_backlog;
-    unsigned waiting                      = 0U;
-    unsigned taken                        = 0U;
-    for (unsigned i = 0U; i < PUS_CLASSES; i++) {
-        const ground_line_t* const line = &backlog->lines[i];
-        FUZZ_CHECK((line->octets <= line->limit) && (line->span <= line->capacity));
-        for (unsigned k = 0U; k < line->span; k++) {
-            waiting += (line->entries[(line->head + k) % line->capacity].block != NULL) ? 1U : 0U;
-        }
-    }
-    for (unsigned i = 0U; i < GROUND_SIZES; i++) {
-        taken += backlog->blocks.pools[i].stats.taken;
-    }
-    return waiting == taken;
-}
-
 static void step(void)
 {
     const uint64_t wake_ns = supervisor_step(&supervisor, now_ns);
     FUZZ_CHECK(wake_ns > now_ns);
-    FUZZ_CHECK(ground_is_consistent() && message_is_consistent(&endpoint));
+    FUZZ_CHECK(ground_backlog_is_consistent(&supervisor.ground_backlog) && message_is_consistent(&endpoint));
     FUZZ_CHECK(pool_is_consistent(&supervisor.subsystem.call_tokens));
     FUZZ_CHECK(supervisor.graph.count <= LINK_GRAPH_EDGES);
     FUZZ_CHECK(supervisor.log.failures == 0U);

@@ -163,8 +163,9 @@ def prepare_programs(program):
     folder, built = program.parent, ROOT / "build/bin"
     for path in built.iterdir():
         place = folder / path.name
-        if path.name != "image":
-            with contextlib.suppress(FileExistsError):
+        if path.name != "image" and place.resolve() != path:
+            with contextlib.suppress(FileExistsError):  # Another flight may create it at the same time.
+                place.unlink(missing_ok=True)  # A link of a tree that was moved.
                 place.symlink_to(path)
     return folder / "hirosco"
 

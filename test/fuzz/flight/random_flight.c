@@ -10,12 +10,13 @@
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/programs/run_state.h"
 #include "fsw/subsystems/communication/communication.h"
-#include "fsw/supervisor/supervisor.h"
+#include "fsw/supervisor/packet_log.h"
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "osal/include/osal/socket.h"
 #include "sim/app/simulator.h"
 #include "sim/truth/truth.h"
 #include "test/fuzz/flight/telecommands.h"
+#include "test/fuzz/flight/violations.h"
 #include "test/fuzz/fuzz.h"
 #include "test/support/consistent_pool.h"
 
@@ -69,6 +70,7 @@ static struct {
     uint32_t unrouted;
     uint32_t arrived;   // Requests that reached the supervisor, on-board ones included.
     uint32_t reports;   // Reports of all processes of the spacecraft.
+    uint32_t retrieved; // Reports that a packet store has sent to ground once more.
     uint32_t forwarded; // Reports that arrived on ground.
     uint32_t connections;
     uint32_t cycles_operational;
@@ -78,6 +80,8 @@ static struct {
     uint32_t phase;     // LOAD, CALM or SCRIPT.
     uint32_t script_at; // Number of the next request of the script.
     bool is_shut_down;
+    bool is_retrieving;              // A packet store is sending a report that was followed before.
+    const pus_tm_t* followed_report; // The report that is being followed, for the message of a violation.
 } flight = {.socket = OSAL_SOCKET_CLOSED};
 
 static uint8_t pool[POOL_MAX];
@@ -99,13 +103,6 @@ static unsigned drive_count;
 
 // ---- Violations ----
 
-#define HOLDS(condition, apid)                                                                               \
-    do {                                                                                                     \
-        if (!(condition)) {                                                                                  \
-            violated(#condition, (apid));                                                                    \
-        }                                                                                                    \
-    } while (0)
-
 static void write_history(FILE* const file)
 {
     for (uint32_t i = (flight.sent > HISTORY) ? (flight.sent - HISTORY) : 0U; i < flight.sent; i++) {
@@ -119,7 +116,7 @@ static void write_history(FILE* const file)
     }
 }
 
-static void violated(const char* const condition, const unsigned apid)
+void random_flight_violated(const char* const condition, const unsigned apid)
 {
     char path[300];
     (void)snprintf(path, sizeof path, "%s.failure", flight.result);
@@ -127,6 +124,12 @@ static void violated(const char* const condition, const unsigned apid)
     if (file != NULL) {
         (void)fprintf(file, "# seed %" PRIu64 ", telecommand %u, %.6f s, APID %u: does not hold: %s\n",
                       flight.seed, flight.sent, (double)flight.now_ns * 1e-9, apid, condition);
+        if (flight.followed_report != NULL) {
+            const uint32_t request = octets_u32_at(flight.followed_report->data);
+            (void)fprintf(file, "# report TM[1,%u] #%u about request %08" PRIX32 ", which is in stage %u\n",
+                          flight.followed_report->subtype, flight.followed_report->sequence, request,
+                          stage[(request >> 16U) & 0x7FFU][request & 0x3FFFU]);
+        }
         write_history(file);
         (void)fclose(file);
     }
@@ -138,7 +141,7 @@ void fsw_assertion_failed(const char* const file, const int line)
 {
     char text[256];
     (void)snprintf(text, sizeof text, "assertion at %s:%d", file, line);
-    violated(text, 0U);
+    random_flight_violated(text, 0U);
     abort();
 }
 
@@ -258,26 +261,6 @@ void __wrap_subsystem_init(subsystem_t* const subsystem, const subsystem_config_
     seen[config->descriptor->apid].state = STATE_OFFLINE;
 }
 
-uint64_t __real_supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
-uint64_t __wrap_supervisor_step(supervisor_t* supervisor, uint64_t now_ns);
-uint64_t __wrap_supervisor_step(supervisor_t* const supervisor, const uint64_t now_ns)
-{
-    const uint64_t wake_ns = __real_supervisor_step(supervisor, now_ns);
-    HOLDS(supervisor->graph.count <= LINK_GRAPH_EDGES, SUPERVISOR_APID);
-    HOLDS(supervisor->own_event_count <= SUPERVISOR_OWN_EVENTS, SUPERVISOR_APID);
-    HOLDS(supervisor->log.failures == 0U, SUPERVISOR_APID);
-    for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) { // Two links must not open with the same epoch.
-        for (size_t k = 0U; k < i; k++) {
-            const link_session_t* const one   = &supervisor->sessions[i];
-            const link_session_t* const other = &supervisor->sessions[k];
-            HOLDS((one->step < SESSION_OPEN_PRODUCER) || (other->step < SESSION_OPEN_PRODUCER) ||
-                      (one->epoch == 0U) || (one->epoch != other->epoch),
-                  SUPERVISOR_APID);
-        }
-    }
-    return wake_ns;
-}
-
 // ---- Reports ----
 
 static void follow(const pus_tm_t* const tm)
@@ -294,6 +277,7 @@ static void follow(const pus_tm_t* const tm)
     if (*at == UNSENT) {
         return; // The report answers a packet of random octets, which is not followed.
     }
+    flight.followed_report = tm;
     switch (tm->subtype) {
     case 1U:
         HOLDS(*at == SENT, tm->apid);
@@ -316,6 +300,21 @@ static void follow(const pus_tm_t* const tm)
     if (is_end) {
         *at = ENDED;
     }
+    flight.followed_report = NULL;
+}
+
+/// ST[15] sends stored reports to ground once more, unchanged.
+status_t __real_supervisor_router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet,
+                                              size_t size);
+status_t __wrap_supervisor_router_send_stored(void* context, uint8_t virtual_channel, const uint8_t* packet,
+                                              size_t size);
+status_t __wrap_supervisor_router_send_stored(void* const context, const uint8_t virtual_channel,
+                                              const uint8_t* const packet, const size_t size)
+{
+    flight.is_retrieving  = true;
+    const status_t status = __real_supervisor_router_send_stored(context, virtual_channel, packet, size);
+    flight.is_retrieving  = false;
+    return status;
 }
 
 /// Each packet passes the packet log, also those that ST[14] does not forward to ground.
@@ -333,7 +332,11 @@ void __wrap_supervisor_packet_log_append(packet_log_t* const log, const uint64_t
     } else {
         HOLDS(pus_tm_decode(packet, size, &tm, &failure) == STATUS_OK, 0U);
         flight.reports++;
-        follow(&tm);
+        if (flight.is_retrieving) {
+            flight.retrieved++;
+        } else {
+            follow(&tm);
+        }
     }
     __real_supervisor_packet_log_append(log, time_ns, is_tc, packet, size);
 }
@@ -568,6 +571,7 @@ status_t __wrap_simulator_close(simulator_t* const simulator)
         {"open", requests_in(ACCEPTED, STARTED)},
         {"arrived", flight.arrived},
         {"reports", flight.reports},
+        {"retrieved", flight.retrieved},
         {"forwarded", flight.forwarded},
         {"connections", flight.connections},
         {"operational_cycles", flight.cycles_operational},

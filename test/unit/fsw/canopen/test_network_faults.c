@@ -182,6 +182,27 @@ static void an_emergency_before_the_reset_is_not_a_fault(void)
     expect_no_fault();
 }
 
+/// The drive reports its fault while it still reacts to it.
+static void a_reaction_to_a_fault_is_a_fault(void)
+{
+    run_to(CIA402_GOAL_DISABLED);
+    joints[0]->status[0] = 0x021FU; // FAULT REACTION ACTIVE
+    idle(2U);
+    expect_fault(NETWORK_DRIVE_FAULT, 0x11U, 0x021FU);
+}
+
+/// The master takes emergencies only of its nodes, which are the devices; the test puts one into its queue.
+static void an_emergency_of_a_node_that_is_no_device_is_ignored(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    network.master.emergencies[network.master.emergency_first] =
+        (canopen_emergency_t){.node = 0x13U, .code = 0x8130U};
+    network.master.emergency_count = 1U;
+    idle(1U);
+    TEST_ASSERT_EQUAL_UINT8(0U, network.master.emergency_count);
+    expect_no_fault();
+}
+
 static void a_fault_is_reset_only_for_the_goal_standby(void)
 {
     run_to(CIA402_GOAL_DISABLED);
@@ -284,6 +305,18 @@ static void no_command_is_queued_without_an_acknowledging_node(void)
     canopen_network_reset_nodes(&network);
     scripted_bus_run(&bus);
     TEST_ASSERT_EQUAL_UINT(0U, bus.seen_count);
+}
+
+/// A command on a closed bus would count as refused by the bus.
+static void no_command_is_sent_on_a_closed_bus(void)
+{
+    run_to(CIA402_GOAL_ENABLED);
+    flow_can_close(network.flow);
+    const uint32_t refused = network.master.counters.refused;
+    canopen_network_stop(&network);
+    canopen_network_reset_nodes(&network);
+    TEST_ASSERT_FALSE(network.is_booted);
+    TEST_ASSERT_EQUAL_UINT32(refused, network.master.counters.refused);
 }
 
 static void unplugged_devices_work_again_after_commissioning(void)
@@ -432,6 +465,8 @@ int main(void)
     RUN_TEST(a_drive_that_leaves_operation_without_a_command_is_faulty);
     RUN_TEST(an_emergency_is_reported_by_the_class_of_its_code);
     RUN_TEST(an_emergency_before_the_reset_is_not_a_fault);
+    RUN_TEST(a_reaction_to_a_fault_is_a_fault);
+    RUN_TEST(an_emergency_of_a_node_that_is_no_device_is_ignored);
     RUN_TEST(a_fault_is_reset_only_for_the_goal_standby);
     RUN_TEST(faults_that_find_the_queue_full_are_counted);
     RUN_TEST(securing_sends_quick_stop_and_then_disable_voltage);
@@ -439,6 +474,7 @@ int main(void)
     RUN_TEST(securing_works_with_one_drive_unplugged);
     RUN_TEST(securing_works_from_every_goal_and_keeps_a_fault);
     RUN_TEST(no_command_is_queued_without_an_acknowledging_node);
+    RUN_TEST(no_command_is_sent_on_a_closed_bus);
     RUN_TEST(unplugged_devices_work_again_after_commissioning);
     RUN_TEST(a_sync_of_another_node_is_reported_once_while_it_continues);
     RUN_TEST(faults_keep_their_order_beyond_the_end_of_the_queue);

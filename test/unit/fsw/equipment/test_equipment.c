@@ -268,6 +268,21 @@ static void a_configuration_has_its_devices_of_both_kinds(void)
     TEST_ASSERT_TRUE(last_command(2U, &command));
 }
 
+/// While a device of the old configuration has no room for its safe command, the drive is not commissioned.
+static void the_drive_is_configured_after_the_streams(void)
+{
+    bring_up(1U);
+    generic.configuration = descriptor_find_configuration(&descriptor, 2U);
+    do_devices_read       = false;
+    (void)run_cycles(NULL, ALL, FLOW_DEPTH + 2U); // All queues are full.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, run_cycles(configure, ALL, 100U));
+    TEST_ASSERT_EQUAL_PTR(descriptor_find_configuration(&descriptor, 1U), equipment.drives.configuration);
+    do_devices_read = true;
+    read_commands();
+    TEST_ASSERT_EQUAL(STATUS_OK, run_cycles(configure, ALL, 1000U));
+    TEST_ASSERT_EQUAL_PTR(generic.configuration, equipment.drives.configuration);
+}
+
 static void both_kinds_are_secured_at_once(void)
 {
     uint8_t command = 0U;
@@ -385,6 +400,7 @@ int main(void)
     RUN_TEST(both_kinds_are_brought_up_and_counted_apart);
     RUN_TEST(the_drive_waits_for_the_streams);
     RUN_TEST(a_configuration_has_its_devices_of_both_kinds);
+    RUN_TEST(the_drive_is_configured_after_the_streams);
     RUN_TEST(both_kinds_are_secured_at_once);
     RUN_TEST(a_full_stream_delays_the_end_of_securing_but_not_the_drive);
     RUN_TEST(each_kind_has_its_own_events);

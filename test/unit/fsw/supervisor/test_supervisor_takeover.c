@@ -98,6 +98,19 @@ static void requests_plans_and_counters_are_restored(void)
     TEST_ASSERT_EQUAL(former.log.wanted, successor->log.wanted);
 }
 
+/// The next life sets its parameters to their initial values; what was counted before stays counted.
+static void counters_continue_in_the_next_life(void)
+{
+    fixture.supervisor.counters.tc_forbidden = 1000U;
+    fixture.supervisor.counters.tm_routed    = 2000U;
+    fixture_run(2U);
+    take_over();
+    fixture_run(60U);
+    TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&successor->subsystem));
+    TEST_ASSERT_EQUAL_UINT32(1000U, successor->counters.tc_forbidden);
+    TEST_ASSERT_TRUE(successor->counters.tm_routed > 2000U);
+}
+
 static void expect_same_state(const registry_entry_t* before, const registry_entry_t* after)
 {
     TEST_ASSERT_EQUAL(before->process, after->process);
@@ -227,6 +240,7 @@ int main(void)
     RUN_TEST(reports_that_wait_for_the_ground_wait_again);
     RUN_TEST(the_tables_of_links_are_restored);
     RUN_TEST(requests_plans_and_counters_are_restored);
+    RUN_TEST(counters_continue_in_the_next_life);
     RUN_TEST(the_data_of_members_are_restored);
     RUN_TEST(a_start_that_was_due_is_performed_by_the_next_supervisor);
     RUN_TEST(a_start_that_failed_is_not_repeated_by_the_next_supervisor);
