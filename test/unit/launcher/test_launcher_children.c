@@ -189,6 +189,10 @@ static void each_component_is_a_process_on_its_computer(void** state)
     expect_names((const char* const[]){"simulator", "relay", "communication", "arm", "packet-archive-sqlite",
                                        "operator", NULL});
     assert_int_equal(2U, launcher.children[3].life);
+    assert_int_equal(1U, launcher.children[3].component);
+    for (unsigned i = 0U; i < 6U; i++) { // Children 2 and 3 are the components.
+        assert_int_equal((i == 2U) || (i == 3U), launcher.children[i].is_component);
+    }
     assert_int_equal(2U, run.components[1].found_life);
     assert_int_equal(3U, launcher.children[5].participant);
 }

@@ -107,6 +107,51 @@ static void one_computer_needs_no_network(void** state)
     assert_int_equal(0, launcher.exit_code);
 }
 
+/// Fails the test if the socket is not bound to this port of this machine. Closes the socket.
+static void expect_socket(osal_socket_t* const socket, const uint16_t port, const int32_t descriptor)
+{
+    osal_address_t local = {0U, 0U};
+    assert_int_equal(STATUS_OK, osal_socket_local_address(socket, &local));
+    assert_int_equal(OSAL_IPV4_LOOPBACK, local.ipv4);
+    assert_true(port != 0U);
+    assert_int_equal(port, local.port);
+    assert_int_equal(osal_socket_descriptor(socket), descriptor);
+    osal_socket_close(socket);
+}
+
+static void components_links_and_the_relay_receive_on_sockets_of_their_own(void** state)
+{
+    (void)state;
+    launcher.options.computers = 1U;
+    assert_true(launcher_make_computers(&launcher));
+    launcher.mission.link_count                     = 1U;
+    launcher.mission.storage.links[0].consumer_apid = 11U;
+    run.link_methods   = (1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY) | (1U << (unsigned)RTLINK_METHOD_UDP);
+    run.relay.delay_us = 1000U;
+    assert_true(launcher_open_sockets(&launcher));
+    for (unsigned i = 0U; i < 3U; i++) {
+        expect_socket(&launcher.messages[i], run.components[i].message_port,
+                      run.components[i].message_descriptor);
+    }
+    expect_socket(&launcher.links[0], run.link_ports[0], run.link_descriptors[0]);
+    expect_socket(&launcher.relays[0], run.relay.ports[0], run.relay.descriptors[0]);
+    assert_int_equal(1U, run.relay.consumers[0]);
+}
+
+static void links_in_shared_memory_and_components_of_an_image_have_no_sockets(void** state)
+{
+    (void)state;
+    launcher.options.computers = 1U;
+    launcher.options.is_image  = true;
+    assert_true(launcher_make_computers(&launcher));
+    launcher.mission.link_count                     = 1U;
+    launcher.mission.storage.links[0].consumer_apid = 11U;
+    run.link_methods                                = 1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY;
+    assert_true(launcher_open_sockets(&launcher));
+    assert_int_equal(0U, run.components[0].message_port);
+    assert_int_equal(0U, run.link_ports[0]);
+}
+
 static void two_computers_are_joined_by_a_veth(void** state)
 {
     (void)state;
@@ -196,6 +241,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(one_computer_needs_no_network, set_up),
+        cmocka_unit_test_setup(components_links_and_the_relay_receive_on_sockets_of_their_own, set_up),
+        cmocka_unit_test_setup(links_in_shared_memory_and_components_of_an_image_have_no_sockets, set_up),
         cmocka_unit_test_setup(two_computers_are_joined_by_a_veth, set_up),
         cmocka_unit_test_setup(tipc_has_a_bearer_on_each, set_up),
         cmocka_unit_test_setup(the_first_command_that_fails_is_the_last, set_up),
