@@ -46,6 +46,11 @@ static uint32_t key_of(const pus_selection_list_t list, const uint16_t apid, con
     return key_of_process(list, apid) | HAS_ID | id;
 }
 
+static uint32_t last_key_of(const pus_selection_list_t list)
+{
+    return key_of(list, PUS_APID_MAX, UINT16_MAX);
+}
+
 /// Returns the index of the first entry whose key is at least `key`; `count` if there is none.
 static uint16_t place_of(const pus_selection_t* const selection, const uint32_t key)
 {
@@ -116,7 +121,7 @@ status_t pus_selection_add_process(pus_selection_t* const selection, const uint1
     for (uint16_t list = 0U; list < lists; list++) {
         const uint32_t key = key_of_process((pus_selection_list_t)list, apid);
         if (!has(selection, key)) {
-            // pus_selection_add_process has checked that there is room.
+            // Each list adds one entry at most, and there is room for that many.
             (void)insert(selection, key, key + PROCESS_SPAN, 1U);
         }
     }
@@ -307,10 +312,10 @@ static void edit_entries(edit_t* const edit)
     octet_reader_t* const reader = &edit->request->reader;
     const uint8_t processes      = octet_read_u8(reader);
     if (processes == 0U) { // Only a request to delete may name no process: then it deletes the whole list.
-        const uint32_t first   = key_of_process(edit->list, 0U);
-        const uint16_t removed = remove_range(&edit->selection, place_of(&edit->selection, first),
-                                              key_of(edit->list, 0x7FFU, 0xFFFFU));
-        edit->is_changed       = removed > 0U;
+        const uint32_t first = key_of_process(edit->list, 0U);
+        const uint16_t removed =
+            remove_range(&edit->selection, place_of(&edit->selection, first), last_key_of(edit->list));
+        edit->is_changed = removed > 0U;
     }
     for (uint8_t i = 0U; i < processes; i++) {
         const uint16_t apid = octet_read_u16(reader);
@@ -509,7 +514,7 @@ void pus_selection_report(const pus_selection_t* const selection, const pus_sele
                           pus_request_t* const request, const uint8_t subtype, const uint8_t* const name)
 {
     FSW_ASSERT((selection != NULL) && (list < PUS_SELECTION_LISTS) && (request != NULL));
-    const uint32_t last = key_of(list, 0x7FFU, 0xFFFFU);
+    const uint32_t last = last_key_of(list);
     page_t page         = begin_page(request, subtype, name);
     for (uint16_t i = place_of(selection, key_of_process(list, 0U));
          (i < selection->count) && (selection->entries[i].key <= last); i++) {

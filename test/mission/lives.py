@@ -30,6 +30,7 @@ def scenario(path):
     lines += ["4.0 operator process stop MANIPULATOR", "6.0 operator process start MANIPULATOR"] + pings(6.1)
     lines += ["6.5 fault hang JOYSTICK", "6.51 fault resume JOYSTICK"] + pings(6.6, FEW)
     lines += ["7.0 fault hang manipulator", "7.3 fault resume manipulator"] + pings(8.2)
+    # PUS_FAILURE_LOST.
     lines += ["8.6 fault kill joystick", "8.6 operator expect-refusal 0x0408 ping JOYSTICK", "9.0 operator ping all", "9.1 operator shutdown"]
     return flying.write_scenario(path, *sorted(lines, key=lambda line: float(line.split()[0])))
 

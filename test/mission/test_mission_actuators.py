@@ -163,7 +163,7 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_f
 
 @pytest.mark.parametrize("fault", ["error platform BOOM 0x2310 on", "unplug platform BOOM"])
 def test_homing_ends_with_a_fault_and_without_its_drive(session_folder, fault):
-    """HOME fails as aborted, the axis leaves operation without a reference, and the valves close."""
+    """HOME fails as aborted (0x0405), the axis leaves operation without a reference, and the valves close."""
     name = "homing-" + fault.split(" ")[0]
     lines = [*_up("HOMING"), f"1.5 operator set ACTUATORS.OUTPUT 1,0,0{ZEROS[:26]}", "2.0 operator expect-refusal 0x0405 cmd ACTUATORS.HOME",
              f"2.3 fault {fault}", "4.0 operator shutdown"]

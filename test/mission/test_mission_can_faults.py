@@ -161,7 +161,7 @@ def test_a_controller_without_automatic_restart_works_again_after_its_restart_by
         "1.1 fault bus-off robot FLIGHT",
         "1.1 operator wait-event MANIPULATOR DEVICE_LOST 0.05",
         "1.1 operator wait-state MANIPULATOR OFFLINE 0.7",
-        "2.0 operator expect-refusal 0x0301 state MANIPULATOR PRE_OPERATIONAL",
+        "2.0 operator expect-refusal 0x0301 state MANIPULATOR PRE_OPERATIONAL",  # PUS_FAILURE_STEP.
         "2.0 operator expect-event MANIPULATOR DEVICE_REFUSED",
         "4.5 operator expect-state MANIPULATOR OFFLINE",
         "4.5 fault restart robot FLIGHT now",

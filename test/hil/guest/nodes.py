@@ -202,6 +202,7 @@ def case_shared_memory_is_not_offered_between_nodes():
 def case_shared_memory_between_nodes_is_refused():
     lines = [f"0.{step} operator {words}" for step in (1, 2) for words in
              [f"{'state' if step == 1 else 'config'} {name} {'PRE_OPERATIONAL' if step == 1 else 'TELEPRESENCE'}" for name in BOTH]]
+    # PUS_FAILURE_LINK_REFUSED.
     lines += ["0.3 operator expect-refusal 0x0409 link open HAND_POSITION", "0.4 operator shutdown"]
     path = flying.write_scenario(OUT / "refused.scn", "0.0 hand rest", *lines)
     flight = fly("refused", "--scenario", path, *NODES, "--links", "shm", root=split_mission())

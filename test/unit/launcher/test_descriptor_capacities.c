@@ -36,12 +36,13 @@ static void expect(const char* const line)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(header, line), header);
 }
 
-/// An array in C has at least one item. Two structures and 256 octets are for definitions by the ground.
+/// An array in C has at least one item. 256 octets are for structures that the ground defines.
 static void an_empty_descriptor_needs_the_smallest_capacities(void)
 {
     write();
     expect("#define DRIVES_BUSES_MAX 1U\n#define DRIVES_DEVICES_MAX 1U\n#define DRIVES_MAPPINGS_MAX 1U\n");
     expect("#define SUBSYSTEM_PARAMETERS 1U\n");
+    expect("#define SUBSYSTEM_STRUCTURES 1U\n#define SUBSYSTEM_SAMPLE_OCTETS 256U\n");
     expect("#define SUBSYSTEM_LOOPS 1U\n#define SUBSYSTEM_LINKS 1U\n");
 }
 
@@ -101,6 +102,7 @@ static void lists_have_a_place_for_each_item(void)
     expect("#define SUBSYSTEM_PARAMETERS 2U\n#define SUBSYSTEM_BOUNDS 7U\n#define SUBSYSTEM_EVENTS 5U\n");
     expect("#define SUBSYSTEM_FUNCTIONS 2U\n#define SUBSYSTEM_ARGUMENTS 3U\n#define SUBSYSTEM_ARGUMENT_WORDS "
            "3U\n");
+    // The 3 structures of the second configuration, and 2 for the ground.
     expect("#define SUBSYSTEM_STRUCTURES 5U\n#define SUBSYSTEM_SAMPLE_OCTETS 300U\n");
     expect("#define SUBSYSTEM_LOOPS 2U\n#define SUBSYSTEM_LINKS 2U\n");
     // 16 + 2 x 5 structures + 5 events + 2 parameters + 32 and 4 definitions of monitoring.

@@ -40,7 +40,7 @@ void request_within(uint16_t apid, uint16_t sequence)
 
 void schedule_enable(uint8_t service)
 {
-    REQUEST(service, 22U, "\1\1\1");
+    REQUEST(service, 22U, "\1\1\1"); // Create one group, 1, enabled.
     REQUEST(service, 1U, "");
 }
 
@@ -94,9 +94,9 @@ void release_on(uint16_t event, uint16_t apid, uint16_t sequence)
 void release_in_sequence(uint16_t apid, uint16_t sequence)
 {
     request_begin();
-    octet_write_octets(&request_data, (const uint8_t*)"SEQ\0\0\0\0\0\1", 9U);
+    octet_write_octets(&request_data, (const uint8_t*)"SEQ\0\0\0\0\0\1", 9U); // A sequence of one request.
     request_within(apid, sequence);
-    octet_write_octets(&request_data, (const uint8_t*)"\0\0\0\0\0\0\0", 7U);
+    octet_write_octets(&request_data, (const uint8_t*)"\0\0\0\0\0\0\0", 7U); // Its delay.
     request_send(PUS_SERVICE_SEQUENCES, 1U);
     REQUEST(PUS_SERVICE_SEQUENCES, 4U, "SEQ\0\0\0\0\0");
 }

@@ -100,6 +100,7 @@ static void lines_are_numbered_and_timed(void)
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n3 0.000000001 TC 18\n");
 }
 
+/// A record: length, number, time, direction and packet (docs/packet-log.md).
 static void spool_records_are_binary(void)
 {
     static const uint8_t expected[] = {0U, 0U, 0U, 19U, 0U, 0U, 0U,    0U,    0U, 0U, 0U, 1U,  0U, 0U, 0U,
@@ -331,7 +332,8 @@ static void opening_is_repeated_until_the_folder_exists(void)
     (void)rmdir(path_of("nowhere"));
 }
 
-/// If the disk is full in the middle of a record, the incomplete record is removed.
+/// If the disk is full in the middle of a record, the incomplete record is removed. A record is a line of 20
+/// octets or 22 octets of the spool, so the disk becomes full at any octet of the third to sixth record.
 static void records_in_the_ring_survive_a_full_disk(void)
 {
     static const packet_log_strategy_t strategies[] = {PACKET_LOG_ASCII, PACKET_LOG_SQLITE};
@@ -466,7 +468,8 @@ static void a_file_that_was_removed_is_made_again(void)
     expect_text("packets.ascii", "3 0.000000000 TC 18\n");
 }
 
-/// A long ring is written to the file in several steps, while new records are added.
+/// A long ring is written to the file in several steps, while new records are added: 3500 lines of 20 to
+/// 23 octets are more than one piece of PACKET_LOG_PIECE octets.
 static void a_long_ring_is_written_in_portions(void)
 {
     open_log(PACKET_LOG_ASCII);

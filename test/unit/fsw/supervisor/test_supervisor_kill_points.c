@@ -287,6 +287,7 @@ void setUp(void)
     fixture_open_up();
     carrier = fixture.endpoint.carrier;
     watch_arrivals();
+    // A circular store of 64 KiB with all diagnostic reports of ARM.
     REQUEST(PUS_SERVICE_STORAGE, 20U, "\1" RING "\0\1\0\0\0\0");
     REQUEST(PUS_SERVICE_STORAGE, 3U, RING "\1\0\20\1\3\1\32");
     REQUEST(PUS_SERVICE_STORAGE, 31U, RING "\1\0\20\0");
@@ -432,7 +433,7 @@ static void make_busy(void)
     busy.log  = fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, 3U, &sqlite, 1U);
     busy.link = fixture_request_link(LINK_ARM_STATE);
     request_begin();
-    octet_write_octets(&request_data, (const uint8_t*)"\1\1\1", 3U);
+    octet_write_octets(&request_data, (const uint8_t*)"\1\1\1", 3U); // Sub-schedule 1, one activity, group 1.
     pus_time_write(&request_data, ((uint64_t)fixture.supervisor.mission->epoch_s * 1000000000U) +
                                       fixture.now_ns + (100000U * MS));
     request_within(ARM, 78U);

@@ -94,7 +94,7 @@ static void definitions_of_each_service_are_restored(void)
     release_where(100U * (uint64_t)PUS_POSITION_TICKS, LONE, 1U);
     release_on(4U, LONE, 2U);
     release_in_sequence(LONE, 3U);
-    REQUEST(PUS_SERVICE_FORWARDING, 1U, "\1\0\20\1\3\1\31");
+    REQUEST(PUS_SERVICE_FORWARDING, 1U, "\1\0\20\1\3\1\31"); // TM[3,25] of APID 16.
     REQUEST(PUS_SERVICE_TIME, 1U, "\7");
     // The component performs TC[3,29] of a structure.
     REQUEST(PUS_SERVICE_HOUSEKEEPING, 29U, "\1\0\1\1");
@@ -277,7 +277,7 @@ static void a_service_that_cannot_begin_is_reported(void)
         media[i].read = fail_to_read;
         media[i].size = fail_to_report_size;
     }
-    REQUEST(PUS_SERVICE_STORAGE, 20U, "\1RING\0\0\0\0\0\1\0\0\0\0");
+    REQUEST(PUS_SERVICE_STORAGE, 20U, "\1RING\0\0\0\0\0\1\0\0\0\0"); // Circular, 64 KiB.
     has_store = true;
     power_cut();
     TEST_ASSERT_TRUE(fixture_has(REFUSED "0F00000000"));

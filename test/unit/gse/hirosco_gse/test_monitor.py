@@ -35,7 +35,7 @@ def reached(dictionary, dictionary_path, tmp_path):
         if packet.message == (131, 8):
             return success(packet, (131, 9, struct.pack(">HHBBBHB", 1, 17, 1, 0, 0, 0, 0))) + reports
         if packet.message == (129, 1):
-            return failure(packet, 4, 0x0204, 0x0305)
+            return failure(packet, 4, 0x0204, 0x0305)  # PUS_FAILURE_STATE.
         return success(packet)
 
     simulated = Simulated(answer, dictionary.epoch_ns)

@@ -76,8 +76,8 @@ def test_events_since_the_last_prompt_are_shown(talk, dictionary):
 
 
 def test_the_prompt_completes_words_and_keeps_its_history(dictionary_path, tmp_path):
-    """On a pseudo-terminal: Tab, a refusal in red, and in the next session the line before with the arrow
-    key."""
+    """On a pseudo-terminal: Tab, a refusal (PUS_FAILURE_STATE) in red, and in the next session the line before
+    with the arrow key."""
     simulated = Simulated(lambda packet: failure(packet, 4, 0x0204, 0x0305) if packet.data[:4] == b"TARE" else success(packet))
     command = [sys.executable, str(ROOT / "gse/gse"), "--port", str(simulated.port), "--dictionary", str(dictionary_path), "shell"]
     environment = {**os.environ, "TERM": "xterm", "XDG_STATE_HOME": str(tmp_path), "INPUTRC": "/dev/null"}

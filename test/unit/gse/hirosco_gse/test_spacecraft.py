@@ -61,7 +61,7 @@ def test_what_the_dictionary_does_not_have_is_not_sent(crafts, call):
 
 
 def test_a_refusal_has_its_reason_in_words(crafts):
-    craft, _ = crafts(lambda packet: failure(packet, 4, 0x0110, 1 << 8 | 3))
+    craft, _ = crafts(lambda packet: failure(packet, 4, 0x0110, 1 << 8 | 3))  # PUS_FAILURE_PERMISSION, mode and state.
     with pytest.raises(Rejected, match="not permitted in mode NOMINAL while in state PRE_OPERATIONAL"):
         craft.cmd("MANIPULATOR.TARE")
 

@@ -161,7 +161,8 @@ static void nothing_is_checked_while_disabled(void)
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(19U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 2U)); // PMON 2 is not a member of the FMON.
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U)); // The state changed and was disabled before the step.
+    // PMON 1 is a member, but the FMON is disabled too before the next step, so no step sees the change.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(20U, 1U, 1U));
     monitors_step(1U);
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
@@ -320,6 +321,8 @@ static void unknown_ids_are_refused(void)
 
 static void definitions_are_reported_and_outlast_a_power_cut(void)
 {
+    // TM[12,26] of FMONs 1 and 4: id, validity parameter, mask, value, protection, status, event, minimum and
+    // PMONs.
     static const uint8_t expected[] = {
         0, 2, 0, 1, 2, 0, 0, 2, 0xFF, 0x01, 1,    1,    0x02, 0x58, 0, 2, 0, 2, 0, 2, 0, 3, //
         0, 4, 0, 0, 0, 0, 0, 0, 0,    0,    0x02, 0x58, 0,    1,    0, 1, 0, 1,
@@ -336,7 +339,8 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
         EXPECT_MESSAGES(1, 1, 1, 3, 12, 26, 1, 7);
         TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
         data_begin(2U);
-        octet_write_u32(&monitors.data, 0x00010004U);
+        octet_write_u16(&monitors.data, 1U);
+        octet_write_u16(&monitors.data, 4U);
         TEST_ASSERT_EQUAL(STATUS_OK, data_send(25U));
         TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bench_report(2U).data, sizeof expected);
         TEST_ASSERT_EQUAL(STATUS_OK, send_ids(25U, 2U, 4U));
@@ -356,7 +360,7 @@ static void definitions_are_reported_and_outlast_a_power_cut(void)
 static void an_invalid_record_is_reported(void)
 {
     uint8_t record[64];
-    size_t size = 0U;
+    size_t size = 0U; // The key of a record is 0x10000 | id.
     add_fmon(1U, GATE, 2U, 2U, 2U);
     memcpy(record, records_find(PUS_SERVICE_MONITORING, 0x10001U, &size), 20U);
     TEST_ASSERT_EQUAL_UINT64(20U, size);

@@ -256,6 +256,7 @@ static void all_are_aborted_and_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(17U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8, 1, 8, 18, 18, 1, 7);
     TEST_ASSERT_EQUAL_UINT64(18U, bench_report(4U).size);
+    // Two names of 8 octets.
     TEST_ASSERT_EQUAL_HEX8_ARRAY("\0\2ABCD\0\0\0\0C\0\0\0\0\0\0\0", bench_report(4U).data, 18U);
     bench_clear();
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(17U, NULL, 0U));

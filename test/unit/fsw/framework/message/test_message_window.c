@@ -345,7 +345,7 @@ static void forged_numbers_close_a_window_for_a_short_time_at_most(void)
         (void)send_number(0U, round, 500U);
         forge(1U, kind, (draw(2U) == 0U) ? channel(0U)->position.expected : draw(0x1000000U), taken);
         TEST_ASSERT_TRUE((channel(0U)->position.sent - channel(0U)->position.credited) <= MESSAGE_WINDOW);
-        unsigned attempts = 0U;
+        unsigned attempts = 0U; // The sender sends a SYNC at refusals 4, 8, 16 and so on.
         do {
             (void)take_all(1U);
             (void)take_all(0U);

@@ -164,7 +164,7 @@ static pus_device_port_t device_port(void* self)
 
 static void devices_are_reached_by_the_port_of_the_subsystem(void)
 {
-    (void)fixture_command(2U, 1U, "\2\0\1\0\2", 5U);
+    (void)fixture_command(2U, 1U, "\2\0\1\0\2", 5U); // Addresses 1 and 2.
     fixture_run(1U);
     fixture_expect("1.1 #0\n1.4 #0 0201 2 in 2\n1.3 #0\n1.8 #0 0407 1\n");
 }

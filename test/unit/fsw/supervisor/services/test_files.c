@@ -172,7 +172,7 @@ static void a_sequence_is_loaded_from_a_file(void)
     (void)memset(&content[1U + size], 0, 7U);
     disk_file_t* const made = disk_file("a/seq", 1U + size + 7U, 0U);
     (void)memcpy(made->octets, content, 1U + size + 7U);
-    static const uint8_t request[] = "SEQ\0\0\0\0\0\0\1a\0\3seq";
+    static const uint8_t request[] = "SEQ\0\0\0\0\0\0\1a\0\3seq"; // The sequence SEQ in the file a/seq.
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_SEQUENCES, 8U, request, sizeof request - 1U);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("18 TC 17.1 from 1"));

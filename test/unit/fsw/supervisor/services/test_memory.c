@@ -41,6 +41,8 @@ static void request(const uint8_t subtype, const char* const data, const size_t 
 }
 #define REQUEST(subtype, octets) request((subtype), (octets), sizeof(octets) - 1U)
 
+/// Memory 3 is the buffer. Each area has an address (u32); for loading, length (u16), octets and checksum
+/// follow, for dumping the length (u32).
 static void the_buffer_is_loaded_and_dumped(void)
 {
     REQUEST(2U, "\3\1\0\1\377\376\0\2ab\151\360"); // The last two octets.
@@ -55,7 +57,7 @@ static void the_buffer_is_loaded_and_dumped(void)
 
 static void without_a_store_requests_with_files_are_refused(void)
 {
-    REQUEST(20U, "\3\0\1/\0\1a\1\0\0\0\0\0\0\0\1");
+    REQUEST(20U, "\3\0\1/\0\1a\1\0\0\0\0\0\0\0\1"); // Dump one octet of the buffer to the file /a.
     TEST_ASSERT_TRUE(fixture_has("G 1.4 "));
 }
 

@@ -44,8 +44,8 @@ static void request(const uint8_t subtype, const void* const data, const size_t 
 static void open_store(void)
 {
     REQUEST(20U, "\1" RING "\0\1\0\0\0\0");
-    REQUEST(3U, RING "\1\0\20\1\3\1\32");
-    REQUEST(31U, RING "\1\0\20\0");
+    REQUEST(3U, RING "\1\0\20\1\3\1\32"); // TM[3,26] of APID 16.
+    REQUEST(31U, RING "\1\0\20\0");       // All structures.
     REQUEST(1U, "\1" RING);
     fixture_expect("");
 }
