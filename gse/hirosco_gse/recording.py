@@ -22,6 +22,7 @@ from .place import problem_of
 from .station.about import hello
 from .station.geometry import as_lists
 from .station.hub import lights_of
+from .station.own import is_own
 
 TRUTH_HZ = 50  # Rows of the truth in a second of the recording.
 GROUND_USERS = 0x8000  # Users with a smaller number are on the ground.
@@ -93,7 +94,8 @@ class _Commands:
         row = next((item for item in self.rows[-8:] if step is not None and item["step"] is step), None)
         if row is None:
             text = " ".join([step["verb"], *step["words"]]) if step else _words(packet, self._dictionary)
-            row = {"step": step, "time": seconds, "text": text, "requests": [], "lights": [], "words": None, "code": None}
+            own = step is None and is_own(packet, self._dictionary) or None
+            row = {"step": step, "time": seconds, "text": text, "requests": [], "lights": [], "words": None, "code": None, "own": own}
             self.rows.append(row)
         request = _Sent()
         row["requests"].append(request)
@@ -116,7 +118,7 @@ class _Commands:
         row["lights"].append([round(seconds, 4), "".join(cell[0] for cell in lights_of(row["requests"]))])
 
     def as_lists(self):
-        kept = ("time", "text", "lights", "words", "code")
+        kept = ("time", "text", "lights", "words", "code", "own")
         return [{key: row[key] for key in kept if row[key] is not None} for row in self.rows]
 
 

@@ -218,8 +218,17 @@ class Session:
             else:
                 del self._open[packet.data[:4]]
                 self._ended.append(verification)
+                self._keep_own(verification)
             if verification.failure is not None and verification.whole is not None:
                 self._give_up(verification.whole, verification.failure)
+
+    def _keep_own(self, ended):
+        """The same request may be under way several times at one subsystem: what has answered the one that has ended answers no other one."""
+        request, found = ended.request, {id(packet) for packet, _ in ended.replies}
+        for other in self._open.values() if ended.failure is None else ():
+            if (other.request.apid, other.request.service, other.request.subtype) == (request.apid, request.service, request.subtype):
+                answer = (request.service, (self.dictionary.catalogue.find("TC", request.service, request.subtype) or {}).get("answer"))
+                other.replies = [each for each in other.replies if each[0].message != answer or id(each[0]) not in found]
 
     def _forget_refused(self):
         """Keep only the newest requests that may end without a report, because an open request stores all reports of its subsystem."""

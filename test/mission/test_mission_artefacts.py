@@ -178,7 +178,7 @@ def test_truth_is_read_by_lcm_itself(flight):
 
 
 def test_the_report_contains_what_was_flown(flight):
-    """test_mission_station.py tests the page in a browser."""
+    """test_mission_station_replay.py tests the page in a browser."""
     page = flight.read("report.html")
     for name in ("16 of 16 figures hold", "unplug_reaction_s", "seed 1"):
         assert name in page, name

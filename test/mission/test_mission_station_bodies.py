@@ -11,6 +11,7 @@ import flying
 import pressing
 import pytest
 import test_mission_station as station
+from browsing import LIMIT_MS
 from hirosco_gse import run as runs
 
 WORLDS = flying.ROOT / "descriptors" / "worlds"
@@ -121,7 +122,7 @@ def test_the_page_report_html_moves_a_free_body(browser, session_folder):
     bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
         page = context.new_page()
-        page.set_default_timeout(station.LIMIT_MS)
+        page.set_default_timeout(LIMIT_MS)
         faults = []
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.goto((flight.folder / "report.html").resolve().as_uri())
@@ -163,7 +164,7 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, session_fo
     assert flight.code == 0, flight.transcript()
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
         page = context.new_page()
-        page.set_default_timeout(station.LIMIT_MS)
+        page.set_default_timeout(LIMIT_MS)
         page.goto((folder / "out" / "report.html").resolve().as_uri())
         station.until(page, "Boolean(window.station?.replay?.film)")
         drawn = page.evaluate("""() => {

@@ -32,6 +32,11 @@ export function text(node, words) {
   if (node.textContent !== words) node.textContent = words;
 }
 
+// Set an attribute of an element only if it differs, because each change costs a picture of the page.
+export function put(node, name, value) {
+  if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
+}
+
 const fill = (name) => ({ style: `fill:var(--${name}-fill);stroke:var(--${name}-edge);stroke-width:1` });
 const ring = (name) => ({ style: `fill:none;stroke:var(--${name});stroke-width:2.6` });
 

@@ -36,24 +36,26 @@ export function ticks(x, end, y, width) {
   return found;
 }
 
+// A lane has one path for each look of its states: an hour of flight has thousands of states. A path without
+// an opacity of its own needs no layer.
 export function lanes(x, members, end, top) {
   return members.flatMap((name, row) => {
-    const lane = store.lanes.get(name);
-    return lane.map(([from, state], n) => {
-      const grade = ACTIVATION.indexOf(state);
-      const look =
-        state === "ERROR_OPERATIONAL"
-          ? "fill:var(--critical-fill)"
-          : `fill:var(--fg0);opacity:${grade < 0 ? 0.15 : 0.1 + 0.14 * grade}`;
-      return svg("rect", {
-        x: x(from),
-        y: top + row * 14,
-        width: Math.max(0, x(lane[n + 1]?.[0] ?? end) - x(from)),
-        height: 10,
-        style: look,
-      });
+    const lane = store.lanes.get(name),
+      paths = new Map();
+    lane.forEach(([from, state], n) => {
+      const width = x(lane[n + 1]?.[0] ?? end) - x(from);
+      if (width <= 0) return;
+      const part = `M${x(from).toFixed(2)} ${top + row * 14}h${width.toFixed(2)}v10h${(-width).toFixed(2)}z`;
+      paths.set(lookOf(state), (paths.get(lookOf(state)) ?? "") + part);
     });
+    return [...paths].map(([style, d]) => svg("path", { class: "lane", d, style }));
   });
+}
+
+function lookOf(state) {
+  if (state === "ERROR_OPERATIONAL") return "fill:var(--critical-fill)";
+  const grade = ACTIVATION.indexOf(state);
+  return `fill:var(--fg0);fill-opacity:${grade < 0 ? 0.15 : (0.1 + 0.14 * grade).toFixed(2)}`;
 }
 
 export function marks(x, events, y) {

@@ -5,7 +5,9 @@ import { store } from "./store.js";
 import { el, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
-const SHOWN = 120; // Most entries that the log shows.
+// Most entries that the log shows; entries before and behind the present instant of a replay.
+const SHOWN = 120,
+  AROUND = 30;
 const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];
 
 class Log extends HTMLElement {
@@ -28,6 +30,16 @@ class Log extends HTMLElement {
     );
     this.filter = el("div", { class: "filter" }, this.least, this.from);
     this.eventList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Events" });
+    this.whose = el(
+      "select",
+      {
+        "aria-label": "Commands shown",
+        onchange: () => store.replay.showOwn(this.whose.value === "all"),
+      },
+      el("option", { value: "" }, "commands of operators"),
+      el("option", { value: "all" }, "all, with requests of stations for their pages"),
+    );
+    this.own = el("div", { class: "filter", hidden: true }, this.whose);
     this.commandList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Commands" });
     this.lists = [
       ["Events", this.eventList],
@@ -47,7 +59,7 @@ class Log extends HTMLElement {
       "log",
       this.lists.map(([name, list]) => [
         name,
-        name === "Events" ? el("div", {}, this.filter, list) : el("div", {}, list),
+        el("div", {}, { Events: this.filter, Commands: this.own }[name], list),
       ]),
       () => this.pages && this.draw(),
     );
@@ -78,7 +90,7 @@ class Log extends HTMLElement {
   around() {
     const shown = store.replay.events.filter((event) => this.isShown(event));
     const present = shown.filter((event) => event.number < store.events.length).length;
-    return shown.slice(Math.max(0, present - SHOWN / 2), present + SHOWN / 2);
+    return shown.slice(Math.max(0, present - AROUND), present + AROUND);
   }
 
   isShown(event) {
@@ -133,6 +145,7 @@ class Log extends HTMLElement {
     );
     text(this.pages.list.querySelector("#log-Commands"), `Commands ${store.commands.size}`);
     this.offer();
+    this.own.hidden = !store.replay?.commands.some((call) => call.own);
     // Only the list of the open tab is drawn.
     if (!this.eventList.parentElement.hidden) this.drawEvents();
     if (!this.commandList.parentElement.hidden) this.drawCommands();

@@ -9,6 +9,7 @@ import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 const SPEEDS = [0.1, 1, 4, 16];
 const STEPS = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -0.1, ArrowUp: 0.1, PageDown: -10, PageUp: 10 };
 const LANES_TOP = 50;
+const PHASE_LEAST = 4; // Least width of a phase that has its own tooltip [pixels].
 
 class Player extends HTMLElement {
   connectedCallback() {
@@ -112,32 +113,43 @@ class Player extends HTMLElement {
     this.tick();
   }
 
-  // A narrow phase shows its name shortened, or only as tooltip.
+  // A narrow phase shows its name shortened, or only as tooltip. All phases that are too narrow to point at
+  // are one path.
   phases(x, phases) {
-    return phases.map(([from, to, words]) => {
-      const group = svg(
-        "g",
-        {},
-        svg("rect", {
-          class: "phase",
-          x: x(from),
-          y: 0,
-          width: Math.max(1, x(to) - x(from) - 2),
-          height: 15,
-        }),
-        svg("title", {}, words),
+    const isNarrow = ([from, to]) => x(to) - x(from) < PHASE_LEAST;
+    const narrow = phases
+      .filter(isNarrow)
+      .map(
+        ([from, to]) =>
+          `M${x(from).toFixed(2)} 0h${Math.max(1, x(to) - x(from) - 2).toFixed(2)}v15H${x(from).toFixed(2)}z`,
       );
-      const fits = Math.floor((x(to) - x(from) - 8) / 6);
-      if (fits >= Math.min(4, words.length))
-        group.append(
-          svg(
-            "text",
-            { class: "phase-name", x: x(from) + 4, y: 11 },
-            words.length > fits ? `${words.slice(0, fits - 1)}…` : words,
-          ),
+    const wide = phases
+      .filter((phase) => !isNarrow(phase))
+      .map(([from, to, words]) => {
+        const group = svg(
+          "g",
+          {},
+          svg("rect", {
+            class: "phase",
+            x: x(from),
+            y: 0,
+            width: Math.max(1, x(to) - x(from) - 2),
+            height: 15,
+          }),
+          svg("title", {}, words),
         );
-      return group;
-    });
+        const fits = Math.floor((x(to) - x(from) - 8) / 6);
+        if (fits >= Math.min(4, words.length))
+          group.append(
+            svg(
+              "text",
+              { class: "phase-name", x: x(from) + 4, y: 11 },
+              words.length > fits ? `${words.slice(0, fits - 1)}…` : words,
+            ),
+          );
+        return group;
+      });
+    return narrow.length ? [...wide, svg("path", { class: "phase", d: narrow.join("") })] : wide;
   }
 }
 customElements.define("station-player", Player);

@@ -45,18 +45,8 @@ export class Replay {
     store.take({ kind: "ready" });
     this.pace();
     this.use(this.truth?.t.length ? "truth" : "telemetry");
-    let last = performance.now();
     // A browser draws no page in the background; its replay stands still there.
-    document.addEventListener("visibilitychange", () => (last = performance.now()));
-    const frame = (now) => {
-      if (this.isPlaying) {
-        this.seek(this.time + ((now - last) / 1000) * this.speed);
-        if (this.time >= this.end) this.play(false);
-      }
-      last = now;
-      requestAnimationFrame(frame);
-    };
-    requestAnimationFrame(frame);
+    document.addEventListener("visibilitychange", () => (this.last = performance.now()));
   }
 
   index({ states = [], events = [], commands = [], links = [], modes = [], tables }) {
@@ -144,6 +134,13 @@ export class Replay {
     this.seek(this.time);
   }
 
+  // Show the requests that stations sent by themselves, too, or only those of operators, as a flight does.
+  showOwn(is) {
+    this.hasOwn = is;
+    this.shownChanges = null;
+    this.showLists();
+  }
+
   pace() {
     store.tell("player");
   }
@@ -151,7 +148,20 @@ export class Replay {
   play(is) {
     if (is && this.time >= this.end) this.seek(0);
     this.isPlaying = is;
+    this.last = performance.now();
+    cancelAnimationFrame(this.coming);
+    if (is) this.ahead();
     this.pace();
+  }
+
+  // The next picture of a replay that plays. One that stands still asks for none.
+  ahead() {
+    this.coming = requestAnimationFrame((now) => {
+      this.seek(this.time + (Math.max(0, now - this.last) / 1000) * this.speed);
+      this.last = Math.max(now, this.last);
+      if (this.time >= this.end) this.play(false);
+      else this.ahead();
+    });
   }
 
   fast(speed) {
@@ -291,7 +301,8 @@ export class Replay {
     const changes = after(this.changes, this.time);
     if (changes !== this.shownChanges) {
       this.shownChanges = changes;
-      const known = this.commands.filter((call) => call.time <= this.time).slice(-KEPT_COMMANDS);
+      const isShown = (call) => call.time <= this.time && (this.hasOwn || !call.own);
+      const known = this.commands.filter(isShown).slice(-KEPT_COMMANDS);
       store.commands = new Map(known.map((call) => [call.number, this.callAt(call)]));
       store.tell("command", { number: 0 });
     }

@@ -30,8 +30,8 @@ export function token(name) {
 
 function coil(from, to, turns = 13, radius = 0.011) {
   const points = [];
-  for (let n = 0; n <= turns * 16; n++) {
-    const share = n / (turns * 16),
+  for (let n = 0; n <= turns * 12; n++) {
+    const share = n / (turns * 12),
       angle = share * turns * 2 * Math.PI;
     points.push(
       new THREE.Vector3(
@@ -41,7 +41,7 @@ function coil(from, to, turns = 13, radius = 0.011) {
       ),
     );
   }
-  return new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), turns * 20, 0.0018, 6);
+  return new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), turns * 12, 0.0018, 5);
 }
 
 export class SceneMarks extends HTMLElement {

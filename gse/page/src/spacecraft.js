@@ -2,7 +2,7 @@
 // Left column: subsystems, the ten states of the selected one, the real-time network.
 
 import { store } from "./store.js";
-import { age, el, number, once, padlock, show, stateSymbol, svg, text } from "./dom.js";
+import { age, el, number, once, padlock, put, show, stateSymbol, svg, text } from "./dom.js";
 
 class Subsystems extends HTMLElement {
   connectedCallback() {
@@ -77,7 +77,7 @@ class Subsystems extends HTMLElement {
       text(parts.age, age(since));
       parts.row.classList.toggle("stale", isStale);
       parts.row.classList.toggle("critical", state === "ERROR_OPERATIONAL");
-      parts.row.setAttribute("aria-current", String(name === store.selected));
+      put(parts.row, "aria-current", name === store.selected);
     }
   }
 }
@@ -364,7 +364,7 @@ class Network extends HTMLElement {
               .filter(Boolean)
               .join(", ");
       text(node.lastChild, figures);
-      if (row.received !== undefined) node.title = `${row.received} samples received`;
+      if (row.received !== undefined) put(node, "title", `${row.received} samples received`);
       node.classList.toggle("critical", isBroken(row.state));
     }
   }

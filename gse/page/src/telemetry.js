@@ -3,7 +3,7 @@
 // the strip charts.
 
 import { store } from "./store.js";
-import { el, flagsOf, number, show, svg, text, wordOf } from "./dom.js";
+import { el, flagsOf, number, put, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200; // Time between two updates of the tables.
 const NEAR = 0.1; // Share of the range that counts as near a limit.
@@ -23,8 +23,8 @@ function gauge() {
   return {
     node,
     put: (share, colour) => {
-      mark.setAttribute("x", 1 + Math.max(0, Math.min(1, share)) * (WIDTH - 5));
-      mark.setAttribute("style", `fill:var(--${colour})`);
+      put(mark, "x", 1 + Math.max(0, Math.min(1, share)) * (WIDTH - 5));
+      put(mark, "style", `fill:var(--${colour})`);
     },
   };
 }
@@ -157,7 +157,7 @@ export class Row {
         (value - this.leaf.min) / (this.leaf.max - this.leaf.min),
         freshness === "stale" ? "fg2" : (verdict?.[0] ?? "fg0"),
       );
-    this.chart.setAttribute("aria-pressed", String(store.charted.has(this.key)));
+    put(this.chart, "aria-pressed", store.charted.has(this.key));
   }
 }
 

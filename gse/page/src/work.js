@@ -3,7 +3,7 @@
 // all housekeeping (Telemetry), and others.
 
 import { store } from "./store.js";
-import { el, number, show, svg, tabs, text } from "./dom.js";
+import { el, number, put, show, svg, tabs, text } from "./dom.js";
 import { CommandForm } from "./form.js";
 import { Board } from "./board.js";
 import { Bus } from "./bus.js";
@@ -294,7 +294,7 @@ class Hand {
     const owner = this.aim ? null : store.handOwner();
     const isThere = Boolean(source) && store.pace.is_there && !store.barrier() && !owner;
     this.take.disabled = !isThere;
-    this.take.firstChild.textContent = this.aim ? "Give back " : "Take the hand ";
+    text(this.take.firstChild, this.aim ? "Give back " : "Take the hand ");
     this.field.classList.toggle("taken", Boolean(this.aim));
     this.field.classList.toggle("idle", state !== "OPERATIONAL");
     show(this.sym, this.aim ? "normal" : isThere ? "standby" : "off", this.aim ? "taken" : "not taken");
@@ -326,8 +326,8 @@ class Hand {
     const xy = ([a, b], scale) => [a * scale, -b * scale];
     const [x, y] = xy(position, FIELD / RANGE_RAD);
     for (const circle of [this.ring, this.dot]) {
-      circle.setAttribute("cx", x);
-      circle.setAttribute("cy", y);
+      put(circle, "cx", x);
+      put(circle, "cy", y);
     }
     if (isFresh && this.trace[this.trace.length - 1]?.[0] !== store.clock())
       this.trace.push([store.clock(), x, y]);
@@ -336,7 +336,8 @@ class Hand {
       (this.trace[0][0] < store.clock() - TRACE_MS || this.trace[0][0] > store.clock())
     )
       this.trace.shift();
-    this.traceLine.setAttribute(
+    put(
+      this.traceLine,
       "d",
       this.trace.map(([, a, b], n) => `${n ? "L" : "M"}${a.toFixed(1)} ${b.toFixed(1)}`).join(""),
     );
@@ -350,21 +351,22 @@ class Hand {
   drawForce(x, y, [fx, fy], size) {
     const length = Math.hypot(fx, fy);
     const isShown = length > 4;
-    for (const part of [this.arrow, this.tip, this.arc]) part.style.display = isShown ? "" : "none";
+    for (const part of [this.arrow, this.tip, this.arc])
+      put(part, "visibility", isShown ? "visible" : "hidden");
     if (!isShown) return;
     const [ux, uy] = [fx / length, fy / length];
     const shaft = Math.max(0, length - 8);
-    this.arrow.setAttribute("d", `M${x + ux * 8} ${y + uy * 8}L${x + ux * shaft} ${y + uy * shaft}`);
+    put(this.arrow, "d", `M${x + ux * 8} ${y + uy * 8}L${x + ux * shaft} ${y + uy * shaft}`);
     const [hx, hy] = [x + ux * length, y + uy * length];
     const left = `${hx - ux * 14 - uy * 7} ${hy - uy * 14 + ux * 7}`;
     const right = `${hx - ux * 14 + uy * 7} ${hy - uy * 14 - ux * 7}`;
-    this.tip.setAttribute("d", `M${hx} ${hy}L${left}L${right}z`);
+    put(this.tip, "d", `M${hx} ${hy}L${left}L${right}z`);
     const share = Math.min(0.999, size / CEILING_NM),
       angle = share * 2 * Math.PI,
       r = 13;
     this.arc.style.stroke = size >= CEILING_NM ? "var(--critical)" : "var(--force)";
     const end = `${x + r * Math.sin(angle)} ${y - r * Math.cos(angle)}`;
-    this.arc.setAttribute("d", `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${end}`);
+    put(this.arc, "d", `M${x} ${y - r}A${r} ${r} 0 ${share > 0.5 ? 1 : 0} 1 ${end}`);
   }
 }
 

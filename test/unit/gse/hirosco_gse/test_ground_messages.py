@@ -14,6 +14,7 @@ from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.messages import MessageProblem
 from hirosco_gse.session import Session
 from message_values import Values
+from tm_packets import build_tm
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 GENERATED = ROOT / "build" / "generated" / "rokviss.json"
@@ -132,3 +133,22 @@ def test_procedures_are_read_from_files(dictionary, tmp_path):
 def test_words_that_are_no_request_for_procedures_are_refused(dictionary, words):
     with pytest.raises(commands.UsageError):
         commands.plan(["procedure", *words.split()], dictionary)
+
+
+def test_the_same_request_twice_at_once_has_two_answers(dictionary):
+    """The second one is sent before the first one is answered. Each has its own report only, not the older one, too."""
+    session = Session(dictionary, first_sequence=0)
+    asked = [commands.plan(["procedure", "status"], dictionary).procedure(session, 10**10) for _ in range(2)]
+    for procedure in asked:
+        next(procedure)
+    sent = [packets.parse(raw) for raw in packets.Splitter().feed(bytes(session.outbox))]
+    found = []
+    for number, (packet, procedure) in enumerate(zip(sent, asked)):
+        report = dictionary.catalogue.encode("TM", 18, 9, {"n": [{"obcp_id": f"P{number}", "obcp_execution_status": 0, "obcp_checksum": 0}]})
+        for service, subtype, data in ((1, 1, packet.request_id), (1, 3, packet.request_id), (18, 9, report), (1, 7, packet.request_id)):
+            session.feed(build_tm(packet.apid, 0, service, subtype, data, packet.user, 10**9))
+        with pytest.raises(StopIteration) as end:
+            for _ in range(3):
+                procedure.send(None)
+        found.append([entry["obcp_id"] for row in end.value.value for entry in row["n"]])
+    assert found == [["P0"], ["P1"]]

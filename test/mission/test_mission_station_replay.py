@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of the station that replays a flight of telepresence, and the self-contained report of this flight.
+
+UPDATE_PICTURES=1 writes the pictures of README and docs again."""
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import flying
+import pytest
+import test_mission_station as station
+from browsing import LIMIT_MS
+from hirosco_gse import run as runs
+
+PICTURE = flying.ROOT / "docs" / "images" / "telepresence.png"
+FILM = flying.ROOT / "docs" / "images" / "telepresence.webp"
+FILM_S = [20 + n * 0.25 for n in range(40)] + [43 + n * 0.25 for n in range(24)]  # contour, then spring
+REPORT_OCTETS = 1_200_000
+REPLAYED = "Boolean(window.station?.replay?.film)"
+# Changes of the page, and pictures that it asks for, while a replay is at rest. Pictures of the scene with all pixels come before.
+AT_REST = """async () => {
+    const wait = (ms) => new Promise((done) => setTimeout(done, ms)), ask = window.requestAnimationFrame;
+    station.replay.play(false);
+    station.replay.seek(26);
+    while (!station.scene.pictures.isFine || station.scene.pictures.isBusy) await wait(20);
+    await wait(600);
+    const isSame = ({ target, attributeName, oldValue }) => ["disabled", "hidden"].includes(attributeName) && target.getAttribute(attributeName) === oldValue;
+    const found = [], changes = new MutationObserver((records) => found.push(...records.filter((one) => !isSame(one)).map(({ target, attributeName }) =>
+        `${target.nodeName} ${target.className?.baseVal ?? target.className ?? ""} ${attributeName ?? "text"}`)));
+    window.requestAnimationFrame = (call) => { found.push("picture"); return ask(call); };
+    changes.observe(document.body, {subtree: true, childList: true, attributeOldValue: true, characterData: true});
+    await wait(700);
+    changes.disconnect();
+    window.requestAnimationFrame = ask;
+    return [...new Set(found)];
+}"""
+
+
+@pytest.fixture(scope="module")
+def flight(shared_flights):
+    subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
+    return shared_flights.flight(again=1, report="yes")
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with station.browsing() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def page(flight, browser):
+    with station.serving("--replay", flight.folder) as address:
+        yield station.opened(browser, f"{address}?replay", REPLAYED)
+
+
+def test_a_replay_at_rest_changes_nothing(page):
+    """Every change costs a layout and a picture of the page, which delay the next jump."""
+    assert page.evaluate(AT_REST) == []
+
+
+def test_a_lane_of_the_time_line_has_one_part_for_each_look(page):
+    """An hour has thousands of states. Each part that is transparent as a whole would be a layer of its own."""
+    drawn, looks, passed = page.evaluate("""() => {
+        const parts = [...document.querySelectorAll("station-player .lane")], lanes = [...station.store.lanes.values()];
+        return [parts.length, new Set(parts.map((part) => part.getAttribute("style"))).size, Math.max(...lanes.map((lane) => lane.length))];
+    }""")
+    assert 2 < looks <= 7 < passed and drawn <= 2 * looks
+    assert page.evaluate("[...document.querySelectorAll('station-player .lane')].every((part) => getComputedStyle(part).opacity === '1')")
+
+
+def test_a_replay_plays_once_however_often_it_is_started(page):
+    """The pictures that are asked for in a second do not grow with the presses."""
+    assert page.evaluate("""async () => {
+        const ask = window.requestAnimationFrame, waiting = new Set(), { replay } = station;
+        window.requestAnimationFrame = (call) => { const id = ask((now) => { waiting.delete(id); call(now); }); waiting.add(id); return id; };
+        const forget = window.cancelAnimationFrame;
+        window.cancelAnimationFrame = (id) => { waiting.delete(id); forget(id); };
+        for (const is of [true, false, true, true]) replay.play(is);
+        const found = waiting.size;
+        replay.play(false);
+        const left = waiting.size;
+        [window.requestAnimationFrame, window.cancelAnimationFrame] = [ask, forget];
+        return [found, left];
+    }""") == [1, 0]
+
+
+def test_a_hidden_page_does_not_jump_when_it_is_shown_again(page):
+    """A browser draws no picture of a hidden page, so the replay stands still; it goes on where it was."""
+    before, after = page.evaluate("""async () => {
+        const hide = (is) => { Object.defineProperty(document, "hidden", {value: is, configurable: true}); document.dispatchEvent(new Event("visibilitychange")); };
+        const ask = window.requestAnimationFrame, { replay } = station, pictures = [];
+        replay.seek(10);
+        replay.fast(16);
+        window.requestAnimationFrame = (call) => pictures.push(call);
+        replay.play(true);
+        hide(true);
+        await new Promise((done) => setTimeout(done, 1000));
+        const before = replay.time;
+        hide(false);
+        window.requestAnimationFrame = ask;
+        for (const call of pictures) call(performance.now());
+        const after = replay.time;
+        replay.play(false);
+        replay.fast(1);
+        delete document.hidden;
+        return [before, after];
+    }""")
+    assert before == 10 and 10 <= after < 16  # A second at this speed is 16 s of the flight.
+
+
+def test_the_station_says_that_it_prepares_the_replay(flight, browser):
+    """Until the recording is made, the page shows what it waits for, and no alarm."""
+    with station.serving("--replay", flight.folder) as address:
+        page = browser.new_page()
+        page.set_default_timeout(LIMIT_MS)
+        asked = []
+        page.route("**/recording", lambda route: asked.append(route))
+        page.goto(f"{address}?replay")
+        page.wait_for_selector(".slot:not(.critical):has-text('The station prepares the replay')")
+        page.wait_for_selector(".link-cell svg[aria-label='waiting']")
+        assert page.is_disabled(".stop")
+        asked[0].continue_()
+        station.until(page, REPLAYED)
+        page.wait_for_selector(".slot:not(.critical):has-text('No open alarm')")
+        page.close()
+
+
+def write_film(browser, folder):
+    """Make a film of the page that replays a flight: four pictures for each second of the flight, played at
+    double speed."""
+    from PIL import Image  # Only this function needs it.
+
+    words = [sys.executable, "-m", "hirosco_gse.station", "--replay", folder, "--http-port", "0"]
+    station = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+    try:
+        address = re.search(r"http://127\.0\.0\.1:\d+/", station.stdout.readline()).group()
+        with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark") as context:
+            page = context.new_page()
+            page.goto(f"{address}?replay")
+            station.until(page, REPLAYED)
+            pictures = []
+            for seconds in FILM_S:
+                page.evaluate("seconds => station.replay.seek(seconds)", seconds)
+                page.wait_for_timeout(500)  # Wait until scene and charts are drawn, the scene with all pixels.
+                pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize((1080, 675), Image.LANCZOS))
+    finally:
+        station.send_signal(signal.SIGINT)
+        station.wait(flying.MOMENT_S)
+    pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
+
+
+def test_a_report_is_one_file(browser, flight, session_folder):
+    """Only the file itself is loaded; it contains film and figures, and is accessible in both sizes and
+    themes."""
+    subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.folder], cwd=flying.ROOT, check=True)
+    assert json.loads(flight.read("run.json"))["report"]["octets"] < REPORT_OCTETS
+    with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark", bypass_csp=True) as context:
+        page = context.new_page()
+        page.set_default_timeout(LIMIT_MS)
+        asked, faults = [], []
+        page.on("request", lambda request: asked.append(request.url))
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto((flight.folder / "report.html").resolve().as_uri())
+        station.until(page, REPLAYED)
+        page.evaluate("station.replay.seek(26)")
+        truth = runs.load(flight.folder, has_buses=False).truth["JOINTS"]
+        row = station.nearest(truth["time_us"] / 1e6, 26.0)
+        assert page.evaluate("station.scene.joints") == pytest.approx(list(truth["position_rad"][row]), abs=1e-3)
+        assert page.locator(".figures tr.holds").count() == 16
+        assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [False, False]
+        page.evaluate("station.replay.seek(0.5)")
+        assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
+        page.evaluate("station.replay.seek(26)")
+        page.wait_for_timeout(500)  # A scene at rest is drawn with all pixels.
+        page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else session_folder / "report-dark.png"))
+        if os.environ.get("UPDATE_PICTURES"):
+            write_film(browser, flight.folder)
+        page.evaluate(station.AXE.read_text(encoding="utf-8"))
+        found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
+        assert not [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]
+        assert len(asked) == 1 and not faults
