@@ -71,7 +71,7 @@ def seconds(folder, *options):
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        rows, stacks = flight.steps(folder)
+        rows, stacks = flight.steps(folder, flight.LOSSES)
         native, target = seconds(folder, "--links", "udp"), seconds(folder, "--rtos", "MANIPULATOR", "--seed", "1")
     for row in rows:
         place = row.name.replace(" ", "_")

@@ -103,6 +103,21 @@ def test_whole_telepresence(folder, board):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("program, mission, scenario", [("actuators", "actuators", "actuators"), ("arm", "ur5e", "ur5e-poses")])
+def test_wheels_and_valves_and_an_arm_of_six_joints_fly_the_same(folder, program, mission, scenario):
+    """Each program that drives devices on CAN flies on the board, not only that of the manipulator."""
+    build(M7, program)
+    options = ("--mission", mission, "--scenario", scenario)
+    one = flying.fly(folder / f"{mission}-native", *options, "--links", "udp")
+    assert one.code == 0, one.transcript()
+    buses = sorted(path.name for path in one.folder.glob("can-*.log"))
+    assert sum(len(one.read(bus).splitlines()) for bus in buses) > 1000, buses
+    flight = flying.fly(folder / mission, *options, "--rtos", mission.upper())
+    expect_same(one, flight, ("packets.log", "truth.lcm", *buses))
+    assert flight.facts["rtos"] == mission.upper()
+
+
+@pytest.mark.long
 def test_three_processors_fly_one_mission(folder, native, board):
     """A native supervisor, a manipulator on the board, and a joystick that is big-endian: the buses are the same."""
     make("remote-endian")
