@@ -2,8 +2,10 @@
 #include "sim/app/work_aside.h"
 
 #define WITHOUT_LIMIT UINT32_MAX
-#define PAUSE_MIN 32U
-#define PAUSE_MAX 4096U
+#define PAUSE_MIN 64U
+#define PAUSE_MAX 16384U
+#define RECOVERY                                                                                             \
+    64U // A task that is late less often than once in about so many offers gets nearly all of them.
 
 typedef enum {
     STAGE_NONE,
@@ -94,7 +96,8 @@ static void note_service(work_aside_t* const aside, const bool is_late)
         aside->to_keep = aside->pause;
         aside->pause   = (aside->pause < PAUSE_MAX) ? (2U * aside->pause) : PAUSE_MAX;
     } else {
-        aside->pause = PAUSE_MIN;
+        const unsigned shorter = aside->pause - (aside->pause / RECOVERY);
+        aside->pause           = (shorter > PAUSE_MIN) ? shorter : PAUSE_MIN;
     }
 }
 

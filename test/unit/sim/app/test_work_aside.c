@@ -105,6 +105,14 @@ static void offer_and_wait(void)
     }
 }
 
+static void offer_and_finish(unsigned times)
+{
+    for (unsigned i = 0U; i < times; i++) {
+        work_aside_offer(&aside);
+        work_aside_finish(&aside);
+    }
+}
+
 static void a_task_performs_the_work_while_the_caller_continues(void)
 {
     work_aside_start_task(&aside, begin);
@@ -166,7 +174,7 @@ static void a_task_without_a_processor_is_seldom_woken(void)
         TEST_ASSERT_EQUAL_UINT(i, done.pieces);
     }
     TEST_ASSERT_EQUAL_UINT(0U, done.by_others);
-    TEST_ASSERT_EQUAL_UINT(6U, signals); // After pauses of 32, 64, 128, 256 and 512 offers.
+    TEST_ASSERT_EQUAL_UINT(5U, signals); // After pauses of 64, 128, 256 and 512 offers.
 }
 
 static void a_task_that_was_late_is_woken_again_after_a_pause(void)
@@ -176,10 +184,7 @@ static void a_task_that_was_late_is_woken_again_after_a_pause(void)
     work_aside_offer(&aside);
     work_aside_finish(&aside);
     is_starved = false;
-    for (unsigned i = 0U; i < 32U; i++) {
-        work_aside_offer(&aside);
-        work_aside_finish(&aside);
-    }
+    offer_and_finish(64U);
     TEST_ASSERT_EQUAL_UINT(1U, signals);
     for (unsigned i = 0U; i < 3U; i++) { // From then on the task performs each piece in time.
         offer_and_wait();
@@ -190,6 +195,11 @@ static void a_task_that_was_late_is_woken_again_after_a_pause(void)
     }
     TEST_ASSERT_EQUAL_UINT(4U, signals);
     TEST_ASSERT_EQUAL_UINT(3U, done.by_others);
+    is_starved = true; // The second pause is nearly twice as long as the first.
+    offer_and_finish(1U + 124U);
+    TEST_ASSERT_EQUAL_UINT(5U, signals);
+    offer_and_finish(1U);
+    TEST_ASSERT_EQUAL_UINT(6U, signals);
 }
 
 static void withdrawn_work_is_dropped_or_complete(void)
