@@ -11,6 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
 FILE_LINES, FUNCTION_LINES, CONTRACT_LINES, COMMENT_COLUMNS = 600, 60, 15, 110
 MAKEFILE_COLUMNS = 120
+README_LINES = 60  # Of the page in the top folder: a reader sees it whole.
 
 
 def project_files():
@@ -138,6 +139,8 @@ def breaches(path, words, phrases):
             yield f"{path}:{number}: a comment begins with one mark"
         if path.suffix in {".js", ".css"} and len(line) > COMMENT_COLUMNS:
             yield f"{path}:{number}: {len(line)} columns, {COMMENT_COLUMNS} allowed"
+    if path == pathlib.Path("README.md") and text.count("\n") > README_LINES:
+        yield f"{path}:1: {text.count(chr(10))} lines, {README_LINES} allowed: move details to docs/"
     for number, sentence in sentences(path, text):
         found = phrases.search(sentence)
         if found:

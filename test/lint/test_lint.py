@@ -304,6 +304,12 @@ def test_contracts_are_short(tmp_path, monkeypatch, lines, complaint):
     assert (not found) if complaint is None else any(complaint in line for line in found), found
 
 
+@pytest.mark.parametrize("lines, complaint", [(60, None), (61, "61 lines, 60 allowed")])
+def test_the_first_page_is_short(tmp_path, monkeypatch, lines, complaint):
+    found = text_breaches(tmp_path, monkeypatch, "README.md", "A line.\n" * lines)
+    assert (not found) if complaint is None else any(complaint in line for line in found), found
+
+
 def test_long_python_functions_are_found(tmp_path, monkeypatch):
     text = "# SPDX-License-Identifier: Apache-2.0\ndef f():\n" + "    pass\n" * 60
     assert any("function of 61 lines" in line for line in text_breaches(tmp_path, monkeypatch, "a.py", text))
