@@ -3,6 +3,7 @@
 sources."""
 
 import pathlib
+import subprocess
 import sys
 
 import pytest
@@ -54,3 +55,11 @@ def test_a_source_that_is_built_for_the_board_only_has_no_test_program_here():
 def test_equivalent_mutants_are_mutants():
     for row in run_mutants.read_equivalent():
         assert any(mutant.row() == row for mutant in run_mutants.mutants_of(row[0])), row
+
+
+def test_a_mutant_that_kills_its_process_group_ends_alone(tmp_path):
+    code = "import run_mutants, pathlib, sys; run_mutants.TREE = pathlib.Path(sys.argv[1]); " \
+           "print([run_mutants.passes(['sh', '-c', command], 20) for command in ('kill -9 0', 'true')])"
+    shown = subprocess.run([sys.executable, "-c", code, tmp_path], cwd=pathlib.Path(run_mutants.__file__).parent,
+                           capture_output=True, text=True, start_new_session=True, check=False)
+    assert shown.stdout == "[False, True]\n", shown
