@@ -15,8 +15,10 @@ $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
 fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:
 BUILD_FUZZERS = $(MAKE) --no-print-directory -j$(JOBS) FUZZ=1 CC=clang fuzzers
-# Seconds for each target; HOURS=2 gives 7200.
-SECONDS ?= $(if $(HOURS),$(shell echo $$(($(HOURS) * 3600))),20)
+# Seconds for each target; HOURS=2 gives 7200, and HOURS=0.5 gives 1800.
+of_hours = $(or $(shell echo '$1' | awk '/^[0-9]+([.][0-9]+)?$$/ { print int($$1 * 3600) }'),\
+           $(error HOURS=$1: expected a number of hours, such as 2 or 0.5))
+SECONDS ?= $(if $(HOURS),$(call of_hours,$(HOURS)),20)
 fuzz: build/setup/clang
 	$(if $(strip $(call selected,$(FUZZ_TARGETS))),,\
 	    $(error ONLY=$(ONLY): no fuzz target has this in its name; there are: $(FUZZ_TARGETS)))

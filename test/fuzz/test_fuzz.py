@@ -7,6 +7,7 @@ tried until then. `make fuzz` and `make check-full` try other inputs, for a give
 
 import concurrent.futures
 import os
+import subprocess
 
 import pytest
 import run_fuzz
@@ -44,3 +45,9 @@ def test_kept_inputs_are_small():
     for kind in ("corpus", "regression"):
         for target in (run_fuzz.HERE / kind).iterdir():
             assert sum(path.stat().st_size for path in target.iterdir()) < 32 * 1024, target
+
+
+@pytest.mark.parametrize("hours, said", [("0.5", "--seconds 1800"), ("two", "HOURS=two: expected a number of hours")])
+def test_the_time_may_be_given_in_hours(hours, said):
+    done = subprocess.run(["make", "--no-print-directory", "-n", "fuzz", "ONLY=text", f"HOURS={hours}"], capture_output=True, text=True)
+    assert said in done.stdout + done.stderr

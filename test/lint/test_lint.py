@@ -512,6 +512,11 @@ def test_coverage_below_a_mark_and_open_branches_of_a_complete_library_are_found
     assert len(list(check_coverage.compare({"pus": library}, {"pus": mark}))) == findings
 
 
+def test_a_library_without_marks_is_a_finding():
+    findings = list(check_coverage.compare({"pus": check_coverage.Library(), "fsw/new": check_coverage.Library()}, {"pus": [100, 100, True]}))
+    assert len(findings) == 1 and "fsw/new has no marks" in findings[0]
+
+
 def test_marks_are_raised_and_never_lowered(tmp_path):
     marks = tmp_path / "coverage.txt"
     marks.write_text("# head\n\npus  40 40  complete\n")
