@@ -8,6 +8,7 @@
 #include "sim/app/live.h"
 #include "sim/app/plant_log.h"
 #include "sim/app/segment.h"
+#include "sim/app/senders.h"
 #include "sim/app/spread.h"
 #include "sim/app/supply.h"
 #include "sim/app/work_aside.h"
@@ -327,7 +328,7 @@ static status_t open_devices(simulator_t* const simulator, const simulator_confi
     simulator->input.drive         = devices_regulate;
     const status_t status          = devices_open(&wanted, &simulator->devices, error);
     simulator->input.drive_context = simulator->devices;
-    return status;
+    return (status == STATUS_OK) ? senders_check(simulator->devices, &simulator->world, error) : status;
 }
 
 /// Fill the table of buses and devices with the names that scenarios use.

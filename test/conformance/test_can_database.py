@@ -269,6 +269,9 @@ def copied(tmp_path):
     ("subsystems/manipulator.xml", '<Setting object="0x1401:01" type="UINT32" value="0x80000311"/>',
      '<Setting object="0x1600:01" type="UINT32" value="0x60400010"/><Setting object="0x1600:02" type="UINT32" value="0x60B20010"/>'
      '<Setting object="0x1600:03" type="UINT32" value="0x607A0020"/>', ("manipulator.xml:", "0x211", "another layout")),
+    # JOINT1 (node 0x11) would send with the identifier of the first TPDO of JOINT2.
+    ("subsystems/manipulator.xml", '<Setting object="0x1401:01" type="UINT32" value="0x80000311"/>',
+     '<Setting object="0x1800:01" type="UINT32" value="0x00000192"/>', ("manipulator.xml:", "0x192", "JOINT1_TPDO1", "JOINT2_TPDO1")),
 ])
 def test_a_faulty_descriptor_or_sheet_is_refused_with_its_place(copied, file, old, new, words):
     copied.edit(file, old, new)
