@@ -97,7 +97,7 @@ def _integer_encoding(bits, signed=False, calibrator=None):
 
 
 def _scaled(bits, coefficient):
-    """Signed binary fraction: a number of `coefficient`."""
+    """Signed binary fraction: the integer in the packet is multiplied by `coefficient`."""
     term = element("Term", coefficient=repr(coefficient), exponent="1")
     polynomial = element("PolynomialCalibrator", element("Term", coefficient="0", exponent="0"), term)
     return _integer_encoding(bits, True, element("DefaultCalibrator", polynomial))

@@ -230,6 +230,8 @@ static status_t begin_block(pus_packet_store_t* const store)
         store->counters.refused++;
         return STATUS_FULL;
     }
+    // The earlier blocks are synced before the header of the next one is written: after a power cut only the
+    // newest block can be incomplete.
     status_t status = has_blocks(store) ? close_block(store) : STATUS_OK;
     status          = (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
     if (status != STATUS_OK) {

@@ -73,7 +73,7 @@ static void of_matrix(const matrix_t* const m, double out[4])
     }
 }
 
-/// Turn an attitude by small angles about its own axes, and make w positive.
+/// Turn an attitude by small angles about its own axes, and make w positive: the camera does not send w.
 static void disturb(const sensor_t* const sensor, const double deviation[3], const unsigned channel,
                     const uint64_t number, double quaternion[4])
 {

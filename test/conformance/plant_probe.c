@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant in a world whose joints have no drives, moved by springs, dampers and sines:
+// The plant in a world whose joints have no drives. A spring and a damper pull each joint towards
+// centre + amplitude (1 - cos(frequency t)); the torque of each wheel is a sine.
 // probe WORLD SECONDS STEP_US, and on the standard input for each joint stiffness, damping, centre, amplitude
 // and frequency [rad/s], then for each wheel amplitude [Nm] and frequency of its torque. Prints every 10 ms
 // the time, the pose of each free base (position, rotation by rows) and the positions of all joints.

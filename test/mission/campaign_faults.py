@@ -19,7 +19,7 @@ SETTLE_S = 6.0  # From the last fault to the end of the flight: longer than ever
 AGAIN_S = 2.5  # The operator brings up the mission again this long after the middle of the flight.
 # A hang is detected after 31 ms; the supervisor is back after its boot time and three time steps.
 OUTAGE_S = 0.083
-STORM = "for i = 1, {0} do event(16) end"
+STORM = "for i = 1, {0} do event(16) end"  # PROCEDURE_WARNING.
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
 OPENED = 3  # After this number of writes into a record store the store is complete.
 STORED = ("SUPERVISOR.journal.0", "SUPERVISOR.journal.1", "MANIPULATOR.journal.0", "MANIPULATOR.journal.1", "JOYSTICK.journal.0", "SUPERVISOR.store.0")
@@ -145,7 +145,7 @@ def _damage(rng, flight):
 
 
 def _node_lost(rng, flight):
-    """The component on the second computer dies or is suspended for a while."""
+    """The members, on the second computer, die or are suspended for a while, all at the same time."""
     at = flight.moment(rng)
     flight.form = "nodes"
     if rng.random() < 0.5:

@@ -234,9 +234,9 @@ static void a_configuration_that_timed_out_starts_again(void)
     select(2U);
     nodes[1]->is_pdo_mute = true;
     for (unsigned i = 0U; i < 50U; i++) {
-        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure)); // The attempt times out.
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure));
     }
-    nodes[1]->is_pdo_mute = false;
+    nodes[1]->is_pdo_mute = false; // From here on the caller has given up.
     for (unsigned i = 0U; i < 100U; i++) {
         (void)cycle(NULL); // Some time passes.
     }
@@ -269,7 +269,7 @@ static void a_drive_that_leaves_operation_raises_an_event_with_its_statusword(vo
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_secure));
 }
 
-/// Expect the event DEVICE_REFUSED with these data, and no other.
+/// Expect only the event DEVICE_REFUSED: node, reason, object (index << 8 | subindex) and detail.
 static void expect_refusal(const uint8_t expected_data[10])
 {
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&generic, 3U));
@@ -282,20 +282,20 @@ static void the_reason_for_a_failed_commissioning_is_reported_as_an_event(void)
 {
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00010192U;
     TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(drives_hardware_init)); // Raises the event at once.
-    expect_refusal((const uint8_t[]){0x12U, 4U, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
+    expect_refusal((const uint8_t[]){0x12U, REFUSAL_VALUE, 0U, 0x10U, 0U, 0U, 0U, 0x01U, 0x01U, 0x92U});
     scripted_object(nodes[1], 0x1000U, 0U)->value = 0x00020192U;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_deinit));
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
     scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0x08000022U;
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, run_action(configure));
-    expect_refusal((const uint8_t[]){0x12U, 3U, 0U, 0x60U, 0x65U, 0U, 0x08U, 0U, 0U, 0x22U});
+    expect_refusal((const uint8_t[]){0x12U, REFUSAL_ABORTED, 0U, 0x60U, 0x65U, 0U, 0x08U, 0U, 0U, 0x22U});
     scripted_object(nodes[1], 0x6065U, 0U)->abort_code = 0U;
     nodes[0]->is_pdo_mute                              = true;
     for (unsigned i = 0U; i < 400U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(configure));
     }
-    expect_refusal((const uint8_t[]){0x11U, 7U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U});
+    expect_refusal((const uint8_t[]){0x11U, REFUSAL_SILENT, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U});
     nodes[0]->is_pdo_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);

@@ -117,7 +117,7 @@ uint64_t plant_hash(const plant_t* const plant)
         hash                 = hash_numbers(hash, rotor, 3U);
     }
     for (unsigned i = 0U; i < plant->contacts.pair_count; i++) {
-        hash = hash_numbers(hash, plant->contacts.pair[i].stretch_m, 3U);
+        hash = hash_numbers(hash, plant->contacts.pair[i].stretch_m, 2U);
     }
     for (unsigned i = 0U; i < plant->world->spring_count; i++) {
         const double flag[] = {plant->spring[i].hooked ? 1.0 : 0.0, plant->spring[i].below ? 1.0 : 0.0};
