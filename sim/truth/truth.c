@@ -18,7 +18,8 @@
 #define SYNCHRONISATION 0xEDA1DA01U // First octets of an event.
 #define CHANNEL_MAX 16U             ///< Names of channels are shorter.
 #define TEXT_MAX 96U                ///< Longer texts are cut.
-#define CONTENT_AT 16U              ///< The content of an event begins after its fingerprint and its time.
+#define TIME_AT 8U                  ///< The time of an event follows its fingerprint.
+#define CONTENT_AT 16U              ///< The content follows its time.
 
 // Fingerprints of the types. lcm-gen computes them from the .lcm files, and a test compares them.
 #define WORLD_FINGERPRINT 0x887e8e9e77de14a2U
@@ -159,12 +160,11 @@ static void put_text(event_t* const event, const char* const text)
 
 static void begin(event_t* const event, const uint64_t fingerprint, const uint64_t time_ns)
 {
-    event->used       = 0U;
+    event->used       = CONTENT_AT; // The time is put in when the event is written.
     event->numbers_at = CONTENT_AT;
     event->numbers    = 0U;
     event->time_ns    = time_ns;
-    put_u64(event, fingerprint);
-    put_u64(event, time_ns);
+    store_u64(event->octet, fingerprint);
 }
 
 static bool has_failed(const truth_t* const truth)
@@ -196,6 +196,7 @@ static status_t write_record(truth_t* const truth, const char* const channel, co
         head[HEADER_OCTETS + i] = (uint8_t)channel[i];
     }
     memcpy(&head[HEADER_OCTETS + length], event->octet, event->used);
+    store_u64(&head[HEADER_OCTETS + length + TIME_AT], event->time_ns);
     write_behind_add(&truth->events, size);
     truth->log->eventcount++;
     truth->octets += size;
