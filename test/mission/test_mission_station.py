@@ -390,6 +390,42 @@ def test_states_and_network_are_tabs_of_a_tablet(page):
     page.wait_for_selector("#work-State", state="hidden")
 
 
+def test_stop_all_is_dimmed_only_where_it_can_have_no_effect(page):
+    """A station or flight that does not answer performs STOP ALL when it goes on; without a link, or read only, it cannot."""
+    cases = {"live": {"is_live": True, "text": "live"}, "silent": {"is_live": False, "is_silent": True, "text": "no telemetry arrives"},
+             "lost": {"is_live": False, "text": "no link"}, "ended": {"is_live": False, "code": 0, "text": "flight ended"}}
+    shown = page.evaluate("""(cases) => {
+        const { store } = window.station, bar = document.querySelector("station-bar"), { link, hello } = store, look = () => {
+            bar.draw();
+            return [bar.stop.disabled, Number(getComputedStyle(bar.stop).opacity) < 1];
+        };
+        const found = Object.fromEntries(Object.entries(cases).map(([name, one]) => { store.link = one; return [name, look()]; }));
+        store.link = cases.live;
+        store.hello = { ...hello, read_only: true };
+        found.read_only = look();
+        Object.assign(store, { link, hello });
+        bar.draw();
+        return found;
+    }""", cases)
+    assert shown == {"live": [False, False], "silent": [False, False], "lost": [True, True], "ended": [True, True], "read_only": [True, True]}
+
+
+def test_a_dictionary_of_another_mission_is_a_caution_at_the_link(page):
+    """The station publishes such a message when the interface that a subsystem reports is not that of its dictionary."""
+    symbol, words, what = page.evaluate("""() => {
+        const { store } = window.station, bar = document.querySelector("station-bar"), { link } = store;
+        store.link = { is_live: true, text: "live" };
+        store.take({ kind: "mismatch", subsystem: "MANIPULATOR", words: "MANIPULATOR flies interface 0x0a, the dictionary has 0x0b" });
+        bar.draw();
+        const found = [bar.linkSymbol.firstChild.getAttribute("aria-label"), bar.linkText.title, bar.what.textContent];
+        store.mismatches.clear();
+        store.link = link;
+        bar.draw();
+        return found;
+    }""")
+    assert symbol == "other dictionary" and what in words and what.startswith("MANIPULATOR flies interface 0x0a")
+
+
 def test_a_key_lists_the_keys(page):
     page.click("#work-Operate")
     page.locator("station-scene canvas").focus()

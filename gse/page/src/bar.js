@@ -182,7 +182,10 @@ class Bar extends HTMLElement {
     text(this.missionName, store.hello?.mission ?? "hirosco");
     const { is_live, is_waiting, code } = store.link;
     const is_over = code === 0;
-    if (is_live) show(this.linkSymbol, "normal", "live");
+    // What flies is not what the dictionary describes: values and commands may mean something else.
+    const others = [...store.mismatches.values()];
+    if (is_live && others.length) show(this.linkSymbol, "caution", "other dictionary");
+    else if (is_live) show(this.linkSymbol, "normal", "live");
     else if (store.replay || is_over) show(this.linkSymbol, "off", is_over ? "ended" : "replay");
     else if (is_waiting) show(this.linkSymbol, "standby", "waiting");
     else show(this.linkSymbol, "critical", "lost");
@@ -190,7 +193,7 @@ class Bar extends HTMLElement {
       this.linkText,
       store.link.is_live ? (store.hello?.read_only ? "live, read only" : "live") : store.link.text,
     );
-    this.linkText.title = store.link.text;
+    this.linkText.title = [store.link.text, ...others].join("; ");
     text(this.modeText, store.mode ?? "–");
     const needed = store.power();
     text(this.power, needed === null ? "–" : `${needed} / ${store.hello.power_available_w} W`);
