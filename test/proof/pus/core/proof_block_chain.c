@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a chain returns the octets that were appended, for strings of any size; if there are not enough
-//     blocks, nothing changes and no block is lost; after the chain is freed, every block is free. No access
-//     is outside a block.
+//     blocks, nothing changes and no block is lost; after the chain is freed, it is empty and every block is
+//     free. No access is outside a block.
 // Bounds: three blocks of 56 octets; two strings of 0..90 octets, of which the proof follows any one octet.
 // Replaced: memcpy checks that both ranges are accessible, and follows the octet, which can be at any place.
 // Sources: base/pool.c
@@ -12,6 +12,9 @@
 // Fault: pus/core/block_chain.c
 //   - chain->last->next = block;
 //   + chain->first->next = block;
+// Fault: pus/core/block_chain.c
+//   - *chain = (pus_block_chain_t){0};
+//   + chain->size = 0U;
 #include "test/proof/proof.h"
 
 static const uint8_t* followed; // Present address of the octet that the proof follows.
@@ -70,4 +73,5 @@ void proof(void)
     }
     pus_block_chain_free(&chains, &chain);
     PROVE(chains.pool.stats.taken == 0U, "every block is free again");
+    PROVE((chain.first == NULL) && (chain.last == NULL) && (chain.size == 0U), "the chain is empty");
 }
