@@ -128,13 +128,6 @@ status_t packet_check(const uint8_t* const octets, const size_t size, const pack
     return (out_failure->code == PUS_FAILURE_NONE) ? STATUS_OK : STATUS_INVALID;
 }
 
-/// False if the octets at the place of the source id are absent, or are the checksum of a request that is too
-/// short to have both.
-static bool has_source(const uint8_t* const octets, const size_t size)
-{
-    return (size >= PUS_TC_MIN) || ((size >= PUS_TC_HEADER_SIZE) && (size_reported(octets) >= PUS_TC_MIN));
-}
-
 /// Decode a request of at most `most` octets.
 static status_t decode_tc(const uint8_t* const octets, const size_t size, const size_t most,
                           pus_tc_t* const out_tc, pus_failure_t* const out_failure)
@@ -143,12 +136,13 @@ static status_t decode_tc(const uint8_t* const octets, const size_t size, const 
     octet_reader_t reader = octet_reader(octets, size);
     packet_header_t header;
     packet_header_read(&reader, &header);
-    out_tc->apid       = (uint16_t)(header.word0 & PACKET_APID_MASK);
-    out_tc->sequence   = (uint16_t)(header.word1 & PACKET_SEQUENCE_MASK);
-    out_tc->ack        = (uint8_t)(header.flags & PUS_ACK_ALL);
-    out_tc->service    = header.service;
-    out_tc->subtype    = header.subtype;
-    out_tc->source     = has_source(octets, size) ? octet_read_u16(&reader) : PUS_USER_GROUND;
+    out_tc->apid     = (uint16_t)(header.word0 & PACKET_APID_MASK);
+    out_tc->sequence = (uint16_t)(header.word1 & PACKET_SEQUENCE_MASK);
+    out_tc->ack      = (uint8_t)(header.flags & PUS_ACK_ALL);
+    out_tc->service  = header.service;
+    out_tc->subtype  = header.subtype;
+    // In a shorter request, the octets at this place are absent or belong to the checksum.
+    out_tc->source     = (size >= PUS_TC_MIN) ? octet_read_u16(&reader) : PUS_USER_GROUND;
     out_tc->request_id = ((uint32_t)header.word0 << 16U) | header.word1;
     out_tc->data       = NULL;
     out_tc->size       = 0U;

@@ -6,7 +6,7 @@ transport_needs_lcm := -llcm
 
 define transport_rule
 $B/bench/transport/$1: $(call objects,test/bench/transport/$1.c test/bench/transport/round_trip.c) \
-                       $(foreach d,osal/posix base fsw/framework/rtlink,$(call library,$d))
+                       $(foreach d,osal/posix osal/common base fsw/framework/rtlink,$(call library,$d))
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) $(transport_needs_$1) -lpthread
 endef
