@@ -71,8 +71,8 @@ bool pus_packet_is_tc(const uint8_t* octets, size_t size);
 /// checksum, packet version, type, secondary header flag, sequence flags, PUS version; the first failed check
 /// is in *out_failure, as for TM[1,2]. *out_tc has the header fields that were received, and zeros for the
 /// others (source below PUS_TC_MIN: PUS_USER_GROUND), so that the failure can be reported. STATUS_OK,
-/// STATUS_TRUNCATED (shorter than PUS_TC_MIN), STATUS_TOO_LARGE (longer than PUS_PACKET_MAX), STATUS_CHECKSUM,
-/// STATUS_INVALID (any other).
+/// STATUS_TRUNCATED (shorter than PUS_TC_MIN), STATUS_TOO_LARGE (longer than PUS_PACKET_MAX),
+/// STATUS_CHECKSUM, STATUS_INVALID (any other).
 MUST_USE status_t pus_tc_decode(const uint8_t* octets, size_t size, pus_tc_t* out_tc,
                                 pus_failure_t* out_failure);
 /// Like pus_tc_decode, for a request larger than a packet, up to PUS_LARGE_MAX, as ST[13] assembles it.
