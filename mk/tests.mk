@@ -89,8 +89,7 @@ $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
 
 # Tests in which several tasks use one object; they are built and run again with the thread sanitizer.
-THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_write_behind.c %/test_work_aside.c \
-                %/test_packet_log_writer.c \
+THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_write_behind.c %/test_packet_log_writer.c \
                 $(patsubst %,test/contract/osal/test_%.c,mutex event task) \
                 $(patsubst %,test/contract/osal/posix/test_%.c,mutex event task inversion),$(TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))

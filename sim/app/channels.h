@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The buses of a run, and the assignment of redundant channels to them.
+/// Assignment of redundant channels to the buses of a run.
 #ifndef SIM_APP_CHANNELS_H
 #define SIM_APP_CHANNELS_H
 
 #include "sim/app/segment.h"
 #include "sim/app/simulator.h"
 #include "sim/devices/node.h"
-#include "sim/world/world.h"
 
-/// Returns the name of bus `index`: first the buses of the world, then the others in the order of the
-/// configuration. Null if there are fewer buses.
-const char* channels_bus(const world_t* world, const simulator_config_t* config, unsigned index);
 /// Print a line for each bus that programs of this run cannot use, because only the world has it. If the run
 /// has no programs (no bus in the configuration), print nothing.
 void channels_complain(const segment_t* segments, unsigned count, const simulator_config_t* config);

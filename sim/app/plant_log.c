@@ -191,13 +191,3 @@ status_t plant_log_latches(truth_t* const log, const world_t* const world, const
     }
     return status;
 }
-
-status_t plant_log_hand(truth_t* const log, const hand_t* const hand, const uint64_t now_ns)
-{
-    const hand_intent_t* intent = hand_intent(hand);
-    truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
-    memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
-    memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
-    memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
-    return truth_operator(log, now_ns, &operator_);
-}

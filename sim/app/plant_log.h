@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes the plant and the operator's hand to the truth log: the names of the parts once, and the state
-/// after every step.
+/// Writes the plant to the truth log: the names of its parts once, and its state after every step.
 #ifndef SIM_APP_PLANT_LOG_H
 #define SIM_APP_PLANT_LOG_H
 
-#include "sim/operator/hand.h"
 #include "sim/plant/plant.h"
 #include "sim/truth/truth.h"
 
@@ -17,7 +15,5 @@ MUST_USE status_t plant_log_state(truth_t* log, const world_t* world, const plan
 /// STATUS_IO.
 MUST_USE status_t plant_log_latches(truth_t* log, const world_t* world, const plant_truth_t* truth,
                                     bool is_closed[WORLD_LATCHES_MAX]);
-/// Write what the hand wants and does. STATUS_OK or STATUS_IO.
-MUST_USE status_t plant_log_hand(truth_t* log, const hand_t* hand, uint64_t now_ns);
 
 #endif // SIM_APP_PLANT_LOG_H

@@ -11,7 +11,6 @@
 #include "sim/app/senders.h"
 #include "sim/app/spread.h"
 #include "sim/app/supply.h"
-#include "sim/app/work_aside.h"
 #include "sim/operator/hand.h"
 #include "sim/plant/plant.h"
 #include "sim/socketcand/socketcand.h"
@@ -29,9 +28,7 @@
 #define PATH_OCTETS 4096U
 
 struct simulator {
-    uint64_t time_ns;  // Time up to which the plant has moved.
-    uint64_t end_ns;   // End of the present step.
-    work_aside_t rest; // The part of a step in which the plant moves.
+    uint64_t time_ns;
     segment_t segment[SIMULATOR_BUSES_MAX];
     bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Channel B of each segment; null: it has none.
     unsigned bus_count;
@@ -78,6 +75,16 @@ static void log_valve(void* const context, const uint64_t now_ns, const truth_va
     if (simulator->truth_log != NULL) {
         note_status(simulator, truth_valve(simulator->truth_log, now_ns, event));
     }
+}
+
+static void log_operator(simulator_t* const simulator, const uint64_t now_ns)
+{
+    const hand_intent_t* intent = hand_intent(simulator->hand);
+    truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
+    memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
+    memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
+    memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
+    note_status(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
 }
 
 // ---- One step ----
@@ -129,10 +136,10 @@ static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
     devices_end_step(simulator->devices, simulator->time_ns, end_ns);
 }
 
-/// The first part of a step: waiting frames, faults and buses up to the end of the step.
-static void begin_step(simulator_t* const simulator, const uint64_t end_ns)
+/// Perform one step: waiting frames, faults and buses up to the end of the step, then the plant, which moves
+/// with the commands that the devices have received in this step. The logs contain the state at the end.
+static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 {
-    simulator->end_ns = end_ns;
     if (simulator->live != NULL) {
         live_take(simulator->live, simulator->time_ns);
     }
@@ -149,14 +156,6 @@ static void begin_step(simulator_t* const simulator, const uint64_t end_ns)
         socketcand_send(simulator->tools);
         simulator->tools_lost += socketcand_end_step(simulator->tools, end_ns, TOOL_PATIENCE_MS);
     }
-}
-
-/// The rest of a step: the plant moves with the commands that the devices have received in this step. The
-/// logs contain the state at the end.
-static void end_step(void* const context)
-{
-    simulator_t* simulator = context;
-    const uint64_t end_ns  = simulator->end_ns;
     move_plant(simulator, end_ns);
     instrument_set_step(simulator->instruments, simulator->time_ns, end_ns);
     simulator->time_ns = end_ns;
@@ -169,7 +168,7 @@ static void end_step(void* const context)
         note_status(simulator, plant_log_latches(simulator->truth_log, &simulator->world, simulator->truth,
                                                  simulator->is_latched));
         if (simulator->hand != NULL) {
-            note_status(simulator, plant_log_hand(simulator->truth_log, simulator->hand, end_ns));
+            log_operator(simulator, end_ns);
         }
     }
 }
@@ -177,27 +176,15 @@ static void end_step(void* const context)
 uint64_t simulator_step(simulator_t* const simulator, const uint64_t now_ns)
 {
     const uint64_t step_ns = (uint64_t)simulator->world.step_ns;
-    work_aside_finish(&simulator->rest);
-    uint64_t end_ns = simulator->time_ns + step_ns;
-    while ((end_ns <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
-        begin_step(simulator, end_ns);
-        work_aside_offer(&simulator->rest);
-        end_ns += step_ns;
-        if (end_ns <= now_ns) {
-            work_aside_finish(&simulator->rest);
-        }
+    while (((simulator->time_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
+        run_step(simulator, simulator->time_ns + step_ns);
     }
-    return end_ns;
-}
-
-void simulator_settle(simulator_t* const simulator)
-{
-    work_aside_finish(&simulator->rest);
+    return simulator->time_ns + step_ns;
 }
 
 const char* simulator_failure(const simulator_t* const simulator)
 {
-    return work_aside_is_pending(&simulator->rest) ? NULL : plant_failure(simulator->plant);
+    return plant_failure(simulator->plant);
 }
 
 simulator_pace_t simulator_pace(simulator_t* const simulator)
@@ -228,6 +215,35 @@ bool simulator_may_step(simulator_t* const simulator, const uint32_t timeout_ms)
 
 // ---- Opening and closing ----
 
+static bool is_of_world(const world_t* const world, const char* const name)
+{
+    size_t index = 0U;
+    while ((index < world->bus_count) && (strcmp(world->bus[index], name) != 0)) {
+        index++;
+    }
+    return index < world->bus_count;
+}
+
+/// Returns the name of bus `index`: first the buses of the world, then the others in the order of the
+/// configuration.
+static const char* bus_name(const world_t* const world, const simulator_config_t* const config,
+                            const unsigned index)
+{
+    size_t others = world->bus_count;
+    if (index < world->bus_count) {
+        return world->bus[index];
+    }
+    for (size_t i = 0U; i < config->bus_count; i++) {
+        if (!is_of_world(world, config->bus[i].name)) {
+            if (others == index) {
+                return config->bus[i].name;
+            }
+            others++;
+        }
+    }
+    return NULL;
+}
+
 static status_t open_segment(simulator_t* const simulator, const simulator_config_t* const config,
                              const char* const name, char error[SIMULATOR_ERROR_MAX])
 {
@@ -257,13 +273,13 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
 {
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (status == STATUS_OK) && (i < SIMULATOR_BUSES_MAX); i++) {
-        const char* name = channels_bus(&simulator->world, config, i);
+        const char* name = bus_name(&simulator->world, config, i);
         if (name == NULL) {
             break;
         }
         status = open_segment(simulator, config, name, error);
     }
-    const char* surplus = channels_bus(&simulator->world, config, SIMULATOR_BUSES_MAX);
+    const char* surplus = bus_name(&simulator->world, config, SIMULATOR_BUSES_MAX);
     if ((status == STATUS_OK) && (surplus != NULL)) {
         (void)snprintf(
             error, SIMULATOR_ERROR_MAX,
@@ -484,14 +500,6 @@ static void power_on(simulator_t* const simulator)
     }
 }
 
-static void start_task(simulator_t* const simulator, const simulator_config_t* const config)
-{
-    if (config->works_aside && (simulator->live == NULL) && (simulator->tools == NULL) &&
-        (simulator->instruments == NULL)) {
-        work_aside_start_task(&simulator->rest, plant_enter_task);
-    }
-}
-
 status_t simulator_open(const simulator_config_t* const config, simulator_t** const out_simulator,
                         char error[SIMULATOR_ERROR_MAX])
 {
@@ -501,7 +509,6 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: out of memory");
         return STATUS_EXHAUSTED;
     }
-    work_aside_open(&simulator->rest, end_step, simulator);
     status_t status = read_world(simulator, config, error);
     status          = (status == STATUS_OK) ? open_segments(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? channels_pair(simulator->segment, simulator->bus_count, config,
@@ -524,7 +531,6 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
     simulator->targets.process         = config->process_fault;
     simulator->targets.process_context = config->process_context;
     power_on(simulator);
-    start_task(simulator, config);
     *out_simulator = simulator;
     return STATUS_OK;
 }
@@ -534,7 +540,6 @@ status_t simulator_close(simulator_t* const simulator)
     if (simulator == NULL) {
         return STATUS_OK;
     }
-    work_aside_close(&simulator->rest);
     bool is_complete = (truth_close(simulator->truth_log) == STATUS_OK) && !simulator->is_truth_broken;
     is_complete      = (live_close(simulator->live) == STATUS_OK) && is_complete;
     socketcand_close(simulator->tools);
@@ -579,11 +584,6 @@ void simulator_statistics(const simulator_t* const simulator, simulator_statisti
 
 void simulator_flush(simulator_t* const simulator, const bool waits)
 {
-    if (waits) {
-        work_aside_withdraw(&simulator->rest);
-    } else {
-        work_aside_finish(&simulator->rest);
-    }
     for (unsigned i = 0U; i < simulator->bus_count; i++) {
         if (simulator->segment[i].log != NULL) {
             frame_log_flush(simulator->segment[i].log, waits);

@@ -51,7 +51,6 @@ typedef struct {
     bool serve_tools;   ///< Open the socketcand port.
     bool is_live;       ///< Open the live port (sim/app/live.h); needs output_path.
     bool is_paced;      ///< The caller keeps the pace that simulator_pace returns.
-    bool works_aside;   ///< A task moves the plant after simulator_step has returned.
     bool tools_in_step; ///< Simulated time waits until the tool sends; for deterministic tests.
     uint16_t tool_port; ///< 0: any free port, see simulator_tool_port.
     /// With tools_in_step: time by which each frame of a tool advances the run; 0: 5 ms.
@@ -78,18 +77,9 @@ MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t**
 
 /// Simulate [last step, now_ns). Returns the requested time of the next step: the next whole step. A world
 /// that diverges (simulator_failure) is not simulated further.
-///
-/// All frames of the step have then reached the flight software. The plant has moved, too, unless the
-/// configuration has works_aside: then a task may still move it, while flight software performs its own step,
-/// until the next call or simulator_settle. With tools, instruments or a live port, which show the world to
-/// others at once, no task moves it.
 uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
 
-/// Wait until the last step is complete.
-void simulator_settle(simulator_t* simulator);
-
-/// Returns the reason for which the run has to end: the world diverges (plant_failure). Null if it does not,
-/// and while a task moves the plant.
+/// Returns the reason for which the run has to end: the world diverges (plant_failure). Null if it does not.
 const char* simulator_failure(const simulator_t* simulator);
 
 /// With tools_in_step: wait (wall-clock, at most timeout_ms) until the tool has sent frames for the next

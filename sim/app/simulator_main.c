@@ -521,7 +521,6 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
     options->processes.scheduler       = scheduler;
     options->simulator.process_fault   = process_faults_act;
     options->simulator.process_context = &options->processes;
-    options->simulator.works_aside     = (scheduler != NULL) && !options->waits_for_wall_clock;
     if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
         osal_console_complain(error);
         return EXIT_FAILURE;
@@ -542,7 +541,6 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
             (void)status; // Without the permission the simulator keeps its priority.
         }
         run(simulator, options, &clock, scheduler);
-        simulator_settle(simulator);
         simulator_statistics(simulator, &statistics);
         (void)losses_complain(&statistics);
         code = complain_of_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;

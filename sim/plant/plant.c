@@ -62,7 +62,7 @@ status_t plant_create(const world_t* const world, plant_t** const out_plant, cha
         dInitODE2(0);
     }
     open_plants++;
-    plant_enter_task();
+    dAllocateODEDataForThread((unsigned)dAllocateMaskAll);
     plant->world = world;
     create_world(plant);
     status_t status = robots_create(plant, error);
@@ -80,11 +80,6 @@ status_t plant_create(const world_t* const world, plant_t** const out_plant, cha
     }
     *out_plant = plant;
     return STATUS_OK;
-}
-
-void plant_enter_task(void)
-{
-    dAllocateODEDataForThread((unsigned)dAllocateMaskAll);
 }
 
 void plant_destroy(plant_t* const plant)

@@ -10,7 +10,7 @@
 /// Indices    Of joints: plant_joint; of contacts, springs and joysticks: those in the world.
 /// Units      For a prismatic joint, read m, N and kg where names contain rad, Nm and kgm2.
 /// Ownership  plant_create allocates, plant_destroy frees. The world outlives the plant. Any number of plants
-///            may exist in one process; one task at a time steps a given plant.
+///            may exist in one process; one thread steps a given plant.
 /// Results    Bit-identical if the same calls are repeated. During a step denormal numbers count as zero; the
 ///            step restores the floating point mode of the caller.
 /// Time       About 3 us per step of 0.5 ms for two joints with a contact.
@@ -144,9 +144,6 @@ MUST_USE status_t plant_create(const world_t* world, plant_t** out_plant, char e
 
 /// Free the world. Null is allowed.
 void plant_destroy(plant_t* plant);
-
-/// Let the calling task step plants. The task that creates a plant may do so already.
-void plant_enter_task(void);
 
 /// Advance by dt_ns (500 000 in the missions; tests use other values).
 void plant_step(plant_t* plant, const plant_input_t* input, uint64_t dt_ns);

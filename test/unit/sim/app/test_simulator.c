@@ -23,7 +23,6 @@ static char address[2][48];
 static osal_can_t can[2];
 static simulator_t* simulator;
 static uint64_t now_ns;
-static bool is_aside; // A task moves the plant.
 
 /// The frames that the master has received last.
 static struct {
@@ -71,8 +70,7 @@ static void open_simulator(const char* scenario, uint64_t seed)
                                        .bus           = {{.name = "robot", .address = address[ROBOT]},
                                                          {.name = "joystick", .address = address[JOYSTICK]}},
                                        .bus_count     = 2U,
-                                       .seed          = seed,
-                                       .works_aside   = is_aside};
+                                       .seed          = seed};
     now_ns                          = 0U;
     memset(&heard, 0, sizeof heard);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&config, &simulator, error), error);
@@ -80,7 +78,6 @@ static void open_simulator(const char* scenario, uint64_t seed)
 
 void setUp(void)
 {
-    is_aside = false;
     (void)strcpy(folder, "/tmp/hirosco-sim-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
     open_controllers();
@@ -322,9 +319,6 @@ static void fly_and_hash(uint64_t seed, uint64_t out_hash[3])
     bring_up();
     for (unsigned i = 0U; i < 400U; i++) {
         cycle(0x0FU, 0x0FU);
-        if ((i % 100U) == 0U) {
-            simulator_flush(simulator, false);
-        }
     }
     TEST_ASSERT_EQUAL_INT(STATUS_OK, simulator_close(simulator));
     simulator   = NULL;
@@ -343,16 +337,6 @@ static void equal_seeds_give_equal_logs_and_unequal_seeds_do_not(void)
     fly_and_hash(8U, other);
     TEST_ASSERT_EQUAL_HEX64_ARRAY(first, second, 3U);
     TEST_ASSERT_TRUE(first[0] != other[0]);
-}
-
-static void a_task_that_moves_the_plant_changes_no_log(void)
-{
-    uint64_t alone[3];
-    uint64_t aside[3];
-    fly_and_hash(7U, alone);
-    is_aside = true;
-    fly_and_hash(7U, aside);
-    TEST_ASSERT_EQUAL_HEX64_ARRAY(alone, aside, 3U);
 }
 
 static void bus_loads_equal_those_computed(void)
@@ -483,17 +467,6 @@ static void a_world_that_diverges_is_not_simulated_further(void)
     TEST_ASSERT_TRUE(simulator_step(simulator, 100000000U) < 100000000U);
     TEST_ASSERT_NOT_NULL(simulator_failure(simulator));
     TEST_ASSERT_NOT_NULL(strstr(simulator_failure(simulator), "the world diverges"));
-    (void)simulator_close(simulator);
-    now_ns                         = 0U;
-    const simulator_config_t aside = {.world_path = path, .works_aside = true};
-    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&aside, &simulator, error), error);
-    while (simulator_failure(simulator) == NULL) {
-        now_ns += STEP_NS;
-        TEST_ASSERT_TRUE(now_ns < 100000000U);
-        (void)simulator_step(simulator, now_ns);
-        simulator_settle(simulator);
-    }
-    TEST_ASSERT_TRUE(simulator_step(simulator, 100000000U) < 100000000U);
     temporary_files_remove();
 }
 
@@ -549,7 +522,6 @@ int main(void)
     RUN_TEST(a_disconnected_drive_is_safe_in_time_at_each_of_20_phases);
     RUN_TEST(an_injected_error_is_reported_and_stops_the_drive);
     RUN_TEST(equal_seeds_give_equal_logs_and_unequal_seeds_do_not);
-    RUN_TEST(a_task_that_moves_the_plant_changes_no_log);
     RUN_TEST(bus_loads_equal_those_computed);
     RUN_TEST(a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(a_simulator_that_is_called_late_catches_up);
