@@ -252,6 +252,15 @@ static void a_refusal_shows_the_option_and_its_value(void)
     TEST_ASSERT_NULL(strstr(error, "..."));
 }
 
+/// The text behind a list that is full is not one of its words.
+static void a_full_list_of_words_ends_with_its_last(void)
+{
+    static char option[] = "--time";
+    static char value[]  = "expected stepped, real or free";
+    char* words[]        = {option, value};
+    TEST_ASSERT_FALSE(launch_options_parse(2, words, &options, error));
+}
+
 static void a_key_is_a_path(void)
 {
     TEST_ASSERT_TRUE(parse("--seed 2"));
@@ -396,6 +405,7 @@ int main(void)
     RUN_TEST(each_option_takes_its_value);
     RUN_TEST(a_scenario_is_a_name_or_a_path);
     RUN_TEST(a_refusal_shows_the_option_and_its_value);
+    RUN_TEST(a_full_list_of_words_ends_with_its_last);
     RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_remote_endian_program_takes_datagrams);

@@ -113,9 +113,8 @@ static void malformed_requests_are_rejected(void)
     for (size_t size = 1U; size < 13U; size++) { // Truncated packets, of every length.
         static const uint8_t octets[13] = {0x18U, 0x10U, 0xC0U, 0x00U, 0x00U, 0x06U,
                                            0x2FU, 0x11U, 0x01U, 0x00U, 0x01U};
-        // A packet that ends before its source is reported to the ground.
-        fixture.source = (uint16_t)((size < 11U) ? PUS_USER_GROUND : FIXTURE_USER);
-        fixture_forget_ends(); // The number of the first request is used again.
+        fixture.source                  = PUS_USER_GROUND; // A request that is too short has no source.
+        fixture_forget_ends();                             // The number of the first request is used again.
         fixture_accept(octets, size);
         TEST_ASSERT_EQUAL(size >= 4U, fixture_has("1.2 #0 0101"));
         fixture_forget();
