@@ -5,7 +5,8 @@
 //     right word. A group is repeated as often as its count states; then the format continues after it. No
 //     access is outside the data or the format. So a request is read as its format states, word by word.
 // Bounds: data of 0..20 octets that were read up to any place; any operands, selector, layouts and nested
-//     counts; one word and one end of groups, by induction the words of any format.
+//     counts; one word and one end of groups, by induction the words of any format. Groups are nested, and
+//     operands number layouts, only as far as the generator of the formats permits.
 // Replaced: nothing.
 // Sources: base/octets.c base/value.c
 // Options: --unwind 6

@@ -5,7 +5,8 @@
 //     packet, the stream is closed. So the stream always advances, waits or is closed.
 // Bounds: 0..4128 received octets (32 more than the largest packet) of any content, any client, no security
 //     of the ground link.
-// Replaced: the security layer (SDLS) is not used.
+// Replaced: crc16_ccitt returns any value (the framing does not call it); the security layer (SDLS) is not
+//     used.
 // Sources: fsw/subsystems/communication/ground_security.c pus/core/packet.c base/octets.c
 // Options: --unwind 2
 // Quick: yes
