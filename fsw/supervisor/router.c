@@ -92,6 +92,7 @@ static void route_report(supervisor_t* const supervisor, const uint16_t from, co
     }
     supervisor_router_log(supervisor, packet, size);
     supervisor->counters.tm_routed++;
+    // A report is logged and sent to ground before those that the supervisor makes in reaction to it.
     if (is_ground(tm.destination) && spacecraft_forwards(supervisor, &tm)) {
         supervisor_ground_send(supervisor, tm.apid, packet, size, block);
     }
@@ -232,8 +233,8 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
     if (is_there && !supervisor_router_has_room(supervisor, tc.apid)) {
         return STATUS_FULL;
     }
-    const uint16_t spacecraft = (uint16_t)(tc.source & ~PUS_USER_ONBOARD);
-    route_request(supervisor, is_ground(tc.source) ? COMMUNICATION_APID : spacecraft, packet, size);
+    const uint16_t sender = (uint16_t)(tc.source & ~PUS_USER_ONBOARD);
+    route_request(supervisor, is_ground(tc.source) ? COMMUNICATION_APID : sender, packet, size);
     return STATUS_OK;
 }
 

@@ -28,7 +28,7 @@ def _down(spacecraft, client):
             client.sendall(octets)
     except OSError:
         pass  # the other direction reports it
-    _hang_up(client)
+    _hang_up(client)  # Ends the wait of _up for a telecommand.
 
 
 def _up(client, spacecraft, protect):
@@ -52,7 +52,7 @@ def _connect(client, name, target, make_sender, report):
             try:
                 _up(client, spacecraft, make_sender())
             finally:
-                _hang_up(spacecraft, client)
+                _hang_up(spacecraft, client)  # Before the join: it ends the wait of _down for telemetry.
                 telemetry.join()
         report(f"gateway: {name} has disconnected")
     except (OSError, SecurityError, LinkLost) as problem:

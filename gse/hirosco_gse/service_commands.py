@@ -65,6 +65,7 @@ def _at(dictionary, words):
         return simple(request(words[0]))
     unsent = request("0")  # Errors in the words are reported before anything is sent.
 
+    # The mission time on board is that of the answer to a ping.
     def procedure(session, timeout_ns):
         alive = yield from session.execute(Request(SUPERVISOR_APID, 17, 1, text="ping SUPERVISOR"), timeout_ns)
         sent_ns = max(packet.time_ns for packet, _ in alive.replies) - dictionary.epoch_ns
@@ -202,6 +203,7 @@ def _until_started(request):
 
     def procedure(session, timeout_ns):
         verification = session.send(request)
+        # Stage 3 is TM[1,3].
         yield from session.wait_for(lambda: verification.is_finished or 3 in verification.stages, timeout_ns, f"{request.text}: start")
         if verification.failure is not None:
             raise Rejected(request, verification.failure, session.dictionary)

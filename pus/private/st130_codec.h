@@ -7,9 +7,9 @@
 #include "pus/core/record_codec.h"
 #include "pus/private/st130_rtlink.h"
 
-// Members of each message, with the end of the table.
-#define LINK_PROPERTIES 8U
-#define LINK_ENDS 4U
+#define LINK_PROPERTIES 8U // Fields of pus_link_properties_t.
+#define LINK_ENDS 4U       // Fields of pus_link_ends_t.
+// Fields of each message in the order of the packet, and the entry that ends the table.
 extern const pus_codec_field_t link_request_fields[LINK_ENDS + LINK_PROPERTIES + 3U];
 extern const pus_codec_field_t link_accept_fields[LINK_PROPERTIES + 3U]; ///< An endpoint follows them.
 extern const pus_codec_field_t link_refuse_fields[LINK_PROPERTIES + 4U];

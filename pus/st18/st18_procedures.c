@@ -164,7 +164,7 @@ static pus_reply_t stop_at(pus_procedures_t* const self, pus_request_t* const re
     pus_procedure_run_t* const run = procedures_run_of(self, procedure);
     run->stop    = (pus_hold_t){.is_wanted = true, .step = octet_read_u16(&request->reader)};
     run->unloads = unloads;
-    if (run->is_held) {
+    if (run->is_held) { // A suspended procedure reaches no step at which it could stop.
         self->now_ns = request->now_ns;
         procedures_end(self, procedure, PUS_OBSERVED_STOPPED);
     }
@@ -256,7 +256,8 @@ static pus_reply_t abort_one(void* const context, pus_request_t* const request)
     pus_procedure_t* procedure   = NULL;
     const pus_failure_t failure  = find(self, read_id(request), true, &procedure);
     if (failure.code == PUS_FAILURE_NONE) {
-        self->now_ns                                = request->now_ns;
+        self->now_ns = request->now_ns;
+        // A request to stop and unload may wait for its step: an abort does not unload.
         procedures_run_of(self, procedure)->unloads = false;
         procedures_end(self, procedure, PUS_OBSERVED_ABORTED);
     }
@@ -354,7 +355,8 @@ static pus_reply_t start_engine(void* const context, pus_request_t* const reques
     (void)request;
     pus_procedures_t* const self = context;
     const pus_failure_t failure  = procedures_save_engine(self, false);
-    self->is_stopped             = self->is_stopped && (failure.code != PUS_FAILURE_NONE);
+    // Without a record the engine keeps its state, so that the next life does not differ from this one.
+    self->is_stopped = self->is_stopped && (failure.code != PUS_FAILURE_NONE);
     return reply_of(self, failure);
 }
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define PACKET_MAX 65542U // Largest possible space packet [octets].
-// Largest number of characters of a line; enough for a packet with a space after each digit.
+// Largest number of characters of a line; enough for the largest packet with two spaces after each octet.
 #define LINE_MAX 262144U
 #define PEEK_MAX 16U // Octets from which the format is recognized.
 #define PLACE_MAX 32U

@@ -54,8 +54,8 @@ OPTIONAL = {
     "takeover_of_channels": re.compile(r"fsw/framework/message/(message_positions|message_ring_refill)\.c"),
     "whole_mission": re.compile(r"fsw/framework/descriptor/mission_(checks|lookup|rules|whole)\.c"),
 }
-# Sources that come only with what needs them: connection of an optional service to a component, its records;
-# framing, records and the link state of flows; parameters in memories of ST[06].
+# Sources that are in a program only if an option or a device needs them: connection of an optional service to a
+# component, its records; framing, records and the link state of flows; parameters in memories of ST[06].
 NEEDED = re.compile(r"fsw/framework/(subsystem/\w+_service\.c|journal/|dataflow/(framing|link|record)\.c)|pus/st20/st20_definitions\.c")
 # Programs by which sources of the common part are shown to be in all programs. A program with a device has
 # the CAN end node and publishes complete tables of parameters; another program may not.
@@ -93,8 +93,7 @@ def service_of(source):
 
 
 def option_of(source):
-    """Name of the option to which a source belongs; None if the source is in all programs or comes with what
-    needs it."""
+    """Name of the option to which a source belongs; None if the source is in all programs or is one of NEEDED."""
     service = service_of(source)
     if service is not None and service not in EVERYWHERE:
         return f"st{service:02}"
@@ -179,7 +178,8 @@ ALLOWED_BOARD_RAM = 96 * 1024
 
 
 def parts_of_image(path):
-    """{library: [text, RAM]} of an image, from the linker's map. Equal texts, which occur once, count where they are first used."""
+    """{library: [text, RAM]} of an image, from the linker's map. Equal texts, which occur once, count where they are first used. A long name of
+    a section has a line of its own in the map; address, size and file are on the next line."""
     parts, before, begun = {}, "", False
     for line in path.read_text().splitlines():
         begun = begun or line.startswith("Linker script and memory map")

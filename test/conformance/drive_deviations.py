@@ -18,6 +18,7 @@ MANIPULATOR, SUPERVISOR = 16, 1
 STAND_ALONE = 1
 NODES = (0x11, 0x12)
 LIMIT_S = 600.0  # Wall-clock time; simulated time stands still while a slave computes.
+# Reasons of DEVICE_REFUSED.
 NOT_BOOTED, TIMEOUT, ABORTED, VALUE, FORMAT, REBOOTED, SILENT = 1, 2, 3, 4, 5, 6, 7
 
 

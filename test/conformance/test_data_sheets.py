@@ -31,6 +31,7 @@ CHANGING = {0x1001, 0x6041, 0x6062, 0x6064, 0x606B, 0x606C, 0x6074, 0x6077, 0x60
             0x6841, 0x6864, 0x686C, 0x6874, 0x6877, 0x6878, 0x60FD, 0x6150, 0x9130, 0x2100, 0x2102, 0x2103, 0x2104}
 NO_OBJECT, NO_MEMBER, READ_ONLY, NOT_NOW = 0x06020000, 0x06090011, 0x06010002, 0x08000022
 ACCESS = {"const", "ro", "rw", "rww", "rwr", "wo"}
+VISIBLE_STRING = 9  # Data type of CiA 301.
 
 
 def variables(dictionary):
@@ -68,7 +69,7 @@ def test_every_variable_is_described_in_full(sheet):
     for variable in variables(dictionary):
         name = f"{variable.index:04X}:{variable.subindex:02X}"
         assert variable.access_type in ACCESS, name
-        assert variable.name and variable.data_type in canopen.objectdictionary.datatypes.NUMBER_TYPES + (9,), name
+        assert variable.name and variable.data_type in canopen.objectdictionary.datatypes.NUMBER_TYPES + (VISIBLE_STRING,), name
         assert variable.default is not None, name
     for index, entry in dictionary.items():
         if not isinstance(entry, ODVariable) and index != 0x1003:  # In 0x1003 it is the number of errors.
@@ -140,7 +141,7 @@ def test_every_object_of_the_sheet_is_served_with_its_size_and_default(device):
         raw = device.sdo.upload(variable.index, variable.subindex)
         name = f"{variable.index:04X}:{variable.subindex:02X}"
         served += 1
-        if variable.data_type != 9:
+        if variable.data_type != VISIBLE_STRING:
             assert len(raw) == len(variable) // 8, name
         if variable.index not in CHANGING:
             assert variable.decode_raw(raw) == variable.default, name

@@ -44,7 +44,7 @@ def test_boot_up_and_heartbeat(simulator):
 def test_block_transfer_is_refused(drive):
     with pytest.raises(canopen.SdoAbortedError) as aborted:
         drive.sdo[0x1008].open("rb", block_transfer=True).read()
-    assert aborted.value.code == 0x05040001
+    assert aborted.value.code == 0x05040001  # CiA 301: command specifier not valid or unknown.
 
 
 def test_the_master_remaps_a_pdo(drive):
@@ -60,7 +60,7 @@ def test_the_master_remaps_a_pdo(drive):
     assert [variable.index for variable in drive.tpdo[2]] == [0x6062, 0x60F4]
     drive.nmt.state = "OPERATIONAL"
     pass_time(drive.network, 4)
-    until(lambda: abs(drive.tpdo[2][0x6062].raw - 1047198) < 5, "the remapped PDO")
+    until(lambda: abs(drive.tpdo[2][0x6062].raw - 1047198) < 5, "the remapped PDO")  # The joint starts at 60 degrees [1e-6 rad].
 
 
 def enable(drive, mode):
@@ -98,6 +98,7 @@ def test_homing_ends_at_the_stop_and_moves_the_zero(drive):
     drive.sdo[0x607C].raw = -1234
     enable(drive, 6)
     bits = []
+    # Bits 10, 12 and 13 of the statusword: target reached, homing attained, homing error (CiA 402).
     drive.tpdo[1].add_callback(lambda pdo: bits.append(pdo["Statusword"].raw & 0x3400))
     until(lambda: bits and bits[-1] == 0x0400, "a search that was not started")
     drive.controlword = 0x001F
@@ -142,7 +143,7 @@ def test_wireshark_names_every_frame_of_the_log(tmp_path, suffix):
     lines = (tmp_path / "can-robot.log").read_text().splitlines()
     assert len(frames) == len(lines) > 200
     assert {protocol for protocol, _ in frames} == {"CANopen"}
-    assert tshark(path, "-Y", "_ws.malformed || _ws.expert.severity >= 6291456") == []
+    assert tshark(path, "-Y", "_ws.malformed || _ws.expert.severity >= 6291456") == []  # Severity "warning" or worse.
     text = "\n".join(info for _, info in frames)
     for name in ("SYNC", "PDO1 (tx)", "PDO1 (rx)", "PDO2 (tx)", "Boot-up", "Operational", "Pre-operational",
                  "Start remote node", "EMCY", "Abort transfer", "Initiate download", "Upload segment"):

@@ -29,7 +29,7 @@ def stage(tmp_path_factory):
 
 @pytest.fixture
 def down(stage):
-    """End each case as an operator would: the subsystem is OFFLINE and no event is left."""
+    """End each case as an operator would: bring the subsystem to OFFLINE and wait until it is there."""
     yield
     if stage.ground.state != "OFFLINE":
         assert stage.ground.request("OFFLINE")

@@ -158,9 +158,9 @@ def test_the_peers_verificator_follows_a_request_to_its_end(process):
         (request(17, 1, b"\0"), 2, 0x0108, 0, 0),  # _DATA.
         (request(17, 1, apid=17), 2, 0x0104, 0, 17),  # _APID.
         (request(5, 6, b"\2\0\3"), 2, 0x0108, 0, 3),  # _DATA.
-        (request(8, 1, b"SLOWLY\0\0\0"), 4, 0x0201, 0, int.from_bytes(b"SLOW", "big")),
-        (request(5, 6, b"\1\0\4"), 4, 0x0201, 1, 4),
-        (request(8, 1, b"BROKEN\0\0\0"), 8, 0x0406, 0, 250),
+        (request(8, 1, b"SLOWLY\0\0\0"), 4, 0x0201, 0, int.from_bytes(b"SLOW", "big")),  # _UNKNOWN_ID.
+        (request(5, 6, b"\1\0\4"), 4, 0x0201, 1, 4),  # _UNKNOWN_ID.
+        (request(8, 1, b"BROKEN\0\0\0"), 8, 0x0406, 0, 250),  # _TIMEOUT.
     ],
 )
 def test_failure_notices_are_read_by_the_peer(process, tc, stage, code, instruction, detail):
@@ -202,13 +202,13 @@ def test_our_requests_are_read_by_the_peer(process):
 def test_malformed_requests_are_reported_by_code(process):
     good = bytes(request(17, 1).pack())
     cases = {
-        0x010A: with_checksum(bytes([good[0] | 0x20]) + good[1:]),
-        0x010B: with_checksum(bytes([good[0] & ~0x10]) + good[1:]),
-        0x010C: with_checksum(bytes([good[0] & ~0x08]) + good[1:]),
-        0x010D: with_checksum(good[:2] + bytes([good[2] & 0x3F]) + good[3:]),
-        0x0103: with_checksum(good[:6] + b"\x1f" + good[7:]),
-        0x0101: good + b"\0",
-        0x0102: good[:-1] + bytes([good[-1] ^ 1]),
+        0x010A: with_checksum(bytes([good[0] | 0x20]) + good[1:]),  # PUS_FAILURE_PACKET_VERSION.
+        0x010B: with_checksum(bytes([good[0] & ~0x10]) + good[1:]),  # _PACKET_TYPE.
+        0x010C: with_checksum(bytes([good[0] & ~0x08]) + good[1:]),  # _SECONDARY_HEADER.
+        0x010D: with_checksum(good[:2] + bytes([good[2] & 0x3F]) + good[3:]),  # _SEQUENCE_FLAGS.
+        0x0103: with_checksum(good[:6] + b"\x1f" + good[7:]),  # _PUS_VERSION.
+        0x0101: good + b"\0",  # _LENGTH.
+        0x0102: good[:-1] + bytes([good[-1] ^ 1]),  # _CHECKSUM.
     }
     for code, octets in cases.items():
         (answer,) = process.say(octets.hex())

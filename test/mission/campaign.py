@@ -29,6 +29,8 @@ import flying
 
 SAME_IN = 10  # One in ten flights is also flown in the other form; both must have the same octets.
 TRACED = (*flying.TRACED, "can-robot-b.log", "can-joystick-b.log")
+# An event of an LCM log: sync word, number and time, length of the channel's name, length of the data, name. The data of DRIVE: fingerprint,
+# time [ns], length and name of the bus, then 14 octets: node, axis, statusword (4 octets each), plugged, brake engaged.
 DRIVE_EVENT = re.compile(rb"\xed\xa1\xda\x01.{16}\x00\x00\x00\x05.{4}DRIVE(.{16}\x00\x00\x00.[a-z-]+\x00.{14})", re.DOTALL)
 # Commands of the flight whose record store the campaign uses: each of them leaves persistent records.
 LASTING = (
@@ -135,7 +137,8 @@ def _time_of(flight):
 
 
 def _set_connection(flight, state):
-    """Cut or restore the connection between the nodes while simulated time stands still."""
+    """Cut or restore the connection between the nodes while simulated time stands still. The simulator may have ended already: then it has no
+    process, or no process id (TypeError)."""
     simulator = flight.children().get("simulator")
     with contextlib.suppress(ProcessLookupError, TypeError):
         os.kill(simulator, signal.SIGSTOP)

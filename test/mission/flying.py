@@ -65,7 +65,11 @@ class Flight:
 
     @property
     def packets(self):
-        """(time_ns, direction, octets) of every line of packets.log."""
+        """(time_ns, direction, octets) of every line of packets.log.
+
+        Places in the octets, counted from 0: 0 and 1 have the APID, 2 and 3 the sequence count, 7 the service, 8 the subtype. A request has its
+        source in 9 and 10, and its data from 11 on. A report has its destination in 11 and 12, its time in 13 to 20, and its data from 21 on. The
+        last two octets are the checksum."""
         found = []
         for line in self.read("packets.log").splitlines():
             stamp, direction, text = line.split(" ")

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the supervisor: its first life ends at its n-th system call that receives, sends or writes.
-// The environment gives n; for an even n the life ends before the call, for an odd n after it. Without n, the
-// calls of the first life are counted in the file whose name is given.
+// Preloaded into the supervisor: its first life ends at one of its system calls that receive, send or write.
+// KILL_POINT is twice the number of that call, and the life ends before the call; or one more, and the life
+// ends when the call returns. Without KILL_POINT no life ends, and the number of calls is written into the
+// file KILL_MARK.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -20,7 +21,7 @@ static unsigned long number(const char* name)
     return (text != NULL) ? strtoul(text, NULL, 10) : 0UL;
 }
 
-/// Is set once in a run.
+/// True in the first life, which makes the file KILL_MARK; the next lives find it.
 static int is_first_life(void)
 {
     static int answer = -1;

@@ -40,7 +40,7 @@ GROWTH_KIB = 1024
 # The number of names, descriptors and sockets depends on the moment, for example while a bus or a process
 # starts.
 GROWTH_OPEN = 4
-REPORTS = {(129, 5): 1, (3, 25): 5}  # Periodic reports: period [s].
+REPORTS = {(129, 5): 1, (3, 25): 5}  # Periodic reports and their period [s]: TM[129,5] in state 5 (OPERATIONAL), TM[3,25] of structure 1.
 PERIODIC = {1, 2}  # APIDs of the components that run all the time.
 ON_BOARD = 0x8000
 SEQUENCE = 0x4000

@@ -136,7 +136,8 @@ def test_each_final_report_ends_a_request(end):
 
 
 def test_the_end_of_another_request_is_ignored():
-    """A report about another request does not end a request, and neither does a report to a user on board."""
+    """A report about another request does not end a request, and neither does a report to a user on board. A request of a user on board needs
+    no report."""
     other = _tc(2.0, MANIPULATOR, 8)
     assert len(_violations([PING, _reported(2.1, other)])) == 2
     assert len(_violations([PING, _reported(2.1, PING, destination=rules.ON_BOARD | 1)])) == 1
@@ -184,7 +185,9 @@ def test_a_request_is_followed_from_the_operator_to_the_packet_log(operator, pro
     [
         ([], EMERGENCY_ON_BUS),
         ([], ""),
+        # More than two cycles after the emergency, which is on the bus 2.163 ms after the death.
         ([_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], EMERGENCY_ON_BUS),
+        # More than SILENCE_NS after the death.
         ([_became(DEATH_S + 0.0101, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)], ""),
         ([_became(DEATH_S + 0.003, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL)], EMERGENCY_ON_BUS),
         ([_became(DEATH_S + 0.003, MANIPULATOR, OPERATIONAL, 4)], EMERGENCY_ON_BUS),
@@ -223,6 +226,7 @@ def test_in_a_shutdown_a_partner_may_leave_operation_to_another_state():
 
 
 def test_without_an_emergency_the_reaction_time_begins_with_the_death():
+    # With another fault within a second, the rule expects no reaction without an emergency.
     assert _violations([], [DEATH, f"{DEATH_S + 0.9} fault cut robot JOINT1"]) == []
     assert len(_violations([], [DEATH, f"{DEATH_S + 1.1} fault cut robot JOINT1", f"{DEATH_S} operator try ping all"])) == 1
     # The process may continue until another component detects the hang.
@@ -261,7 +265,8 @@ def test_a_high_event_that_is_logged_late_is_a_violation():
     late = [_event(5.0, SUPERVISOR, logged_s=5.0 + 2 * STEP_S)]
     assert len(_violations(late)) == 1
     assert _violations(late, has_cut=True) == []
-    # The supervisor was dead and could not receive it.
+    # The supervisor was dead and could not receive it: killed 30 ms before. One killed 90 ms before is back (OUTAGE_S), and one killed 10 ms
+    # after was alive.
     assert _violations(late, ["4.970000 fault kill SUPERVISOR"]) == []
     assert len(_violations(late, ["4.910000 fault kill SUPERVISOR"])) == 1
     assert len(_violations(late, ["5.010000 fault kill SUPERVISOR"])) == 1
@@ -323,6 +328,7 @@ def test_a_gap_in_the_numbers_of_reports_is_a_violation():
     assert rules.violations(_seen(up[:1] + up[2:], has_cut=True)) == []
 
 
+# Statuswords: 0x0250 switch on disabled, 0x0231 ready to switch on, 0x0218 fault; 0x0237 operation enabled, 0x0217 quick stop active.
 @pytest.mark.parametrize("status, brake, violations", [(0x0250, 0, 1), (0x0250, 1, 0), (0x0231, 0, 1), (0x0218, 0, 1), (0x0237, 0, 0), (0x0217, 0, 0)])
 def test_a_joint_that_is_neither_controlled_nor_braked_is_a_violation(status, brake, violations):
     drive = {"bus": "robot", "node": 17, "time_us": 1, "statusword": status, "brake_engaged": brake}
@@ -361,7 +367,8 @@ def _drawn_with_a_kill():
 
 
 def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
-    """If one packet of a real flight is removed, added or delayed, a rule is violated."""
+    """A rule is violated if a final report of a real flight is removed or doubled, if a request is removed, or if the reaction of the partner is
+    removed. Only a request at the very end may stay without its final report."""
     drawn = _drawn_with_a_kill()
     flight, found = campaign.fly(campaign.Ground(folder / "ground"), folder / "flight", drawn)
     assert found == []

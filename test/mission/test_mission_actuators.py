@@ -17,7 +17,7 @@ UP = (
     "1.0 operator state ACTUATORS SAFE_OPERATIONAL",
     "1.2 operator state ACTUATORS OPERATIONAL",
 )
-ZEROS = ",0" * 15
+REST = ",0" * 13  # Outputs 4 to 16 of OUTPUT. Outputs 1 and 2 are bits of valves: 3,0 opens both PUSH valves, 0,3 both TURN valves.
 
 
 def _truth(flight, channel):
@@ -107,7 +107,7 @@ def test_thrust_moves_the_satellite(flights):
 
 def test_cantools_reads_the_process_data_of_the_valves(flights):
     database = cantools.database.load_file(flying.ROOT / "build/generated/actuators-platform.dbc", strict=True)
-    for identifier, signals in ((0x23A, 3), (0x1BA, 2)):
+    for identifier, signals in ((0x23A, 3), (0x1BA, 2)):  # RPDO and TPDO of node 0x3A, the valve box; both begin with the bits of the valves.
         message = database.get_message_by_frame_id(identifier)
         assert len(message.signals) == signals
         values = [(time, list(message.decode(octets).values())) for time, octets in _frames(flights[0], identifier)]
@@ -124,7 +124,7 @@ def _up(configuration):
 def test_valves_close_if_their_subsystem_dies(session_folder, form):
     """The valves close after the RPDO deadline of 10 ms and their shortest pulse."""
     scenario = flying.write_scenario(session_folder / f"dies-{form}.scn", *_up("NOMINAL"),
-                                     f"2.0 operator set ACTUATORS.OUTPUT 3,3,0{ZEROS[:26]}", "3.0 fault kill ACTUATORS", "4.0 operator shutdown")
+                                     f"2.0 operator set ACTUATORS.OUTPUT 3,3,0{REST}", "3.0 fault kill ACTUATORS", "4.0 operator shutdown")
     flight = flying.fly(session_folder / f"dies-{form}", "--mission", "actuators", "--scenario", scenario, "--form", form)
     changes = _valves(flight)
     assert [name for _, name, is_open in changes if is_open] == ["PUSH1", "PUSH2", "TURN1", "TURN2"]
@@ -141,8 +141,8 @@ def _reports(flight, pattern):
 def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_folder):
     """CSV (CiA 402) by the second RPDO, and the rates (CiA 404) in the telemetry, are compared with the truth
     of the simulator."""
-    lines = [*_up("VELOCITY"), f"1.5 operator set ACTUATORS.OUTPUT 0,3,0{ZEROS[:26]}", "1.6 operator set ACTUATORS.VELOCITY 0.1,0,0,0,0,0,0,0",
-             "2.0 operator hk once ACTUATORS 1", "2.5 operator hk once ACTUATORS 1", f"2.5 operator set ACTUATORS.OUTPUT 0,0,0{ZEROS[:26]}",
+    lines = [*_up("VELOCITY"), f"1.5 operator set ACTUATORS.OUTPUT 0,3,0{REST}", "1.6 operator set ACTUATORS.VELOCITY 0.1,0,0,0,0,0,0,0",
+             "2.0 operator hk once ACTUATORS 1", "2.5 operator hk once ACTUATORS 1", f"2.5 operator set ACTUATORS.OUTPUT 0,0,0{REST}",
              "3.0 operator cmd ACTUATORS.STOP", "3.3 operator hk once ACTUATORS 1", "3.5 operator hk once ACTUATORS 1", "3.6 operator shutdown"]
     scenario = flying.write_scenario(session_folder / "velocity.scn", *lines)
     flight = flying.fly(session_folder / "velocity", "--mission", "actuators", "--scenario", scenario, "--form", "image")
@@ -150,8 +150,9 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_f
     positions = [position[0] for position in _reports(flight, r"POSITION: \[([-0-9.e, ]+)\]")]
     assert abs(positions[1] - positions[0] - 0.05) < 0.003, "friction against the gain of the drive"
     assert abs(positions[3] - positions[2]) < 2e-4 and 0.04 < positions[2] - positions[1] < 0.06
-    modes = {struct.unpack("<hi", octets[2:8]) for _, octets in _frames(flight, 0x325)}
-    assert {velocity for _, velocity in modes} == {0, 100000}
+    # The second RPDO of the boom: controlword, torque offset, target velocity [1e-6 rad/s]. In this configuration the first one is invalid.
+    commands = {struct.unpack("<hi", octets[2:8]) for _, octets in _frames(flight, 0x325)}
+    assert {velocity for _, velocity in commands} == {0, 100000}
     assert not [time for time, _ in _frames(flight, 0x225) if time > 1.0]
     rates = _reports(flight, r"INPUT: \[([-0-9.e, ]+)\]")
     truth = {round(time, 4): rate for time, _, rate in _bodies(flight)}
@@ -165,15 +166,15 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_f
 def test_homing_ends_with_a_fault_and_without_its_drive(session_folder, fault):
     """HOME fails as aborted (0x0405), the axis leaves operation without a reference, and the valves close."""
     name = "homing-" + fault.split(" ")[0]
-    lines = [*_up("HOMING"), f"1.5 operator set ACTUATORS.OUTPUT 1,0,0{ZEROS[:26]}", "2.0 operator expect-refusal 0x0405 cmd ACTUATORS.HOME",
+    lines = [*_up("HOMING"), f"1.5 operator set ACTUATORS.OUTPUT 1,0,0{REST}", "2.0 operator expect-refusal 0x0405 cmd ACTUATORS.HOME",
              f"2.3 fault {fault}", "4.0 operator shutdown"]
     scenario = flying.write_scenario(session_folder / f"{name}.scn", *lines)
     flight = flying.fly(session_folder / name, "--mission", "actuators", "--scenario", scenario, "--form", "image")
     assert flight.code == 0, flight.transcript()
     control = [(time, struct.unpack("<H", octets[:2])[0]) for time, octets in _frames(flight, 0x225)]
     status = [struct.unpack("<H", octets[:2])[0] for _, octets in _frames(flight, 0x1A5)]
-    assert 0x0237 in status and not any(word & 0x1000 for word in status)
-    searching = [time for time, word in control if word & 0x10]
+    assert 0x0237 in status and not any(word & 0x1000 for word in status)  # Operation enabled, but never "homing attained".
+    searching = [time for time, word in control if word & 0x10]  # Bit 4 of the controlword starts homing.
     assert 2.0 < min(searching) < 2.01 and 2.3 <= max(searching) < 2.31
     assert [(name, is_open) for _, name, is_open in _valves(flight)] == [("PUSH1", True), ("PUSH1", False)]
     assert 2.3 <= _valves(flight)[1][0] < 2.31

@@ -49,7 +49,7 @@ def run(flights):
 
 def samples(run, configuration):
     """Time [us] and CUR_VALUES of each report in operation, in a configuration."""
-    names = {11: "POSITION", 21: "TORQUE"}
+    names = {11: "POSITION", 21: "TORQUE"}  # Structures of housekeeping and the configurations that report them.
     found = []
     for time_ns, _, decoded in run.reports_of("housekeeping"):
         values = decoded["values"].get("CUR_VALUES")
@@ -326,7 +326,7 @@ def frames(path, identifier):
 
 # While the first joint moves, its angle is monitored and its statistics are taken; the torque of the second
 # joint violates its limits at once. Then memory is dumped, at the place of the ranges of the first joints,
-# and the identity of a drive is read.
+# and the identity of a drive is read: 10180104 is index 0x1018, subindex 1 (vendor), 4 octets.
 SERVICES = """
  2.8  operator monitor limit SNAKE 1 POSITION_1 {low} {high} VALUE_OUT_OF_LIMITS VALUE_OUT_OF_LIMITS
  2.8  operator monitor limit SNAKE 2 TORQUE_2 0.001 0.002 VALUE_OUT_OF_LIMITS VALUE_OUT_OF_LIMITS
@@ -473,6 +473,7 @@ def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robo
     drive = canopen.LocalNode(0x51, str(flying.ROOT / "descriptors" / "devices" / "joint-drive-large.eds"))
     network = canopen.Network()
     network[0x51] = drive
+    # 0x651 has the SDO requests to node 0x51. Of a download (0x20) bits 2 and 3 give the number of unused octets.
     written = [(data[1] | data[2] << 8, data[3], data[4:8 - (data[0] >> 2 & 3)]) for _, data in frames(log, 0x651) if data[0] & 0xE0 == 0x20]
     for index, group in REMAPPED.items():
         expected = [(int(name[2:6], 16), int(name[7:], 16), int(value, 0)) for name, _, value in group]
@@ -484,6 +485,7 @@ def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robo
     truth = run.truth["JOINTS"]
     database = cantools.database.load_file(made_robots[0] / "build" / "generated" / "gantry-arm-1.dbc")
     message = database.get_message_by_frame_id(0x1D1)
+    # TPDO1 has the actual position, RPDO1 the target position.
     for pdo, identifier, index, bound in ((drive.tpdo[1], 0x1D1, 0x6064, 5e-4), (drive.rpdo[1], 0x251, 0x607A, 2e-3)):
         pdo.read()
         (variable,) = (entry for entry in pdo.map if entry.index == index)
@@ -496,5 +498,5 @@ def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robo
         true = truth["position_rad"][np.searchsorted(truth["time_us"], [time for time, _ in moving]), 0]
         assert np.ptp(true) > 0.05 and np.abs(np.array(read) - true).max() < bound
         if identifier == 0x1D1:
-            (name,) = (signal.name for signal in message.signals if signal.start == 32)
+            (name,) = (signal.name for signal in message.signals if signal.start == 32)  # After two words of 16 bit.
             assert message.decode(moving[-1][1])[name] == pytest.approx(read[-1], abs=1e-9)

@@ -14,6 +14,7 @@ FAULT_S = 0.9  # Time of the fault after the start of an interval.
 OFFLINE, OPERATIONAL = 0, 5
 MANIPULATOR, DEVICE_LOST, DRIVE_FAULT, BUS_WARNING = 16, 1, 2, 8
 BOTH = {"11", "12"}
+# Data of BUS_WARNING: node (00: the controller of the flight software) and condition; conditions of channel B begin at 0x0100.
 WARNING, PASSIVE, BUS_OFF, OVERRUN, TIMEOUT, RESTARTED = "000001", "000002", "000003", "000004", "000005", "000006"
 
 # name: lines of the scenario (seconds after the time of the fault), lost devices, conditions that the

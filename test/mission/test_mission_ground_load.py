@@ -15,9 +15,8 @@ import pytest
 from spacepackets.ecss import PusTc
 
 OPERATOR, USER = 1, 2
-PLACES = 8
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
-GROUND_CLIENTS = 8  # places at the ground port
+PLACES = 8  # Connections that the ground port serves at a time.
 STEP_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
 
@@ -155,7 +154,7 @@ def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
 def test_operator_gets_the_place_of_an_idle_client(mission):
     """Idle connections, one of them with half a header, have all places; the operator connects later and is
     served."""
-    idle = [Ground(mission.port()) for _ in range(GROUND_CLIENTS)]
+    idle = [Ground(mission.port()) for _ in range(PLACES)]
     idle[1].stream.sendall(_ping(SUPERVISOR, 1)[:3])
     served = None
 
@@ -257,6 +256,7 @@ def test_channel_survives_forged_datagrams(mission, life):
     pids = mission.children()
     supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])
     for ahead in (20, 1000, 0x80000000):
+        # Header of a frame (docs/framework.md, "Messages"): mark, version, kind, from, to, lives of both, sequence, number taken.
         frame = struct.pack(">HBBHHIIII", 0x484D, 1, 0, SUPERVISOR, MANIPULATOR, life, 1, ahead, 0) + bytes(8)
         for source in supervisor:
             for target in manipulator:

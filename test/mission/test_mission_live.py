@@ -226,7 +226,8 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_folder
 
 
 def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
-    """On the command line: time, refusal and pause; a hand without input holds, then lets go. Without an operator the marks are on the console."""
+    """On the command line: refusal, aim and pause. A hand without input holds after 0.5 s and lets go after 5 s. Without an operator the marks
+    are on the console."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:

@@ -13,7 +13,7 @@ from hirosco_gse import run as runs
 DESCRIPTOR = "descriptors/subsystems/manipulator.xml"
 WORLD = "descriptors/worlds/rokviss.xml"
 INCREMENT = "2.9960562e-7"  # 2 pi / (131072 x 160) rad.
-VENDOR = 0x101801
+VENDOR = 0x101801  # Object 0x1018:01, as in DEVICE_REFUSED: index * 256 + subindex.
 
 
 @pytest.fixture
@@ -43,6 +43,7 @@ def _device(text):
     temperature nor brake state."""
     text = text.replace('type="joint-drive"', 'type="servo-drive"').replace('scale="1e-6"', f'scale="{INCREMENT}"')
     text = re.sub(r"0x140([01]):", lambda found: f"0x140{1 - int(found[1])}:", text)
+    # The COB-IDs 0x200 and 0x300 + node change places, valid (0...) or not (8...).
     text = re.sub(r'"0x([08])0000([23])(1[12])"', lambda found: f'"0x{found[1]}0000{5 - int(found[2])}{found[3]}"', text)
     return re.sub(r' *<Quantity name="(?:TEMPERATURE|BRAKE)".*\n', "", text)
 
@@ -69,7 +70,7 @@ def test_drives_of_another_maker_fly_the_mission(root, joints, form):
 
 
 def _refusals(flight):
-    """(node, reason, object, value found) of each event DEVICE_REFUSED of the manipulator."""
+    """(node, reason, object, value found) of each event DEVICE_REFUSED of the manipulator with the reason 4: another value than expected."""
     return [struct.unpack(">BBII", raw[23:33]) for _, direction, raw in flight.packets
             if direction == "TM" and raw[7] == 5 and raw[1] == 16 and raw[24] == 4]
 

@@ -265,7 +265,7 @@ def test_operation_is_refused_before_the_links(packets):
 
 def test_refusals_are_those_of_the_scenario(packets):
     codes = [report.data[4:6].hex() for report in _reports(packets, 1, 2)]
-    assert sorted(codes) == ["0110", "0111", "0113"]
+    assert sorted(codes) == ["0110", "0111", "0113"]  # PUS_FAILURE_PERMISSION, _LINK_MISSING, _MEMBER_ACTIVE.
 
 
 def _events(packets, subtype, apid=None):
@@ -281,7 +281,7 @@ def test_every_high_event_takes_both_members_to_error_operational(packets):
             assert delays_ns, apid
             assert delays_ns[0] <= 5_000_000
             secured = [p for p in _reports(packets, 129, 2, apid) if p.time_ns >= time_ns and p.data[1] == 6][1]
-            assert secured.data[2] == 7, "SECURED"
+            assert secured.data[2] == 7, "SECURED"  # The phase of the transition.
             offline = [p.time_ns for p in _reports(packets, 129, 2, apid) if p.data[1] == 0 and p.time_ns > time_ns]
             assert offline[0] - time_ns <= 1_000_000_000, "the plan takes the network to OFFLINE"
 
@@ -341,7 +341,8 @@ def test_housekeeping_samples_move_with_the_hand(packets):
         assert len(set(samples)) == 5
         steps += [abs(a[0] - b[0]) + abs(a[1] - b[1]) for a, b in itertools.pairwise(samples)]
     assert len(steps) > 100
-    # 0.19 rad at 0.5 Hz: 0.6 rad/s at each joint, so 30 mrad in 50 ms; along the sum of both 0.03 to 0.043.
+    # Each joint moves by 0.19 rad at 0.5 Hz, so at up to 0.6 rad/s: 30 mrad from one sample to the next (50 ms). The sum of both joints changes
+    # by 0.03 to 0.043 rad.
     assert 0.02 < sum(steps) / len(steps) < 0.05
 
 

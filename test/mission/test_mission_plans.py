@@ -19,7 +19,7 @@ SLOW = """<Plan name="SLOW" severity="MEDIUM">
 
 @pytest.fixture(scope="module")
 def packets(session_folder):
-    """In operation the manipulator reports an overloaded drive (MEDIUM), then the joystick is unplugged
+    """In operation the manipulator reports that a drive is too hot (MEDIUM), then the joystick is unplugged
     (HIGH)."""
     house = session_folder / "slow-plan"
     house.mkdir()
@@ -32,7 +32,7 @@ def packets(session_folder):
     mission.write_text(text.replace('<Plan name="EASE" ', SLOW, 1), encoding="utf-8")
     lines = ["0.0 hand rest", *flying.bring_up(0.1, tare=False)]
     lines += [
-        f"{MEDIUM_S} fault error robot JOINT1 0x4310 on",
+        f"{MEDIUM_S} fault error robot JOINT1 0x4310 on",  # EMCY 0x4310: over-temperature of the drive.
         f"{MEDIUM_S} operator wait-state MANIPULATOR SAFE_OPERATIONAL 1",
         f"{CUT_S} fault unplug joystick",
         f"{CUT_S} operator wait-state MANIPULATOR OFFLINE 2",

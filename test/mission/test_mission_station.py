@@ -272,6 +272,8 @@ def test_pictures_are_drawn_when_something_has_changed(page):
         const noise = [drawn(0.02, 2e-5), drawn(0.03, 1e-2)];
         return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise];
     }""")
+    # Pixel ratio of the last picture at rest; pictures at rest; whether view() draws at once; pictures for the change; whether the change is
+    # drawn with the pixels of the pace; more than 50 colours; whether noise, and a movement, ask for a picture.
     assert drawn == [2, 0, False, 1, True, True, False, True]
 
 
@@ -391,7 +393,7 @@ def test_states_and_network_are_tabs_of_a_tablet(page):
 
 
 def test_stop_all_is_dimmed_only_where_it_can_have_no_effect(page):
-    """A station or flight that does not answer performs STOP ALL when it goes on; without a link, or read only, it cannot."""
+    """A station or flight that does not answer executes STOP ALL once it answers again. Without a link, or read only, STOP ALL has no effect."""
     cases = {"live": {"is_live": True, "text": "live"}, "silent": {"is_live": False, "is_silent": True, "text": "no telemetry arrives"},
              "lost": {"is_live": False, "text": "no link"}, "ended": {"is_live": False, "code": 0, "text": "flight ended"}}
     shown = page.evaluate("""(cases) => {
@@ -434,7 +436,8 @@ def test_a_key_lists_the_keys(page):
 
 
 def test_a_station_that_is_silent_is_an_alarm(page, address):
-    """Its connection stays open. The page says so, in its title too, disables the commands except STOP, and goes on with the station."""
+    """The connection to the station stays open. The page reports the silence, in its title too, and disables the commands except STOP. When the
+    station continues, so does the page."""
     address.process.send_signal(signal.SIGSTOP)
     try:
         page.wait_for_selector(".slot.critical:has-text('Link lost: the station does not answer')")

@@ -2,8 +2,8 @@
 """The supervisor dies in a busy flight and is started again: only the packet log shows it.
 
 A point is an instant of the flight at which `fault kill supervisor` kills it: between two steps. A call is a
-system call within a step, at which kill_point.c kills it; an odd number: on its return. To repeat a failed
-flight alone:
+system call within a step, at which kill_point.c kills it. Its number is twice that of the system call: the supervisor
+dies before the call; or one more: it dies when the call returns. To repeat a failed flight alone:
 
     POINTS=2.1335,2.7120 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_points
     CALLS=5310 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_calls"""
@@ -110,8 +110,8 @@ def mortal(session_folder):
 
 
 def _fly_to_call(folder, mortal, lines, call):
-    """Fly with the death of the supervisor at that call (0: without it). Returns the flight and the number of
-    calls."""
+    """Fly with the death of the supervisor at that call (0: without a death). Returns the flight and, if there was no death, the number of
+    system calls."""
     folder.mkdir(parents=True, exist_ok=True)
     mark = folder / f"{call}.mark"
     path = flying.write_scenario(folder / f"call-{call}.scn", *lines)
@@ -282,8 +282,8 @@ def test_a_supervisor_that_hangs_is_killed_and_started_again(folder):
 
 @pytest.mark.parametrize("name", ["supervisor", "manipulator", "communication"])
 def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
-    """The supervisor is killed, and suspended at the instant at which the next life begins: that life has
-    promised no step yet."""
+    """The process is killed, and suspended at the instant at which its next life begins: that life has promised
+    no step yet."""
     folder.mkdir()
     faults = [f"2.5 fault kill {name}", f"{2.5 + BOOT_S} fault hang {name}"]
     pings = [f"2.8 operator ping {one}" for one in ("SUPERVISOR", "MANIPULATOR", "COMMUNICATION")]
@@ -328,7 +328,7 @@ def test_death_in_the_image(folder, undisturbed):
 
 @pytest.fixture(scope="module")
 def busy_calls(session_folder, mortal, undisturbed):
-    """Numbers of the first call while the flight is busy, and of the last call."""
+    """Numbers, as in CALLS, of the first call while the flight is busy and of the last call."""
     lines = [line for line in _lines() if float(line.split()[0]) < BUSY_S[0]]
     _, first = _fly_to_call(session_folder / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
     flight, last = _fly_to_call(session_folder / "all-calls", mortal, _lines(), 0)

@@ -158,7 +158,7 @@ def test_another_number_of_axes_flies(house, tmp_path):
     assert abs(_reported(flight, "POSITION")[1] + 0.15) < 1e-3
     targets = [struct.unpack("<i", bytes.fromhex(octets)[2:6])[0] for octets in
                re.findall(r" 326##1([0-9A-F]+)", flight.read("can-platform.log"))]
-    assert statistics.mode(targets) == pytest.approx(-0.15 / 2.9960562e-7, abs=2)
+    assert statistics.mode(targets) == pytest.approx(-0.15 / 2.9960562e-7, abs=2)  # Increments of 2 pi / (131072 x 160) rad.
 
 
 def test_a_bus_that_only_the_world_has_is_named(house, tmp_path):

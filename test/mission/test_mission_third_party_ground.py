@@ -137,7 +137,7 @@ def test_request_with_a_wrong_crc_is_refused(folder):
 
 
 def test_more_clients_than_places(folder):
-    """The client beyond the limit is refused; the operator always gets a place, even if it connects last."""
+    """Eight clients have all places before the operator connects: the operator still gets one."""
     flight = flying.start(folder, "--scenario", "commissioning")
     flight.port()
     streams = []

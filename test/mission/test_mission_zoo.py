@@ -107,7 +107,7 @@ def _moves_as_commanded(flight, name, order):
     values that it has sent."""
     step, rest = abs(VALUES[name][1]) if VALUES[name][1] != 1.0 else 1e-6, VALUES[name][3]
     sent, commanded = _values(flight, name, ">", order), _values(flight, name, "<", order)
-    first = (0.5, 0.4, 0.3, 0.6, 0.2, 0.7)[NAMES.index(name)]
+    first = (0.5, 0.4, 0.3, 0.6, 0.2, 0.7)[NAMES.index(name)]  # The first target in the scenario, at 2.5 s; the second one is set at 4 s.
     for time, target in ((3.99, first), (5.8, rest)):
         assert next(value for at, value in reversed(commanded) if at < time) == pytest.approx(target, abs=0.51 * step)
         assert next(value for at, value in reversed(sent) if at < time) == pytest.approx(target, abs=1.01 * step)
@@ -189,7 +189,7 @@ def test_what_cannot_fly_is_refused_before_the_flight(root, tmp_path, old, new, 
 )
 def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_folder, fault, end, cause):
     """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both
-    forms."""
+    forms. `cause` has the cause of each end node in DEVICE_LOST: 2 SILENT, 3 NO_RECORD; 1 CLOSED, if it is not listed."""
     lines = list(UP)
     for index, name in enumerate(NAMES):
         start = 2.0 + index * 1.5

@@ -199,13 +199,13 @@ def _hostile(chance, tape, key):
     ends the connection."""
     genuine = chance.choice(tape)
     kind = chance.randrange(6)
-    if kind == 0:  # Replay of a complete connection or of its end.
+    if kind == 0:  # Replay of a complete connection, or of what follows its first frame, whose length less 1 is in octets 2 and 3.
         return genuine[chance.choice((0, genuine[3] + 1 + 256 * (genuine[2] & 3))) :]
     if kind == 1:  # Another key.
         cipher = sdls._cipher(chance.randbytes(32))
         return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in range(3))
     octets = bytearray(genuine)
-    if kind == 2:  # Flipped bits; the session alone would be accepted.
+    if kind == 2:  # Flipped bits, with the session number of the recording (octets 12 to 15) or with a new one.
         for _ in range(chance.randrange(1, 5)):
             octets[chance.randrange(len(octets))] ^= 1 << chance.randrange(8)
         octets[12:16] = chance.choice((bytes(octets[12:16]), (10**6).to_bytes(4, "big")))
@@ -261,7 +261,7 @@ def test_attackers_are_refused_over_restarts(folder, key):
 
 
 def _revive(flight):
-    """Kill communication; returns its next life."""
+    """Kill communication, and wait for its next life."""
     before = flight.children()["communication"]
     os.kill(before, signal.SIGKILL)
     flying.wait_until(lambda: flight.children().get("communication", before) != before, "another life of communication")

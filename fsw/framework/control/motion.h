@@ -12,7 +12,7 @@
 
 typedef struct { // All fields are private.
     double start;
-    double distance; ///< Distance of the motion; for a stop, the position of its end.
+    double distance; ///< From the start to the end of the motion or of the stop, with sign.
     double duration_s;
     double elapsed_s;
     double speed; ///< Speed at the beginning of a stop, with sign; 0: not a stop.

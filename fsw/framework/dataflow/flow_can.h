@@ -24,8 +24,8 @@
 
 typedef enum { // Error state of the controller, from its last error frame.
     FLOW_CAN_ACTIVE,
-    FLOW_CAN_WARNING, ///< An error counter has passed 96.
-    FLOW_CAN_PASSIVE, ///< An error counter has passed 127.
+    FLOW_CAN_WARNING, ///< An error counter has reached 96.
+    FLOW_CAN_PASSIVE, ///< An error counter has reached 128.
     /// The controller has left the bus, or its interface is missing; no frame is sent or received.
     FLOW_CAN_BUS_OFF
 } flow_can_state_t;

@@ -16,7 +16,7 @@ void subsystem_set_pool_thresholds(subsystem_t* const subsystem)
     const uint8_t warn  = subsystem->descriptor->pool_warn_percent;
     const uint8_t low   = subsystem->descriptor->pool_clear_percent;
     const uint8_t clear = (uint8_t)((low > 0U) ? low : 1U);
-    if (warn > clear) { // Without content, a refused descriptor has no thresholds.
+    if (warn > clear) { // A descriptor that was refused is empty: its thresholds are 0.
         pool_set_thresholds(&subsystem->call_tokens, warn, clear);
     }
 }
@@ -158,6 +158,7 @@ static void run_cycle(subsystem_t* const subsystem)
         // An error has occurred in this cycle: secure the devices before any command is sent to them.
         subsystem_run_action(subsystem);
     }
+    // Emit also in the cycle that enters or leaves these states: its action may have set commands.
     if (is_live || is_hardware_live(subsystem->machine.state)) {
         call(callbacks->emit, self);
     }

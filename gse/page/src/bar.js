@@ -182,7 +182,8 @@ class Bar extends HTMLElement {
     text(this.missionName, store.hello?.mission ?? "hirosco");
     const { is_live, is_waiting, code } = store.link;
     const is_over = code === 0;
-    // What flies is not what the dictionary describes: values and commands may mean something else.
+    // A subsystem flies another interface than that of the dictionary: values and commands may mean something
+    // else.
     const others = [...store.mismatches.values()];
     if (is_live && others.length) show(this.linkSymbol, "caution", "other dictionary");
     else if (is_live) show(this.linkSymbol, "normal", "live");
@@ -201,8 +202,8 @@ class Bar extends HTMLElement {
     this.pause.disabled = this.step.disabled = this.speed.disabled = !is_there;
     this.pause.setAttribute("aria-pressed", String(store.pace.is_paused));
     this.followSpeed(store.pace.speed);
-    // A silent station or flight performs what waits for it when it goes on, and to stop late is better than
-    // never.
+    // A station or flight that is silent executes the waiting commands once it answers again. A late stop is
+    // better than none.
     this.stop.disabled = Boolean(store.barrier()) && !store.link.is_silent;
     this.drawAlarm();
   }

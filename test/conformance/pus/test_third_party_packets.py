@@ -39,7 +39,7 @@ def maker(request):
 
 
 def carry_out(station, maker, apid, service, subtype, data=b""):
-    """Send a third-party request and wait for its end. Returns the reports addressed to its source."""
+    """Send a third-party request, which must have the octets of our own, and wait for its completion. Returns its outcome."""
     sequence = station.session.sequence(apid)
     raw = maker(apid, sequence, service, subtype, data, ALL)
     assert raw == packets.build_tc(apid, sequence, service, subtype, data, USER)
@@ -55,7 +55,7 @@ def test_third_party_requests_are_carried_out(station, maker):
         (20, 1): (carry_out(station, maker, SUPERVISOR, 20, 1, struct.pack(">BI", 1, STATUS)), (20, 2)),
         (3, 27): (carry_out(station, maker, SUPERVISOR, 3, 27, struct.pack(">BH", 1, 1)), (3, 25)),
     }
-    for outcome, message in answers.values():
+    for outcome, message in answers.values():  # TM[3,25] is a bulk report, which may arrive after the completion of its request.
         assert message in [packet.message for packet, _ in outcome.replies] or message == (3, 25)
 
 
@@ -66,7 +66,7 @@ def test_a_third_party_schedule_with_a_third_party_request_is_released(station, 
     station.do("SUPERVISOR", 11, 22, n=[{"group_id": 1, "group_status": "enabled"}])
     due_ns = station.dictionary.epoch_ns + round((station.now() + 5.0) * 10**9)
     inner = maker(JOYSTICK, 77, 17, 1, b"", NONE)
-    data = struct.pack(">BBB", 1, 1, 1) + packets.encode_time(due_ns) + inner
+    data = struct.pack(">BBB", 1, 1, 1) + packets.encode_time(due_ns) + inner  # Sub-schedule, number of activities, group.
     since = len(station.reports)
     carry_out(station, maker, SUPERVISOR, 11, 4, data)
     station.do("SUPERVISOR", 11, 20, n=[1])

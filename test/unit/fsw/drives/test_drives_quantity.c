@@ -153,12 +153,12 @@ static void logical_devices_are_read_and_set(void)
                                      .size    = DRIVES_QUANTITY_OCTETS};
     TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &set));
     TEST_ASSERT_EQUAL(STATUS_OK, port.begin(port.context, 0U, &set, &result));
-    answer(frame, 0x60U, 0U);
+    answer(frame, 0x60U, 0U); // Downloaded. The request: 2 octets to 0x2210:00, 300 = 30.0 degC / 0.1.
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x2B, 0x10, 0x22, 0x00, 0x2C, 0x01}), frame, 6U);
     TEST_ASSERT_EQUAL(STATUS_OK, port.poll(port.context, 0U, &result));
     TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &read));
     TEST_ASSERT_EQUAL(STATUS_OK, port.begin(port.context, 1U, &read, &result));
-    answer(frame, 0x4BU, 100U);
+    answer(frame, 0x4BU, 100U); // Uploaded: 2 octets.
     TEST_ASSERT_EQUAL(STATUS_OK, port.poll(port.context, 1U, &result));
     TEST_ASSERT_EQUAL_UINT16(DRIVES_QUANTITY_OCTETS, result.size);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value(100 * 0.1), result.data, DRIVES_QUANTITY_OCTETS);
@@ -171,7 +171,7 @@ static void an_unknown_or_unsettable_quantity_is_refused(void)
         status_t status;
     } cases[] = {
         {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = SECOND_NODE, .address = 1U}, STATUS_NOT_FOUND},
-        {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = FIRST_NODE, .address = 0x10001U},
+        {{.kind = PUS_DEVICE_LOGICAL_ACQUIRE, .device = FIRST_NODE, .address = 0x10001U}, // Id 1 in 16 bit.
          STATUS_OUT_OF_RANGE},
         {{.kind    = PUS_DEVICE_LOGICAL_COMMAND,
           .device  = FIRST_NODE,

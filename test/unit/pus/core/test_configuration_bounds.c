@@ -519,7 +519,7 @@ static void begin_storage(void)
                                                        .apids                = apids,
                                                        .apid_count           = 1U,
                                                        .port                 = {.send = send_again}});
-    // With the most stores, the last one ends before the buffer.
+    // Also with the largest number of stores, their table ends before the member `buffer`, which stays 0.
     TEST_ASSERT_EACH_EQUAL_UINT8(0U, storage.buffer, sizeof storage.buffer);
 }
 

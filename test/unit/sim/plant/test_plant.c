@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interaction of the robot with its environment: friction, brakes, contour, spring, stops, repeatability.
-//
-// The numbers in the tests are those of descriptors/worlds/rokviss.xml and rokviss.urdf. Links: 0.22 m with 3
-// kg and 0.25 m with 2 kg. Gear: 8000 Nm/rad. Friction of a drive: Coulomb 2 Nm, static 2.4 Nm, viscous 1
+// The robot and its environment: friction, brakes, contour, spring, stops, repeatability. The numbers are
+// those of descriptors/worlds/rokviss.xml and rokviss.urdf. Links: 0.22 m with 3 kg and 0.25 m with 2 kg.
+// Gear: 8000 Nm/rad. Friction of a drive: Coulomb 2 Nm, static 2.4 Nm, Stribeck 0.02 rad/s, viscous 1
 // Nms/rad. Contour: its flat part is touched with the tip at z = -0.030 m, its bump is a cylinder of 0.1 m
-// radius; the finger has a radius of 0.012 m; contact 5000 N/m, friction 0.3. Spring: hook at (0.327, 0.155)
-// m, preload 5 N, 500 N/m, the hook slips off at 60 N. The joints start with the tip at (0.3265, 0.0655) m.
+// radius about (0.325, -0.135) m; the finger has a radius of 0.012 m; contact 5000 N/m, friction 0.3. Spring:
+// hook at (0.327, 0.155) m, end of the cable at (0.327, 0.005) m, preload 5 N, 500 N/m, the hook slips off at
+// 60 N. Stick: 2e-3 kgm2, 0.01 Nms/rad, stops 200 Nm/rad. The joints start with the tip at (0.3265, 0.0655).
 #include "sim/plant/plant.h"
 #include "sim/plant/plant_internal.h"
 #include "test/support/bounds.h"
@@ -292,8 +292,8 @@ static void a_contact_only_pushes(void)
     EXPECT_WITHIN(0.0, 0.0, plant_truth(plant)->contact[0].point_m[0]);
 }
 
-// ODE computes the limit of friction from the normal force without the effect of friction; here it is 1 %
-// larger.
+// ODE computes the limit of friction from the normal force without friction. Here that force, and so the
+// limit, is up to 1 % larger than with friction.
 static void friction_is_within_its_cone_and_opposes_the_motion(void)
 {
     world.contact[0].shear = 0.0; // The contact slides as soon as the finger moves.
@@ -549,7 +549,7 @@ static void note_mode(void* context, unsigned substep, const plant_rotor_t* moto
 
 static void the_floating_point_mode_of_the_caller_is_restored(void)
 {
-    const unsigned before  = _mm_getcsr();
+    const unsigned before  = _mm_getcsr(); // 0x8040: denormal numbers are zero. 0x6000: rounding.
     const unsigned modes[] = {before & ~0x8040U, before | 0x8040U, (before & ~0x6000U) | 0x2000U};
     input.drive            = note_mode;
     for (unsigned i = 0U; i < 3U; i++) {

@@ -63,7 +63,7 @@ static void many_requests_in_one_segment_keep_their_order(void)
     fixture_run_until_requests(200U);
     for (uint16_t i = 0U; i < 200U; i++) {
         TEST_ASSERT_EQUAL(i, fixture.requests[i].sequence);
-        TEST_ASSERT_EQUAL(13U + i, fixture.requests[i].size);
+        TEST_ASSERT_EQUAL(13U + i, fixture.requests[i].size); // 13: headers and checksum, without data.
     }
     TEST_ASSERT_EQUAL(200U, fixture.communication.parameters.counters.tc_received);
     TEST_ASSERT_EQUAL(used, fixture.communication.parameters.counters.octets_received);
@@ -266,7 +266,7 @@ static void every_sent_octet_is_counted(void)
     uint32_t expected = 0U;
     for (uint32_t i = 0U; i < 50U; i++) {
         fixture_report(0U, EVENT_SERVICE, 1U, i, i * 10U);
-        expected += 27U + (i * 10U);
+        expected += 27U + (i * 10U); // 27: headers, checksum and the number.
         fixture_step();
     }
     TEST_ASSERT_EQUAL(expected, fixture.sent[0]);
@@ -388,6 +388,7 @@ static void an_invalid_port_is_an_error(void)
 
 // ---- The participant of the scheduler ----
 
+/// Each request has 13 octets. communication_take_in returns true while something is missing.
 static void exactly_the_announced_octets_of_the_participant_are_taken(void)
 {
     fixture_connect(0U);
