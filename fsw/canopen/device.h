@@ -76,10 +76,11 @@ void canopen_device_follow_mapping(canopen_device_t* device, canopen_mapping_t* 
 /// Set the device object to the defaults of its profile, as the device itself does at its boot-up.
 void canopen_device_reset(canopen_device_t* device);
 
-/// Start to identify the device; continue with canopen_device_identify_step. It returns STATUS_BUSY;
-/// STATUS_OK: type, identity, units and mapping are those of the profile, and the torque units of the axes
-/// are known; otherwise statuses of canopen_setting_run_step, and run.position is the access that failed.
+/// Start to identify the device; continue with canopen_device_identify_step.
 void canopen_device_identify(canopen_device_t* device);
+/// Returns STATUS_BUSY; STATUS_OK: type, identity, units and mapping are those of the profile, and the torque
+/// units of the axes are known; otherwise statuses of canopen_setting_run_step, and run.position is the
+/// access that failed.
 status_t canopen_device_identify_step(canopen_device_t* device);
 /// Start to write settings; continue with canopen_device_configure_step. All values of the next process data
 /// become zero. Torque offsets and values that process data carry no longer are written to zero in the

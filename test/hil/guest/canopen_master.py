@@ -220,7 +220,7 @@ def case_emergency_of_a_drive_whose_master_falls_silent():
     drive.nmt.state = "OPERATIONAL"
     drive.rpdo[1].transmit()
     until(lambda: drive.emcy.log, "an emergency")
-    assert drive.emcy.log[-1].code == 0x8250
+    assert drive.emcy.log[-1].code == 0x8250  # No RPDO has arrived.
     assert drive.emcy.log[-1].register == 0x11
     assert drive.sdo[0x1003][1].raw & 0xFFFF == 0x8250
     drive.nmt.state = "RESET"

@@ -64,6 +64,7 @@ static void process_data_pass_in_both_directions(void)
     TEST_ASSERT_EQUAL_INT16(-321, axis->torque);
     TEST_ASSERT_EQUAL_INT32(250000, joints[1]->target_position);
     TEST_ASSERT_EQUAL_INT16(-150, joints[1]->torque_offset);
+    // Velocity 1000000, current 16, temperature 300.
     const uint8_t slow[8] = {0x40U, 0x42U, 0x0FU, 0x00U, 0x10U, 0x00U, 0x2CU, 0x01U};
     scripted_bus_deliver(&bus, 0x292U, slow, 8U);
     idle(1U);

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client reads and writes objects of a segmenting server, which was written for this test after CiA 301,
 // and of faulty servers.
+//
+// First octet of a request: 0x40 upload; 0x2F, 0x2B, 0x27, 0x23 download of 1 to 4 octets. Of an answer:
+// 0x4F, 0x4B, 0x47, 0x43 upload of 1 to 4 octets; 0x41, 0x40 upload in segments with and without the size;
+// 0x60 downloaded; 0x80 abort.
 #include "fsw/canopen/sdo_client.h"
 
 #include "unity.h"

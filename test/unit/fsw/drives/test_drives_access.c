@@ -45,7 +45,8 @@ static status_t poll(const uint8_t slot)
     return port.poll(port.context, slot, &result);
 }
 
-/// Fetch the next frame of the client and answer it.
+/// Fetch the next frame of the client and answer it. first: 0x60 downloaded; 0x4F, 0x4B, 0x43 upload of 1, 2,
+/// 4 octets; 0x80 abort.
 static void answer(const uint8_t first, const char* const data)
 {
     TEST_ASSERT_TRUE(canopen_sdo_client_request(client, 1U, frame));

@@ -153,7 +153,7 @@ static void logical_devices_are_read_and_set(void)
                                      .size    = DRIVES_QUANTITY_OCTETS};
     TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &set));
     TEST_ASSERT_EQUAL(STATUS_OK, port.begin(port.context, 0U, &set, &result));
-    answer(frame, 0x60U, 0U); // Downloaded. The request: 2 octets to 0x2210:00, 300 = 30.0 degC / 0.1.
+    answer(frame, 0x60U, 0U); // Downloaded. The request: 2 octets (0x2B) to 0x2210:00, 300 = 30.0 degC / 0.1.
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x2B, 0x10, 0x22, 0x00, 0x2C, 0x01}), frame, 6U);
     TEST_ASSERT_EQUAL(STATUS_OK, port.poll(port.context, 0U, &result));
     TEST_ASSERT_EQUAL(STATUS_OK, port.check(port.context, &read));

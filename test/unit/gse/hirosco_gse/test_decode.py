@@ -39,7 +39,7 @@ def telemetry(dictionary):
         (129, 5, struct.pack(">BBBHQQII", 5, 0, 5, 1, 0, 0, 0, 0)),
         (3, 25, values),
         (5, 3, struct.pack(">HBdd", limit.id, 1, 39.5, 38.0)),
-        (1, 4, tc[:4] + struct.pack(">HHI", 0x0204, 0, 0x0305)),
+        (1, 4, tc[:4] + struct.pack(">HHI", 0x0204, 0, 0x0305)),  # PUS_FAILURE_STATE.
     ]
     return [build_tm(MANIPULATOR, number, *item, 1, dictionary.epoch_ns + 1_500_000_000) for number, item in enumerate(data)]
 

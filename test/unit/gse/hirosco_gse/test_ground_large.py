@@ -82,7 +82,7 @@ def test_a_part_that_is_refused_ends_the_long_request(dictionary):
     sent = packets.Splitter().feed(session.outbox)
     for raw in sent:
         _verify(session, raw, 4, struct.pack(">HHI", 0x0205, 0, 4096))
-    assert verification.is_finished and verification.failure.code == 0x0205
+    assert verification.is_finished and verification.failure.code == 0x0205  # PUS_FAILURE_TABLE_FULL.
     assert len(verification.failures) == 1
 
 

@@ -154,7 +154,7 @@ def test_sequence_counts_start_at_zero_per_apid(dictionary):
 
 
 def test_rejection_ends_the_script_with_file_and_line(dictionary):
-    flight = Flight(dictionary, lambda p: failure(p, 4, 0x0204, 0))
+    flight = Flight(dictionary, lambda p: failure(p, 4, 0x0204, 0))  # TM[1,4], PUS_FAILURE_STATE.
     with pytest.raises(ScriptFailure, match=r"test.scn:2: state JOYSTICK OFFLINE: refused at start .*\[0x0204\]"):
         flight.run("# x\n0 operator state JOYSTICK OFFLINE\n1 operator mode SAFE\n")
     assert len(flight.sent) == 1

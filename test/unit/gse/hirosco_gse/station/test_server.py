@@ -44,7 +44,7 @@ def test_a_refused_command_prints_its_reason(place):
         return await page.until(lambda message: message["kind"] == "command" and message["over"])
 
     last = visit(place, story)
-    assert last["lights"] == ["empty", "failed", "empty", "empty"] and last["code"] == 0x0204
+    assert last["lights"] == ["empty", "failed", "empty", "empty"] and last["code"] == 0x0204  # PUS_FAILURE_STATE.
     assert "refused at start of execution" in last["words"]
 
 
