@@ -9,7 +9,8 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MISSIONS = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "descriptors/missions").glob("*.xml"))
-SOURCES = ("fsw/framework/descriptor/*.c", "fsw/framework/xml/*.c", "base/*.c", "osal/posix/*.c", "osal/common/*.c")
+SOURCES = ("fsw/framework/descriptor/*.c", "fsw/framework/xml/*.c", "base/*.c", "osal/posix/*.c", "osal/common/*.c",
+           "launcher/descriptor_members.c")
 FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Werror -O1 -I. -Ibuild"
 HEADERS = ("fsw/framework/descriptor/mission_descriptor.h", "fsw/framework/descriptor/subsystem_descriptor.h", "base/flow_format.h")
 # Members that are not written: storage of the reader, and what a subsystem does not need of the mission.
@@ -24,17 +25,18 @@ PROGRAMS = ("actuators", "arm", "instruments", "joystick", "manipulator")
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """The reader, compiled once: object files."""
+    """The reader, compiled once: object files, those of each folder of sources in a folder of their own."""
     folder = tmp_path_factory.mktemp("reader")
-    files = [str(path) for pattern in SOURCES for path in sorted(ROOT.glob(pattern))]
-    subprocess.run(["gcc", *FLAGS.split(), f"-I{ROOT}", "-c", *files, str(ROOT / "launcher/descriptor_members.c")], cwd=folder, check=True)
+    for number, pattern in enumerate(SOURCES):
+        (folder / str(number)).mkdir()
+        subprocess.run(["gcc", *FLAGS.split(), f"-I{ROOT}", "-c", *sorted(ROOT.glob(pattern))], cwd=folder / str(number), check=True)
     return folder
 
 
 def build(library, folder, source):
     """The probe of one generated source."""
     command = ["gcc", *FLAGS.split(), f'-DCOMPILED="{source}"', "-o", str(folder / "probe"), "test/conformance/compiled_probe.c"]
-    subprocess.run([*command, *map(str, sorted(library.glob("*.o"))), "-lexpat", "-lpthread"], cwd=ROOT, check=True)
+    subprocess.run([*command, *map(str, sorted(library.glob("*/*.o"))), "-lexpat", "-lpthread"], cwd=ROOT, check=True)
     return folder / "probe"
 
 

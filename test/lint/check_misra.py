@@ -16,7 +16,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TABLE = ROOT / "docs/misra.md"
-FLIGHT = ("osal/", "pus/", "fsw/", "build/generated/")
+FLIGHT = ("base/", "osal/", "pus/", "fsw/", "launcher/", "build/generated/")
 ROW = re.compile(r"^\| (?P<id>(?:D-[\d.]+|F-[\w.-]+)) \| (?P<scope>[^|]+) \|")
 FINDING = re.compile(r"^(?P<file>[^:]+):(?P<line>\d+): (?P<id>\S+)")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
