@@ -126,7 +126,7 @@ def run_programs(programs, jobs):
     """Run all programs. Returns the total count, (seconds, program) of each, and the count of each program. Each program is shown
     when it ends."""
     total, times, counts = Count(), [], {}
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+    with concurrent.futures.ThreadPoolExecutor(jobs + 1) as pool:  # Some programs wait.
         runs = [pool.submit(run_program, program) for program in programs]
         for number, run in enumerate(concurrent.futures.as_completed(runs), 1):
             program, count, output, seconds = run.result()
@@ -176,9 +176,9 @@ def run_pytest(folder, only, jobs):
     report.unlink(missing_ok=True)
     options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
-    # One worker more than processors, because tests wait for processes, emulators and browsers. The tests of a file stay together
-    # because they share flights.
-    workers = min(jobs + 1, len(files)) if jobs > 1 else 1
+    # Two workers more than processors, because tests wait for processes, emulators and browsers. The tests of a file stay
+    # together because they share flights.
+    workers = min(jobs + 2, len(files)) if jobs > 1 else 1
     if workers > 1:
         options += ["-n", str(workers), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
