@@ -176,9 +176,9 @@ def run_pytest(folder, only, jobs):
     report.unlink(missing_ok=True)
     options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
-    # Two workers more than processors, because tests wait for processes, emulators and browsers. The tests of a file stay
-    # together because they share flights.
-    workers = min(jobs + 2, len(files)) if jobs > 1 else 1
+    # One worker more than processors, because tests wait for processes, emulators and browsers; with two more, flights of several
+    # processes took longer. The tests of a file stay together because they share flights.
+    workers = min(jobs + 1, len(files)) if jobs > 1 else 1
     if workers > 1:
         options += ["-n", str(workers), "--dist", "loadfile", "--no-loadscope-reorder"]
     code = subprocess.run([sys.executable, "-m", "pytest", *options, *files]).returncode
