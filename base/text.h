@@ -20,17 +20,17 @@ typedef struct {
 
 /// Begin an empty text in `buffer`. capacity >= 1.
 text_t text_in(char* buffer, size_t capacity);
-/// Append one word, one character, or a number in decimal, at the end of the text.
+/// Append a word, a character, or a number in decimal.
 void text_add(text_t* text, const char* words);
+void text_add_character(text_t* text, char character);
+void text_add_unsigned(text_t* text, uint64_t value);
+void text_add_signed(text_t* text, int64_t value);
 /// Append each word of a list that ends with null.
 void text_add_words(text_t* text, const char* const* words);
 /// Append a pattern. The first % stands for the word `one`, the second for `other`, each # for `number`.
 void text_add_pattern(text_t* text, const char* pattern, const char* one, const char* other, uint64_t number);
 /// Join the words of a list that ends with null, in `buffer`. False: the text was cut.
 bool text_join(char* buffer, size_t capacity, const char* const* words);
-void text_add_character(text_t* text, char character);
-void text_add_unsigned(text_t* text, uint64_t value);
-void text_add_signed(text_t* text, int64_t value);
 /// Append exactly `digits` decimal digits, with zeros on the left; the lowest digits if the value has more.
 void text_add_digits(text_t* text, uint64_t value, unsigned digits);
 /// Append "0x" and exactly `digits` upper-case hexadecimal digits, 1..16.

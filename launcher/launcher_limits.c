@@ -79,7 +79,7 @@ void launcher_limit(const launcher_t* const launcher, const child_t* const child
     }
 }
 
-/// Report a child whose memory was near its limit, to help to find the cause of its end.
+/// Print the peak memory of a component that has failed, with its limit: a leak may be the cause of its end.
 static void print_memory(const launcher_t* const launcher, const child_t* const child)
 {
     char line[LAUNCHER_REASON_MAX];

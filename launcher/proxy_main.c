@@ -306,8 +306,8 @@ static void print_loss(const proxy_t* const self, const osal_process_result_t* c
     (void)complain(line, "");
 }
 
-/// Take component, program and board from the command line. False if they do not have the
-/// form in which the launcher writes them.
+/// Take component, program and board from the command line. False if they do not have the form in
+/// which the launcher writes them.
 static bool take_arguments(proxy_t* const self, const int count, char* const arguments[])
 {
     const bool has_board = (count == 11) && (strcmp(arguments[9], "--board") == 0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Identifiers, commands and object indices of CiA 301 that more than one part of this library uses.
+/// Identifiers, NMT commands and states of CiA 301 that more than one part of this library uses, and its
+/// octet order.
 #ifndef FSW_CANOPEN_COB_H
 #define FSW_CANOPEN_COB_H
 
@@ -9,7 +10,7 @@
 #include <stdint.h>
 
 #define CANOPEN_NODE_MAX 127U
-#define CANOPEN_PDO_OCTETS_MAX 8U ///< Process data have at most the classic length on every bus.
+#define CANOPEN_PDO_OCTETS_MAX 8U ///< A PDO has at most 8 octets, also on a bus with CAN FD.
 
 // Predefined connection set.
 #define COB_NMT 0x000U

@@ -14,9 +14,9 @@
 #define STATE_OPERATIONAL 5U
 #define STATE_ERROR_OPERATIONAL 6U
 
-/// True for requests that are always permitted: requests for reports and reads, requests of the test service,
-/// to close a link, and to shut the mission down.
-static bool is_harmless(const uint8_t service, const uint8_t subtype)
+/// True for requests that are always permitted: those for reports and values, those of the test service, and
+/// those that close a link or shut the mission down.
+static bool is_always_permitted(const uint8_t service, const uint8_t subtype)
 {
     // Service, and a bit set of its subtypes: 1 << subtype.
     static const struct {
@@ -85,7 +85,7 @@ status_t supervisor_permission_check(const mission_descriptor_t* const mission,
 {
     FSW_ASSERT((mission != NULL) && (request != NULL) && (out_rule != NULL));
     *out_rule = PERMISSION_RULE_ALWAYS;
-    if (is_harmless(request->service, request->subtype) || is_downwards(request)) {
+    if (is_always_permitted(request->service, request->subtype) || is_downwards(request)) {
         return STATUS_OK;
     }
     for (uint16_t i = 0U; i < mission->rule_count; i++) {

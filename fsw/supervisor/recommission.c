@@ -176,8 +176,8 @@ static void order_next_step(supervisor_t* const supervisor, registry_entry_t* co
     }
 }
 
-/// True if the subsystem can get the next order. Ends the recommissioning if the subsystem is lost or has
-/// failed again; waits while a plan concerns it.
+/// True if the subsystem can get the next order. Ends the recommissioning if the subsystem is lost, and, once
+/// it has left OFFLINE, if it fails or a plan concerns it. Before that it waits while a plan concerns it.
 static bool is_free(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;

@@ -10,7 +10,7 @@ KIND_OF = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64", "i1
            "position": "DOUBLE", "cds": "DOUBLE", "name": "STRING", "text": "STRING"}  # All other kinds are octets.
 WORDED = ("UINT8", "UINT16", "INT8", "INT16", "INT32")  # Types that may have a value string in Wireshark, with numbers of any size.
 SIZES = {"UINT8": 1, "UINT16": 2, "UINT32": 4}
-HEADER = {  # field -> type, label, words; of a part of a word also its mask, and of a flag the bits of the word.
+HEADER = {  # field -> type, label, table of names of its numbers; a flag also has its mask and the width of the number in bits.
     "type": ("UINT8", "Type", "type"), "apid": ("UINT16", "APID", "apid"), "sequence": ("UINT16", "Sequence count", None),
     "length": ("UINT16", "Length less 7", None), "service": ("UINT8", "Service", None), "subtype": ("UINT8", "Subtype", None),
     "ack": ("UINT8", "Acknowledgement flags", None), "ack.acceptance": ("BOOL", "Acceptance", None, 1, 8),
@@ -134,7 +134,7 @@ class _Tables:
         return [place, one["type"], one.get("count", 1)]
 
     def _bits(self, place, kind, about):
-        """Register the parts of a word of bits: its state, of which each mask leaves some bits open, and its flags."""
+        """Register the parts of a number of bits: its state (each mask covers only some of the state's bits) and its flags."""
         mask = 0
         for one, _, _ in about["states"]:
             mask |= one
@@ -212,7 +212,7 @@ class _Tables:
         self._register(place, KIND_OF.get(kind["coding"], "OCTETS"), field["name"], words)
 
     def _register(self, place, kind, label, words=None):
-        """Register a field. If two messages use the name for numbers of different size, the field has the wider type."""
+        """Register a field. Raises ValueError if another message uses the name for another type."""
         known = self.fields.get(place)
         if known and known[0] != kind:
             raise ValueError(f"{place} is {known[0]} in one message and {kind} in another")

@@ -15,8 +15,8 @@ The scheduler reports when `communication` begins to serve a connection and when
 the socket is not used, because the kernel reports both events later. Telecommands wait until the connection is served.
 When the connection has ended, octets in transit are lost, and the operator connects again at once.
 
-While its procedure ignores telemetry (session.Pause), the operator reads the octets, returns the grant, and only then
-decodes them: the flight continues meanwhile.
+While its procedure ignores telemetry (session.Pause), the operator reads the octets, returns the grant, and decodes
+the octets while the flight continues.
 """
 
 import select

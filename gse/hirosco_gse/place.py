@@ -26,8 +26,8 @@ def problem_of(run):
 
 
 def facts_of(run):
-    """(facts of a flight that has ended from the launcher's file run.json, None). Without the file, while the flight has not ended: ({}, None).
-    If the file is damaged: ({}, words that say how)."""
+    """(facts, None): `facts` are those of a flight that has ended, from the launcher's file run.json. ({}, None) if there is no such file, because
+    the flight has not ended; ({}, words that say how) if the file is damaged."""
     try:
         text = (pathlib.Path(run) / "run.json").read_text(encoding="utf-8")
         facts = json.loads(text)

@@ -213,8 +213,7 @@ static status_t refuse(const target_wire_kind_t kind, const uint32_t size)
 }
 
 /// Take the next record. If it is a record of the stream, take only its header: stream_rest is the number of
-/// octets that follow. STATUS_OK
-/// with its kind, STATUS_CLOSED (also: no record of the protocol).
+/// octets that follow. STATUS_OK with its kind, STATUS_CLOSED (also: no record of the protocol).
 static status_t take_record(target_wire_kind_t* const out_kind)
 {
     if (await(TARGET_WIRE_HEADER_OCTETS) != STATUS_OK) {

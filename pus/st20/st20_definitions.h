@@ -47,8 +47,7 @@ typedef struct { // Private.
 void pus_parameter_definitions_init(pus_parameter_definitions_t* definitions,
                                     const pus_parameter_definitions_config_t* config);
 /// Functions of the definitions for ST[20] (pus_parameters_define). Failures of `define`: PUS_FAILURE_ACCESS
-/// (the id is in
-/// the dictionary), PUS_FAILURE_UNKNOWN_ID (id of another APID, no such memory or object),
+/// (the id is in the dictionary), PUS_FAILURE_UNKNOWN_ID (id of another APID, no such memory or object),
 /// PUS_FAILURE_OUT_OF_RANGE (PTC, PFC), PUS_FAILURE_ADDRESS, PUS_FAILURE_TABLE_FULL, PUS_FAILURE_IO (the
 /// record cannot be stored).
 pus_parameter_definer_t pus_parameter_definitions_definer(pus_parameter_definitions_t* definitions);

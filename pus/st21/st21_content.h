@@ -26,8 +26,7 @@ pus_reply_t sequences_load_file(sequences_t* self, uint64_t id, const pus_file_n
 /// Delete a sequence and its records. Status of the port.
 MUST_USE status_t sequences_unload(sequences_t* self, uint16_t slot);
 /// Read the next request into `out_octets` (PUS_PACKET_MAX), and its delay [ticks]. Returns the size of the
-/// request;
-/// 0 if it is not complete.
+/// request; 0 if it is not complete.
 size_t sequences_read_entry(pus_block_chain_reader_t* reader, uint8_t* out_octets, int64_t* out_delay);
 /// Reader at the first request of a sequence. *out_count: number of its requests.
 pus_block_chain_reader_t sequences_entries(const sequence_t* sequence, uint8_t* out_count);

@@ -37,7 +37,8 @@ bool pdo_init(pdo_t* const pdo, const pdo_direction_t direction, const uint16_t 
     return true;
 }
 
-/// Returns the object that a mapping entry names, or null: index 16 bits, sub-index 8, length in bits 8.
+/// Returns the object of a mapping entry (index 16 bits, sub-index 8 bits, length [bits] 8 bits); null if the
+/// device has no such object that can be mapped with this length.
 static object_t* mapped_object(const dictionary_t* const dictionary, const uint32_t mapping)
 {
     object_t* object     = dictionary_find(dictionary, (uint16_t)(mapping >> 16), (uint8_t)(mapping >> 8));

@@ -94,7 +94,7 @@ static start_pose_t place_behind(const start_pose_t* const parent, const robot_j
 
 static void set_rotation(const dBodyID body, const start_pose_t* const place)
 {
-    dMatrix3 half; // ODE turns by half angles.
+    dMatrix3 half; // The rotation as ODE computes it: from sine and cosine of half the angle.
     dMatrix3 rotation = {0.0};
     matrix_t turn;
     dRFromAxisAndAngle(half, place->axis[0], place->axis[1], place->axis[2], place->angle_rad);

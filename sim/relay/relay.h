@@ -27,7 +27,7 @@ typedef struct {
 } relay_law_t;
 
 typedef struct {
-    uint64_t delayed;   ///< Frames delivered.
+    uint64_t delayed;   ///< Frames delivered after their delay.
     uint64_t lost;      ///< Frames lost: at random, too long, or beyond RELAY_FRAMES_MAX.
     uint64_t reordered; ///< Frames delivered after a later frame of their link.
 } relay_counters_t;

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every fuzz target passes its kept inputs, among them each that once failed, and then new ones, for about
-2 s. Their number, not the time, is fixed: a tenth of that in runs.txt, which run_fuzz.py --calibrate counted
-in 20 s. They are made from the kept inputs with a fixed seed, so every machine tries the same ones, and a
-defect is found with the change that causes it. A slow machine stops after 3 s, with the inputs that it has
-tried until then. `make fuzz` and `make check-full` try other inputs, for a given time."""
+"""Each fuzz target passes its kept inputs, which include every input that has ever failed, and then new inputs
+for about 2 s. The number of new inputs is fixed, not the time: it is a tenth of the number in runs.txt, which
+`run_fuzz.py --calibrate` counts in 20 s. The new inputs are made from the kept ones with a fixed seed, so every
+machine tries the same inputs, and a defect is found with the change that causes it. A slow machine stops after
+3 s, before it has tried all of them. `make fuzz` and `make check-full` try other inputs, for a given time."""
 
 import concurrent.futures
 import os
@@ -12,7 +12,7 @@ import subprocess
 import pytest
 import run_fuzz
 
-# All targets, two at a time, take about 20 s; `make check-full` gives each five.
+# All targets, two at a time, take about 20 s; `make check-full` gives each target five minutes.
 SECONDS = int(os.environ.get("FUZZ_SECONDS", "2"))
 SEED = 1
 

@@ -26,10 +26,10 @@ def test_shutdown_and_autostart_are_no_plans(folder, form):
     assert flight.code == 0, flight.transcript()
     up = dict.fromkeys((PRE_OPERATIONAL, SAFE_OPERATIONAL, OPERATIONAL), REQUEST)
     ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
-    assert {state: ground[state] for state in up} == up  # Before decision 0041, SAFE_OPERATIONAL had the cause PLAN here.
+    assert {state: ground[state] for state in up} == up
     for member in (MANIPULATOR, JOYSTICK):
         down = _causes(flight, member, BEGIN_S)
-        assert down[SAFE_OPERATIONAL] == SHUTDOWN  # Before decision 0041 the cause was PLAN.
+        assert down[SAFE_OPERATIONAL] == SHUTDOWN
         assert set(down.values()) == {SHUTDOWN}
 
 
@@ -42,4 +42,4 @@ def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
     assert _causes(flight, JOYSTICK, BEGIN_S)[ERROR_OPERATIONAL] == OWN_ERROR
     assert _causes(flight, MANIPULATOR, BEGIN_S)[ERROR_OPERATIONAL] == NETWORK
     for member in (MANIPULATOR, JOYSTICK):
-        assert _causes(flight, member, BEGIN_S)[OFFLINE] == PLAN  # Before decision 0041 the cause was SHUTDOWN.
+        assert _causes(flight, member, BEGIN_S)[OFFLINE] == PLAN

@@ -25,7 +25,7 @@ ACK_ACCEPTANCE, ACK_START, ACK_COMPLETION = 0x1, 0x2, 0x8
 SUPERVISOR, COMMUNICATION, MANIPULATOR, JOYSTICK = 1, 2, 16, 17
 SUBSYSTEMS = {"SUPERVISOR": 1, "COMMUNICATION": 2, "MANIPULATOR": 16, "JOYSTICK": 17}
 CYCLE_NS = 500_000
-# The table of states: state -> states that may follow, both rest and pass states.
+# The table of states: state -> states that may follow it in TM[129,2].
 NEXT = {
     0: {1},
     1: {2, 9, 0},

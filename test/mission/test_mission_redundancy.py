@@ -21,8 +21,8 @@ CHANNEL_LOGS = ("can-robot-b.log", "can-joystick-b.log")
 
 
 def _scenario(path):
-    """In operation on A, the robot's channel A is cut while the arm moves, and the robot is brought up on B;
-    then the same for the joystick; then both operate again."""
+    """Both buses are in operation on channel A. The robot's channel A is cut while the arm moves, and the robot is
+    brought up on B; then the same happens to the joystick; then both operate again."""
     lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 9 1", *flying.bring_up(0.2, tare=False)]
     for bus, (owner, _) in OWNER.items():
         cut, up = CUT_S[bus], UP_S[bus]

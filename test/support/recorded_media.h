@@ -20,7 +20,7 @@ typedef enum {
     OPERATION_WRITE,
     OPERATION_RESIZE,
     OPERATION_SYNC,
-    OPERATION_LOST
+    OPERATION_LOST ///< A failed sync.
 } operation_kind_t;
 
 typedef struct {

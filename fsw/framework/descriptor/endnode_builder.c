@@ -4,15 +4,15 @@
 
 // Attributes as bits, in the order of the table of elements: bus, redundantBus, node, name, address, port,
 // framing, order, direction, baud, checksum, silence, retry, retryLongest.
-#define BUS 0x005U
+#define BUS 0x005U // bus and node
 #define REDUNDANT_BUS 0x002U
 #define NAME 0x008U
-#define PORT 0x030U
+#define PORT 0x030U // address and port
 #define FRAMING 0x040U
 #define ORDER 0x080U
 #define DIRECTION 0x100U
 #define BAUD 0x200U
-#define STREAM 0x3C00U
+#define STREAM 0x3C00U // checksum to retryLongest
 #define ATTRIBUTES 14U
 
 typedef struct { // Attributes that an end node of one type must have, and may have; others are refused.

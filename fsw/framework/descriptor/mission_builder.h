@@ -83,7 +83,7 @@ static inline mission_builder_t* descriptor_mission_builder_of(const source_t* c
 
 // Handlers: mission_builder.c
 void descriptor_mission_builder_mission(source_t* source);
-void descriptor_mission_builder_whole(source_t* source); ///< The scope's handler, if there is a scope.
+void descriptor_mission_builder_whole(source_t* source); ///< Call `element` of the scope, if any.
 void descriptor_mission_builder_end(source_t* source);
 void descriptor_mission_builder_link(source_t* source); // mission_resolver.c
 /// Report that the words of an attribute do not name an item of the expected kind; `expected` begins with

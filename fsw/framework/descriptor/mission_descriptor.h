@@ -58,15 +58,17 @@ typedef struct {
     const char* executable; ///< Name of the program, without folder.
     const char* descriptor; ///< Path as written, relative to the mission descriptor's folder.
     bool is_autostart;
-    uint32_t memory_kib;    ///< Address space limit of its process; 0: derived from the program.
-    uint8_t restart_budget; ///< Restarts after a death before the mission falls back to mode SAFE.
+    uint32_t memory_kib; ///< Address space limit of its process; 0: derived from the program.
+    /// Restarts in a row; when they are used up, the mission enters its fallback mode.
+    uint8_t restart_budget;
     /// The count of restarts is cleared when the process has run for this time; 0: never.
     uint32_t restart_period_us;
     /// After a restart, the supervisor commands the subsystem back to its earlier state.
     bool is_recommissioned;
     /// Time from the command to start its process until its first step [us].
     uint32_t boot_time_us;
-    /// Longest silence between devices and master that is tolerated with real clocks [us]; 0: not defined.
+    /// If each process has its own clock: silence after which devices and master regard each other as lost
+    /// [us]; 0: not defined.
     uint32_t device_deadline_us;
     uint32_t hang_after_us; ///< Delay of a step after which the process is killed [us].
     /// How long the subsystem stays OPERATIONAL without the supervisor [us].

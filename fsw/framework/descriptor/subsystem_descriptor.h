@@ -411,8 +411,8 @@ bool descriptor_is_stream(const descriptor_device_t* device);
 MUST_USE status_t descriptor_check_interface(text_t* out_error, const char* path,
                                              const subsystem_descriptor_t* descriptor,
                                              uint64_t compiled_hash);
-/// Refuse a descriptor for a reason that only its program knows: appends "path:line: says", or, if `most` is
-/// not 0, "path:line: too many says, at most most". Returns STATUS_UNSUPPORTED.
+/// Refuse a descriptor for a reason that only its program knows: appends "path:line: SAYS" or, if `most` is
+/// not 0, "path:line: too many SAYS, at most MOST". Returns STATUS_UNSUPPORTED.
 status_t descriptor_refuse(text_t* out_error, const char* path, uint32_t line, const char* says,
                            uint32_t most);
 

@@ -49,7 +49,7 @@ typedef struct {
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
     uint32_t line;    ///< Line of the descriptor file.
-    const char* says; ///< Value found, and value expected; items of which there are too many if `most` > 0.
+    const char* says; ///< Value found and value expected; if `most` > 0, what there is too much of.
     uint32_t most;    ///< Capacity of the program; 0 if no capacity is exceeded.
 } subsystem_misfit_t;
 

@@ -2,13 +2,14 @@
 /// Torque that the hand feels if the link to the robot has a delay: a local model of the contact that the
 /// robot reports, and damping if the port to the hand gives away more energy than permitted.
 ///
-///     felt = r + J^T k J s_p (x_e - x)      x: angle of the joystick; x_e: x that the robot followed for r
+///     felt = r + J^T k J s_p (x_e - x)      x: angle of the joystick; x_e: x that belongs to r
 ///
-/// r: external torque of the robot; J: its Jacobian; k: stiffness of the model; s_p: position scale. A hand
-/// at rest feels exactly r; a moving hand feels the model, and only the difference between the model's
-/// stiffness and the true one passes through the delayed loop. At the tip the force along the normal is >= 0,
-/// and the tangential force is limited to a share of it. The torque is proportional to the reported push as
-/// long as this is small: in free space r is only an estimation error, which the hand must not feel.
+/// r: external torque of the robot; J: its Jacobian; k: stiffness of the model; s_p: position scale. The
+/// robot reports r, J and x_e, the joystick angle that it followed when it measured r. A hand at rest feels
+/// exactly r; a moving hand feels the model, and only the difference between the model's stiffness and the
+/// true one passes through the delayed loop. At the tip the force along the normal is >= 0, and the
+/// tangential force is limited to a share of it. The torque is proportional to the reported push as long as
+/// this is small: in free space r is only an estimation error, which the hand must not feel.
 ///
 /// Ownership  The caller places joystick_remote_contact_t. Settings are the parameter REMOTE.
 /// Context    One task.

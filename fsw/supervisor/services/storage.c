@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Connects ST[15] to the supervisor: passes every report to the packet stores, and sends retrieved packets to
 // ground after the reports that already wait. At first there are no packet stores; telecommands create them.
+// Also connects ST[09].
 #include "fsw/supervisor/services/spacecraft_services.h"
 
 #include "fsw/supervisor/supervisor_internal.h"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A power cut in the storage of a flight: loaded before the C library (LD_PRELOAD), it counts the program's
-// changes of the storage, and at the POWER_CUT_AFTER-th change it undoes changes that a disk may lose: any of
-// the octets written and sizes changed since the file was last synced (POWER_CUT_SEED selects which; the
-// change under way may be torn), and the last of the names changed since their folder was synced. Then the
-// program dies as if killed. Reserving a size is no change.
+// A power cut in the storage of a flight, the folder POWER_CUT_STORAGE. Loaded before the C library
+// (LD_PRELOAD), it counts the changes and syncs that the program makes there. At number POWER_CUT_AFTER it
+// undoes changes that a disk may lose, and kills the program. POWER_CUT_SEED selects the changes that are
+// lost: any writes and changes of size since the last sync of their file (the last write may be torn), and
+// any number of the latest changes of names since the last sync of their folder. Reserved space is not
+// counted.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The flight side's master commissions slaves of PyPI canopen on vcan-robot: correct ones, and some with one
-deviation each. All deviations fly on shared memory (test/conformance/test_drive_deviations.py)."""
+"""The flight software commissions slaves of PyPI canopen on vcan-robot: correct ones, and some with one deviation
+each. test/conformance/test_drive_deviations.py tries all deviations, on a bus in shared memory."""
 
 import os
 import pathlib

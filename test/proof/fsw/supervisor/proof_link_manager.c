@@ -3,8 +3,8 @@
 //     and the supervisor first orders the producer of that link to open with this epoch; when the producer
 //     has reported that it is open, the supervisor orders the consumer of the same link to open with the same
 //     epoch. Two openings never have the same epoch, and a link never has two sessions. A consumer accepts
-//     only frames with the epoch of its own opening (fsw/framework/rtlink/proof_link_channel.c), so it
-//     accepts frames of only one producer.
+//     only frames with the epoch of its own opening (test/proof/fsw/framework/rtlink/proof_link_channel.c),
+//     so it accepts frames of only one producer.
 // Bounds: two sessions in any sound state, two links between any subsystems, one call of any kind (by
 //     induction any number of calls), up to 2^32 - 1 openings.
 // Replaced: the sending of a request may fail; reports of subsystems have any content, and name at most two

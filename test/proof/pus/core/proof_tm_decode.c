@@ -4,7 +4,7 @@
 //     mission is accepted; the result has the fields of its headers and a view of its data inside the
 //     packet. For a refused packet the failure is reported, and the result has no data.
 // Bounds: every packet of 0..4096 octets (the largest of the mission), and packets of 4097 octets.
-// Replaced: crc16_ccitt returns any value; base/proof_crc16.c proves the function.
+// Replaced: crc16_ccitt returns any value; test/proof/base/proof_crc16.c proves the function.
 // Sources: pus/core/packet.c pus/core/packet_report.c base/octets.c
 // Options: --unwind 2
 // Quick: yes

@@ -540,7 +540,7 @@ static void settings_belong_to_their_device_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_UINT32(3U, scripted_object(joints[1], 0x6066U, 0U)->value);
 }
 
-/// After a shorter list of settings, no setting of the longer list before is in force.
+/// A shorter list of settings replaces a longer one completely.
 static void settings_of_an_earlier_configuration_do_not_change_pdos(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));

@@ -15,8 +15,8 @@ void request_send(uint8_t service, uint8_t subtype);
 /// Send a request whose data is a string literal without its NUL.
 #define REQUEST(service, subtype, octets) request_octets((service), (subtype), (octets), sizeof(octets) - 1U)
 void request_octets(uint8_t service, uint8_t subtype, const char* octets, size_t size);
-/// Append a TC[17,1] of user 1 for `apid`. If it reaches the subsystem LONE, the output of
-/// the fixture contains "18 TC 17.1 from 1".
+/// Append a TC[17,1] of user 1 for `apid`. If it reaches the subsystem LONE, the output of the
+/// fixture contains "18 TC 17.1 from 1".
 void request_within(uint16_t apid, uint16_t sequence);
 
 /// Enable ST[11] or ST[22] with sub-schedule 1 and group 1.

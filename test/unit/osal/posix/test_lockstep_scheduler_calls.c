@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which process the scheduler kills to get its lock: only a participant that holds the lock and that two
-// checks in a row find stopped; and what the next holder of the lock does after a death inside. The lock and
-// the processes are mocked.
+// checks in a row find stopped; and what the next holder of the lock does if the last one died while it held
+// the lock. The lock and the processes are mocked.
 #define _DEFAULT_SOURCE // MAP_ANONYMOUS
 #include "osal/common/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"

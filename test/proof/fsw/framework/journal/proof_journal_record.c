@@ -4,8 +4,8 @@
 //     that its place requires and with a correct checksum; then the place advances to the end of the record.
 //     Otherwise the place does not change. A record that was written is read with the same octets.
 // Bounds: media of 0..44 octets of any content, records of 0..8 octets, any place up to the end.
-// Replaced: crc32_iso returns any value, the same in every call (base/proof_crc32.c proves it); the medium
-//     is an array whose reads may fail.
+// Replaced: crc32_iso returns any value, the same in every call (test/proof/base/proof_crc32.c proves the
+//     function); the medium is an array whose reads may fail.
 // Sources: fsw/framework/journal/journal_record.c
 // Options: --unwind 46
 // Reduced: fsw/framework/journal/journal.h

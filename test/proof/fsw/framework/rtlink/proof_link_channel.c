@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a consumer takes a sample only from a frame of its own link, with the epoch of its own opening,
 //     that is newer than its last sample; all other frames leave its sample unchanged. So it takes no frame
-//     of a producer of another epoch (fsw/supervisor/proof_link_manager.c proves that each opening has a
-//     different epoch). No received octet causes an access outside the payload.
+//     of a producer of another epoch (test/proof/fsw/supervisor/proof_link_manager.c proves that each opening
+//     has a different epoch). No received octet causes an access outside the payload.
 // Bounds: any consumer of datagrams without a play-out buffer, with a payload of 1..16 octets; one received
 //     frame of 0..48 octets; no decimation; counters at 0.
 // Replaced: crc32_iso returns any value; shared memory, sockets and play-out buffers are not used.

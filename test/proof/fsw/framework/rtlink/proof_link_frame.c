@@ -4,8 +4,8 @@
 //     rtlink_frame_encode wrote is decoded to the same header and payload; the epoch can be read without
 //     decoding.
 // Bounds: payloads of 1..16 octets, received frames of 0..48 octets, with and without checksum.
-// Replaced: crc32_iso returns any value, the same when a frame is encoded and decoded; base/proof_crc32.c
-//     proves the function.
+// Replaced: crc32_iso returns any value, the same when a frame is encoded and decoded;
+//     test/proof/base/proof_crc32.c proves the function.
 // Sources: fsw/framework/rtlink/link_frame.c
 // Options: --unwind 4
 // Fault: fsw/framework/rtlink/link_frame.c

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports that wait for a slow reader: their order across both kinds; housekeeping is dropped first, and
-// other reports never.
+// Reports that wait for a slow reader: both kinds keep their order; a full queue drops the oldest
+// housekeeping, and never another report.
 #include "fsw/subsystems/communication/ground_queue.h"
 
 #include "unity.h"

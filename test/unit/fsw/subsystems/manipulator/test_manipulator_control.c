@@ -254,7 +254,7 @@ static void range_and_speed_are_limited(void)
     double hand[2] = {0.0, 0.0};
     double before  = home[0];
     hold(hand);
-    hand[0] = 5.0; // The hand jumps by ten radians.
+    hand[0] = 5.0; // The hand jumps by 5 rad, which the position scale doubles.
     for (unsigned i = 0U; i < 8000U; i++) {
         follow(hand);
         EXPECT_BELOW((gains.speed_limit * PERIOD_S) + 1.0e-12, fabs(control.goal_rad[0] - before));
