@@ -103,12 +103,12 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     uint16_t setting_count;
 } canopen_network_device_t;
 
-typedef struct { // Sums over channels [frames, error frames, wraps].
-    uint32_t sent;
+typedef struct {   // Sums over the channels [wraps].
+    uint32_t sent; ///< Frames, as in the next three.
     uint32_t received;
     uint32_t refused; ///< Not sent, for any reason.
     uint32_t full;    ///< Refused because the transmit queue was full.
-    uint32_t errors;
+    uint32_t errors;  ///< Error frames.
     uint32_t overruns;
     uint32_t bus_offs;
     uint32_t restarts;
@@ -141,7 +141,7 @@ typedef enum { // Private.
     NETWORK_STARTING
 } canopen_network_phase_t;
 
-typedef struct { // Read-only outside, but for the axes of its devices.
+typedef struct { // Read-only outside, except the axes of its devices.
     canopen_network_config_t config;
     flow_can_t flows[NETWORK_CHANNELS];
     uint8_t channel;  ///< Number of the active channel.

@@ -103,7 +103,7 @@ typedef struct { // All fields are private, except `counters`: read-only, for te
         uint32_t kept;      ///< Reports that were stored in a queue.
         uint32_t lost;      ///< Reports lost, because the queue was full or the port refused a BULK report.
         uint32_t lost_firm; ///< Lost reports that were FIRM.
-        uint32_t discarded; ///< Reports begun and not sent, or sent without a begin.
+        uint32_t discarded; ///< Reports begun and not sent, or sent without having been begun.
         uint32_t uncounted; ///< Reports sent with message type counter 0 because the table was full.
     } counters;
 } pus_app_process_t;

@@ -33,7 +33,7 @@ typedef struct pus_requester { // All fields are private, except `counters`.
         uint32_t sent;      ///< Requests that the port took.
         uint32_t refused;   ///< Requests that the port refused.
         uint32_t oversized; ///< Requests that did not fit a packet.
-        uint32_t discarded; ///< Requests begun and not sent, or sent without a begin.
+        uint32_t discarded; ///< Requests begun and not sent, or sent without having been begun.
     } counters;
 } pus_requester_t;
 

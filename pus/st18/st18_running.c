@@ -45,7 +45,7 @@ void procedures_report(const pus_procedures_t* const self, const pus_procedure_t
     }
 }
 
-// ---- Begin and end ----
+// ---- Beginning and end ----
 
 pus_procedure_run_t* procedures_run_of(const pus_procedures_t* const self,
                                        const pus_procedure_t* const procedure)

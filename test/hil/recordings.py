@@ -8,7 +8,7 @@ import subprocess
 
 import can
 
-TOOLS = ("7FE#EE", "7FF#FF")  # Frames that mark the begin and the end of a recording.
+TOOLS = ("7FE#EE", "7FF#FF")  # Frames that mark the beginning and the end of a recording.
 # candump shows the kernel's mark of an FD frame among its flags; the simulator's log has only the flags of
 # the frame.
 FD_FLAG = 0x4

@@ -59,7 +59,7 @@ def test_master_over_socketcan(over_socketcan, case):
 
 @pytest.fixture(scope="module")
 def recorded(over_socketcan):
-    """candump's log of vcan-robot, without the frames that mark its begin and end."""
+    """candump's log of vcan-robot, without the frames that mark its beginning and end."""
     path = over_socketcan.result.folder / "candump.log"
     lines = path.read_text().splitlines()
     assert not [line for line in lines if "DROPCOUNT" in line]

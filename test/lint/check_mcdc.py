@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """MC/DC of the sources in mcdc.txt by their unit tests: `make mcdc`.
 
-mcdc.txt has a line for each source, and one for each condition of it that no test can show to act alone, with the
-reason. Runs the tests, which were linked with these sources compiled by clang 19, merges their profiles, and compares:
-each condition of each decision with two conditions or more must act alone, but those in the list; an entry of the list
-that matches nothing is a finding. FSW_ASSERT does not count: only coding errors make it fail. Prints a table and
-findings; exit code 1."""
+A condition acts alone if the tests show that it changes the result of its decision while the others stay. mcdc.txt has
+a line for each source, and one for each condition of it that no test can show to act alone, with the reason. Runs the
+tests, which were linked with these sources compiled by clang 19, merges their profiles, and compares: each condition of
+each decision with two conditions or more must act alone, except those in the list; an entry of the list that matches
+nothing is a finding. FSW_ASSERT does not count: only coding errors make it fail. Prints a table and findings; exit
+code 1."""
 
 import argparse
 import concurrent.futures

@@ -4,8 +4,8 @@
 ///
 ///     typedef struct { uint16_t counter; double angle_rad[2]; } sample_t;
 ///     static const flow_record_field_t fields[] = {RECORD_FIELD(sample_t, counter, VALUE_UINT16, 1U),
-///                                             RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 2U)};
-///     static const flow_record_layout_t layout  = {fields, 2U};
+///                                                   RECORD_FIELD(sample_t, angle_rad, VALUE_DOUBLE, 2U)};
+///     static const flow_record_layout_t layout = {fields, 2U};
 ///
 /// Ownership  The layout is constant.
 /// Context    Any.
@@ -27,7 +27,7 @@
 typedef struct {
     value_type_t type;
     uint16_t count; ///< Scalars of that type, one after the other.
-    size_t offset;  ///< Offset of the first field in the struct [octets].
+    size_t offset;  ///< Offset of the first scalar in the struct [octets].
 } flow_record_field_t;
 
 #define RECORD_FIELD(record, member, type, count)                                                            \

@@ -32,7 +32,7 @@ typedef struct {
 
 /// Cause that slows the tool down; telemetry contains these numbers.
 typedef enum {
-    ARM_HAND_LEADS    = 0,
+    ARM_HAND_LEADS    = 0, ///< None: the tool follows the hand.
     ARM_HAND_MISSING  = 1, ///< There is no sample of the hand.
     ARM_HAND_POSITION = 2, ///< A joint is near the end of its range.
     ARM_HAND_SPEED    = 3, ///< A joint has its largest speed.

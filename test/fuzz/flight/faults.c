@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/// The wish is read once.
+/// Reads the environment once.
 bool random_flight_is_planted(const char* const name)
 {
     static const char* wish;

@@ -499,7 +499,7 @@ uint64_t __wrap_simulator_step(simulator_t* const simulator, const uint64_t now_
     return wake_ns;
 }
 
-// ---- Begin and end ----
+// ---- Beginning and end ----
 
 static bool load_pool(const char* const path)
 {

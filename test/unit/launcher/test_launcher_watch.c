@@ -68,7 +68,7 @@ static void a_process_that_has_used_its_time_is_not_starved(void)
 {
     start("while :; do :; done");
     const osal_process_look_t look = look_until(true);
-    // At the begin of the watch the process had used HANG_NS less; this number may be negative and wraps.
+    // At the beginning of the watch the process had used HANG_NS less; this number may be negative and wraps.
     launcher.watch.processor_ns = look.processor_ns - HANG_NS;
     TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
     end();

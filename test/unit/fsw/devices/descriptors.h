@@ -5,7 +5,7 @@
 
 #include "fsw/framework/descriptor/descriptor.h"
 
-/// Begin of a subsystem whose first <Device> is in line 6.
+/// Beginning of a subsystem whose first <Device> is in line 6.
 #define BEGIN                                                                                                \
     "<Subsystem name='DOG' id='40' samplingTime='1ms'>\n"                                                    \
     "<Events><Event name='DEVICE_REFUSED' id='4' severity='LOW'><ParamRef name='D' type='UINT8'/>"           \

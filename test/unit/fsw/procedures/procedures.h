@@ -28,8 +28,8 @@ status_t host_begin(const char* code);
 /// Run the procedure and answer its calls, for at most `budgets` budgets. Returns true if it has ended, with
 /// or without error.
 bool host_run(unsigned budgets);
-/// Run a procedure from its begin. Expect that it ends without error and has raised exactly these events ("1
-/// 2 3").
+/// Run a procedure from its beginning. Expect that it ends without error and has raised exactly these events
+/// ("1 2 3").
 void expect_events(const char* code, const char* events);
 /// Expect that the procedure fails with a message that contains this text.
 void expect_error(const char* code, const char* part);

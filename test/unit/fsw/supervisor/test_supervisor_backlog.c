@@ -57,7 +57,7 @@ static void report_number(uint8_t service, uint8_t subtype, uint16_t number)
 }
 
 typedef struct {
-    const char* start;  // Begin of the lines.
+    const char* start;  // Beginning of the lines.
     const char* format; // Format of the number after it.
     unsigned count;
     unsigned last;

@@ -296,7 +296,7 @@ static void expect_taken_over(const registry_entry_t* was, const registry_entry_
     TEST_ASSERT_EQUAL_UINT64(was->recommission.since_ns, entry->recommission.since_ns);
 }
 
-/// The supervisor dies this number of ticks after the begin of the recommissioning; its successor completes
+/// The supervisor dies this number of ticks after the recommissioning began; its successor completes
 /// it.
 static void die_while_recommissioning(unsigned ticks)
 {

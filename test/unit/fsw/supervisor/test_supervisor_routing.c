@@ -354,7 +354,7 @@ static void a_request_beyond_the_power_is_refused(void)
     fixture.members[FIXTURE_ARM].configuration = 1U; // Configuration 1 has no links.
     fixture_run(60U);
     fixture_forget();
-    (void)fixture_request_state(ARM, STATE_OPERATIONAL); // 60 W more would be 101 W in total.
+    (void)fixture_request_state(ARM, STATE_OPERATIONAL); // 60 W in place of 20 W would be 101 W in total.
     fixture_run(2U);
     fixture_expect("G 5.2 00070010\nG 1.2 #1 0112 1\n"); // RESOURCE_REFUSED; 1 W is missing.
     (void)fixture_request_state(LONE, STATE_OFFLINE);

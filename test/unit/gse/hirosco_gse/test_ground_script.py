@@ -449,7 +449,7 @@ def test_a_link_is_lost_and_opened_by_the_scheduler_and_not_by_the_socket(dictio
 
     scheduler.grant(0, 0, 0)  # The new connection is not served yet, so the request waits.
     scheduler.grant(1000, 3, scheduler.first)
-    scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet that never ends.
+    scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The beginning of a packet that never ends.
     scheduler.grant(2000, 0, 0)
     driver = StepDriver(scheduler.stream, session, scheduler.clock, reconnect, reports.append)
     ended = threading.Thread(target=lambda: driver.run(procedure()))
@@ -535,7 +535,7 @@ def test_the_grant_is_returned_before_the_decoding_of_telemetry_that_the_procedu
     session.feed, scheduler.clock.done = fed, returned
     scheduler.grant(0, 0, scheduler.first)
     scheduler.grant(1000, 3, scheduler.first)
-    scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The begin of a packet.
+    scheduler.accepted[0].sendall(b"\x08\x10\xc0")  # The beginning of a packet.
     scheduler.grant(3000, 0, scheduler.first)
     scheduler.grant(4000, 0, scheduler.first)
     StepDriver(scheduler.stream, session, scheduler.clock).run(procedure())

@@ -196,7 +196,7 @@ static void an_orbit_number_applies_from_the_next_orbit_on(void)
     TEST_ASSERT_EQUAL_UINT64(500U * ORBIT, pus_position_schedule_now(&schedule));
 }
 
-/// The process makes no step between the begin of the orbit and the next request.
+/// The process makes no step between the start of the orbit and the next request.
 static void an_orbit_number_is_in_force_before_the_next_one_is_set(void)
 {
     position = 20U * ORBIT;

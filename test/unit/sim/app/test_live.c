@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The live port over TCP: every line and its answer or refusal, the record, the pace, the hand without lines,
-// frames and rows; too many clients, a slow client, and a line without end.
+// The live port over TCP: every line and its answer or refusal, the record, the pace, the hand while no lines
+// arrive, frames and rows; too many clients, a slow client, and a line without end.
 #include "sim/app/live.h"
 #include "test/support/clients.h"
 #include "test/unit/sim/fixtures/rokviss.h"

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/// All bits of a frame, stuff bits included, and the begin and the end of its fast part.
+/// All bits of a frame, stuff bits included, and the beginning and the end of its fast part.
 typedef struct {
     unsigned count; // Bits on the wire so far.
     unsigned run;   // Equal bits at the end.
@@ -234,8 +234,8 @@ static void lengths_equal_those_counted_by_hand(void)
 static void a_stuff_bit_due_at_the_end_of_fd_data_is_the_fixed_stuff_bit(void)
 {
     // The data 0x5F (0101 1111) end with five equal bits: the stuff bit after them is the fixed stuff bit at
-    // the begin of the CRC. In 0xBE (1011 1110) the five equal bits end before the last bit and need a stuff
-    // bit.
+    // the beginning of the CRC. In 0xBE (1011 1110) the five equal bits end before the last bit and need a
+    // stuff bit.
     const osal_can_frame_t ends_in_run = {
         .length = 1U, .flags = OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS, .data = {0x5FU}};
     TEST_ASSERT_EQUAL_UINT32(5U + 8U + 28U, frame_length(&ends_in_run).data_bits);

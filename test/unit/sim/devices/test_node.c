@@ -459,7 +459,7 @@ static void an_unplugged_node_is_silent_and_boots_when_plugged(void)
     forget_received();
     master_wait(&master, 100U * MASTER_MS);
     TEST_ASSERT_EQUAL_UINT(0U, master.count);
-    TEST_ASSERT_EQUAL_STRING("l", calls); // The deadline of the master's heartbeat has still expired.
+    TEST_ASSERT_EQUAL_STRING("l", calls); // The master's heartbeat has expired in the meantime.
     TEST_ASSERT_FALSE(node_is_plugged(node));
     forget_received();
     node_plug(node);

@@ -10,8 +10,8 @@
 
 #define STATES_TEXT 32U ///< Longest list of states [characters].
 
-/// Returns a machine at rest in a rest state (3, 4, 5 and 6 with a configuration), or in a pass state with
-/// its action running: 1 and 2 on the way to 3, 7 on the way to 3, 8 and 9 on the way to 0.
+/// Returns a machine in this state: a rest state at rest (3, 4, 5 and 6 with a configuration), any other
+/// state with its action running: 1 and 2 on the way to 3, 7 on the way to 3, 8 and 9 on the way to 0.
 state_machine_t machine_in(state_t state);
 /// Returns a machine in PRE_OPERATIONAL without a configuration.
 state_machine_t machine_unconfigured(void);

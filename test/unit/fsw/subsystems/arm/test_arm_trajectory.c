@@ -257,7 +257,7 @@ static void a_stop_brakes_along_the_path(void)
             }
             last = motion;
         }
-        // Find a point of the trajectory after the begin of the stop.
+        // Find a point of the trajectory after the beginning of the stop.
         double nearest = HUGE_VAL;
         for (double t = time_s; t <= arm_trajectory_duration_s(&trajectory) + PERIOD_S; t += PERIOD_S) {
             arm_motion_t there = start;

@@ -426,7 +426,7 @@ static void the_command_has_every_term_of_the_law(void)
 }
 
 /// 0.02 rad/s counts as rest, a torque equal to the ceiling as free of contact, and a tare uses no samples
-/// from before its begin.
+/// from before its beginning.
 static void each_tare_has_its_own_samples_and_exact_bounds(void)
 {
     manipulator_arm_tare_t tare;

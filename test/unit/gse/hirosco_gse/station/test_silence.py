@@ -20,7 +20,7 @@ class Clock:
 
 @pytest.mark.parametrize(("speed", "seconds"), [(1.0, LIMIT_S), (0.0, LIMIT_S), (4.0, LIMIT_S), (0.5, 2 * LIMIT_S)])
 def test_silence_is_time_without_telemetry_that_is_expected(speed, seconds):
-    """Of a time in which the station did not look, little counts; telemetry and a pause begin it anew."""
+    """Of the time between two looks at most STEP_S counts. Telemetry and a pause set the time to zero."""
     clock = Clock()
     silence = Silence(clock)
 
