@@ -181,6 +181,9 @@ void launcher_clean_up(launcher_t* const launcher)
         return;
     }
     end_children(launcher);
+    if ((launcher->scheduler != NULL) && osal_lockstep_is_lossy(launcher->scheduler)) {
+        __atomic_store_n(&launcher->run->is_lossy, 1U, __ATOMIC_RELAXED);
+    }
     remove_names(launcher);
     if ((launcher->child_count > 0U) || launcher->is_taken_over) {
         complete_logs(launcher);

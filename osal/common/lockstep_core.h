@@ -48,6 +48,7 @@ struct osal_lockstep {
     uint32_t awaited;   ///< Expected participant for which time stands still, or NO_PARTICIPANT.
     uint64_t patience_ns;
     uint32_t is_held;
+    uint32_t is_lossy;
     uint32_t used; ///< Participants from this one on have never been expected and have never joined.
     osal_mutex_t mutex;
     participant_t participants[PARTICIPANTS];

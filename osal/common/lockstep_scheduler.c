@@ -404,6 +404,18 @@ bool osal_lockstep_is_held(const osal_lockstep_t* const scheduler)
     return __atomic_load_n(&scheduler->is_held, __ATOMIC_ACQUIRE) != 0U;
 }
 
+void osal_lockstep_note_loss(osal_lockstep_t* const scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    __atomic_store_n(&scheduler->is_lossy, 1U, __ATOMIC_RELEASE);
+}
+
+bool osal_lockstep_is_lossy(const osal_lockstep_t* const scheduler)
+{
+    FSW_ASSERT(scheduler != NULL);
+    return __atomic_load_n(&scheduler->is_lossy, __ATOMIC_ACQUIRE) != 0U;
+}
+
 void osal_lockstep_set_stream_port(osal_lockstep_t* const scheduler, const unsigned participant,
                                    const uint16_t port)
 {

@@ -542,7 +542,9 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
         }
         run(simulator, options, &clock, scheduler);
         simulator_statistics(simulator, &statistics);
-        (void)losses_complain(&statistics);
+        if (losses_complain(&statistics) && (scheduler != NULL)) {
+            osal_lockstep_note_loss(scheduler);
+        }
         code = complain_of_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;
     }
     close_cosimulation(&server, scheduler);

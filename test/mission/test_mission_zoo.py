@@ -3,7 +3,11 @@
 another end node by XML only; devices that are unplugged, are silent, or send invalid octets."""
 
 import json
+import os
+import pathlib
 import re
+import shutil
+import signal
 import struct
 
 import flying
@@ -121,6 +125,40 @@ def test_values_are_converted_in_both_directions(flights):
     and of the telemetry."""
     for name in NAMES:
         _moves_as_commanded(flights[0], name, "<" if name in LITTLE else ">")
+
+
+LOST = 16  # Place of the number of losses in the memory of a counted hand-over (osal/common/hand_over.c).
+
+
+def _with_a_loss(folder):
+    """A flight as processes in which the counts of a device contain a loss. It is written while the simulator is suspended, early enough
+    that the simulator still finds it at the end; a flight that ends before is repeated."""
+    path = flying.write_scenario(folder.with_suffix(".scn"), "1.0 operator shutdown")
+    while True:
+        shutil.rmtree(folder, ignore_errors=True)
+        flight = flying.start(folder, "--mission", "zoo", "--scenario", path)
+        memories = pathlib.Path("/dev/shm")
+        flying.wait_until(lambda: {"simulator", "operator"} <= set(flight.children()) or flight.process.poll() is not None, "the flight")
+        simulator = flight.children().get("simulator")
+        if simulator is not None:
+            os.kill(simulator, signal.SIGSTOP)
+            counts = list(memories.glob(f"{flight.identity}.flow.dev.baffle.n"))
+            for memory in counts:
+                with memory.open("r+b") as file:
+                    file.seek(LOST)
+                    file.write(struct.pack("=I", 3))
+            os.kill(simulator, signal.SIGCONT)
+            if counts:
+                return flight.wait()
+        flight.wait()
+
+
+def test_a_run_in_which_octets_of_a_device_are_lost_is_not_reproducible(tmp_path, flights):
+    assert all(flight.facts["reproducible"] for flight in flights)
+    flight = _with_a_loss(tmp_path / "lossy")
+    assert flight.code == 0, flight.transcript()
+    assert "3 octets and datagrams of devices that were announced have not arrived; the run is not reproducible" in flight.console
+    assert flight.facts["reproducible"] is False
 
 
 def test_a_run_leaves_no_names(flights):

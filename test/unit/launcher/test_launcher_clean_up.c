@@ -228,6 +228,27 @@ static void a_report_is_made_only_if_asked_for(void** state)
     }
 }
 
+/// The simulator is a process of its own and notes its losses in the scheduler.
+static void a_loss_in_the_scheduler_is_a_loss_of_the_run(void** state)
+{
+    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    static const osal_process_result_t good = {.has_ended = true};
+    (void)state;
+    launcher.child_count       = 1U;
+    launcher.ground.descriptor = -1;
+    launcher.scheduler         = osal_lockstep_create(storage, 1U, true);
+    for (uint32_t losses = 0U; losses < 2U; losses++) {
+        if (losses > 0U) {
+            osal_lockstep_note_loss(launcher.scheduler);
+        }
+        expect_names_removed();
+        expect_tool("packet-archive-sqlite", &good);
+        expect_function_call(__wrap_run_summary_write);
+        launcher_clean_up(&launcher);
+        assert_int_equal(losses, run.is_lossy);
+    }
+}
+
 /// The exit code of the report program says whether the figures are within their bounds.
 static void figures_that_fail_are_the_result_of_the_run(void** state)
 {
@@ -335,6 +356,7 @@ int main(void)
         cmocka_unit_test_setup(every_memory_of_an_identity_is_removed, set_up),
         cmocka_unit_test_setup(a_tool_has_run_to_its_end, set_up),
         cmocka_unit_test_setup(a_report_is_made_only_if_asked_for, set_up),
+        cmocka_unit_test_setup(a_loss_in_the_scheduler_is_a_loss_of_the_run, set_up),
         cmocka_unit_test_setup(figures_that_fail_are_the_result_of_the_run, set_up),
         cmocka_unit_test_setup(a_run_that_was_not_prepared_leaves_nothing_to_map, set_up),
         cmocka_unit_test_setup(the_guard_has_the_time_of_the_scheduler, set_up),

@@ -203,11 +203,21 @@ static void a_kill_at_any_moment_never_stops_time(void)
     (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
 }
 
+static void a_loss_that_one_process_notes_is_seen_by_all(void)
+{
+    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, 1U, true);
+    TEST_ASSERT_FALSE(osal_lockstep_is_lossy(scheduler));
+    osal_lockstep_note_loss(osal_lockstep_attach(storage));
+    TEST_ASSERT_TRUE(osal_lockstep_is_lossy(scheduler));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(close_and_end_release_sleepers);
     RUN_TEST(delivery_from_outside_wakes_a_sleeping_run);
     RUN_TEST(a_kill_at_any_moment_never_stops_time);
+    RUN_TEST(a_loss_that_one_process_notes_is_seen_by_all);
     return UNITY_END();
 }
