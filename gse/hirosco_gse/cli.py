@@ -32,6 +32,12 @@ EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4
 LISTEN_S = 2.0  # Time for which `hk` and `events` receive reports without -f.
 LONGEST_S = 1e9  # Longest time-out.
 PATIENCE_S = 10.0  # a script may be started together with the mission
+NEGATIVE = re.compile(r"-[\d.]")  # Beginning of a word that is no option.
+WITHOUT_END = ("hk", "events", "gateway", "monitor", "replay", "shell")  # Ctrl-C is their usual end.
+
+
+class OutputLost(Exception):
+    """The standard output cannot be written, for example because its disk is full."""
 
 
 def _given(text):
@@ -45,6 +51,10 @@ def _port(text):
     if not text.strip().isdecimal() or not 1 <= int(text) <= 65535:
         raise argparse.ArgumentTypeError(f"found '{text}', expected a port from 1 to 65535")
     return int(text)
+
+
+def _page_port(text):
+    return 0 if text.strip() == "0" else _port(text)
 
 
 def _seconds(text):
@@ -71,7 +81,7 @@ def _parser():
     parser.add_argument("--timeout", type=_seconds, default=20.0, help="longest wait for a verification [s] (default 20)")
     parser.add_argument("--key", type=_given, metavar="FILE", help="protect telecommands with this key (default: that of the run; for other runs $GSE_KEY)")
     parser.add_argument("--listen", type=_port, metavar="PORT", help=f"gateway: port on this machine (default {gateway.PORT})")
-    parser.add_argument("--http-port", type=int, metavar="PORT", help="replay: port of the page (default: the first free one)")
+    parser.add_argument("--http-port", type=_page_port, metavar="PORT", help="replay: port of the page (default: the first free one)")
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: continue until Ctrl-C")
     parser.add_argument("--cosimulation", type=_given, help="script: UNIX socket of the scheduler (stepped time)")
@@ -82,16 +92,24 @@ def _parser():
 
 
 def _print(arguments, entry, meaning=None):
-    text = json.dumps(values.in_words(entry), default=str) if arguments.json else coloured(entry["text"], meaning)
-    print(text, flush=True)
+    _say(json.dumps(values.in_words(entry), default=str) if arguments.json else coloured(entry["text"], meaning))
 
 
 def _complain(text, meaning="failed"):
-    print(coloured(f"gse: {text}", meaning, sys.stderr), file=sys.stderr)
+    try:
+        print(coloured(f"gse: {text}", meaning, sys.stderr), file=sys.stderr, flush=True)
+    except OSError:  # The exit code remains.
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")
 
 
-def _report(line):
-    print(line, flush=True)
+def _say(text, end="\n"):
+    """Print to the standard output. Raises OutputLost, BrokenPipeError."""
+    try:
+        print(text, end=end, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputLost(f"cannot write the output: {error.strerror}; what follows is missing in it") from error
 
 
 class _Console:
@@ -100,6 +118,7 @@ class _Console:
     def __init__(self, arguments):
         self.arguments = arguments
         self.run = pathlib.Path(arguments.run or LATEST)
+        self._warned = set()
 
     def spacecraft(self, **options):
         """Client for the flight that the options name; it is not connected yet."""
@@ -117,7 +136,7 @@ class _Console:
         if not place.key:
             raise UsageError("gateway: telecommands of this run need no key; connect to its ground port, or give --key FILE")
         sdls.read_key(place.key)
-        gateway.serve(self.arguments.listen or gateway.PORT, (place.host, place.port), lambda: sdls.Sender(place.key), _report)
+        gateway.serve(self.arguments.listen or gateway.PORT, (place.host, place.port), lambda: sdls.Sender(place.key), _say)
         return SUCCESS
 
     def command(self):
@@ -132,9 +151,15 @@ class _Console:
         except KeyboardInterrupt:
             _complain(f"{' '.join(words)}: the wait was ended; the spacecraft may still perform the command")
             return INTERRUPTED
-        for problem in craft.session.mismatches.values():
-            _complain(f"warning: {problem}", "warning")
+        self._warn(craft)
         return SUCCESS
+
+    def _warn(self, craft):
+        """Warn once of each interface that flies and is not that of the dictionary."""
+        for problem in craft.session.mismatches.values():
+            if problem not in self._warned:
+                self._warned.add(problem)
+                _complain(f"warning: {problem}", "warning")
 
     def listen(self, wanted):
         """Print reports as they arrive."""
@@ -145,6 +170,7 @@ class _Console:
         only = dictionary.subsystem(self.arguments.words[0]).apid if self.arguments.words else None
 
         def show(packet, decoded):
+            self._warn(craft)
             if wanted(packet) and only in (None, packet.apid):
                 seconds = (packet.time_ns - dictionary.epoch_ns) / 1e9
                 text = f"{seconds:12.6f}  {telemetry.describe(packet, decoded, dictionary)}"
@@ -191,7 +217,7 @@ class _Console:
 
     def live(self):
         """Send one line to the live port of the run."""
-        line = " ".join([self.arguments.command, *(word.strip() for word in self.arguments.words)])
+        line = " ".join([self.arguments.command, *self.arguments.words])
         with live.LiveWorld(self.run) as world:
             seconds, is_paused = world.ask(line)
         text = f"{line}: at {seconds:.4f} s{', paused' if is_paused else ''}"
@@ -203,7 +229,7 @@ class _Console:
         if not self.arguments.words:
             raise UsageError("usage: decode FILE|-|HEX ...")
         place = Place.of(self.run, dictionary=self.arguments.dictionary, port=self.arguments.port)
-        for row in decode.rows([word.strip() for word in self.arguments.words], Dictionary.load(place.dictionary), place.dictionary.parent, place.port):
+        for row in decode.rows(self.arguments.words, Dictionary.load(place.dictionary), place.dictionary.parent, place.port):
             _print(self.arguments, row, "failed" if "error" in row else row.get("content", {}).get("severity"))
         return SUCCESS
 
@@ -217,7 +243,7 @@ class _Console:
             raise UsageError(f"{run}: {problem or 'no run.json of a flight that has ended, with its scenario'}")
         name = str(facts["scenario"])
         known = ROOT / "sim" / "scenarios" / f"{name}.scn"
-        print(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
+        _say(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
         return SUCCESS
 
     def replay(self):
@@ -257,7 +283,7 @@ class _Console:
         except mcap_export.ExportError as error:
             raise UsageError(str(error)) from error
         for problem in problems:
-            print(f"gse: warning: {problem}", file=sys.stderr)
+            _complain(f"warning: {problem}", "warning")
         _print(self.arguments, {"text": f"{path}: {count} messages", "path": str(path), "messages": count, "problems": problems})
         return SUCCESS
 
@@ -268,7 +294,7 @@ class _Console:
         craft = self.spacecraft(first_sequence=0)
         script = Script.load(self.arguments.words[0], craft.dictionary)
         if not script.steps and not script.visits:
-            print(f"{self.arguments.words[0]}: no line for the operator")
+            _say(f"{self.arguments.words[0]}: no line for the operator")
             return SUCCESS
         with contextlib.ExitStack() as stack:
             log = None
@@ -295,6 +321,7 @@ class _Console:
             try:
                 craft.run(script.procedure(craft.session, int(self.arguments.timeout * 1e9), record))
             finally:
+                self._warn(craft)
                 if clock:
                     clock.leave()
         return SUCCESS
@@ -319,7 +346,12 @@ def _print_if_possible(text):
     try:
         print(text, flush=True)
     except OSError:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # Otherwise Python would try to write the buffered text again at exit.
+        _give_up_output()
+
+
+def _give_up_output():
+    """Write to the standard output no more. Otherwise Python would try to write the buffered text again at exit, and change the exit code."""
+    sys.stdout = open(os.devnull, "w", encoding="utf-8")
 
 
 def _is_event(packet):
@@ -331,7 +363,7 @@ def _key(words):
     if len(words) != 2 or words[0] != "make":
         raise UsageError("usage: key make FILE")
     sdls.make_key(words[1])
-    print(f"{words[1]}: made, with its marks .sent (ground) and .received (spacecraft); keep all three together")
+    _say(f"{words[1]}: made, with its marks .sent (ground) and .received (spacecraft); keep all three together")
     return SUCCESS
 
 
@@ -340,7 +372,7 @@ def _completion(words):
     scripts = {"bash": completion.BASH, "zsh": completion.ZSH}
     if len(words) != 1 or words[0] not in scripts:
         raise UsageError("usage: completion bash|zsh")
-    print(scripts[words[0]], end="")
+    _say(scripts[words[0]], end="")
     return SUCCESS
 
 
@@ -351,7 +383,7 @@ def _complete(words):
         place = Place.of(options.get("--run"), dictionary=options.get("--dictionary"))
         return Dictionary.load(place.dictionary)
 
-    print("\n".join(completion.complete(words, load)))
+    _say("\n".join(completion.complete(words, load)))
     return SUCCESS
 
 
@@ -387,7 +419,14 @@ def _run(arguments):
 
 def _words(argv):
     """Make argparse accept values such as -0.5,0.3 as words, not as options: put a blank before them."""
-    return [" " + word if re.match(r"-[\d.]", word) else word for word in argv]
+    return [" " + word if NEGATIVE.match(word) else word for word in argv]
+
+
+def _parsed(argv):
+    """The arguments, with the words as they were given."""
+    arguments = _parser().parse_intermixed_args(_words(argv))
+    arguments.words = [word[1:] if word[:1] == " " and NEGATIVE.match(word[1:]) else word for word in arguments.words]
+    return arguments
 
 
 _PROBLEMS = {  # Exit code of each kind of exception. The first kind that matches applies.
@@ -403,28 +442,60 @@ _PROBLEMS = {  # Exit code of each kind of exception. The first kind that matche
     ScriptFailure: FAILED,
     decode.DecodeError: FAILED,
     frames.DatabaseError: FAILED,
+    OutputLost: FAILED,
     OSError: USAGE,
 }
+
+
+def _words_of(problem):
+    if isinstance(problem, OSError) and problem.strerror:
+        return f"{f'{problem.filename}: ' if problem.filename else ''}{problem.strerror}"
+    return f"time-out: {problem}" if isinstance(problem, TimedOut) else str(problem)
+
+
+def _performed(arguments):
+    """Perform the command. Returns the exit code."""
+    try:
+        return _run(arguments)
+    except KeyboardInterrupt:
+        return SUCCESS if arguments.command in WITHOUT_END else INTERRUPTED
+
+
+def _flushed(code):
+    """The exit code after what argparse has printed is written."""
+    try:
+        _say("", end="")
+    except OutputLost as problem:
+        _give_up_output()
+        _complain(problem)
+        return FAILED
+    except BrokenPipeError:
+        _give_up_output()
+    return code
 
 
 def main(argv=None):
     """Entry point; returns the exit code."""
     argv = sys.argv[1:] if argv is None else argv
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # Names may have characters that the locale does not have.
     try:
         if argv[:2] == ["complete", "--"]:
             return _complete(argv[2:])
         asked = [word for word in argv if word in usage.table()]
         if asked and {"-h", "--help"} & set(argv):
-            print(usage.help_of(asked[0]))
+            _say(usage.help_of(asked[0]))
             return SUCCESS
-        return _run(_parser().parse_intermixed_args(_words(argv)))
+        return _performed(_parsed(argv))
     except SystemExit as end:  # argparse: 0 after --help, 2 after a usage error
-        return end.code if isinstance(end.code, int) else USAGE
+        return _flushed(end.code) if isinstance(end.code, int) else USAGE
     except KeyboardInterrupt:
-        return SUCCESS
+        return INTERRUPTED
     except BrokenPipeError:
-        sys.stderr.close()
+        _give_up_output()
         return SUCCESS
     except tuple(_PROBLEMS) as problem:
-        _complain(f"time-out: {problem}" if isinstance(problem, TimedOut) else problem)
+        if isinstance(problem, OutputLost):
+            _give_up_output()
+        _complain(_words_of(problem))
         return next(code for kind, code in _PROBLEMS.items() if isinstance(problem, kind))

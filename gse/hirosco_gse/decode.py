@@ -8,6 +8,7 @@ offset, the value found, the value expected and what to do. A malformed packet g
 import os
 import pathlib
 import re
+import stat
 import struct
 import sys
 
@@ -17,6 +18,7 @@ from .place import facts_of
 CANDUMP = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})(?:#R\d?|#((?:[0-9A-Fa-f]{2})*)|##[0-9A-Fa-f]((?:[0-9A-Fa-f]{2})*))(?: [RT])?\s*")
 PACKET_LINE = re.compile(r"\d+\.\d+ T[CM] ")
 PCAP = {b"\xd4\xc3\xb2\xa1": ("<", 1e-6), b"\xa1\xb2\xc3\xd4": (">", 1e-6), b"\x4d\x3c\xb2\xa1": ("<", 1e-9), b"\xa1\xb2\x3c\x4d": (">", 1e-9)}
+BODY_LEAST = {1: 8, 6: 20}  # Octets of the fixed fields of a block: the description of an interface, and a packet.
 PCAPNG = b"\x0a\x0d\x0d\x0a"
 PACKETS, CAN, ETHERNET, NULL, RAW, SLL, SLL2 = 147, 227, 1, 0, 101, 113, 276
 LINK_HEADS = {ETHERNET: 14, NULL: 4, RAW: 0, SLL: 16, SLL2: 20}
@@ -189,6 +191,8 @@ def _pcapng_records(octets, path):
         if length < 12 or length % 4 or len(octets) - at < length:
             raise _cut(path, at, len(octets) - at, max(length, 12))
         body = octets[at + 8 : at + length - 4]
+        if len(body) < BODY_LEAST.get(kind, 0):
+            raise _cut(path, at + 8, len(body), BODY_LEAST[kind])
         if kind == 1:
             resolution = (_option(body[8:], order, 9) or b"\x06")[0]
             interfaces.append((struct.unpack_from(f"{order}H", body)[0], 2.0 ** -(resolution & 0x7F) if resolution & 0x80 else 10.0**-resolution))
@@ -275,6 +279,14 @@ def _text(decoder, octets, path):
     return read(decoder, lines, path)
 
 
+def _octets_of(path):
+    """Octets of a file or a pipe. A device such as /dev/zero would fill the memory. Raises OSError, DecodeError."""
+    kind = path.stat().st_mode
+    if stat.S_ISCHR(kind) or stat.S_ISBLK(kind):
+        raise DecodeError(f"{path}: found a device, expected {FORMS}; check the path")
+    return path.read_bytes()
+
+
 def rows(words, dictionary, folder, port):
     """Rows of the input that the words of the command name: a file, `-` for the standard input, or octets in hexadecimal. folder: folder with
     the databases of the buses; port: the ground port in a capture of TCP. Raises DecodeError, frames.DatabaseError."""
@@ -283,7 +295,7 @@ def rows(words, dictionary, folder, port):
     if len(words) > 1 or (re.fullmatch(r"(0[xX])?[0-9A-Fa-f]+", words[0]) and not os.path.exists(words[0])):
         return decoder.with_warnings(_hex_lines(decoder, [" ".join(words)], "octets"))
     try:
-        octets = sys.stdin.buffer.read() if words == ["-"] else path.read_bytes()
+        octets = sys.stdin.buffer.read() if words == ["-"] else _octets_of(path)
     except OSError as error:
         raise DecodeError(f"{path}: {error.strerror}, expected {FORMS}; check the path") from error
     if words == ["-"]:

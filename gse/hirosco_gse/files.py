@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files on ground that a command sends or stores: those of this machine, or the one that a page has sent to its station."""
 
+import contextlib
+import os
 import pathlib
 
 from .command import UsageError
@@ -24,7 +26,7 @@ class MachineFiles:
     def write(self, path, octets):
         """Store a received file. Raises SessionError."""
         try:
-            pathlib.Path(path).write_bytes(octets)
+            write_whole(path, lambda stream: stream.write(octets))
         except (OSError, ValueError) as problem:
             raise SessionError(f"cannot write '{path}': {_reason(problem)}") from problem
 
@@ -48,6 +50,31 @@ class PageFiles:
 
 
 MACHINE = MachineFiles()
+
+
+def write_whole(path, write):
+    """Call write(stream) with a new file that then gets this path. If it fails, for example because the disk is full, an older file of this path
+    remains. Raises OSError with the path."""
+    path = pathlib.Path(path)
+    is_special = path.exists() and not path.is_file()  # Such as /dev/null and pipes, which must remain.
+    part = path if is_special else path.with_name(path.name + ".part")
+    try:
+        with part.open("wb") as stream:
+            write(stream)
+        if not is_special:
+            os.replace(part, path)
+    except OSError as error:
+        _discard(part, path)
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    except BaseException:  # Ctrl-C as well.
+        _discard(part, path)
+        raise
+
+
+def _discard(part, path):
+    if part != path:
+        with contextlib.suppress(OSError):
+            part.unlink()
 
 
 def _bounded(octets, path, most):

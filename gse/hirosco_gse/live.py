@@ -9,6 +9,7 @@ import time
 
 from . import visits
 from .link import LinkLost
+from .place import port_in
 from .session import SessionError
 
 ANSWER_S = 5.0  # Longest wait for an answer.
@@ -28,7 +29,7 @@ class LiveRefused(SessionError):
 def port_of(run):
     """TCP port of the live port of a run. Raises LinkLost."""
     try:
-        return int((pathlib.Path(run) / "live.port").read_text(encoding="ascii"))
+        return port_in((pathlib.Path(run) / "live.port").read_text(encoding="ascii"))
     except (OSError, ValueError) as error:
         raise LinkLost(f"{run}: no live port; fly with TIME=real (make sim-run TIME=real)") from error
 
@@ -37,7 +38,10 @@ def octets_of(line):
     """Octets of a line for the live port. Raises LiveRefused if it is empty, too long, or more than one line."""
     if not line.strip() or any(ord(character) < 0x20 for character in line) or len(line) > LINE_MAX:
         raise LiveRefused(f"found {line[:60]!r}, expected one line of at most {LINE_MAX} characters")
-    return line.encode() + b"\n"
+    try:
+        return line.encode() + b"\n"
+    except UnicodeEncodeError as error:
+        raise LiveRefused(f"found {line[:60]!r}, expected a line in UTF-8") from error
 
 
 def taken(answer):

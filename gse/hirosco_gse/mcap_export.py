@@ -15,6 +15,7 @@ from . import frames, logs
 from . import run as runs
 from . import truth as truth_log
 from .dictionary import STATES
+from .files import write_whole
 from .place import problem_of
 from .values import Word
 
@@ -98,18 +99,20 @@ class _File:
 
     def write(self, path, metadata):
         self.rows.sort(key=lambda row: row[:2])
-        with path.open("wb") as stream:
-            writer = Writer(stream)
-            writer.start(profile="", library="hirosco")
-            writer.add_metadata("run", {name: str(value) for name, value in metadata.items()})
-            numbers = []
-            for topic, encoding, (name, kind, text), about in self.channels:
-                schema = writer.register_schema(name, kind, text.encode())
-                numbers.append(writer.register_channel(topic, encoding, schema, about))
-            for sequence, (time_ns, channel, octets) in enumerate(self.rows):
-                writer.add_message(numbers[channel], time_ns, octets, time_ns, sequence)
-            writer.finish()
+        write_whole(path, lambda stream: self._write(stream, metadata))
         return len(self.rows)
+
+    def _write(self, stream, metadata):
+        writer = Writer(stream)
+        writer.start(profile="", library="hirosco")
+        writer.add_metadata("run", {name: str(value) for name, value in metadata.items()})
+        numbers = []
+        for topic, encoding, (name, kind, text), about in self.channels:
+            schema = writer.register_schema(name, kind, text.encode())
+            numbers.append(writer.register_channel(topic, encoding, schema, about))
+        for sequence, (time_ns, channel, octets) in enumerate(self.rows):
+            writer.add_message(numbers[channel], time_ns, octets, time_ns, sequence)
+        writer.finish()
 
 
 def _plain(value):

@@ -118,7 +118,7 @@ class Monitor(App):
     def _take(self, message):
         if message["kind"] == "event":
             self._new_events.append(message)
-        elif message["kind"] == "hello":
+        elif message["kind"] in ("hello", "mismatch"):
             self._new_events.append(message)
 
     # Contents of the views ----------------------------------------------------------------------------------
@@ -150,6 +150,9 @@ class Monitor(App):
         for event in self._new_events:
             if event["kind"] == "hello":
                 log.clear()
+            elif event["kind"] == "mismatch":
+                if event["words"]:
+                    log.write(Text(f"warning: {event['words']}", "yellow"))
             else:
                 text = f"{event['time']:12.6f}  {event['severity']:<11} {event['subsystem']}.{event['event']}  {event['text']}"
                 log.write(Text(text, STYLES.get(event["severity"], "")))

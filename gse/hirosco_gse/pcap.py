@@ -7,6 +7,7 @@ import pathlib
 import struct
 
 from . import packet_log
+from .files import write_whole
 
 MAGIC_NS, LINK_TYPE, LONGEST = 0xA1B23C4D, 147, 65542
 _GLOBAL, _RECORD = struct.Struct("<IHHiIII"), struct.Struct("<IIII")
@@ -26,5 +27,5 @@ def write(run):
     run = pathlib.Path(run)
     rows = packet_log.rows(run / "packets.log")
     path = run / "packets.pcap"
-    path.write_bytes(capture(rows))
+    write_whole(path, lambda stream: stream.write(capture(rows)))
     return path, len(rows)

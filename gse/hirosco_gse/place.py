@@ -40,10 +40,18 @@ def facts_of(run):
     return facts, None
 
 
+def port_in(text):
+    """The port in a file of the launcher. Raises ValueError."""
+    port = int(text)
+    if not 1 <= port <= 65535:
+        raise ValueError(f"found {port}, expected a port from 1 to 65535")
+    return port
+
+
 def default_port(run):
     """Ground port of a run."""
     try:
-        return int((run / "ground.port").read_text(encoding="ascii"))
+        return port_in((run / "ground.port").read_text(encoding="ascii"))
     except (OSError, ValueError):
         return DEFAULT_PORT
 
@@ -52,7 +60,7 @@ def mission_of(run):
     """Name of the mission of a run from the launcher's file; without this file the default mission."""
     try:
         return (run / "ground.mission").read_text(encoding="utf-8").strip() or DEFAULT_MISSION
-    except OSError:
+    except (OSError, ValueError):
         return DEFAULT_MISSION
 
 
@@ -60,7 +68,7 @@ def world_of(run):
     """File of the world of a run from the launcher's file; without this file the world of the mission."""
     try:
         name = (run / "ground.world").read_text(encoding="utf-8").strip()
-    except OSError:
+    except (OSError, ValueError):
         name = ""
     name = name or mission_of(run)
     return ROOT / name if name.endswith(".xml") else ROOT / "descriptors" / "worlds" / f"{name}.xml"
@@ -116,8 +124,13 @@ class Place:
             return
         if (self.run / "run.json").exists():
             raise LinkLost(f"{self.run}: {end_of(self.run)[0]}; name a flight under way with --run or --port")
-        if self.run != LATEST and not (self.run / "ground.port").exists():
-            raise LinkLost(f"{self.run}: found no file ground.port, expected the folder of a flight under way")
+        try:
+            port_in((self.run / "ground.port").read_text(encoding="ascii"))
+        except FileNotFoundError as error:
+            if self.run != LATEST:
+                raise LinkLost(f"{self.run}: found no file ground.port, expected the folder of a flight under way") from error
+        except (OSError, ValueError) as error:
+            raise LinkLost(f"{self.run}/ground.port: {error}; name the port of the flight with --port") from error
 
 
 def compare_classes(place, session):

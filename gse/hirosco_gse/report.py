@@ -15,7 +15,6 @@ import hashlib
 import html
 import importlib.metadata
 import json
-import os
 import pathlib
 import platform
 import re
@@ -25,6 +24,7 @@ import traceback
 
 from . import __version__, figures, recording
 from . import run as runs
+from .files import write_whole
 from .place import ROOT, facts_of, problem_of
 
 LOGS = ("packets.log", "packets.db", "can-*.log", "truth.lcm")
@@ -312,10 +312,9 @@ def page(run, facts, built=None):
 
 def _write(path, text):
     """Write the file completely or not at all. Returns its size."""
-    part = path.with_name(path.name + ".part")
-    size = part.write_bytes(text.encode())
-    os.replace(part, path)
-    return size
+    octets = text.encode()
+    write_whole(path, lambda stream: stream.write(octets))
+    return len(octets)
 
 
 def _write_facts(run, facts):

@@ -21,6 +21,8 @@ def _fields(words):
             given[name] = json.loads(text)
         except ValueError:
             given[name] = text
+        except RecursionError as error:
+            raise UsageError(f"{name}: found lists within lists without end, expected a value") from error
     return given
 
 

@@ -247,6 +247,8 @@ class Session:
         problem = telemetry.interface_problem(packet, decoded, self.dictionary)
         if problem:
             self.mismatches[packet.apid] = problem
+        elif kind == "status" and "error" not in decoded:
+            self.mismatches.pop(packet.apid, None)  # The subsystem was started again with the interface of the dictionary.
         if kind in ("transition", "status") and "error" not in decoded:
             self.states[packet.apid] = decoded["state"]
             self.configurations[packet.apid] = decoded["configuration_id"]

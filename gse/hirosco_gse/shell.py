@@ -34,7 +34,7 @@ class Shell:
 
     def __init__(self, craft, read=input, show=print):
         self._craft, self._read, self._show = craft, read, show
-        self._events = 0
+        self._events, self._warned = 0, set()
 
     # Completion and history ---------------------------------------------------------------------------------
 
@@ -89,6 +89,10 @@ class Shell:
             thread.join()
 
     def _show_events(self):
+        for problem in list(self._craft.session.mismatches.values()):
+            if problem not in self._warned:
+                self._warned.add(problem)
+                self._show(coloured(f"gse: warning: {problem}", "warning"))
         new = self._craft.session.events[self._events :]
         self._events += len(new)
         if len(new) > SHOWN_EVENTS:

@@ -24,7 +24,7 @@ FRAMED_BY = "http://127.0.0.1:8080"
 def _parser():
     parser = argparse.ArgumentParser(prog="station", description="The light ground station: a web page beside a flight.")
     parser.add_argument("--run", type=pathlib.Path, default=ROOT / "runs" / "latest", help="run folder (default runs/latest)")
-    parser.add_argument("--http-port", type=int, help=f"port of the page (default: the first free from {PORT})")
+    parser.add_argument("--http-port", type=http_port, help=f"port of the page (default: the first free from {PORT})")
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
     parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder, or this recording of a run; no flight is started or followed")
     parser.add_argument("--read-only", action="store_true", help="pages cannot send telecommands, move the hand, cause faults or change the pace")
@@ -32,6 +32,13 @@ def _parser():
                         help=f"page of this machine that may show the page of the station in a frame, or none (default {FRAMED_BY}, the page of make yamcs)")
     parser.add_argument("--fly", nargs=argparse.REMAINDER, help="start this command if no flight answers")
     return parser
+
+
+def http_port(text):
+    """A port of the page; 0: any free one."""
+    if not text.isdecimal() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"found '{text}', expected a port from 0 to 65535")
+    return int(text)
 
 
 def _origin(text):
@@ -52,9 +59,12 @@ def _listen(wanted):
             listener.bind((LOOPBACK, port))
             listener.listen()  # A page that is opened as soon as the address is printed is served.
             return listener
-        except OSError:
+        except OSError as error:
             listener.close()
-    raise SystemExit(f"station: no free port for the page from {wanted or PORT}")
+            problem = error.strerror
+    if wanted is not None:
+        raise SystemExit(f"station: port {wanted} of this machine: {problem}; is another station there? Give another port with HTTP= or --http-port")
+    raise SystemExit(f"station: no free port for the page from {PORT} to {PORT + PORTS - 1}: {problem}; give one with HTTP= or --http-port")
 
 
 def _is_flying(run):

@@ -198,6 +198,8 @@ TM = "0.1 TM 0802c0\n"
     ("p.pcap", _pcap(147, [b"\x18\x10\xc0"]), ["p.pcap: offset 24: found 3 octets at octet 0"]),
     ("mars.pcap", _pcap(227, [bytes(8)]), ["mars.pcap: offset 24: found bus 'mars'"]),
     ("p.pcapng", _pcapng(1, [bytes(60)])[:-3], ["p.pcapng: offset", "the capture was cut"]),
+    ("p.pcapng", _pcapng(1, [])[:28] + struct.pack("<IIII", 6, 16, 0, 16), ["p.pcapng: offset 36: found 4 octets, expected 20"]),
+    ("p.pcapng", _pcapng(1, [])[:28] + struct.pack("<III", 1, 12, 12), ["p.pcapng: offset 36: found 0 octets, expected 8"]),
     ("p.pcapng", _pcapng(1, [])[:28] + struct.pack("<IIIIIIII", 6, 32, 3, 0, 0, 0, 0, 32), ["p.pcapng: offset 28: found interface 3"]),
 ])
 def test_the_message_about_damaged_input_names_the_place(shown, tmp_path, name, content, words):
@@ -274,3 +276,9 @@ def test_a_status_of_another_interface_than_that_of_the_dictionary_is_reported(s
         raw = build_tm(MANIPULATOR, 0, 129, 5, struct.pack(">BBBHQQII", 5, 0, 5, 1, flown, 0, 0, 0), 1, dictionary.epoch_ns)
         _, lines, _ = shown(raw.hex())
         assert (f"MANIPULATOR flies interface 0x{flown:016x}, the dictionary has 0x{own:016x}" in lines[0]) is is_told
+
+
+def test_a_device_is_not_read(shown):
+    """/dev/zero would fill the memory."""
+    code, _, err = shown("/dev/zero")
+    assert code == 1 and "gse: /dev/zero: found a device, expected packets.log" in err
