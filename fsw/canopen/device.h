@@ -82,9 +82,9 @@ void canopen_device_identify(canopen_device_t* device);
 /// units of the axes are known; otherwise statuses of canopen_setting_run_step, and run.position is the
 /// access that failed.
 status_t canopen_device_identify_step(canopen_device_t* device);
-/// Start to write settings; continue with canopen_device_configure_step. All values of the next process data
-/// become zero. Torque offsets and values that process data carry no longer are written to zero in the
-/// device. Statuses as canopen_setting_run_step, and run.position is the access that failed.
+/// Start to write settings; continue with canopen_device_configure_step. All values of the next process
+/// data become zero. In the device, torque offsets and values that the process data no longer contain are
+/// set to zero. Statuses as canopen_setting_run_step, and run.position is the access that failed.
 void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t canopen_device_configure_step(canopen_device_t* device);
 

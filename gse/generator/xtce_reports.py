@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Containers of an XTCE database: the reports of the catalogue, housekeeping structures and events.
 
-Repeated groups of equal size are arrays of aggregates. Otherwise there is a container of one group that is entered
-`count` times. Within it, readers derive a length only from the container itself, and the presence of a field only from
-conditions: each bit of a nested count is a parameter that enters as many groups as the weight of the bit; for a value whose parameter
-id precedes it, there is one parameter for each scalar type, selected by the layout within the id. Auxiliary parameters
-have names with two underscores."""
+Repeated groups of equal size are arrays of aggregates. Other groups have a container of one group, which is entered `count` times. In such
+a container a reader of the database can use only a length that the container itself contains, and only conditions decide whether an entry
+is present. Therefore each bit of a nested count is a parameter of its own: if it is 1, the nested group is entered as many times as the
+weight of the bit. A value after a parameter id is one of several parameters, one for each scalar type; the layout within the id selects it.
+Auxiliary parameters have names with two underscores."""
 
 import xtce_types as xt
 from xtce_types import element

@@ -2,10 +2,11 @@
 """Instructions of each step of the manipulator on the emulated board, and use of the stacks there; wall time and
 processor time of the scenario hil on the board and natively.
 
-The steps: longest, 99 of 100 and median for each state and each transition, in instructions. They follow from program
-and scenario, not from the speed of the machine; repeated flights differ by up to 50 instructions. Baseline of the longest: the clock cycles of a period of 0.5 ms at 216 MHz. Stacks: the
-octets used, baseline those reserved. Wall time and processor time (of all programs): the least of two flights each, baseline the native
-one. Other load changes the processor time less than the wall time.
+The steps: longest, 99th percentile and median for each state and each transition, in instructions. They follow from
+program and scenario, not from the speed of the machine; repeated flights differ by up to 50 instructions. Baseline of
+the longest: the clock cycles of a period of 0.5 ms at 216 MHz. Stacks: the octets used, baseline those reserved. Wall
+time and processor time (of all programs): the least of two flights each, baseline the native one. Other load changes
+the processor time less than the wall time.
 
 With UPDATE=1 the tables of docs/porting.md are written again."""
 
@@ -36,7 +37,7 @@ def tables(rows, stacks):
     ordered = sorted(rows, key=lambda row: (row.before != row.after, flight.STATES.index(row.before), flight.STATES.index(row.after)))
     steps = [(row.name, row.count, row.median, row.p99, row.longest, f"{100 * row.longest / BUDGET:.0f} %") for row in ordered]
     used = [(stack.task, stack.octets, stack.used, f"{100 * (1 - stack.used / stack.octets):.0f} %") for stack in stacks]
-    return {"steps": table_of("| state, or transition | steps | median | 99 of 100 | longest | of 108000 |", steps),
+    return {"steps": table_of("| state, or transition | steps | median | 99th percentile | longest | of 108000 |", steps),
             "stacks": table_of("| stack of | octets | used | never used |", used)}
 
 

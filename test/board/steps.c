@@ -2,7 +2,7 @@
 // Linked to the program of a subsystem for a board: counts the instructions of each step of the executive's
 // loop, from the intake of messages to the beat, by the states before and after the step. At the end of
 // the program it prints
-//     STEP <state before> <state after> <steps> <median> <99 of 100> <longest>     [instructions]
+//     STEP <state before> <state after> <steps> <median> <99th percentile> <longest>     [instructions]
 //     STACK <task> <octets> <octets used>
 // The emulator runs with -icount shift=5: one instruction takes 32 ns.
 #include "base/text.h"

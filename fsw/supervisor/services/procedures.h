@@ -4,9 +4,10 @@
 ///
 /// A cycle of procedures is SPACECRAFT_PROCEDURE_CYCLE_NS, independent of the supervisor's wake times. In
 /// each cycle every running procedure has a budget of units (procedure_cost.h) and of calls with external
-/// effects. Therefore a procedure that never ends uses only a limited share of the supervisor's time, of the
-/// downlink and of the packet log. All running procedures share their budgets: 16 384 units a cycle, less
-/// than 1 ms even for the most expensive programs known (`make bench ONLY=procedures`).
+/// effects. Therefore a procedure that never ends uses only a limited share of the supervisor's time, of
+/// the downlink and of the packet log. If a procedure exceeds its budget, the following ones have less: all
+/// of them together use at most 16 384 units a cycle, less than 1 ms even for the most expensive programs
+/// known (`make bench ONLY=procedures`).
 ///
 /// A request of a procedure is released, and then checked and routed like a request from the ground. A
 /// procedure may raise those events of the supervisor's descriptor whose data are exactly the id and the
