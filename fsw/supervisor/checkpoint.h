@@ -13,7 +13,7 @@
 ///
 /// Ownership  The caller places the memory.
 /// Context    One loop of one process at a time.
-/// Time       O(size), about 13 KiB.
+/// Time       O(size): about 16 KiB, and the content of the rings.
 #ifndef FSW_SUPERVISOR_CHECKPOINT_H
 #define FSW_SUPERVISOR_CHECKPOINT_H
 

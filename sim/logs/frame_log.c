@@ -36,7 +36,8 @@ static char* put_hex(char* const text, uint32_t value, const unsigned digits)
     return text + digits;
 }
 
-/// Convert a number below 10^8 to its eight decimal digits at once, without a loop; the first one is lowest.
+/// Convert a number below 10^8 to its eight decimal digits at once, without a loop. The first digit is in the
+/// lowest octet of the result.
 static uint64_t decimals(const uint32_t value)
 {
     // Two numbers of four digits, then four of two, then eight of one. The products with 10486 / 2^20 and
@@ -58,7 +59,8 @@ static char* put_decimal(char* const text, const uint32_t value, const size_t di
     return text + digits;
 }
 
-/// Convert four octets, the first one highest, to eight hexadecimal digits at once, without a loop.
+/// Convert four octets, of which the first is the highest of `octets`, to eight hexadecimal digits at once,
+/// without a loop.
 static uint64_t spread(const uint32_t octets)
 {
     uint64_t nibbles = octets;

@@ -108,7 +108,7 @@ static void without_privilege_a_task_starts_with_no_priority(void)
     TEST_ASSERT_EQUAL(0, exit_status);
 }
 
-/// If the system has no task left: tested in a child that may have none.
+/// Tested in a child process whose limit (RLIMIT_NPROC) permits no further task.
 static void exhausted_tasks_are_reported_as_a_status(void)
 {
     if (geteuid() != 0U) {

@@ -46,8 +46,8 @@ static void add_rotor_momentum(const plant_t* const plant, const unsigned index,
     if ((joint->drive_of == NULL) || (joint->model->kind == ROBOT_JOINT_PRISMATIC)) {
         return;
     }
-    // The drive states inertia and velocity on the joint side of the gear. The rotor itself has the inertia
-    // J / N^2 and turns N times as fast, so its angular momentum is J / N times the velocity.
+    // `drive` and the truth give inertia and velocity on the joint side of the gear. The rotor itself has
+    // the inertia J / N^2 and turns N times as fast, so its angular momentum is J / N times the velocity.
     const double spin =
         joint->drive.rotor_inertia_kgm2 / joint->drive.gear_ratio * plant->truth.motor[index].velocity_rad_s;
     dVector3 axis;
