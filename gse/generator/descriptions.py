@@ -80,8 +80,8 @@ def _occasions(subsystem, lines, words, kind, members):
 
 
 def emergencies(subsystem, folder=sheet.FOLDER):
-    """Names of the emergency codes of a subsystem's devices: those of CiA, and those of the data sheets, which precede. Devices may use a code
-    for different things."""
+    """Names of the emergency codes of a subsystem's devices: those of CiA, and those of the data sheets, which take precedence. Devices may
+    use a code for different things."""
     own = {}
     types = {device["type"] for configuration in subsystem["configurations"] for device in configuration["devices"]}
     for place in sorted(folder / f"{name}.eds" for name in types):

@@ -22,8 +22,8 @@ typedef struct {
     uint16_t sequence;
 } pus_request_count_t;
 
+/// Counts of a process and of its requester.
 typedef struct {
-    /// Counts of a process and of its requester.
     uint16_t sequence; ///< Sequence count of the next report.
     pus_message_count_t messages[PUS_MESSAGE_COUNTERS];
     pus_request_count_t requests[PUS_ADDRESSEES];
