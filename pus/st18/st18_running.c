@@ -141,9 +141,9 @@ static void fail(pus_procedures_t* const self, pus_procedure_t* const procedure,
     release(self, procedure, pus_failure(PUS_FAILURE_PROCEDURE, call->number));
 }
 
-// Calls. The functions that return a bool return true if the procedure continues in this cycle.
-/// Answer a call with a result.
+// ---- Calls. The functions that return a bool return true if the procedure continues in this cycle. ----
 
+/// Answer a call with a result.
 static void set_result(pus_procedure_run_t* const run, const uint16_t code, const uint32_t detail)
 {
     run->answer  = (pus_answer_t){.kind = PUS_ANSWER_VERDICT, .code = code, .detail = detail};

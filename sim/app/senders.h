@@ -7,7 +7,8 @@
 #include "sim/app/devices.h"
 
 /// Compare the transmit PDOs that the data sheets enable. STATUS_OK; STATUS_INVALID: two devices of a bus
-/// would send with the same identifier; `error` names the world, the line of the second device, and both devices.
+/// would send with the same identifier; `error` names the world, the line of the second device, and both
+/// devices.
 MUST_USE status_t senders_check(const devices_t* devices, const world_t* world,
                                 char error[SIMULATOR_ERROR_MAX]);
 

@@ -133,8 +133,8 @@ unsigned osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants);
 void osal_lockstep_hold(osal_lockstep_t* scheduler, bool is_held);
 bool osal_lockstep_is_held(const osal_lockstep_t* scheduler);
 
-/// Note that octets or datagrams that were announced to a participant have not arrived, so that the run is not
-/// reproducible. Any process may call this at any time.
+/// Note that octets or datagrams that were announced to a participant have not arrived, so that the run is
+/// not reproducible. Any process may call this at any time.
 void osal_lockstep_note_loss(osal_lockstep_t* scheduler);
 /// True if a process has noted a loss.
 bool osal_lockstep_is_lossy(const osal_lockstep_t* scheduler);
