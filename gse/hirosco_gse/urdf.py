@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 ZERO = (0.0, 0.0, 0.0)
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+PRINCIPAL = ("ixx", "iyy", "izz")
 
 
 class UrdfError(Exception):
@@ -122,6 +123,11 @@ class Element:
     def number(self, key, default=None):
         return self.numbers(key, 1, None if default is None else (default,))[0]
 
+    def positive(self, key):
+        """Value of an attribute that is more than 0."""
+        value = self.number(key)
+        return value if value > 0.0 else self.fail(f'{key}="{self.attributes[key]}" of <{self.name}>: expected more than 0')
+
 
 def _parse(path):
     """Root element of a file."""
@@ -178,7 +184,8 @@ def _link(element, materials):
     mass = None
     if inertial:
         moments = inertial.need("inertia")
-        mass = Inertial(inertial.need("mass").number("value"), _origin(inertial), tuple(moments.number(key) for key in MOMENTS))
+        mass = Inertial(inertial.need("mass").positive("value"), _origin(inertial),
+                        tuple(moments.positive(key) if key in PRINCIPAL else moments.number(key) for key in MOMENTS))
     return Link(element.text("name"), element.line, mass, [_shape(collision) for collision in element.all("collision")],
                 [_visual(visual, materials) for visual in element.all("visual")])
 

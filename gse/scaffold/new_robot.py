@@ -50,6 +50,7 @@ PORTS = """
         <ParamRef name="POSITION" type="DOUBLE" count="2" unit="rad"/>
       </Requires>
     </RTLinkService>"""
+NEXT_STEP = "docs/arm.md lists what to change in the URDF of a maker"
 SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
 LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
@@ -402,7 +403,7 @@ def check_world(path, urdf_path, own_urdf):
         raise Refusal(f"{relative(SIMULATOR)}: {error.strerror}, expected the simulator: make") from error
     if done.returncode != 0:
         said = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
-        raise Refusal(said[-1].replace(relative(own_urdf), str(urdf_path)))
+        raise Refusal(f"{said[-1].replace(relative(own_urdf), str(urdf_path))}; {NEXT_STEP}")
 
 
 def plan(path, name, tool, start_given, apid, base="fixed"):

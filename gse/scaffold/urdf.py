@@ -193,10 +193,11 @@ class _Chain:
 
     def joint_of(self, joint, placed):
         if joint.kind not in ("revolute", "continuous", "prismatic"):
-            self.refuse(joint, f'type="{joint.kind}": expected revolute, continuous or prismatic, the joints that the program arm drives')
+            self.refuse(joint, f'type="{joint.kind}": expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives')
         bounds = ("effort", "velocity") if joint.kind == "continuous" else ("effort", "velocity", "lower", "upper")
-        if not set(bounds) <= set(joint.limit):
-            self.refuse(joint, f"expected <limit> with {', '.join(bounds)}, which bound motion and torque")
+        missing = [name for name in bounds if name not in joint.limit]
+        if missing:
+            self.refuse(joint, f"no {', '.join(missing)}: expected <limit> with {', '.join(bounds)}, which bound motion and torque")
         if joint.is_mimic:
             self.refuse(joint, f"expected no <mimic>, because a drive moves each joint of an arm; {FINGERS}")
         if not NAME.fullmatch(joint.name):

@@ -46,13 +46,18 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
 @pytest.mark.parametrize("parts, says", [
     ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint behind a link, an arm is a chain; there is shoulder; make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
     ((link("base"), link("upper"), joint("slide", "base", "upper", "floating")),
-     'robot.urdf:1: joint slide: type="floating": expected revolute, continuous or prismatic'),
-    ((link("base"), link("upper"), joint("shoulder", "base", "upper", limit="")), "joint shoulder: expected <limit> with effort, velocity, lower, upper"),
+     'robot.urdf:1: joint slide: type="floating": expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives'),
+    ((link("base"), link("upper"), joint("shoulder", "base", "upper", limit="")), "joint shoulder: no effort, velocity, lower, upper: expected <limit> with effort, velocity, lower, upper"),
+    ((*ARM[:2], ARM[2].replace(' effort="50"', "")), "robot.urdf:1: joint shoulder: no effort: expected <limit> with effort, velocity, lower, upper, which"),
     ((*ARM[:2], joint("shoulder", "base", "lower")), "joint shoulder: lower: expected a link of the robot"),
     ((*ARM, link("loose")), "2 links without a parent: base loose: expected one, the root of the robot"),
     ((link("base"),), "0 joints that move: expected 1 to 12"),
     ((ARM[0], ARM[1].replace('"1.0"', '"heavy"'), ARM[2]), 'value="heavy" of <mass>: expected 1 number'),
     ((ARM[0], ARM[1].replace('iyz="0"', ""), ARM[2]), "<inertia>: expected iyz="),
+    # Together with the mass of `upper` this mass would be 0.
+    ((*ARM, link("hand", mass=-1.0), joint("flange", "upper", "hand", "fixed")), 'robot.urdf:1: value="-1.0" of <mass>: expected more than 0'),
+    ((ARM[0], ARM[1].replace('"1.0"', '"0"'), ARM[2]), 'robot.urdf:1: value="0" of <mass>: expected more than 0'),
+    ((ARM[0], ARM[1].replace('iyy="0.01"', 'iyy="-0.01"'), ARM[2]), 'robot.urdf:1: iyy="-0.01" of <inertia>: expected more than 0'),
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 0 0")), "<axis>: expected a direction"),
     ((ARM[0], ARM[1], ARM[2].replace("</joint>", "")), "robot.urdf:1: mismatched tag: expected XML"),
     ((ARM[0], ARM[1].replace("</link>", "<collision/></link>"), ARM[2]), "<collision>: expected <geometry>"),
@@ -82,7 +87,7 @@ def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, says):
 def test_a_refusal_names_the_line(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text(f'<robot name="robot">\n{ARM[0]}\n{ARM[1]}\n\n{joint("slide", "base", "upper", "floating")}</robot>', encoding="utf-8")
-    with pytest.raises(Refusal, match="robot.urdf:5: joint slide: type=\"floating\": expected revolute, continuous or prismatic"):
+    with pytest.raises(Refusal, match="robot.urdf:5: joint slide: type=\"floating\": expected fixed, or revolute, continuous or prismatic"):
         new_robot.plan(path, "slider", None, None, None)
     with pytest.raises(Refusal, match="nowhere.urdf: cannot read: No such file"):
         new_robot.plan(tmp_path / "nowhere.urdf", "slider", None, None, None)
