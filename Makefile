@@ -21,12 +21,12 @@
 ##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
-##   make check      format, warnings and analysers of gcc and clang, MISRA of what changed, complexity, layers,
+##   make check      format, warnings of gcc and clang, clang's analyzer, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, quick proofs, coverage, MC/DC; what has passed is
 ##                   not repeated
-##   make check-full check, MISRA and clang's analyzer without bounds of the whole flight side, every proof, five
-##                   minutes of each fuzz target, 300 mutants, many deaths in flight, 24 h of flight, times to detect
-##                   and repair deaths
+##   make check-full check, gcc's analyzer, MISRA and clang's analyzer without bounds of the whole flight side, every
+##                   proof, five minutes of each fuzz target, 300 mutants, many deaths in flight, 24 h of flight, times
+##                   to detect and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make mcdc       modified condition/decision coverage of the sources in test/lint/mcdc.txt by their unit tests
@@ -90,7 +90,7 @@ include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.m
         mk/station.mk mk/check.mk mk/coverage.mk mk/proofs.mk mk/mcdc.mk
 
 .PHONY: force all help programs tests test-setup thread-tests kernel-tests remote-endian remote-endian-programs \
-        remote-endian-tests board-tests benches fuzzers fuzz fuzz-corpus sim-run report vm test test-hil check \
+        remote-endian-tests board-tests benches fuzzers kept-inputs fuzz fuzz-corpus sim-run report vm test test-hil check \
         check-full bench board-programs doctor setup clean gse format new-subsystem new-robot docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))

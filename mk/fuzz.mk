@@ -10,7 +10,19 @@ $B/target/$1: $(call objects,test/fuzz/fuzz_$1.c $(filter-out test/fuzz/fuzz_%,$
 	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
 endef
 $(if $(FUZZ),$(foreach t,$(FUZZ_TARGETS),$(eval $(call fuzz_rule,$t))))
--include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES)))
+# `make test` runs the kept inputs without an engine, in the build with the sanitizers of gcc.
+define kept_inputs_rule
+$B/kept-inputs/$1: $(call objects,test/fuzz/fuzz_$1.c test/fuzz/kept/kept_inputs.c test/support/scripted_bus.c \
+                            $(filter-out test/fuzz/fuzz_%,$(FUZZ_SOURCES))) $(LIBRARIES)
+	@mkdir -p $$(@D)
+	$(if $(V),,@echo "  link $$@")
+	$(Q)$(CC) $(CFLAGS) -o $$@ $$(filter %.o,$$^) $$(call group,$$^) \
+	    -Wl,--as-needed -lexpat $(LUA) $(NETTLE) -lode -llcm -lsqlite3 -lpthread -lm
+endef
+$(if $(SANITIZE),$(foreach t,$(FUZZ_TARGETS),$(eval $(call kept_inputs_rule,$t))))
+-include $(patsubst %.o,%.d,$(call objects,$(FUZZ_SOURCES) test/fuzz/kept/kept_inputs.c))
+kept-inputs: $(foreach t,$(FUZZ_TARGETS),$B/kept-inputs/$t)
+	@:
 
 fuzzers: $(foreach t,$(call selected,$(FUZZ_TARGETS)),$B/target/$t)
 	@:

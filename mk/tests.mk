@@ -156,14 +156,14 @@ PYTHON_TESTS   := $(strip $(call selected,$(shell find test -name 'test_*.py' | 
 FLYING_TESTS   := $(filter test/conformance/% test/mission/% test/hil/% test/fuzz/test_random_flight.py,$(PYTHON_TESTS))
 HIL_TESTS      := $(filter test/hil/%,$(PYTHON_TESTS))
 NEEDS_PROGRAMS := $(if $(FLYING_TESTS),programs random-flight)
-NEEDS_FUZZERS  := $(filter test/fuzz/%,$(PYTHON_TESTS))
+NEEDS_KEPT_INPUTS := $(if $(filter test/fuzz/test_fuzz.py,$(PYTHON_TESTS)),kept-inputs)
 NEEDS_REMOTE_ENDIAN  := $(filter test/hil/test_remote_endian.py,$(PYTHON_TESTS))
 TEST_BOARD     := mps2-an500
 BOARD_TESTS    := $(if $(wildcard osal/freertos/startup.c),$(strip $(call selected,$(PORTABLE_TESTS))))
 NEEDS_THREADS  := $(strip $(call selected,$(THREAD_TESTS)))
 TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_REMOTE_ENDIAN),s390x) \
                   $(if $(BOARD_TESTS),rtos) $(if $(PYTHON_TESTS),pytest) \
-                  $(if $(NEEDS_THREADS)$(NEEDS_FUZZERS),clang) unit
+                  $(if $(NEEDS_THREADS),clang) unit
 BUILD_REMOTE_ENDIAN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 remote-endian-tests
 test-setup: $(TEST_SETUP:%=build/setup/%)
 	@:
@@ -171,9 +171,8 @@ test: test-setup
 	+@failed=; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),generated) \
 	    $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
-	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 $(NEEDS_PROGRAMS) tests || \
+	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 $(NEEDS_PROGRAMS) $(NEEDS_KEPT_INPUTS) tests || \
 	    failed="$$failed the sanitizer build"; \
-	$(if $(NEEDS_FUZZERS),$(BUILD_FUZZERS) -k ONLY= || failed="$$failed the fuzz build";) \
 	$(if $(NEEDS_THREADS),$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \
 	    failed="$$failed the build against data races";) \
 	$(if $(BOARD_TESTS),$(MAKE) -k --no-print-directory -j$(JOBS) BOARD=$(TEST_BOARD) board-tests || \

@@ -107,7 +107,9 @@ static void act(const fuzz_record_t* const record, unsigned* const step)
     const osal_can_frame_t frame = fuzz_can_frame(record);
     switch (record->kind % 5U) {
     case 0U:
-        (void)osal_can_send(&bus.wire, &frame);
+        if (osal_can_send(&bus.wire, &frame) != STATUS_OK) {
+            return; // The bus has no room for the frame.
+        }
         break;
     case 1U:
         for (unsigned i = 0U; (i < record->argument) && (now_ns < (CYCLES_MAX * CYCLE_NS)); i++) {

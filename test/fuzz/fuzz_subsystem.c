@@ -227,7 +227,9 @@ static void act(const fuzz_record_t* const record)
     switch (record->kind % 8U) {
     case 5U:
         frame = fuzz_can_frame(record);
-        (void)osal_can_send(&bus.wire, &frame);
+        if (osal_can_send(&bus.wire, &frame) != STATUS_OK) {
+            return; // The bus has no room for the frame.
+        }
         break;
     case 6U:
         subsystem_link_datagram(&component, record->octets, record->size);

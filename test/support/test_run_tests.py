@@ -151,7 +151,7 @@ def test_a_report_of_pytest_gives_count_and_times(tmp_path):
         ("unit/base", "rtos unit", False),
         ("contract/osal/test_mutex", "clang rtos unit", False),
         ("unit/gse", "pytest unit", False),
-        ("test_fuzz", "clang pytest unit", False),
+        ("test_fuzz", "pytest unit", False),
         ("conformance", "pytest test unit", True),
         ("test_nodes", "pytest test unit vm", True),
         ("test_remote_endian", "pytest s390x test unit vm", True),
