@@ -25,9 +25,8 @@ TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network
 REACTION_US = 5000
 REPEATS = 5
 CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
-# The case that every run also flies over TIPC. All others fly over UDP only, and with LONG=1 over TIPC, because
-# the micro-VM takes 20 s and more for each. test_deaths.py flies whole missions over TIPC on two nodes.
-OVER_TIPC = ("unplug_between_nodes",)
+# With LONG=1, the cases fly over TIPC, too: the micro-VM takes half a minute of processor time and more for each. test_deaths.py
+# flies a whole mission over TIPC on two nodes in every run.
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 
@@ -53,12 +52,14 @@ def udp(place, hil_folder, two_readers):
 
 @pytest.fixture(scope="session")
 def tipc(request, place, two_readers):
-    """Results of the group over TIPC. The C tests run before; their results are in $OUT/c-tests."""
+    """Results of the group over TIPC. The C tests run first; their results are in $OUT/c-tests. Then the cases that this session
+    asks for fly."""
     asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_over_tipc[")}
-    names = " ".join(case for case in CASES if case in {*asked, "unplug_between_nodes"})
+    names = " ".join(case for case in CASES if case in asked)
     programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
     tests = f'for test in {programs}; do $test >"$OUT/$(basename $test).txt" 2>&1; echo "$test $?" >>"$OUT/c-tests"; done; '
-    return place.group("nodes-tipc", f"{tests} {two_readers} {places.PYTHON} {PROGRAM} tipc {names}", GROUP_SECONDS)
+    flights = f"{two_readers} {places.PYTHON} {PROGRAM} tipc {names}" if names else ""
+    return place.group("nodes-tipc", tests + flights, GROUP_SECONDS)
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
@@ -67,8 +68,9 @@ def test_over_udp(udp, case):
     udp.check(case)
 
 
+@pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
-@pytest.mark.parametrize("case", [case if case in OVER_TIPC else pytest.param(case, marks=pytest.mark.long) for case in CASES])
+@pytest.mark.parametrize("case", CASES)
 def test_over_tipc(tipc, case):
     tipc.check(case)
 
@@ -110,7 +112,7 @@ def cuts_and_reactions(folder):
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
-@pytest.mark.parametrize("method", ["udp", "tipc"])
+@pytest.mark.parametrize("method", ["udp", pytest.param("tipc", marks=pytest.mark.long)])
 def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
     group = request.getfixturevalue(method)
     group.check("unplug_between_nodes")

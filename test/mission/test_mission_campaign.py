@@ -10,7 +10,7 @@ import campaign_faults as faults
 
 BATCHES = 8
 LONG = {1: 250, 2: 125}  # Flights in a batch.
-SHORT = 5  # Flights with two faults.
+SHORT = 3  # Flights with two faults.
 SLOW = ("connection_cut",)  # Kinds of faults for which a flight waits in wall-clock time.
 
 
@@ -48,7 +48,7 @@ def test_two_faults_keep_the_invariants(ground, folder):
 
 def test_processes_give_the_octets_of_the_image_with_faults(ground, folder):
     """The same seed is flown in both forms."""
-    _judge(ground, folder, [faults.draw(seed, 2) for seed in (1, 8)], in_both=True)
+    _judge(ground, folder, [faults.draw(seed, 2) for seed in (8,)], in_both=True)
 
 
 def test_every_kind_of_fault_is_drawn():
