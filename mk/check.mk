@@ -15,10 +15,10 @@ compile-commands: $(GENERATED)
 	        '$(strip $(CC) $(CPPFLAGS) $(CFLAGS))' "$$file"; \
 	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
 
-CHECKS := check-format check-gcc check-clang check-analyzer check-tidy check-misra check-complexity check-layers \
+CHECKS := check-format check-gcc check-clang check-tidy check-misra check-complexity check-layers \
           check-worlds check-symbols check-text check-spelling check-links check-python check-page \
           check-proofs coverage mcdc
-.PHONY: $(CHECKS) check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects read-by-clang tidied \
+.PHONY: $(CHECKS) check-analyzer check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects read-by-clang tidied \
         coverage-tests
 # Other checks read what check-gcc has built. One job more than processors, because some wait for the network or for one
 # long process. `make check test` installs what the tests need while the checks run.
@@ -30,18 +30,18 @@ check: build/setup/check
 	    $(if $(filter test,$(MAKECMDGOALS)),test-setup) $(filter-out $(FIRST_CHECKS),$(CHECKS)) || failed=1; \
 	[ -z "$$failed" ] && echo 'check: all passed'
 check-full: check build/setup/full
-	+@$(MAKE) --no-print-directory -k check-misra-all check-tidy-all check-all-proofs check-fuzz check-mutants \
+	+@$(MAKE) --no-print-directory -k check-analyzer check-misra-all check-tidy-all check-all-proofs check-fuzz check-mutants \
 	    check-board check-flights check-times && echo 'check-full: all passed'
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
 check-gcc: build/setup/check
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
-# The warnings of clang need neither objects nor programs. A source that passed leaves a stamp file; a newer source or
-# header makes it out of date.
+# The warnings of clang for tests and measuring programs; check-tidy shows those for all other sources. They need neither objects
+# nor programs. A source that passed leaves a stamp file; a newer source or header makes it out of date.
 check-clang: build/setup/check
 	$(PARALLEL) -k read-by-clang && echo 'check: no warning from clang'
-READ_BY_CLANG := $(sort $(SOURCES) $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
+READ_BY_CLANG := $(sort $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
                    $(wildcard test/bench/*.c test/support/*.c))
 read-by-clang: $(READ_BY_CLANG:%.c=build/lint/clang/%.passed)
 	@:
@@ -50,6 +50,7 @@ build/lint/clang/%.passed: %.c | $(GENERATED)
 	$(Q)clang -std=c99 $(CPPFLAGS) $(WARNINGS) -fsyntax-only -MMD -MP -MT $@ -MF $(@:.passed=.d) $< && touch $@
 -include $(READ_BY_CLANG:%.c=build/lint/clang/%.d)
 
+# check-tidy follows the paths of a function with the analyzer of clang at each change; check-full adds that of gcc.
 check-analyzer: build/setup/check
 	$(PARALLEL) ANALYZE=1 flight-objects && echo 'check: the analyzer of gcc finds nothing'
 flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))
@@ -63,14 +64,14 @@ TIDY_STATES := 20000
 TIDY_BOUND   = $(if $(filter tidy,$(TIDY)),\
                $(addprefix --extra-arg=,-Xclang -analyzer-config -Xclang max-nodes=$(TIDY_STATES)))
 check-tidy: build/setup/check
-	$(PARALLEL) -k tidied && echo 'check: clang-tidy finds nothing'
+	$(PARALLEL) -k tidied && echo 'check: no warning from clang-tidy'
 check-tidy-all: build/setup/check
 	$(PARALLEL) -k TIDY=tidy-all tidied && echo 'check: clang-tidy finds nothing in any state'
 tidied: $(patsubst %.c,build/lint/$(TIDY)/%.passed,$(SOURCES))
 	@:
 build/lint/$(TIDY)/%.passed: %.c .clang-tidy | $(GENERATED)
 	@mkdir -p $(@D) && gcc -std=c99 $(CPPFLAGS) -MM -MP -MT $@ -MF $(@:.passed=.d) $<
-	@clang-tidy --quiet $(TIDY_BOUND) $< -- -std=c99 $(CPPFLAGS) >$(@:.passed=.txt) 2>&1 && touch $@ || \
+	@clang-tidy --quiet $(TIDY_BOUND) $< -- -std=c99 $(CPPFLAGS) $(WARNINGS) >$(@:.passed=.txt) 2>&1 && touch $@ || \
 	    { sed -n 's|$(CURDIR)/||; / error: /p' $(@:.passed=.txt); exit 1; }
 -include $(patsubst %.c,build/lint/$(TIDY)/%.d,$(SOURCES))
 
