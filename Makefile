@@ -90,8 +90,8 @@ include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/tests.m
         mk/station.mk mk/check.mk mk/coverage.mk mk/proofs.mk mk/mcdc.mk
 
 .PHONY: force all help programs tests test-setup thread-tests kernel-tests remote-endian remote-endian-programs \
-        remote-endian-tests board-tests benches fuzzers kept-inputs fuzz fuzz-corpus sim-run report vm test test-hil check \
-        check-full bench board-programs doctor setup clean gse format new-subsystem new-robot docs
+        remote-endian-tests board-tests benches fuzzers kept-inputs fuzz fuzz-corpus sim-run report vm test test-hil \
+        check check-full bench board-programs doctor setup clean gse format new-subsystem new-robot docs
 help:
 	@sed -n 's/^## \{0,1\}//p' $(firstword $(MAKEFILE_LIST))
 
