@@ -20,12 +20,13 @@ CHECKS := check-format check-gcc check-clang check-tidy check-misra check-comple
           check-proofs coverage mcdc
 .PHONY: $(CHECKS) check-analyzer check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects \
         read-by-clang tidied coverage-tests
-# Other checks read what check-gcc has built. One job more than processors, because some wait for the network or for one
-# long process. `make check test` installs what the tests need while the checks run.
-FIRST_CHECKS := check-format check-gcc
-check: build/setup/check
+# Other checks read what check-gcc has built; while it builds, the packages of the other checks are installed. Then one
+# job more than processors runs, because some wait for the network or for one long process. `make check test` installs
+# what the tests need while the checks run.
+FIRST_CHECKS := check-gcc build/setup/check
+check: build/setup/unit
 	+@failed=; \
-	$(MAKE) --no-print-directory -k $(FIRST_CHECKS) || failed=1; \
+	$(MAKE) --no-print-directory -k -j$(shell expr $(JOBS) + 1) $(FIRST_CHECKS) || failed=1; \
 	$(MAKE) --no-print-directory -k -j$(shell expr $(JOBS) + 1) --output-sync=target \
 	    $(if $(filter test,$(MAKECMDGOALS)),test-setup) $(filter-out $(FIRST_CHECKS),$(CHECKS)) || failed=1; \
 	[ -z "$$failed" ] && echo 'check: all passed'
@@ -35,7 +36,7 @@ check-full: check build/setup/full
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
-check-gcc: build/setup/check
+check-gcc: build/setup/unit
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
 # The warnings of clang for tests and measuring programs; check-tidy shows those for all other sources. They need
 # neither objects nor programs. A source that passed leaves a stamp file; a newer source or header makes it out of date.

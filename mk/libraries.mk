@@ -2,13 +2,12 @@
 # Libraries: one for each folder.
 
 SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
-ifdef S390X # Without Lua: only the supervisor runs procedures, and it is never a remote-endian program.
-SOURCES  := $(filter-out fsw/procedures/%,$(SOURCES))
+ifneq ($(S390X)$(BOARD),) # Programs of subsystems alone: without Lua, Nettle and all that only other programs need.
+SOURCES  := $(filter-out fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c fsw/programs/supervisor_% \
+            fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% launcher/% sim/%,$(SOURCES))
 endif
-ifdef BOARD # Also without Nettle: only `communication`, which never runs on a board, protects the ground link.
-SOURCES  := $(filter-out osal/posix/% fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c \
-            fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% \
-            launcher/% sim/%,$(SOURCES))
+ifdef BOARD
+SOURCES  := $(filter-out osal/posix/%,$(SOURCES))
 # Programs for a board contain their descriptors, and the device classes that these name, as compiled tables: of the
 # reader of descriptors they need only the code that uses a descriptor after it was read.
 ifdef TARGET
