@@ -196,6 +196,7 @@ mutants: build/setup/unit $(if $(FLY),build/setup/test all)
 pus-coverage: build/setup/test all
 	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus
 
-bench: build/setup/test build/setup/peers
+# Only bench_link.py compares with software of others.
+bench: build/setup/test $(if $(call selected,test/bench/bench_link.py),build/setup/peers)
 	$(PARALLEL) programs benches
 	@$(VENV) test/bench/run_bench.py --only '$(ONLY)' --out build/bench.json $(if $(CHECK),--check)
