@@ -41,7 +41,9 @@
 #define LATCH_FINGERPRINT 0x6082048e59e35adaU
 #define FAULT_FINGERPRINT 0x80b9c8e8a82d7e4aU
 
-/// One event under construction, encoded big-endian as in LCM. Its floating point numbers are consecutive.
+/// One event under construction, encoded big-endian as in LCM except its floating point numbers: they are
+/// consecutive, and in the processor's byte order until the event is written, because every step compares
+/// them.
 typedef struct {
     size_t used;
     size_t numbers_at;
@@ -111,13 +113,6 @@ static void store_u64(uint8_t* const octet, const uint64_t value)
     octet[7] = (uint8_t)value;
 }
 
-static uint64_t load_u64(const uint8_t* const octet)
-{
-    return ((uint64_t)octet[0] << 56) | ((uint64_t)octet[1] << 48) | ((uint64_t)octet[2] << 40) |
-           ((uint64_t)octet[3] << 32) | ((uint64_t)octet[4] << 24) | ((uint64_t)octet[5] << 16) |
-           ((uint64_t)octet[6] << 8) | octet[7];
-}
-
 static void put_u32(event_t* const event, const uint32_t value)
 {
     store_u32(&event->octet[event->used], value);
@@ -141,10 +136,7 @@ static void put_doubles(event_t* const event, const double* const value, const u
     event->numbers += count;
     uint8_t* octet = &event->octet[event->used];
     for (unsigned i = 0U; i < count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &value[i], sizeof bits);
-        store_u64(octet, bits);
-        octet += sizeof bits;
+        memcpy(&octet[i * sizeof(double)], &value[i], sizeof(double));
     }
     event->used += count * sizeof(double);
 }
@@ -181,6 +173,19 @@ static void write_events(void* const context, const uint8_t* const octets, const
     }
 }
 
+/// Copy an event as it is in the log: with its time, and with its numbers big-endian.
+static void encode(const event_t* const event, uint8_t* const out_octets)
+{
+    memcpy(out_octets, event->octet, event->used);
+    store_u64(&out_octets[TIME_AT], event->time_ns);
+    for (size_t i = 0U; i < event->numbers; i++) {
+        const size_t at = event->numbers_at + (i * sizeof(double));
+        uint64_t bits;
+        memcpy(&bits, &event->octet[at], sizeof bits);
+        store_u64(&out_octets[at], bits);
+    }
+}
+
 /// Pass an event to the task that writes it. lcm_eventlog_write_event writes nine pieces, which takes longer.
 static status_t write_record(truth_t* const truth, const char* const channel, const event_t* const event)
 {
@@ -195,8 +200,7 @@ static status_t write_record(truth_t* const truth, const char* const channel, co
     for (size_t i = 0U; i < length; i++) {
         head[HEADER_OCTETS + i] = (uint8_t)channel[i];
     }
-    memcpy(&head[HEADER_OCTETS + length], event->octet, event->used);
-    store_u64(&head[HEADER_OCTETS + length + TIME_AT], event->time_ns);
+    encode(event, &head[HEADER_OCTETS + length]);
     write_behind_add(&truth->events, size);
     truth->log->eventcount++;
     truth->octets += size;
@@ -229,9 +233,8 @@ static status_t write_event(truth_t* const truth, const char* const channel, eve
 
 static double number_of(const event_t* const event, const size_t index)
 {
-    const uint64_t bits = load_u64(&event->octet[event->numbers_at + (index * sizeof(double))]);
     double value;
-    memcpy(&value, &bits, sizeof value);
+    memcpy(&value, &event->octet[event->numbers_at + (index * sizeof value)], sizeof value);
     return value;
 }
 
