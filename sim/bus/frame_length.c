@@ -86,8 +86,9 @@ static steps_t* all_steps(void)
     return &steps;
 }
 
-/// Send the low `count` bits of `bits`, most significant first.
-static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
+/// Send the low `count` bits of `bits`, most significant first. Inline, because nearly all calls have a constant
+/// `count`, for which no loop remains.
+static inline void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
     const uint8_t* steps = all_steps()->stuffing;
     stuffing_t now       = *stuffing;
