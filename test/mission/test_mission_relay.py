@@ -36,10 +36,13 @@ def logs(flight):
     return [(flight.folder / name).read_bytes() for name in TRACED]
 
 
-@pytest.mark.parametrize("delay_ms", (pytest.param(20, marks=pytest.mark.long), 100, pytest.param(300, marks=pytest.mark.long)))
-def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_both_forms(folder, delay_ms):
-    first = fly(folder / "processes", delay_ms, "processes")
-    second = fly(folder / "image", delay_ms, report="yes")
+FLIGHTS = [(100, "rokviss"), *(pytest.param(*case, marks=pytest.mark.long) for case in ((20, "rokviss"), (300, "rokviss"), (100, "rokviss-20bit")))]
+
+
+@pytest.mark.parametrize(("delay_ms", "world"), FLIGHTS)
+def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_both_forms(folder, delay_ms, world):
+    first = fly(folder / "processes", delay_ms, "processes", 1, "--world", world)
+    second = fly(folder / "image", delay_ms, "image", 1, "--world", world, report="yes")
     assert logs(first) == logs(second)
     counts = first.facts["relay"]
     assert counts == second.facts["relay"]
