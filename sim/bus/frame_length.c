@@ -86,8 +86,8 @@ static steps_t* all_steps(void)
     return &steps;
 }
 
-/// Send the low `count` bits of `bits`, most significant first. Inline, because nearly all calls have a constant
-/// `count`, for which no loop remains.
+/// Send the low `count` bits of `bits`, most significant first. Inline, because a constant `count`, as most
+/// calls have, then leaves no loop.
 static inline void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
     const uint8_t* steps = all_steps()->stuffing;
