@@ -474,11 +474,16 @@ def _flushed(code):
     return code
 
 
+def _permit_all_names():
+    """Print characters that the locale does not have as escapes."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
 def main(argv=None):
     """Entry point; returns the exit code."""
     argv = sys.argv[1:] if argv is None else argv
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # Names may have characters that the locale does not have.
+    _permit_all_names()
     try:
         if argv[:2] == ["complete", "--"]:
             return _complete(argv[2:])

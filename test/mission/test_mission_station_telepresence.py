@@ -57,6 +57,29 @@ def page(flight):
         yield page
 
 
+def test_forms_of_another_interface_are_disabled_with_the_reason(page):
+    """Also words that the user has typed. A ping can be sent: that request is the same for every interface."""
+    words = "MANIPULATOR flies interface 0x0a, the dictionary has 0x0b"
+
+    def take(said):
+        page.evaluate("(words) => window.station.store.take({kind: 'mismatch', subsystem: 'MANIPULATOR', words})", said)
+
+    station.choose(page, "MANIPULATOR.STOP")
+    page.wait_for_selector(station.SEND + ":not(:disabled)")
+    take(words)
+    page.wait_for_selector(f"{station.SEND}:disabled ~ .hint:has-text('disabled: {words}')")
+    station.choose(page, "MANIPULATOR.MOVE_TO")
+    page.wait_for_selector(".form fieldset:disabled label:has-text('POSITION') input:disabled")
+    station.choose(page, "cmd MANIPULATOR.STOP")
+    page.wait_for_selector(f"{station.SEND}:disabled ~ .hint:has-text('{words}')")
+    station.choose(page, "MANIPULATOR: ping")
+    page.wait_for_selector(station.SEND + ":not(:disabled)")
+    take(None)
+    station.choose(page, "MANIPULATOR.STOP")
+    page.wait_for_selector(station.SEND + ":not(:disabled)")
+    page.fill("#find", "")
+
+
 class Drag:
     """A drag of the page's joystick: to a place above the contour, then down by one pixel at each check until the finger presses, and back."""
 

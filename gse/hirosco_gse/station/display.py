@@ -23,6 +23,7 @@ class Display:
     def __init__(self, hub):
         self._hub = hub
         self.structures = {}  # subsystem -> message
+        self._asking = set()  # Subsystems whose structures are being asked for.
         self.enabled = set()  # (subsystem, structure) that this station has enabled for its pages.
         self._seen, self._status_seen, self._asked, self._other_reports = {}, {}, {}, set()
 
@@ -109,7 +110,15 @@ class Display:
             subsystem = self._hub.dictionary.subsystem(name)
         except DictionaryError as problem:
             raise UsageError(str(problem)) from problem
-        self._hub.begin_own(self._ask(subsystem))
+        if name not in self._asking:  # The answer is published to all pages.
+            self._asking.add(name)
+            self._hub.begin_own(self._ask_once(name, subsystem))
+
+    def _ask_once(self, name, subsystem):
+        try:
+            yield from self._ask(subsystem)
+        finally:
+            self._asking.discard(name)
 
     def _ask(self, subsystem):
         """Procedure: request the state of the structures of the present configuration, and of others whose reports have arrived."""

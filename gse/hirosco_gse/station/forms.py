@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forms of commands: one for each entry of the dictionary. The values that a user types are converted to words of the command line.
 
-A form is plain JSON: {"id", "name", "kind", "critical", "fields"}. A field has a name, and may have unit, min, max, options (nothing else
+A form is plain JSON: {"id", "name", "kind", "subsystems", "fields"}; subsystems: those whose interface defines the words of the form. A field has a name, and may have unit, min, max, options (nothing else
 can be chosen), suggest (a list of names that may be chosen) and hint; `repeat` is a field with groups of fields, `choice` has the fields of
 the value of another field. The values of a form are a dict of texts, with a list of dicts for each `repeat`."""
 
 import json
 import re
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..command import UsageError
 from ..commands import REST_STATES
@@ -18,6 +18,7 @@ from . import live_forms
 
 UPWARD = REST_STATES[1:4]
 STRUCTURE_VERBS = ("enable", "disable", "once", "report", "delete")
+STANDARD = ("TC[129,1]", "TC[17,1]", "TC[129,6]", "process")  # Kinds of forms whose requests are the same for every interface.
 _RANGE = re.compile(r"(\d+)\.\.(\d+)$")
 
 
@@ -30,9 +31,10 @@ class Form:
     kind: str
     fields: tuple
     compose: object
+    subsystems: tuple = ()
 
     def message(self):
-        return {"id": self.id, "name": self.name, "kind": self.kind, "fields": self.fields}
+        return {"id": self.id, "name": self.name, "kind": self.kind, "subsystems": self.subsystems, "fields": self.fields}
 
 
 def script_of(calls):
@@ -265,8 +267,8 @@ def _request(dictionary, entry):
 
 def _of_mission(dictionary):
     for link in dictionary.links:
-        for verb in ("open", "close"):
-            yield _plain(f"link {verb} {link.name}", f"link {link.name}: {verb}", "link", ("link", verb, link.name))
+        for verb, ends in (("open", tuple(map(dictionary.name_of_apid, (link.producer, link.consumer)))), ("close", ())):
+            yield replace(_plain(f"link {verb} {link.name}", f"link {link.name}: {verb}", "link", ("link", verb, link.name)), subsystems=ends)
     modes = [{"value": mode["name"], "name": f"{mode['id']} {mode['name']}"} for mode in dictionary.modes]
     yield _positional("mode", "mission mode", "TC[131,1]", ("mode",), _choice("Mode", modes))
     yield _positional("log", "packet log", "TC[131,3]", ("log",), _choice("Strategy", ("ascii", "sqlite", "ring")))
@@ -283,13 +285,18 @@ def _of_world():
             yield Form(f"{actor} {verb}", f"{actor} {verb}", "simulated world", fields, lambda values, start=start, fields=fields: live_forms.line_of(start, fields, values))
 
 
+def _depending(name, form):
+    """The form of a subsystem, with its name if the interface of the subsystem defines words or values of the form."""
+    return form if form.kind in STANDARD else replace(form, subsystems=(name,))
+
+
 class Forms:
     """All forms of a dictionary, by id."""
 
     def __init__(self, dictionary):
         self.by_id = {}
         for item in dictionary.content["subsystems"]:
-            self._add(_of_subsystem(item))
+            self._add(_depending(item["name"], form) for form in _of_subsystem(item))
         self._add(_of_mission(dictionary))
         self._add(_request(dictionary, entry) for entry in dictionary.catalogue.all("TC") if _having(dictionary, entry["service"]))
         self._add(_of_world())

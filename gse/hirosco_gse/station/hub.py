@@ -42,6 +42,7 @@ HAND_S = 1.0  # If the last `aim` of a page is older, the page no longer holds t
 LEAVE_S = 2.0  # A page that the user reloads connects again within this time.
 COUNT_S = 1.0  # Time between two messages with the counts of packets.
 GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
+CALLS_MAX = 64  # Commands of pages that are under way at the same time.
 KEPT_EVENTS = 10_000  # Events that the station stores.
 KEPT_COMMANDS = 500  # Commands that the station stores.
 SHOWN = 200  # events and commands in a snapshot
@@ -192,6 +193,11 @@ class Hub:
             self._say_link(False, f"no flight in {run.name}")
             return
         place = Place.of(run, **self._given)
+        try:
+            place.check()
+        except LinkLost as problem:
+            self._say_link(False, str(problem))
+            return
         port, where = place.port, f"{place.host}:{place.port}"
         try:
             reader, writer = await asyncio.open_connection(place.host, port)
@@ -327,7 +333,10 @@ class Hub:
         planned = self.plan(text, files)
         if not self._connection:
             raise UsageError("no link to the spacecraft")
-        at_end = self.display.after(shlex.split(text), is_for_display)
+        words = shlex.split(text)
+        if words[0] != "stop" and sum(call.number > 0 for call in self.calls) >= CALLS_MAX:
+            raise UsageError(f"{CALLS_MAX} commands of pages are under way; wait until one has ended")
+        at_end = self.display.after(words, is_for_display)
         call = Call(next(self._numbers), planned.text, planned.procedure(self.session, PATIENCE_NS), self.seconds, text, at_end)
         self.commands.append(call)
         self.calls.append(call)
@@ -464,9 +473,10 @@ class Hub:
             self.publish_targets()
 
     def _say_mismatch(self, apid, subsystem):
-        """Publish once, and in each snapshot, that a subsystem's interface hash, or that of the device classes, differs from the dictionary."""
+        """Publish, and in each snapshot, that a subsystem's interface hash, or that of the device classes, differs from the dictionary, or no
+        longer (no words)."""
         words = self.session.mismatches.get(apid)
-        if words and subsystem not in self.mismatches:
+        if words != self.mismatches.get(subsystem, {}).get("words"):
             self.mismatches[subsystem] = {"kind": "mismatch", "subsystem": subsystem, "words": words}
             self.publish(self.mismatches[subsystem])
 

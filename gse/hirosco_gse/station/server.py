@@ -12,11 +12,14 @@ import contextlib
 import errno
 import itertools
 import json
+import logging
+import math
 import re
 import shlex
 import sys
 
 from aiohttp import WSMsgType, web
+from aiohttp.http import HttpProcessingError
 
 from .. import live, packets
 from ..command import UsageError
@@ -24,10 +27,15 @@ from ..critical import is_critical
 from ..files import PageFiles
 from .forms import script_of
 from .hub import Hub
+from .interfaces import subsystems_of
 
-# Messages that wait for a slow browser. If there are more, the oldest housekeeping is dropped, and the page gets the
-# number of dropped messages.
+# Messages that wait for a slow browser. If there are more, the oldest update is dropped, and the page gets the number of dropped messages.
 QUEUE = 400
+UPDATES = tuple(f'{{"kind": "{kind}"' for kind in ("housekeeping", "truth", "bus", "counts"))  # The next one replaces them.
+# Other messages are not dropped. If so many messages or characters wait, the connection is closed: the page connects again, and gets the present.
+MESSAGES_MAX, CHARACTERS_MAX = 8 * QUEUE, 1 << 24
+ROOM = QUEUE // 2  # While more messages wait, no request of the page is read.
+UNDER_WAY = 16  # Requests of a page that other programs answer, at the same time.
 ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
@@ -41,17 +49,43 @@ HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"
 _NUMBERS = itertools.count(1)
 
 
+def json_of(message):
+    """JSON of a message. JSON has no infinite numbers and no NaN: the page gets null, which it shows as not known."""
+    try:
+        return json.dumps(message, default=str, allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(message), default=str)
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {name: _finite(member) for name, member in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(member) for member in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _is_of_station(record):
+    """Whether the log of the web server has more than a request that is not HTTP: its client gets the reason, and the console nothing."""
+    return not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError))
+
+
+logging.getLogger("aiohttp.server").addFilter(_is_of_station)
+
+
 class _Browser:
     """One open page."""
 
-    def __init__(self, socket):
-        self.socket = socket
-        self.waiting = []
+    def __init__(self, socket, abort=lambda: None):
+        """abort(): end the connection at once."""
+        self.socket, self._abort = socket, abort
+        self.waiting, self._characters, self._updates = [], 0, 0  # Messages, and how many characters and updates they have.
         self.bus = None  # Bus whose frames the page shows.
         self.has_truth = False  # The page shows the robot with the true state of the simulator.
         self.dropped = self._told = 0  # Dropped messages, and how many of them were reported to the page.
         self.number = next(_NUMBERS)
-        self._wake = asyncio.Event()
+        self._wake, self._room = asyncio.Event(), asyncio.Event()
+        self._room.set()
 
     def watch(self, order):
         """Select the buses and the truth that the page receives from now on."""
@@ -60,18 +94,41 @@ class _Browser:
         self.has_truth = bool(order.get("truth", self.has_truth))
 
     def put(self, message):
-        if len(self.waiting) >= QUEUE:
-            old = next((n for n, text in enumerate(self.waiting) if text.startswith('{"kind": "housekeeping"')), 0)
-            del self.waiting[old]
+        if len(self.waiting) >= QUEUE and self._updates:
+            self._take(next(n for n, text in enumerate(self.waiting) if text.startswith(UPDATES)))
             self.dropped += 1
         self.waiting.append(message)
+        self._characters += len(message)
+        self._updates += message.startswith(UPDATES)
+        if len(self.waiting) > ROOM:
+            self._room.clear()
+        if len(self.waiting) > MESSAGES_MAX or self._characters > CHARACTERS_MAX:
+            self._abort()
         self._wake.set()
+
+    def _take(self, number):
+        """Take a message from those that wait."""
+        text = self.waiting.pop(number)
+        self._characters -= len(text)
+        self._updates -= text.startswith(UPDATES)
+        return text
+
+    async def room(self):
+        """Wait until the page has read its messages, or the connection has ended."""
+        await self._room.wait()
 
     async def send(self):
         """Send the waiting messages until the connection ends. Without any, say each ALIVE_S that the station runs."""
+        try:
+            await self._send()
+        finally:
+            self._room.set()
+
+    async def _send(self):
         while True:
             try:
-                await asyncio.wait_for(self._wake.wait(), ALIVE_S)
+                async with asyncio.timeout(ALIVE_S):  # wait_for of Python 3.11 may ignore the end of this task.
+                    await self._wake.wait()
             except TimeoutError:
                 await self.socket.send_str(ALIVE)
             self._wake.clear()
@@ -79,7 +136,10 @@ class _Browser:
                 if self.dropped > self._told:
                     self._told = self.dropped
                     await self.socket.send_str(json.dumps({"kind": "dropped", "updates": self.dropped}))
-                await self.socket.send_str(self.waiting.pop(0))
+                text = self._take(0)
+                if len(self.waiting) <= ROOM:
+                    self._room.set()
+                await self.socket.send_str(text)
 
 
 class Station:
@@ -90,13 +150,13 @@ class Station:
         cannot send commands. framed_by: origin of the page that may show the page of the station in a frame."""
         self.hub = Hub(run, self.publish, is_read_only=is_read_only, files=PageFiles())
         self.browsers = set()
-        self._replayed, self._recorded = replayed, (None, b"")
+        self._replayed, self._recorded, self._making = replayed, (None, b""), asyncio.Lock()
         self._page = page
         self._host = None
         self._headers = {"Content-Security-Policy": POLICY.format(framed_by=framed_by), **HEADERS}
 
     def publish(self, message):
-        text = json.dumps(message)
+        text = json_of(message)
         for browser in self.browsers:
             if message["kind"] != "truth" or browser.has_truth:
                 browser.put(text)
@@ -145,14 +205,21 @@ class Station:
         if self._replayed and self._replayed.is_file():
             return web.FileResponse(self._replayed, headers={"Content-Type": "application/octet-stream"})
         folder = str(self._replayed or self.hub.flight[0])
-        if self._recorded[0] != folder:
-            words = (sys.executable, "-m", "hirosco_gse.recording", folder)
-            maker = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE)
-            octets, _ = await maker.communicate()
-            if maker.returncode:
-                raise web.HTTPInternalServerError(text=f"{folder} cannot be replayed")
-            self._recorded = (folder, octets)
+        async with self._making:  # All pages that wait get the same recording.
+            if self._recorded[0] != folder:
+                self._recorded = (folder, await self._made(folder))
         return web.Response(body=self._recorded[1], content_type="application/octet-stream")
+
+    @staticmethod
+    async def _made(folder):
+        """Octets of the recording of a run."""
+        words = (sys.executable, "-m", "hirosco_gse.recording", folder)
+        maker = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE)
+        octets, said = await maker.communicate()
+        if maker.returncode:
+            reason = said.decode("utf-8", "replace").strip().rpartition("\n")[2]
+            raise web.HTTPInternalServerError(text=f"{folder} cannot be replayed: {reason or f'exit code {maker.returncode}'}")
+        return octets
 
     async def _index(self, request):
         if self._replayed and "replay" not in request.query:
@@ -164,9 +231,9 @@ class Station:
             raise web.HTTPForbidden(text="no origin")
         socket = web.WebSocketResponse(heartbeat=10, max_msg_size=MESSAGE_MAX, compress=False)
         await socket.prepare(request)
-        browser = _Browser(socket)
+        browser = _Browser(socket, lambda: request.transport and request.transport.abort())
         for message in self.hub.snapshot():
-            browser.waiting.append(json.dumps(message))
+            browser.put(json_of(message))
         browser.put(json.dumps({"kind": "ready", "page": browser.number}))
         self.browsers.add(browser)
         self._look()
@@ -177,11 +244,15 @@ class Station:
                     # The answer takes time; meanwhile the page may send other requests.
                     if slow := SLOW.match(message.data):
                         group = lines if slow[1] == "live" else lists
+                        if len(group) >= UNDER_WAY:
+                            await self._reply(self._refuse(message.data), browser)
+                            continue
                         performed = self._perform(message.data, browser) if group is lines else self._ask(message.data)
                         group.add(task := asyncio.create_task(self._reply(performed, browser)))
                         task.add_done_callback(group.discard)
                         continue
                     await self._reply(self._perform(message.data, browser), browser)
+                    await browser.room()
         finally:
             self.browsers.discard(browser)
             self._look()
@@ -195,7 +266,16 @@ class Station:
     @staticmethod
     async def _reply(performing, browser):
         """Send a page the answer to its request."""
-        browser.put(json.dumps(await performing, default=str))
+        browser.put(json_of(await performing))
+
+    @staticmethod
+    async def _refuse(text):
+        """Refuse a request because too many are under way."""
+        try:
+            number = json.loads(text).get("id")
+        except (ValueError, AttributeError, RecursionError):
+            number = None
+        return {"kind": "answer", "id": number, "refused": f"{UNDER_WAY} requests of this page wait for their answers; try again when one has arrived"}
 
     def _look(self):
         self.hub.set_viewers(len(self.browsers))
@@ -275,4 +355,5 @@ class Station:
             for request in planned.requests
         ]
         return {"text": planned.text, "line": text, "critical": is_critical(planned, self.hub.dictionary), "octets": [octet.hex() for octet in octets],
+                "subsystems": subsystems_of(planned, self.hub.dictionary),
                 "messages": [f"TC[{request.service},{request.subtype}]" for request in planned.requests]}

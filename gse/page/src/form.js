@@ -161,7 +161,7 @@ export class CommandForm {
     });
     this.list = el("div", { class: "choices", role: "group", "aria-label": "Commands found" });
     this.title_ = el("h2");
-    this.fields = el("div");
+    this.fields = el("fieldset", { class: "bare" });
     this.lists = el("div", { hidden: true });
     this.octets = el("div", { class: "mono octets" });
     this.line = el("div", { class: "mono octets" });
@@ -194,6 +194,7 @@ export class CommandForm {
       ),
     );
     this.forms = [];
+    this.depends = []; // Subsystems whose interface defines the present words.
     this.pick(null);
     store.on("hello", () => this.load());
     store.on("prepare", (words) => this.prepare(words));
@@ -202,6 +203,7 @@ export class CommandForm {
       if (!store.link.is_live) this.disarm();
       this.judge();
     });
+    store.on("mismatch", () => this.tick());
     store.on("command", (call) => {
       if (call.number === this.sent) this.report(call);
       if (call.over) this.search();
@@ -292,6 +294,7 @@ export class CommandForm {
   // Ask the station to encode the command without sending it, and show the octets or the error.
   async judge() {
     this.isFit = this.isCritical = false;
+    this.depends = [];
     if (!this.form) {
       for (const node of [this.octets, this.line, this.checked]) text(node, "");
     } else {
@@ -317,6 +320,7 @@ export class CommandForm {
       );
       this.isFit = !answer.refused;
       this.isCritical = Boolean(answer.critical);
+      this.depends = answer.subsystems ?? [];
     }
     this.tick();
   }
@@ -332,21 +336,27 @@ export class CommandForm {
     this.armed = null;
   }
 
+  // Reason why these words may mean something else on board: one of the subsystems flies another interface
+  // than that of the dictionary. Null if there is none.
+  difference(subsystems) {
+    const name = subsystems?.find((one) => store.mismatches.has(one));
+    return name === undefined ? null : `disabled: ${store.mismatches.get(name)}`;
+  }
+
   tick() {
     const rest = this.armed ? ARMED_MS - (performance.now() - this.armed) : 0;
     if (this.armed && rest <= 0) this.disarm();
-    const isFit = this.isFit && !store.barrier();
+    const difference = this.difference(this.form?.subsystems);
+    const barrier = store.barrier() ?? difference ?? this.difference(this.depends);
+    this.fields.disabled = Boolean(difference);
+    const isFit = this.isFit && !barrier;
     this.arm.hidden = !this.isCritical;
     this.arm.disabled = !isFit;
     text(this.arm, this.armed ? "Disarm" : "Arm");
     this.go.disabled = !isFit || (this.isCritical && !this.armed);
     text(
       this.hint,
-      store.barrier()
-        ? store.barrier()
-        : this.isCritical
-          ? "critical: arm, then send within 10 s"
-          : "Ctrl Enter",
+      barrier ? barrier : this.isCritical ? "critical: arm, then send within 10 s" : "Ctrl Enter",
     );
     this.left.style.width = `${Math.max(0, (rest / ARMED_MS) * 100)}%`;
   }

@@ -287,7 +287,8 @@ class Store {
     this.page = message.page;
   }
   take_mismatch(message) {
-    this.mismatches.set(message.subsystem, message.words);
+    if (message.words) this.mismatches.set(message.subsystem, message.words);
+    else this.mismatches.delete(message.subsystem);
   }
   take_mode(message) {
     this.mode = message.mode;

@@ -12,6 +12,7 @@ from hirosco_gse import commands, critical, packets
 from hirosco_gse.command import Command, UsageError
 from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.session import Request
+from hirosco_gse.station import interfaces
 from hirosco_gse.station.forms import Forms
 
 PING = packets.build_tc(1, 7, 17, 1).hex()
@@ -73,6 +74,25 @@ def test_a_line_that_is_not_complete_is_refused(values, message):
 def test_every_entry_of_the_dictionary_has_a_form(mission):
     assert set(entries(mission)) - set(Forms(mission).by_id) == set()
     json.dumps(Forms(mission).message())
+
+
+@pytest.mark.parametrize(("form", "subsystems"), [
+    ("cmd MANIPULATOR.TARE", ("MANIPULATOR",)), ("config JOYSTICK", ("JOYSTICK",)), ("get MANIPULATOR.LINK_AGE", ("MANIPULATOR",)),
+    ("link open HAND_POSITION", ("JOYSTICK", "MANIPULATOR")), ("link close HAND_POSITION", ()), ("state MANIPULATOR", ()), ("ping MANIPULATOR", ()), ("mode", ()),
+])
+def test_a_form_names_the_subsystems_whose_interface_it_uses(form, subsystems):
+    """The page disables it if one of them flies another interface. Requests that are the same for every interface are always possible."""
+    forms = Forms(Dictionary.load(ROOT / "build" / "generated" / "rokviss.json")).by_id
+    assert forms[form].message()["subsystems"] == subsystems
+
+
+@pytest.mark.parametrize(("text", "subsystems"), [
+    ("cmd MANIPULATOR.TARE", ["MANIPULATOR"]), ("state MANIPULATOR OFFLINE", []), ("ping all", []), ("tc MANIPULATOR 5,7", ["MANIPULATOR"]),
+    ("at 5 1.1 cmd MANIPULATOR.TARE", ["SUPERVISOR", "MANIPULATOR"]), ("at 5 1.1 ping MANIPULATOR", ["SUPERVISOR"]),
+])
+def test_a_command_names_the_subsystems_whose_interface_it_uses(text, subsystems):
+    dictionary = Dictionary.load(ROOT / "build" / "generated" / "rokviss.json")
+    assert interfaces.subsystems_of(commands.plan(shlex.split(text), dictionary), dictionary) == subsystems
 
 
 def octets(requests):
