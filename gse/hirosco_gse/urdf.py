@@ -98,8 +98,11 @@ class Element:
         return [child for child in self.children if child.name == name]
 
     def first(self, name):
-        """First child of a name, or None."""
-        return next(iter(self.all(name)), None)
+        """The only child of a name, or None."""
+        found = self.all(name)
+        if len(found) > 1:
+            found[1].fail(f"<{name}>: expected only one in <{self.name}>")
+        return found[0] if found else None
 
     def need(self, name):
         """First child of a name."""

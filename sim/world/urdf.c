@@ -7,6 +7,7 @@
 #define FAR_M 1e4
 #define ANGLE_MAX 1e3       // rad
 #define HEAVIEST 1e7        // kg, kgm2
+#define JOINT_ELEMENTS 7U   // Kinds of elements in a <joint>.
 #define TRIANGLE_SLACK 1e-6 // Relative tolerance for rounded moments of inertia.
 
 typedef enum {
@@ -35,9 +36,11 @@ typedef struct {
     urdf_origin_t origin; // Origin of the <inertial> or <collision> that is being read.
     double mass_kg;
     moments_t moments;
+    bool has_origin; // Of the <inertial> or <collision> that is being read.
     bool has_mass;
     bool has_moments;
     bool has_shape;
+    bool has[JOINT_ELEMENTS];       // Elements of the <joint> that is being read.
     char unused[DOCUMENT_TEXT_MAX]; // Texts without meaning for the simulator.
 } urdf_reader_t;
 
@@ -76,12 +79,21 @@ static const char* check_moments(const moments_t* const m)
 
 // ---- Elements ----
 
-static status_t take_origin(const element_t* const element, urdf_origin_t* const out_origin)
+/// Refuse an element that may occur once in its parent and has occurred before.
+static status_t take_once(const element_t* const element, bool* const has)
+{
+    const bool is_second = *has;
+    *has                 = true;
+    return is_second ? element_refuse(element, element->name, "only one of these in its parent") : STATUS_OK;
+}
+
+static status_t take_origin(urdf_reader_t* const reader, const element_t* const element)
 {
     static const field_t fields[] = {
         {"xyz", FIELD_VECTOR, offsetof(urdf_origin_t, position_m), -FAR_M, FAR_M, true},
         {"rpy", FIELD_VECTOR, offsetof(urdf_origin_t, rpy_rad), -ANGLE_MAX, ANGLE_MAX, true}};
-    return element_take(element, fields, 2U, out_origin);
+    const status_t status = take_once(element, &reader->has_origin);
+    return (status == STATUS_OK) ? element_take(element, fields, 2U, &reader->origin) : status;
 }
 
 static status_t start_link(urdf_reader_t* const reader, const element_t* const element)
@@ -135,6 +147,7 @@ static status_t start_joint(urdf_reader_t* const reader, const element_t* const 
     joint->kind = (robot_joint_kind_t)kind;
     reader->urdf->joint_count++;
     reader->place = IN_JOINT;
+    memset(reader->has, 0, sizeof reader->has);
     return STATUS_OK;
 }
 
@@ -162,6 +175,7 @@ static status_t start_in_link(urdf_reader_t* const reader, const element_t* cons
     const bool is_mass           = strcmp(element->name, "inertial") == 0;
     const bool is_shape          = strcmp(element->name, "collision") == 0;
     reader->origin               = (urdf_origin_t){{0.0}, {0.0}};
+    reader->has_origin           = false;
     reader->has_mass             = false;
     reader->has_moments          = false;
     reader->has_shape            = false;
@@ -191,18 +205,18 @@ static status_t start_in_inertial(urdf_reader_t* const reader, const element_t* 
         {"iyz", FIELD_NUMBER, offsetof(moments_t, yz), -HEAVIEST, HEAVIEST, false},
         {"izz", FIELD_NUMBER, offsetof(moments_t, zz), -HEAVIEST, HEAVIEST, false}};
     if (strcmp(element->name, "origin") == 0) {
-        return take_origin(element, &reader->origin);
+        return take_origin(reader, element);
     }
     if (strcmp(element->name, "mass") == 0) {
-        reader->has_mass = true;
-        return element_take(element, mass, 1U, reader);
+        const status_t once = take_once(element, &reader->has_mass);
+        return (once == STATUS_OK) ? element_take(element, mass, 1U, reader) : once;
     }
     if (strcmp(element->name, "inertia") != 0) {
         return element_refuse(element, element->name, "origin, mass or inertia");
     }
-    reader->has_moments   = true;
-    const status_t status = element_take(element, moments, 6U, &reader->moments);
-    const char* fault     = (status == STATUS_OK) ? check_moments(&reader->moments) : NULL;
+    status_t status   = take_once(element, &reader->has_moments);
+    status            = (status == STATUS_OK) ? element_take(element, moments, 6U, &reader->moments) : status;
+    const char* fault = (status == STATUS_OK) ? check_moments(&reader->moments) : NULL;
     return (fault != NULL) ? element_refuse(element, element->name, fault) : status;
 }
 
@@ -240,7 +254,7 @@ static status_t start_in_geometry(urdf_reader_t* const reader, const element_t* 
 static status_t start_in_collision(urdf_reader_t* const reader, const element_t* const element)
 {
     if (strcmp(element->name, "origin") == 0) {
-        return take_origin(element, &reader->origin);
+        return take_origin(reader, element);
     }
     if (strcmp(element->name, "geometry") == 0) {
         reader->place = IN_GEOMETRY;
@@ -255,7 +269,7 @@ static status_t start_in_joint(urdf_reader_t* const reader, const element_t* con
         const char* name;
         field_t field[4];
         size_t count;
-    } elements[] = {
+    } elements[JOINT_ELEMENTS] = {
         {"origin",
          {{"xyz", FIELD_VECTOR, offsetof(urdf_joint_t, origin.position_m), -FAR_M, FAR_M, true},
           {"rpy", FIELD_VECTOR, offsetof(urdf_joint_t, origin.rpy_rad), -ANGLE_MAX, ANGLE_MAX, true}},
@@ -281,9 +295,11 @@ static status_t start_in_joint(urdf_reader_t* const reader, const element_t* con
     urdf_joint_t* joint = &reader->urdf->joint[reader->urdf->joint_count - 1U];
     joint->has_limit    = joint->has_limit || (strcmp(element->name, "limit") == 0);
     joint->leader_line  = (strcmp(element->name, "mimic") == 0) ? element->line : joint->leader_line;
-    for (size_t i = 0U; i < (sizeof elements / sizeof elements[0]); i++) {
+    for (size_t i = 0U; i < JOINT_ELEMENTS; i++) {
         if (strcmp(element->name, elements[i].name) == 0) {
-            return element_take(element, elements[i].field, elements[i].count, joint);
+            const status_t status = take_once(element, &reader->has[i]);
+            return (status == STATUS_OK) ? element_take(element, elements[i].field, elements[i].count, joint)
+                                         : status;
         }
     }
     return element_refuse(element, element->name,

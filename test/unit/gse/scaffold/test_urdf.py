@@ -54,6 +54,8 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((link("base"),), "0 joints that move: expected 1 to 12"),
     ((ARM[0], ARM[1].replace('"1.0"', '"heavy"'), ARM[2]), 'value="heavy" of <mass>: expected 1 number'),
     ((ARM[0], ARM[1].replace('iyz="0"', ""), ARM[2]), "<inertia>: expected iyz="),
+    ((ARM[0], ARM[1].replace("</inertial>", '<mass value="2"/></inertial>'), ARM[2]), "robot.urdf:1: <mass>: expected only one in <inertial>"),
+    ((*ARM[:2], ARM[2].replace("</joint>", LIMIT + "</joint>")), "robot.urdf:1: <limit>: expected only one in <joint>"),
     # Together with the mass of `upper` this mass would be 0.
     ((*ARM, link("hand", mass=-1.0), joint("flange", "upper", "hand", "fixed")), 'robot.urdf:1: value="-1.0" of <mass>: expected more than 0'),
     ((ARM[0], ARM[1].replace('"1.0"', '"0"'), ARM[2]), 'robot.urdf:1: value="0" of <mass>: expected more than 0'),

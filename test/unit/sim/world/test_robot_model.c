@@ -163,6 +163,36 @@ static void elements_with_unknown_physics_are_refused(void)
     expect_refusal("<link name=\"a\"/>words\n", 2U, "'w', expected no text");
 }
 
+/// Of two such elements the simulator would take the last one, and other readers the first one.
+static void an_element_that_occurs_twice_is_refused(void)
+{
+    static const char* const once[] = {
+        "<origin/>", "<mass value=\"1\"/>",
+        "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>"};
+    static const char* const of_joint[] = {"<origin/>",
+                                           "<parent link=\"a\"/>",
+                                           "<child link=\"b\"/>",
+                                           "<axis xyz=\"0 0 1\"/>",
+                                           "<limit effort=\"1\" velocity=\"1\"/>",
+                                           "<dynamics/>",
+                                           "<mimic joint=\"k\"/>"};
+    char body[1024];
+    for (size_t i = 0U; i < (sizeof once / sizeof once[0]); i++) {
+        (void)snprintf(body, sizeof body, "<link name=\"a\"><inertial>%s\n%s</inertial></link>\n", once[i],
+                       once[i]);
+        expect_refusal(body, 3U, "expected only one of these in its parent");
+    }
+    for (size_t i = 0U; i < (sizeof of_joint / sizeof of_joint[0]); i++) {
+        (void)snprintf(body, sizeof body,
+                       "<joint name=\"i\" type=\"fixed\">%s</joint>\n"
+                       "<joint name=\"j\" type=\"fixed\">%s\n%s</joint>\n",
+                       of_joint[i], of_joint[i], of_joint[i]);
+        expect_refusal(body, 4U, "expected only one of these in its parent");
+    }
+    expect_refusal("<link name=\"a\"><collision><origin/>\n<origin/></collision></link>\n", 3U,
+                   "'origin', expected only one of these in its parent");
+}
+
 static void impossible_masses_are_refused(void)
 {
     static const struct {
@@ -333,6 +363,7 @@ int main(void)
     RUN_TEST(visual_elements_and_transmissions_are_skipped);
     RUN_TEST(the_name_space_of_xacro_may_remain);
     RUN_TEST(elements_with_unknown_physics_are_refused);
+    RUN_TEST(an_element_that_occurs_twice_is_refused);
     RUN_TEST(impossible_masses_are_refused);
     RUN_TEST(robots_that_are_not_a_tree_are_refused);
     RUN_TEST(joints_that_cannot_move_are_refused);
