@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flights in which the manipulator's program on the board contains a part of test/board."""
+"""Flights, and runs in real time, in which the manipulator's program on the board contains a part of test/board."""
 
 import pathlib
 import re
@@ -15,6 +15,9 @@ import flying
 BOARD = "mps2-an500"
 STEP = re.compile(r"^STEP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
 STACK = re.compile(r"^STACK (\S+) (\d+) (\d+)$", re.MULTILINE)
+LOOP = re.compile(r"^LOOP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
+# An instruction takes 8 ns, so that 0.5 ms have 62500 instructions: fewer than the 108000 cycles of 216 MHz.
+REAL_TIME = "qemu-system-arm -display none -monitor none -serial none -icount shift=3,sleep=off -no-reboot -machine " + BOARD
 STATES = ("OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL",
           "POST_OPERATIONAL", "HARDWARE_DEINIT", "SOFTWARE_DEINIT")
 
@@ -44,9 +47,25 @@ class Stack:
     used: int
 
 
+@dataclass(frozen=True)
+class Waits:
+    """Waits of the loop in one state, in real time."""
+
+    state: str
+    steps: int
+    lasted_us: int
+    missed: int
+    early: int
+    latest: int  # Counts of 40 ns.
+
+
+def build():
+    subprocess.run(["make", "-s", "board-programs", f"BOARD={BOARD}"], cwd=ROOT, check=True)
+
+
 def start(folder, part, *options):
     """Start a flight in which the manipulator is build/<board>/<part>/manipulator."""
-    subprocess.run(["make", "-s", "board-programs", f"BOARD={BOARD}"], cwd=ROOT, check=True)
+    build()
     root = folder / "root"
     (root / "build" / BOARD).mkdir(parents=True)
     (root / "build" / BOARD / "bin").symlink_to(ROOT / "build" / BOARD / part)
@@ -84,7 +103,28 @@ def steps(folder, losses=()):
     flight = start(folder, "steps", "--scenario", scenario).wait()
     assert flight.code == 0, flight.transcript()
     rows = [Row(STATES[int(before)], STATES[int(after)], *map(int, numbers)) for before, after, *numbers in STEP.findall(flight.console)]
-    stacks = [Stack(task, int(octets), int(used)) for task, octets, used in STACK.findall(flight.console)]
+    stacks = stacks_of(flight.console)
     assert rows and stacks, flight.transcript()
     return rows, stacks
 
+
+def stacks_of(text):
+    return [Stack(task, int(octets), int(used)) for task, octets, used in STACK.findall(text)]
+
+
+def real_time(folder, *words):
+    """Run build/<board>/real_time/manipulator, with arguments. Returns its exit code and what it printed."""
+    build()
+    arguments = "".join(f",arg={word}" for word in ("manipulator", *words))
+    done = subprocess.run([*REAL_TIME.split(), "-semihosting-config", f"enable=on,target=native{arguments}",
+                           "-kernel", ROOT / "build" / BOARD / "real_time" / "manipulator"],
+                          cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
+    return done.returncode, done.stdout + done.stderr
+
+
+def loop_in_real_time(folder):
+    """Run the program in real time. Returns the waits of its loop by state, and the stacks."""
+    code, text = real_time(folder)
+    assert code == 0, text
+    waits = [Waits(STATES[int(state)], *map(int, numbers)) for state, *numbers in LOOP.findall(text)]
+    return {row.state: row for row in waits}, stacks_of(text)

@@ -165,6 +165,30 @@ def test_steps_and_stacks_on_the_board_keep_a_margin(folder):
     assert all(0 < stack.used <= stack.octets * 7 // 8 for stack in stacks), stacks
 
 
+def test_the_loop_of_a_program_keeps_its_period_in_real_time(folder):
+    """2 s of OPERATIONAL at 2 kHz, by the timer of the board: no step is missed, early, or more than 50 us late; and the tasks of the
+    loops of services leave an eighth of their stacks."""
+    path = folder / "real-time"
+    path.mkdir()
+    waits, stacks = boards.loop_in_real_time(path)
+    for state in ("PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL"):
+        row = waits[state]
+        assert (row.missed, row.early) == (0, 0) and row.latest <= 1250, row
+    assert waits["OPERATIONAL"].steps >= 4000
+    assert waits["OPERATIONAL"].lasted_us == (waits["OPERATIONAL"].steps - 1) * 500, "each period of the grid has its step"
+    assert {stack.task for stack in stacks} == {"main", "task", "IDLE", "interrupts"}
+    assert all(0 < stack.used <= stack.octets * 7 // 8 for stack in stacks), stacks
+
+
+@pytest.mark.parametrize("hang", ["hang", "hang-service"])
+def test_a_program_that_hangs_in_real_time_is_reset_by_the_watchdog_of_the_board(folder, hang):
+    """A step of the loop, or a turn of the slow loop, never ends."""
+    path = folder / f"real-time-{hang}"
+    path.mkdir()
+    _, text = boards.real_time(path, hang)
+    assert "the watchdog was not fed within its period: the board is reset" in text and "LOOP" not in text, text
+
+
 def test_stops_kills_hangs_and_restarts_are_those_of_a_native_program(folder, board):
     path = lives.scenario(folder / "lives.scn")
     native = lives.fly(folder / "lives-native", path, "--links", "udp")
