@@ -118,8 +118,8 @@ double stream_record_value(const stream_record_t* const record, const uint8_t fi
 }
 
 /// Convert a raw value, which is within the range of its type, to its bits; an integer is rounded, halves
-/// away from zero. A positive value is not increased by 0.5 before the conversion: the sum could be inexact,
-/// and round up a value below one half or a large one.
+/// away from zero. The magnitude is not increased by 0.5 before the conversion: the sum could be inexact,
+/// and round up a magnitude below one half or a large one.
 static uint64_t bits_of(const value_type_t type, const double raw)
 {
     uint64_t bits = 0U;
@@ -130,11 +130,11 @@ static uint64_t bits_of(const value_type_t type, const double raw)
         uint32_t low       = 0U;
         (void)memcpy(&low, &single, sizeof single);
         bits = low;
-    } else if (raw < 0.0) {
-        bits = (uint64_t)(int64_t)(raw - 0.5);
     } else {
-        const uint64_t whole = (uint64_t)raw;
-        bits                 = whole + (((raw - (double)whole) >= 0.5) ? 1U : 0U);
+        const double magnitude = (raw < 0.0) ? -raw : raw;
+        const uint64_t whole   = (uint64_t)magnitude;
+        const uint64_t rounded = whole + (((magnitude - (double)whole) >= 0.5) ? 1U : 0U);
+        bits                   = (raw < 0.0) ? (0U - rounded) : rounded;
     }
     return bits;
 }
