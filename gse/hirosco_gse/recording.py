@@ -8,6 +8,7 @@ then the next octets. A column without "per" contains 64-bit floating point numb
 
 import gzip
 import json
+import os
 import struct
 import sys
 
@@ -315,7 +316,13 @@ def main(argv=None):
     if problem := problem_of(folder):
         raise SystemExit(f"recording: {problem}")
     run = runs.load(folder, has_buses=False)
-    sys.stdout.buffer.write(make(run, {"facts": run.facts}))
+    octets = make(run, {"facts": run.facts})
+    try:
+        sys.stdout.buffer.write(octets)
+        sys.stdout.flush()
+    except OSError as problem:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # Otherwise Python would try to write the rest again at exit.
+        raise SystemExit(f"recording: cannot write the output: {problem.strerror}") from problem
 
 
 if __name__ == "__main__":

@@ -344,6 +344,14 @@ def _has_bounds(facts):
         return True
 
 
+def _reason(problem, folder):
+    """Sentences about an error: of a file that cannot be read or written, or of a log with unexpected content."""
+    if isinstance(problem, OSError) and problem.filename:
+        return f"{problem.filename}: {problem.strerror}."
+    place = traceback.extract_tb(problem.__traceback__)[-1]
+    return f"{type(problem).__name__}: {problem} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged?"
+
+
 def _not_written(folder, problem):
     """Print why there is no report. A run whose figures have bounds has then failed. Returns the exit code."""
     facts, damage = facts_of(folder)
@@ -354,10 +362,7 @@ def _not_written(folder, problem):
     if isinstance(problem, ReportError):
         print(f"report: not written: {problem}. Name such a folder: make report OUT=runs/...", file=sys.stderr)
         return 1
-    place = traceback.extract_tb(problem.__traceback__)[-1]
-    words = f"{type(problem).__name__}: {problem}" if not isinstance(problem, OSError) else str(problem)
-    print(f"report: not written: {words} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged? "
-          f"To try again: make report OUT={folder}", file=sys.stderr)
+    print(f"report: not written: {_reason(problem, folder)} To try again: make report OUT={folder}", file=sys.stderr)
     if not facts or not _has_bounds(facts):
         return 1
     facts = {**facts, "figures_hold": False, "figures_failed": ["report: not written"]}

@@ -2,6 +2,7 @@
 """The report: complete for a flight, and made from any incomplete one."""
 
 import base64
+import errno
 import gzip
 import hashlib
 import json
@@ -184,6 +185,16 @@ def test_a_report_that_cannot_be_written_is_an_error(tmp_path, dictionary_path, 
     (tmp_path / "report.html").mkdir()
     assert report.main([str(tmp_path), str(dictionary_path)]) == code
     assert capsys.readouterr().err.startswith("report: not written: ")
+
+
+def test_a_file_that_cannot_be_written_is_named_and_no_log_is_suspected(tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "run.json"))
+
+    monkeypatch.setattr(report, "write", full)
+    assert report.main([str(tmp_path)]) == 1
+    assert capsys.readouterr().err == (f"report: not written: {tmp_path}/run.json: No space left on device. "
+                                       f"To try again: make report OUT={tmp_path}\n")
 
 
 @pytest.mark.parametrize("content", ["[]", '"rokviss"', "{", "[" * 100_000, "\xff"])

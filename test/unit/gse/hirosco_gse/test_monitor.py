@@ -96,13 +96,18 @@ def test_the_flight_is_shown_and_commanded(reached):
     asyncio.run(look())
 
 
-def test_the_monitor_runs_in_a_terminal(reached, monkeypatch):
+# Size of a terminal -> texts that it shows. Consoles without a size are drawn as 25 lines of 80 columns; a small one shows the other screen only.
+TERMINALS = {(50, 160): ("TORQUE_LIMIT", "OPERATIONAL"), (0, 0): ("TORQUE_LIMIT",), (5, 20): ("\x1b[?1049h",)}
+
+
+@pytest.mark.parametrize("size", TERMINALS)
+def test_the_monitor_runs_in_a_terminal(reached, monkeypatch, size):
     given, run, _ = reached
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("LINES", "24")
     command = [sys.executable, "-m", "hirosco_gse", "--run", str(run), "--port", str(given["port"]), "--dictionary", str(given["dictionary"]), "monitor"]
     environment = {**os.environ, "TERM": "xterm-256color", "PYTHONPATH": str(ROOT / "gse")}
-    assert converse(command, environment, [(("TORQUE_LIMIT", "OPERATIONAL"), "\x11")], size=(50, 160))[1] == 0
+    assert converse(command, environment, [(TERMINALS[size], "\x11")], size=size)[1] == 0
 
 
 def test_without_a_terminal_the_command_prints_the_alternatives(capsys):

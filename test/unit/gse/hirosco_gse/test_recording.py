@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recording of a run, read without the code of the writer."""
 
+import contextlib
 import struct
+import sys
 
 import numpy as np
 import pytest
@@ -136,3 +138,15 @@ def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dic
     (tmp_path / "truth.lcm").write_bytes((flight_folder / "truth.lcm").read_bytes())
     without = runs.Run(tmp_path, None)
     assert [table["kind"] for table in Reader(recording.make(without)).tables] == ["truth"]
+
+
+def test_a_recording_that_cannot_be_written_is_no_stack_trace(flight_folder, monkeypatch):
+    """README: `python -m hirosco_gse.recording runs/... >FILE`."""
+    full = open("/dev/full", "w", encoding="utf-8")
+    monkeypatch.setattr(sys, "stdout", full)
+    monkeypatch.setattr(recording, "make", lambda *_: bytes(100_000))
+    with pytest.raises(SystemExit, match="^recording: cannot write the output: No space left on device$"):
+        recording.main([str(flight_folder)])
+    assert sys.stdout is not full
+    with contextlib.suppress(OSError):
+        full.close()
