@@ -9,10 +9,13 @@
 #include "osal/include/osal/task.h"
 #include "test/support/folder.h"
 
-#include "unity.h"
-
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
+
+#include <cmocka.h>
 
 #define PATIENCE_MS 1000U
 #define STRANGER 4321U ///< Number of a socket that the run has not given to the program.
@@ -23,63 +26,62 @@ static remote_endian_carrier_t carrier;
 /// Inherited by the component; once the link has adopted it, the link closes it.
 static osal_socket_t message;
 static osal_socket_t partner; ///< Message socket of another component.
-static status_t send_status;  ///< Status of each send; STATUS_OK: the real function sends.
 static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
-static unsigned syncs;
-static status_t sync_status; ///< Status of each sync; STATUS_OK: the real function syncs.
 
-status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
+// Mocked functions: a test expects each call. If the status is STATUS_OK, the real function is called.
+
 status_t __real_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
-status_t __wrap_osal_file_sync(osal_file_t* file);
+status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size)
+{
+    const status_t status = mock_type(status_t);
+    return (status == STATUS_OK) ? __real_osal_udp_send(sock, to, octets, size) : status;
+}
+
 status_t __real_osal_file_sync(osal_file_t* file);
-
-status_t __wrap_osal_file_sync(osal_file_t* const file)
+status_t __wrap_osal_file_sync(osal_file_t* file)
 {
-    syncs++;
-    return (sync_status == STATUS_OK) ? __real_osal_file_sync(file) : sync_status;
+    const status_t status = mock_type(status_t);
+    return (status == STATUS_OK) ? __real_osal_file_sync(file) : status;
 }
 
-status_t __wrap_osal_udp_send(osal_socket_t* const sock, const osal_address_t to, const uint8_t* const octets,
-                              const size_t size)
+static int set_up(void** state)
 {
-    return (send_status == STATUS_OK) ? __real_osal_udp_send(sock, to, octets, size) : send_status;
-}
-
-void setUp(void)
-{
-    send_status                = STATUS_OK;
+    (void)state;
     const osal_address_t local = {OSAL_IPV4_LOOPBACK, 0U};
     (void)memset(&run, 0, sizeof run);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&message, local, 0U));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&partner, local, 0U));
+    assert_int_equal(STATUS_OK, osal_udp_open(&message, local, 0U));
+    assert_int_equal(STATUS_OK, osal_udp_open(&partner, local, 0U));
     run.component_count                  = 1U;
     run.components[0].message_descriptor = osal_socket_descriptor(&message);
     run.computer_ipv4[0]                 = OSAL_IPV4_LOOPBACK;
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         run.link_descriptors[i] = -1;
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, target_link_open(&link, &run, 0U));
-    TEST_ASSERT_TRUE((target_link_peer_in(&link) >= 0) && (target_link_peer_out(&link) >= 0));
+    assert_int_equal(STATUS_OK, target_link_open(&link, &run, 0U));
+    assert_true((target_link_peer_in(&link) >= 0) && (target_link_peer_out(&link) >= 0));
     carrier = target_link_carrier(&link);
+    return 0;
 }
 
-void tearDown(void)
+static int tear_down(void** state)
 {
+    (void)state;
     if (link.socket_count == 0U) {
         osal_socket_close(&message);
     }
     target_link_close(&link);
-    TEST_ASSERT_EQUAL_UINT(0U, link.socket_count); // Closed again, the link closes no socket of another user.
+    assert_int_equal(0U, link.socket_count); // Closed again, the link closes no socket of another user.
     target_link_close(&link);
     osal_socket_close(&partner);
+    return 0;
 }
 
 /// Write octets as the program.
 static void put(const uint8_t* const octets, const size_t size)
 {
     size_t sent = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_device_write(&link.peer_out, octets, size, &sent));
-    TEST_ASSERT_EQUAL_UINT(size, sent);
+    assert_int_equal(STATUS_OK, osal_device_write(&link.peer_out, octets, size, &sent));
+    assert_int_equal(size, sent);
 }
 
 /// Write a record as the program, in two writes.
@@ -115,8 +117,8 @@ static void get(uint8_t* const octets, const size_t size)
     size_t done = 0U;
     while (done < size) {
         size_t got = 0U;
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_device_wait_readable(&link.peer_in, PATIENCE_MS));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_device_read(&link.peer_in, &octets[done], size - done, &got));
+        assert_int_equal(STATUS_OK, osal_device_wait_readable(&link.peer_in, PATIENCE_MS));
+        assert_int_equal(STATUS_OK, osal_device_read(&link.peer_in, &octets[done], size - done, &got));
         done += got;
     }
 }
@@ -126,8 +128,8 @@ static size_t get_record(const uint8_t kind)
 {
     get(record, TARGET_WIRE_HEADER_OCTETS);
     const size_t size = octets_u32_at(record) - 1U;
-    TEST_ASSERT_EQUAL_UINT8(kind, record[4]);
-    TEST_ASSERT_TRUE(size <= TARGET_WIRE_CONTENT_MAX);
+    assert_int_equal(kind, record[4]);
+    assert_true(size <= TARGET_WIRE_CONTENT_MAX);
     get(record, size);
     return size;
 }
@@ -135,18 +137,18 @@ static size_t get_record(const uint8_t kind)
 static void get_datagram(const char* const text)
 {
     osal_address_t sender = {0U, 0U};
-    TEST_ASSERT_EQUAL_UINT(TARGET_WIRE_DATAGRAM_OCTETS + strlen(text), get_record(TARGET_WIRE_DATAGRAM));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&partner, &sender));
-    TEST_ASSERT_EQUAL_INT32(run.components[0].message_descriptor, (int32_t)octets_u32_at(record));
-    TEST_ASSERT_EQUAL_UINT32(sender.ipv4, octets_u32_at(&record[4]));
-    TEST_ASSERT_EQUAL_UINT16(sender.port, octets_u16_at(&record[8]));
-    TEST_ASSERT_EQUAL_MEMORY(text, &record[TARGET_WIRE_DATAGRAM_OCTETS], strlen(text));
+    assert_int_equal(TARGET_WIRE_DATAGRAM_OCTETS + strlen(text), get_record(TARGET_WIRE_DATAGRAM));
+    assert_int_equal(STATUS_OK, osal_socket_local_address(&partner, &sender));
+    assert_int_equal(run.components[0].message_descriptor, (int32_t)octets_u32_at(record));
+    assert_int_equal(sender.ipv4, octets_u32_at(&record[4]));
+    assert_int_equal(sender.port, octets_u16_at(&record[8]));
+    assert_memory_equal(text, &record[TARGET_WIRE_DATAGRAM_OCTETS], strlen(text));
 }
 
 static osal_address_t address_of(const osal_socket_t* const socket)
 {
     osal_address_t local = {0U, 0U};
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(socket, &local));
+    assert_int_equal(STATUS_OK, osal_socket_local_address(socket, &local));
     return local;
 }
 
@@ -156,49 +158,50 @@ static status_t take(void)
     uint8_t octets[16];
     size_t size           = 0U;
     const status_t status = carrier.receive(carrier.context, octets, sizeof octets, &size);
-    TEST_ASSERT_EQUAL_UINT(0U, size);
+    assert_int_equal(0U, size);
     return status;
 }
 
 static void adopt(void)
 {
     put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_EMPTY, take());
 }
 
 /// Let a message to the program arrive.
 static void send_to_program(const char* const text)
 {
     const osal_address_t to = address_of(&message);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&partner, to, (const uint8_t*)text, strlen(text)));
+    assert_int_equal(STATUS_OK, __real_osal_udp_send(&partner, to, (const uint8_t*)text, strlen(text)));
 }
 
-static void octets_of_the_stream_arrive_in_both_directions(void)
+static void octets_of_the_stream_arrive_in_both_directions(void** state)
 {
+    (void)state;
     uint8_t octets[16];
     size_t size = 0U;
     put_record(TARGET_WIRE_STREAM, "abcde", 5U);
     put_record(TARGET_WIRE_STREAM, "fg", 2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.wait_readable(carrier.context, PATIENCE_MS));
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, 3U, &size));
-    TEST_ASSERT_EQUAL_UINT(3U, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, &octets[3], 13U, &size));
-    TEST_ASSERT_EQUAL_UINT(2U, size);
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, &octets[5], 11U, &size));
-    TEST_ASSERT_EQUAL_MEMORY("abcdefg", octets, 7U);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, carrier.wait_readable(carrier.context, 0U));
+    assert_int_equal(STATUS_OK, carrier.wait_readable(carrier.context, PATIENCE_MS));
+    assert_int_equal(STATUS_OK, carrier.receive(carrier.context, octets, 3U, &size));
+    assert_int_equal(3U, size);
+    assert_int_equal(STATUS_OK, carrier.receive(carrier.context, &octets[3], 13U, &size));
+    assert_int_equal(2U, size);
+    assert_int_equal(STATUS_OK, carrier.receive(carrier.context, &octets[5], 11U, &size));
+    assert_memory_equal("abcdefg", octets, 7U);
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_TIMEOUT, carrier.wait_readable(carrier.context, 0U));
 
     static uint8_t many[TARGET_WIRE_STREAM_MAX + 100U]; // More than one record.
     for (size_t i = 0U; i < sizeof many; i++) {
         many[i] = (uint8_t)(i * 7U);
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, many, sizeof many, &size));
-    TEST_ASSERT_EQUAL_UINT(sizeof many, size);
-    TEST_ASSERT_EQUAL_UINT(TARGET_WIRE_STREAM_MAX, get_record(TARGET_WIRE_STREAM));
-    TEST_ASSERT_EQUAL_MEMORY(many, record, TARGET_WIRE_STREAM_MAX);
-    TEST_ASSERT_EQUAL_UINT(100U, get_record(TARGET_WIRE_STREAM));
-    TEST_ASSERT_EQUAL_MEMORY(&many[TARGET_WIRE_STREAM_MAX], record, 100U);
+    assert_int_equal(STATUS_OK, carrier.send(carrier.context, many, sizeof many, &size));
+    assert_int_equal(sizeof many, size);
+    assert_int_equal(TARGET_WIRE_STREAM_MAX, get_record(TARGET_WIRE_STREAM));
+    assert_memory_equal(many, record, TARGET_WIRE_STREAM_MAX);
+    assert_int_equal(100U, get_record(TARGET_WIRE_STREAM));
+    assert_memory_equal(&many[TARGET_WIRE_STREAM_MAX], record, 100U);
 }
 
 #define PIECES 16U ///< Number of pieces, which together are more than a pipe holds.
@@ -224,138 +227,147 @@ static void read_the_pieces(void* const context)
 }
 
 /// The pipe accepts only a part of a record while the program does not read.
-static void a_record_that_the_pipe_accepts_in_parts_arrives_whole(void)
+static void a_record_that_the_pipe_accepts_in_parts_arrives_whole(void** state)
 {
+    (void)state;
     osal_task_t task;
     size_t size = 0U;
     for (size_t i = 0U; i < sizeof pieces; i++) {
         pieces[i] = (uint8_t)((i * 7U) + (i / 251U));
     }
     arrived_count = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, read_the_pieces, NULL, 0));
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, pieces, sizeof pieces, &size));
+    assert_int_equal(STATUS_OK, osal_task_start(&task, read_the_pieces, NULL, 0));
+    assert_int_equal(STATUS_OK, carrier.send(carrier.context, pieces, sizeof pieces, &size));
     osal_task_join(&task);
-    TEST_ASSERT_EQUAL_UINT(sizeof pieces, size);
-    TEST_ASSERT_EQUAL_UINT(sizeof arrived, arrived_count);
+    assert_int_equal(sizeof pieces, size);
+    assert_int_equal(sizeof arrived, arrived_count);
     for (size_t i = 0U; i < PIECES; i++) {
         const uint8_t* const one = &arrived[i * PIECE_OCTETS];
-        TEST_ASSERT_EQUAL_UINT32(TARGET_WIRE_STREAM_MAX + 1U, octets_u32_at(one));
-        TEST_ASSERT_EQUAL_UINT8(TARGET_WIRE_STREAM, one[4]);
-        TEST_ASSERT_EQUAL_MEMORY(&pieces[i * TARGET_WIRE_STREAM_MAX], &one[TARGET_WIRE_HEADER_OCTETS],
-                                 TARGET_WIRE_STREAM_MAX);
+        assert_int_equal(TARGET_WIRE_STREAM_MAX + 1U, octets_u32_at(one));
+        assert_int_equal(TARGET_WIRE_STREAM, one[4]);
+        assert_memory_equal(&pieces[i * TARGET_WIRE_STREAM_MAX], &one[TARGET_WIRE_HEADER_OCTETS],
+                            TARGET_WIRE_STREAM_MAX);
     }
 }
 
-static void a_record_that_is_not_whole_is_kept(void)
+static void a_record_that_is_not_whole_is_kept(void** state)
 {
+    (void)state;
     uint8_t octets[16];
     size_t size                  = 0U;
     static const uint8_t first[] = {0U, 0U, 0U, 4U, TARGET_WIRE_STREAM, 'x'};
     put(first, 2U);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_EMPTY, take());
     put(&first[2], 4U);
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL_UINT(1U, size);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    assert_int_equal(1U, size);
+    assert_int_equal(STATUS_EMPTY, take());
     put((const uint8_t*)"yz", 2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL_MEMORY("yz", octets, 2U);
+    assert_int_equal(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    assert_memory_equal("yz", octets, 2U);
     static const uint8_t adoption[] = {0U, 0U, 0U, 5U, TARGET_WIRE_ADOPT, 0U, 0U};
     put(adoption, sizeof adoption);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL_UINT(0U, link.socket_count);
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(0U, link.socket_count);
 }
 
-static void messages_that_have_arrived_reach_the_program_before_its_next_grant(void)
+static void messages_that_have_arrived_reach_the_program_before_its_next_grant(void** state)
 {
+    (void)state;
     size_t size = 0U;
     adopt();
     send_to_program("one");
     send_to_program("two");
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
+    assert_int_equal(STATUS_OK, carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
     get_datagram("one");
     get_datagram("two");
-    TEST_ASSERT_EQUAL_UINT(5U, get_record(TARGET_WIRE_STREAM));
-    TEST_ASSERT_EQUAL_MEMORY("grant", record, 5U);
+    assert_int_equal(5U, get_record(TARGET_WIRE_STREAM));
+    assert_memory_equal("grant", record, 5U);
 }
 
-static void datagrams_of_the_program_leave_from_its_sockets(void)
+static void datagrams_of_the_program_leave_from_its_sockets(void** state)
 {
+    (void)state;
     osal_address_t from = {0U, 0U};
     uint8_t octets[16];
     size_t size = 0U;
     adopt();
     const osal_address_t own = address_of(&message);
+    will_return_count(__wrap_osal_udp_send, STATUS_OK, 2);
     put_datagram((uint32_t)run.components[0].message_descriptor, address_of(&partner), "hello");
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL_UINT(5U, size);
-    TEST_ASSERT_EQUAL_MEMORY("hello", octets, 5U);
-    TEST_ASSERT_EQUAL_UINT16(own.port, from.port);
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
+    assert_int_equal(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
+    assert_int_equal(5U, size);
+    assert_memory_equal("hello", octets, 5U);
+    assert_int_equal(own.port, from.port);
     put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "frame"); // A socket that only sends.
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL_MEMORY("frame", octets, 5U);
-    TEST_ASSERT_TRUE(own.port != from.port);
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
+    assert_int_equal(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
+    assert_memory_equal("frame", octets, 5U);
+    assert_true(own.port != from.port);
 }
 
-static void a_wait_ends_with_a_datagram_or_with_its_time(void)
+static void a_wait_ends_with_a_datagram_or_with_its_time(void** state)
 {
+    (void)state;
     uint8_t content[8];
     adopt();
     octets_put_u32(content, (uint32_t)run.components[0].message_descriptor);
     octets_put_u32(&content[4], 1U);
     put_record(TARGET_WIRE_WAIT, content, sizeof content);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL_UINT(0U, get_record(TARGET_WIRE_WAITED));
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(0U, get_record(TARGET_WIRE_WAITED));
     send_to_program("late");
     octets_put_u32(&content[4], PATIENCE_MS);
     put_record(TARGET_WIRE_WAIT, content, sizeof content);
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
+    assert_int_equal(STATUS_EMPTY, take());
     get_datagram("late");
-    TEST_ASSERT_EQUAL_UINT(0U, get_record(TARGET_WIRE_WAITED));
+    assert_int_equal(0U, get_record(TARGET_WIRE_WAITED));
 }
 
-static void a_socket_of_a_link_is_adopted_once(void)
+static void a_socket_of_a_link_is_adopted_once(void** state)
 {
+    (void)state;
     run.link_descriptors[RUN_LINKS_MAX - 1U] = osal_socket_descriptor(&partner);
     adopt();
     put_number(TARGET_WIRE_ADOPT, (uint32_t)osal_socket_descriptor(&partner));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(2U, link.socket_count);
     put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
-    TEST_ASSERT_EQUAL(STATUS_IO, take());
-    TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    assert_int_equal(STATUS_IO, take());
+    assert_int_equal(2U, link.socket_count);
     link.at = link.end;    // The proxy ends; here the next record follows.
     osal_socket_t foreign; // Open in this process, but not given to the program.
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&foreign, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U));
+    assert_int_equal(STATUS_OK, osal_udp_open(&foreign, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U));
     put_number(TARGET_WIRE_ADOPT, (uint32_t)osal_socket_descriptor(&foreign));
-    TEST_ASSERT_EQUAL(STATUS_IO, take());
-    TEST_ASSERT_EQUAL_UINT(2U, link.socket_count);
+    assert_int_equal(STATUS_IO, take());
+    assert_int_equal(2U, link.socket_count);
     osal_socket_close(&foreign);
     partner = (osal_socket_t)OSAL_SOCKET_CLOSED; // The link closes it.
 }
 
-static void a_datagram_that_is_lost_is_counted(void)
+static void a_datagram_that_is_lost_is_counted(void** state)
 {
+    (void)state;
     static const uint8_t long_text[TARGET_WIRE_DATAGRAM_MAX + 1U] = {1U};
     size_t size                                                   = 0U;
     adopt();
-    TEST_ASSERT_EQUAL_UINT32(0U, target_link_lost(&link));
-    send_status = STATUS_FULL;
+    assert_int_equal(0U, target_link_lost(&link));
+    will_return(__wrap_osal_udp_send, STATUS_FULL);
     put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "lost");
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take()); // The program continues, like a native one.
-    send_status = STATUS_OK;
-    TEST_ASSERT_EQUAL_UINT32(1U, target_link_lost(&link));
+    assert_int_equal(STATUS_EMPTY, take()); // The program continues, like a native one.
+    assert_int_equal(1U, target_link_lost(&link));
+    will_return(__wrap_osal_udp_send, STATUS_OK);
     put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "good");
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL_UINT32(1U, target_link_lost(&link));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_send(&partner, address_of(&message), long_text, sizeof long_text));
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(1U, target_link_lost(&link));
+    assert_int_equal(STATUS_OK,
+                     __real_osal_udp_send(&partner, address_of(&message), long_text, sizeof long_text));
     send_to_program("next");
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
-    TEST_ASSERT_EQUAL_UINT32(2U, target_link_lost(&link));
+    assert_int_equal(STATUS_OK, carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
+    assert_int_equal(2U, target_link_lost(&link));
     get_datagram("next");
 }
 
@@ -369,30 +381,29 @@ static void put_sync(const uint8_t what, const char* const path)
 
 static void expect_synced(const uint8_t answer)
 {
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, take());
-    TEST_ASSERT_EQUAL_UINT(1U, get_record(TARGET_WIRE_SYNCED));
-    TEST_ASSERT_EQUAL_UINT8(answer, record[0]);
+    assert_int_equal(STATUS_EMPTY, take());
+    assert_int_equal(1U, get_record(TARGET_WIRE_SYNCED));
+    assert_int_equal(answer, record[0]);
 }
 
 /// The program gets the answer that a file is on the disk only after the file was forced there.
-static void files_of_the_program_are_forced_to_the_disk(void)
+static void files_of_the_program_are_forced_to_the_disk(void** state)
 {
+    (void)state;
     char path[64];
     osal_file_t file;
     (void)snprintf(path, sizeof path, "%s/target-link-%d", TEST_FOLDER, (int)osal_process_own_id());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path));
+    assert_int_equal(STATUS_OK, osal_file_create(&file, path));
     osal_file_close(&file);
-    syncs = 0U;
+    will_return(__wrap_osal_file_sync, STATUS_OK);
     put_sync(TARGET_WIRE_SYNC_CONTENT, path);
     expect_synced(1U);
-    TEST_ASSERT_EQUAL_UINT(1U, syncs);
-    sync_status = STATUS_IO;
+    will_return(__wrap_osal_file_sync, STATUS_IO);
     put_sync(TARGET_WIRE_SYNC_CONTENT, path);
     expect_synced(0U);
-    sync_status = STATUS_OK;
     put_sync(TARGET_WIRE_SYNC_NAMES, path);
     expect_synced(1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(path));
+    assert_int_equal(STATUS_OK, osal_file_remove(path));
     put_sync(TARGET_WIRE_SYNC_CONTENT, path);
     expect_synced(0U);
     put_sync(TARGET_WIRE_SYNC_NAMES, "/no/such/folder/file");
@@ -402,12 +413,13 @@ static void files_of_the_program_are_forced_to_the_disk(void)
 static void refuse(const uint8_t kind, const void* const content, const size_t size)
 {
     put_record(kind, content, size);
-    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    assert_int_equal(STATUS_IO, take());
     link.at = link.end; // The proxy ends; here the next record follows.
 }
 
-static void malformed_records_of_a_program_are_refused(void)
+static void malformed_records_of_a_program_are_refused(void** state)
 {
+    (void)state;
     uint8_t content[16] = {0U};
     adopt();
     octets_put_u32(content, STRANGER);
@@ -432,39 +444,43 @@ static void malformed_records_of_a_program_are_refused(void)
     // A length of 0, which does not even include the kind; then a length beyond the largest.
     static const uint8_t empty[] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
     put(empty, sizeof empty);
-    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    assert_int_equal(STATUS_IO, take());
     link.at                                  = link.end;
     uint8_t large[TARGET_WIRE_HEADER_OCTETS] = {0U, 0U, 0U, 0U, TARGET_WIRE_STREAM};
     octets_put_u32(large, TARGET_WIRE_CONTENT_MAX + 2U);
     put(large, sizeof large);
-    TEST_ASSERT_EQUAL(STATUS_IO, take());
+    assert_int_equal(STATUS_IO, take());
 }
 
-static void the_end_of_the_program_is_seen(void)
+static void the_end_of_the_program_is_seen(void** state)
 {
+    (void)state;
     uint8_t octets[4];
     size_t size = 0U;
     put_record(TARGET_WIRE_STREAM, "last", 4U);
     target_link_release_peer(&link);
-    TEST_ASSERT_EQUAL(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
-    TEST_ASSERT_EQUAL_MEMORY("last", octets, 4U);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, carrier.receive(carrier.context, octets, sizeof octets, &size));
-    TEST_ASSERT_TRUE(STATUS_OK != carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
+    assert_int_equal(STATUS_OK, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    assert_memory_equal("last", octets, 4U);
+    assert_int_equal(STATUS_CLOSED, carrier.receive(carrier.context, octets, sizeof octets, &size));
+    assert_true(STATUS_OK != carrier.send(carrier.context, (const uint8_t*)"grant", 5U, &size));
 }
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(octets_of_the_stream_arrive_in_both_directions);
-    RUN_TEST(a_record_that_the_pipe_accepts_in_parts_arrives_whole);
-    RUN_TEST(a_record_that_is_not_whole_is_kept);
-    RUN_TEST(messages_that_have_arrived_reach_the_program_before_its_next_grant);
-    RUN_TEST(datagrams_of_the_program_leave_from_its_sockets);
-    RUN_TEST(a_wait_ends_with_a_datagram_or_with_its_time);
-    RUN_TEST(a_socket_of_a_link_is_adopted_once);
-    RUN_TEST(a_datagram_that_is_lost_is_counted);
-    RUN_TEST(files_of_the_program_are_forced_to_the_disk);
-    RUN_TEST(malformed_records_of_a_program_are_refused);
-    RUN_TEST(the_end_of_the_program_is_seen);
-    return UNITY_END();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(octets_of_the_stream_arrive_in_both_directions, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_record_that_the_pipe_accepts_in_parts_arrives_whole, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(a_record_that_is_not_whole_is_kept, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(messages_that_have_arrived_reach_the_program_before_its_next_grant,
+                                        set_up, tear_down),
+        cmocka_unit_test_setup_teardown(datagrams_of_the_program_leave_from_its_sockets, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_wait_ends_with_a_datagram_or_with_its_time, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_socket_of_a_link_is_adopted_once, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_datagram_that_is_lost_is_counted, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(files_of_the_program_are_forced_to_the_disk, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(malformed_records_of_a_program_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(the_end_of_the_program_is_seen, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
 }

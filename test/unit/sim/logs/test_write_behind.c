@@ -6,10 +6,13 @@
 #include "osal/include/osal/task.h"
 
 #include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
 #include <string.h>
 #include <time.h>
 
-#include "unity.h"
+#include <cmocka.h>
 
 #define RECORD_OCTETS 7U
 #define ROOM_OCTETS 10U // A record may be shorter than the room that was asked for.
@@ -28,36 +31,24 @@ typedef struct {
 } seen_t;
 
 static write_behind_t buffer;
-static bool has_no_room_for_a_task;
+
+// Mocked functions: a test expects each call. If the status is STATUS_OK, the real function is called.
 
 status_t __real_osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority);
-status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority);
-
 status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority)
 {
-    return has_no_room_for_a_task ? STATUS_EXHAUSTED : __real_osal_task_start(task, entry, context, priority);
+    const status_t status = mock_type(status_t);
+    return (status == STATUS_OK) ? __real_osal_task_start(task, entry, context, priority) : status;
 }
-
-static bool is_disk_hung; // The task does not finish while a flush waits for it.
 
 status_t __real_osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
-status_t __wrap_osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
-
 status_t __wrap_osal_event_wait(osal_event_t* event, uint32_t timeout_ms)
 {
-    return ((timeout_ms == WRITE_BEHIND_PATIENCE_MS) && is_disk_hung)
-               ? STATUS_TIMEOUT
-               : __real_osal_event_wait(event, timeout_ms);
-}
-
-void setUp(void)
-{
-    has_no_room_for_a_task = false;
-    is_disk_hung           = false;
-}
-
-void tearDown(void)
-{
+    if (timeout_ms != WRITE_BEHIND_PATIENCE_MS) {
+        return __real_osal_event_wait(event, timeout_ms); // The task of the buffer waits for work.
+    }
+    const status_t status = mock_type(status_t);
+    return (status == STATUS_OK) ? __real_osal_event_wait(event, timeout_ms) : status;
 }
 
 static void take(void* context, const uint8_t* octets, size_t size)
@@ -90,36 +81,43 @@ static void add_all(seen_t* seen)
     }
 }
 
-static void a_slow_task_gets_every_record_in_order(void)
+static void a_slow_task_gets_every_record_in_order(void** state)
 {
+    (void)state;
     seen_t seen = {.pause_ns = 1000000L};
+    will_return(__wrap_osal_task_start, STATUS_OK);
     add_all(&seen);
     write_behind_close(&buffer);
-    TEST_ASSERT_EQUAL_UINT32(RECORDS, seen.records);
-    TEST_ASSERT_EQUAL_UINT32(0U, seen.wrong);
+    assert_int_equal(RECORDS, seen.records);
+    assert_int_equal(0U, seen.wrong);
     // Only the rest that was left at the end is consumed by the caller.
-    TEST_ASSERT_EQUAL_UINT32(HALVES, seen.by_others);
-    TEST_ASSERT_EQUAL_UINT32(seen.by_others + 1U, seen.calls);
+    assert_int_equal(HALVES, seen.by_others);
+    assert_int_equal(seen.by_others + 1U, seen.calls);
 }
 
-static void a_flush_returns_when_all_records_are_consumed(void)
+static void a_flush_returns_when_all_records_are_consumed(void** state)
 {
+    (void)state;
     seen_t seen = {.pause_ns = 1000000L};
+    will_return(__wrap_osal_task_start, STATUS_OK);
     add_all(&seen);
+    will_return(__wrap_osal_event_wait, STATUS_OK);
     write_behind_flush(&buffer, true);
-    TEST_ASSERT_EQUAL_UINT32(RECORDS, seen.records);
+    assert_int_equal(RECORDS, seen.records);
     const uint32_t calls = seen.calls;
     write_behind_flush(&buffer, true); // There is nothing to consume.
-    TEST_ASSERT_EQUAL_UINT32(calls, seen.calls);
+    assert_int_equal(calls, seen.calls);
     add(RECORDS);
     write_behind_close(&buffer);
-    TEST_ASSERT_EQUAL_UINT32(RECORDS + 1U, seen.records);
-    TEST_ASSERT_EQUAL_UINT32(0U, seen.wrong);
+    assert_int_equal(RECORDS + 1U, seen.records);
+    assert_int_equal(0U, seen.wrong);
 }
 
-static void a_flush_without_waiting_leaves_the_records_to_the_task(void)
+static void a_flush_without_waiting_leaves_the_records_to_the_task(void** state)
 {
+    (void)state;
     seen_t seen = {.test = pthread_self()};
+    will_return(__wrap_osal_task_start, STATUS_OK);
     write_behind_open(&buffer, take, &seen);
     write_behind_flush(&buffer, false); // There is nothing to pass.
     add(0U);
@@ -127,48 +125,51 @@ static void a_flush_without_waiting_leaves_the_records_to_the_task(void)
     add(1U);
     write_behind_flush(&buffer, false);
     write_behind_close(&buffer);
-    TEST_ASSERT_EQUAL_UINT32(2U, seen.records);
-    TEST_ASSERT_EQUAL_UINT32(2U, seen.by_others);
-    TEST_ASSERT_EQUAL_UINT32(2U, seen.calls);
+    assert_int_equal(2U, seen.records);
+    assert_int_equal(2U, seen.by_others);
+    assert_int_equal(2U, seen.calls);
 }
 
-static void without_a_task_the_caller_consumes(void)
+static void without_a_task_the_caller_consumes(void** state)
 {
-    seen_t seen            = {.records = 0U};
-    has_no_room_for_a_task = true;
+    (void)state;
+    seen_t seen = {.records = 0U};
+    will_return(__wrap_osal_task_start, STATUS_EXHAUSTED);
     add_all(&seen);
     write_behind_flush(&buffer, false);
-    TEST_ASSERT_EQUAL_UINT32(RECORDS, seen.records);
-    TEST_ASSERT_EQUAL_UINT32(0U, seen.wrong);
-    TEST_ASSERT_EQUAL_UINT32(0U, seen.by_others);
+    assert_int_equal(RECORDS, seen.records);
+    assert_int_equal(0U, seen.wrong);
+    assert_int_equal(0U, seen.by_others);
     write_behind_close(&buffer);
 }
 
-static void a_flush_ends_while_the_disk_hangs_and_its_records_are_written_later(void)
+static void a_flush_ends_while_the_disk_hangs_and_its_records_are_written_later(void** state)
 {
+    (void)state;
     seen_t seen = {.test = pthread_self()};
+    will_return(__wrap_osal_task_start, STATUS_OK);
     write_behind_open(&buffer, take, &seen);
     add(0U);
     write_behind_flush(&buffer, false);
     add(1U);
-    is_disk_hung = true;
+    will_return(__wrap_osal_event_wait, STATUS_TIMEOUT);
     write_behind_flush(&buffer, true);
-    TEST_ASSERT_EQUAL_UINT32(RECORD_OCTETS, buffer.used);
-    is_disk_hung = false;
+    assert_int_equal(RECORD_OCTETS, buffer.used);
     add(2U);
     write_behind_close(&buffer);
-    TEST_ASSERT_EQUAL_UINT32(3U, seen.records);
-    TEST_ASSERT_EQUAL_UINT32(0U, seen.wrong);
-    TEST_ASSERT_EQUAL_UINT32(1U, seen.by_others);
+    assert_int_equal(3U, seen.records);
+    assert_int_equal(0U, seen.wrong);
+    assert_int_equal(1U, seen.by_others);
 }
 
 int main(void)
 {
-    UNITY_BEGIN();
-    RUN_TEST(a_slow_task_gets_every_record_in_order);
-    RUN_TEST(a_flush_returns_when_all_records_are_consumed);
-    RUN_TEST(a_flush_without_waiting_leaves_the_records_to_the_task);
-    RUN_TEST(without_a_task_the_caller_consumes);
-    RUN_TEST(a_flush_ends_while_the_disk_hangs_and_its_records_are_written_later);
-    return UNITY_END();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_slow_task_gets_every_record_in_order),
+        cmocka_unit_test(a_flush_returns_when_all_records_are_consumed),
+        cmocka_unit_test(a_flush_without_waiting_leaves_the_records_to_the_task),
+        cmocka_unit_test(without_a_task_the_caller_consumes),
+        cmocka_unit_test(a_flush_ends_while_the_disk_hangs_and_its_records_are_written_later),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
 }
