@@ -262,9 +262,11 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     if (accepted == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, open->link);
     }
-    link_session_t* const session = (session_of_link(supervisor, open->link) == NULL)
-                                        ? new_session(supervisor, open->link, SESSION_OPEN_PRODUCER, token)
-                                        : NULL;
+    if ((session_of_link(supervisor, open->link) != NULL) ||
+        (supervisor_link_graph_find(&supervisor->graph, open->link) != NULL)) {
+        return pus_refused(PUS_FAILURE_STATE, open->link); // A time-out would close an open link.
+    }
+    link_session_t* const session = new_session(supervisor, open->link, SESSION_OPEN_PRODUCER, token);
     if (session == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, SUPERVISOR_LINK_SESSIONS);
     }
@@ -321,10 +323,8 @@ static bool link_status(void* const context, const uint16_t index, pus_link_stat
         return false;
     }
     const link_edge_t* const edge = &supervisor->graph.edges[index];
-    *out_status =
-        (pus_link_status_t){.link  = edge->link,
-                            .state = (uint8_t)(edge->is_stale ? PUS_LINK_STATE_STALE : PUS_LINK_STATE_OPEN),
-                            .ends  = edge->ends};
+    const uint8_t state           = (uint8_t)(edge->is_stale ? PUS_LINK_STATE_STALE : PUS_LINK_STATE_OPEN);
+    *out_status = (pus_link_status_t){.link = edge->link, .state = state, .ends = edge->ends};
     return true;
 }
 

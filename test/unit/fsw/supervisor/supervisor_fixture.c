@@ -182,6 +182,18 @@ void fixture_place(unsigned index, state_t state)
     fixture_step();
 }
 
+static uint32_t bit_of(uint16_t link)
+{
+    return ((link >= 1U) && (link <= 32U)) ? ((uint32_t)1U << (link - 1U)) : 0U;
+}
+
+static void close_link(fixture_member_t* member, uint16_t link)
+{
+    member->open_links &= ~bit_of(link);
+    fixture_link_changed((unsigned)(member - fixture.members), link, PUS_LINK_STATE_OPEN,
+                         PUS_LINK_STATE_CLOSED);
+}
+
 static void answer_link_request(fixture_member_t* member, octet_reader_t* reader)
 {
     pus_link_request_t request;
@@ -192,6 +204,9 @@ static void answer_link_request(fixture_member_t* member, octet_reader_t* reader
         (void)pus_link_refuse_report(&member->process, FIXTURE_USER, &refused, fixture.now_ns);
         return;
     }
+    if ((member->open_links & bit_of(request.link)) != 0U) { // An agreement replaces an open link.
+        close_link(member, request.link);
+    }
     pus_link_accept_t accepted = {
         .transaction = request.transaction, .link = request.link, .properties = request.properties};
     // A change that the tests can observe.
@@ -199,11 +214,6 @@ static void answer_link_request(fixture_member_t* member, octet_reader_t* reader
     fixture_link_changed((unsigned)(member - fixture.members), request.link, PUS_LINK_STATE_CLOSED,
                          PUS_LINK_STATE_ACCEPTED);
     (void)pus_link_accept_report(&member->process, PUS_USER_SUPERVISOR, &accepted, fixture.now_ns);
-}
-
-static uint32_t bit_of(uint16_t link)
-{
-    return ((link >= 1U) && (link <= 32U)) ? ((uint32_t)1U << (link - 1U)) : 0U;
 }
 
 /// Send TM[130,9] of the links that the member considers open.
@@ -235,13 +245,14 @@ static void answer_link(fixture_member_t* member, const pus_tc_t* tc, octet_read
         answer_link_request(member, reader);
     } else if (tc->subtype == PUS_LINK_OPEN) {
         const uint16_t link = octet_read_u16(reader);
+        if ((member->open_links & bit_of(link)) != 0U) {
+            return; // A member refuses to open a link again.
+        }
         member->open_links |= member->fails_to_open ? 0U : bit_of(link);
         fixture_link_changed(index, link, PUS_LINK_STATE_ACCEPTED,
                              member->fails_to_open ? PUS_LINK_STATE_FAILED : PUS_LINK_STATE_OPEN);
     } else if (tc->subtype == PUS_LINK_CLOSE) {
-        const uint16_t link = octet_read_u16(reader);
-        member->open_links &= ~bit_of(link);
-        fixture_link_changed(index, link, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
+        close_link(member, octet_read_u16(reader));
     } else if (tc->subtype == PUS_LINK_REPORT_STATUS) {
         report_links(member);
     } else {

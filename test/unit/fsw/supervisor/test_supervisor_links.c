@@ -188,6 +188,57 @@ static void one_link_has_one_session(void)
     TEST_ASSERT_EQUAL(1U, sessions());
 }
 
+/// The members would refuse to open the link again, and the session would close it at its time-out.
+static void an_open_link_is_not_opened_again(void)
+{
+    char expected[64];
+    fixture_link_up(STATE_OPERATIONAL);
+    const uint16_t number = fixture_open_link(LINK_ARM_STATE);
+    fixture_run(250U);
+    (void)snprintf(expected, sizeof expected, "G 1.4 #%u 0204 1\n", number);
+    TEST_ASSERT_TRUE(fixture_has(expected));
+    TEST_ASSERT_FALSE(fixture_has("TC 130."));
+    TEST_ASSERT_EQUAL(2U, edges());
+    TEST_ASSERT_EQUAL(0U, sessions());
+}
+
+/// Two users open the same link at once.
+static void a_link_that_is_being_opened_is_not_opened_twice(void)
+{
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture_forget();
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture.source = 3U;
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #1\n"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #2 0204 1\n"));
+    TEST_ASSERT_EQUAL(1U, edges());
+    TEST_ASSERT_EQUAL(0U, sessions());
+}
+
+static void without_a_free_session_a_link_is_neither_opened_nor_closed(void)
+{
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    fixture_forget();
+    for (uint16_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
+        fixture.supervisor.sessions[i] =
+            (link_session_t){.step = SESSION_CLOSING, .link = (uint16_t)(20U + i), .deadline_ns = UINT64_MAX};
+    }
+    (void)fixture_open_link(LINK_ARM_STATE);
+    (void)fixture_close_link(LINK_ARM_STATE);
+    fixture_run(2U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #1 0205 8\n"));
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #2 0205 8\n"));
+    TEST_ASSERT_FALSE(fixture_has("TC 130."));
+    fixture.supervisor.sessions[SUPERVISOR_LINK_SESSIONS - 1U].step = SESSION_FREE;
+    (void)fixture_open_link(LINK_ARM_STATE);
+    fixture_run(5U);
+    TEST_ASSERT_TRUE(fixture_has("G 1.7 #3\n"));
+}
+
 // ---- Members that do not answer ----
 
 static void a_silent_member_ends_the_session_in_time(void)
@@ -523,6 +574,9 @@ int main(void)
     RUN_TEST(links_outside_the_mission_are_denied);
     RUN_TEST(a_member_s_refusal_is_passed_on);
     RUN_TEST(one_link_has_one_session);
+    RUN_TEST(an_open_link_is_not_opened_again);
+    RUN_TEST(a_link_that_is_being_opened_is_not_opened_twice);
+    RUN_TEST(without_a_free_session_a_link_is_neither_opened_nor_closed);
     RUN_TEST(a_silent_member_ends_the_session_in_time);
     RUN_TEST(every_session_ends_in_time);
     RUN_TEST(a_member_that_dies_ends_its_sessions_at_once);

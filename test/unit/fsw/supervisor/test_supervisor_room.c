@@ -82,7 +82,7 @@ static void a_link_that_is_being_opened_is_neither_closed_nor_opened_again(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.4 #2 0204 1")); // PUS_FAILURE_STATE.
     (void)fixture_open_link(LINK_ARM_STATE);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_has("G 1.4 #3 0205 8")); // PUS_FAILURE_TABLE_FULL.
+    TEST_ASSERT_TRUE(fixture_has("G 1.4 #3 0204 1"));
 }
 
 static void a_stale_link_is_reported_as_stale(void)
