@@ -254,7 +254,10 @@ static void load_slice(pus_memory_service_t* const service, pus_memory_operation
     pus_failure_t failure              = pus_no_failure();
     status_t status =
         files->read(files->context, operation->file, area.offset + operation->done, service->octets, piece);
-    if ((status == STATUS_OK) && (operation->phase == (uint8_t)PHASE_LOAD)) {
+    if ((status == STATUS_OK) && (operation->phase == (uint8_t)PHASE_LOAD) &&
+        service->config.states[operation->memory].is_protected) {
+        failure = pus_failure(PUS_FAILURE_PROTECTED, memory->id); // Protected since the load has begun.
+    } else if ((status == STATUS_OK) && (operation->phase == (uint8_t)PHASE_LOAD)) {
         status = memory->write(memory->context, address, service->octets, piece);
         failure =
             (status == STATUS_OK) ? memory_verify(service, memory, address, service->octets, piece) : failure;

@@ -131,6 +131,37 @@ static void name_part(pus_file_copy_t* const copy)
     text_add_unsigned(&text, copy->id);
 }
 
+/// Free the entry of a copy, and delete its temporary file if there is one.
+static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const bool has_part)
+{
+    const pus_file_store_t* const store = &files->config.store;
+    if (has_part) {
+        (void)store->remove_file(store->context, copy->part.text);
+    }
+    // Without the erasure, the next life would look for a temporary file that does not exist.
+    (void)st23_forget(files, key_of(files, copy));
+    copy->status = PUS_FILE_COPY_FREE;
+}
+
+static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
+{
+    forget(files, copy, true);
+    (void)st23_commit(files); // If the commit fails, the next life tries again.
+    files->counters.removed++;
+}
+
+/// Remove what an earlier life has left under the temporary name of a new copy; otherwise the first step
+/// would remove it from the new copy.
+static void remove_left_of(pus_files_t* const files, const pus_file_copy_t* const copy)
+{
+    for (size_t i = 0U; i < files->config.copy_count; i++) {
+        pus_file_copy_t* const other = &files->config.copies[i];
+        if ((other->status == PUS_FILE_COPY_LEFT) && pus_file_path_is_same(&other->part, &copy->part)) {
+            remove_left(files, other);
+        }
+    }
+}
+
 pus_reply_t st23_copy(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files = self;
@@ -150,6 +181,7 @@ pus_reply_t st23_copy(void* const self, pus_request_t* const request)
                               .source = wanted.source.path,
                               .target = wanted.target.path};
     name_part(copy);
+    remove_left_of(files, copy);
     const status_t status =
         st23_keep(files, key_of(files, copy), (const uint8_t*)copy->part.text, strlen(copy->part.text));
     if (status != STATUS_OK) {
@@ -176,18 +208,6 @@ pus_reply_t st23_move(void* const self, pus_request_t* const request)
 }
 
 // ---- Changing ----
-
-/// Free the entry of a copy, and delete its temporary file if there is one.
-static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const bool has_part)
-{
-    const pus_file_store_t* const store = &files->config.store;
-    if (has_part) {
-        (void)store->remove_file(store->context, copy->part.text);
-    }
-    // Without the erasure, the next life would look for a temporary file that does not exist.
-    (void)st23_forget(files, key_of(files, copy));
-    copy->status = PUS_FILE_COPY_FREE;
-}
 
 /// Remove the temporary file of a failed or aborted copy, and end its request.
 static void end_copy(pus_files_t* const files, pus_file_copy_t* const copy, const pus_failure_t failure,
@@ -421,13 +441,6 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     } else {
         // Later steps continue the copy.
     }
-}
-
-static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
-{
-    forget(files, copy, true);
-    (void)st23_commit(files); // If the commit fails, the next life tries again.
-    files->counters.removed++;
 }
 
 static bool has_turn(const pus_file_copy_t* const copy)

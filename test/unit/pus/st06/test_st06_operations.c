@@ -331,6 +331,32 @@ static void a_load_from_a_file_that_fails_is_reported(void)
     expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_IO);
 }
 
+/// A second user protects the memory while a load of the first one is under way.
+static void a_protection_ends_a_load_from_a_file(void)
+{
+    memory_begin(RAM);
+    memory_name_file();
+    octet_write_u8(&memory_writer, 2U);
+    memory_add_file_area(RAM_BASE, 0U, 3000U, 0U);
+    memory_add_file_area(RAM_BASE + 3500U, 0U, 1U, 0U);
+    memory_request(19U);
+    memory_step(4U); // The checksum is checked, and the first slice is loaded.
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(memory_file.octets, memory_ram, PUS_MEMORY_SLICE);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)(PUS_MEMORY_SLICE * 7U), memory_ram[PUS_MEMORY_SLICE]);
+    const uint32_t loading = bench.request_id;
+    memory_begin(RAM);
+    memory_request(15U);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    bench_clear();
+    memory_step(3U);
+    EXPECT_MESSAGES(1, 8);
+    bench.request_id = loading;
+    expect_failure(0U, 8U, PUS_FAILURE_PROTECTED, 1U, RAM);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)(PUS_MEMORY_SLICE * 7U), memory_ram[PUS_MEMORY_SLICE]);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)(3500U * 7U), memory_ram[3500]);
+    TEST_ASSERT_EQUAL_UINT(1U, memory_file.closes);
+}
+
 static void areas_are_dumped_to_a_file_one_behind_the_other(void)
 {
     memory_begin(RAM);
@@ -488,6 +514,7 @@ int main(void)
     RUN_TEST(an_object_is_loaded_from_a_file);
     RUN_TEST(a_file_with_a_wrong_checksum_changes_nothing);
     RUN_TEST(a_load_from_a_file_that_fails_is_reported);
+    RUN_TEST(a_protection_ends_a_load_from_a_file);
     RUN_TEST(areas_are_dumped_to_a_file_one_behind_the_other);
     RUN_TEST(a_dump_to_a_file_ends_with_its_first_failure);
     RUN_TEST(a_file_that_cannot_be_opened_refuses_the_request);

@@ -303,6 +303,32 @@ static void after_a_power_cut_nothing_of_an_incomplete_copy_remains(void)
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
 }
 
+/// After a power cut the ground sends its requests again before the first step, with the same numbers.
+static void a_copy_that_is_repeated_after_a_power_cut_keeps_its_own_part_file(void)
+{
+    (void)disk_file("empty", 0U, 0U);
+    (void)disk_file("large", SLICE * 4U, 7U);
+    st23_fixture_copy(14U, 1U, "", "empty", "", "z");
+    st23_fixture_copy(14U, 2U, "", "large", "a/b", "x");
+    st23_fixture_copy(14U, 3U, "", "large", "a", "x");
+    for (unsigned i = 0U; i < 3U; i++) {
+        st23_fixture_step(); // Copy 1 ends, the others begin.
+    }
+    st23_fixture_power_cut();
+    st23_fixture_copy(14U, 3U, "", "large", "a", "x"); // Takes the entry before those that are left.
+    EXPECT_MESSAGES(1, 1, 1, 3);
+    for (unsigned i = 0U; i < 7U; i++) {
+        st23_fixture_step();
+    }
+    expect_copied("large", "a/x");
+    TEST_ASSERT_NULL(disk_find("a/.copy-3"));
+    TEST_ASSERT_NULL(disk_find("a/b/.copy-2"));
+    TEST_ASSERT_EQUAL_UINT32(0U, st23_fixture.files.counters.failed);
+    TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files));
+    st23_fixture_power_cut();
+    TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files)); // No record is left.
+}
+
 static void a_copy_that_cannot_be_recorded_is_not_started(void)
 {
     records.put_status = STATUS_FULL;
@@ -425,6 +451,7 @@ int main(void)
     RUN_TEST(copies_are_suspended_resumed_and_aborted);
     RUN_TEST(copies_of_a_path_are_changed);
     RUN_TEST(after_a_power_cut_nothing_of_an_incomplete_copy_remains);
+    RUN_TEST(a_copy_that_is_repeated_after_a_power_cut_keeps_its_own_part_file);
     RUN_TEST(a_copy_that_cannot_be_recorded_is_not_started);
     RUN_TEST(without_records_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(copies_are_reported_at_an_interval);
