@@ -59,7 +59,8 @@ static pus_reply_t start_process(void* const context, const uint16_t apid, const
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    if ((apid == SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING)) {
+    if ((apid == SUPERVISOR_APID) || (entry->process == PROCESS_RUNNING) ||
+        (supervisor->shutdown_step != 0U)) { // During the shutdown no process is started.
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
     supervisor_registry_start(supervisor, entry);
@@ -76,11 +77,14 @@ static pus_reply_t stop_process(void* const context, const uint16_t apid, const 
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    if ((apid == SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) || (entry->state != STATE_OFFLINE)) {
+    // Without `communication`, no request of the ground could start it again.
+    if ((apid == SUPERVISOR_APID) || (apid == COMMUNICATION_APID) || (entry->process != PROCESS_RUNNING) ||
+        (entry->state != STATE_OFFLINE)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
     supervisor_output_commit_stop(supervisor, entry, false);
-    entry->process = PROCESS_STOPPED;
+    entry->process          = PROCESS_STOPPED;
+    entry->is_order_pending = false;
     supervisor_registry_end_pending(supervisor, apid);
     return pus_done();
 }

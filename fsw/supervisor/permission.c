@@ -127,6 +127,9 @@ static pus_failure_t check_state_request(supervisor_t* const supervisor, const p
                    ? check_members(supervisor, tc->apid, STATE_OPERATIONAL, false)
                    : pus_failure(PUS_FAILURE_NONE, 0U);
     }
+    if (supervisor->shutdown_step != 0U) { // At the end of the shutdown all subsystems must be OFFLINE.
+        return pus_failure(PUS_FAILURE_STATE, tc->apid);
+    }
     if (supervisor_doubt_exists(target)) {
         return pus_failure(PUS_FAILURE_STATE_IN_DOUBT, tc->apid);
     }

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests to start and stop processes, and for states, at times at which they would do harm.
+#include "fsw/supervisor/supervisor_internal.h"
+
+#include "test/unit/fsw/supervisor/supervisor_fixture.h"
+#include "unity.h"
+
+#include <stdio.h>
+
+void setUp(void)
+{
+    fixture_open_up();
+}
+
+void tearDown(void)
+{
+    fixture_close();
+}
+
+static uint16_t process_tc(uint8_t subtype, uint16_t apid)
+{
+    const uint8_t data[2] = {(uint8_t)(apid >> 8U), (uint8_t)apid};
+    return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, sizeof data);
+}
+
+/// Another user commands a subsystem while the mission shuts down: it would not be OFFLINE at the end.
+static void no_subsystem_goes_up_and_no_process_starts_during_the_shutdown(void)
+{
+    fixture_link_up(STATE_OPERATIONAL);
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    fixture_run(2U);
+    fixture.members[FIXTURE_HAND].is_passive = true; // The shutdown waits for this member.
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    fixture_run(310U); // All subsystems have been ordered to OFFLINE.
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state);
+    fixture_forget();
+    fixture.source    = 3U;
+    const uint16_t up = fixture_request_state(ARM, STATE_PRE_OPERATIONAL);
+    (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
+    fixture_run(5U);
+    char expected[64];
+    (void)snprintf(expected, sizeof expected, "G 1.2 #%u 0204 10\n", up);
+    TEST_ASSERT_TRUE(fixture_has(expected));
+    (void)snprintf(expected, sizeof expected, "G 1.4 #%u 0204 12\n", up + 1U);
+    TEST_ASSERT_TRUE(fixture_has(expected));
+    TEST_ASSERT_FALSE(fixture_has("16 TC"));
+    TEST_ASSERT_EQUAL(0U, fixture.starts);
+}
+
+/// Nobody could start `communication` again: requests of the ground pass through it.
+static void communication_is_not_stopped(void)
+{
+    fixture.members[FIXTURE_GROUND].is_passive = true; // The autostart does not bring it up at once.
+    fixture_place(FIXTURE_GROUND, STATE_OFFLINE);
+    fixture_forget();
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, COMMUNICATION_APID);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(0U, fixture.stops);
+    TEST_ASSERT_EQUAL(PROCESS_RUNNING,
+                      supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->process);
+}
+
+static void an_order_that_waits_ends_with_its_process(void)
+{
+    registry_entry_t* const entry = supervisor_registry_find(&fixture.supervisor, LONE);
+    fixture_fill(FIXTURE_LONE);
+    while (message_credit(&fixture.endpoint, LONE) > 0U) { // Orders may also use the reserve.
+        (void)supervisor_order_state(&fixture.supervisor, LONE, STATE_OFFLINE, PUS_CAUSE_REQUEST);
+    }
+    (void)supervisor_order_state(&fixture.supervisor, LONE, STATE_PRE_OPERATIONAL, PUS_CAUSE_REQUEST);
+    TEST_ASSERT_TRUE(entry->is_order_pending);
+    (void)process_tc(PUS_MISSION_STOP_PROCESS, LONE);
+    fixture_run(2U);
+    TEST_ASSERT_EQUAL(PROCESS_STOPPED, entry->process);
+    fixture.members[FIXTURE_LONE].takes_nothing = false;
+    (void)process_tc(PUS_MISSION_START_PROCESS, LONE);
+    fixture_run(100U);
+    TEST_ASSERT_EQUAL(1U, fixture.starts);
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state); // The new life got no old order.
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(no_subsystem_goes_up_and_no_process_starts_during_the_shutdown);
+    RUN_TEST(communication_is_not_stopped);
+    RUN_TEST(an_order_that_waits_ends_with_its_process);
+    return UNITY_END();
+}
