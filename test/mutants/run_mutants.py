@@ -122,11 +122,17 @@ def drawn(only, seed):
     return sorted(found, key=place)
 
 
-def symbols(path, kinds="TDBR"):
-    """Functions and objects that a program or an object file exports; with kind U those that it uses from
-    others."""
-    output = subprocess.run(["nm", "-g", path], capture_output=True, text=True, check=True).stdout
-    return {line.split()[-1] for line in output.splitlines() if line.split()[-2] in kinds}
+def symbols(paths, kinds="TDBR"):
+    """Functions and objects that each program or object file exports; with kind U those that it uses from others. One call for all
+    files: a call for each takes minutes on a busy machine."""
+    found = {str(path): set() for path in paths}
+    output = subprocess.run(["nm", "-gA", *map(str, paths)], capture_output=True, text=True, check=True).stdout if paths else ""
+    for line in output.splitlines():
+        path, _, rest = line.partition(":")
+        kind, name = rest.split()[-2:]
+        if kind in kinds:
+            found[path].add(name)
+    return found
 
 
 def code(path):
@@ -143,15 +149,21 @@ class Tests:
         names = [path.relative_to(ROOT).with_suffix("").as_posix() for folder in ("test/unit", "test/contract")
                  for path in sorted((ROOT / folder).rglob("test_*.c"))]
         names = [name for name in names if (ROOT / "build" / name).exists()]
-        self.symbols = {name: symbols(ROOT / "build" / name) for name in names}
-        self.called = {name: symbols(ROOT / "build" / "obj" / f"{name}.o", "U") for name in names}
+        built = {name: ROOT / "build" / name for name in names}
+        objects = {name: ROOT / "build" / "obj" / f"{name}.o" for name in names}
+        sources = [path for folder in FOLDERS for path in (ROOT / "build" / "obj" / folder).rglob("*.o")]
+        exported = symbols([*built.values(), *sources])
+        used = symbols(objects.values(), "U")
+        self.symbols = {name: exported[str(path)] for name, path in built.items()}
+        self.called = {name: used[str(path)] for name, path in objects.items()}
+        self.own = {path: exported[str(path)] for path in sources}
 
     def of(self, source):
         """Names of the programs for a source."""
         built = ROOT / "build" / "obj" / pathlib.Path(source).with_suffix(".o")
         if not built.exists():  # Built for the emulated board only (osal/freertos/), whose tests `make test` runs.
             return []
-        own = symbols(built)
+        own = self.own[built]
         place, stem = pathlib.Path(source).parent.parts, pathlib.Path(source).stem
 
         def distance(name):

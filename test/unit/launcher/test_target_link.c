@@ -28,8 +28,7 @@ static osal_socket_t message;
 static osal_socket_t partner; ///< Message socket of another component.
 static uint8_t record[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX + 1U];
 
-// Mocked functions: a test expects each call. If the status is STATUS_OK, the real function is called.
-
+// A test expects each call of the mocked functions. If its status is STATUS_OK, the real function is called.
 status_t __real_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size);
 status_t __wrap_osal_udp_send(osal_socket_t* sock, osal_address_t to, const uint8_t* octets, size_t size)
 {

@@ -47,7 +47,7 @@ static void no_subsystem_goes_up_and_no_process_starts_during_the_shutdown(void)
     TEST_ASSERT_EQUAL(0U, fixture.starts);
 }
 
-/// Nobody could start `communication` again: requests of the ground pass through it.
+/// No request could start `communication` again, because requests of the ground pass through it.
 static void communication_is_not_stopped(void)
 {
     fixture.members[FIXTURE_GROUND].is_passive = true; // The autostart does not bring it up at once.

@@ -32,8 +32,7 @@ typedef struct {
 
 static write_behind_t buffer;
 
-// Mocked functions: a test expects each call. If the status is STATUS_OK, the real function is called.
-
+// A test expects each call of the mocked functions. If its status is STATUS_OK, the real function is called.
 status_t __real_osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority);
 status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context), void* context, int priority)
 {
