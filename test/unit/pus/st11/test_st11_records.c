@@ -86,6 +86,32 @@ static void the_first_and_the_last_sub_schedule_and_group_are_kept(void)
     EXPECT_SCHEDULE(0, 1);
 }
 
+/// The records of a power cut are in any slots of the table; the others stay free.
+static void after_a_power_cut_the_whole_table_has_room(void)
+{
+    for (uint16_t kept = 1U; kept <= 4U; kept++) {
+        st11_fixture.config = schedule_config(4U, 8U);
+        st11_fixture_start_with_records();
+        st11_fixture_create_group(G, 1U);
+        for (uint16_t i = 1U; i <= 4U; i++) {
+            st11_fixture_insert(SS, G, 2U * S, i);
+        }
+        for (uint16_t i = 1U; i <= 4U; i++) {
+            if (i != kept) {
+                st11_fixture_begin_ids(1U);
+                st11_fixture_write_id(i);
+                st11_fixture_expect_done(5U);
+            }
+        }
+        st11_fixture_restart();
+        for (uint16_t i = 11U; i <= 13U; i++) {
+            st11_fixture_insert(SS, G, 3U * S, i);
+        }
+        EXPECT_SCHEDULE(kept, 11, 12, 13);
+        records_start();
+    }
+}
+
 static void an_activity_under_release_at_a_restart_is_reported_and_not_released_again(void)
 {
     st11_fixture_start_with_records();
@@ -289,6 +315,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(acknowledged_changes_survive_a_power_cut);
     RUN_TEST(the_first_and_the_last_sub_schedule_and_group_are_kept);
+    RUN_TEST(after_a_power_cut_the_whole_table_has_room);
     RUN_TEST(an_activity_under_release_at_a_restart_is_reported_and_not_released_again);
     RUN_TEST(a_loss_without_a_callback_is_counted);
     RUN_TEST(a_step_commits_once_before_and_once_after_it_releases);

@@ -364,6 +364,11 @@ static void definitions_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(before, bench_report(2U).data, size);
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks);
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, NULL, 0U));
+    monitors_restart();
+    TEST_ASSERT_FALSE(self->is_enabled); // That the function is disabled outlasts it, too.
+    monitors_step(1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, self->counters.checks);
 }
 
 static void bad_records_are_reported(void)

@@ -52,6 +52,22 @@ static void a_motion_goes_from_rest_to_rest_in_its_time(void)
     EXPECT_BELOW(0.02, largest_jump); // Jerk is bounded: 60 d / t^3 x period.
 }
 
+/// The times are exact. Half a period before the end is not yet the end.
+static void a_motion_ends_less_than_half_a_period_before_its_time(void)
+{
+    static const double durations_s[] = {1.5, 1.625, 1.75};
+    static const unsigned expected[]  = {3U, 3U, 4U};
+    for (unsigned i = 0U; i < 3U; i++) {
+        unsigned steps = 0U;
+        control_motion_begin(&motion, 0.0, 1.0, durations_s[i]);
+        while (!control_motion_is_done(&motion)) {
+            (void)control_motion_step(&motion, 0.5);
+            steps++;
+        }
+        TEST_ASSERT_EQUAL_UINT(expected[i], steps);
+    }
+}
+
 static void a_motion_stops_from_full_speed(void)
 {
     control_motion_begin(&motion, 0.0, 1.0, 2.0);
@@ -106,6 +122,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_motion_at_rest_does_not_move);
     RUN_TEST(a_motion_goes_from_rest_to_rest_in_its_time);
+    RUN_TEST(a_motion_ends_less_than_half_a_period_before_its_time);
     RUN_TEST(a_motion_stops_from_full_speed);
     RUN_TEST(a_motion_stops_from_backward_speed_and_from_rest);
     return UNITY_END();
