@@ -314,6 +314,22 @@ static void a_retrieval_continues_after_a_restart(void)
     expect_status(1U, 0U, 0U); // The end of the retrieval was recorded.
 }
 
+/// The time was set back: a retrieval that has found its tag sends all later packets, whatever their times.
+static void a_retrieval_sends_packets_of_earlier_times_also_after_a_restart(void)
+{
+    only_ring();
+    stores_reports(10U, 12U);
+    stores_reports(4U, 5U);
+    stores_step(1U, 13U); // This step syncs.
+    change_tag("ring", 10U);
+    resume("ring", 7U);
+    stores_step(1U, 13U);
+    expect_stores_sent(10U, 12U);
+    stores_cut();
+    stores_step(1U, 14U);
+    expect_stores_sent(4U, 5U);
+}
+
 static void packets_retrieved_since_the_last_checkpoint_are_sent_again(void)
 {
     only_ring();
@@ -420,6 +436,7 @@ int main(void)
     RUN_TEST(damaged_records_are_skipped);
     RUN_TEST(a_medium_that_fails_is_read_again);
     RUN_TEST(a_retrieval_continues_after_a_restart);
+    RUN_TEST(a_retrieval_sends_packets_of_earlier_times_also_after_a_restart);
     RUN_TEST(packets_retrieved_since_the_last_checkpoint_are_sent_again);
     RUN_TEST(the_end_of_a_range_is_stored_at_once_and_later_progress_after_the_interval);
     RUN_TEST(a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost);
