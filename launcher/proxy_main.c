@@ -3,6 +3,7 @@
 // component in the scheduler and on the buses, and exchanges the data with the program. The proxy ends with
 // its program.
 #include "fsw/programs/remote_endian_wire.h"
+#include "launcher/eeprom_image.h"
 #include "launcher/target_link.h"
 #include "base/number.h"
 #include "base/text.h"
@@ -26,6 +27,7 @@ typedef struct { // All storage of the program.
     const char* board; ///< Emulated board; null: the program is a process of another byte order.
     osal_process_t process;
     target_link_t target;
+    eeprom_image_t eeprom; ///< That of the board; the emulator has it, too.
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
     bool has_reported_refused;
@@ -103,27 +105,26 @@ static bool start_program(proxy_t* const self, const char* const name, const cha
     return is_started;
 }
 
-/// Start the emulator `runner` with the board and the program, which accesses files, the console and the two
-/// pipes to the proxy by semihosting. Time on the board advances by 32 ns with each instruction, so it does
-/// not advance while the program waits for a grant. A reset of the board ends the emulator, and with it this
-/// life of the component.
-static bool start_board(proxy_t* const self, const char* const name, const char* const runner)
+// The EEPROM of a board is two devices for the emulator, which have one half of the image each. What they
+// write is on the disk before the board goes on.
+#define EEPROM_HALF(name, offset)                                                                            \
+    "if=none,id=" name ",cache=writethrough,driver=raw,offset=" offset                                       \
+    ",size=65536,file.driver=file,file.filename=/dev/fdset/1"
+#define EEPROM_DEVICE(name, address) "at24c-eeprom,drive=" name ",address=" address ",rom-size=65536"
+
+/// Start the emulator `runner`, which inherits the two pipes and the image of the EEPROM. Time on the board
+/// advances by 32 ns with each instruction, so it does not advance while the program waits for a grant. A
+/// reset of the board ends the emulator, and with it this life of the component.
+static bool start_emulator(proxy_t* const self, const char* const runner, const char* const semihosting)
 {
-    target_link_t* const target = &self->target;
-    char semihosting[LINE_MAX];
-    if (target_link_open(target, self->run, self->component) != STATUS_OK) {
-        return false;
+    char descriptors[2][24];
+    const int ends[] = {osal_file_descriptor(&self->eeprom.reader), osal_file_descriptor(&self->eeprom.file),
+                        target_link_peer_in(&self->target), target_link_peer_out(&self->target)};
+    for (unsigned i = 0U; i < 2U; i++) {
+        text_t text = text_in(descriptors[i], sizeof descriptors[i]);
+        text_add(&text, "set=1,fd=");
+        text_add_unsigned(&text, (uint64_t)ends[i]);
     }
-    self->wire.carrier = target_link_carrier(target);
-    const int ends[]   = {target_link_peer_in(target), target_link_peer_out(target)};
-    text_t text        = text_in(semihosting, sizeof semihosting);
-    text_add(&text, "enable=on,target=native,arg=program,arg=wire=");
-    text_add_unsigned(&text, (uint64_t)ends[0]);
-    text_add(&text, ":");
-    text_add_unsigned(&text, (uint64_t)ends[1]);
-    text_add(&text, ",arg=--run,arg=");
-    text_add(&text, name);
-    text_add(&text, ",arg=--proxy,arg=0");
     const char* const arguments[] = {runner,
                                      "-M",
                                      self->board,
@@ -140,12 +141,65 @@ static bool start_board(proxy_t* const self, const char* const name, const char*
                                      "none",
                                      "-nic",
                                      "none",
+                                     "-add-fd",
+                                     descriptors[0],
+                                     "-add-fd",
+                                     descriptors[1],
+                                     "-drive",
+                                     EEPROM_HALF("low", "0"),
+                                     "-drive",
+                                     EEPROM_HALF("high", "65536"),
+                                     "-device",
+                                     EEPROM_DEVICE("low", "0x50"),
+                                     "-device",
+                                     EEPROM_DEVICE("high", "0x51"),
                                      "-semihosting-config",
                                      semihosting,
                                      "-kernel",
                                      self->program,
                                      NULL};
-    const bool is_started         = !text.cut && start_runner(self, arguments, ends, 2U);
+    return start_runner(self, arguments, ends, sizeof ends / sizeof ends[0]);
+}
+
+/// Open the image of the EEPROM of the board. If the proxy of the life before was killed, its emulator has
+/// the image until it has ended, too. Returns false after it has printed the reason.
+static bool open_eeprom(proxy_t* const self)
+{
+    const char* const name  = self->run->components[self->component].name;
+    const uint64_t until_ns = osal_clock_monotonic_ns() + (END_PATIENCE_MS * 1000000ULL);
+    status_t status         = eeprom_image_open(&self->eeprom, self->run->storage, name);
+    while ((status == STATUS_BUSY) && (osal_clock_monotonic_ns() < until_ns) &&
+           (osal_process_stop_count() == 0U)) {
+        (void)osal_process_wait_any(NULL, 0U, SLICE_MS);
+        status = eeprom_image_open(&self->eeprom, self->run->storage, name);
+    }
+    if (status != STATUS_OK) {
+        (void)complain("the image of the EEPROM cannot be used: ",
+                       (status == STATUS_BUSY) ? "another flight uses this storage" : status_text(status));
+    }
+    return status == STATUS_OK;
+}
+
+/// Start the program on a board. It accesses the console and the two pipes to the proxy by semihosting, and
+/// keeps its records on the EEPROM.
+static bool start_board(proxy_t* const self, const char* const name, const char* const runner)
+{
+    target_link_t* const target = &self->target;
+    char semihosting[LINE_MAX];
+    if (!open_eeprom(self) || (target_link_open(target, self->run, self->component) != STATUS_OK)) {
+        return false;
+    }
+    self->wire.carrier = target_link_carrier(target);
+    const int ends[]   = {target_link_peer_in(target), target_link_peer_out(target)};
+    text_t text        = text_in(semihosting, sizeof semihosting);
+    text_add(&text, "enable=on,target=native,arg=program,arg=wire=");
+    text_add_unsigned(&text, (uint64_t)ends[0]);
+    text_add(&text, ":");
+    text_add_unsigned(&text, (uint64_t)ends[1]);
+    text_add(&text, ",arg=--run,arg=");
+    text_add(&text, name);
+    text_add(&text, ",arg=--proxy,arg=0");
+    const bool is_started = !text.cut && start_emulator(self, runner, semihosting);
     target_link_release_peer(target);
     return is_started;
 }
@@ -243,7 +297,8 @@ static void note_lost(proxy_t* const self)
 static bool serve(proxy_t* const self)
 {
     octet_writer_t writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_RUN);
-    remote_endian_write_run(&writer, self->run, self->component);
+    remote_endian_write_run(&writer, self->run, self->component,
+                            (self->board != NULL) ? TARGET_EEPROM_FOLDER : self->run->storage);
     status_t status = remote_endian_send(&self->wire, &writer);
     while (status == STATUS_OK) {
         remote_endian_done_t done;

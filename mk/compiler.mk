@@ -67,6 +67,7 @@ KERNEL_PORT := $(KERNEL)/portable/GCC/$(if $(filter %an385,$(BOARD)),ARM_CM3,ARM
 PROCESSOR := -mthumb $(if $(filter %an385,$(BOARD)),-mcpu=cortex-m3,-mcpu=cortex-m7 -mfloat-abi=hard -mfpu=fpv5-d16)
 OPTIMIZE := -Os -g -ffunction-sections -fdata-sections
 CPPFLAGS += -isystem build/third_party/expat/lib -isystem $(KERNEL)/include -isystem $(KERNEL_PORT) -Iosal/freertos
+CPPFLAGS += -isystem build/third_party/littlefs $(addprefix -DLFS_NO_,MALLOC DEBUG WARN ERROR)
 CFLAGS   := $(PROCESSOR) -std=c99 $(WARNINGS) $(OPTIMIZE) -ffp-contract=off
 ifdef TARGET
 CPPFLAGS += -include osal/freertos/capacities.h

@@ -40,8 +40,9 @@ $(call library,$1): $(call objects,$(filter $(wildcard $1/*.c),$(filter-out %_ma
 endef
 $(foreach d,$(DIRS),$(eval $(call library_rule,$d)))
 
-ifdef BOARD # The kernel and the XML parser, compiled from their sources.
+ifdef BOARD # The kernel, the file system and the XML parser, compiled from their sources.
 FOREIGN_SOURCES := $(addprefix $(KERNEL)/,tasks.c queue.c list.c) $(KERNEL_PORT)/port.c \
+                   $(addprefix build/third_party/littlefs/,lfs.c lfs_util.c) \
                    $(if $(TARGET),,$(addprefix build/third_party/expat/lib/,xmlparse.c xmlrole.c xmltok.c))
 FOREIGN_A := $B/lib/libforeign.a
 $B/obj/build/third_party/%.o: build/third_party/%.c $B/flags osal/freertos/FreeRTOSConfig.h osal/freertos/board.h

@@ -3,9 +3,9 @@
 # gse/setup/packages.txt.
 
 build/setup/%: gse/setup/setup.sh gse/setup/python.sh gse/setup/unity.sh gse/setup/station.sh gse/setup/expat_s390x.sh \
-               gse/setup/debian_source.sh gse/setup/expat_source.sh gse/setup/freertos.sh gse/setup/cbmc.sh \
-               gse/setup/yamcs.sh gse/yamcs/pom.xml gse/setup/packages.txt gse/page/package-lock.json \
-               gse/requirements.txt test/requirements.txt
+               gse/setup/debian_source.sh gse/setup/expat_source.sh gse/setup/crate_source.sh gse/setup/freertos.sh \
+               gse/setup/littlefs.sh gse/setup/cbmc.sh gse/setup/yamcs.sh gse/yamcs/pom.xml gse/setup/packages.txt \
+               gse/page/package-lock.json gse/requirements.txt test/requirements.txt
 	@sh gse/setup/setup.sh $*
 setup: build/setup/full build/setup/vm
 doctor:

@@ -13,7 +13,7 @@ SUPPORT_SOURCES := $(filter-out test/support/sealer.c,$(call portable,$(SUPPORT_
 # What a test on a board needs: the port of the operating system layer, and the system calls that the C library uses.
 BOARD_SYSTEM := $(call objects,test/support/board/system.c) \
                 $(foreach d,base $(filter osal/%,$(DIRS)),$(call library,$d))
-CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_FOLDER='"."' # Relative to the folder in which the emulator was started.
+CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_FOLDER='"/eeprom"' # The EEPROM of the board.
 endif
 SUPPORT   := $(call objects,$(SUPPORT_SOURCES))
 SUPPORT_A := $B/lib/libtest_support.a

@@ -153,13 +153,13 @@ static bool read_text(octet_reader_t* const reader, char* const out_text, const 
 }
 
 void remote_endian_write_run(octet_writer_t* const writer, const run_state_t* const run,
-                             const unsigned component)
+                             const unsigned component, const char* const storage)
 {
-    FSW_ASSERT((writer != NULL) && (run != NULL) && (component < run->component_count));
+    FSW_ASSERT((writer != NULL) && (run != NULL) && (component < run->component_count) && (storage != NULL));
     write_text(writer, run->identity);
     write_text(writer, run->mission_path);
     write_text(writer, run->folder);
-    write_text(writer, run->storage);
+    write_text(writer, storage);
     octet_write_u64(writer, run->mission_hash);
     octet_write_u32(writer, component);
     octet_write_u8(writer, run->link_methods);

@@ -58,6 +58,7 @@ machine() {
     download 'expat, s390x' build/third_party/expat-s390x/lib/libexpat.a 'libexpat1-dev_s390x.deb' s390x 'big-endian programs'
     download 'expat, source' build/third_party/expat/lib/xmlparse.c 'expat-*' rtos 'programs on FreeRTOS'
     download FreeRTOS build/third_party/freertos/tasks.c 'freertos-next-*' rtos 'programs on FreeRTOS'
+    download littlefs build/third_party/littlefs/lfs.c 'littlefs2-sys-*' rtos 'programs on FreeRTOS'
     download 'kernel, micro-VM' build/vm/vmlinux 'linux-image-*' hil 'vcan, TIPC where this kernel has none'
     download 'packages of the page' build/station/node_modules/.package-lock.json 'page-*' station 'make gse, film and charts of a report, make check-page'
     row 'Python wheels' "$(ls "$cache/wheels" 2>/dev/null | wc -l) cached" run 'new clones without a network'

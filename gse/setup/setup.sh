@@ -109,6 +109,7 @@ fi
 if has rtos; then
     sh "$here/expat_source.sh" || failed=1
     sh "$here/freertos.sh" || failed=1
+    sh "$here/littlefs.sh" || failed=1
 fi
 if has proofs; then
     sh "$here/cbmc.sh" || failed=1

@@ -14,6 +14,8 @@
 #define BOARD_ALARM_TIMER 0x40001000U ///< CMSDK timer 1: wakes the tasks that wait for a time.
 #define BOARD_ALARM_TIMER_IRQ 9U
 
+#define BOARD_I2C 0x4002A000U ///< Arm SBCon of the second shield: lines of a bus I2C.
+
 #define BOARD_WATCHDOG 0x40008000U ///< CMSDK watchdog. Its interrupt is the non-maskable one.
 
 #endif // OSAL_FREERTOS_BOARD_H

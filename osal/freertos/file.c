@@ -1,62 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files by semihosting: the files of the machine that runs the debugger or the emulator.
+// Files: those whose paths begin with STORED_FILES are on the EEPROM of the board, all others on the machine
+// that runs the debugger or the emulator.
 #include "osal/include/osal/file.h"
 
 #include "base/assertion.h"
-#include "osal/freertos/semihosting.h"
-#include "osal/freertos/wire.h"
+#include "osal/freertos/file_system.h"
 
 #include <FreeRTOS.h>
 #include <string.h>
 #include <task.h>
 
-#define FILES_MAX 16
-#define PATH_OCTETS 288U
-#define PIECE_OCTETS 512U
-#define NO_SUCH_FILE 2 // Error numbers that semihosting reports.
-#define NO_PERMISSION 1
-#define NO_ACCESS 13
-#define NO_SPACE 28
-
 typedef struct {
-    bool is_taken;
+    const file_system_t* system; ///< Null: the entry is free.
     bool is_locked;
+    bool is_writable;
     bool appends;
-    bool is_replaced; ///< A copy has taken its name since the last sync.
-    int handle;
     uint32_t position; ///< Offset of the next sequential read or write.
-    char path[PATH_OCTETS];
+    char path[FILE_SYSTEM_PATH_OCTETS];
 } open_file_t;
 
-static open_file_t files[FILES_MAX];
+static open_file_t files[FILE_SYSTEM_FILES];
 
-static status_t status_of_error(void)
+static const file_system_t* system_of(const char* const path)
 {
-    switch (semihosting_error()) {
-    case NO_SUCH_FILE:
-        return STATUS_NOT_FOUND;
-    case NO_PERMISSION:
-    case NO_ACCESS:
-        return STATUS_DENIED;
-    default:
-        return STATUS_IO;
-    }
+    FSW_ASSERT(path != NULL);
+    return (strncmp(path, STORED_FILES, strlen(STORED_FILES)) == 0) ? &stored_files : &host_files;
 }
 
-static status_t status_of_write(const bool is_good)
-{
-    if (is_good) {
-        return STATUS_OK;
-    }
-    return (semihosting_error() == NO_SPACE) ? STATUS_FULL : STATUS_IO;
-}
-
-/// Entry of an open file. For a closed file: an entry whose handle semihosting refuses.
+/// Entry of an open file; null for a closed one.
 static open_file_t* entry_of(const osal_file_t* const file)
 {
-    static open_file_t closed = {.handle = -1};
-    FSW_ASSERT((file != NULL) && (file->descriptor < FILES_MAX));
-    return (file->descriptor >= 0) ? &files[file->descriptor] : &closed;
+    FSW_ASSERT((file != NULL) && (file->descriptor < (int)FILE_SYSTEM_FILES));
+    return (file->descriptor >= 0) ? &files[file->descriptor] : NULL;
+}
+
+static unsigned number_of(const osal_file_t* const file)
+{
+    return (unsigned)file->descriptor;
 }
 
 /// Take a free entry for the file. STATUS_OK; STATUS_IO: too many files are open, or the path is too long.
@@ -64,14 +44,14 @@ static status_t take_entry(osal_file_t* const file, const char* const path)
 {
     FSW_ASSERT((file != NULL) && (path != NULL));
     file->descriptor = -1;
-    if (strlen(path) >= (PATH_OCTETS - 4U)) { // Leaves room for the ending ".cut" of a copy.
+    if (strlen(path) >= FILE_SYSTEM_PATH_OCTETS) {
         return STATUS_IO;
     }
     taskENTER_CRITICAL();
-    for (int i = 0; (i < FILES_MAX) && (file->descriptor < 0); i++) {
-        if (!files[i].is_taken) {
-            files[i]         = (open_file_t){.is_taken = true, .handle = -1};
-            file->descriptor = i;
+    for (unsigned i = 0U; (i < FILE_SYSTEM_FILES) && (file->descriptor < 0); i++) {
+        if (files[i].system == NULL) {
+            files[i]         = (open_file_t){.system = system_of(path)};
+            file->descriptor = (int)i;
         }
     }
     taskEXIT_CRITICAL();
@@ -82,17 +62,17 @@ static status_t take_entry(osal_file_t* const file, const char* const path)
     return STATUS_OK;
 }
 
-static status_t open_file(osal_file_t* const file, const char* const path, const semihosting_mode_t mode)
+static status_t open_file(osal_file_t* const file, const char* const path, const file_system_mode_t mode)
 {
     status_t status = take_entry(file, path);
     if (status != STATUS_OK) {
         return status;
     }
     open_file_t* const entry = entry_of(file);
-    entry->handle            = semihosting_open(path, mode);
-    if (entry->handle < 0) {
-        status           = status_of_error();
-        entry->is_taken  = false;
+    entry->is_writable       = (mode != FILE_SYSTEM_READ);
+    status                   = entry->system->open(number_of(file), path, mode);
+    if (status != STATUS_OK) {
+        entry->system    = NULL;
         file->descriptor = -1;
     }
     return status;
@@ -100,18 +80,17 @@ static status_t open_file(osal_file_t* const file, const char* const path, const
 
 status_t osal_file_open_read(osal_file_t* const file, const char* const path)
 {
-    return open_file(file, path, SEMIHOSTING_READ);
+    return open_file(file, path, FILE_SYSTEM_READ);
 }
 
 status_t osal_file_create(osal_file_t* const file, const char* const path)
 {
-    return open_file(file, path, SEMIHOSTING_WRITE);
+    return open_file(file, path, FILE_SYSTEM_CREATE);
 }
 
 status_t osal_file_update(osal_file_t* const file, const char* const path)
 {
-    const status_t status = open_file(file, path, SEMIHOSTING_UPDATE);
-    return (status == STATUS_NOT_FOUND) ? open_file(file, path, SEMIHOSTING_REWRITE) : status;
+    return open_file(file, path, FILE_SYSTEM_UPDATE);
 }
 
 status_t osal_file_append(osal_file_t* const file, const char* const path)
@@ -123,60 +102,46 @@ status_t osal_file_append(osal_file_t* const file, const char* const path)
     return status;
 }
 
-/// Semihosting cannot sync. The process that serves the wire does it: it runs where the files are. Without
-/// a wire, what was written is there for other programs, but nothing says whether it is on a disk.
-static status_t force(const char* const path, const bool is_of_names)
-{
-    if (!wire_is_open()) {
-        return STATUS_UNSUPPORTED;
-    }
-    return (wire_sync(path, is_of_names) == STATUS_OK) ? STATUS_OK : STATUS_IO;
-}
-
 status_t osal_file_sync_names(const char* const path)
 {
-    char folder[PATH_OCTETS] = {'.', '\0'};
-    FSW_ASSERT((path != NULL) && (strlen(path) < PATH_OCTETS));
-    const char* const last = strrchr(path, '/');
-    if (last != NULL) {
-        const size_t length = (last == path) ? 1U : (size_t)(last - path);
-        (void)memcpy(folder, path, length);
-        folder[length] = '\0';
-    }
-    const int handle = semihosting_open(folder, SEMIHOSTING_READ);
-    if (handle >= 0) {
-        semihosting_close(handle);
-    }
-    return (handle >= 0) ? force(path, true) : STATUS_IO;
+    return system_of(path)->sync_names(path);
 }
 
 status_t osal_file_sync(osal_file_t* const file)
 {
-    open_file_t* const entry = entry_of(file);
-    if (entry->handle < 0) {
+    const open_file_t* const entry = entry_of(file);
+    return (entry != NULL) ? entry->system->sync(number_of(file)) : STATUS_IO;
+}
+
+status_t osal_file_write_at(osal_file_t* const file, const uint64_t offset, const void* const octets,
+                            const size_t size)
+{
+    const open_file_t* const entry = entry_of(file);
+    FSW_ASSERT((octets != NULL) || (size == 0U));
+    if ((entry == NULL) || !entry->is_writable) {
         return STATUS_IO;
     }
-    status_t status = entry->is_replaced ? force(entry->path, true) : STATUS_OK;
-    if (status == STATUS_OK) {
-        status             = force(entry->path, false);
-        entry->is_replaced = entry->is_replaced && (status != STATUS_OK);
+    if ((offset > (uint64_t)INT32_MAX) || (size > ((uint64_t)INT32_MAX - offset))) {
+        return STATUS_FULL;
     }
-    return status;
+    return (size > 0U) ? entry->system->write(number_of(file), (uint32_t)offset, octets, size) : STATUS_OK;
 }
 
 status_t osal_file_write(osal_file_t* const file, const void* const octets, const size_t size)
 {
     open_file_t* const entry = entry_of(file);
-    FSW_ASSERT((octets != NULL) || (size == 0U));
-    // Each append begins at the present end, because another handle may have extended the file.
-    const int32_t end = entry->appends ? semihosting_size(entry->handle) : 0;
-    if (entry->appends && (end >= 0)) {
-        entry->position = (uint32_t)end;
+    status_t status          = STATUS_OK;
+    if ((entry != NULL) && entry->appends) {
+        // Each append begins at the present end, because another handle may have extended the file.
+        status = entry->system->size(number_of(file), &entry->position);
     }
-    const bool is_good = (end >= 0) && semihosting_seek(entry->handle, entry->position) &&
-                         semihosting_write(entry->handle, octets, size);
-    entry->position += is_good ? (uint32_t)size : 0U;
-    return status_of_write(is_good);
+    if (status == STATUS_OK) {
+        status = osal_file_write_at(file, (entry != NULL) ? entry->position : 0U, octets, size);
+    }
+    if ((entry != NULL) && (status == STATUS_OK)) {
+        entry->position += (uint32_t)size;
+    }
+    return status;
 }
 
 status_t osal_file_read(osal_file_t* const file, void* const octets, const size_t capacity,
@@ -184,114 +149,56 @@ status_t osal_file_read(osal_file_t* const file, void* const octets, const size_
 {
     open_file_t* const entry = entry_of(file);
     FSW_ASSERT((octets != NULL) && (out_size != NULL));
-    const int count = semihosting_seek(entry->handle, entry->position)
-                          ? semihosting_read(entry->handle, octets, capacity)
-                          : -1;
-    *out_size       = (count > 0) ? (size_t)count : 0U;
+    *out_size = 0U;
+    if (entry == NULL) {
+        return STATUS_IO;
+    }
+    const status_t status = entry->system->read(number_of(file), entry->position, octets, capacity, out_size);
     entry->position += (uint32_t)*out_size;
-    return (count >= 0) ? STATUS_OK : STATUS_IO;
+    return status;
 }
 
 status_t osal_file_read_at(osal_file_t* const file, const uint64_t offset, void* const octets,
                            const size_t size)
 {
-    open_file_t* const entry = entry_of(file);
+    const open_file_t* const entry = entry_of(file);
+    status_t status                = (entry != NULL) ? STATUS_OK : STATUS_IO;
+    size_t done                    = 0U;
     FSW_ASSERT((octets != NULL) || (size == 0U));
-    if (offset > (uint64_t)INT32_MAX) { // Semihosting reports sizes of at most 31 bits.
-        return STATUS_TRUNCATED;
+    if ((status == STATUS_OK) &&
+        ((offset > (uint64_t)INT32_MAX) || (size > ((uint64_t)INT32_MAX - offset)))) {
+        status = STATUS_TRUNCATED; // No file is as long as this.
     }
-    size_t done = 0U;
-    if (!semihosting_seek(entry->handle, (uint32_t)offset)) {
-        return STATUS_IO;
-    }
-    while (done < size) {
-        const int count = semihosting_read(entry->handle, (uint8_t*)octets + done, size - done);
-        if (count <= 0) {
-            return (count == 0) ? STATUS_TRUNCATED : STATUS_IO;
+    while ((status == STATUS_OK) && (done < size)) {
+        size_t count = 0U;
+        status       = entry->system->read(number_of(file), (uint32_t)offset + (uint32_t)done,
+                                           (uint8_t*)octets + done, size - done, &count);
+        if ((status == STATUS_OK) && (count == 0U)) {
+            status = STATUS_TRUNCATED;
         }
-        done += (size_t)count;
-    }
-    return STATUS_OK;
-}
-
-status_t osal_file_write_at(osal_file_t* const file, const uint64_t offset, const void* const octets,
-                            const size_t size)
-{
-    open_file_t* const entry = entry_of(file);
-    FSW_ASSERT((octets != NULL) || (size == 0U));
-    if ((offset > (uint64_t)INT32_MAX) || (size > ((uint64_t)INT32_MAX - offset))) {
-        return STATUS_FULL;
-    }
-    return status_of_write(semihosting_seek(entry->handle, (uint32_t)offset) &&
-                           semihosting_write(entry->handle, octets, size));
-}
-
-status_t osal_file_size(osal_file_t* const file, uint64_t* const out_size)
-{
-    FSW_ASSERT(out_size != NULL);
-    const int32_t size = semihosting_size(entry_of(file)->handle);
-    *out_size          = (size >= 0) ? (uint64_t)size : 0U;
-    return (size >= 0) ? STATUS_OK : STATUS_IO;
-}
-
-/// Copy the first `size` octets to another handle.
-static status_t copy_first(osal_file_t* const file, const int copy, const uint64_t size)
-{
-    uint8_t piece[PIECE_OCTETS];
-    status_t status = STATUS_OK;
-    for (uint64_t done = 0U; (done < size) && (status == STATUS_OK); done += sizeof piece) {
-        const uint64_t rest = size - done;
-        const size_t count  = (rest < sizeof piece) ? (size_t)rest : sizeof piece;
-        status              = osal_file_read_at(file, done, piece, count);
-        status = (status == STATUS_OK) ? status_of_write(semihosting_write(copy, piece, count)) : status;
+        done += count;
     }
     return status;
 }
 
-/// Semihosting cannot shorten a file: a copy of its first `size` octets replaces it.
-static status_t cut(osal_file_t* const file, const uint64_t size)
+status_t osal_file_size(osal_file_t* const file, uint64_t* const out_size)
 {
-    open_file_t* const entry = entry_of(file);
-    char path[PATH_OCTETS];
-    (void)memcpy(path, entry->path, strlen(entry->path) + 1U);
-    (void)strcat(path, ".cut");
-    const int copy = semihosting_open(path, SEMIHOSTING_REWRITE);
-    if (copy < 0) {
-        return STATUS_IO;
-    }
-    status_t status = copy_first(file, copy, size);
-    if ((status == STATUS_OK) && !semihosting_rename(path, entry->path)) {
-        status = STATUS_IO;
-    }
-    if (status == STATUS_OK) {
-        semihosting_close(entry->handle);
-        entry->handle      = copy;
-        entry->is_replaced = true;
-    } else {
-        semihosting_close(copy);
-        (void)semihosting_remove(path);
-    }
+    const open_file_t* const entry = entry_of(file);
+    uint32_t size                  = 0U;
+    FSW_ASSERT(out_size != NULL);
+    const status_t status = (entry != NULL) ? entry->system->size(number_of(file), &size) : STATUS_IO;
+    *out_size             = (status == STATUS_OK) ? size : 0U;
     return status;
 }
 
 status_t osal_file_resize(osal_file_t* const file, const uint64_t size)
 {
-    static const uint8_t zeros[PIECE_OCTETS];
-    uint64_t present = 0U;
-    status_t status  = osal_file_size(file, &present);
-    if ((status == STATUS_OK) && (size < present)) {
-        return cut(file, size);
+    const open_file_t* const entry = entry_of(file);
+    if ((entry == NULL) || !entry->is_writable) {
+        return STATUS_IO;
     }
-    if ((status == STATUS_OK) && (size > (uint64_t)INT32_MAX)) {
-        status = STATUS_FULL;
-    }
-    while ((status == STATUS_OK) && (present < size)) {
-        const uint64_t rest = size - present;
-        const size_t count  = (rest < sizeof zeros) ? (size_t)rest : sizeof zeros;
-        status              = osal_file_write_at(file, present, zeros, count);
-        present += count;
-    }
-    return status;
+    return (size <= (uint64_t)INT32_MAX) ? entry->system->resize(number_of(file), (uint32_t)size)
+                                         : STATUS_FULL;
 }
 
 status_t osal_file_reserve(osal_file_t* const file, const uint64_t size)
@@ -303,7 +210,8 @@ status_t osal_file_reserve(osal_file_t* const file, const uint64_t size)
 
 bool osal_file_is_named(const osal_file_t* const file)
 {
-    return osal_file_exists(entry_of(file)->path);
+    const open_file_t* const entry = entry_of(file);
+    return (entry != NULL) && osal_file_exists(entry->path);
 }
 
 status_t osal_file_load(const char* const path, void* const octets, const size_t capacity,
@@ -329,7 +237,7 @@ status_t osal_file_load(const char* const path, void* const octets, const size_t
     return status;
 }
 
-/// Semihosting does not report permissions, so it cannot be checked that only the owner can read a secret.
+/// Neither file system has permissions, so it cannot be checked that only the owner can read a secret.
 status_t osal_file_load_secret(const char* const path, void* const octets, const size_t capacity,
                                size_t* const out_size)
 {
@@ -344,13 +252,13 @@ status_t osal_file_lock(osal_file_t* const file)
 {
     open_file_t* const entry = entry_of(file);
     bool is_free             = true;
-    if (entry->handle < 0) {
+    if (entry == NULL) {
         return STATUS_IO;
     }
     taskENTER_CRITICAL();
-    for (int i = 0; i < FILES_MAX; i++) {
+    for (unsigned i = 0U; i < FILE_SYSTEM_FILES; i++) {
         const bool is_same =
-            files[i].is_taken && (&files[i] != entry) && (strcmp(files[i].path, entry->path) == 0);
+            (files[i].system != NULL) && (&files[i] != entry) && (strcmp(files[i].path, entry->path) == 0);
         is_free = is_free && !(is_same && files[i].is_locked);
     }
     entry->is_locked = entry->is_locked || is_free;
@@ -358,12 +266,17 @@ status_t osal_file_lock(osal_file_t* const file)
     return is_free ? STATUS_OK : STATUS_BUSY;
 }
 
+int osal_file_descriptor(const osal_file_t* const file)
+{
+    return (entry_of(file) != NULL) ? file->descriptor : -1;
+}
+
 void osal_file_close(osal_file_t* const file)
 {
-    FSW_ASSERT(file != NULL);
-    if (file->descriptor >= 0) {
-        semihosting_close(entry_of(file)->handle);
-        entry_of(file)->is_taken = false;
+    open_file_t* const entry = entry_of(file);
+    if (entry != NULL) {
+        entry->system->close(number_of(file));
+        entry->system = NULL;
     }
     file->descriptor = -1;
 }
@@ -376,18 +289,13 @@ status_t osal_directory_create(const char* const path)
 
 status_t osal_file_remove(const char* const path)
 {
-    FSW_ASSERT(path != NULL);
-    return semihosting_remove(path) ? STATUS_OK : status_of_error();
+    return system_of(path)->remove(path);
 }
 
 status_t osal_file_rename(const char* const path, const char* const new_path)
 {
-    FSW_ASSERT((path != NULL) && (new_path != NULL));
-    if (!semihosting_rename(path, new_path)) {
-        return status_of_error();
-    }
-    const status_t status = osal_file_sync_names(new_path);
-    return (status == STATUS_OK) ? osal_file_sync_names(path) : status;
+    const file_system_t* const system = system_of(path);
+    return (system == system_of(new_path)) ? system->rename(path, new_path) : STATUS_IO;
 }
 
 status_t osal_file_link(const char* const target, const char* const path)
@@ -398,10 +306,5 @@ status_t osal_file_link(const char* const target, const char* const path)
 
 bool osal_file_exists(const char* const path)
 {
-    FSW_ASSERT(path != NULL);
-    const int handle = semihosting_open(path, SEMIHOSTING_READ);
-    if (handle >= 0) {
-        semihosting_close(handle);
-    }
-    return handle >= 0;
+    return system_of(path)->exists(path);
 }

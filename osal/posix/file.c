@@ -256,6 +256,12 @@ status_t osal_file_sync(osal_file_t* const file)
     return (fsync(file->descriptor) == 0) ? STATUS_OK : STATUS_IO;
 }
 
+int osal_file_descriptor(const osal_file_t* const file)
+{
+    FSW_ASSERT(file != NULL);
+    return file->descriptor;
+}
+
 void osal_file_close(osal_file_t* const file)
 {
     FSW_ASSERT(file != NULL);

@@ -14,6 +14,7 @@ import pytest
 
 sys.path[:0] = [str(places.ROOT / "test" / part) for part in ("mission", "board", "conformance/pus")]
 
+import eeprom
 import flight as boards
 import flying
 import lives
@@ -85,8 +86,10 @@ def test_logs_are_those_of_native_programs(folder, native, board, names):
     flight = flying.fly(folder / names, "--scenario", "hil", "--rtos", names)
     expect_same(native, flight)
     assert flight.facts["rtos"] == names and flight.facts["reproducible"] is True
-    records = sorted(path.name for path in (flight.folder / "storage").iterdir())
-    assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
+    for name in names.split(","):
+        records = eeprom.files(flight.folder / "storage" / f"{name}.eeprom")
+        assert records == {path.name: path.read_bytes() for path in (native.folder / "storage").glob(f"{name}.*")}
+        assert f"{name}.journal.0" in records
 
 
 @pytest.mark.long
@@ -242,9 +245,52 @@ def _send_largest_requests(flight):
         station.close()
 
 
+def _define(station, number):
+    """Send a definition of ST[12], which is one record."""
+    definition = {"pmon_id": number, "monitored_parameter_id": "MANIPULATOR.LINK_AGE", "validity_parameter_id": 0, "validity_mask": 0,
+                  "validity_expected_value": 0, "monitoring_interval": 1, "repetition_number": 1, "check_type": "limit", "low_limit": 0,
+                  "low_limit_event_definition_id": 0, "high_limit": 10, "high_limit_event_definition_id": 0}
+    return station.send("MANIPULATOR", 12, 5, n=[definition])
+
+
+def _kill_at_a_write(flight):
+    """Kill the emulator when a third record begins to change the EEPROM, after two were acknowledged."""
+    emulator = flying.descendants(flight.process.pid)[EMULATOR]
+    image = flight.folder / "storage/MANIPULATOR.eeprom"
+    station = stations.Station(flight, stations.Notes())
+    try:
+        for number in (1, 2):
+            assert station.settle(_define(station, number)).is_completed
+        before = image.stat().st_mtime_ns
+        _define(station, 3)
+        station.wait(lambda: image.stat().st_mtime_ns != before, "a write to the EEPROM")
+        os.kill(emulator, signal.SIGKILL)
+    finally:
+        station.close()
+
+
+def _expect_records(folder, storage):
+    """The EEPROM is whole for another reader, and the next flight finds both acknowledged records, and the third one at most."""
+    records = eeprom.files(storage / "MANIPULATOR.eeprom")
+    assert sorted(records) == ["MANIPULATOR.journal.0", "MANIPULATOR.journal.1"]
+    assert records["MANIPULATOR.journal.0"].startswith(b"HJRN")
+    flight = flying.start(folder, "--scenario", "none", "--duration", stations.ENDLESS_S, "--rtos", "MANIPULATOR", "--storage", storage)
+    station = stations.Station(flight, stations.Notes())
+    try:
+        assert [entry["pmon_id"] for entry in station.ask("MANIPULATOR", 12, 8, n=[])["n"]] in ([1, 2], [1, 2, 3])
+        station.command("state", "MANIPULATOR", "PRE_OPERATIONAL")
+        assert station.settle(_define(station, 4)).is_completed
+    finally:
+        station.close()
+        flight.process.send_signal(signal.SIGINT)
+        flight.wait()
+    assert flight.code == 0, flight.transcript()
+    assert "damaged" not in flight.console
+
+
 def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
-    """kill -9 of the emulator in operation: drives leave operation, and nothing is left of the run. Before, requests that are too long for
-    the board are rejected."""
+    """kill -9 of the emulator in operation, at a write to its EEPROM: drives leave operation, nothing is left of the run, and the next
+    flight finds the records. Before, requests that are too long for the board are rejected."""
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", *flying.bring_up(0.1)]
     lines += [f"{second} operator ping all" for second in range(3, FLIGHT_S)]
     scenario = flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
@@ -255,7 +301,7 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
                           f"step {step}")
         assert flight.process.poll() is None, flight.transcript()
         _send_largest_requests(flight)
-        os.kill(flying.descendants(flight.process.pid)[EMULATOR], signal.SIGKILL)
+        _kill_at_a_write(flight)
         flight.wait()
     finally:
         flight.abandon()
@@ -263,6 +309,7 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
     assert "manipulator" in flight.facts["exit_reason"]
     assert "was ended by signal 9" in flight.console
     flying.assert_clean(flight)
+    _expect_records(folder / "next", flight.folder / "storage")
 
 
 def test_a_mission_that_was_not_compiled_in_is_refused(folder, board):

@@ -346,7 +346,7 @@ def test_everything_missing_is_reported_at_once(index, fresh_venv):
 def test_pinned_debian_packages_are_installed_by_version_and_others_are_named(tmp_path, installed, asked, said):
     """Kernel, compiler, C library and emulator of a board are pinned; of the packages that are there, only another version is printed."""
     shutil.copytree(SETUP, tmp_path / "gse" / "setup")
-    fetches = ("unity.sh", "expat_source.sh", "freertos.sh")
+    fetches = ("unity.sh", "expat_source.sh", "freertos.sh", "littlefs.sh")
     for name in fetches:
         (tmp_path / "gse/setup" / name).write_text("exit 0\n")
     script(tmp_path / "bin" / "dpkg-query", f'''case "$4" in gcc-arm-none-eabi) echo "{f'installed {installed}' if installed else ''}" ;;

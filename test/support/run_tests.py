@@ -22,6 +22,13 @@ VARIANTS = ["build", "build/sanitize"]
 # instructions, 32 ns each, so that no result depends on the speed of this machine.
 EMULATOR = "qemu-system-arm -display none -monitor none -serial none -icount shift=5,sleep=off"
 BOARD = re.compile(r"build/(mps2-\w+)/")
+# The EEPROM of a board, as two devices of 64 KiB: the second one has the upper half of the addresses (osal/freertos/eeprom.h). Each
+# program has a blank one.
+EEPROM = "eeprom"
+EEPROM_OCTETS = 131072
+EEPROM_DEVICES = (f"-blockdev driver=file,node-name=eeprom,filename={EEPROM} "
+                  + " ".join(f"-blockdev driver=raw,node-name=half{half},file=eeprom,offset={half * 65536},size=65536 "
+                             f"-device at24c-eeprom,address={0x50 + half},rom-size=65536,drive=half{half}" for half in range(2)))
 # Test functions of the contracts of the operating system layer that have a result on a board, not IGNORE. If one is lost, because a
 # port does not have a function any more or because a file is not built, the tests fail. If one is added, raise the number.
 CONTRACTS = "test/contract/osal/"
@@ -76,15 +83,16 @@ def command_of(program):
     board = BOARD.match(program)
     if not board:
         return [program]
-    return [*EMULATOR.split(), "-machine", board[1], "-semihosting-config", "enable=on,target=native,arg=test",
+    return [*EMULATOR.split(), "-machine", board[1], *EEPROM_DEVICES.split(), "-semihosting-config", "enable=on,target=native,arg=test",
             "-kernel", os.path.abspath(program)]
 
 
 def run_program(program):
     """(program, count, output, seconds) of one test program. On a board, it runs in a folder of its own, which has the
-    descriptors."""
+    descriptors and the image of a blank EEPROM."""
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(os.path.abspath("descriptors"), os.path.join(folder, "descriptors"))
+        pathlib.Path(folder, EEPROM).write_bytes(b"\xFF" * EEPROM_OCTETS)
         return run_in(folder if BOARD.match(program) else None, program)
 
 

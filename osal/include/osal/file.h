@@ -61,6 +61,9 @@ MUST_USE status_t osal_file_lock(osal_file_t* file);
 /// force it).
 status_t osal_file_sync(osal_file_t* file);
 void osal_file_close(osal_file_t* file);
+/// Returns the descriptor number, for osal_process_start_t.descriptors; -1: closed. A lock ends when each
+/// process that has inherited the file has closed it.
+int osal_file_descriptor(const osal_file_t* file);
 /// Make a folder and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_create(const char* path);
 /// Remove a file. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.

@@ -215,10 +215,12 @@ static void file_without_a_name_is_known(void)
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, path));
     TEST_ASSERT_TRUE(osal_file_is_named(&file));
+    TEST_ASSERT_GREATER_OR_EQUAL_INT(0, osal_file_descriptor(&file));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(path));
     TEST_ASSERT_FALSE(osal_file_is_named(&file));
     osal_file_close(&file);
     TEST_ASSERT_FALSE(osal_file_is_named(&file));
+    TEST_ASSERT_EQUAL_INT(-1, osal_file_descriptor(&file));
 }
 
 static void folders_are_made_with_their_parents(void)

@@ -65,7 +65,7 @@ static void the_run_state_passes_the_wire_unchanged(void)
     unsigned component    = 0U;
     octet_reader_t reader = octet_reader(NULL, 0U);
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_RUN);
-    remote_endian_write_run(&writer, &run, 1U);
+    remote_endian_write_run(&writer, &run, 1U, run.storage);
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_RUN, PATIENCE_MS, &reader));
     TEST_ASSERT_TRUE(remote_endian_read_run(&reader, &heard, &component));
@@ -137,7 +137,7 @@ static void a_truncated_run_state_or_one_out_of_bounds_is_refused(void)
     static run_state_t heard;
     unsigned component    = 0U;
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_RUN);
-    remote_endian_write_run(&writer, &run, 1U);
+    remote_endian_write_run(&writer, &run, 1U, run.storage);
     const size_t size = writer.position - HEAD_OCTETS;
     for (size_t cut = 0U; cut < size; cut++) {
         octet_reader_t reader = octet_reader(&one.octets[HEAD_OCTETS], cut);
