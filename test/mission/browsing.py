@@ -12,6 +12,16 @@ from playwright.sync_api import sync_playwright
 CHROMIUM = "/usr/bin/chromium"
 WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 LIMIT_MS = flying.MOMENT_S * 1000
+# Note what moves on the page from now on without an input of the user; SHIFTS gives the elements that have moved, and how.
+WATCH_SHIFTS = """() => {
+    const note = (list) => window.shifts.push(...list.getEntries().flatMap((entry) => entry.sources.map(({ node, previousRect, currentRect }) =>
+        [node?.outerHTML?.slice(0, 200) ?? "a text", ...[previousRect, currentRect].map(({ x, y, width, height }) => [x, y, width, height].join())].join(" "))));
+    window.shifts = [];
+    window.shiftsSeen = new PerformanceObserver(note);
+    window.shiftsSeen.observe({type: "layout-shift"});
+    window.takeShifts = () => { note({ getEntries: () => window.shiftsSeen.takeRecords() }); return window.shifts; };
+}"""
+SHIFTS = "window.takeShifts()"
 
 
 class Address(str):

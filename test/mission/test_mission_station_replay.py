@@ -74,6 +74,74 @@ def test_a_lane_of_the_time_line_has_one_part_for_each_look(page):
     assert page.evaluate("[...document.querySelectorAll('station-player .lane')].every((part) => getComputedStyle(part).opacity === '1')")
 
 
+def test_both_tabs_of_the_log_count_and_list_the_whole_flight(page):
+    """At the beginning of the replay all events and commands are still to come; the lists have 30 before and after the present instant. A click on
+    a command shows its instant."""
+    events, times = page.evaluate("[station.replay.events.length, station.replay.commands.filter((call) => !call.own).map((call) => call.time)]")
+    assert events > 10 and len(times) > 60
+    page.click("#log-Commands")
+    for seconds in (0, 30):
+        page.evaluate("seconds => station.replay.seek(seconds)", seconds)
+        past = sum(time <= seconds for time in times)
+        entries = "[...document.querySelectorAll('station-log [aria-label=Commands] .entry')]"
+        station.until(page, f"{entries}.map((entry) => Number(entry.matches('.to-come'))).join('') === '{'0' * min(30, past)}{'1' * min(30, len(times) - past)}'")
+        assert [page.inner_text("#log-Events"), page.inner_text("#log-Commands")] == [f"Events {events}", f"Commands {len(times)}"]
+    last = page.locator("station-log [aria-label=Commands] .entry >> nth=-1")
+    assert "accepted not reached" in last.locator(".lights").get_attribute("aria-label")
+    last.click()
+    assert page.evaluate("station.replay.time") == pytest.approx(times[past + 29])
+    page.wait_for_selector("station-log [aria-label=Commands] .entry[aria-current]:not(.to-come)")
+    page.click("#log-Events")
+
+
+def test_limits_are_coloured_springs_stretched_and_held_brakes_ringed(page):
+    """Arcs of the joints have the colour of the distance to their limits; the spring reaches the tip while it is hooked."""
+    colours = page.evaluate("""() => {
+        const { scene } = station, [arc, other] = scene.arcs, { lower, upper } = arc.joint;
+        const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+        const named = Object.fromEntries(["fg2", "caution", "critical"].map((name) => [token(name).slice(1), name]));
+        const colourAt = (share) => { const at = [...scene.joints]; at[arc.n] = lower + (upper - lower) * share; scene.drawLimits(at); return named[arc.look.color.getHexString()]; };
+        const found = [0.5, 0.88, 0.92, 0.08, 1.01, -0.01].map(colourAt);
+        scene.drawLimits(scene.joints);
+        return [...found, Boolean(other)];
+    }""")
+    assert colours == ["fg2", "fg2", "caution", "caution", "critical", "critical", True]
+    page.evaluate("station.replay.use('truth')")
+    seen = page.evaluate("""() => {
+        const { replay, scene } = station, { t, index } = replay.truth, at = (wanted) => t.find((time) => Boolean(replay.truthAt(time)?.row.HOOKED?.[0] > 0.5) === wanted && time > 20);
+        return [true, false].map((wanted) => { replay.seek(at(wanted)); const [spring] = scene.springs;
+            return [spring.shown === scene.tip.map((value) => value.toFixed(3)).join(), spring.shown === spring.hook.map((value) => value.toFixed(3)).join()]; });
+    }""")
+    assert seen == [[True, False], [False, True]]
+    shown = "station.scene.arm.brakes.map(({ isHeld, rings }) => [isHeld, ...rings.map((ring) => ring.visible)])"
+    page.evaluate("station.replay.seek(0.5)")
+    assert page.evaluate(shown) == [[True, True, True]] * 2
+    page.evaluate("station.replay.seek(26)")
+    assert page.evaluate(shown) == [[False, False, False]] * 2
+
+
+def test_the_camera_has_presets_and_is_moved_by_the_mouse_only(page):
+    place, pressed = "station.scene.camera.position.toArray()", "[...document.querySelectorAll('station-scene .tr [aria-pressed=true]')].map((button) => button.textContent)"
+    page.click("station-scene button:text-is('Iso')")
+    places = [page.evaluate(place)]
+    page.evaluate("document.activeElement.blur()")
+    for name in ("Side", "Tool", "Fit", "Iso"):
+        page.keyboard.press("V")
+        assert page.evaluate(pressed) == [name]
+        places.append(page.evaluate(place))
+    assert places[-1] == pytest.approx(places[0]) and len({tuple(one) for one in places[:-1]}) == 4
+    page.evaluate("station.replay.seek(40)")
+    assert page.evaluate(place) == pytest.approx(places[0])
+    box = page.locator("station-scene canvas").bounding_box()
+    page.mouse.move(box["x"] + 200, box["y"] + 150)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 260, box["y"] + 150, steps=3)
+    page.mouse.up()
+    page.mouse.wheel(0, 200)
+    station.until(page, f"Math.hypot(...{place}.map((value, n) => value - {places[0]}[n])) > 0.1")
+    page.click("station-scene button:text-is('Iso')")
+
+
 def test_a_replay_plays_once_however_often_it_is_started(page):
     """The pictures that are asked for in a second do not grow with the presses."""
     assert page.evaluate("""async () => {

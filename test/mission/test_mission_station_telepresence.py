@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of the station beside a telepresence by the wall clock: its joystick presses on the contour, and a device is lost."""
+"""The page of the station beside a telepresence by the wall clock: its joystick presses on the contour, keyboard and touch alone are enough,
+tables on board are full, and a device is lost."""
 
 import math
+import re
 import subprocess
 
 import flying
 import pytest
 import test_mission_station as station
+from browsing import LIMIT_MS, SHIFTS, WATCH_SHIFTS
 
 SCENARIO = [*flying.bring_up(0.2), "3600 operator shutdown"]
 # Pixels from the centre of the field, to the right and down, above the contour; the lowest presses with more than 20 N.
@@ -35,6 +38,28 @@ WATCH_LINKS = """() => {
         if (!window.closedAt && /closed|failed|stale/.test(said)) window.closedAt = window.station.store.time;
     }).observe(rows, {childList: true, subtree: true, characterData: true});
 }"""
+# Largest number of entries of the tables of the supervisor in this flight: activities, packet stores, request sequences.
+CAPACITIES = {11: 1, 15: 2, 21: 1}
+# Commands that prepare a table, fill it ({} is a number), and make room in it.
+GROUP = "tc SUPERVISOR 11,22 'n=[{\"group_id\": 1, \"group_status\": \"enabled\"}]'"
+TABLES = {
+    "schedule": ([GROUP], "at +3000 ping SUPERVISOR", "schedule reset"),
+    "packet stores": ([], "store create PAGE{} 65536", "store delete PAGE0"),
+    "request sequences": ([], "tc SUPERVISOR 21,1 request_sequence_id=PAGE{} 'n=[{\"request\": \"PING\", \"delay\": 1}]'", "tc SUPERVISOR 21,3 request_sequence_id=PAGE0"),
+}
+# Perform a command, and return why it was refused; null if it was not.
+PERFORM = """async (text) => {
+    const { command, refused } = await station.store.ask({ do: "command", text });
+    while (!refused && !station.store.commands.get(command)?.over) await new Promise((done) => setTimeout(done, 20));
+    return refused ?? station.store.commands.get(command).words ?? null;
+}"""
+FOCUSED = "document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent"
+# Controls of the page that are too small for a finger, or have no name for a screen reader. Those that are used most are larger.
+LEAST_PX = 24
+POOR = f"""[...document.querySelectorAll("button, select, input")].filter((node) => node.checkVisibility() && node.offsetParent !== null).filter((node) => {{
+    const box = node.getBoundingClientRect(), name = node.getAttribute("aria-label") ?? node.getAttribute("aria-labelledby") ?? node.labels?.[0]?.textContent ?? node.textContent;
+    return !name?.trim() || Math.min(box.width, box.height) < {LEAST_PX} || node.closest(".acts, .choices, [role=tablist], .stop") && box.height < 36;
+}}).map((node) => node.outerHTML)"""
 # Boxes of the regions of the page, rounded to pixels.
 BOXES = """[...document.querySelectorAll('station-bar, station-scene, nav > *, aside > *, station-work, station-log')].map((node) =>
     Object.values(node.getBoundingClientRect().toJSON()).map(Math.round))"""
@@ -44,17 +69,37 @@ BOXES = """[...document.querySelectorAll('station-bar, station-scene, nav > *, a
 def flight(session_folder):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
     scenario = flying.write_scenario(session_folder / "station-telepresence.scn", *SCENARIO)
-    flight = flying.start(session_folder / "station-telepresence", "--time", "real", "--scenario", scenario)
+    root = flying.descriptors_copied(session_folder / "small-tables")
+    supervisor = root / "descriptors" / "subsystems" / "supervisor.xml"
+    text = supervisor.read_text(encoding="utf-8")
+    for service, capacity in CAPACITIES.items():
+        text, count = re.subn(rf'(<Service type="{service}" capacity=")\d+"', rf'\g<1>{capacity}"', text)
+        assert count == 1, service
+    supervisor.write_text(text, encoding="utf-8")
+    flight = flying.start(session_folder / "station-telepresence", "--time", "real", "--scenario", scenario, root=root)
     flight.port()
     yield flight
     flight.abandon()
 
 
 @pytest.fixture(scope="module")
-def page(flight):
-    with station.serving("--run", flight.folder) as address, station.browsing() as browser:
-        page = station.opened(browser, address, "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last")
-        yield page
+def address(flight):
+    with station.serving("--run", flight.folder) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with station.browsing() as browser:
+        yield browser
+
+
+READY = "window.station.store.states.get('MANIPULATOR')?.state === 'OPERATIONAL' && window.station.scene.last"
+
+
+@pytest.fixture(scope="module")
+def page(address, browser):
+    return station.opened(browser, address, READY)
 
 
 def test_forms_of_another_interface_are_disabled_with_the_reason(page):
@@ -217,6 +262,182 @@ def test_the_name_of_a_curve_is_at_its_end(page):
     assert end < placed < end + 10
 
 
+def touch(session, kind, x=None, y=None):
+    """A finger on the screen, as Chromium takes it from a touch screen."""
+    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [] if x is None else [{"x": x, "y": y}]})
+
+
+def test_a_finger_on_a_tablet_opens_tabs_fills_in_forms_and_moves_the_hand(browser, address, session_folder):
+    with browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True, is_mobile=True) as context:
+        page = context.new_page()
+        page.set_default_timeout(LIMIT_MS)
+        page.goto(address)
+        station.until(page, READY)
+        page.tap("#work-Command")
+        page.fill("#find", "MANIPULATOR.MOVE_TO")
+        page.tap(".choices button >> nth=0")
+        for field, value in (("POSITION", "0.9,-1.3"), ("DURATION", "2")):
+            page.tap(f"label:has-text('{field}') input")
+            page.keyboard.type(value)
+        page.wait_for_selector("text=complete, in range")
+        assert page.evaluate(POOR) == []
+        page.tap("#work-Operate")
+        assert page.evaluate(POOR) == []
+        take, hidden = page.locator("button:has-text('Take the hand'):not(:disabled)"), page.locator("station-log").bounding_box()["y"]
+        take.wait_for()
+        assert take.bounding_box()["y"] + take.bounding_box()["height"] < hidden, "the button is cut off"
+        page.screenshot(path=str(session_folder / "page-touch.png"))
+        session, touches = context.new_cdp_session(page), 0
+
+        def follows():
+            """True if the stick follows the finger."""
+            nonlocal touches
+            if not page.evaluate("document.querySelector('station-work').hand.from"):
+                if touches:
+                    touch(session, "touchEnd")
+                touches += 1
+                if not page.evaluate("document.querySelector('station-work').hand.aim"):
+                    take.tap()
+                box = page.locator(".field").bounding_box()
+                x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+                touch(session, "touchStart", x, y)
+                for n in range(6):
+                    touch(session, "touchMove", x + 5 * n, y)
+            return page.evaluate("window.station.store.value('JOYSTICK', 'CUR_VALUES.POSITION')[0] > 0.05")
+
+        flying.wait_until(follows, "the stick follows the finger")
+        touch(session, "touchEnd")
+        page.tap("button:has-text('Give back')")
+        page.wait_for_selector("text=Hand given back: released.")
+
+
+def tab_to(page, name):
+    """Press the Tab key until the control of this name has the focus."""
+    for _ in range(100):
+        if page.evaluate(FOCUSED).strip().startswith(name):
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"'{name}' cannot be reached; the focus is at {page.evaluate(FOCUSED)[:100]!r}")
+
+
+def test_the_keyboard_alone_is_enough(page, flight):
+    """The user finds the joystick and moves it, requests a state and reads why a command is refused."""
+    page.click("#work-Operate")
+    page.evaluate("document.activeElement.blur()")
+    page.wait_for_selector("button:has-text('Take the hand'):not(:disabled)")
+    tab_to(page, "Take the hand")
+    page.keyboard.press("Enter")
+    before = flight.read("live.scn").count(" hand aim ")
+    page.keyboard.down("ArrowRight")
+    flying.wait_until(lambda: re.search(r" hand aim 0\.0[1-9]", flight.read("live.scn")[before:]), "an arrow key moves the hand")
+    page.keyboard.up("ArrowRight")
+    page.keyboard.press("Escape")
+    page.wait_for_selector("text=Hand given back: Esc.")
+    for key, state in (("4", "SAFE_OPERATIONAL"), ("5", "OPERATIONAL")):
+        station.until(page, f"[...document.querySelectorAll('station-states .box.legal')].some((box) => box.textContent.includes('{state}'))")
+        page.keyboard.press(key)
+        assert page.evaluate(FOCUSED) == "MANIPULATOR: request state"
+        page.wait_for_selector("button:has-text('Arm'):not(:disabled)")
+        tab_to(page, "Arm")
+        page.keyboard.press("Enter")
+        tab_to(page, "Send")
+        page.keyboard.press("Enter")
+        station.until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("/")
+    page.keyboard.type("MANIPULATOR.TARE")
+    page.keyboard.press("ArrowDown")
+    assert page.evaluate(FOCUSED).startswith("MANIPULATOR.TARE")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    assert page.evaluate(FOCUSED) == "MANIPULATOR.TARE"
+    page.wait_for_selector("text=complete, in range")
+    page.keyboard.press("Control+Enter")
+    page.wait_for_selector("[aria-live=polite] .refusal:has-text('TARE: refused')")
+
+
+def test_the_commands_of_the_flight_are_saved_as_a_script(page):
+    page.click("#work-Command")
+    with page.expect_download() as download:
+        page.click("button:has-text('Save as script')")
+    assert download.value.suggested_filename == "rokviss.scn"
+    with open(download.value.path(), encoding="utf-8") as file:
+        lines = [line.split(maxsplit=1)[1] for line in file if line.strip() and not line.startswith("#")]
+    assert [line.strip() for line in lines][-3:] == [f"operator {words}" for words in
+                                                     ("state MANIPULATOR SAFE_OPERATIONAL", "state MANIPULATOR OPERATIONAL", "try cmd MANIPULATOR.TARE")]
+
+
+def sent(page, words):
+    """Send a command as typed, and return the text of its result."""
+    page.click("#work-Command")
+    page.fill("#find", words)
+    page.click(".choices button:has-text('as typed')")
+    page.wait_for_selector("text=complete, in range")
+    if page.is_visible("button:has-text('Arm')"):
+        page.click("button:has-text('Arm')")
+    page.click(station.SEND + ":not(:disabled)")
+    return page.inner_text(".form [aria-live=polite]:has-text('completed'), .form .refusal:has(strong)")
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_a_full_table_is_refused_in_words_and_takes_entries_again(page, table):
+    prepare, fill, make_room = TABLES[table]
+    fill = fill.replace("PING", page.evaluate("station.store.ask({do: 'plan', text: 'ping SUPERVISOR'})")["octets"][0])
+    for words in prepare:
+        assert page.evaluate(PERFORM, words) is None
+    results = []
+    while len(results) <= max(CAPACITIES.values()) and not any(results):
+        results.append(page.evaluate(PERFORM, fill.replace("{}", str(len(results)), 1)))
+    assert len(results) > 1 and "full" in results[-1]
+    refused = sent(page, fill.replace("{}", "9", 1))
+    assert "full" in refused and "0x0205" in refused
+    assert page.evaluate(PERFORM, make_room) is None
+    assert "completed" in sent(page, fill.replace("{}", "9", 1))
+    assert not page.faults
+
+
+def test_a_parameter_is_dragged_into_the_charts(page):
+    page.click("#work-Telemetry")
+    page.fill("[aria-label='Filter of parameters']", "manipulator 9003 velocity")
+    station.until(page, "document.querySelectorAll('section:has(.chart)').length === 1")
+    count = page.locator(".strip").count()
+    page.locator("section tr[draggable] >> nth=1").drag_to(page.locator("station-strips"))
+    page.locator("[aria-label='Remove MANIPULATOR VELOCITY.2']").wait_for()
+    assert page.locator(".strip").count() == count + 1
+    page.click("[aria-label='Remove MANIPULATOR VELOCITY.2']")
+    page.fill("[aria-label='Filter of parameters']", "")
+
+
+def test_charts_are_zoomed_held_and_read_at_the_pointer(page):
+    title, view = page.locator("station-strips h2"), "(({min, max}) => [min, max])(window.station.strips.strips[1].plot.scales.x)"
+    box = page.locator(".strip .u-over >> nth=0").bounding_box()
+    x, y = box["x"] + box["width"] * 0.7, box["y"] + 20
+    page.mouse.move(x, y)
+    page.wait_for_selector("station-strips h2:text-matches('^Last 30 s, at [0-9.]+ s$')")
+    # All strips show their values at the same instant.
+    assert page.evaluate("""() => { const { strips } = window.station.strips; window.station.strips.draw();
+        return strips.every((strip) => strip.plot.cursor.left > 0 && strip.values.every((value, n) => {
+            const wanted = strip.plot.data[n + 1][strip.plot.cursor.idx];
+            return wanted === null || wanted === undefined ? value.textContent === "–" : Math.abs(Number(value.textContent.replace("−", "-")) - wanted) < 0.06; })); }""")
+    page.mouse.down()
+    page.mouse.move(x + 100, y, steps=4)
+    page.mouse.up()
+    station.until(page, "(({min, max}) => max - min < 12)(window.station.strips.strips[1].plot.scales.x)")
+    assert title.inner_text().startswith("Zoomed")
+    zoomed = page.evaluate(view)
+    page.mouse.dblclick(x, y)
+    page.mouse.move(x, box["y"] - 40)
+    page.wait_for_selector("station-strips h2:text-is('Last 30 s')")
+    page.click("[aria-label='Hold the view']")
+    page.wait_for_selector("station-strips h2:text-is('Held')")
+    held = page.evaluate(view)
+    now = page.evaluate("window.station.store.time")
+    station.until(page, f"window.station.store.time > {now} + 0.5")
+    assert page.evaluate(view) == held != zoomed
+    page.click("[aria-label='Hold the view']")
+    station.until(page, f"{view}[1] > {held[1]} + 0.5")
+
+
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, session_folder):
     """The fault comes from the command line; the page shows it without a change of the layout, and axe finds nothing serious."""
@@ -224,11 +445,12 @@ def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, fl
         station.until(page, "['HAND_POSITION', 'ROBOT_STATE'].every((name) => window.station.store.links.some((row) => row.name === name && row.state === 'open'))")
         boxes = page.evaluate(BOXES)
         page.evaluate(WATCH_LINKS)
+        page.evaluate(WATCH_SHIFTS)
         answer = flying.gse(flight, "--run", flight.folder, "fault", "unplug", "robot", "JOINT1")
         assert answer.returncode == 0, answer.stderr
         page.wait_for_selector("station-log .entry.critical:has-text('MANIPULATOR DEVICE_LOST')")
         page.wait_for_selector("[data-link=HAND_POSITION]:has-text('closed')")
-        assert page.evaluate(BOXES) == boxes
+        assert page.evaluate(BOXES) == boxes and page.evaluate(SHIFTS) == []
         # Both in mission time, so that a slow machine changes nothing: the links are closed after the event.
         lost = page.evaluate("window.station.store.events.findLast((event) => event.event === 'DEVICE_LOST').time")
         assert lost - 1e-6 <= page.evaluate("window.closedAt") < lost + 1.0

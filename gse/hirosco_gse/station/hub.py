@@ -218,7 +218,7 @@ class Hub:
             if self.session:
                 self.session.link_lost()
                 self._resume_all()
-            self._say_link(False, f"link lost, trying {where}")
+            self._say_link(False, f"trying {where} again")
 
     async def _receive(self, reader, writer):
         self._connection = AsyncLink(reader, writer, self.session)

@@ -27,10 +27,11 @@ export function stripsOf(robot, reported, forceOf) {
     ];
   }
   const parts = groups(robot, LINES_MAX);
+  const isSmall = moving(robot).length <= 2;
   const torque = reported.includes("CUR_VALUES.EXTERNAL_TORQUE") ? "EXTERNAL_TORQUE" : "TORQUE";
   return [
-    ...parts.map((part) => positions(part, moving(robot).length <= 2)),
-    ...parts.map((part) => torques(part, torque)),
+    ...parts.map((part) => positions(part, isSmall)),
+    ...parts.map((part) => torques(part, torque, isSmall)),
     {
       title: "Force at the tip",
       unit: "N",
@@ -39,14 +40,14 @@ export function stripsOf(robot, reported, forceOf) {
   ];
 }
 
-// Positions of a group of joints; of few joints the desired ones as well.
-function positions({ isPrismatic, joints }, hasDesired) {
-  const desired = hasDesired ? joints : [];
+// Positions of a group of joints; of an arm with few joints the desired ones as well.
+function positions({ isPrismatic, joints }, isSmall) {
+  const desired = isSmall ? joints : [];
   return {
     title: "Joint position",
     unit: isPrismatic ? "m" : "rad",
     lines: [
-      ...lines("POSITION", joints, (row, n) => row["CUR_VALUES.POSITION"]?.[n]),
+      ...lines(isSmall ? "POSITION" : "", joints, (row, n) => row["CUR_VALUES.POSITION"]?.[n]),
       ...desired.map((n) => ({
         name: n ? `${n + 1}` : "desired 1",
         colour: "desired",
@@ -59,19 +60,21 @@ function positions({ isPrismatic, joints }, hasDesired) {
 
 // Torques of a group of joints: those of the environment, or of subsystems that do not report these, those of
 // the joints.
-function torques({ isPrismatic, joints }, leaf) {
+function torques({ isPrismatic, joints }, leaf, isSmall) {
   const isExternal = leaf === "EXTERNAL_TORQUE";
   const kind = isPrismatic ? "force" : "torque";
+  const name = isExternal ? "EXTERNAL" : "TORQUE";
   return {
     title: `${isExternal ? "External" : "Joint"} ${kind}`,
     unit: isPrismatic ? "N" : "Nm",
-    lines: lines(isExternal ? "EXTERNAL" : "TORQUE", joints, (row, n) => row[`CUR_VALUES.${leaf}`]?.[n]),
+    lines: lines(isSmall ? name : "", joints, (row, n) => row[`CUR_VALUES.${leaf}`]?.[n]),
   };
 }
 
+// Lines of joints. A strip of four joints has room for their numbers only; its title says what they show.
 const lines = (name, joints, of) =>
   joints.map((n, place) => ({
-    name: `${name}.${n + 1}`,
+    name: name ? `${name}.${n + 1}` : `${n + 1}`,
     short: `${n + 1}`,
     colour: COLOURS[place],
     of: (row) => of(row, n),

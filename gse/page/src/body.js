@@ -109,10 +109,9 @@ export class Arm {
     if (looks.stand && !robot.free && !isDrawn) this.stand(robot, wide, looks);
   }
 
-  // Two rings around a housing: filled while the brake holds, thin lines while it is released, hidden if
-  // unknown.
+  // Two rings around a housing, which are shown while the brake holds.
   brake(still, joint, wide) {
-    const look = new THREE.MeshBasicMaterial({ transparent: true, color: 0xffffff });
+    const look = new THREE.MeshBasicMaterial({ color: 0xffffff });
     const rings = [-1, 1].map((side) => {
       const ring = new THREE.Mesh(new THREE.TorusGeometry(wide * 1.36, wide * 0.12, 8, 36), look);
       ring.quaternion.setFromUnitVectors(
@@ -124,7 +123,7 @@ export class Arm {
       still.add(ring);
       return ring;
     });
-    this.brakes.push({ look, rings, isHeld: null });
+    this.brakes.push({ rings, isHeld: null });
   }
 
   showBrakes(brakes) {
@@ -132,9 +131,7 @@ export class Arm {
       const isHeld = brakes ? brakes[n] : null;
       if (isHeld === brake.isHeld) return;
       brake.isHeld = isHeld;
-      brake.look.wireframe = isHeld === false;
-      brake.look.opacity = isHeld ? 1 : 0.35;
-      for (const ring of brake.rings) ring.visible = isHeld !== null;
+      for (const ring of brake.rings) ring.visible = Boolean(isHeld);
     });
   }
 

@@ -45,10 +45,11 @@ export class Bus {
       el(
         "div",
         { class: "scroll", tabindex: 0, role: "group", "aria-label": "Frames" },
-        table(["Time s", "", "Error", "In words"], this.errors),
+        (this.errorTable = table(["Time s", "", "Error", "In words"], this.errors)),
         table(["Time s", "Id", "Name", "Rate"], this.frames),
       ),
     );
+    this.errorTable.hidden = true;
     store.on("hello", () => {
       this.name = null;
       this.watched = null;
@@ -101,7 +102,7 @@ export class Bus {
     if (!isShown) return;
     const said = store.buses.get(this.name);
     const warning = said?.warning ? `${said.warning}. ` : "";
-    const identifiers = `${said?.frames.length} identifiers`;
+    const identifiers = `${said?.frames?.length} identifiers`;
     const problem = said?.problem ?? (store.pace.is_there ? null : "this flight has no live port");
     text(
       this.words,
@@ -155,7 +156,7 @@ export class Bus {
           ),
         ),
     );
-    this.errors.parentElement.hidden = !errors.length;
+    this.errorTable.hidden = !errors.length;
     this.frames.replaceChildren(
       ...frames.flatMap((one) => [
         el(

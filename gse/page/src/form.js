@@ -158,9 +158,15 @@ export class CommandForm {
       id: "find",
       autocomplete: "off",
       oninput: () => this.search(),
+      onkeydown: (event) => this.step(event),
     });
-    this.list = el("div", { class: "choices", role: "group", "aria-label": "Commands found" });
-    this.title_ = el("h2");
+    this.list = el("div", {
+      class: "choices",
+      role: "group",
+      "aria-label": "Commands found",
+      onkeydown: (event) => this.step(event),
+    });
+    this.title_ = el("h2", { tabindex: -1 });
     this.fields = el("fieldset", { class: "bare" });
     this.lists = el("div", { hidden: true });
     this.octets = el("div", { class: "mono octets" });
@@ -243,7 +249,12 @@ export class CommandForm {
     const button = (name, kind, act) =>
       el(
         "button",
-        { onclick: act },
+        {
+          onclick: () => {
+            act();
+            this.enter();
+          },
+        },
         el("span", { class: "what" }, name),
         el("span", { class: "hint" }, kind),
       );
@@ -256,6 +267,24 @@ export class CommandForm {
       ...(typed ? [] : found.map((form) => button(form.name, form.kind, () => this.pick(form)))),
     );
     if (!this.list.children.length) this.list.append(el("p", { class: "reason" }, "No command matches."));
+  }
+
+  // From the search field Enter opens the first command found; the arrow keys go through the list.
+  step(event) {
+    const all = [...this.list.querySelectorAll("button")];
+    const at = all.indexOf(document.activeElement);
+    const next = { ArrowDown: at + 1, ArrowUp: at - 1 }[event.key];
+    if (event.key === "Enter" && at < 0 && !event.ctrlKey) all[0]?.click();
+    else if (next >= 0) all[next]?.focus();
+    else if (next === -1) this.find.focus();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  // Move the focus to the first field of the form that was opened, or to its heading.
+  enter() {
+    (this.fields.querySelector("input:enabled, select:enabled") ?? this.title_).focus();
   }
 
   // Open a form for another part of the page. `words` is "verb name", then optionally the value of the first

@@ -86,11 +86,10 @@ class Log extends HTMLElement {
     }, 200);
   }
 
-  // In a replay, the events around the present instant.
-  around() {
-    const shown = store.replay.events.filter((event) => this.isShown(event));
-    const present = shown.filter((event) => event.number < store.events.length).length;
-    return shown.slice(Math.max(0, present - AROUND), present + AROUND);
+  // In a replay, the entries around the present instant: AROUND before it and AROUND to come.
+  around(entries, isPast) {
+    const present = entries.filter(isPast).length;
+    return entries.slice(Math.max(0, present - AROUND), present + AROUND);
   }
 
   isShown(event) {
@@ -125,7 +124,12 @@ class Log extends HTMLElement {
       ),
     ];
     if (!store.replay) return el("div", { class: isUnseen ? "entry critical" : "entry" }, ...parts);
-    return el("button", { class: "entry", onclick: () => store.replay.seek(event.time) }, ...parts);
+    return this.jump(event.time, parts);
+  }
+
+  // Entry of a replay: a click shows its instant.
+  jump(time, parts) {
+    return el("button", { class: "entry", onclick: () => store.replay.seek(time) }, ...parts);
   }
 
   // Entry of an event of a replay, marked as past, present or to come.
@@ -139,11 +143,11 @@ class Log extends HTMLElement {
   }
 
   draw() {
-    text(
-      this.pages.list.querySelector("#log-Events"),
-      `Events ${store.replay ? store.replay.events.length : store.events.length}`,
-    );
-    text(this.pages.list.querySelector("#log-Commands"), `Commands ${store.commands.size}`);
+    // In a replay both lists, and so both numbers, are of the whole flight.
+    const events = (store.replay ?? store).events.length;
+    const commands = store.replay ? store.replay.shownCommands().length : store.commands.size;
+    text(this.pages.list.querySelector("#log-Events"), `Events ${events}`);
+    text(this.pages.list.querySelector("#log-Commands"), `Commands ${commands}`);
     this.offer();
     this.own.hidden = !store.replay?.commands.some((call) => call.own);
     // Only the list of the open tab is drawn.
@@ -161,7 +165,13 @@ class Log extends HTMLElement {
       (event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen,
     );
     const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
-    const shown = store.replay ? this.around() : ordered;
+    const isPast = (event) => event.number < store.events.length;
+    const shown = store.replay
+      ? this.around(
+          store.replay.events.filter((event) => this.isShown(event)),
+          isPast,
+        )
+      : ordered;
     const entryOf = (event) =>
       store.replay ? this.replayed(event) : this.entry(event, unseen.includes(event));
     this.eventList.replaceChildren(
@@ -179,42 +189,50 @@ class Log extends HTMLElement {
   }
 
   drawCommands() {
-    const commands = [...store.commands.values()].slice(-SHOWN).reverse();
-    this.commandList.replaceChildren(
-      ...(commands.length
-        ? commands.map((call) =>
-            el(
-              "div",
-              { class: "entry" },
-              el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)),
-              lights(call.lights),
-              el(
-                "span",
-                {},
-                call.line
-                  ? el(
-                      "button",
-                      {
-                        class: "again",
-                        title: "Open this command in the tab Command",
-                        onclick: () => store.tell("again", call.line),
-                      },
-                      call.text,
-                    )
-                  : call.text,
-                call.silent && !call.over ? el("span", { class: "hint" }, " no answer for 10 s") : "",
-                call.words
-                  ? el(
-                      "span",
-                      { class: call.unknown ? "hint" : "words" },
-                      ` ${call.words.replace(`${call.text}: `, "")}`,
-                    )
-                  : "",
-              ),
-            ),
-          )
-        : [el("p", { class: "reason" }, "No command of this station yet.")]),
-    );
+    const isPast = (call) => call.time <= store.time;
+    const commands = store.replay
+      ? this.around(store.replay.shownCommands(), isPast).map((call) => store.replay.callAt(call))
+      : [...store.commands.values()].slice(-SHOWN).reverse();
+    const entries = commands.map((call) => this.command(call));
+    if (store.replay) {
+      const past = commands.filter(isPast).length;
+      entries.forEach((entry, n) => entry.classList.toggle("to-come", n >= past));
+      entries[past - 1]?.setAttribute("aria-current", "true");
+    }
+    const none = store.replay ? "No command of an operator." : "No command of this station yet.";
+    this.commandList.replaceChildren(...(entries.length ? entries : [el("p", { class: "reason" }, none)]));
+    this.commandList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+  }
+
+  command(call) {
+    const repeat = () =>
+      el(
+        "button",
+        {
+          class: "again",
+          title: "Open this command in the tab Command",
+          onclick: () => store.tell("again", call.line),
+        },
+        call.text,
+      );
+    const parts = [
+      el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)),
+      lights(call.lights),
+      el(
+        "span",
+        {},
+        call.line && !store.replay ? repeat() : call.text,
+        call.silent && !call.over ? el("span", { class: "hint" }, " no answer for 10 s") : "",
+        call.words
+          ? el(
+              "span",
+              { class: call.unknown ? "hint" : "words" },
+              ` ${call.words.replace(`${call.text}: `, "")}`,
+            )
+          : "",
+      ),
+    ];
+    return store.replay ? this.jump(call.time, parts) : el("div", { class: "entry" }, ...parts);
   }
 
   drawFacts() {

@@ -6,6 +6,7 @@ import { after, History } from "./history.js";
 import { posesBetween } from "./kinematics.js";
 
 const KEPT_COMMANDS = 500;
+const TO_COME = "eeee"; // Lights of a command that is sent later.
 // A gap between reports [s] in which the robot is not drawn; time after the last report in which it is
 // drawn.
 const GAP_S = 1,
@@ -301,8 +302,9 @@ export class Replay {
     const changes = after(this.changes, this.time);
     if (changes !== this.shownChanges) {
       this.shownChanges = changes;
-      const isShown = (call) => call.time <= this.time && (this.hasOwn || !call.own);
-      const known = this.commands.filter(isShown).slice(-KEPT_COMMANDS);
+      const known = this.shownCommands()
+        .filter((call) => call.time <= this.time)
+        .slice(-KEPT_COMMANDS);
       store.commands = new Map(known.map((call) => [call.number, this.callAt(call)]));
       store.tell("command", { number: 0 });
     }
@@ -321,8 +323,15 @@ export class Replay {
     }
   }
 
+  // Commands of the whole flight, with those that stations sent by themselves only if they are to be shown.
+  shownCommands() {
+    return this.commands.filter((call) => this.hasOwn || !call.own);
+  }
+
   callAt(call) {
-    const lights = call.lights.filter(([time]) => time <= this.time).pop()?.[1] ?? "weee";
+    const lights =
+      call.lights.filter(([time]) => time <= this.time).pop()?.[1] ??
+      (call.time > this.time ? TO_COME : "weee");
     const isOver = lights === call.lights[call.lights.length - 1][1];
     return {
       ...call,

@@ -100,7 +100,7 @@ class Scene extends SceneMarks {
           { class: "hint rings", style: "margin-right:10px", hidden: true },
           "white ring: brake holds",
         ),
-        el("span", { class: "hint" }, "grid 50 mm"),
+        el("span", { class: "hint grid-key" }, "grid 50 mm"),
       ),
       this.forceLabel,
       this.ghostLabel,
@@ -301,6 +301,8 @@ class Scene extends SceneMarks {
     this.floor.rotateX(Math.PI / 2);
     this.floor.position.set(0.2, 0, this.level);
     this.floor.visible = !this.robot.free;
+    this.querySelector(".grid-key").hidden = Boolean(this.robot.free);
+    this.floor.material.vertexColors = false; // All lines have the colour of the theme.
     this.content.add(this.floor);
     this.addGhost();
     this.addForce();
@@ -370,8 +372,6 @@ class Scene extends SceneMarks {
     for (const arrow of this.touches) arrow.setColor(token("force"));
     this.actuators.colours(token);
     this.floor.material.color.set(isLight ? 0xb5c0ca : 0x2c3742);
-    this.floor.material.vertexColors = false;
-    this.floor.material.needsUpdate = true;
     LOOK.ground.color.set(isLight ? 0xb9c0c6 : 0x6f7d8a);
     this.change();
   }

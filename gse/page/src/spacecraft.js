@@ -251,7 +251,7 @@ const LINK_SYMBOL = {
 };
 const isBroken = (state) => state === "stale" || state === "failed";
 const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
-const BOX = { width: 120, height: 40, x: [8, 180], top: 34, pitch: 96 };
+const BOX = { width: 120, height: 40, x: [8, 180], top: 10, pitch: 96 };
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
 // closed, and a line of figures for each link.
@@ -259,7 +259,7 @@ class Network extends HTMLElement {
   connectedCallback() {
     if (this.sym) return; // The browser calls this again when the element moves within the page.
     this.sym = el("span");
-    this.words = el("span");
+    this.words = el("span", { class: "words" });
     this.graph = svg("svg", { class: "graph", role: "img", "aria-label": "Real-time network" });
     this.rows = el("div", { class: "links", role: "list", "aria-label": "Real-time links" });
     this.body = el(

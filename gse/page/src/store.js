@@ -187,7 +187,8 @@ class Store {
   power() {
     const needs =
       this.hello?.subsystems.map((item) => item.power_w?.[this.states.get(item.name)?.state] ?? 0) ?? [];
-    return this.hello?.power_available_w && this.hello.subsystems.some((item) => item.power_w)
+    const isDefined = (item) => Object.keys(item.power_w ?? {}).length > 0;
+    return this.hello?.power_available_w && this.hello.subsystems.some(isDefined)
       ? needs.reduce((sum, one) => sum + one, 0)
       : null;
   }

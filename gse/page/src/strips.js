@@ -251,15 +251,23 @@ class Strip {
     this.tell();
   }
 
+  // Show the values at the pointer, otherwise those of a row, or of the last reports.
   tell(row) {
+    const at = this.pointed();
     for (const [n, line] of this.about.lines.entries()) {
-      if (line.report) this.tellChosen(n, line);
-      else
-        text(
-          this.values[n],
-          row ? number(line.of(row), this.about.unit === "rad" ? "rad/s" : this.about.unit) : "–",
-        );
+      const unit = this.about.unit === "rad" ? "rad/s" : this.about.unit;
+      if (at !== null) {
+        const value = this.plot.data[n + 1][at];
+        text(this.values[n], wordOf(line, value) ?? number(value, line.report ? line.unit : unit));
+      } else if (line.report) this.tellChosen(n, line);
+      else text(this.values[n], row ? number(line.of(row), unit) : "–");
     }
+  }
+
+  // Place of the values under the pointer, in this strip or in another one; null without a pointer.
+  pointed() {
+    const { left, idx } = this.plot.cursor;
+    return left >= 0 && idx !== null && idx !== undefined ? idx : null;
   }
 
   tellChosen(n, line) {
@@ -301,7 +309,12 @@ class Strips extends HTMLElement {
       role: "group",
       "aria-label": "Strip charts",
     });
-    this.add = el("button", { onclick: () => store.tell("parameter") }, "Add parameter ", el("kbd", {}, "P"));
+    this.add = el(
+      "button",
+      { class: "add", onclick: () => store.tell("parameter") },
+      "Add parameter ",
+      el("kbd", {}, "P"),
+    );
     this.append(
       el(
         "div",
@@ -386,6 +399,14 @@ class Strips extends HTMLElement {
     for (const strip of this.strips) strip.make();
   }
 
+  // Words for the title with the time under the pointer.
+  pointed() {
+    const { plot } = this.strips[0];
+    return this.strips[0].pointed() === null
+      ? ""
+      : `, at ${plot.posToVal(plot.cursor.left, "x").toFixed(2)} s`;
+  }
+
   hold() {
     this.held = this.held ? null : [store.now() - WINDOW_S, store.now()];
     this.pause.setAttribute("aria-pressed", String(Boolean(this.held)));
@@ -399,7 +420,7 @@ class Strips extends HTMLElement {
     }
     const now = Math.max(WINDOW_S, store.now());
     const range = this.zoom ?? this.held ?? [now - WINDOW_S, now];
-    text(this.title_, this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`);
+    text(this.title_, `${this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`}${this.pointed()}`);
     const { t, rows } = part(store.history.get(this.source), range);
     for (const strip of this.strips) strip.show(t, rows, range);
   }
@@ -411,9 +432,9 @@ class Strips extends HTMLElement {
     const drawn = [range.join(), history, ...this.strips.map((strip) => strip.plot)];
     if (!this.drawn || drawn.some((item, n) => item !== this.drawn[n])) {
       this.drawn = drawn;
-      text(this.title_, this.zoom ? "Zoomed" : "The whole flight");
       for (const strip of this.strips) strip.showHistory(history, range);
     }
+    text(this.title_, `${this.zoom ? "Zoomed" : "The whole flight"}${this.pointed()}`);
     const row = store.replay.at(store.time);
     for (const strip of this.strips) strip.point(store.time, row);
   }

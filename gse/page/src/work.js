@@ -293,6 +293,7 @@ class Hand {
     const state = store.states.get(source)?.state;
     const owner = this.aim ? null : store.handOwner();
     const isThere = Boolean(source) && store.pace.is_there && !store.barrier() && !owner;
+    this.node.hidden = Boolean(store.hello) && !source; // Then housekeeping has the whole tab.
     this.take.disabled = !isThere;
     text(this.take.firstChild, this.aim ? "Give back " : "Take the hand ");
     this.field.classList.toggle("taken", Boolean(this.aim));
@@ -306,22 +307,18 @@ class Hand {
           : `Your hand, gamepad ${this.pad + 1}`
         : owner
           ? `Hand taken ${owner}`
-          : source
-            ? "Scripted hand"
-            : "No joystick in this mission",
+          : "Scripted hand",
     );
-    const why = !source
-      ? ""
-      : owner
-        ? "It is free again one second after its last movement."
-        : store.barrier()
-          ? store.barrier()
-          : !store.pace.is_there
-            ? "this flight has no live port"
-            : (this.note ??
-              (state === "OPERATIONAL"
-                ? "moves the robot"
-                : `${source} is ${state ?? "not reported"}: the hand has no effect`));
+    const why = owner
+      ? "It is free again one second after its last movement."
+      : store.barrier()
+        ? store.barrier()
+        : !store.pace.is_there
+          ? "this flight has no live port"
+          : (this.note ??
+            (state === "OPERATIONAL"
+              ? "moves the robot"
+              : `${source} is ${state ?? "not reported"}: the hand has no effect`));
     text(this.words, why);
     const xy = ([a, b], scale) => [a * scale, -b * scale];
     const [x, y] = xy(position, FIELD / RANGE_RAD);
@@ -445,7 +442,10 @@ class Work extends HTMLElement {
       this.pages.open("Telemetry");
       this.telemetry.find.focus();
     });
-    store.on("prepare again", () => this.pages.open("Command"));
+    store.on("prepare again", () => {
+      this.pages.open("Command");
+      this.form.title_.focus(); // From here the Tab key goes to fields, Arm and Send.
+    });
     store.on("select hello", () => this.draw());
     document.addEventListener("keydown", (event) => {
       if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey)

@@ -158,7 +158,7 @@ const told = (strips) => strips.map(({ title, unit, lines }) => [title, unit, ..
 
 
 def test_strips_show_every_joint_and_torques_under_their_own_name(modules):
-    """Torques that contain those of gravity are not called external."""
+    """Torques that contain those of gravity are not called external. Lines of more than two joints have only the number of the joint."""
     planar, spatial = printed(modules, ARM + """
         const turning = Array(2).fill("revolute");
         console.log(JSON.stringify([told(stripsOf(arm(...turning), ["CUR_VALUES.TORQUE", "CUR_VALUES.EXTERNAL_TORQUE"], () => 9)),
@@ -166,12 +166,12 @@ def test_strips_show_every_joint_and_torques_under_their_own_name(modules):
     force = ["Force at the tip", "N", ["from joint torques", 9]]
     assert planar == [["Joint position", "rad", ["POSITION.1", 0], ["POSITION.2", 1], ["desired 1", 30], ["2", 31]],
                       ["External torque", "Nm", ["EXTERNAL.1", 20], ["EXTERNAL.2", 21]], force]
-    assert spatial == [["Joint position", "m", ["POSITION.1", 0]],
-                       ["Joint position", "rad", *([f"POSITION.{n + 1}", n] for n in range(1, 5))],
-                       ["Joint position", "rad", *([f"POSITION.{n + 1}", n] for n in range(5, 7))],
-                       ["Joint force", "N", ["TORQUE.1", 10]],
-                       ["Joint torque", "Nm", *([f"TORQUE.{n + 1}", 10 + n] for n in range(1, 5))],
-                       ["Joint torque", "Nm", *([f"TORQUE.{n + 1}", 10 + n] for n in range(5, 7))], force]
+    assert spatial == [["Joint position", "m", ["1", 0]],
+                       ["Joint position", "rad", *([f"{n + 1}", n] for n in range(1, 5))],
+                       ["Joint position", "rad", *([f"{n + 1}", n] for n in range(5, 7))],
+                       ["Joint force", "N", ["1", 10]],
+                       ["Joint torque", "Nm", *([f"{n + 1}", 10 + n] for n in range(1, 5))],
+                       ["Joint torque", "Nm", *([f"{n + 1}", 10 + n] for n in range(5, 7))], force]
 
 
 def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
