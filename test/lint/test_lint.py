@@ -67,6 +67,9 @@ def layer_breaches(tmp_path, monkeypatch, path, text):
         ("test/proof/pus/proof_a.c", '"pus/core/packet.c"', True),
         ("test/proof/pus/proof_a.c", '"test/proof/proof.h"', True),
         ("test/proof/pus/proof_a.c", '"fsw/supervisor/b.h"', False),
+        ("test/proof/fsw/supervisor/proof_a.c", '"test/proof/pus/b.h"', True),
+        ("test/proof/pus/proof_a.c", '"test/proof/fsw/supervisor/b.h"', False),
+        ("pus/a.c", '"test/proof/pus/b.h"', False),
     ],
 )
 def test_an_include_that_its_layer_does_not_allow_is_found(tmp_path, monkeypatch, path, include, allowed):
