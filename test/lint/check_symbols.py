@@ -41,7 +41,7 @@ PREFIXES = {
     "fsw/procedures": "procedure",
     "fsw/programs": "compiled_descriptors component descriptor_files executive file ground_key loop_tasks record_store remote_endian run store_files subsystem_host",
     "fsw/supervisor/services": "spacecraft",
-    "launcher": "launcher launch arguments descriptor_capacities descriptor_classes descriptor_model descriptor_writer guard return_budget run_summary target_link",
+    "launcher": "launcher launch arguments descriptor_capacities descriptor_classes descriptor_model descriptor_writer eeprom_image guard return_budget run_summary target_link",
 }
 MUTABLE = re.compile(r"(\.data(?!\.rel\.ro)|\.bss|\.tdata|\.tbss|COM).*")
 

@@ -28,8 +28,8 @@
 //   - if ((session->step == SESSION_OPEN_PRODUCER) && (apid == session->ends.producer_apid)) {
 //   + if (session->step == SESSION_OPEN_PRODUCER) {
 // Fault: fsw/supervisor/link_manager.c
-//   - link_session_t* const session = (session_of_link(supervisor, open->link) == NULL)
-//   + link_session_t* const session = (open->link != 0U)
+//   - if ((session_of_link(supervisor, open->link) != NULL) ||
+//   + if ((open->link == 0U) ||
 // The supervisor without the members that its link manager does not use.
 #define FSW_SUPERVISOR_SUPERVISOR_H
 #define FSW_FRAMEWORK_SUBSYSTEM_SUBSYSTEM_CORE_H

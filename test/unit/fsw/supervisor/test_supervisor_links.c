@@ -455,6 +455,7 @@ static void staleness_is_kept_in_the_graph(void)
 {
     fixture_link_up(STATE_PRE_OPERATIONAL);
     fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_STALE);
+    fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_ACCEPTED, PUS_LINK_STATE_OPEN);
     fixture_run(1U);
     TEST_ASSERT_TRUE(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE)->is_stale);
     fixture_link_changed(FIXTURE_HAND, LINK_ARM_STATE, PUS_LINK_STATE_STALE, PUS_LINK_STATE_OPEN);
