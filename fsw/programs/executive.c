@@ -176,7 +176,7 @@ static status_t loop(const char* const executable, const component_instance_t* c
         size_t count = component_runtime_sockets(runtime, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
         if (instance->sockets != NULL) {
             count +=
-                instance->sockets(instance->self, &sockets[count], COMPONENT_RUNTIME_SOCKETS_MAX + count);
+                instance->sockets(instance->self, &sockets[count], COMPONENT_RUNTIME_SOCKETS_MAX - count);
         }
         if (runtime->clock.mode == OSAL_CLOCK_REAL) {
             const uint64_t latest_ns = osal_clock_now_ns(&runtime->clock) + REAL_WAIT_MAX_NS;
