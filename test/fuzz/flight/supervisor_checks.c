@@ -17,6 +17,7 @@ static struct {
     uint32_t reports;
     uint32_t stale; // Reports of ended lives before the count began.
     uint32_t epochs[SUPERVISOR_LINK_SESSIONS];
+    bool is_opening[SUPERVISOR_LINK_SESSIONS]; // At the end of the step before.
     uint32_t last_epoch;
 } seen;
 
@@ -56,14 +57,15 @@ static void check_epochs(const supervisor_t* const supervisor)
 {
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         const link_session_t* const session = &supervisor->sessions[i];
-        if ((session->step >= SESSION_OPEN_PRODUCER) && (session->epoch != 0U) &&
-            (session->epoch != seen.epochs[i])) {
+        const bool is_opening = (session->step >= SESSION_OPEN_PRODUCER) && (session->epoch != 0U);
+        if (is_opening && (!seen.is_opening[i] || (session->epoch != seen.epochs[i]))) {
             HOLDS(session->epoch > seen.last_epoch, SUPERVISOR_APID);
             seen.epochs[i] = session->epoch;
             for (size_t k = 0U; k < SUPERVISOR_LINK_SESSIONS; k++) {
                 HOLDS((k == i) || (seen.epochs[k] != session->epoch), SUPERVISOR_APID);
             }
         }
+        seen.is_opening[i] = is_opening;
     }
     for (size_t i = 0U; i < SUPERVISOR_LINK_SESSIONS; i++) {
         seen.last_epoch = (seen.epochs[i] > seen.last_epoch) ? seen.epochs[i] : seen.last_epoch;
