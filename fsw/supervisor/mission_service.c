@@ -77,9 +77,8 @@ static pus_reply_t stop_process(void* const context, const uint16_t apid, const 
     if (entry == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    // Without `communication`, no request of the ground could start it again.
-    if ((apid == SUPERVISOR_APID) || (apid == COMMUNICATION_APID) || (entry->process != PROCESS_RUNNING) ||
-        (entry->state != STATE_OFFLINE)) {
+    // `communication` may be stopped, too: a schedule on board can start it again.
+    if ((apid == SUPERVISOR_APID) || (entry->process != PROCESS_RUNNING) || (entry->state != STATE_OFFLINE)) {
         return pus_refused(PUS_FAILURE_STATE, apid);
     }
     supervisor_output_commit_stop(supervisor, entry, false);

@@ -47,19 +47,6 @@ static void no_subsystem_goes_up_and_no_process_starts_during_the_shutdown(void)
     TEST_ASSERT_EQUAL(0U, fixture.starts);
 }
 
-/// No request could start `communication` again, because requests of the ground pass through it.
-static void communication_is_not_stopped(void)
-{
-    fixture.members[FIXTURE_GROUND].is_passive = true; // The autostart does not bring it up at once.
-    fixture_place(FIXTURE_GROUND, STATE_OFFLINE);
-    fixture_forget();
-    (void)process_tc(PUS_MISSION_STOP_PROCESS, COMMUNICATION_APID);
-    fixture_run(2U);
-    TEST_ASSERT_EQUAL(0U, fixture.stops);
-    TEST_ASSERT_EQUAL(PROCESS_RUNNING,
-                      supervisor_registry_find(&fixture.supervisor, COMMUNICATION_APID)->process);
-}
-
 static void an_order_that_waits_ends_with_its_process(void)
 {
     registry_entry_t* const entry = supervisor_registry_find(&fixture.supervisor, LONE);
@@ -83,7 +70,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(no_subsystem_goes_up_and_no_process_starts_during_the_shutdown);
-    RUN_TEST(communication_is_not_stopped);
     RUN_TEST(an_order_that_waits_ends_with_its_process);
     return UNITY_END();
 }
