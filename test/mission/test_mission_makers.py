@@ -52,7 +52,8 @@ def _fly(root, scenario, form="image"):
     return flying.fly(root / "out", "--scenario", scenario, "--form", form, "--world", root / WORLD, root=root)
 
 
-@pytest.mark.parametrize(("joints", "form"), [(("JOINT1", "JOINT2"), "processes"), (("JOINT2",), "image")], ids=["both", "one"])
+@pytest.mark.parametrize(("joints", "form"), [
+    pytest.param(("JOINT1", "JOINT2"), "processes", id="both"), pytest.param(("JOINT2",), "image", id="one", marks=pytest.mark.long)])
 def test_drives_of_another_maker_fly_the_mission(root, joints, form):
     """All figures have their bounds; the frames on the bus have the other layout."""
     _swap_in_world(root, joints)

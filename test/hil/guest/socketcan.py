@@ -135,11 +135,9 @@ def refused(*options, runner=()):
 # --- the operating system layer -----------------------------------------------------------------------------------
 
 def case_contract_holds_on_this_kernel():
-    for variant in ("build/test", "build/sanitize/test"):
+    for variant in ("build/test", "build/sanitize/test") if os.environ.get("LONG") else ("build/test",):
         for contract in CONTRACTS:
             program = pathlib.Path(variant, contract)
-            if variant != "build/test" and not program.exists():
-                continue
             ended = subprocess.run([program], capture_output=True, text=True, timeout=BOUND_S)
             counts = re.search(r"(\d+) Tests (\d+) Failures (\d+) Ignored", ended.stdout)
             assert ended.returncode == 0 and counts, ended.stdout + ended.stderr
