@@ -102,5 +102,6 @@ def test_a_wall_of_20_kn_per_m_has_its_own_bound_of_the_force_and_all_other_boun
     assert facts["delay_force_peak_n"] <= peak_n
 
 
+@pytest.mark.long
 def test_the_seed_selects_what_is_lost(folder):
     assert fly(folder / "1", 20).facts["relay"]["lost"] != fly(folder / "2", 20, seed=2).facts["relay"]["lost"]

@@ -40,7 +40,7 @@ SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 1500
 SLOWEST = 10
 # Files, and one folder that shares a flight, which take more than half a minute.
-LONGEST = ["test/hil/test_nodes.py", "test/fuzz/test_fuzz.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
+LONGEST = ["test/hil/test_nodes.py", "test/hil/test_deaths.py", "test/hil/test_buses.py", "test/mission/test_tutorial.py",
            "test/conformance/pus/"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
 CMOCKA = re.compile(r"^\[ +(PASSED|FAILED|SKIPPED) +\] (\d+) test", re.MULTILINE)
