@@ -74,18 +74,26 @@ static void add_text(request_t* const request, const unsigned short type, const 
     (void)add(request, type, text, strlen(text) + 1U);
 }
 
+/// Returns the structure of `size` octets that follows the header of the answer; NULL when the answer is shorter.
+static const void* payload_of(const answer_t* const answer, const size_t size)
+{
+    const struct nlmsghdr* const header = &answer->message.header;
+    const bool is_whole = NLMSG_OK(header, answer->size) && (header->nlmsg_len >= NLMSG_LENGTH(size));
+    return is_whole ? NLMSG_DATA(header) : NULL;
+}
+
 /// Returns the errno in the kernel's answer; 0 for success.
 static int error_of(const answer_t* const answer)
 {
-    const struct nlmsghdr* const header = &answer->message.header;
-    if (!NLMSG_OK(header, answer->size)) {
+    const struct nlmsgerr* error = NULL;
+    if (payload_of(answer, 0U) == NULL) {
         return EIO;
     }
-    if (header->nlmsg_type != (uint16_t)NLMSG_ERROR) {
+    if (answer->message.header.nlmsg_type != (uint16_t)NLMSG_ERROR) {
         return 0;
     }
-    const struct nlmsgerr* const error = NLMSG_DATA(header);
-    return -error->error;
+    error = payload_of(answer, sizeof *error);
+    return (error != NULL) ? -error->error : EIO;
 }
 
 /// Send a request and receive the answer. Returns an errno; 0 for success.
@@ -94,6 +102,7 @@ static int ask(const request_t* const request, answer_t* const answer)
     const struct timeval patience = {.tv_sec = ANSWER_SECONDS};
     const int descriptor          = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
     int error                     = 0;
+    answer->size                  = 0U;
     if (descriptor < 0) {
         return errno;
     }
@@ -249,11 +258,11 @@ status_t osal_can_interface_look(const char* const name, osal_can_interface_t* c
     if (status != STATUS_OK) {
         return ((status == STATUS_NOT_FOUND) || (status == STATUS_DENIED)) ? status : STATUS_IO;
     }
-    const struct nlmsghdr* const header = &answer.message.header;
-    if (header->nlmsg_type != (uint16_t)RTM_NEWLINK) {
+    const struct nlmsghdr* const header  = &answer.message.header;
+    const struct ifinfomsg* const device = payload_of(&answer, sizeof *device);
+    if ((device == NULL) || (header->nlmsg_type != (uint16_t)RTM_NEWLINK)) {
         return STATUS_IO;
     }
-    const struct ifinfomsg* const device = NLMSG_DATA(header);
     if (device->ifi_type != (unsigned short)ARPHRD_CAN) {
         return STATUS_NOT_OURS;
     }
