@@ -39,14 +39,15 @@ check-format: build/setup/check
 check-gcc: build/setup/unit
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
 # The warnings of clang for tests and measuring programs; check-tidy shows those for all other sources. They need
-# neither objects nor programs. A source that passed leaves a stamp file; a newer source or header makes it out of date.
+# neither objects nor programs. A source that passed leaves a stamp file; a newer source, header or makefile makes it
+# out of date.
 check-clang: build/setup/check
 	$(PARALLEL) -k read-by-clang && echo 'check: no warning from clang'
 READ_BY_CLANG := $(sort $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \
                    $(wildcard test/bench/*.c test/support/*.c))
 read-by-clang: $(READ_BY_CLANG:%.c=build/lint/clang/%.passed)
 	@:
-build/lint/clang/%.passed: %.c | $(GENERATED)
+build/lint/clang/%.passed: %.c Makefile mk/check.mk | $(GENERATED)
 	@mkdir -p $(@D)
 	$(Q)clang -std=c99 $(CPPFLAGS) $(WARNINGS) -fsyntax-only -MMD -MP -MT $@ -MF $(@:.passed=.d) $< && touch $@
 -include $(READ_BY_CLANG:%.c=build/lint/clang/%.d)
@@ -57,9 +58,9 @@ check-analyzer: build/setup/check
 flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))
 	@:
 
-# A source that passed leaves a stamp file; a newer source or header makes it out of date. The analyzer of clang follows
-# TIDY_STATES states of each function; check-full lets it follow as many as it does by default (225000), which takes
-# many times as long.
+# A source that passed leaves a stamp file; a newer source, header or makefile makes it out of date. The analyzer of
+# clang follows TIDY_STATES states of each function; check-full lets it follow as many as it does by default (225000),
+# which takes many times as long.
 TIDY        ?= tidy
 TIDY_STATES := 8000
 TIDY_BOUND   = $(if $(filter tidy,$(TIDY)),\
@@ -70,7 +71,7 @@ check-tidy-all: build/setup/check
 	$(PARALLEL) -k TIDY=tidy-all tidied && echo 'check: clang-tidy finds nothing in any state'
 tidied: $(patsubst %.c,build/lint/$(TIDY)/%.passed,$(SOURCES))
 	@:
-build/lint/$(TIDY)/%.passed: %.c .clang-tidy | $(GENERATED)
+build/lint/$(TIDY)/%.passed: %.c .clang-tidy Makefile mk/check.mk | $(GENERATED)
 	@mkdir -p $(@D) && gcc -std=c99 $(CPPFLAGS) -MM -MP -MT $@ -MF $(@:.passed=.d) $<
 	@clang-tidy --quiet $(TIDY_BOUND) $< -- -std=c99 $(CPPFLAGS) $(WARNINGS) >$(@:.passed=.txt) 2>&1 && touch $@ || \
 	    { sed -n 's|$(CURDIR)/||; / error: /p' $(@:.passed=.txt); exit 1; }
