@@ -19,7 +19,7 @@ from hirosco_gse.spacecraft import Spacecraft, merged
 
 PATIENCE_S = 120.0  # Ends a wait that would otherwise never end; no test depends on it.
 USER = 2
-LAST = 40  # Reports that the message of a wait without success shows.
+LAST = 40  # Number of reports in the message of a failed wait.
 ENDLESS_S = 1_000_000  # Simulated time; the tests end the flight.
 
 
@@ -43,7 +43,7 @@ class Outcome:
 
 
 class Notes:
-    """Messages that have been seen working, with the tests that have seen them."""
+    """Messages that have worked, with the tests that have used them."""
 
     def __init__(self):
         self.requests, self.reports = collections.defaultdict(set), collections.defaultdict(set)
@@ -117,7 +117,7 @@ class Station(Spacecraft):
         return self.send_data(apid, service, subtype, data)
 
     def send_data(self, apid, service, subtype, data):
-        """Send a request with any application data, when the station waits next; its outcome."""
+        """Send a request with any application data; it leaves when the station waits next. Returns its verification."""
         request = Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}] to {apid}")
         return self.session.send(request)
 

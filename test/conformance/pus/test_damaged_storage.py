@@ -30,7 +30,7 @@ def _cut(path):
 
 
 def _fly(folder, storage, act):
-    """Reports of damage by supervisor and arm, and whether the mode has changed."""
+    """Reports of damage by the supervisor and the manipulator, and whether the mode has changed."""
     flight = stations.launch(folder, "--storage", storage)
     ground = stations.Station(flight, stations.Notes())
     try:

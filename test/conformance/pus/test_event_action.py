@@ -10,8 +10,8 @@ OUT_OF_RANGE = 0x0203
 STATE = 0x0204
 EMBEDDED = 0x020A
 
-SUPERVISOR, HAND = 1, 17
-NOBODY = 999
+SUPERVISOR, JOYSTICK = 1, 17
+UNDEFINED_EVENT = 999
 
 
 @pytest.fixture(autouse=True)
@@ -23,7 +23,7 @@ def _nothing_defined(station):
 
 
 def _ping(sequence=7):
-    return packets.build_tc(HAND, sequence, 17, 1, source=2).hex()
+    return packets.build_tc(JOYSTICK, sequence, 17, 1, source=2).hex()
 
 
 def _change_mode(station):
@@ -33,19 +33,19 @@ def _change_mode(station):
 
 
 def _pings(station, since):
-    return [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND]
+    return [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK]
 
 
 def test_an_event_releases_its_request(station):
     key = {"apid": SUPERVISOR, "event_definition_id": station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id}
-    station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}, {"apid": HAND, "event_definition_id": NOBODY, "request": _ping(8)}])
+    station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}, {"apid": JOYSTICK, "event_definition_id": UNDEFINED_EVENT, "request": _ping(8)}])
     status = {entry["event_definition_id"]: entry["event_action_status"] for entry in station.ask("SUPERVISOR", 19, 6)["n"]}
-    assert status == {key["event_definition_id"]: "disabled", NOBODY: "disabled"}
+    assert status == {key["event_definition_id"]: "disabled", UNDEFINED_EVENT: "disabled"}
     assert station.ask("SUPERVISOR", 19, 10, n=[key])["n"][0]["request"] == _ping()
     assert len(station.ask("SUPERVISOR", 19, 10, n=[])["n"]) == 2
     since = len(station.reports)
     _change_mode(station)
-    station.fence(HAND)
+    station.fence(JOYSTICK)
     assert len(_pings(station, since)) == 1, "only that of the fence: nothing is enabled"
     station.do("SUPERVISOR", 19, 4, n=[key])
     station.do("SUPERVISOR", 19, 8)
@@ -56,10 +56,10 @@ def test_an_event_releases_its_request(station):
     station.do("SUPERVISOR", 19, 5, n=[])
     since = len(station.reports)
     _change_mode(station)
-    station.fence(HAND)
+    station.fence(JOYSTICK)
     assert len(_pings(station, since)) == 1
     station.do("SUPERVISOR", 19, 2, n=[key])
-    assert [entry["event_definition_id"] for entry in station.ask("SUPERVISOR", 19, 6)["n"]] == [NOBODY]
+    assert [entry["event_definition_id"] for entry in station.ask("SUPERVISOR", 19, 6)["n"]] == [UNDEFINED_EVENT]
 
 
 def test_an_event_whose_report_is_disabled_releases_its_request(station):
@@ -84,11 +84,11 @@ def test_an_event_whose_report_is_disabled_releases_its_request(station):
 
 
 def test_faulty_event_action_requests_are_refused(station):
-    key = {"apid": HAND, "event_definition_id": NOBODY}
+    key = {"apid": JOYSTICK, "event_definition_id": UNDEFINED_EVENT}
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 19, 4, n=[key])
     station.refuse(EMBEDDED, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()[:-2] + "00"}])
     station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
     station.do("SUPERVISOR", 19, 4, n=[key])
     station.refuse(STATE, "SUPERVISOR", 19, 2, n=[key])
     station.refuse(STATE, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
-    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 19, 1, n=[{"apid": HAND, "event_definition_id": 0, "request": _ping()}])
+    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 19, 1, n=[{"apid": JOYSTICK, "event_definition_id": 0, "request": _ping()}])

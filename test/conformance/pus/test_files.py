@@ -134,7 +134,7 @@ def test_copies_are_suspended_resumed_and_aborted(station, flight):
     assert "copy1" not in _names(station)
 
 
-def test_a_copy_that_fails_on_its_way_reports_the_step(station, flight):
+def test_a_copy_that_fails_halfway_reports_the_step(station, flight):
     """The source becomes shorter while the copy is suspended."""
     _large_file(flight, 60_000_000)
     since = len(station.reports)

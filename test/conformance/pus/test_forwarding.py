@@ -8,7 +8,7 @@ UNKNOWN_ID = 0x0201
 EXISTS = 0x0202
 OUT_OF_RANGE = 0x0203
 
-ROBOT, HAND = 16, 17
+MANIPULATOR, JOYSTICK = 16, 17
 
 
 @pytest.fixture(autouse=True)
@@ -33,33 +33,33 @@ def _seen(station, service, apid, seconds=3.0):
 
 def test_everything_is_forwarded_at_first(station):
     content = station.ask("SUPERVISOR", 14, 3)
-    assert sorted(entry["apid"] for entry in content["n1"]) == [1, 2, ROBOT, HAND]
+    assert sorted(entry["apid"] for entry in content["n1"]) == [1, 2, MANIPULATOR, JOYSTICK]
     assert all(entry["n2"] == [] for entry in content["n1"])
-    assert len(_seen(station, 129, HAND)) >= 2
+    assert len(_seen(station, 129, JOYSTICK)) >= 2
 
 
 def test_a_process_that_is_deleted_is_silent_but_alive(station):
-    station.do("SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
-    assert _seen(station, 129, HAND) == []
-    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": []}])
+    station.do("SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": []}])
+    assert _seen(station, 129, JOYSTICK) == []
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": []}])
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 1, n1=[{"apid": 99, "n2": []}])
-    station.do("SUPERVISOR", 14, 1, n1=[{"apid": HAND, "n2": [{"service_type": 129, "n3": [5]}]}])
-    assert len(_seen(station, 129, HAND)) >= 2
-    entry = next(entry for entry in station.ask("SUPERVISOR", 14, 3)["n1"] if entry["apid"] == HAND)
+    station.do("SUPERVISOR", 14, 1, n1=[{"apid": JOYSTICK, "n2": [{"service_type": 129, "n3": [5]}]}])
+    assert len(_seen(station, 129, JOYSTICK)) >= 2
+    entry = next(entry for entry in station.ask("SUPERVISOR", 14, 3)["n1"] if entry["apid"] == JOYSTICK)
     assert entry["n2"] == [{"service_type": 129, "n3": [{"message_subtype": 5}]}]
-    station.do("SUPERVISOR", 14, 2, n1=[{"apid": HAND, "n2": [{"service_type": 129, "n3": []}]}])
+    station.do("SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": [{"service_type": 129, "n3": []}]}])
 
 
 @pytest.mark.parametrize("add, delete, report, name", [(5, 6, 7, "hk_structure_id"), (9, 10, 11, "diag_structure_id")])
 def test_structures_are_forwarded_with_their_rates(station, add, delete, report, name):
-    everything = [{"apid": apid, "n2": []} for apid in (1, 2, ROBOT, HAND)]
+    everything = [{"apid": apid, "n2": []} for apid in (1, 2, MANIPULATOR, JOYSTICK)]
     station.do("SUPERVISOR", 14, delete, n1=[])
     assert station.ask("SUPERVISOR", 14, report)["n1"] == []
-    station.do("SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 1, "subsampling_rate": 10}]}])
-    assert station.ask("SUPERVISOR", 14, report)["n1"] == [{"apid": ROBOT, "n2": [{name: 1, "subsampling_rate": 10}]}]
-    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 14, add, n1=[{"apid": ROBOT, "n2": [{name: 2, "subsampling_rate": 0}]}])
-    station.do("SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
-    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, delete, n1=[{"apid": ROBOT, "n2": [1]}])
+    station.do("SUPERVISOR", 14, add, n1=[{"apid": MANIPULATOR, "n2": [{name: 1, "subsampling_rate": 10}]}])
+    assert station.ask("SUPERVISOR", 14, report)["n1"] == [{"apid": MANIPULATOR, "n2": [{name: 1, "subsampling_rate": 10}]}]
+    station.refuse(OUT_OF_RANGE, "SUPERVISOR", 14, add, n1=[{"apid": MANIPULATOR, "n2": [{name: 2, "subsampling_rate": 0}]}])
+    station.do("SUPERVISOR", 14, delete, n1=[{"apid": MANIPULATOR, "n2": [1]}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, delete, n1=[{"apid": MANIPULATOR, "n2": [1]}])
     station.do("SUPERVISOR", 14, add, n1=everything)
 
 

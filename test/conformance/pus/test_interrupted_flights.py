@@ -19,14 +19,14 @@ SAFE, NOMINAL = 0, 1
 SUPERVISOR, MANIPULATOR = 1, 16
 
 
-def _console_of_supervisor(folder):
+def _reports_of_supervisor(folder):
     """Reports of the supervisor, as pusdump writes them."""
     lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
     return [line for line in lines.splitlines() if " TM 1 " in line]
 
 
 def _events(folder, number):
-    return [line for line in _console_of_supervisor(folder) if number in line.split()]
+    return [line for line in _reports_of_supervisor(folder) if number in line.split()]
 
 
 def _set_mode(ground, mode):

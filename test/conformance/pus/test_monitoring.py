@@ -10,7 +10,7 @@ EXISTS = 0x0202
 STATE = 0x0204
 PROTECTED = 0x0208
 
-ROBOT = 16
+MANIPULATOR = 16
 AGE = "MANIPULATOR.LINK_AGE"
 
 
@@ -60,7 +60,7 @@ def _status(station):
 def test_definitions_are_added_modified_and_deleted(station, functions):
     station.do("MANIPULATOR", 12, 5, n=[_limit(1, 0, 10), _limit(2, 0, 20)])
     station.refuse(EXISTS, "MANIPULATOR", 12, 5, n=[_limit(1, 0, 10)])
-    station.refuse(UNKNOWN_ID, "MANIPULATOR", 12, 5, n=[_limit(3, 0, 10, monitored_parameter_id=f"0x{ROBOT << 21 | 0x2FFFF:08X}")])
+    station.refuse(UNKNOWN_ID, "MANIPULATOR", 12, 5, n=[_limit(3, 0, 10, monitored_parameter_id=f"0x{MANIPULATOR << 21 | 0x2FFFF:08X}")])
     assert _status(station) == {1: "disabled", 2: "disabled"}
     station.do("MANIPULATOR", 12, 1, n=[1])
     assert _status(station) == {1: "enabled", 2: "disabled"}
@@ -84,17 +84,17 @@ def test_a_violation_is_reported_and_raises_its_event(station, functions):
     station.do("MANIPULATOR", 12, 1, n=[1])
     since = len(station.reports)
     station.do("MANIPULATOR", 12, 15)
-    _, report = station.report(12, 12, apid=ROBOT, since=since)
+    _, report = station.report(12, 12, apid=MANIPULATOR, since=since)
     transition = report["n"][0]
     assert (transition["pmon_id"], transition["parameter_value"], transition["limit_crossed"]) == (1, 0, 5)
     assert transition["current_pmon_checking_status"].startswith("unexpected or below")
-    station.wait(lambda: any(p.service == 5 and p.apid == ROBOT and p.data[:2] == event.to_bytes(2, "big") for p, _ in station.reports[since:]), "the event of the violation")
+    station.wait(lambda: any(p.service == 5 and p.apid == MANIPULATOR and p.data[:2] == event.to_bytes(2, "big") for p, _ in station.reports[since:]), "the event of the violation")
     assert station.ask("MANIPULATOR", 12, 10)["n"][0]["pmon_id"] == 1
 
 
 def test_the_supervisor_monitors_parameters_that_subsystems_report(station, functions):
     event = station.dictionary.subsystem("SUPERVISOR").events["VALUE_OUT_OF_LIMITS"].id
-    unknown = f"0x{ROBOT << 21 | 0x2FFFF:08X}"
+    unknown = f"0x{MANIPULATOR << 21 | 0x2FFFF:08X}"
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, monitored_parameter_id=unknown)])
     station.do("SUPERVISOR", 12, 3, max_transition_reporting_delay=1)
     station.do("SUPERVISOR", 12, 5, n=[_limit(1, 5, 10, event)])
@@ -149,10 +149,10 @@ def test_statistics_of_a_parameter_are_reported_on_request_and_periodically(stat
     assert (found["max_value"], found["min_value"], found["mean_value"], found["standard_deviation"]) == (0, 0, 0.0, 0.0)
     since = len(station.reports)
     station.do("MANIPULATOR", 4, 4, reporting_interval=2.0)
-    station.report(4, 2, apid=ROBOT, since=since)
+    station.report(4, 2, apid=MANIPULATOR, since=since)
     station.do("MANIPULATOR", 4, 5)
     since = len(station.reports)
     station.wait_until(station.now() + 5.0)
-    assert not [p for p, _ in station.reports[since:] if p.message == (4, 2) and p.apid == ROBOT]
+    assert not [p for p, _ in station.reports[since:] if p.message == (4, 2) and p.apid == MANIPULATOR]
     station.do("MANIPULATOR", 4, 7, n=[AGE])
     station.refuse(UNKNOWN_ID, "MANIPULATOR", 4, 7, n=[AGE])

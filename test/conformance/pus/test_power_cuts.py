@@ -17,7 +17,7 @@ import pytest
 import station as stations
 from hirosco_gse import packets
 
-HAND, USER = 17, 2
+JOYSTICK, USER = 17, 2
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
 # Flights of a campaign; maximum number of changes up to a cut; maximum number of requests of a flight.
 LIVES, CHANGES, REQUESTS = 4, 120, 200
@@ -27,7 +27,7 @@ MOST = {"activity": 200, "definition": 100, "sequence": 20, "store": 6, "procedu
 
 
 def _ping(sequence):
-    return packets.build_tc(HAND, sequence, 17, 1, source=USER).hex()
+    return packets.build_tc(JOYSTICK, sequence, 17, 1, source=USER).hex()
 
 
 class Plan:
@@ -82,7 +82,7 @@ class Plan:
             return 11, 4, {"sub_schedule_id": sub_schedule, "n": entries}, changes
         if not (keys := self._some(state, "activity", 3)):
             return None
-        identities = [{"source_id": USER, "apid": HAND, "sequence_count": key[1]} for key in keys]
+        identities = [{"source_id": USER, "apid": JOYSTICK, "sequence_count": key[1]} for key in keys]
         if self.chance.random() < 0.5:
             return 11, 5, {"n": identities}, dict.fromkeys(keys)
         later = {key: (*state[key][:2], state[key][2] + 64.0, state[key][3]) for key in keys}
@@ -93,11 +93,11 @@ class Plan:
     def _definition(self, state):
         if self._grows(state, "definition"):
             numbers = [self._new() for _ in range(self.chance.randint(1, 3))]
-            entries = [{"apid": HAND, "event_definition_id": n, "request": _ping(n)} for n in numbers]
+            entries = [{"apid": JOYSTICK, "event_definition_id": n, "request": _ping(n)} for n in numbers]
             return 19, 1, {"n": entries}, {("definition", n): ("disabled", _ping(n)) for n in numbers}
         status = self.chance.choice(("disabled", "enabled"))
         keys = self._some(state, "definition", 3, lambda value: value[0] == status)
-        named = {"n": [{"apid": HAND, "event_definition_id": key[1]} for key in keys]}
+        named = {"n": [{"apid": JOYSTICK, "event_definition_id": key[1]} for key in keys]}
         if not keys:
             return None
         if status == "enabled":
@@ -146,7 +146,7 @@ class Plan:
         # No subsystem sends reports of these service types: the selection changes, and the store stays empty.
         service = self.chance.choice([number for number in range(200, 256) if number not in selected])
         if len(selected) < 5:
-            chosen = [{"apid": HAND, "n2": [{"service_type": service, "n3": []}]}]
+            chosen = [{"apid": JOYSTICK, "n2": [{"service_type": service, "n3": []}]}]
             return 15, 3, {**name, "n1": chosen}, {key: (size, kind, channel, status, tuple(sorted((*selected, service))))}
         return 15, 4, {**name, "n1": []}, {key: (size, kind, channel, status, ())}
 

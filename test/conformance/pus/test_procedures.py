@@ -8,7 +8,7 @@ import pytest
 import station as stations
 from hirosco_gse import packets
 
-SUPERVISOR, ARM, HAND = 1, 16, 17
+SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
 NOTE, WARNING = 15, 16  # Events that procedures raise.
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE, TABLE_FULL, DATA_CHECKSUM = 0x0201, 0x0202, 0x0203, 0x0204, 0x0205, 0x020D
 ABORTED, PROCEDURE = 0x0405, 0x040A
@@ -129,18 +129,18 @@ def test_requests_are_routed_and_judged(station):
             local ok, found = send(...)
             assert(ok == (code == 0) and (ok or found == code), string.format("%s 0x%04X", tostring(ok), found or 0))
         end
-        ask(0, {HAND}, 17, 1, "", true)
+        ask(0, {JOYSTICK}, 17, 1, "", true)
         ask(0, {SUPERVISOR}, 17, 1, "", true)
         ask(0x0001, 999, 17, 1, "", true)
-        ask(0x0106, {ARM}, 3, 99, "", true)
-        ask(0x0110, {ARM}, 8, 1, "MOVE_TO\\0", true)
+        ask(0x0106, {MANIPULATOR}, 3, 99, "", true)
+        ask(0x0110, {MANIPULATOR}, 8, 1, "MOVE_TO\\0", true)
         ask(0x0201, {SUPERVISOR}, 18, 12, "NOBODY\\0\\0", true)
-        ask(0, {ARM}, 17, 1)
+        ask(0, {MANIPULATOR}, 17, 1)
         """,
         observability_level="detailed level",
     )
     assert [detail for what, _, detail in _observed(station, since) if what == SENT] == [4353, 4353, 4353, 867, 2049, 4620, 4353]
-    assert not [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND], "answers go to the requester"
+    assert not [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK], "answers go to the requester"
 
 
 def test_telemetry_is_read_as_it_was_reported(station):
@@ -302,7 +302,7 @@ def test_procedures_without_an_end_take_their_share_only(station):
     station.refuse(TABLE_FULL, "SUPERVISOR", 18, 3, obcp_id="LOOK", observability_level=0, n=[])
     since, begin = len(station.reports), station.now()
     station.wait_until(begin + 2.0)
-    station.fence(ARM)
+    station.fence(MANIPULATOR)
     notes = [p.time_ns for p, report in station.reports[since:] if report.get("event") == "PROCEDURE_NOTE"]
     most = CALLS * (round((notes[-1] - notes[0]) / 1e9 / CYCLE_S) + 1)
     assert most / 2 < len(notes) <= most

@@ -12,7 +12,7 @@ STATE = 0x0204
 PAST = 0x0209
 EMBEDDED = 0x020A
 
-HAND = 17  # APID of JOYSTICK, which gets connection tests.
+JOYSTICK = 17  # APID; this subsystem gets connection tests.
 FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reaches.
 
 
@@ -60,11 +60,11 @@ def kind(request, station):
 
 
 def _ping(sequence):
-    return packets.build_tc(HAND, sequence, 17, 1, source=2).hex()
+    return packets.build_tc(JOYSTICK, sequence, 17, 1, source=2).hex()
 
 
 def _identity(sequence):
-    return {"source_id": 2, "apid": HAND, "sequence_count": sequence}
+    return {"source_id": 2, "apid": JOYSTICK, "sequence_count": sequence}
 
 
 def _insert(station, kind, *numbers, sub_schedule=1, group=1):
@@ -164,7 +164,7 @@ def test_faulty_schedule_requests_are_refused(station, kind):
 def _answers(station, since):
     """Times [s] of the answers to scheduled pings."""
     epoch_ns = station.dictionary.epoch_ns
-    return [(p.time_ns - epoch_ns) / 1e9 for p, d in station.reports[since:] if p.message == (17, 2) and p.apid == HAND]
+    return [(p.time_ns - epoch_ns) / 1e9 for p, d in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK]
 
 
 def test_a_request_is_released_at_its_time(station, kind):

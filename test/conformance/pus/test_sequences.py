@@ -4,13 +4,13 @@
 import pytest
 from hirosco_gse import packets
 
-HAND = 17  # APID of JOYSTICK, which gets connection tests.
+JOYSTICK = 17  # APID; this subsystem gets connection tests.
 NAME = {"request_sequence_id": "LOOK"}
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE, EMBEDDED = 0x0201, 0x0202, 0x0203, 0x0204, 0x020A
 
 
 def _ping(sequence):
-    return packets.build_tc(HAND, sequence, 17, 1, source=2).hex()
+    return packets.build_tc(JOYSTICK, sequence, 17, 1, source=2).hex()
 
 
 def _entries(*delays):
@@ -39,7 +39,7 @@ def test_a_sequence_releases_its_requests(station):
     station.do("SUPERVISOR", 21, 4, **NAME)
 
     def answers():
-        return [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND]
+        return [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK]
 
     station.wait(lambda: len(answers()) >= 2, "answers to both requests")
     station.wait(lambda: station.ask("SUPERVISOR", 21, 6)["n"][0]["execution_status"] == "inactive", "the end of the sequence")

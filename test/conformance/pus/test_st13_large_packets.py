@@ -11,7 +11,7 @@ from hirosco_gse.session import Request
 from spacepackets.ecss import PusTc, PusTm
 
 USER, TIME_SIZE, ALL = 2, 8, 0xF
-SUPERVISOR, MANIPULATOR, HAND = 1, 16, 17
+SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
 LARGE, UPLINKS, PART = 65542, 4, 512
 OUT_OF_RANGE, UNKNOWN_ID, TABLE_FULL, EMBEDDED = 0x0203, 0x0201, 0x0205, 0x020A
 TIMEOUT, DISCONTINUITY, INTERNAL = "reception timeout", "sequence discontinuity", "internal"
@@ -88,7 +88,7 @@ def test_a_long_report_arrives_in_parts(station, parameter):
 def test_a_long_schedule_is_loaded(station):
     station.do("SUPERVISOR", 11, 3)
     due = station.now() + 1e6
-    activities = [{"group_id": 1, "release_time": due, "request": _request(HAND, 17, 1, sequence=n).hex()} for n in range(250)]
+    activities = [{"group_id": 1, "release_time": due, "request": _request(JOYSTICK, 17, 1, sequence=n).hex()} for n in range(250)]
     station.do("SUPERVISOR", 11, 22, n=[{"group_id": 1, "group_status": "enabled"}])
     data = station.catalogue.encode("TC", 11, 4, {"sub_schedule_id": 1, "n": activities})
     raw = _request(SUPERVISOR, 11, 4, data)
@@ -111,7 +111,7 @@ def test_a_long_procedure_and_a_long_sequence_are_loaded(station, tmp_path):
     (tmp_path / "long.lua").write_bytes(code)
     assert "completed" in station.command("procedure", "load", "LONG", tmp_path / "long.lua")
     station.command("procedure", "unload", "LONG")
-    entries = [{"request": _request(HAND, 17, 1, sequence=n).hex(), "delay": 0.5} for n in range(255)]
+    entries = [{"request": _request(JOYSTICK, 17, 1, sequence=n).hex(), "delay": 0.5} for n in range(255)]
     station.do("SUPERVISOR", 21, 1, request_sequence_id="LONG", n=entries)
     assert station.ask("SUPERVISOR", 21, 11, request_sequence_id="LONG")["n"] == entries
     station.do("SUPERVISOR", 21, 3, request_sequence_id="LONG")
@@ -130,7 +130,7 @@ def test_parts_are_routed_and_permitted_like_any_request(station):
 
 
 def test_transactions_may_be_mixed(station):
-    raws = [_request(HAND, 17, 1, sequence=number) for number in range(UPLINKS)]
+    raws = [_request(JOYSTICK, 17, 1, sequence=number) for number in range(UPLINKS)]
     rows = zip(*(_pieces(raw, 5) for raw in raws))
     since = len(station.reports)
     for row in rows:
@@ -160,7 +160,7 @@ def test_a_part_that_is_lost_doubled_or_late_ends_its_transaction(station, wrong
 
 
 def test_a_transaction_that_begins_again_continues(station):
-    raw = _request(HAND, 17, 1)
+    raw = _request(JOYSTICK, 17, 1)
     station.do("SUPERVISOR", 13, 9, **_fields(8, 1, b"other"))
     since = len(station.reports)
     assert _uplink(station, raw, 8, 7) == ([1, 3, 7], [])
@@ -225,4 +225,4 @@ def test_parts_at_random_do_no_harm(station):
     for transaction in range(6):  # End the transfers that are left over.
         station.settle(station.send("SUPERVISOR", 13, 10, **_fields(transaction, 0xFFFF, b"x")))
     assert not station.session.malformed
-    assert _uplink(station, _request(HAND, 17, 1), 1, 7) == ([1, 3, 7], [])
+    assert _uplink(station, _request(JOYSTICK, 17, 1), 1, 7) == ([1, 3, 7], [])

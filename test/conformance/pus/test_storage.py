@@ -3,7 +3,7 @@
 
 import pytest
 
-HAND = 17  # APID of JOYSTICK.
+JOYSTICK = 17  # APID.
 MIB = 1 << 20
 MS = 0.001  # Larger than the rounding of a number of seconds.
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE = 0x0201, 0x0202, 0x0203, 0x0204
@@ -28,7 +28,7 @@ def ring(station):
     """A circular store for JOYSTICK's answers to connection tests."""
     store = {**RING, "packet_store_size": MIB, "packet_store_type": "circular", "virtual_channel": 1}
     station.do("SUPERVISOR", 15, 20, n=[store])
-    station.do("SUPERVISOR", 15, 3, **RING, n1=[{"apid": HAND, "n2": [{"service_type": 17, "n3": [2]}]}])
+    station.do("SUPERVISOR", 15, 3, **RING, n1=[{"apid": JOYSTICK, "n2": [{"service_type": 17, "n3": [2]}]}])
     station.do("SUPERVISOR", 15, 1, n=[RING])
 
 
@@ -37,7 +37,7 @@ def _ping(station, count):
     since = len(station.reports)
     for _ in range(count):
         station.ask("JOYSTICK", 17, 1)
-    return [packet.raw for packet, _ in station.reports[since:] if packet.message == (17, 2) and packet.apid == HAND]
+    return [packet.raw for packet, _ in station.reports[since:] if packet.message == (17, 2) and packet.apid == JOYSTICK]
 
 
 def _again(station, since, originals):
@@ -45,7 +45,7 @@ def _again(station, since, originals):
     arrive."""
 
     def copies():
-        return [p.raw for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == HAND and p.raw in originals]
+        return [p.raw for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK and p.raw in originals]
 
     station.wait(lambda: len(copies()) >= len(originals), "packets of a store")
     assert copies() == originals
@@ -119,14 +119,14 @@ def test_stores_are_changed(station, ring):
 )
 def test_selections_of_a_store_are_added_reported_and_deleted(station, ring, add, delete, report, entry):
     station.do("SUPERVISOR", 15, 4, **RING, n1=[])
-    station.do("SUPERVISOR", 15, add, **RING, n1=[{"apid": HAND, "n2": [entry]}])
+    station.do("SUPERVISOR", 15, add, **RING, n1=[{"apid": JOYSTICK, "n2": [entry]}])
     content = station.ask("SUPERVISOR", 15, report, **RING)
     assert content["packet_store_id"] == "RING"
     (process,) = content["n1"]
-    assert process["apid"] == HAND and len(process["n2"]) == 1
-    station.refuse(EXISTS, "SUPERVISOR", 15, add, **RING, n1=[{"apid": HAND, "n2": [entry]}])
-    station.do("SUPERVISOR", 15, delete, **RING, n1=[{"apid": HAND, "n2": []}])
-    station.refuse(UNKNOWN_ID, "SUPERVISOR", 15, delete, **RING, n1=[{"apid": HAND, "n2": []}])
+    assert process["apid"] == JOYSTICK and len(process["n2"]) == 1
+    station.refuse(EXISTS, "SUPERVISOR", 15, add, **RING, n1=[{"apid": JOYSTICK, "n2": [entry]}])
+    station.do("SUPERVISOR", 15, delete, **RING, n1=[{"apid": JOYSTICK, "n2": []}])
+    station.refuse(UNKNOWN_ID, "SUPERVISOR", 15, delete, **RING, n1=[{"apid": JOYSTICK, "n2": []}])
     assert station.ask("SUPERVISOR", 15, report, **RING)["n1"] == []
 
 

@@ -8,7 +8,7 @@ import pytest
 # Failure codes of ST[01].
 UNKNOWN_ID = 0x0201
 
-ROBOT, HAND, NOBODY = 16, 17, 99
+MANIPULATOR, JOYSTICK, NOBODY = 16, 17, 99
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +36,11 @@ def test_every_stage_is_reported(station, hand):
     station.settle(good)
     for stage in (1, 3, 7):
         station.report(1, stage, since=since, where=_about(good))
-    malformed = station.send_data(HAND, 17, 1, b"\0")
+    malformed = station.send_data(JOYSTICK, 17, 1, b"\0")
     station.report(1, 2, since=since, where=_about(malformed))
     unknown = station.send("JOYSTICK", 3, 27, n=[60000])
     station.report(1, 4, since=since, where=_about(unknown))
-    step = station.send_data(HAND, 129, 1, bytes([0]))
+    step = station.send_data(JOYSTICK, 129, 1, bytes([0]))
     station.report(1, 5, since=since, where=_about(step))
     station.settle(step)
     nobody = station.send_data(NOBODY, 17, 1, b"")
@@ -61,11 +61,11 @@ def test_informative_and_low_events_are_reported_with_their_severity(station, ha
         station.settle(station.send_data(1, 131, 1, bytes([mode])))
     station.report(5, 1, apid=1, since=since, where=lambda report: report["event"] == "MODE_CHANGED")
     note = station.dictionary.subsystem("JOYSTICK").event("OPERATOR_NOTE").id
-    done = station.settle(station.send_data(HAND, 8, 1, _function("RAISE", struct.pack(">HH", 1, note))))
+    done = station.settle(station.send_data(JOYSTICK, 8, 1, _function("RAISE", struct.pack(">HH", 1, note))))
     assert done.is_completed, done.failure
     station.notes.requests[(8, 1)].add(station.notes.test())
-    station.report(5, 2, apid=HAND, since=since, where=lambda report: report["event"] == "OPERATOR_NOTE")
-    wrong = station.settle(station.send_data(HAND, 8, 1, _function("RAISE")))
+    station.report(5, 2, apid=JOYSTICK, since=since, where=lambda report: report["event"] == "OPERATOR_NOTE")
+    wrong = station.settle(station.send_data(JOYSTICK, 8, 1, _function("RAISE")))
     assert wrong.failure is not None
 
 
@@ -77,7 +77,7 @@ def test_medium_and_high_events_are_raised_by_a_monitor(station, severity, name)
     station.command("monitor", "limit", "MANIPULATOR", "9", "LINK_AGE", "5", "10", name, "0")
     station.do("MANIPULATOR", 12, 1, n=[9])
     station.do("MANIPULATOR", 12, 15)
-    station.report(5, severity, apid=ROBOT, since=since, where=lambda report: report["event"] == name)
+    station.report(5, severity, apid=MANIPULATOR, since=since, where=lambda report: report["event"] == name)
     station.do("MANIPULATOR", 12, 16)
     station.do("MANIPULATOR", 12, 2, n=[9])
     station.do("MANIPULATOR", 12, 6, n=[9])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The generated dissector, in tshark, reads the packets of the whole flight of these tests and synthetic
-packets of every kind in the same way as the ground segment. The name of this file sorts it behind those whose
+packets of every kind in the same way as the ground segment. The name of this file sorts it after those whose
 packets it reads."""
 
 import collections

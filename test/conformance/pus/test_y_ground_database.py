@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The XTCE database and readers of other projects: the schema of XTCE 1.2, and space_packet_parser, which
 decodes the reports of the whole flight of these tests and synthetic reports of every kind to the same values
-as the ground segment. The name of this file sorts it behind those whose reports it reads."""
+as the ground segment. The name of this file sorts it after those whose reports it reads."""
 
 import collections
 import json
