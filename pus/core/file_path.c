@@ -112,11 +112,11 @@ bool pus_file_path_is_same(const pus_file_path_t* const a, const pus_file_path_t
     return strcmp(a->text, b->text) == 0;
 }
 
-bool pus_file_path_is_within(const pus_file_path_t* const path, const pus_file_path_t* const folder)
+bool pus_file_path_is_within(const pus_file_path_t* const path, const pus_file_path_t* const directory)
 {
-    const size_t length = strlen(folder->text);
+    const size_t length = strlen(directory->text);
     const bool is_root  = (length == 0U);
-    return is_root || ((strncmp(path->text, folder->text, length) == 0) &&
+    return is_root || ((strncmp(path->text, directory->text, length) == 0) &&
                        ((path->text[length] == '\0') || (path->text[length] == '/')));
 }
 

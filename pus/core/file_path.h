@@ -14,7 +14,7 @@
 #include "base/octets.h"
 
 #define PUS_FILE_NAME_MAX 63U   ///< Longest name and search pattern [characters].
-#define PUS_FILE_PATH_MAX 192U  ///< Longest path of a file or folder [characters].
+#define PUS_FILE_PATH_MAX 192U  ///< Longest path of a file or directory [characters].
 #define PUS_FILE_PATH_SIZE 208U ///< With its NUL, and room for the name of a copy in progress.
 
 typedef struct {
@@ -25,19 +25,19 @@ typedef struct {
 bool pus_file_name_is_good(const char* name);
 /// Read a repository path. False: malformed.
 bool pus_file_path_read(octet_reader_t* reader, pus_file_path_t* out_path);
-/// Read a name and append it to the folder *path. False: malformed, or the path becomes too long.
+/// Read a name and append it to the directory *path. False: malformed, or the path becomes too long.
 bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
-/// Append a well-formed name to the folder *path. False: the path would be too long, and *path does not
+/// Append a well-formed name to the directory *path. False: the path would be too long, and *path does not
 /// change.
 bool pus_file_path_enter(pus_file_path_t* path, const char* name);
 /// Returns the last name of a path; "" for the root.
 const char* pus_file_path_name(const pus_file_path_t* path);
-/// Remove the last name, so that *path is that of the parent folder. *path must not be the root.
+/// Remove the last name, so that *path is that of the parent directory. *path must not be the root.
 void pus_file_path_leave(pus_file_path_t* path);
 /// True if both paths are equal.
 bool pus_file_path_is_same(const pus_file_path_t* a, const pus_file_path_t* b);
-/// True if a path is the folder or below it.
-bool pus_file_path_is_within(const pus_file_path_t* path, const pus_file_path_t* folder);
+/// True if a path is the directory or below it.
+bool pus_file_path_is_within(const pus_file_path_t* path, const pus_file_path_t* directory);
 
 /// Write a name or a pattern.
 void pus_file_name_write(octet_writer_t* writer, const char* name);

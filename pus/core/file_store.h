@@ -20,7 +20,7 @@ typedef struct {
     bool is_directory;
 } pus_file_entry_t;
 
-/// Each function returns STATUS_OK, STATUS_NOT_FOUND (the file or folder, or its parent folder),
+/// Each function returns STATUS_OK, STATUS_NOT_FOUND (the file or directory, or its parent directory),
 /// STATUS_DENIED, STATUS_IO, or one of the statuses that its comment lists.
 typedef struct {
     void* context;
@@ -28,12 +28,12 @@ typedef struct {
     /// Make an empty file and reserve `room` octets for it. STATUS_EXISTS, STATUS_FULL.
     status_t (*make_file)(void* context, const char* path, uint64_t room);
     status_t (*remove_file)(void* context, const char* path);
-    /// Make an empty folder. STATUS_EXISTS, STATUS_FULL.
+    /// Make an empty directory. STATUS_EXISTS, STATUS_FULL.
     status_t (*make_directory)(void* context, const char* path);
-    /// Remove a folder. STATUS_FORBIDDEN: it is not empty.
+    /// Remove a directory. STATUS_FORBIDDEN: it is not empty.
     status_t (*remove_directory)(void* context, const char* path);
-    /// Rename in one operation; an existing file is never replaced. STATUS_EXISTS, STATUS_INVALID (a folder
-    /// would be moved into itself).
+    /// Rename in one operation; an existing file is never replaced. STATUS_EXISTS, STATUS_INVALID (a
+    /// directory would be moved into itself).
     status_t (*rename)(void* context, const char* path, const char* new_path);
     /// List the entries whose names come next after `after`, in the order of their octets. The listing is
     /// complete if it has fewer than `capacity` entries. capacity 1..PUS_FILE_BATCH.

@@ -102,11 +102,11 @@ static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* co
     if (status != STATUS_OK) {
         return st23_reply_of(files, status, out_wanted->source.name_offset);
     }
-    pus_file_path_t folder = out_wanted->target.path;
-    pus_file_path_leave(&folder);
-    status = st23_look(files, &folder, true, &about);
+    pus_file_path_t parent = out_wanted->target.path;
+    pus_file_path_leave(&parent);
+    status = st23_look(files, &parent, true, &about);
     if (status != STATUS_OK) {
-        return st23_reply_of(files, status, out_wanted->target.folder_offset);
+        return st23_reply_of(files, status, out_wanted->target.directory_offset);
     }
     const pus_file_store_t* const store = &files->config.store;
     status = store->describe(store->context, out_wanted->target.path.text, &about);

@@ -75,8 +75,8 @@ status_t st23_commit(const pus_files_t* const files)
 bool st23_read_place(pus_request_t* const request, st23_place_t* const out_place)
 {
     octet_reader_t* const reader = &request->reader;
-    out_place->folder_offset     = (uint32_t)reader->position;
-    out_place->bad_offset        = out_place->folder_offset;
+    out_place->directory_offset  = (uint32_t)reader->position;
+    out_place->bad_offset        = out_place->directory_offset;
     if (!pus_file_path_read(reader, &out_place->path)) {
         return false;
     }
@@ -285,11 +285,11 @@ static pus_reply_t report_attributes(void* const self, pus_request_t* const requ
     }
     const status_t status = st23_look(files, &place.path, false, &about);
     if (status == STATUS_OK) {
-        pus_file_path_t folder = place.path;
+        pus_file_path_t parent = place.path;
         pus_request_perform(request);
         octet_writer_t writer = pus_answer_begin(request, ATTRIBUTES);
-        pus_file_path_leave(&folder);
-        pus_file_path_write(&writer, &folder);
+        pus_file_path_leave(&parent);
+        pus_file_path_write(&writer, &parent);
         pus_file_name_write(&writer, pus_file_path_name(&place.path));
         octet_write_u32(&writer, (about.size < UINT32_MAX) ? (uint32_t)about.size : UINT32_MAX);
         octet_write_u8(&writer, st23_is_locked(files, &place.path) ? 1U : 0U);

@@ -51,7 +51,7 @@ typedef struct { // Private.
     bool is_summary; // The request is TC[23,12], not TC[23,7].
     pus_token_t token;
     pus_file_path_t root;
-    pus_file_path_t folder;             // Folder of the search.
+    pus_file_path_t directory;          // Directory of the search.
     char after[PUS_FILE_NAME_MAX + 1U]; // The search continues after this name.
     char pattern[PUS_FILE_NAME_MAX + 1U];
     uint16_t count; // Number of entries in `data`.

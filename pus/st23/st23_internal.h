@@ -25,7 +25,7 @@ status_t st23_forget(const pus_files_t* files, uint32_t key);
 /// A file named by a repository path and a name, and their offsets in the application data.
 typedef struct {
     pus_file_path_t path;
-    uint32_t folder_offset;
+    uint32_t directory_offset;
     uint32_t name_offset;
     uint32_t bad_offset; ///< Offset of the field that is malformed.
 } st23_place_t;

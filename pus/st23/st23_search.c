@@ -32,7 +32,7 @@ static pus_reply_t begin_search(pus_files_t* const files, pus_request_t* const r
             search->is_summary = (pattern == NULL);
             search->token      = request->token;
             search->root       = *root;
-            search->folder     = *root;
+            search->directory  = *root;
             if (pattern != NULL) {
                 (void)memcpy(search->pattern, pattern, sizeof search->pattern);
             }
@@ -126,7 +126,7 @@ typedef enum {
 static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
                       const pus_file_entry_t* const entry, const uint64_t now_ns)
 {
-    pus_file_path_t path = search->folder;
+    pus_file_path_t path = search->directory;
     const bool is_good   = pus_file_name_is_good(entry->name) && pus_file_path_enter(&path, entry->name);
     const bool is_wanted = search->is_summary ||
                            (!entry->is_directory && pus_file_pattern_matches(search->pattern, entry->name));
@@ -135,8 +135,8 @@ static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
     } else if (is_wanted && !add(files, search, entry, &path, now_ns)) {
         return WAITING;
     } else if (!search->is_summary && entry->is_directory) {
-        search->folder   = path;
-        search->after[0] = '\0';
+        search->directory = path;
+        search->after[0]  = '\0';
         return ENTERED;
     } else {
         // The entry does not match, or it has been added.
@@ -145,16 +145,16 @@ static passage_t pass(pus_files_t* const files, pus_file_search_t* const search,
     return PASSED;
 }
 
-/// Continue in the parent folder of a directory that was searched. False: the directory is the root of the
+/// Continue in the parent directory of a directory that was searched. False: the directory is the root of the
 /// search.
 static bool leave(pus_file_search_t* const search)
 {
-    if (pus_file_path_is_same(&search->folder, &search->root)) {
+    if (pus_file_path_is_same(&search->directory, &search->root)) {
         return false;
     }
-    const char* const name = pus_file_path_name(&search->folder);
+    const char* const name = pus_file_path_name(&search->directory);
     (void)memcpy(search->after, name, strlen(name) + 1U);
-    pus_file_path_leave(&search->folder);
+    pus_file_path_leave(&search->directory);
     return true;
 }
 
@@ -175,8 +175,8 @@ static void step_search(pus_files_t* const files, pus_file_search_t* const searc
     pus_file_entry_t entries[PUS_FILE_BATCH];
     size_t count = 0U;
     status_t status =
-        store->list(store->context, search->folder.text, search->after, entries, PUS_FILE_BATCH, &count);
-    const bool is_below = !pus_file_path_is_same(&search->folder, &search->root);
+        store->list(store->context, search->directory.text, search->after, entries, PUS_FILE_BATCH, &count);
+    const bool is_below = !pus_file_path_is_same(&search->directory, &search->root);
     // Another request or program has removed the directory meanwhile.
     if ((status == STATUS_NOT_FOUND) && is_below) {
         status = STATUS_OK;

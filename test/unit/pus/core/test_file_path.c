@@ -123,7 +123,7 @@ static void names_are_appended_to_a_path_and_removed(void)
     TEST_ASSERT_EQUAL_STRING("a/b", path.text);
 }
 
-static void a_path_lies_within_its_own_folder_and_those_above(void)
+static void a_path_lies_within_itself_and_the_directories_above(void)
 {
     static const pus_file_path_t root = {""};
     static const pus_file_path_t a    = {"a"};
@@ -205,7 +205,7 @@ int main(void)
     RUN_TEST(hostile_and_malformed_paths_are_refused);
     RUN_TEST(names_and_paths_have_a_maximum_length);
     RUN_TEST(names_are_appended_to_a_path_and_removed);
-    RUN_TEST(a_path_lies_within_its_own_folder_and_those_above);
+    RUN_TEST(a_path_lies_within_itself_and_the_directories_above);
     RUN_TEST(wildcards_match_as_described);
     RUN_TEST(well_formed_patterns_are_read_and_others_are_refused);
     RUN_TEST(paths_and_names_are_written_with_their_length);
