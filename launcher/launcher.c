@@ -72,7 +72,7 @@ static bool end_participant(const launcher_t* const launcher, const child_t* con
     return is_ended || (is_holder && !is_from_outside);
 }
 
-bool launcher_is_flag(const uint32_t* const flag)
+bool launcher_is_set(const uint32_t* const flag)
 {
     return __atomic_load_n(flag, __ATOMIC_ACQUIRE) != 0U;
 }
@@ -169,7 +169,7 @@ bool launcher_has_ended_well(const launcher_t* const launcher, const child_t* co
 static void child_ended(launcher_t* const launcher, child_t* const child)
 {
     child->is_alive    = false;
-    const bool is_over = launcher_is_flag(&launcher->run->is_finished) || (launcher->abandon_ns == ABANDONED);
+    const bool is_over = launcher_is_set(&launcher->run->is_finished) || (launcher->abandon_ns == ABANDONED);
     const bool is_good = launcher_has_ended_well(launcher, child);
     if (child->is_component && !is_over) {
         run_component_t* const component = &launcher->run->components[child->component];
@@ -352,7 +352,7 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
         launcher->is_ended_by_user = is_due;
         request_stop(launcher);
     }
-    return launcher_is_flag(&launcher->run->is_finished) || is_abandoned(launcher, simulated) ||
+    return launcher_is_set(&launcher->run->is_finished) || is_abandoned(launcher, simulated) ||
            has_stalled(launcher, simulated);
 }
 

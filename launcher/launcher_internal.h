@@ -3,9 +3,9 @@
 #ifndef LAUNCHER_LAUNCHER_INTERNAL_H
 #define LAUNCHER_LAUNCHER_INTERNAL_H
 
+#include "base/text.h"
 #include "launcher/arguments.h"
 #include "launcher/launcher.h"
-#include "base/text.h"
 
 /// Interval of checks in a run without a scheduler or in stepped time [ms].
 #define LAUNCHER_LOOP_MS 20U
@@ -13,8 +13,9 @@
 #define LAUNCHER_REAL_LOOP_MS 5U
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-/// launcher_children.c: start children. Returns the path of the project's own Python interpreter if it
-/// exists, otherwise of the system's.
+// launcher_children.c: start children.
+
+/// Returns the path of the project's own Python interpreter if it exists, otherwise of the system's.
 const char* launcher_python(void);
 /// Start a child with its arguments; it inherits the descriptors. If it cannot be started, the run fails.
 void launcher_start_child(launcher_t* launcher, child_t* child, const arguments_t* arguments,
@@ -24,8 +25,9 @@ void launcher_start_component(launcher_t* launcher, child_t* child);
 /// Start all children of a run.
 void launcher_start_all(launcher_t* launcher);
 
-/// launcher_computers.c: on-board computers, and the sockets of messages and links on them. Check the
-/// requirements of the options before anything is created. False: `reason` says what is missing.
+// launcher_computers.c: on-board computers, and the sockets of messages and links on them.
+
+/// Check the requirements of the options before anything is created. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
 /// Create the on-board computers of the run, if it has more than one. False: `reason` says why not.
 bool launcher_make_computers(launcher_t* launcher);
@@ -67,7 +69,7 @@ bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 /// null if the run state was not created yet.
 void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
                         run_state_t* run);
-/// Returns the process number behind "hirosco-" in an identity; 0 if there is none.
+/// Returns the process number after "hirosco-" in an identity; 0 if there is none.
 int32_t launcher_owner_of(const char* identity);
 
 /// launcher_clean_up.c: remove every name of a run with this identity.
@@ -95,8 +97,8 @@ const char* launcher_holder(launcher_t* launcher);
 /// launcher.c: returns mission time [ns]: simulated time, or without a scheduler the time since the origin of
 /// the run.
 uint64_t launcher_now_ns(const launcher_t* launcher);
-/// Read a flag in shared memory.
-bool launcher_is_flag(const uint32_t* flag);
+/// True if a flag in shared memory is set.
+bool launcher_is_set(const uint32_t* flag);
 /// Let the run fail, with the concatenated words of a list (null at the end) as its reason; only the first
 /// reason is kept. Returns false.
 bool launcher_refuse(launcher_t* launcher, const char* const* words);

@@ -96,7 +96,7 @@ static status_t write_all(target_link_t* const link, const uint8_t* const octets
     return status;
 }
 
-/// Send the record whose content of `size` octets was written behind the header in `leaving`.
+/// Send the record whose content of `size` octets was written after the header in `leaving`.
 static status_t send_record(target_link_t* const link, const target_wire_kind_t kind, const size_t size)
 {
     octets_put_u32(link->leaving, (uint32_t)(size + 1U));

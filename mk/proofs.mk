@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Proofs by bounded model checking: test/proof/<path of the source>/proof_*.c, each with a planted fault that it must
+# Proofs by bounded model checking: test/proof/<path of the source>/proof_*.c, each with planted faults that it must
 # find.
 
 .PHONY: proofs check-proofs check-all-proofs

@@ -88,7 +88,7 @@ typedef struct {
     void* top;
     void* previous;
     void* next;
-    const uint32_t* counter; // Points behind the present instruction.
+    const uint32_t* counter; // Points after the present instruction.
 } call_head_t;
 
 static uint32_t instruction_of(const lua_Debug* const record)

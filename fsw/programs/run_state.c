@@ -120,15 +120,15 @@ status_t run_state_note_flow(run_state_t* const block, const char* const name)
     }
     for (unsigned i = 0U; i < RUN_FLOWS_MAX; i++) {
         run_flow_t* const flow = &block->flows[i];
-        uint32_t state         = __atomic_load_n(&flow->is_taken, __ATOMIC_ACQUIRE);
+        uint32_t state         = __atomic_load_n(&flow->state, __ATOMIC_ACQUIRE);
         if ((state == FLOW_NOTED) && (strcmp(flow->name, name) == 0)) {
             return STATUS_OK;
         }
         // Several components note flows at the same time: the place is reserved before the name is written.
-        if ((state == FLOW_FREE) && __atomic_compare_exchange_n(&flow->is_taken, &state, FLOW_TAKEN, false,
+        if ((state == FLOW_FREE) && __atomic_compare_exchange_n(&flow->state, &state, FLOW_TAKEN, false,
                                                                 __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)) {
             (void)memcpy(flow->name, name, strlen(name) + 1U);
-            __atomic_store_n(&flow->is_taken, FLOW_NOTED, __ATOMIC_RELEASE);
+            __atomic_store_n(&flow->state, FLOW_NOTED, __ATOMIC_RELEASE);
             return STATUS_OK;
         }
     }

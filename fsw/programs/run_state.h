@@ -78,8 +78,8 @@ typedef struct {               // Addresses of one CAN bus (osal/can.h); in the 
     char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.
 } run_bus_t;
 
-typedef struct {       // A shared memory or message queue that a component creates for one of its flows.
-    uint32_t is_taken; ///< 0: free; 1: is being written; 2: contains a name.
+typedef struct {    // A shared memory or message queue that a component creates for one of its flows.
+    uint32_t state; ///< 0: free; 1: is being written; 2: contains a name.
     char name[RUN_NAME_MAX];
 } run_flow_t;
 

@@ -154,7 +154,7 @@ typedef struct { // Private: a count that is valid only if it belongs to the las
 
 typedef struct { // Private.
     checkpoint_mark_t used;
-    uint8_t octets[CHECKPOINT_ANNEX_OCTETS]; // Blocks, each with its size u32 before and behind it.
+    uint8_t octets[CHECKPOINT_ANNEX_OCTETS]; // Blocks, each with its size u32 before and after it.
 } checkpoint_annex_t;
 
 typedef struct {                 // Private; other modules use only the addresses of the annexes.

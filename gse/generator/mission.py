@@ -153,7 +153,7 @@ def _modes(mission, container):
         container.fail("exactly one <Mode> must have initial=\"true\"")
     fallbacks = sum(mode["fallback"] for mode in mission.modes)
     if fallbacks > 1 or (fallbacks == 0 and all(mode["id"] != 0 for mode in mission.modes)):
-        container.fail("one <Mode> must have fallback=\"true\" or, where none has, id 0")
+        container.fail("one <Mode> must have fallback=\"true\" or id 0")
 
 
 def _users(_, container):
@@ -287,7 +287,7 @@ def _take_bus(mission, subsystem, endnode, attribute):
     if endnode.text(attribute) is not None:
         owner = mission.bus_owners.setdefault(endnode.text(attribute), subsystem)
         if owner is not subsystem:
-            endnode.wrong(attribute, f"a bus of its own, it is that of {owner.name}")
+            endnode.wrong(attribute, f"a bus of its own, not that of {owner.name}")
 
 
 def _load_subsystem(mission, path, element):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Displays and command stacks of Yamcs: a table of the housekeeping of each subsystem, and the steps that bring a subsystem into operation
-or the mission to rest. Names are those of the XTCE database."""
+or all subsystems to OFFLINE. Names are those of the XTCE database."""
 
 STATE = ("SUBSYSTEM_STATE", "SUBSYSTEM_PHASE", "SUBSYSTEM_CONFIGURATION")
 LINK_DEADLINE_MS = 1000

@@ -109,7 +109,7 @@ def _say(text, end="\n"):
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise OutputLost(f"cannot write the output: {error.strerror}; what follows is missing in it") from error
+        raise OutputLost(f"cannot write the output: {error.strerror}; the rest of the output is lost") from error
 
 
 class _Console:
@@ -155,7 +155,7 @@ class _Console:
         return SUCCESS
 
     def _warn(self, craft):
-        """Warn once of each interface that flies and is not that of the dictionary."""
+        """Warn once of each interface in flight that differs from that of the dictionary."""
         for problem in craft.session.mismatches.values():
             if problem not in self._warned:
                 self._warned.add(problem)
@@ -350,7 +350,7 @@ def _print_if_possible(text):
 
 
 def _give_up_output():
-    """Write to the standard output no more. Otherwise Python would try to write the buffered text again at exit, and change the exit code."""
+    """Discard all further output. Otherwise Python would try to write the buffered text again at exit, and change the exit code."""
     sys.stdout = open(os.devnull, "w", encoding="utf-8")
 
 
@@ -462,7 +462,7 @@ def _performed(arguments):
 
 
 def _flushed(code):
-    """The exit code after what argparse has printed is written."""
+    """Write the text that argparse has printed. Returns the exit code, which differs from `code` if the text cannot be written."""
     try:
         _say("", end="")
     except OutputLost as problem:

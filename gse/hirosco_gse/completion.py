@@ -25,7 +25,7 @@ _gse()
     IFS=$' \\t' read -r -a words <<<"$word"
     [[ "$word" == *[[:blank:]] ]] && words+=("")
     local last="${words[${#words[@]}-1]}" cut=""
-    # If a word contains = or :, bash replaces only the part behind this character.
+    # If a word contains = or :, bash replaces only the part after this character.
     [[ "$last" == *[=:]* ]] && cut="${last%"${last##*[=:]}"}"
     local candidate
     COMPREPLY=()

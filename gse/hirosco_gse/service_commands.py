@@ -22,7 +22,7 @@ def _fields(words):
         except ValueError:
             given[name] = text
         except RecursionError as error:
-            raise UsageError(f"{name}: found lists within lists without end, expected a value") from error
+            raise UsageError(f"{name}: found lists that are nested too deeply, expected a value") from error
     return given
 
 
@@ -247,7 +247,7 @@ VERBS = {
     "tc": (_tc, "tc SUBSYSTEM SERVICE,SUBTYPE [FIELD=VALUE ...]", "any request of the standard; groups as JSON"),
     "at": (_at, "at [+]SECONDS [SUB-SCHEDULE.GROUP] COMMAND ...", "schedule a command for a mission time, or from now"),
     "schedule": (_schedule, _SCHEDULE_USAGE, "the schedule of commands"),
-    "monitor": (_monitor, _MONITOR_USAGE, "limits of parameters, watched on board"),
+    "monitor": (_monitor, _MONITOR_USAGE, "limits of parameters, monitored on board"),
     "action": (_action, _ACTION_USAGE, "commands that events release on board"),
     "store": (_store, _STORE_USAGE, "telemetry kept on board, and its retrieval"),
     "procedure": (_procedure, _PROCEDURE_USAGE, "procedures in Lua, run on board"),

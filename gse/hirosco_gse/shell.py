@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`gse shell`: commands at a prompt, over one connection, with history and completion. It needs no package.
 
-While the prompt waits, a thread receives telemetry, so that the spacecraft need not wait for this user; events of that time are shown
-before the next prompt.
+While the prompt waits, a thread receives telemetry, so that the spacecraft need not wait for this user; events that it receives are
+shown before the next prompt.
 """
 
 import contextlib

@@ -37,8 +37,8 @@ KP, KD = 100.0, 1.5
 LINEAR_STIFFNESS, LINEAR_DAMPING, LINEAR_KP, LINEAR_KD = 5000.0, 5.0, 125.0, 3.1
 # Units of values of joints: unit of a revolute joint -> unit of a linear axis. An arm with both shows both.
 UNITS = {"rad": "m", "rad/s": "m/s", "rad/s2": "m/s2", "Nm": "N", "Nm/rad": "N/m", "Nms/rad": "Ns/m", "kgm2": "kg"}
-STIFFNESS_MIN = 1.0  # Of a gear in a world.
-LED_JOINTS_MAX = 10  # A descriptor has at most 640 <Setting>, 16 of each joint in each configuration.
+STIFFNESS_MIN = 1.0  # Smallest stiffness of a gear that a world may have.
+TELEPRESENCE_JOINTS_MAX = 10  # A descriptor has at most 640 <Setting>, 16 of each joint in each configuration.
 # The ports of the subsystem of a joystick, from the arm's side.
 PORTS = """
     <RTLinkService>
@@ -50,7 +50,7 @@ PORTS = """
         <ParamRef name="POSITION" type="DOUBLE" count="2" unit="rad"/>
       </Requires>
     </RTLinkService>"""
-NEXT_STEP = "docs/arm.md lists what to change in the URDF of a maker"
+NEXT_STEP = "docs/arm.md lists what to change in the URDF of a manufacturer"
 SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
 LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
@@ -239,13 +239,13 @@ def device(joint, place, number, mode):
     return "\n".join([*lines, f'        <Endnode type="CAN" bus="{bus}" node="{hexadecimal(node, 2)}"/>', "      </Device>"])
 
 
-def configuration(robot, number, name, mode, initial, is_led=False):
-    """A configuration of the descriptor; `mode` is that of CiA 402, `is_led`: a joystick leads the tool."""
+def configuration(robot, number, name, mode, initial, has_joystick=False):
+    """A configuration of the descriptor; `mode` is that of CiA 402, `has_joystick`: a joystick leads the tool."""
     devices = (device(joint, place, i, mode) for i, (joint, place) in enumerate(zip(robot.joints, places(robot)), 1))
     initials = "".join(f'\n    <Initial parameter="CONTROL" field="{field}" value="{value}"/>' for field, value in initial.items())
     template = (TEMPLATES / "configuration.xml").read_text(encoding="utf-8").rstrip("\n")
     words = {"configuration": name, "number": str(number), "initial": initials, "devices": "\n".join(devices)}
-    words |= {"hand": '\n        <ParamRef name="HAND"/>' if is_led else "", "ports": PORTS if is_led else ""}
+    words |= {"hand": '\n        <ParamRef name="HAND"/>' if has_joystick else "", "ports": PORTS if has_joystick else ""}
     return fill(template, words)
 
 
@@ -313,8 +313,8 @@ def descriptor(robot, names, base):
         configuration(robot, 2, "TORQUE", 10, {}),
         configuration(robot, 3, "COMPLIANT", 10, {"COMPLIANT": "1"}),
     ]
-    if count <= LED_JOINTS_MAX:
-        configurations.append(configuration(robot, 4, "TELEPRESENCE", 10, {"COMPLIANT": "1"}, is_led=True))
+    if count <= TELEPRESENCE_JOINTS_MAX:
+        configurations.append(configuration(robot, 4, "TELEPRESENCE", 10, {"COMPLIANT": "1"}, has_joystick=True))
     words = {"joints": str(count), "joints3": str(3 * count), "joints6": str(6 * count), "configurations": "\n".join(configurations), "scalars": scalars(robot), "prismatic": prismatic(robot)}
     return names | units_of(robot) | words | {name: text(values) for name, values in lists.items()}
 

@@ -161,7 +161,7 @@ class _Chain:
             for end in (joint.parent, joint.child):
                 if end not in self.links:
                     self.refuse(joint, f"{end}: expected a link of the robot")
-            if joint.child in self.moved:  # With two parents a link may be behind itself.
+            if joint.child in self.moved:  # With two parents a link may follow itself.
                 self.refuse(joint, f"child {joint.child}: expected a link that no other joint moves; there is {self.moved[joint.child]}")
             self.children.setdefault(joint.parent, []).append(joint)
             self.moved[joint.child] = joint.name
@@ -222,7 +222,7 @@ class _Chain:
         base, leaving, frames = self.rigid(self.root())
         while leaving:
             if len(leaving) > 1:
-                self.refuse(leaving[1][0], f"expected one joint behind a link, an arm is a chain; there is {leaving[0][0].name}; {FINGERS}")
+                self.refuse(leaving[1][0], f"expected one joint after a link, an arm is a chain; there is {leaving[0][0].name}; {FINGERS}")
             found, placed = leaving[0]
             joint = self.joint_of(found, placed)
             joint.link, leaving, frames = self.rigid(found.child)
@@ -231,12 +231,12 @@ class _Chain:
             raise UrdfError(f"{self.path}: {len(joints)} joints that move: expected 1 to {JOINTS_MAX}")
         tool = self.tool or list(frames)[-1]
         if tool not in frames:
-            raise UrdfError(f"{self.path}: tool {tool}: expected a link behind the last joint: {' '.join(frames)}")
+            raise UrdfError(f"{self.path}: tool {tool}: expected a link after the last joint: {' '.join(frames)}")
         return joints, frames[tool], tool, base
 
 
 def read(path, tool=None):
-    """The robot of a file; `tool` names the link whose frame is that of the tool, by default the last one behind the last joint."""
+    """The robot of a file; `tool` names the link whose frame is that of the tool, by default the last one after the last joint."""
     document = read_file(path)
     joints, pose, name, base = _Chain(path, document, tool).joints_to_tool()
     return Robot(document.name, joints, pose, name, base)

@@ -94,7 +94,7 @@ def _ask(port, dictionary, patience_s):
 def compare_files(mission, wanted):
     """A line for each generated file for Yamcs that was made for another interface: database, event templates, displays and stacks."""
     used = [GENERATED / f"{mission}.xtce.xml", GENERATED / f"{mission}.events.json", *sorted((GENERATED / "yamcs" / mission).glob("*/*"))]
-    return [f"{path.relative_to(GENERATED)} is not of the dictionary's interface {wanted}: run make" for path in used
+    return [f"{path.relative_to(GENERATED)} was not made for the interface of the dictionary, {wanted}: run make" for path in used
             if wanted not in path.read_text(encoding="utf-8")]
 
 
@@ -122,7 +122,7 @@ def free_port():
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", port)):
                 return port
-    raise SystemExit(f"ports {FIRST_PORT} to {FIRST_PORT + PORTS - 1} are in use: choose another by HTTP=")
+    raise SystemExit(f"ports {FIRST_PORT} to {FIRST_PORT + PORTS - 1} are in use: choose another with HTTP=")
 
 
 def command(out):
@@ -141,7 +141,7 @@ def alone(out):
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise SystemExit(f"yamcs: another Yamcs runs in {out}: end it, or choose another folder by OUT=") from None
+            raise SystemExit(f"yamcs: another Yamcs runs in {out}: end it, or choose another folder with OUT=") from None
         yield lock
 
 

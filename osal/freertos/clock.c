@@ -123,7 +123,7 @@ static void sleep_until(const uint64_t until_ns)
     sleepers  = &self;
     set_alarm(osal_clock_monotonic_ns());
     taskEXIT_CRITICAL();
-    // `self` ends with this function: the interrupt removes it from the list before it notifies this task.
+    // `self` must leave the list before this function returns: the interrupt removes it and then notifies.
     (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_ALARM, pdTRUE, portMAX_DELAY);
 }
 
@@ -146,7 +146,7 @@ status_t osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,
         return osal_lockstep_wait(clock->scheduler, clock->participant, clock->life, wake_ns, &clock->grant);
     }
     if (socket_count > 0U) {
-        return STATUS_UNSUPPORTED; // Only a call that waits can read the pipes of the wire (wire.c).
+        return STATUS_UNSUPPORTED; // Datagrams arrive only while a call of a socket reads the wire (wire.c).
     }
     const bool is_limited = (wake_ns < (OSAL_CLOCK_NEVER - clock->origin_ns));
     sleep_until(is_limited ? (clock->origin_ns + wake_ns) : OSAL_CLOCK_NEVER);

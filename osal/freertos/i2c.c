@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines are open-drain: both ends can pull a line low, and a released line is high. Data change
-// only while the clock is low; a change while it is high begins or ends a transfer.
+// only while the clock is low; a change while it is high begins (START) or ends (STOP) a transfer.
 #include "osal/freertos/i2c.h"
 
 #include "osal/freertos/board.h"
@@ -28,7 +28,7 @@ static void set_data(const bool level)
 
 static void begin(void)
 {
-    LINES->high = DATA; // First, so that a second begin within a transfer is no end of it.
+    LINES->high = DATA; // Before the clock: otherwise a repeated START would be a STOP.
     LINES->high = CLOCK;
     LINES->low  = DATA;
     LINES->low  = CLOCK;

@@ -34,7 +34,7 @@ typedef struct {
 
 static wire_t wire;
 
-/// Returns the number at the beginning of a text, or -1; *text is moved behind it.
+/// Returns the number at the beginning of a text, or -1; *text is moved past it.
 static int take_number(const char** const text)
 {
     int number = -1;

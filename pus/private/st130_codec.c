@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-// Fields of the properties and of the two ends of a link, which begin at offset `place` of a message.
+// Fields of the properties and of the two ends of a link, which begin at offset `place` of the struct.
 #define PROPERTIES(place)                                                                                    \
     PUS_CODEC_FIELD_IN(place, pus_link_properties_t, layout_hash),                                           \
         PUS_CODEC_FIELD_IN(place, pus_link_properties_t, layout_size),                                       \

@@ -72,7 +72,7 @@ static bool parse_done(const char* const line, uint64_t* const out_wake_ns, uint
     } else if (!take_number(&at, ' ', UINT64_MAX, out_wake_ns)) {
         return false;
     } else {
-        // The word must be a time.
+        // The word was a time.
     }
     if (!take_number(&at, ' ', UINT32_MAX, &octets) || !take_number(&at, '\0', UINT16_MAX, &port)) {
         return false;

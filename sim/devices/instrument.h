@@ -26,7 +26,7 @@ typedef enum {
 typedef struct {
     stream_port_config_t port; ///< The sizes of messages are filled in by the instrument.
     instrument_value_t value;
-    bool has_checksum; ///< CRC-16/CCITT-FALSE behind each record, in the byte order of the port.
+    bool has_checksum; ///< CRC-16/CCITT-FALSE after each record, in the byte order of the port.
     double scale;
     double offset;
     double speed; ///< Largest change of the value [1/s].

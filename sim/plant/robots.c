@@ -221,7 +221,7 @@ static void set_in_motion(const robot_start_t* const start, const dBodyID body)
     dBodySetGyroscopicMode(body, 0); // robots_spin adds a more exact torque instead.
 }
 
-/// Add the motion that the rates of the joints give to the bodies behind them.
+/// Add the motion that the rates of the joints give to the bodies that they carry.
 static void set_joint_rates(const plant_t* const plant, const unsigned index,
                             const start_pose_t place[ROBOT_BODIES_MAX])
 {

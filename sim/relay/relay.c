@@ -23,7 +23,7 @@ static size_t place_of(const relay_t* const relay, const size_t rank)
     return (relay->first + rank) % RELAY_FRAMES_MAX;
 }
 
-/// Insert a frame behind all frames that are due earlier or at the same time.
+/// Insert a frame after all frames that are due earlier or at the same time.
 static void insert(relay_t* const relay, const uint16_t index)
 {
     const uint64_t due_ns = relay->frames[index].due_ns;

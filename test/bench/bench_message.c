@@ -132,7 +132,7 @@ static void* end_at_once(void* context)
 
 int main(void)
 {
-    pthread_t thread; // Only with a second thread does the C library really lock.
+    pthread_t thread; // The C library locks only in a program that has started a second thread.
     if ((pthread_create(&thread, NULL, end_at_once, NULL) != 0) || (pthread_join(thread, NULL) != 0)) {
         return 1;
     }

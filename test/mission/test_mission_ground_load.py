@@ -109,7 +109,7 @@ def _fly_under_burst(folder, path, *lines):
     try:
         ground = Ground(flight.port())
         asked = 0
-        # So the flood lasts longer than the hang on a machine of any speed.
+        # The end depends on mission time, so the flood lasts longer than the hang on a machine of any speed.
         while asked == 0 or flight.steps() < FLOODED:
             # Requests that wait in the connection must also be served after the flood.
             if asked - ground.ended() < BURST:
@@ -141,8 +141,8 @@ def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
 
 
 def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
-    """Requests to the dead subsystem end with a reason: they are refused or lost with the subsystem. Other
-    requests wait until its death is detected, and no longer."""
+    """Requests to the subsystem that hangs end with a reason: they are refused or lost with the subsystem. Other
+    requests wait until the hang is detected, and no longer."""
     flight, answers, asked = _fly_under_burst(folder, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
     assert sum(answers[1, subtype] for subtype in (2, 7, 8, 10)) == asked
     assert answers[1, 7] == answers[17, 2] < asked

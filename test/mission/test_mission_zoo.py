@@ -127,7 +127,7 @@ def test_values_are_converted_in_both_directions(flights):
         _moves_as_commanded(flights[0], name, "<" if name in LITTLE else ">")
 
 
-LOST = 16  # Place of the number of losses in the memory of a counted hand-over (osal/common/hand_over.c).
+LOST = 16  # Offset of the number of losses in the memory of a counted hand-over (osal/common/hand_over.c).
 
 
 def _with_a_loss(folder):

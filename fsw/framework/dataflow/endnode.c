@@ -19,7 +19,7 @@ status_t flow_endnode_resolve(const flow_resolver_t* const resolver, const flow_
     return ends ? STATUS_OK : STATUS_INVALID;
 }
 
-/// Read a decimal number up to `limit` at *text, and move *text behind it. False if there is none or it is
+/// Read a decimal number up to `limit` at *text, and move *text past it. False if there is none or it is
 /// too large.
 static bool take_number(const char** const text, const uint32_t limit, uint32_t* const out_number)
 {

@@ -53,8 +53,7 @@ static void end_modes(source_t* const source)
     if (initial != 1U) {
         descriptor_source_fail(source, source->line, "exactly one <Mode> must have initial=\"true\"");
     } else if ((fallback > 1U) || (descriptor_mission_find_mode(mission, mission->fallback_mode) == NULL)) {
-        descriptor_source_fail(source, source->line,
-                               "one <Mode> must have fallback=\"true\" or, where none has, id 0");
+        descriptor_source_fail(source, source->line, "one <Mode> must have fallback=\"true\" or id 0");
     } else {
         // The modes have one initial and one fallback mode.
     }
@@ -128,7 +127,7 @@ static void take_bus(mission_builder_t* const builder, const mission_bus_t* cons
         source->path = path;
         descriptor_source_refuse(source, line, "%=\"%\" of <Endnode>: expected a bus of its own, ", attribute,
                                  bus->name, 0U);
-        descriptor_source_say(source, "it is that of %", (*owner)->name, NULL, 0U);
+        descriptor_source_say(source, "not that of %", (*owner)->name, NULL, 0U);
     }
     *owner = subsystem;
 }

@@ -12,7 +12,7 @@ static const uint8_t rest_states[] = {0U, 3U, 4U, 5U, 6U};
 #define TC_CONFIGURATION 0x8103U
 #define SERVICE_LINKS 130U
 
-/// Read a number of 1..255 at *text, and move *text behind it. Returns 0 if there is none.
+/// Read a number of 1..255 at *text, and move *text past it. Returns 0 if there is none.
 static uint8_t number_at(const char** const text)
 {
     uint32_t number = 0U;
@@ -62,16 +62,16 @@ static uint8_t rest_state_of(source_t* const source, const char* const attribute
     return rest_states[descriptor_source_word(source, attribute, words)];
 }
 
-/// Returns the APID of the subsystem that an attribute names. `behind` lists further permitted words; for one
+/// Returns the APID of the subsystem that an attribute names. `others` lists further permitted words; for one
 /// of them the result is its entry in `numbers`.
-static uint16_t target_of(source_t* const source, const char* const attribute, const char* const behind,
+static uint16_t target_of(source_t* const source, const char* const attribute, const char* const others,
                           const uint16_t* const numbers)
 {
     const mission_descriptor_t* const mission = descriptor_mission_builder_of(source)->mission;
     char words[MISSION_SUBSYSTEM_WORDS];
     text_t text = text_in(words, sizeof words);
     descriptor_source_names(source, &descriptor_mission_subsystems, &text);
-    text_add(&text, behind);
+    text_add(&text, others);
     const uint32_t place = descriptor_source_word(source, attribute, words);
     return (place < mission->subsystem_count) ? mission->subsystems[place].apid
                                               : numbers[place - mission->subsystem_count];

@@ -78,7 +78,7 @@ static size_t shared_groups(const char* const one, const char* const other)
 }
 
 /// Returns `offset`, rounded up to the alignment of each group of `name` that begins or ends there: those
-/// behind its first `kept` characters. As a structure, a group begins at a multiple of its alignment, and its
+/// after its first `kept` characters. As a structure, a group begins at a multiple of its alignment, and its
 /// size is such a multiple, too.
 static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, const uint16_t first,
                             const uint16_t count, const char* const name, const size_t kept,

@@ -65,7 +65,7 @@ static status_t append(journal_t* const journal, const journal_record_t* const r
 {
     const medium_t* const medium = active_of(journal);
     if (journal->is_tail_unclean) {
-        // A failed write may have left octets behind the tail. After the next records, a reader could take
+        // A failed write may have left octets after the tail. After the next records, a reader could take
         // them for a valid record.
         if (medium->resize(medium->context, journal->tail.offset) != STATUS_OK) {
             return STATUS_IO;

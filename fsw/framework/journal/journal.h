@@ -75,12 +75,12 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     size_t slot_count;
     size_t active;          // Index of the medium that is written to.
     bool is_provisional;    // The generation on that medium has no commit yet.
-    bool is_tail_unclean;   // The medium may contain octets behind `tail`.
+    bool is_tail_unclean;   // The medium may contain octets after `tail`.
     bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
     bool is_replaying;      // The callback of journal_replay is using the buffer.
     uint32_t changes;       // Changes since the last valid commit.
     journal_place_t tail;   // Place of the next record.
-    journal_place_t synced; // Place behind the last valid commit.
+    journal_place_t synced; // Place after the last valid commit.
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
     journal_damage_t damage; ///< Damage found when the journal was opened. Read-only.
     struct {

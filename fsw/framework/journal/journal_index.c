@@ -51,7 +51,7 @@ journal_slot_t* journal_index_insert(journal_slot_t* const slots, const size_t c
 void journal_index_remove(journal_slot_t* const slots, const size_t count, const journal_slot_t* const slot)
 {
     size_t hole = (size_t)(slot - slots);
-    // A search ends at a free slot. Therefore a record behind the hole that a search would no longer find is
+    // A search ends at a free slot. Therefore a record after the hole that a search would no longer find is
     // moved into the hole, and its own slot becomes the new hole.
     for (size_t index = next_of(hole, count); slots[index].is_taken; index = next_of(index, count)) {
         const size_t home = home_of(slots[index].table, slots[index].key, count);

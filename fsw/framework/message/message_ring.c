@@ -21,7 +21,7 @@ static size_t wrapped(const message_ring_t* const ring, const size_t position)
     return (position >= ring->capacity) ? (position - ring->capacity) : position;
 }
 
-/// Copy octets to a position; returns the position behind them.
+/// Copy octets to a position; returns the position after them.
 static inline size_t write_at(const message_ring_t* const ring, const size_t position,
                               const uint8_t* const octets, const size_t size)
 {
@@ -35,7 +35,7 @@ static inline size_t write_at(const message_ring_t* const ring, const size_t pos
     return wrapped(ring, position + size);
 }
 
-/// Copy octets from a position; returns the position behind them.
+/// Copy octets from a position; returns the position after them.
 static inline size_t read_at(const message_ring_t* const ring, const size_t position, uint8_t* const octets,
                              const size_t size)
 {

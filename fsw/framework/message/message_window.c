@@ -3,7 +3,7 @@
 
 #include "base/assertion.h"
 
-// The smallest window has more room than for the reserve and the largest block, so that
+// The smallest window is larger than the reserve and the largest block together, so that
 // message_window_interval is never 0.
 CAPACITY_CHECK(smallest_window_has_room_for_any_block,
                MESSAGE_SMALL_WINDOW_OCTETS >

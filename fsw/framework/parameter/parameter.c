@@ -279,7 +279,7 @@ static bool has_room(const octet_writer_t* const writer, const parameter_entry_t
     return !writer->failed && ((writer->capacity - writer->position) >= entry->definition->wire_size);
 }
 
-/// Write the values behind the writer's last octet, without advancing the writer.
+/// Write the values after the writer's last octet, without advancing the writer.
 static void put_values(const parameter_entry_t* const entry, const octet_writer_t* const writer)
 {
     uint8_t* octets = &writer->octets[writer->position];

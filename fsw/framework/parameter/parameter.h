@@ -121,7 +121,7 @@ MUST_USE status_t parameter_read(parameter_dictionary_t* dictionary, uint32_t id
 MUST_USE status_t parameter_read_entry(parameter_dictionary_t* dictionary, const parameter_entry_t* entry,
                                        octet_writer_t* writer);
 
-/// Set the complete parameter from the wire. After STATUS_OK all fields are set and the reader is behind
+/// Set the complete parameter from the wire. After STATUS_OK all fields are set and the reader is past
 /// them; otherwise neither the fields nor the reader change.
 /// STATUS_OK, STATUS_NOT_FOUND, STATUS_READ_ONLY, STATUS_TRUNCATED, STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_write(parameter_dictionary_t* dictionary, uint32_t id, octet_reader_t* reader);

@@ -67,7 +67,7 @@ bool rtlink_play_out_take(rtlink_play_out_t* const buffer, const uint64_t now_ns
     if (found == buffer->count) {
         return false;
     }
-    // Swap the sample with the last one, so that its payload stays readable behind the remaining ones.
+    // Swap the sample with the last one, so that its payload stays readable in the slot after the others.
     const size_t last                = buffer->count - 1U;
     const rtlink_frame_header_t kept = buffer->headers[last];
     uint8_t octets[RTLINK_PAYLOAD_MAX];

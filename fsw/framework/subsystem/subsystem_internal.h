@@ -66,8 +66,9 @@ void subsystem_close_links(subsystem_t* subsystem, uint8_t reason);
 /// True if every required port of the configuration has an open link with fresh samples.
 bool subsystem_has_required_links(subsystem_t* subsystem, uint16_t* out_missing_port);
 
-/// subsystem_link_table.c: a provided port can have several links (one for each reader), each with its own
-/// slot; a required port has one link and one slot.
+// subsystem_link_table.c: a provided port can have several links (one for each reader), each with its own
+// slot; a required port has one link and one slot.
+
 /// Returns the link with this number; null if there is none.
 subsystem_link_t* subsystem_link_numbered(subsystem_t* subsystem, uint16_t number);
 /// Returns the first link of a port; null if there is none.

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/// Offset of the time in the header of a mailbox entry, behind the structure's id [octets].
+/// Offset of the time in the header of a mailbox entry, after the structure's id [octets].
 #define OFFSET_TIME 2U
 /// Value instead of a structure's id (never 0 in a loop), if the entry is a complete report.
 #define REPORT 0U
@@ -17,7 +17,7 @@ static void lock(osal_mutex_t* const mutex)
     (void)osal_mutex_lock(mutex); // The owner of the mutex belongs to this process, so it cannot die alone.
 }
 
-/// Put a finished report of the present loop into its mailbox, behind a header.
+/// Put a finished report of the present loop into its mailbox, preceded by a header.
 static status_t put(subsystem_t* const subsystem, const uint16_t id, const uint64_t time_ns,
                     const uint8_t* const octets, const size_t size)
 {

@@ -108,7 +108,7 @@ void arm_inverse_dynamics(const arm_model_t* const model, const arm_motion_t* co
     for (unsigned i = 0U; i < model->joint_count; i++) {
         forward_recursion(&model->link[i], (i == 0U) ? &base : &bodies[i - 1U], motion, i, &bodies[i]);
     }
-    // Backwards: each joint carries its own link and all links behind it.
+    // Backwards: each joint carries its own link and all links after it.
     for (unsigned i = model->joint_count; i > 0U; i--) {
         const body_t* const body     = &bodies[i - 1U];
         const arm_link_t* const link = &model->link[i - 1U];

@@ -194,7 +194,7 @@ static bool parameter_fits(const subsystem_descriptor_t* const descriptor, const
     return true;
 }
 
-/// Returns the number behind the name of a field and an underscore: 2 for "TORQUE_2" and the field "TORQUE".
+/// Returns the number after the name of a field and an underscore: 2 for "TORQUE_2" and the field "TORQUE".
 /// 0 if the name has another form.
 static unsigned number_behind(const char* const name, const char* const field)
 {

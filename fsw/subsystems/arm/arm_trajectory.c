@@ -118,7 +118,7 @@ static double velocity_before(const arm_trajectory_t* const trajectory, const un
     return (point == 0U) ? 0.0 : velocity_on(trajectory, point - 1U, joint);
 }
 
-/// Returns the velocity of a joint on the line behind a point; 0 at the last point.
+/// Returns the velocity of a joint on the line after a point; 0 at the last point.
 static double velocity_behind(const arm_trajectory_t* const trajectory, const unsigned point,
                               const unsigned joint)
 {
@@ -276,7 +276,7 @@ double arm_trajectory_duration_s(const arm_trajectory_t* const trajectory)
     return sum_s;
 }
 
-/// Compute the motion in the blend at a point, or on the lines before and behind it, at `since_s` after the
+/// Compute the motion in the blend at a point, or on the lines before and after it, at `since_s` after the
 /// middle of the blend.
 static void move_near(const arm_trajectory_t* const trajectory, const unsigned point, const double since_s,
                       arm_motion_t* const motion)

@@ -5,7 +5,7 @@ import { store } from "./store.js";
 import { el, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
-// Most entries that the log shows; entries before and behind the present instant of a replay.
+// Most entries that the log shows; entries before and after the present instant of a replay.
 const SHOWN = 120,
   AROUND = 30;
 const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];

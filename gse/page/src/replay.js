@@ -155,7 +155,7 @@ export class Replay {
     this.pace();
   }
 
-  // The next picture of a replay that plays. One that stands still asks for none.
+  // Ask the browser for the next picture, as long as the replay plays.
   ahead() {
     this.coming = requestAnimationFrame((now) => {
       this.seek(this.time + (Math.max(0, now - this.last) / 1000) * this.speed);

@@ -206,7 +206,7 @@ class Section {
     const report = store.reports.get(this.key());
     const hertz = 1000 / (store.periodOf(this.name, this.id) * (store.pace.speed || 1));
     const rate =
-      hertz >= 1 ? `${Number(hertz.toPrecision(2))} Hz` : `each ${Number((1 / hertz).toPrecision(2))} s`;
+      hertz >= 1 ? `${Number(hertz.toPrecision(2))} Hz` : `every ${Number((1 / hertz).toPrecision(2))} s`;
     text(
       this.words,
       report
@@ -240,7 +240,7 @@ export class Telemetry {
         "div",
         { class: "head" },
         el("h2", {}, "Packets"),
-        el("span", { class: "hint" }, "since this station has the link"),
+        el("span", { class: "hint" }, "since the station was connected"),
       ),
       el(
         "table",

@@ -55,7 +55,7 @@ static void fail(void)
     FSW_ASSERT(program[0] == 'q');
 }
 
-static void an_assertion_that_holds_has_no_effect_and_one_that_fails_ends_what_ran(void)
+static void a_failed_assertion_ends_the_function_and_one_that_holds_has_no_effect(void)
 {
     TEST_ASSERT_FALSE(assertion_fails(hold));
     TEST_ASSERT_TRUE(assertion_fails(fail));
@@ -66,6 +66,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(text_of_any_length_is_taken);
     RUN_TEST(a_program_introduces_itself_if_that_is_its_only_argument);
-    RUN_TEST(an_assertion_that_holds_has_no_effect_and_one_that_fails_ends_what_ran);
+    RUN_TEST(a_failed_assertion_ends_the_function_and_one_that_holds_has_no_effect);
     return UNITY_END();
 }

@@ -105,7 +105,7 @@ static void impossible_sizes_are_refused(void)
                       resource_init(&memory, arena, ARENA_WORDS, too_many_sizes, RESOURCE_SIZES_MAX));
 }
 
-/// Even with as many pools as possible, octets behind the last pool are not taken for another pool.
+/// Even with as many pools as possible, octets after the last pool are not taken for another pool.
 static void a_block_larger_than_those_of_the_last_pool_is_refused(void)
 {
     static const resource_size_t all[RESOURCE_SIZES_MAX] = {{8U, 1U, 0U},  {16U, 1U, 0U}, {24U, 1U, 0U},

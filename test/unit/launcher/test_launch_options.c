@@ -252,7 +252,7 @@ static void a_refusal_shows_the_option_and_its_value(void)
     TEST_ASSERT_NULL(strstr(error, "..."));
 }
 
-/// The text behind a list that is full is not one of its words.
+/// The text after a list that is full is not one of its words.
 static void a_full_list_of_words_ends_with_its_last(void)
 {
     static char option[] = "--time";

@@ -119,7 +119,7 @@ static void prove_plain(const uint8_t word, const bool is_good)
         const size_t body = (operand == before.selector) ? 0U : words[AT + 2U];
         PROVE(is_good && goes_to(AT + 3U + body) && takes(0U), "a case is for its selector only");
     } else if (word == PUS_REQUEST_FORMAT_JUMP) {
-        PROVE(is_good && goes_to(AT + 2U + operand) && takes(0U), "a jump leads behind the cases");
+        PROVE(is_good && goes_to(AT + 2U + operand) && takes(0U), "a jump leads past the cases");
     } else if (word == PUS_REQUEST_FORMAT_ID) {
         PROVE(is_good && goes_to(AT + 2U) && takes(4U), "an id has four octets");
         PROVE(IMPLIES(left >= 4U, after.layouts[operand] == (field[1] & 0x1FU)),

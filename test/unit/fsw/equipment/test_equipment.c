@@ -334,7 +334,7 @@ static void each_kind_has_its_own_events(void)
     TEST_ASSERT_EQUAL_UINT8(STREAM_CAUSE_CLOSED, double_last_event(&generic, 2U)->octets[1]);
     plug(1U);
     (void)run_cycles(NULL, ALL, 10U);
-    // Beside drives, the event of a stream device is STREAM_RETURNED, which this descriptor does not define.
+    // With drives, the event of a stream device is STREAM_RETURNED, which this descriptor does not define.
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, 3U));
     node->is_plugged = false;
     (void)run_cycles(NULL, ALL, 10U);

@@ -457,7 +457,7 @@ static void requests_to_a_stopped_process_end(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.pending.count);
 }
 
-/// Requests to LONE are in progress; its answers are behind the command in the inboxes of the supervisor.
+/// Requests to LONE are in progress; its answers come after the command in the inboxes of the supervisor.
 static void end_life_before_the_answers(bool is_started_again)
 {
     fixture_open_up();

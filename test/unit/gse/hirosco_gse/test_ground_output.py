@@ -72,7 +72,7 @@ def test_a_name_that_begins_like_a_negative_number_is_used_as_it_is(tmp_path, mo
 def test_endless_lists_in_a_value_are_refused(dictionary_path, capsys):
     words = ["--port", "1", "--dictionary", str(dictionary_path), "tc", "SUPERVISOR", "11,4", "n=" + 100_000 * "["]
     assert main(words) == 2
-    assert capsys.readouterr().err == "gse: n: found lists within lists without end, expected a value\n"
+    assert capsys.readouterr().err == "gse: n: found lists that are nested too deeply, expected a value\n"
 
 
 def test_a_line_that_is_no_text_is_refused():

@@ -44,7 +44,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
 
 
 @pytest.mark.parametrize("parts, says", [
-    ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint behind a link, an arm is a chain; there is shoulder; make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
+    ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint after a link, an arm is a chain; there is shoulder; make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
     ((link("base"), link("upper"), joint("slide", "base", "upper", "floating")),
      'robot.urdf:1: joint slide: type="floating": expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives'),
     ((link("base"), link("upper"), joint("shoulder", "base", "upper", limit="")), "joint shoulder: no effort, velocity, lower, upper: expected <limit> with effort, velocity, lower, upper"),
@@ -64,7 +64,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((ARM[0], ARM[1], ARM[2].replace("</joint>", "")), "robot.urdf:1: mismatched tag: expected XML"),
     ((ARM[0], ARM[1].replace("</link>", "<collision/></link>"), ARM[2]), "<collision>: expected <geometry>"),
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 1")), 'xyz="0 1" of <axis>: expected 3 numbers'),
-    # A cycle behind the root, a joint from a link to itself, and one without a root.
+    # A cycle after the root, a joint from a link to itself, and one without a root.
     ((*ARM, link("hand"), joint("wrist", "upper", "hand"), joint("back", "hand", "upper", "fixed")),
      "robot.urdf:1: joint back: child upper: expected a link that no other joint moves; there is shoulder"),
     ((*ARM, joint("own", "upper", "upper", "fixed")), "joint own: child upper: expected a link that no other joint moves; there is shoulder"),
@@ -145,7 +145,7 @@ def test_links_that_fixed_joints_connect_become_one(read):
 def test_the_tool_is_a_link_behind_the_last_joint(read):
     parts = (*ARM, link("hand"), joint("flange", "upper", "hand", "fixed", 0.5))
     assert read(*parts, tool="upper").tool[0] == urdf.ZERO
-    with pytest.raises(urdf.UrdfError, match="tool base: expected a link behind the last joint: upper hand"):
+    with pytest.raises(urdf.UrdfError, match="tool base: expected a link after the last joint: upper hand"):
         read(*parts, tool="base")
 
 

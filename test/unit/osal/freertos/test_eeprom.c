@@ -68,7 +68,7 @@ static void octets_are_stored_where_they_were_written(void)
 static void a_write_is_divided_at_pages_and_halves(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, eeprom_write(HALF - 300U, written, LONG_OCTETS));
-    // The pages begin 512 and 256 before the middle, at it, and 256 behind it; each write is followed by one
+    // The pages begin 512 and 256 before the middle, at it, and 256 after it; each write is followed by one
     // poll.
     TEST_ASSERT_EQUAL_UINT(8U, transfers);
     TEST_ASSERT_EQUAL(STATUS_OK, eeprom_read(HALF - 300U, found, 300U));

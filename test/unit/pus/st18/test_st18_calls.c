@@ -26,7 +26,7 @@ static void values_are_read_by_id_and_name(void)
     st18_fixture.slots[0].calls[6].text = "OTHER";
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
     st18_fixture_call(0U, PUS_CALL_GET, 77U);
-    st18_fixture_call(0U, PUS_CALL_STEP, 3U); // A call without answer does not get that of the call before.
+    st18_fixture_call(0U, PUS_CALL_STEP, 3U); // A call without an answer does not keep the previous answer.
     static const pus_answer_kind_t expected[] = {PUS_ANSWER_VALUE, PUS_ANSWER_MISSING, PUS_ANSWER_VALUE,
                                                  PUS_ANSWER_MISSING, PUS_ANSWER_NONE};
     for (size_t i = 0U; i < (sizeof expected / sizeof expected[0]); i++) {

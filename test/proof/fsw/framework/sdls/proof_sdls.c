@@ -3,9 +3,10 @@
 //     and its part continues the packet; nothing of a frame with a wrong MAC is used, and what was
 //     decrypted of it is overwritten with zeros. An accepted number is never accepted again, neither on
 //     its own connection nor on another one: the counts of a connection rise by one without wrapping, and
-//     a new connection gets a session number above all earlier ones. Exactly an incomplete frame waits,
-//     and exactly a frame of another link loses the start of the next one. Parts never exceed a packet. A
-//     refused frame changes nothing but its counter. No access is outside the frame or the packet.
+//     a new connection gets a session number above all earlier ones. Only an incomplete frame waits for
+//     octets, and only a frame of another link hides the start of the next one. Parts never exceed a
+//     packet. A refused frame changes nothing but its counter. No access is outside the frame or the
+//     packet.
 // Bounds: any receiver and two connections in every sound state, and any number that was accepted
 //     earlier; one frame of 0..42 octets on one of the connections, or its new beginning, which is an
 //     induction over any number of frames; frames of up to 40 octets instead of 1024, packets of up to 8
@@ -111,8 +112,8 @@ static void prove_lengths(const status_t status, const uint8_t* const octets, co
     const bool is_ours    = has_header && (octets_u16_at(octets) == 0x2001U) && (octets[4] == 0U) &&
                          (length >= 37U) && (length <= SDLS_FRAME_MAX);
     PROVE((status == STATUS_TRUNCATED) == (!has_header || (is_ours && (size < length))),
-          "exactly an incomplete frame waits");
-    PROVE((status == STATUS_INVALID) == (has_header && !is_ours), "exactly a frame of another link is none");
+          "only an incomplete frame waits for octets");
+    PROVE((status == STATUS_INVALID) == (has_header && !is_ours), "only a frame of another link is invalid");
     PROVE(frame->taken == ((is_ours && (size >= length)) ? length : 0U),
           "the stream advances by a complete frame");
 }
@@ -132,7 +133,7 @@ static void prove_refused(const status_t status)
           "a refused frame does not count as accepted");
     PROVE(sum_of_refused() == ((status == STATUS_TRUNCATED) ? 0U : 1U), "a refused frame is counted once");
     PROVE((status == STATUS_CHECKSUM) == (cipher_is_checked && !cipher_is_authentic),
-          "exactly a wrong MAC is a forged frame, whatever else is wrong");
+          "only a frame with a wrong MAC is forged, whatever else is wrong");
     PROVE(IMPLIES((status == STATUS_CHECKSUM) && (index >= before.held) &&
                       (index < (before.held + cipher_content)),
                   after->packet[index] == 0U),
@@ -163,14 +164,14 @@ static void prove_parts(const uint8_t* const octets, const sdls_frame_t* const f
     const bool is_last                = (part == 0x80U) || (part == 0xC0U);
     PROVE((before.held == 0U) ? ((part == 0x40U) || (part == 0xC0U)) : ((part == 0x00U) || (part == 0x80U)),
           "the part continues the packet");
-    PROVE(frame->packet == (is_last ? after->packet : NULL), "exactly the last part ends the packet");
+    PROVE(frame->packet == (is_last ? after->packet : NULL), "only the last part ends the packet");
     PROVE(
         IMPLIES(is_last, (frame->size == (before.held + cipher_content)) && (frame->size <= SDLS_PACKET_MAX)),
         "the packet has all its parts");
     PROVE(IMPLIES(index < before.held, after->packet[index] == before.packet[index]), "earlier parts stay");
     sdls_accept(&receiver, &first);
     PROVE(after->held == (is_last ? 0U : (before.held + cipher_content)),
-          "the next part is put behind this one");
+          "the next part is put after this one");
     PROVE(receiver.accepted == 1U, "an accepted frame is counted");
 }
 

@@ -184,7 +184,7 @@ static void two_reads_share_one_limit(void)
     say(0U, octets, 28U);
     TEST_ASSERT_EQUAL_UINT64(28U, step(FLOW_TCP_UNLIMITED));
     say(0U, &octets[28], sizeof octets - 28U);
-    // First the four octets for which the buffer has room behind the 28; then 26, the rest of the limit.
+    // First the four octets for which the buffer has room after the 28; then 26, the rest of the limit.
     TEST_ASSERT_EQUAL_UINT64(30U, step(30U));
     TEST_ASSERT_EQUAL_UINT(1U + 14U, seen.frames[0]);
 }

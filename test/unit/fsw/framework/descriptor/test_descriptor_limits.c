@@ -55,7 +55,7 @@ static status_t load(void)
 static const struct {
     const char* before;
     const char* line;
-    const char* behind;
+    const char* after;
     unsigned most;
     const char* says;
 } lists[] = {
@@ -92,7 +92,7 @@ static void every_list_holds_its_stated_number_of_entries_and_no_more(void)
             add("<Subsystem name='A' id='1'>");
             add(lists[i].before);
             add_numbered(lists[i].line, lists[i].most + more);
-            add(lists[i].behind);
+            add(lists[i].after);
             add("</Subsystem>");
             const status_t status = load();
             if (more == 0U) {
@@ -129,7 +129,7 @@ static void references_are_counted_over_all_elements(void)
                              descriptor_error(&loader));
 }
 
-/// The name has sixty octets, but the description of the port more than two thousand characters.
+/// A sample of the port has sixty octets, but the description of the port more than two thousand characters.
 static void a_port_with_too_long_names_is_refused(void)
 {
     length = 0U;

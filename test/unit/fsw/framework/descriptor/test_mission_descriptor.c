@@ -159,8 +159,7 @@ static const damage_t damages[] = {
      "<Power state='OPERATIONAL' watts='120'/><Power state='OPERATIONAL' watts='1'/>", 4U, "each state once"},
     {" initial='true'", "", 7U, "exactly one <Mode>"},
     {"name='SAFE' id='0'", "name='SAFE' id='0' initial='true'", 7U, "exactly one <Mode>"},
-    {"name='SAFE' id='0'", "name='SAFE' id='1'", 7U,
-     "one <Mode> must have fallback=\"true\" or, where none has, id 0"},
+    {"name='SAFE' id='0'", "name='SAFE' id='1'", 7U, "one <Mode> must have fallback=\"true\" or id 0"},
     {"<Mode name='SAFE' id='0'/>\n<Mode name",
      "<Mode name='SAFE' id='0' fallback='true'/>\n<Mode fallback='true' name", 7U,
      "one <Mode> must have fallback"},
@@ -412,7 +411,7 @@ static void a_bus_has_the_devices_of_one_subsystem(void)
                           load(damaged(flight_document, "</Buses>", SPARE("robot-b", "robot") "</Buses>")));
         (void)snprintf(
             says, sizeof says,
-            "hand.xml:12: bus=\"robot%s\" of <Endnode>: expected a bus of its own, it is that of ARM",
+            "hand.xml:12: bus=\"robot%s\" of <Endnode>: expected a bus of its own, not that of ARM",
             buses[i]);
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), says), descriptor_error(&loader));
     }

@@ -57,7 +57,7 @@ typedef struct {
             } coil;
         } motor;
         uint16_t last;
-        uint8_t small; // Directly behind the field before, whatever the alignment of the structure is.
+        uint8_t small; // Directly after the field before, whatever the alignment of the structure is.
     } joint;
     struct {
         uint16_t flag;

@@ -249,7 +249,7 @@ static void a_transaction_larger_than_a_medium_is_refused(void)
     expect_kept(0U, 1U, 8000U, 1U);
 }
 
-/// Life 1 writes A, B and a commit, and A is lost. Life 2 writes A again: then B and the old commit behind it
+/// Life 1 writes A, B and a commit, and A is lost. Life 2 writes A again: then B and the old commit after it
 /// could be taken for valid.
 static void a_stale_tail_is_not_accepted(void)
 {
@@ -274,7 +274,7 @@ static void a_stale_tail_is_not_accepted(void)
 }
 
 /// Two compactions start the same generation with an equal first record. Cuts lose this record of the first
-/// one, then an unsynced emptying by the second one: the old records behind it could be taken for valid.
+/// one, then an unsynced emptying by the second one: the old records after it could be taken for valid.
 static void a_stale_generation_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));

@@ -203,7 +203,7 @@ static status_t change(const unsigned transaction)
 /// `committed` or of `intended`.
 static void run_script(void)
 {
-    for (unsigned i = 0U; i < 2U; i++) { // Octets behind the size are never read.
+    for (unsigned i = 0U; i < 2U; i++) { // Octets after the size are never read.
         areas[i].size         = 0U;
         areas[i].durable_size = 0U;
         areas[i].first        = 0U;

@@ -25,14 +25,14 @@ static void add(const char* words)
     length += strlen(words);
 }
 
-static void add_numbered(const char* before, const char* behind, unsigned count)
+static void add_numbered(const char* before, const char* after, unsigned count)
 {
     for (unsigned i = 1U; i <= count; i++) {
         char number[12];
         (void)snprintf(number, sizeof number, "%u", i);
         add(before);
         add(number);
-        add(behind);
+        add(after);
     }
 }
 

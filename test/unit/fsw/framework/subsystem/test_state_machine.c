@@ -133,7 +133,7 @@ static void with_a_refused_descriptor_the_machine_stays_offline(void)
 }
 
 // Row: event; column: present state. A list without a bar has the states that follow the event. An event with
-// a bar changes nothing: a transition in progress continues through the states behind the bar.
+// a bar changes nothing: a transition in progress continues through the states after the bar.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
     [EVENT_NETWORK_FAILED]  = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},

@@ -56,7 +56,7 @@ static void the_newest_block_grows_in_place(void)
     (void)memcpy(block, "abc", 4U);
     TEST_ASSERT_EQUAL_PTR(block, xml_arena_resize(block, 500U));
     TEST_ASSERT_EQUAL_STRING("abc", block);
-    TEST_ASSERT_NOT_NULL(xml_arena_take(100U)); // A block behind the first one.
+    TEST_ASSERT_NOT_NULL(xml_arena_take(100U)); // A block after the first one.
     TEST_ASSERT_EQUAL_STRING("abc", block);
 }
 

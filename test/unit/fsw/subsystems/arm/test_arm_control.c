@@ -25,7 +25,7 @@ void tearDown(void)
 {
 }
 
-/// Each array of the control law, at the place behind the last joint.
+/// Each array of the control law, at the place after the last joint.
 static void place_behind(double* out_places[], const unsigned joint)
 {
     double* const places[] = {

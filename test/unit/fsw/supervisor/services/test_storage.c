@@ -88,7 +88,7 @@ static void retrieved_reports_wait_for_ground(void)
     const char* const lines = fixture_look();
     const char* const again = strstr(lines, "G/16 3.26 6162\n");
     TEST_ASSERT_NOT_NULL(again);
-    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // The report comes once, behind all that waited.
+    TEST_ASSERT_NULL(strstr(&again[1], "G/16")); // The report comes once, after all that waited.
     TEST_ASSERT_NULL(strstr(&again[1], "G/17"));
 }
 
