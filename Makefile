@@ -18,7 +18,8 @@
 ##                                                                        SIM_ROBOT_IF=  SIM_JOYSTICK_IF=
 ##                                                               REMOTE_ENDIAN=<subsystem>: on an emulated s390x
 ##                                                               RTOS=<subsystem>[:<board>],...: on FreeRTOS on a board
-##   make test       build and run every test, end with a summary line      ONLY=<part of a test's path>
+##   make test       build and run the tests, end with a summary line       ONLY=<part of a test's path>  LONG=1: also
+##                   those that take long
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
 ##   make check      format, warnings of gcc and clang, clang's analyzer, MISRA of what changed, complexity, layers,
@@ -31,7 +32,7 @@
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make mcdc       modified condition/decision coverage of the sources in test/lint/mcdc.txt by their unit tests
 ##   make proofs     prove parts of the flight side for all inputs up to stated bounds (CBMC), and that each proof finds
-##                   the fault planted for it            ONLY=<part of a proof's path>
+##                   the faults planted for it           ONLY=<part of a proof's path>
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)

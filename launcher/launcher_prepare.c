@@ -387,7 +387,7 @@ static bool make_scheduler(launcher_t* const launcher)
         return true; // There is no scheduler: each component has its own clock.
     }
     if (!run_name(launcher->run, "scheduler", 0U, name, sizeof name) ||
-        (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_BYTES) != STATUS_OK)) {
+        (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_OCTETS) != STATUS_OK)) {
         return launcher_fail(launcher, "cannot make shared memory for the scheduler ", name);
     }
     launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), RUN_STEP_NS,

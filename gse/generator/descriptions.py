@@ -23,8 +23,8 @@ STATUSWORD = {
         [0x4F, 0x00, "NOT_READY_TO_SWITCH_ON"], [0x4F, 0x40, "SWITCH_ON_DISABLED"], [0x6F, 0x21, "READY_TO_SWITCH_ON"], [0x6F, 0x23, "SWITCHED_ON"],
         [0x6F, 0x27, "OPERATION_ENABLED"], [0x6F, 0x07, "QUICK_STOP_ACTIVE"], [0x4F, 0x0F, "FAULT_REACTION_ACTIVE"], [0x4F, 0x08, "FAULT"],
     ],
-    "flags": {"4": "VOLTAGE_ENABLED", "7": "WARNING", "8": "MAKER_BIT_8", "9": "REMOTE", "10": "TARGET_REACHED", "11": "INTERNAL_LIMIT_ACTIVE",
-              "12": "MODE_BIT_12", "13": "MODE_BIT_13", "14": "MAKER_BIT_14", "15": "MAKER_BIT_15"},
+    "flags": {"4": "VOLTAGE_ENABLED", "7": "WARNING", "8": "MANUFACTURER_BIT_8", "9": "REMOTE", "10": "TARGET_REACHED", "11": "INTERNAL_LIMIT_ACTIVE",
+              "12": "MODE_BIT_12", "13": "MODE_BIT_13", "14": "MANUFACTURER_BIT_14", "15": "MANUFACTURER_BIT_15"},
 }
 BITS = {"=statusword": STATUSWORD}
 # Emergency codes of CiA 301 and CiA 402 by name. Those of a manufacturer are in the data sheets of the devices.

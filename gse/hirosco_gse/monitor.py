@@ -56,7 +56,7 @@ class Monitor(App):
     ENABLE_COMMAND_PALETTE = False
 
     def __init__(self, run, **given):
-        """run: run folder, or a link to it; given: host of the ground port, its port, key and dictionary where they differ."""
+        """run: run folder, or a link to it; given: arguments that replace those of the run folder (see Hub)."""
         super().__init__()
         self.hub = Hub(run, self._take, **given)
         self._new_events, self._task = [], None

@@ -73,7 +73,7 @@ machine() {
 next_step() {
     case $missing_levels in
     *build* | *run*) echo 'Next: make sim-run (installs what is missing, builds, flies the mission)' ;;
-    *unit* | *clang* | *s390x* | *docs* | *test* | *hil*) echo 'Next: make test (installs what is missing, builds, runs every test)' ;;
+    *unit* | *clang* | *s390x* | *docs* | *test* | *hil*) echo 'Next: make test (installs what is missing, builds, runs the tests)' ;;
     *mcdc* | *check* | *full*) echo 'Next: make check (installs what is missing, then checks the house rules)' ;;
     *) [ -d build/bin ] && echo 'All there. Next: make sim-run, make test' || echo 'All there. Next: make' ;;
     esac

@@ -54,7 +54,7 @@ struct osal_lockstep {
     participant_t participants[PARTICIPANTS];
 };
 
-typedef char lockstep_fits_its_storage[(sizeof(osal_lockstep_t) <= OSAL_LOCKSTEP_BYTES) ? 1 : -1];
+typedef char lockstep_fits_its_storage[(sizeof(osal_lockstep_t) <= OSAL_LOCKSTEP_OCTETS) ? 1 : -1];
 
 /// Note that a participant is in use; call it before its state changes from ABSENT.
 void lockstep_use(osal_lockstep_t* scheduler, uint32_t participant);

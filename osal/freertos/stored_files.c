@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files on the EEPROM, by the file system littlefs, which survives a power cut at any write. Each write to a
-// file ends with a sync of the file system, so that what a program wrote exists after its death, too.
+// file ends with a sync of the file system, so that it outlasts the program.
 #include "osal/freertos/file_system.h"
 
 #include "base/assertion.h"
@@ -21,7 +21,7 @@
 #define CYCLES 500 ///< Writes of a block for metadata, after which another block takes its place.
 #define BLANK 0xFFU
 
-typedef struct { // A file that is open, once for all who have opened it.
+typedef struct { // An open file: one entry, even if it is opened several times.
     unsigned users;
     bool is_good; ///< False: it was removed, or an error has lost it.
     lfs_file_t file;
@@ -195,7 +195,7 @@ static stored_t* free_entry(void)
     while ((i < FILE_SYSTEM_FILES) && (stored[i].users > 0U)) {
         i++;
     }
-    FSW_ASSERT(i < FILE_SYSTEM_FILES); // There are as many as numbers of files.
+    FSW_ASSERT(i < FILE_SYSTEM_FILES); // There are as many entries as file numbers.
     return &stored[i];
 }
 

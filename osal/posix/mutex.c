@@ -64,7 +64,7 @@ status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_n
     FSW_ASSERT((mutex != NULL) && (mutex->storage[MARK_WORD] == MARK));
     int result = pthread_mutex_trylock(native(mutex));
     if (result == EBUSY) {
-        struct timespec until = {0, 0}; // A robust mutex with time-out only supports CLOCK_REALTIME.
+        struct timespec until = {0, 0}; // pthread_mutex_timedlock takes only times of this clock.
         (void)clock_gettime(CLOCK_REALTIME, &until);
         const uint64_t end_ns = (uint64_t)until.tv_nsec + (wait_ns % NS_PER_S);
         until.tv_sec += (time_t)((wait_ns / NS_PER_S) + (end_ns / NS_PER_S));

@@ -5,8 +5,8 @@
 /// persistent; a service that changes records in its step commits itself.
 ///
 /// At start the owner passes each record to the service of its table, in the order in which they were last
-/// put. The service refuses a record that it cannot use with a status, which is counted and reported, never
-/// asserted.
+/// put. If a service cannot use a record, it returns an error status; the owner counts and reports it. A
+/// damaged record fails no assertion.
 #ifndef PUS_CORE_PERSISTENCE_H
 #define PUS_CORE_PERSISTENCE_H
 

@@ -462,7 +462,7 @@ static void watch_queue(bus_t* const bus, const unsigned index, const uint64_t n
     const uint64_t limit_ns = node->queue[node->head].ready_ns + node->timeout_ns;
     if (limit_ns > now_ns) {
         node->watch_ns = limit_ns;
-    } else { // No frame waits. The next submitted frame sets the time of the check.
+    } else { // One report for this wait. The next submitted frame sets the time of the check.
         report_event(bus, index, OSAL_CAN_ERROR_TX_TIMEOUT, 0U, 0U);
     }
 }

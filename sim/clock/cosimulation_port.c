@@ -114,13 +114,13 @@ static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* con
 {
     while (memchr(cosimulation->line, '\n', cosimulation->line_size) == NULL) {
         size_t size = 0U;
-        if (cosimulation->line_size == COSIMULATION_PORT_LINE_BYTES) {
+        if (cosimulation->line_size == COSIMULATION_PORT_LINE_OCTETS) {
             disconnect_client(cosimulation, &cosimulation->count.malformed);
             return STATUS_CLOSED;
         }
         const status_t status =
             osal_stream_receive(&cosimulation->client, (uint8_t*)&cosimulation->line[cosimulation->line_size],
-                                COSIMULATION_PORT_LINE_BYTES - cosimulation->line_size, &size);
+                                COSIMULATION_PORT_LINE_OCTETS - cosimulation->line_size, &size);
         cosimulation->line_size += size;
         if (status == STATUS_EMPTY) {
             if (osal_lockstep_is_closed(cosimulation->scheduler)) {
@@ -161,7 +161,7 @@ static bool receive_line(cosimulation_port_t* const cosimulation, char* const ou
 /// joined yet and has time left; STATUS_CLOSED: it was disconnected, or the run ended.
 static status_t admit(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
-    char line[COSIMULATION_PORT_LINE_BYTES];
+    char line[COSIMULATION_PORT_LINE_OCTETS];
     const uint64_t patience_ns = cosimulation->came_ns + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
     const status_t status =
         wait_for_line(cosimulation, line, (until_ns < patience_ns) ? until_ns : patience_ns);
@@ -252,7 +252,7 @@ status_t cosimulation_port_exchange(cosimulation_port_t* const cosimulation, con
                                     const uint16_t served_port, uint64_t* const out_wake_ns,
                                     uint32_t* const out_octets_sent)
 {
-    char line[COSIMULATION_PORT_LINE_BYTES];
+    char line[COSIMULATION_PORT_LINE_OCTETS];
     size_t sent      = 0U;
     const int length = snprintf(line, sizeof line, "grant %" PRIu64 " %" PRIu32 " %" PRIu32 " %" PRIu16 "\n",
                                 grant->now_ns, grant->messages, grant->octets, served_port);

@@ -24,7 +24,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define COSIMULATION_PORT_LINE_BYTES 128U
+#define COSIMULATION_PORT_LINE_OCTETS 128U
 
 typedef struct { // All fields are private, except stream_port and count: read-only.
     osal_socket_t listener;
@@ -33,7 +33,7 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     const char* path;
     const char* participant;
     uint32_t patience_ms;
-    char line[COSIMULATION_PORT_LINE_BYTES]; ///< Octets received and not yet used.
+    char line[COSIMULATION_PORT_LINE_OCTETS]; ///< Octets received and not yet used.
     size_t line_size;
     uint64_t came_ns;     ///< Time at which the client connected (wall-clock).
     uint16_t stream_port; ///< Port of the client that takes part; 0: it has no stream.

@@ -28,7 +28,7 @@ typedef struct {
     } participants[PARTICIPANTS];
     uint64_t begin_ns;
     uint64_t end_ns;
-    uint8_t scheduler[OSAL_LOCKSTEP_BYTES] __attribute__((aligned(64)));
+    uint8_t scheduler[OSAL_LOCKSTEP_OCTETS] __attribute__((aligned(64)));
 } shared_t;
 
 static shared_t* shared;

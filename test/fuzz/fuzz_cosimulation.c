@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-static uint8_t storage[OSAL_LOCKSTEP_BYTES] __attribute__((aligned(64)));
+static uint8_t storage[OSAL_LOCKSTEP_OCTETS] __attribute__((aligned(64)));
 
 static uint32_t gone(const cosimulation_port_t* const cosimulation)
 {
@@ -32,7 +32,7 @@ static void turn(cosimulation_port_t* const cosimulation)
     FUZZ_CHECK((status == STATUS_OK) || (status == STATUS_CLOSED));
     FUZZ_CHECK((status == STATUS_OK) == osal_socket_is_open(&cosimulation->client));
     FUZZ_CHECK(gone(cosimulation) == (gone(&before) + ((status == STATUS_OK) ? 0U : 1U)));
-    FUZZ_CHECK(cosimulation->line_size <= COSIMULATION_PORT_LINE_BYTES);
+    FUZZ_CHECK(cosimulation->line_size <= COSIMULATION_PORT_LINE_OCTETS);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)

@@ -38,8 +38,8 @@ static void watch_home(actuators_t* const own)
     } else if (status == STATUS_INVALID) {
         end_home(own, PUS_FAILURE_DEVICE, node);
     } else {
-        // No axis searches its reference, or a search continues. The search ends when an axis leaves
-        // operation.
+        // No axis searches its reference, or a search continues. When the activity of the drives changes,
+        // abandon() ends the search.
     }
 }
 

@@ -32,10 +32,10 @@ from .interfaces import subsystems_of
 # Messages that wait for a slow browser. If there are more, the oldest update is dropped, and the page gets the number of dropped messages.
 QUEUE = 400
 UPDATES = tuple(f'{{"kind": "{kind}"' for kind in ("housekeeping", "truth", "bus", "counts"))  # The next one replaces them.
-# Other messages are not dropped. If so many messages or characters wait, the connection is closed: the page connects again, and gets the present.
+# Other messages are not dropped. If so many messages or characters wait, the connection is closed: the page connects again, and gets the present state.
 MESSAGES_MAX, CHARACTERS_MAX = 8 * QUEUE, 1 << 24
 ROOM = QUEUE // 2  # While more messages wait, no request of the page is read.
-UNDER_WAY = 16  # Requests of a page that other programs answer, at the same time.
+UNDER_WAY = 16  # Most requests of a page that wait for other programs at the same time.
 ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
@@ -66,7 +66,7 @@ def _finite(value):
 
 
 def _is_of_station(record):
-    """Whether the log of the web server has more than a request that is not HTTP: its client gets the reason, and the console nothing."""
+    """False for the log record of a request that is not HTTP: its client gets the reason, and the console shows nothing."""
     return not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError))
 
 
@@ -88,7 +88,7 @@ class _Browser:
         self._room.set()
 
     def watch(self, order):
-        """Select the buses and the truth that the page receives from now on."""
+        """Select the bus whose frames the page receives from now on, and whether it receives the truth."""
         if "bus" in order:
             self.bus = str(order["bus"]) if order["bus"] else None
         self.has_truth = bool(order.get("truth", self.has_truth))
@@ -118,7 +118,7 @@ class _Browser:
         await self._room.wait()
 
     async def send(self):
-        """Send the waiting messages until the connection ends. Without any, say each ALIVE_S that the station runs."""
+        """Send the waiting messages until the connection ends. If none waits, report every ALIVE_S that the station runs."""
         try:
             await self._send()
         finally:
@@ -183,7 +183,7 @@ class Station:
 
     @web.middleware
     async def _guard(self, request, handler):
-        """Refuse requests of other pages in the same browser, under any name of this address: they must not command a spacecraft."""
+        """Refuse requests of other pages in the same browser, also of those that reach this address by another name: they must not command a spacecraft."""
         known = (self._host, self._host.replace("127.0.0.1", "localhost"))
         origin = request.headers.get("Origin")
         if request.host not in known or origin is not None and origin != f"http://{request.host}":

@@ -29,7 +29,7 @@
 #define OSAL_LOCKSTEP_NEVER UINT64_MAX
 /// In place of a life: the present life. Lives are numbered 1, 2, ...
 #define OSAL_LOCKSTEP_ANY_LIFE 0U
-#define OSAL_LOCKSTEP_BYTES 4096U               ///< Storage of one scheduler.
+#define OSAL_LOCKSTEP_OCTETS 4096U              ///< Storage of one scheduler.
 #define OSAL_LOCKSTEP_PATIENCE_NS 5000000000ULL ///< Default of osal_lockstep_set_patience.
 
 typedef struct osal_lockstep osal_lockstep_t;
@@ -47,7 +47,7 @@ typedef struct {
     uint32_t octets;   ///< Octets delivered on the participant's stream since the last grant.
 } osal_grant_t;
 
-/// Make a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_BYTES). All participants are ABSENT; time is
+/// Make a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_OCTETS). All participants are ABSENT; time is
 /// 0. step_ns >= 1. `is_shared`: participants are tasks or processes and use osal_lockstep_wait; else one
 /// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system has no lock for `is_shared`.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);

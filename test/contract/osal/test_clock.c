@@ -83,7 +83,7 @@ static void the_monotonic_clock_never_goes_back(void)
     }
 }
 
-static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
 static uint64_t messages_seen;
 
 static void partner(void* context)

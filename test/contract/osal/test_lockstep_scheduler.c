@@ -6,7 +6,7 @@
 
 #define STEP_NS 500U
 
-static uint64_t table_storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+static uint64_t table_storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
 
 void setUp(void)
 {
@@ -178,7 +178,7 @@ static void end_of_time_is_not_passed(void)
 
 static void a_hold_is_seen_by_all_and_ended_by_anyone(void)
 {
-    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, 1U, true);
     osal_lockstep_t* const other     = osal_lockstep_attach(storage);
     TEST_ASSERT_FALSE(osal_lockstep_is_held(scheduler));
@@ -190,7 +190,7 @@ static void a_hold_is_seen_by_all_and_ended_by_anyone(void)
 
 static void attach_needs_a_scheduler(void)
 {
-    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
     TEST_ASSERT_NULL(osal_lockstep_attach(storage));
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, 1U, true);
     TEST_ASSERT_NOT_NULL(scheduler);

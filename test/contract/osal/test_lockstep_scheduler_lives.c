@@ -10,7 +10,7 @@
 #define SECOND 1U
 #define THIRD 2U
 
-static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
 static osal_lockstep_t* scheduler;
 
 void setUp(void)

@@ -231,7 +231,7 @@ static void a_report_is_made_only_if_asked_for(void** state)
 /// The simulator is a process of its own and notes its losses in the scheduler.
 static void a_loss_in_the_scheduler_is_a_loss_of_the_run(void** state)
 {
-    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
     static const osal_process_result_t good = {.has_ended = true};
     (void)state;
     launcher.child_count       = 1U;

@@ -85,7 +85,7 @@ static void await_presence(const osal_lockstep_t* scheduler, unsigned participan
 
 static void close_and_end_release_sleepers(void)
 {
-    void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
+    void* const storage              = shared_memory(OSAL_LOCKSTEP_OCTETS);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     const pid_t ended                = child(sleep_for_ever, scheduler, 1U);
     const pid_t closed               = child(sleep_for_ever, scheduler, 2U);
@@ -97,18 +97,18 @@ static void close_and_end_release_sleepers(void)
     osal_lockstep_close(scheduler);
     TEST_ASSERT_EQUAL(42, exit_code(closed));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_lockstep_wait(scheduler, 3U, OSAL_LOCKSTEP_ANY_LIFE, 0U, &grant));
-    (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
+    (void)munmap(storage, OSAL_LOCKSTEP_OCTETS);
 }
 
 static void delivery_from_outside_wakes_a_sleeping_run(void)
 {
-    void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
+    void* const storage              = shared_memory(OSAL_LOCKSTEP_OCTETS);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     const pid_t sleeper              = child(sleep_for_ever, scheduler, 1U);
     await_presence(scheduler, 1U);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
     TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // The next participant got the grant.
-    (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
+    (void)munmap(storage, OSAL_LOCKSTEP_OCTETS);
 }
 
 typedef struct {
@@ -163,7 +163,7 @@ static bool goes_on(void)
 
 static void a_kill_at_any_moment_never_stops_time(void)
 {
-    void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
+    void* const storage              = shared_memory(OSAL_LOCKSTEP_OCTETS);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     pid_t ids[PARTICIPANTS];
     bool is_going = true;
@@ -200,12 +200,12 @@ static void a_kill_at_any_moment_never_stops_time(void)
     TEST_ASSERT_TRUE(is_going);
     TEST_ASSERT_EQUAL_UINT32(0U, record->faults);
     (void)munmap(record, sizeof *record);
-    (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
+    (void)munmap(storage, OSAL_LOCKSTEP_OCTETS);
 }
 
 static void a_loss_that_one_process_notes_is_seen_by_all(void)
 {
-    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, 1U, true);
     TEST_ASSERT_FALSE(osal_lockstep_is_lossy(scheduler));
     osal_lockstep_note_loss(osal_lockstep_attach(storage));

@@ -34,7 +34,7 @@
 #define STEP_NS 1000U
 #define WAIT_MS 5U
 
-static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
 static osal_lockstep_t* scheduler;
 static osal_clock_t clock_of_test;
 static osal_task_t other_task;

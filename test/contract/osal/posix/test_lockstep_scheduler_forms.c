@@ -242,7 +242,7 @@ static void act(osal_lockstep_t* scheduler, unsigned participant, const decision
 
 static void run_loop(uint64_t seed, uint32_t length, trace_t* trace)
 {
-    static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+    static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, false);
     osal_grant_t grant;
     unsigned participant = 0U;
@@ -315,7 +315,7 @@ static void run_participant(uint64_t seed, uint32_t length, trace_t* trace, osal
 
 static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
 {
-    void* const storage              = shared_memory(OSAL_LOCKSTEP_BYTES);
+    void* const storage              = shared_memory(OSAL_LOCKSTEP_OCTETS);
     osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
     int request[2];
     TEST_ASSERT_EQUAL(0, pipe(request));
@@ -345,7 +345,7 @@ static void run_processes(uint64_t seed, uint32_t length, trace_t* trace)
     while (wait(NULL) > 0) {
         // Wait for all participants.
     }
-    (void)munmap(storage, OSAL_LOCKSTEP_BYTES);
+    (void)munmap(storage, OSAL_LOCKSTEP_OCTETS);
 }
 
 static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t seed)

@@ -28,7 +28,7 @@ void tearDown(void)
 static osal_lockstep_t* shared_scheduler(void)
 {
     void* const memory =
-        mmap(NULL, OSAL_LOCKSTEP_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+        mmap(NULL, OSAL_LOCKSTEP_OCTETS, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(memory != MAP_FAILED);
     return osal_lockstep_create(memory, STEP_NS, true);
 }

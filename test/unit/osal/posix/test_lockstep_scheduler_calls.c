@@ -25,7 +25,7 @@
 
 static union {
     osal_lockstep_t scheduler;
-    uint8_t octets[OSAL_LOCKSTEP_BYTES];
+    uint8_t octets[OSAL_LOCKSTEP_OCTETS];
 } memory __attribute__((aligned(64)));
 
 status_t __wrap_osal_mutex_create(osal_mutex_t* mutex, bool is_shared)

@@ -314,7 +314,7 @@ static void acknowledgement_flags_have_the_bits_of_the_standard(void)
     TEST_ASSERT_EQUAL_HEX8(0x2U, PUS_ACK_START);
     TEST_ASSERT_EQUAL_HEX8(0x4U, PUS_ACK_PROGRESS);
     TEST_ASSERT_EQUAL_HEX8(0x8U, PUS_ACK_COMPLETION);
-    // Acceptance only, composed by an independent implementation: 21 in the seventh octet.
+    // Acceptance only, composed by an independent implementation: 0x21 in the seventh octet.
     static const uint8_t golden[13] = {0x18, 0x64, 0xC0, 0x19, 0x00, 0x06, 0x21,
                                        0x11, 0x01, 0x00, 0x01, 0x24, 0x4E};
     pus_tc_t tc;

@@ -292,7 +292,7 @@ static void definitions_are_reported_as_they_were_added(void)
     data_pmon(1U, LEVEL, 7U, 9U, PUS_CHECK_EXPECTED);
     data_expected(LEVEL, 0x0FF0U, 0x0120U, EVENT_LOW);
     TEST_ASSERT_EQUAL(STATUS_OK, data_send(5U));
-    for (unsigned i = 0U; i < 2U; i++) { // Delete all of them, or each by its id.
+    for (unsigned i = 0U; i < 2U; i++) { // Ask for all of them, or for each by its id.
         TEST_ASSERT_EQUAL(STATUS_OK, send_ids(8U, i * 3U, 1U));
         EXPECT_MESSAGES(1, 1, 1, 3, 12, 9, 1, 7);
         TEST_ASSERT_EQUAL_UINT64(sizeof expected, bench_report(2U).size);
@@ -366,7 +366,7 @@ static void definitions_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks);
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(16U, NULL, 0U));
     monitors_restart();
-    TEST_ASSERT_FALSE(self->is_enabled); // That the function is disabled outlasts it, too.
+    TEST_ASSERT_FALSE(self->is_enabled); // The disabled function outlasts it, too.
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(0U, self->counters.checks);
 }

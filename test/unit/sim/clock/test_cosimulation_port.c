@@ -22,7 +22,7 @@
 #define PATIENCE_MS 20000U
 
 static char path[64];
-static uint64_t storage[OSAL_LOCKSTEP_BYTES / 8U] __attribute__((aligned(64)));
+static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
 static osal_lockstep_t* scheduler;
 static osal_socket_t client = OSAL_SOCKET_CLOSED;
 static cosimulation_port_t cosimulation;
@@ -62,8 +62,8 @@ static void say(const char* text)
 
 static void hear(const char* expected)
 {
-    char text[COSIMULATION_PORT_LINE_BYTES] = "";
-    size_t total                            = 0U;
+    char text[COSIMULATION_PORT_LINE_OCTETS] = "";
+    size_t total                             = 0U;
     while ((total == 0U) || (text[total - 1U] != '\n')) {
         size_t size = 0U;
         TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_wait_readable(&client, 10000U));
@@ -126,9 +126,9 @@ static void a_malformed_join_is_refused(void)
 
 static void an_endless_line_and_zero_octets_are_malformed(void)
 {
-    char flood[COSIMULATION_PORT_LINE_BYTES + 1U];
+    char flood[COSIMULATION_PORT_LINE_OCTETS + 1U];
     memset(flood, 'j', sizeof flood);
-    flood[COSIMULATION_PORT_LINE_BYTES] = '\0';
+    flood[COSIMULATION_PORT_LINE_OCTETS] = '\0';
     connect_and_say(flood);
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 5U));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.malformed);
@@ -284,7 +284,7 @@ static void serve_twice(void* context)
 /// steps later; in the fifth it leaves instead.
 static void operate(const char* farewell)
 {
-    char line[COSIMULATION_PORT_LINE_BYTES];
+    char line[COSIMULATION_PORT_LINE_OCTETS];
     (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
     connect_and_say("join operator 4711\n");
     for (uint64_t i = 1U; i <= 5U; i++) {

@@ -152,7 +152,7 @@ static void no_sample_is_lost_at_two_kilohertz_in_thirty_minutes(void)
 #define MINUTE 600000U  ///< Samples.
 
 typedef struct { // In shared memory.
-    uint64_t scheduler[OSAL_LOCKSTEP_BYTES / sizeof(uint64_t)];
+    uint64_t scheduler[OSAL_LOCKSTEP_OCTETS / sizeof(uint64_t)];
     figures_t figures;
     uint32_t failed; ///< Processes that have failed.
 } meeting_t;
