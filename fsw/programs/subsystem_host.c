@@ -77,8 +77,8 @@ static status_t reload(void* const context, const subsystem_descriptor_t** const
 }
 
 /// Pass a record of an earlier life to the service that has stored it.
-static void take_back(void* const context, const uint8_t table, const uint32_t key,
-                      const uint8_t* const octets, const size_t size)
+static void restore_record(void* const context, const uint8_t table, const uint32_t key,
+                           const uint8_t* const octets, const size_t size)
 {
     subsystem_host_t* const host = (subsystem_host_t*)context;
     if (subsystem_restore(&host->subsystem, table, key, octets, size) != STATUS_OK) {
@@ -113,7 +113,7 @@ void subsystem_host_begin(subsystem_host_t* const host, void* const self, const 
         .reload                 = reload,
         .reload_context         = host};
     subsystem_init(&host->subsystem, &config);
-    if (journal_replay(&host->records.journal, take_back, host) != STATUS_OK) {
+    if (journal_replay(&host->records.journal, restore_record, host) != STATUS_OK) {
         host->records_refused++;
     }
 }

@@ -78,7 +78,7 @@ install_packages() {
     $as_root $environment apt-get update -qq || true
     # shellcheck disable=SC2086 # a list of words
     $as_root $environment apt-get -o DPkg::Lock::Timeout=300 install --no-install-recommends -y -qq $missing </dev/null || {
-        echo "setup: these packages are missing and cannot be installed now; is there a network? With one, run:" >&2
+        echo "setup: these packages are missing and cannot be installed now; with a network, run:" >&2
         echo "    $command" >&2
         return 1
     }

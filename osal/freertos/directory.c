@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Semihosting has no folders: it opens, removes and renames files by their paths only.
+// Semihosting has no directories: it opens, removes and renames files by their paths only.
 #include "osal/include/osal/directory.h"
 
 #include "base/assertion.h"

@@ -16,9 +16,9 @@
 
 #define LISTING_SIZE 4096U // Size of the buffer for entries read by one system call [octets].
 
-/// An open folder and a name in this folder.
+/// An open directory and a name in this directory.
 typedef struct {
-    int folder;
+    int directory;
     char name[OSAL_NAME_SIZE];
 } directory_entry_t;
 
@@ -37,12 +37,12 @@ static const char* next_name(const char* const path, char* const out_name)
     return (slash != NULL) ? &slash[1] : NULL;
 }
 
-/// Open an entry of a folder. A symbolic link is treated as absent.
-static status_t open_in(const int folder, const char* const name, const int flags, const mode_t mode,
+/// Open an entry of a directory. A symbolic link is treated as absent.
+static status_t open_in(const int directory, const char* const name, const int flags, const mode_t mode,
                         int* const out_descriptor)
 {
     do {
-        *out_descriptor = openat(folder, name, flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode);
+        *out_descriptor = openat(directory, name, flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode);
     } while ((*out_descriptor < 0) && (errno == EINTR));
     if (*out_descriptor >= 0) {
         return STATUS_OK;
@@ -53,61 +53,61 @@ static status_t open_in(const int folder, const char* const name, const int flag
     return ((errno == ELOOP) || (errno == ENXIO)) ? STATUS_NOT_FOUND : file_status_of(errno);
 }
 
-static status_t open_folder(const int folder, const char* const name, int* const out_descriptor)
+static status_t open_directory(const int directory, const char* const name, int* const out_descriptor)
 {
-    return open_in(folder, name, O_RDONLY | O_DIRECTORY, 0U, out_descriptor);
+    return open_in(directory, name, O_RDONLY | O_DIRECTORY, 0U, out_descriptor);
 }
 
-static void close_folder_of(const directory_entry_t* const entry)
+static void close_directory_of(const directory_entry_t* const entry)
 {
-    (void)close(entry->folder);
+    (void)close(entry->directory);
 }
 
-/// Open the parent folder of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
+/// Open the parent directory of a path; the caller closes it. STATUS_OK, STATUS_INVALID (the root has
 /// none), STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 static status_t open_parent(const osal_directory_t* const root, const char* const path,
                             directory_entry_t* const out_entry)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     const char* rest = next_name(path, out_entry->name);
-    status_t status  = open_folder(root->descriptor, ".", &out_entry->folder);
+    status_t status  = open_directory(root->descriptor, ".", &out_entry->directory);
     while ((status == STATUS_OK) && (rest != NULL) && (out_entry->name[0] != '\0')) {
-        const int above = out_entry->folder;
-        status          = open_folder(above, out_entry->name, &out_entry->folder);
+        const int above = out_entry->directory;
+        status          = open_directory(above, out_entry->name, &out_entry->directory);
         (void)close(above);
         rest = next_name(rest, out_entry->name);
     }
     if ((status == STATUS_OK) && (out_entry->name[0] == '\0')) {
-        close_folder_of(out_entry);
+        close_directory_of(out_entry);
         status = STATUS_INVALID;
     }
     return status;
 }
 
-/// Open the folder that a path names. Statuses of open_parent.
-static status_t open_folder_of_path(const osal_directory_t* const root, const char* const path,
-                                    int* const out_folder)
+/// Open the directory that a path names. Statuses of open_parent.
+static status_t open_directory_of_path(const osal_directory_t* const root, const char* const path,
+                                       int* const out_directory)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     if (path[0] == '\0') {
-        return open_folder(root->descriptor, ".", out_folder);
+        return open_directory(root->descriptor, ".", out_directory);
     }
     directory_entry_t entry;
     status_t status = open_parent(root, path, &entry);
     if (status == STATUS_OK) {
-        status = open_folder(entry.folder, entry.name, out_folder);
-        close_folder_of(&entry);
+        status = open_directory(entry.directory, entry.name, out_directory);
+        close_directory_of(&entry);
     }
     return status;
 }
 
-/// Describe an entry of a folder. STATUS_OK, STATUS_NOT_FOUND (also: neither folder nor file),
+/// Describe an entry of a directory. STATUS_OK, STATUS_NOT_FOUND (also: neither directory nor file),
 /// STATUS_DENIED, STATUS_IO.
-static status_t describe_entry(const int folder, const char* const name,
+static status_t describe_entry(const int directory, const char* const name,
                                osal_directory_about_t* const out_about)
 {
     struct stat about;
-    if (fstatat(folder, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
+    if (fstatat(directory, name, &about, AT_SYMLINK_NOFOLLOW) != 0) {
         return file_status_of(errno);
     }
     if (!S_ISDIR(about.st_mode) && !S_ISREG(about.st_mode)) {
@@ -129,14 +129,14 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
     if (status != STATUS_OK) {
         return status;
     }
-    status = describe_entry(entry.folder, entry.name, &about);
+    status = describe_entry(entry.directory, entry.name, &about);
     if ((status == STATUS_OK) && about.is_directory) {
         status = STATUS_NOT_FOUND;
     }
     if (status == STATUS_OK) {
-        status = open_in(entry.folder, entry.name, flags, 0U, &out_file->descriptor);
+        status = open_in(entry.directory, entry.name, flags, 0U, &out_file->descriptor);
     }
-    close_folder_of(&entry);
+    close_directory_of(&entry);
     struct stat opened;
     if ((status == STATUS_OK) && ((fstat(out_file->descriptor, &opened) != 0) || !S_ISREG(opened.st_mode))) {
         osal_file_close(out_file);
@@ -145,12 +145,12 @@ static status_t open_file(const osal_directory_t* const root, const char* const 
     return status;
 }
 
-/// End a change of names in a folder: if `status` is STATUS_OK, force the change to the disk. Close the
-/// folder.
+/// End a change of names in a directory: if `status` is STATUS_OK, force the change to the disk. Close the
+/// directory.
 static status_t sync_and_close(const directory_entry_t* const entry, const status_t status)
 {
-    const bool is_synced = (status != STATUS_OK) || (fsync(entry->folder) == 0);
-    close_folder_of(entry);
+    const bool is_synced = (status != STATUS_OK) || (fsync(entry->directory) == 0);
+    close_directory_of(entry);
     return is_synced ? status : STATUS_IO;
 }
 
@@ -181,13 +181,13 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
     directory_entry_t entry;
     status_t status = open_parent(root, path, &entry);
     if (status == STATUS_OK) {
-        status = describe_entry(entry.folder, entry.name, out_about);
-        close_folder_of(&entry);
+        status = describe_entry(entry.directory, entry.name, out_about);
+        close_directory_of(&entry);
     }
     return status;
 }
 
-/// Status for the errno of a call that makes a file or folder.
+/// Status for the errno of a call that makes a file or directory.
 static status_t status_of_making(const int error)
 {
     if (error == EEXIST) {
@@ -204,7 +204,7 @@ status_t osal_directory_make(const osal_directory_t* const root, const char* con
     if (status != STATUS_OK) {
         return status;
     }
-    const bool is_made = mkdirat(entry.folder, entry.name, 0755U) == 0;
+    const bool is_made = mkdirat(entry.directory, entry.name, 0755U) == 0;
     return sync_and_close(&entry, is_made ? STATUS_OK : status_of_making(errno));
 }
 
@@ -217,11 +217,11 @@ static status_t remove_name(const osal_directory_t* const root, const char* cons
     if (status != STATUS_OK) {
         return status;
     }
-    status = describe_entry(entry.folder, entry.name, &about);
+    status = describe_entry(entry.directory, entry.name, &about);
     if ((status == STATUS_OK) && (about.is_directory != (flags == AT_REMOVEDIR))) {
         status = STATUS_NOT_FOUND;
     }
-    if ((status == STATUS_OK) && (unlinkat(entry.folder, entry.name, flags) != 0)) {
+    if ((status == STATUS_OK) && (unlinkat(entry.directory, entry.name, flags) != 0)) {
         status = ((errno == ENOTEMPTY) || (errno == EEXIST)) ? STATUS_FORBIDDEN : file_status_of(errno);
     }
     return sync_and_close(&entry, status);
@@ -268,7 +268,7 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
     if (status != STATUS_OK) {
         return status;
     }
-    status = open_in(entry.folder, entry.name, O_WRONLY | O_CREAT | O_EXCL, 0644U, &descriptor);
+    status = open_in(entry.directory, entry.name, O_WRONLY | O_CREAT | O_EXCL, 0644U, &descriptor);
     if (status == STATUS_OK) {
         status = reserve_space(descriptor, room);
         if ((status == STATUS_OK) && (fsync(descriptor) != 0)) {
@@ -276,7 +276,7 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
         }
         (void)close(descriptor);
         if (status != STATUS_OK) {
-            (void)unlinkat(entry.folder, entry.name, 0);
+            (void)unlinkat(entry.directory, entry.name, 0);
         }
     }
     return sync_and_close(&entry, status);
@@ -285,15 +285,15 @@ status_t osal_directory_make_file(const osal_directory_t* const root, const char
 /// Rename without replacing an existing file.
 static status_t rename_in(const directory_entry_t* const from, const directory_entry_t* const to)
 {
-    int result = renameat2(from->folder, from->name, to->folder, to->name, RENAME_NOREPLACE);
+    int result = renameat2(from->directory, from->name, to->directory, to->name, RENAME_NOREPLACE);
     if ((result != 0) && ((errno == EINVAL) || (errno == ENOSYS))) {
         // The file system may not support RENAME_NOREPLACE: then check first that the name is free. EINVAL
-        // can also mean that a folder would be moved into itself; renameat reports this error again.
+        // can also mean that a directory would be moved into itself; renameat reports this error again.
         struct stat about;
-        if (fstatat(to->folder, to->name, &about, AT_SYMLINK_NOFOLLOW) == 0) {
+        if (fstatat(to->directory, to->name, &about, AT_SYMLINK_NOFOLLOW) == 0) {
             return STATUS_EXISTS;
         }
-        result = renameat(from->folder, from->name, to->folder, to->name);
+        result = renameat(from->directory, from->name, to->directory, to->name);
     }
     if (result == 0) {
         return STATUS_OK;
@@ -311,7 +311,7 @@ status_t osal_directory_rename(const osal_directory_t* const root, const char* c
     if (status != STATUS_OK) {
         return status;
     }
-    status = describe_entry(from.folder, from.name, &about);
+    status = describe_entry(from.directory, from.name, &about);
     if (status == STATUS_OK) {
         status = open_parent(root, new_path, &to);
     }
@@ -362,26 +362,26 @@ status_t osal_directory_list(const osal_directory_t* const root, const char* con
         char octets[LISTING_SIZE];
     } block;
     listing_t listing = {.after = after, .entries = entries, .capacity = capacity};
-    int folder        = -1;
+    int directory     = -1;
     *out_count        = 0U;
-    status_t status   = open_folder_of_path(root, path, &folder);
+    status_t status   = open_directory_of_path(root, path, &directory);
     if (status != STATUS_OK) {
         return status;
     }
-    ssize_t size = getdents64(folder, block.octets, sizeof block.octets);
+    ssize_t size = getdents64(directory, block.octets, sizeof block.octets);
     while (size > 0) {
         for (ssize_t at = 0; at < size;) {
             const struct dirent64* const entry = (const struct dirent64*)(const void*)&block.octets[at];
             osal_directory_about_t about;
             if (is_wanted(&listing, entry->d_name) &&
-                (describe_entry(folder, entry->d_name, &about) == STATUS_OK)) {
+                (describe_entry(directory, entry->d_name, &about) == STATUS_OK)) {
                 insert_name(&listing, entry->d_name, about.is_directory);
             }
             at += entry->d_reclen;
         }
-        size = getdents64(folder, block.octets, sizeof block.octets);
+        size = getdents64(directory, block.octets, sizeof block.octets);
     }
-    (void)close(folder);
+    (void)close(directory);
     *out_count = listing.count;
     return (size == 0) ? STATUS_OK : STATUS_IO;
 }

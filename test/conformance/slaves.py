@@ -27,7 +27,7 @@ class Slaves:
         self.bus = lock_step.LockStepBus(port, bus, interface)
         self.network = canopen.Network(self.bus)
         self.drives = {number: Drive(self.network, number) for number in numbers}
-        self.calls = []  # (function, event) for the thread that the bus calls.
+        self.calls = []  # (function, event): what the thread of the bus calls next.
         self.failure = None
         self.bus.on_step.append(self._step)
         self.network.connect()
@@ -77,7 +77,7 @@ class Drive:
         self.publishes = True
         self.overrides = {}  # (index, subindex) -> octets read instead
         self.refusals = {}  # (index, subindex) -> abort code of reading and writing
-        self.state, self.statusword, self.synchronised = PRE_OPERATIONAL, SWITCH_ON_DISABLED, 0
+        self.state, self.statusword, self.syncs = PRE_OPERATIONAL, SWITCH_ON_DISABLED, 0
         self.last_beat = self.last_boot = self.now
         self.due.clear()
         if self.node is not None:
@@ -136,7 +136,7 @@ class Drive:
                 self._boot(0.001)
         elif command == START:
             self._map()
-            self.state, self.synchronised = OPERATIONAL, 0
+            self.state, self.syncs = OPERATIONAL, 0
         else:
             self.state = STOPPED if command == STOP else PRE_OPERATIONAL
             self.statusword = SWITCH_ON_DISABLED
@@ -168,8 +168,8 @@ class Drive:
         tpdo[1]["Statusword"].raw = self.statusword
         tpdo[1]["Torque actual value"].raw = 0
         tpdo[1].transmit()
-        self.synchronised += 1
-        if self.synchronised % SLOW_SYNCS == 0:
+        self.syncs += 1
+        if self.syncs % SLOW_SYNCS == 0:
             tpdo[2]["Drive temperature"].raw = 250
             tpdo[2].transmit()
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The launcher's command line: options that it refuses, and why; two runs at once; programs started by
-hand."""
+"""The launcher's command line: options, folders and scenarios that it refuses, and why; two runs at once; programs
+started by hand."""
 
 import re
 import shutil
@@ -109,7 +109,7 @@ PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
 
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
-def test_program_called_by_hand_prints_its_usage(name, words):
+def test_program_called_by_hand_says_something_and_ends(name, words):
     """No program of the project crashes or waits without end, whatever its arguments are."""
     done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"

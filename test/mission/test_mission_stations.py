@@ -54,7 +54,7 @@ def stations(flight):
 
 
 def ask(address, commands):
-    """Messages of a station: the greeting, then for each command the message about its end."""
+    """Messages of a station: the greeting, then for each command the answer and the message about its end."""
     import asyncio
 
     from aiohttp import ClientSession

@@ -96,8 +96,8 @@ void spacecraft_report_refused(struct supervisor* const supervisor, const uint8_
 }
 
 /// Pass one record to the service to whose table it belongs.
-static void take_back(void* const context, const uint8_t table, const uint32_t key,
-                      const uint8_t* const octets, const size_t size)
+static void restore_record(void* const context, const uint8_t table, const uint32_t key,
+                           const uint8_t* const octets, const size_t size)
 {
     struct supervisor* const supervisor = (struct supervisor*)context;
     size_t place                        = 0U;
@@ -120,7 +120,7 @@ static void take_back(void* const context, const uint8_t table, const uint32_t k
 void spacecraft_restore(struct supervisor* const supervisor)
 {
     if (supervisor->config.journal != NULL) {
-        const status_t status = journal_replay(supervisor->config.journal, take_back, supervisor);
+        const status_t status = journal_replay(supervisor->config.journal, restore_record, supervisor);
         if (status != STATUS_OK) {
             spacecraft_report_refused(supervisor, 0U, 0U, status);
         }

@@ -2,7 +2,7 @@
 """Connects one ground session to any number of browsers.
 
 The hub runs in one asyncio loop. It follows the run folder: when a flight ends, it waits for the next one and begins anew. Everything that
-a browser must know is a message (a dict); `publish` is called with each, `snapshot` returns those that describe the present."""
+a browser must know is a message (a dict); `publish` is called with each, `snapshot` returns those that describe the present state."""
 
 import asyncio
 import collections
@@ -45,7 +45,7 @@ GAP_MAX = 1000  # A larger jump of a message type counter is a restart.
 CALLS_MAX = 64  # Commands of pages that are under way at the same time.
 KEPT_EVENTS = 10_000  # Events that the station stores.
 KEPT_COMMANDS = 500  # Commands that the station stores.
-SHOWN = 200  # events and commands in a snapshot
+SHOWN = 200  # Events and commands in a snapshot.
 
 
 class Call:
@@ -473,8 +473,8 @@ class Hub:
             self.publish_targets()
 
     def _say_mismatch(self, apid, subsystem):
-        """Publish, and in each snapshot, that a subsystem's interface hash, or that of the device classes, differs from the dictionary, or no
-        longer (no words)."""
+        """Publish whether the interface hash of a subsystem, or the hash of the device classes, differs from the dictionary; without
+        words: it no longer differs. Each snapshot contains the message."""
         words = self.session.mismatches.get(apid)
         if words != self.mismatches.get(subsystem, {}).get("words"):
             self.mismatches[subsystem] = {"kind": "mismatch", "subsystem": subsystem, "words": words}
@@ -585,7 +585,7 @@ class Hub:
         return {**hello(self.dictionary, self.flight[0], self.world), "read_only": self.is_read_only, "user": who}
 
     def snapshot(self):
-        """Messages that describe the present."""
+        """Messages that describe the present state."""
         if self.dictionary is None:
             return [self.link]
         found = [self.hello(), self.link, self.pace, self.hand, {"kind": "mode", "mode": self.session.mode}]

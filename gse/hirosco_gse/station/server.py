@@ -183,7 +183,7 @@ class Station:
 
     @web.middleware
     async def _guard(self, request, handler):
-        """Refuse requests of other pages in the same browser, also of those that reach this address by another name: they must not command a spacecraft."""
+        """Refuse requests of other pages in the same browser, also if they use another name of this address: they must not command a spacecraft."""
         known = (self._host, self._host.replace("127.0.0.1", "localhost"))
         origin = request.headers.get("Origin")
         if request.host not in known or origin is not None and origin != f"http://{request.host}":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulator's live port (live.py) without blocking: one connection, opened when it is needed."""
+"""The simulator's live port (live.py) without blocking: one connection for lines, and others for the true state and for the frames of each bus."""
 
 import asyncio
 import collections

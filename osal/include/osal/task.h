@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Tasks (threads). Priority 1..99 as SCHED_FIFO where permitted; 0 is the system's ordinary scheduling.
 ///
-/// Memory   The port has the storage of stacks: each has OSAL_TASK_STACK_OCTETS or more. A port with static
-///          memory only has a fixed number of them.
+/// Memory   The port has the storage of stacks: each has OSAL_TASK_STACK_OCTETS or more. A port that has only
+///          static memory has a fixed number of them.
 #ifndef OSAL_TASK_H
 #define OSAL_TASK_H
 

@@ -25,7 +25,7 @@ static void put_file(const char* path, const char* text)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_write(&root, path, 0U, (const uint8_t*)text, strlen(text)));
 }
 
-/// Returns the path of an entry below the root, without the root.
+/// Returns the path in the file system of an entry whose path begins at the root.
 static const char* real(const char* path)
 {
     static char whole[PATH_SIZE];
@@ -33,20 +33,20 @@ static const char* real(const char* path)
     return whole;
 }
 
-/// Remove all entries of the folder `path` of `tree`, and what they contain.
+/// Remove the directory `path` of `tree` with all that it contains.
 static void clear(const osal_directory_t* tree, const char* path)
 {
-    char folders[LEVELS_MAX][PATH_SIZE];
+    char directories[LEVELS_MAX][PATH_SIZE];
     size_t level = 0U;
-    (void)snprintf(folders[0], PATH_SIZE, "%s", path);
+    (void)snprintf(directories[0], PATH_SIZE, "%s", path);
     for (;;) {
         osal_directory_entry_t entry;
         size_t count = 0U;
         char name[PATH_SIZE + OSAL_NAME_SIZE];
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_list(tree, folders[level], "", &entry, 1U, &count));
-        (void)snprintf(name, sizeof name, "%s/%s", folders[level], entry.name);
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_list(tree, directories[level], "", &entry, 1U, &count));
+        (void)snprintf(name, sizeof name, "%s/%s", directories[level], entry.name);
         if (count == 0U) {
-            TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(tree, folders[level]));
+            TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(tree, directories[level]));
             if (level == 0U) {
                 return;
             }
@@ -54,7 +54,7 @@ static void clear(const osal_directory_t* tree, const char* path)
         } else if (entry.is_directory) {
             TEST_ASSERT_TRUE((level + 1U < LEVELS_MAX) && (strlen(name) < PATH_SIZE));
             level++;
-            memcpy(folders[level], name, PATH_SIZE);
+            memcpy(directories[level], name, PATH_SIZE);
         } else {
             TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(tree, name));
         }
@@ -66,7 +66,7 @@ void setUp(void)
     (void)snprintf(base, sizeof base, TEST_FOLDER "/osal-directory-contract-%d", (int)osal_process_own_id());
     const status_t status = osal_directory_create(real(""));
     if (status == STATUS_UNSUPPORTED) {
-        TEST_IGNORE_MESSAGE("this port has no folders");
+        TEST_IGNORE_MESSAGE("this port has no directories");
     }
     TEST_ASSERT_EQUAL(STATUS_OK, status);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, real("")));
@@ -117,7 +117,7 @@ static void files_are_made_written_read_and_removed(void)
     TEST_ASSERT_EQUAL_UINT64(0U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "file", &about));
     TEST_ASSERT_EQUAL_UINT64(10U, about.size);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove(&root, "file")); // It is not a folder.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove(&root, "file")); // It is not a directory.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, "file"));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove_file(&root, "file"));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_describe(&root, "file", &about));
@@ -133,7 +133,7 @@ static void more_room_than_the_disk_has_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_describe(&root, "file", &about));
 }
 
-static void folders_are_made_and_removed_when_empty(void)
+static void directories_are_made_and_removed_when_empty(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "", &about));
     TEST_ASSERT_TRUE(about.is_directory);
@@ -185,7 +185,7 @@ static unsigned number_of(const char* digits)
 }
 
 /// More entries than a system may report at once.
-static void long_folders_are_listed_whole(void)
+static void long_directories_are_listed_whole(void)
 {
     static char after[OSAL_NAME_SIZE];
     osal_directory_entry_t entries[7];
@@ -238,7 +238,7 @@ static void hostile_paths_are_refused(void)
     for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         osal_directory_about_t unused;
         const status_t first = osal_directory_describe(&root, hostile[i], &unused);
-        // A file in the place of a folder is detected before the dots after it.
+        // A file in the place of a directory is detected before the dots after it.
         TEST_ASSERT_TRUE_MESSAGE((first == STATUS_INVALID) || (first == STATUS_NOT_FOUND), hostile[i]);
         expect_refused(hostile[i], first);
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make(&root, hostile[i]));
@@ -257,7 +257,7 @@ static void hostile_paths_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, longest));
 }
 
-static void a_missing_root_folder_is_reported(void)
+static void a_missing_root_directory_is_reported(void)
 {
     osal_directory_t other;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_open(&other, real("no")));
@@ -270,10 +270,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(files_are_made_written_read_and_removed);
     RUN_TEST(more_room_than_the_disk_has_is_refused);
-    RUN_TEST(folders_are_made_and_removed_when_empty);
+    RUN_TEST(directories_are_made_and_removed_when_empty);
     RUN_TEST(renaming_replaces_nothing);
-    RUN_TEST(long_folders_are_listed_whole);
+    RUN_TEST(long_directories_are_listed_whole);
     RUN_TEST(hostile_paths_are_refused);
-    RUN_TEST(a_missing_root_folder_is_reported);
+    RUN_TEST(a_missing_root_directory_is_reported);
     return UNITY_END();
 }

@@ -112,7 +112,7 @@ static void a_block_larger_than_those_of_the_last_pool_is_refused(void)
                                                             {32U, 1U, 0U}, {40U, 1U, 0U}, {48U, 1U, 0U}};
     static struct {
         resource_t full;
-        uint8_t behind[sizeof(pool_t)];
+        uint8_t after[sizeof(pool_t)];
     } storage;
     static uint64_t own_arena[64];
     void* block = &storage;

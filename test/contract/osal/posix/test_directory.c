@@ -16,7 +16,7 @@
 
 #define PATH_SIZE 512U
 
-static char base[64];    // Folder that contains the root and, outside of it, a secret file.
+static char base[64];    // Directory that contains the root and, outside of it, a secret file.
 static char outside[96]; // Path of the secret file.
 static osal_directory_t root;
 static osal_directory_about_t about;

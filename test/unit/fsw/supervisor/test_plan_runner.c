@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// The plan run to which a subsystem belongs when failures of all severities follow each other in any order.
+// SPDX-License-Identifier: Apache-2.0 The plan run to which a subsystem belongs when failures of all
+// severities follow each other in any order, and the times at which the actions of a run are due.
 #include "fsw/supervisor/plan_runner.h"
 
 #include "unity.h"

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// Opening of files in a folder when system calls are interrupted or fail, and closing. The calls are mocked
-// and return the lowest descriptor; test/contract/osal has the tests with real folders.
+// SPDX-License-Identifier: Apache-2.0 Opening of files in a directory when system calls are interrupted or
+// fail, and closing. The calls are mocked and return the lowest descriptor; test/contract/osal has the tests
+// with real directories.
 #define _GNU_SOURCE
 #include "osal/include/osal/device.h"
 #include "osal/include/osal/directory.h"
@@ -30,18 +30,18 @@ static int answer(const int result)
     return (result < 0) ? -1 : result;
 }
 
-int __wrap_openat(int folder, const char* name, int flags, mode_t mode)
+int __wrap_openat(int directory, const char* name, int flags, mode_t mode)
 {
     (void)mode;
     assert_int_equal(O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, flags & (O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-    check_expected(folder);
+    check_expected(directory);
     check_expected_ptr(name);
     return answer(mock_type(int));
 }
 
-int __wrap_fstatat(int folder, const char* name, struct stat* out_about, int flags)
+int __wrap_fstatat(int directory, const char* name, struct stat* out_about, int flags)
 {
-    assert_int_equal(DESCRIPTOR, folder);
+    assert_int_equal(DESCRIPTOR, directory);
     assert_string_equal("file", name);
     assert_int_equal(AT_SYMLINK_NOFOLLOW, flags);
     *out_about = (struct stat){.st_mode = S_IFREG, .st_size = 12};
@@ -58,9 +58,9 @@ int __wrap_close(int descriptor)
     return 0;
 }
 
-static void expect_open(const int folder, const char* const name, const int result)
+static void expect_open(const int directory, const char* const name, const int result)
 {
-    expect_value(__wrap_openat, folder, folder);
+    expect_value(__wrap_openat, directory, directory);
     expect_string(__wrap_openat, name, name);
     will_return(__wrap_openat, result);
 }
@@ -79,7 +79,7 @@ static void an_interrupted_open_is_repeated_and_descriptor_0_is_valid(void** sta
     assert_false(about.is_directory);
 }
 
-static void a_folder_that_does_not_open_is_reported_and_none_stays_open(void** state)
+static void a_directory_that_does_not_open_is_reported_and_none_stays_open(void** state)
 {
     static const struct {
         int error;
@@ -136,7 +136,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_valid),
-        cmocka_unit_test(a_folder_that_does_not_open_is_reported_and_none_stays_open),
+        cmocka_unit_test(a_directory_that_does_not_open_is_reported_and_none_stays_open),
         cmocka_unit_test(every_kind_closes_descriptor_0_and_none_that_is_closed),
         cmocka_unit_test(the_reason_why_a_file_cannot_be_described_is_reported),
     };
