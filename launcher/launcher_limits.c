@@ -55,6 +55,7 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
         begin_line(&text, mission_path, subsystem);
         text_add_words(&text, (const char* const[]){subsystem->name, " has no memoryKiB: limited to ", NULL});
         text_add_unsigned(&text, launcher->memory_limit_kib[index]);
+        text_add(&text, " KiB");
         osal_console_say(line);
     }
     return true;
@@ -74,8 +75,8 @@ void launcher_limit(const launcher_t* const launcher, const child_t* const child
 {
     // There is no limit for an emulator, because it maps the whole address space of the other processor.
     if (child->is_component && !launcher_has_proxy(launcher, child->component)) {
-        start->memory_limit_bytes = (uint64_t)launcher->memory_limit_kib[child->component] * 1024U;
-        start->descriptor_limit   = DESCRIPTORS;
+        start->memory_limit_octets = (uint64_t)launcher->memory_limit_kib[child->component] * 1024U;
+        start->descriptor_limit    = DESCRIPTORS;
     }
 }
 

@@ -54,8 +54,8 @@ static bool limit_to(const unsigned resource, const uint64_t most)
 
 static bool limit_resources(const osal_process_start_t* const start)
 {
-    return ((start->memory_limit_bytes == 0U) || !LIMITS_MEMORY ||
-            limit_to(RLIMIT_AS, start->memory_limit_bytes)) &&
+    return ((start->memory_limit_octets == 0U) || !LIMITS_MEMORY ||
+            limit_to(RLIMIT_AS, start->memory_limit_octets)) &&
            ((start->descriptor_limit == 0U) || limit_to(RLIMIT_NOFILE, start->descriptor_limit));
 }
 

@@ -37,7 +37,7 @@ static uint16_t function_of(const pus_functions_t* const functions, const uint8_
     uint16_t index = 0U;
     while ((index < functions->count) &&
            ((name == NULL) || (memcmp(functions->functions[index].name, name, PUS_NAME_SIZE) != 0))) {
-        index++; // A byte comparison is sufficient, because both names are padded with NUL.
+        index++; // It is sufficient to compare the octets, because both names are padded with NUL.
     }
     return index;
 }

@@ -51,7 +51,7 @@ struct simulator {
     bool tools_in_step;
     uint64_t tools_lost; // Tools in lock-step that were dropped because they did not finish a step in time.
     uint64_t tool_quantum_ns;
-    uint64_t tool_credit_ns; // Time up to which the tool has sent frames.
+    uint64_t tool_credit_ns; // Time up to which the frames of the tool let time advance.
 };
 
 // ---- Truth ----

@@ -383,8 +383,9 @@ static status_t check_unique(const eds_reader_t* const reader)
     const dictionary_t* dictionary = reader->dictionary;
     for (size_t i = 1U; i < dictionary->count; i++) {
         if (compare_objects(&dictionary->objects[i - 1U], &dictionary->objects[i]) == 0) {
-            (void)snprintf(reader->error, EDS_ERROR_MAX, "%s: object %04X:%02X is described twice; leave one",
-                           reader->path, dictionary->objects[i].index, dictionary->objects[i].subindex);
+            (void)snprintf(reader->error, EDS_ERROR_MAX,
+                           "%s: object %04X:%02X is described twice; remove one", reader->path,
+                           dictionary->objects[i].index, dictionary->objects[i].subindex);
             return STATUS_INVALID;
         }
     }

@@ -130,7 +130,7 @@ def test_without_a_limit_one_is_derived_and_reported(folder):
     flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 0, flight.transcript()
     limit = _process(flight, "joystick")["memory_limit_kib"]
-    assert f"rokviss.xml:6: JOYSTICK has no memoryKiB: limited to {limit}" in flight.output, flight.transcript()
+    assert f"rokviss.xml:6: JOYSTICK has no memoryKiB: limited to {limit} KiB" in flight.output, flight.transcript()
     assert 10240 < limit < 16384
 
 

@@ -209,7 +209,8 @@ static void the_holder_is_reported(void)
 
 #define PLACES OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-/// Each place has a life 1 that joined at time 0 and wakes in each time step.
+/// Each place has a life that joined at time 0 and wakes in each time step: life 1, except the first place,
+/// which was not expected.
 static void take_all_places(void)
 {
     for (unsigned i = 0U; i < PLACES; i++) {

@@ -102,7 +102,7 @@ static void a_missing_limit_is_derived_from_the_program_and_printed(void** state
     launcher.mission.storage.subsystems[0].memory_kib = 0U;
     expect_program("bin/arm", (1000U * 1024U) + 1023U, STATUS_OK);
     expect_program("bin/gripper", 9999999U, STATUS_INVALID); // A script.
-    expect_string(__wrap_osal_console_say, line, "m.xml:10: ARM has no memoryKiB: limited to 11490");
+    expect_string(__wrap_osal_console_say, line, "m.xml:10: ARM has no memoryKiB: limited to 11490 KiB");
     assert_true(launcher_set_limits(&launcher, "m.xml"));
     // A quarter more than 1000 KiB for the program and 8192 KiB for the rest.
     assert_int_equal(11490U, launcher.memory_limit_kib[0]);
@@ -116,14 +116,14 @@ static void native_components_only_are_limited(void** state)
     (void)state;
     launcher.memory_limit_kib[0] = 5000000U; // In octets this is more than 32 bits can hold.
     launcher_limit(&launcher, &child, &start);
-    assert_int_equal(5120000000ULL, start.memory_limit_bytes);
+    assert_int_equal(5120000000ULL, start.memory_limit_octets);
     assert_int_equal(128U, start.descriptor_limit);
     start           = (osal_process_start_t){.processor = -1};
     child.component = REMOTE;
     launcher_limit(&launcher, &child, &start);
     child = (child_t){.is_component = false};
     launcher_limit(&launcher, &child, &start);
-    assert_int_equal(0U, start.memory_limit_bytes);
+    assert_int_equal(0U, start.memory_limit_octets);
     assert_int_equal(0U, start.descriptor_limit);
 }
 

@@ -287,12 +287,12 @@ static void memory_limit_holds_for_the_child_only(void)
     TEST_IGNORE_MESSAGE("the address sanitizer maps terabytes: nothing is limited");
 #endif
     const char* const octets         = "500000000";
-    const osal_process_start_t start = {.memory_limit_bytes = strtoull(octets, NULL, 10), .processor = -1};
+    const osal_process_start_t start = {.memory_limit_octets = strtoull(octets, NULL, 10), .processor = -1};
     osal_process_t process           = start_role("memory", octets, &start);
     TEST_ASSERT_EQUAL(0, result_of(&process).code);
     struct rlimit limit;
     TEST_ASSERT_EQUAL(0, getrlimit(RLIMIT_AS, &limit));
-    TEST_ASSERT_TRUE(limit.rlim_cur > start.memory_limit_bytes);
+    TEST_ASSERT_TRUE(limit.rlim_cur > start.memory_limit_octets);
 }
 
 static void descriptors_are_limited(void)

@@ -35,7 +35,7 @@ static void prove_reading(void)
         PROVE(is_accepted ==
                   ((octets[0] == 0x48U) && (octets[1] == 0x4DU) && (octets[2] == 1U) &&
                    (frame.kind <= MESSAGE_SYNC_ACK) && (frame.to == self) && (frame.from_life != 0U)),
-              "exactly a right frame to this component is accepted");
+              "a frame is accepted if and only if it is well formed and for this component");
         PROVE(frame.size == (size - MESSAGE_HEADER_OCTETS), "the payload is what follows the header");
     }
 }

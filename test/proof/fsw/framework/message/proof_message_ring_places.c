@@ -61,7 +61,7 @@ static void prove_taken(const uint8_t* const block, const size_t size, const uin
     const size_t index    = any_size(BLOCK - 1U);
     PROVE((status == STATUS_OK) && (got_size == size), "the size of a block stays");
     PROVE(IMPLIES(index < size, got[index] == ((index < patch_size) ? patch[index] : block[index])),
-          "exactly the overwritten octets are new");
+          "the overwritten octets are new, and no others");
 }
 
 static void prove_places(void)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: rtlink_negotiate accepts exactly equal layouts of a size that fits, in a byte order that exists,
-//     with periods of which one is a multiple of the other, and terms with a common method. The agreed
+// Proves: rtlink_negotiate accepts terms if and only if the layouts are equal, their size fits, their byte
+//     order exists, one period is a multiple of the other, and both have a common method. The agreed
 //     terms have exactly one method, which this software and both ends know, and the decimation that leads
 //     from the producer's period to the consumer's; it is 1 if the producer's period is not shorter.
 // Bounds: any terms; periods of up to 2^10 us, because the remainder of larger ones takes the checker too
@@ -39,7 +39,7 @@ void proof(void)
                           (producer.layout_octets >= 1U) && (producer.layout_octets <= RTLINK_PAYLOAD_MAX) &&
                           (producer.order <= (uint8_t)RTLINK_LITTLE_ENDIAN) && is_multiple &&
                           ((producer.methods & consumer.methods & 7U) != 0U)),
-          "exactly compatible terms are accepted");
+          "terms are accepted if and only if they are compatible");
     if (is_accepted) {
         const uint8_t method = agreed.methods;
         PROVE((method == 1U) || (method == 2U) || (method == 4U), "exactly one method, which is known");

@@ -2,8 +2,8 @@
 // Proves: if the mission has a key, dividing the TCP stream of a ground user into protected frames
 //     accesses nothing after the received octets; only the content of an authentic frame is read as a
 //     packet, and only content that is exactly one packet is returned; the stream always advances by a
-//     frame, waits for the rest of an incomplete one, or is closed: exactly if the start of the next frame
-//     is unknown, or at the third refused frame of a connection.
+//     frame, waits for the rest of an incomplete one, or is closed; it is closed if and only if the start
+//     of the next frame is unknown or a third frame of the connection is refused.
 // Bounds: one frame of 0..42 octets of any content; the second of two clients (8 in flight) in every
 //     state with less than three refused frames, by induction any number of frames; frames of up to 40
 //     octets instead of 1024, packets of up to 8 instead of 4096.
