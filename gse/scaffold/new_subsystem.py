@@ -6,7 +6,8 @@
     make new-subsystem NAME=lamp MISSION=gripper     in an existing mission
     make new-subsystem NAME=lamp APID=40             with this APID instead of the first free one
 
-It writes new files only; in an existing mission it inserts lines. On an error it changes nothing.
+It writes new files, and changes no existing file except by lines that it inserts into an existing mission and its world. On an error it
+changes nothing.
 """
 
 import argparse

@@ -44,9 +44,9 @@ static void read_places(plant_t* const plant)
         robot_point(plant, a->robot, frame->body, frame->pose.position_m, plant->truth.contact[i].place_m);
     }
     for (size_t i = 0U; i < world->spring_count; i++) {
-        const world_spring_t* wire = &world->spring[i];
-        const robot_frame_t* frame = &world->robot[wire->robot].model.frame[wire->frame];
-        robot_point(plant, wire->robot, frame->body, frame->pose.position_m, plant->truth.spring[i].place_m);
+        const world_spring_t* cable = &world->spring[i];
+        const robot_frame_t* frame  = &world->robot[cable->robot].model.frame[cable->frame];
+        robot_point(plant, cable->robot, frame->body, frame->pose.position_m, plant->truth.spring[i].place_m);
     }
 }
 
@@ -219,13 +219,13 @@ static void step_mechanisms(plant_t* const plant, const plant_input_t* const inp
 static void pull_springs(plant_t* const plant)
 {
     for (unsigned i = 0U; i < plant->world->spring_count; i++) {
-        const world_spring_t* wire = &plant->world->spring[i];
-        plant_spring_t* truth      = &plant->truth.spring[i];
-        load_t load                = {.robot = wire->robot,
-                                      .body  = plant->world->robot[wire->robot].model.frame[wire->frame].body};
-        const dBodyID body         = plant->robot[load.robot].body[load.body];
+        const world_spring_t* cable = &plant->world->spring[i];
+        plant_spring_t* truth       = &plant->truth.spring[i];
+        load_t load                 = {.robot = cable->robot,
+                                       .body  = plant->world->robot[cable->robot].model.frame[cable->frame].body};
+        const dBodyID body          = plant->robot[load.robot].body[load.body];
         memcpy(load.point_m, truth->place_m, sizeof load.point_m);
-        spring_force(wire, &plant->spring[i], truth->place_m, load.force_n);
+        spring_force(cable, &plant->spring[i], truth->place_m, load.force_n);
         robots_add_load(plant, &load);
         memcpy(truth->force_n, load.force_n, sizeof truth->force_n);
         truth->is_hooked = plant->spring[i].hooked;

@@ -181,7 +181,7 @@ void stick_step(const world_joystick_t* joystick, double torque_nm, double h_s, 
                 double* velocity_rad_s);
 
 /// Force of the cable on a link at `place_m`. Updates whether the link has picked up the hook.
-void spring_force(const world_spring_t* wire, spring_t* spring, const double place_m[3],
+void spring_force(const world_spring_t* cable, spring_t* spring, const double place_m[3],
                   double out_force_n[3]);
 
 /// Place the wheels on their links, with their momenta at the start.

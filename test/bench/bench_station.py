@@ -49,9 +49,9 @@ MOVED_RAD = 0.02
 KEPT_PACE = 0.95  # Share of the wall clock's pace.
 SCENARIO = ["0.0 hand rest", *flying.bring_up(0.2), "1.5 hand circle 0.15 0.5 1 600 1", "3600 operator shutdown"]
 HOUSEKEEPING, SYNC = (3, 25), 0x080
-# Notes for each picture of the scene the report that it shows, whether the robot is at its positions, and when the page has
+# Records for each picture of the scene the report that it shows, whether the robot is at its positions, and when the page has
 # painted the picture: the labels are put when the picture is in the canvas, and the second next frame begins after it is
-# painted. Notes for each report its time and when the page received it.
+# painted. Records for each report its time and when the page received it.
 WATCH = """() => {
     const bench = window.bench = {taken: [], drawn: []};
     station.store.on("housekeeping", (report) => bench.taken.push([report.subsystem, report.structure, report.time, performance.now()]));
@@ -68,7 +68,7 @@ WATCH = """() => {
         if (picture) requestAnimationFrame(() => requestAnimationFrame(() => bench.drawn.push([...picture, performance.now()])));
     };
 }"""
-# Notes each movement of the pointer and its age, and each line of the hand with the simulated time at which it acts. The
+# Records each movement of the pointer and its age, and each line of the hand with the simulated time at which it acts. The
 # browser reports a movement at once, and again before the next frame, which is no other movement.
 WATCH_HAND = """() => {
     const bench = window.bench, store = station.store, live = store.live.bind(store);
@@ -88,7 +88,7 @@ WATCH_HAND = """() => {
         return answer;
     };
 }"""
-# Until a picture that was begun after the jump is painted.
+# Jumps, and waits until a picture that was begun after the jump is painted. Returns the time that this takes [ms].
 SEEK = """async (time) => {
     const {scene} = station, {labels} = scene, {render} = scene.renderer, began = performance.now();
     let isBegun = false;

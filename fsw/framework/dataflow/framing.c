@@ -58,7 +58,7 @@ static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
     assembler->held++;
 }
 
-/// Process one octet. True if it ends the frame. All functions take_... return this value.
+/// Process one octet. True if it ends the frame; also returned by take_slip and take_line.
 static bool take_length(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->prefix < LENGTH_OCTETS) {
@@ -110,7 +110,7 @@ static bool take_slip(flow_frame_assembler_t* const assembler, const uint8_t oct
 static bool take_line(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (octet != LINE_FEED) {
-        // Keep the carriage return back: it belongs to the payload only if no line feed follows.
+        // Hold the carriage return back: it belongs to the payload only if no line feed follows.
         if (assembler->is_escaped) {
             assembler->is_escaped = false;
             keep(assembler, CARRIAGE_RETURN);

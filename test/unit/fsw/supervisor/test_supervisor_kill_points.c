@@ -487,7 +487,7 @@ static void begin_again(void)
     setUp();
 }
 
-static void a_supervisor_killed_at_any_step_performs_each_request_once(void)
+static void a_supervisor_killed_at_any_point_performs_each_request_once(void)
 {
     unsigned at   = 0U;
     bool has_died = true;
@@ -548,7 +548,7 @@ static void the_failure_of_the_log_repeats_no_sequence_number_wherever_the_super
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_supervisor_killed_at_any_step_performs_each_request_once);
+    RUN_TEST(a_supervisor_killed_at_any_point_performs_each_request_once);
     RUN_TEST(each_request_is_performed_once_wherever_two_supervisors_die);
     RUN_TEST(the_failure_of_the_log_repeats_no_sequence_number_wherever_the_supervisor_dies);
     return UNITY_END();

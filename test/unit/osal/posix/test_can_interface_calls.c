@@ -154,7 +154,7 @@ static void begin(message_t* message, const uint16_t type, const uint16_t flags,
     append(message, device, sizeof *device);
 }
 
-/// Begin an attribute; all octets up to end() are its content.
+/// Begin an attribute; all octets up to close_attribute() are its content.
 static size_t open_attribute(message_t* message, const uint16_t type)
 {
     const struct rtattr attribute = {.rta_type = type};
