@@ -86,8 +86,7 @@ MUST_USE void* pool_take(pool_t* pool);
 MUST_USE void* pool_take_reserved(pool_t* pool);
 
 /// Add a reference to a taken block. STATUS_OK; STATUS_NOT_OURS (counted in `rejected`) if `block` is not a
-/// taken block of this pool;
-/// STATUS_FULL if it has 65535 references.
+/// taken block of this pool; STATUS_FULL if it has 65535 references.
 MUST_USE status_t pool_retain(pool_t* pool, void* block);
 
 /// Remove a reference; without references the block is free, and the pointer must not be used again.

@@ -290,7 +290,7 @@ class _Console:
     def script(self):
         """Perform the operator's lines of a scenario."""
         if len(self.arguments.words) != 1:
-            raise UsageError("usage: script FILE [--cosimulation PATH] [--run DIR]")
+            raise UsageError("usage: script FILE [--cosimulation PATH] [--run FOLDER]")
         craft = self.spacecraft(first_sequence=0)
         script = Script.load(self.arguments.words[0], craft.dictionary)
         if not script.steps and not script.visits:

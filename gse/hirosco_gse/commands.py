@@ -423,7 +423,7 @@ def _stop(dictionary, words):
                 problems.append(problem)
         if problems:
             raise problems[0]
-        return answer or [{"text": "nothing to stop: no subsystem is above OFFLINE"}]
+        return answer or [{"text": "nothing to stop: no subsystem is in PRE_OPERATIONAL, SAFE_OPERATIONAL or OPERATIONAL"}]
 
     return Command("stop", procedure)
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the state machine through all transitions and prints them, for
-// test_states.py: each request and event in each state, each failure of an action, and all changes of state
-// that follow.
+// Takes the state machine through all transitions and prints them, for test_states.py: each request and event
+// in each state, each failure of an action, and all changes of state that follow.
 #include "base/assertion.h"
 #include "fsw/framework/subsystem/state_machine.h"
 

@@ -63,8 +63,7 @@ MUST_USE status_t osal_tipc_identity(const osal_socket_t* socket, uint64_t* out_
 /// appears or disappears. STATUS_OK, STATUS_UNSUPPORTED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_tipc_watch_open(osal_socket_t* socket, uint32_t type);
 /// Take the next event of the watch. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (the topology service has ended
-/// the watch),
-/// STATUS_IO.
+/// the watch), STATUS_IO.
 MUST_USE status_t osal_tipc_watch_next(osal_socket_t* socket, osal_tipc_event_t* out_event);
 
 #endif // OSAL_TIPC_H

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The EEPROM of the emulated board, which the runner of the tests attaches. One test makes
-// it silent.
+// The EEPROM of the emulated board, which the runner of the tests attaches. One test makes it silent.
 #include "osal/freertos/eeprom.h"
 
 #include "osal/freertos/i2c.h"
