@@ -21,12 +21,12 @@ SLOW = """<Plan name="SLOW" severity="MEDIUM">
 def packets(session_folder):
     """In operation the manipulator reports that a drive is too hot (MEDIUM), then the joystick is unplugged
     (HIGH)."""
-    house = session_folder / "slow-plan"
-    house.mkdir()
-    shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")
+    tree = session_folder / "slow-plan"
+    tree.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", tree / "descriptors")
     for name in ("build", "sim", "gse"):
-        (house / name).symlink_to(flying.ROOT / name)
-    mission = house / "descriptors" / "missions" / "rokviss.xml"
+        (tree / name).symlink_to(flying.ROOT / name)
+    mission = tree / "descriptors" / "missions" / "rokviss.xml"
     text = mission.read_text(encoding="utf-8")
     assert '<Plan name="EASE" ' in text
     mission.write_text(text.replace('<Plan name="EASE" ', SLOW, 1), encoding="utf-8")
@@ -40,7 +40,7 @@ def packets(session_folder):
         f"{CUT_S + 1.5} operator shutdown",
     ]
     path = flying.write_scenario(session_folder / "slow-plan.scn", *lines)
-    flight = flying.fly(session_folder / "slow-plan-run", "--scenario", path, "--form", "image", root=house)
+    flight = flying.fly(session_folder / "slow-plan-run", "--scenario", path, "--form", "image", root=tree)
     assert flight.code == 0, flight.transcript()
     return [(t, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, kind, raw in flight.packets if kind == "TM"]
 
