@@ -28,9 +28,9 @@ LINES = (
 
 
 @pytest.fixture
-def house(tmp_path):
+def tree(tmp_path):
     """A copy of the descriptors; programs and scenarios are those of the project."""
-    return flying.descriptors_copied(tmp_path / "house")
+    return flying.descriptors_copied(tmp_path / "tree")
 
 
 def _fly(root, folder):
@@ -90,23 +90,23 @@ def test_the_unchanged_mission_flies(unchanged):
     ('bitRate="1000000"', 1.5, 3.0),
     ('bitRate="800000"', 2.0, 4.0),
 ], ids=["slower", "classic", "slow-classic"])
-def test_a_bus_with_another_bit_rate_flies(house, tmp_path, unchanged, rates, least, most):
+def test_a_bus_with_another_bit_rate_flies(tree, tmp_path, unchanged, rates, least, most):
     """Answers to SYNC take longer in proportion to the bit rates; FD frames occur only if the bus has a data rate."""
-    flying.replace(house / MISSION, (BUS, f'<Bus name="platform" {rates}/>'))
-    flight = _fly(house, tmp_path / "run")
+    flying.replace(tree / MISSION, (BUS, f'<Bus name="platform" {rates}/>'))
+    flight = _fly(tree, tmp_path / "run")
     _assert_boom_and_satellite_moved(flight)
     assert least < _answer_s(flight) / _answer_s(unchanged) < most
     assert ("##" in flight.read("can-platform.log")) == ("dataBitRate" in rates)
 
 
-def test_devices_with_another_node_bus_and_period_fly(house, tmp_path):
+def test_devices_with_another_node_bus_and_period_fly(tree, tmp_path):
     """The boom is node 0x05, the valves are on a separate bus, and a cycle lasts 2 ms."""
-    flying.replace(house / MISSION, (BUS, BUS + BUS.replace("platform", "thrusters")))
-    flying.replace(house / SUBSYSTEM, ('node="0x25"', 'node="0x05"'), ("25\"/>", "05\"/>"), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'),
+    flying.replace(tree / MISSION, (BUS, BUS + BUS.replace("platform", "thrusters")))
+    flying.replace(tree / SUBSYSTEM, ('node="0x25"', 'node="0x05"'), ("25\"/>", "05\"/>"), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'),
                    ('priority="60" samplingTime="1ms"', 'priority="60" samplingTime="2ms"'), ('0x60C2:01" type="UINT8" value="10"', '0x60C2:01" type="UINT8" value="20"'),
                    ('1400:05" type="UINT16" value="4"', '1400:05" type="UINT16" value="8"'))
-    flying.replace(house / WORLD, ('node="0x25"', 'node="0x05"'), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'))
-    flight = _fly(house, tmp_path / "run")
+    flying.replace(tree / WORLD, ('node="0x25"', 'node="0x05"'), ('bus="platform" node="0x3A"', 'bus="thrusters" node="0x3A"'))
+    flight = _fly(tree, tmp_path / "run")
     _assert_boom_and_satellite_moved(flight)
     for bus, identifier in (("platform", 0x185), ("thrusters", 0x1BA)):
         syncs = _frames(flight, bus, 0x080)
@@ -115,25 +115,25 @@ def test_devices_with_another_node_bus_and_period_fly(house, tmp_path):
     assert not _frames(flight, "platform", 0x1A5) and not _frames(flight, "platform", 0x1BA)
 
 
-def test_devices_with_a_second_channel_fly(house, tmp_path):
+def test_devices_with_a_second_channel_fly(tree, tmp_path):
     """Every device gets a second channel, on which the master begins: the devices change to it, and the first
     channel has no frames."""
-    flying.replace(house / MISSION, (BUS, BUS.replace("platform", "platform-b") + BUS.replace("/>", ' redundantTo="platform-b"/>')))
-    flying.replace(house / SUBSYSTEM, ('bus="platform"', 'bus="platform-b" redundantBus="platform"'))
-    flying.replace(house / WORLD, ('bus="platform"', 'bus="platform-b"'))
-    flight = _fly(house, tmp_path / "run")
+    flying.replace(tree / MISSION, (BUS, BUS.replace("platform", "platform-b") + BUS.replace("/>", ' redundantTo="platform-b"/>')))
+    flying.replace(tree / SUBSYSTEM, ('bus="platform"', 'bus="platform-b" redundantBus="platform"'))
+    flying.replace(tree / WORLD, ('bus="platform"', 'bus="platform-b"'))
+    flight = _fly(tree, tmp_path / "run")
     _assert_boom_and_satellite_moved(flight)
     assert len(_frames(flight, "platform-b", 0x1A5)) > 1900
     assert not _frames(flight, "platform", 0x1A5)
 
 
-def test_a_device_of_another_profile_flies(house, tmp_path):
+def test_a_device_of_another_profile_flies(tree, tmp_path):
     """A star tracker, which has no CiA profile, replaces the gyro of CiA 404: an attitude instead of
     rates."""
-    flying.replace(house / SUBSYSTEM, ('<Device name="GYRO" type="gyro">', '<Device name="TRACKER" type="star-tracker">'))
-    flying.replace(house / WORLD, ('<Gyro name="GYRO" on="satellite.body" noise="1e-5" bias="2e-6"',
+    flying.replace(tree / SUBSYSTEM, ('<Device name="GYRO" type="gyro">', '<Device name="TRACKER" type="star-tracker">'))
+    flying.replace(tree / WORLD, ('<Gyro name="GYRO" on="satellite.body" noise="1e-5" bias="2e-6"',
                                    '<StarTracker name="TRACKER" on="satellite.body" rate="20" noise="1e-5 1e-5 1e-5"'), ("gyro.eds", "star-tracker.eds"))
-    flight = _fly(house, tmp_path / "run")
+    flight = _fly(tree, tmp_path / "run")
     attitude = [value * 1e-9 for value in _reported(flight, "INPUT")[2:6]]
     turned = 0.5 / 60.0 * (0.25 + 1.0)  # rad: during half of the thrust time and after it
     assert abs(attitude[0] - 1.0) < 1e-3 and abs(2.0 * attitude[3] - turned) < 1e-3
@@ -141,19 +141,19 @@ def test_a_device_of_another_profile_flies(house, tmp_path):
     assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
 
 
-def test_another_number_of_axes_flies(house, tmp_path):
+def test_another_number_of_axes_flies(tree, tmp_path):
     """A second drive of another manufacturer is added; the target of the second axis is its own."""
-    text = (house / SUBSYSTEM).read_text(encoding="utf-8")
+    text = (tree / SUBSYSTEM).read_text(encoding="utf-8")
     settings = ('<Setting object="0x1401:05" type="UINT16" value="4"/><Setting object="0x60C2:01" type="UINT8" value="10"/>'
                 '<Setting object="0x6060:00" type="INT8" value="8"/>')
     second = f'<Device name="BOOM2" type="servo-drive">{settings}<Endnode type="CAN" bus="platform" node="0x26"/></Device>'
     start = text.index('<Configuration name="NOMINAL"')
     place = text.index("    </Devices>", start)
-    (house / SUBSYSTEM).write_text(text[:place] + second + text[place:], encoding="utf-8")
-    bench = re.search(r"<Bench .*?/>", (house / WORLD).read_text(encoding="utf-8"))[0]
+    (tree / SUBSYSTEM).write_text(text[:place] + second + text[place:], encoding="utf-8")
+    bench = re.search(r"<Bench .*?/>", (tree / WORLD).read_text(encoding="utf-8"))[0]
     other = bench.replace('"BOOM"', '"BOOM2"').replace("0x25", "0x26").replace("joint-drive", "servo-drive")
-    flying.replace(house / WORLD, (bench, bench + other))
-    flight = _fly(house, tmp_path / "run")
+    flying.replace(tree / WORLD, (bench, bench + other))
+    flight = _fly(tree, tmp_path / "run")
     _assert_boom_and_satellite_moved(flight)
     assert abs(_reported(flight, "POSITION")[1] + 0.15) < 1e-3
     targets = [struct.unpack("<i", bytes.fromhex(octets)[2:6])[0] for octets in
@@ -161,11 +161,11 @@ def test_another_number_of_axes_flies(house, tmp_path):
     assert statistics.mode(targets) == pytest.approx(-0.15 / 2.9960562e-7, abs=2)  # Increments of 2 pi / (131072 x 160) rad.
 
 
-def test_a_bus_that_only_the_world_has_is_named(house, tmp_path):
+def test_a_bus_that_only_the_world_has_is_named(tree, tmp_path):
     """The devices of a misspelled bus are on no bus of the mission: no program reaches them."""
-    path = house / WORLD
+    path = tree / WORLD
     path.write_text(path.read_text(encoding="utf-8").replace('bus="platform"', 'bus="platform-2"'), encoding="utf-8")
     scenario = flying.write_scenario(tmp_path / "short.scn", "0.1 operator shutdown")
-    flight = flying.fly(tmp_path / "run", "--mission", "actuators", "--scenario", scenario, "--form", "image", root=house)
+    flight = flying.fly(tmp_path / "run", "--mission", "actuators", "--scenario", scenario, "--form", "image", root=tree)
     said = [line for line in flight.read("console.log").splitlines() if "no program of this run is on bus" in line]
     assert len(said) == 1 and "descriptors/worlds/actuators.xml: no program of this run is on bus platform-2" in said[0], flight.transcript()

@@ -14,13 +14,13 @@ MISSION = "descriptors/missions/rokviss.xml"
 @pytest.fixture
 def day_segmented(notes, tmp_path):
     """The mission, with another format of its time reports."""
-    house = tmp_path / "house"
-    shutil.copytree(flying.ROOT / "descriptors", house / "descriptors")
+    tree = tmp_path / "tree"
+    shutil.copytree(flying.ROOT / "descriptors", tree / "descriptors")
     for name in ("build", "sim", "gse"):
-        (house / name).symlink_to(flying.ROOT / name)
-    text = (house / MISSION).read_text(encoding="utf-8")
-    (house / MISSION).write_text(text.replace('power="200"', 'power="200" timeReports="CDS"', 1), encoding="utf-8")
-    flight = stations.launch(tmp_path / "run", root=house)
+        (tree / name).symlink_to(flying.ROOT / name)
+    text = (tree / MISSION).read_text(encoding="utf-8")
+    (tree / MISSION).write_text(text.replace('power="200"', 'power="200" timeReports="CDS"', 1), encoding="utf-8")
+    flight = stations.launch(tmp_path / "run", root=tree)
     ground = stations.Station(flight, notes)
     yield ground
     ground.close()
