@@ -13,7 +13,7 @@
 #define LAUNCHER_REAL_LOOP_MS 5U
 #define LAUNCHER_NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-// launcher_children.c: start children.
+// ---- Start of children: launcher_children.c ----
 
 /// Returns the path of the project's own Python interpreter if it exists, otherwise of the system's.
 const char* launcher_python(void);
@@ -25,7 +25,7 @@ void launcher_start_component(launcher_t* launcher, child_t* child);
 /// Start all children of a run.
 void launcher_start_all(launcher_t* launcher);
 
-// launcher_computers.c: on-board computers, and the sockets of messages and links on them.
+// ---- On-board computers, and the sockets of messages and links on them: launcher_computers.c ----
 
 /// Check the requirements of the options before anything is created. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
