@@ -160,15 +160,15 @@ static void a_name_is_recorded_once(void)
 
 static void a_place_that_is_being_written_is_not_changed(void)
 {
-    block.flows[0].is_taken = 1U; // Another component is writing this place.
+    block.flows[0].state = 1U; // Another component is writing this place.
     (void)strcpy(block.flows[0].name, "/run.flow.cam");
     // The name may be the same.
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam"));
     TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[0].name);
-    TEST_ASSERT_EQUAL_UINT32(1U, block.flows[0].is_taken);
+    TEST_ASSERT_EQUAL_UINT32(1U, block.flows[0].state);
     TEST_ASSERT_EQUAL_STRING("/run.flow.cam", block.flows[1].name);
-    TEST_ASSERT_EQUAL_UINT32(2U, block.flows[1].is_taken);
-    TEST_ASSERT_EQUAL_UINT32(0U, block.flows[2].is_taken);
+    TEST_ASSERT_EQUAL_UINT32(2U, block.flows[1].state);
+    TEST_ASSERT_EQUAL_UINT32(0U, block.flows[2].state);
 }
 
 static void a_flow_name_that_does_not_fit_is_refused(void)

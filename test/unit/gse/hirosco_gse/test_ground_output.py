@@ -28,7 +28,7 @@ def test_output_that_cannot_be_written_fails_with_the_reason(dictionary_path, mo
     full = open("/dev/full", "w", encoding="utf-8")
     monkeypatch.setattr(sys, "stdout", full)
     assert main(["--dictionary", str(dictionary_path), *words]) == 1
-    assert capsys.readouterr().err == "gse: cannot write the output: No space left on device; what follows is missing in it\n"
+    assert capsys.readouterr().err == "gse: cannot write the output: No space left on device; the rest of the output is lost\n"
     assert sys.stdout is not full, "Python would write the text again at exit, and change the exit code"
     with contextlib.suppress(OSError):
         full.close()
