@@ -128,7 +128,8 @@ board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t)
 	@:
 # The program of the manipulator, linked with one file of test/board: with steps.c it is
 # build/mps2-an500/steps/manipulator. real_time.c also needs simulated drives.
-PARTS_OF_real_time := test/support/scripted_bus.c test/support/board/system.c
+PARTS_OF_steps := test/support/board/numbers.c
+PARTS_OF_real_time := test/support/scripted_bus.c $(addprefix test/support/board/,numbers.c system.c)
 define board_program_rule
 build/$(BOARD)/$1/manipulator: $(SIZED)/manipulator/obj/test/board/$1.o $(call objects,$(PARTS_OF_$1)) \
         $(call target_parts,manipulator) osal/freertos/mps2.ld

@@ -11,7 +11,6 @@
 // `missed`: steps that began when the wait for them had not begun in time. The argument `hang` lets a step
 // never end, `hang-service` a turn of a loop of services.
 #include "base/apids.h"
-#include "base/text.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/programs/compiled_descriptors.h"
 #include "fsw/programs/executive.h"
@@ -23,6 +22,7 @@
 #include "pus/core/requester.h"
 #include "pus/private/st129_management.h"
 #include "pus/st20/st20_parameters.h"
+#include "test/support/board/numbers.h"
 #include "test/support/scripted_bus.h"
 
 #include <limits.h>
@@ -42,7 +42,6 @@
 #define SUPERVISOR_PORT 1001U
 #define MANIPULATOR_PORT 1000U
 #define DATAGRAMS 16U
-#define LINE_MAX 128U
 
 typedef struct {
     size_t size;
@@ -358,20 +357,6 @@ status_t __wrap_osal_file_sync_names(const char* const path)
 {
     (void)path;
     return STATUS_OK; // The files are those of the machine that runs the emulator.
-}
-
-static void print_numbers(const char* const word, const char* const name, const uint32_t* const numbers,
-                          const size_t count)
-{
-    char line[LINE_MAX];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, word);
-    text_add(&text, name);
-    for (size_t i = 0U; i < count; i++) {
-        text_add(&text, " ");
-        text_add_unsigned(&text, numbers[i]);
-    }
-    osal_console_say(line);
 }
 
 static void print_results(void)

@@ -5,12 +5,11 @@
 //     STEP <state before> <state after> <steps> <median> <99th percentile> <longest>     [instructions]
 //     STACK <task> <octets> <octets used>
 // The emulator runs with -icount shift=5: one instruction takes 32 ns.
-#include "base/text.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/programs/component_runtime.h"
 #include "osal/freertos/port.h"
 #include "osal/include/osal/clock.h"
-#include "osal/include/osal/console.h"
+#include "test/support/board/numbers.h"
 
 #include <string.h>
 
@@ -18,7 +17,6 @@
 #define BIN 32U ///< Instructions of one bin of a histogram.
 #define BINS 8192U
 #define ROWS_MAX 48U
-#define LINE_MAX 128U
 
 typedef struct {
     uint8_t before;
@@ -115,20 +113,6 @@ static uint32_t quantile(const row_t* const row, const uint32_t percent)
         }
     }
     return row->longest;
-}
-
-static void print_numbers(const char* const word, const char* const name, const uint32_t* const numbers,
-                          const size_t count)
-{
-    char line[LINE_MAX];
-    text_t text = text_in(line, sizeof line);
-    text_add(&text, word);
-    text_add(&text, name);
-    for (size_t i = 0U; i < count; i++) {
-        text_add(&text, " ");
-        text_add_unsigned(&text, numbers[i]);
-    }
-    osal_console_say(line);
 }
 
 void __wrap_port_exit(const int code)
