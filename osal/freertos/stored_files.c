@@ -311,8 +311,10 @@ static status_t remove_file(const char* const path)
 {
     status_t status = enter();
     if (status == STATUS_OK) {
-        forget(name_of(path));
         status = status_of(lfs_remove(&store, name_of(path)));
+    }
+    if (status == STATUS_OK) {
+        forget(name_of(path));
     }
     return leave(status);
 }
@@ -321,9 +323,11 @@ static status_t rename_file(const char* const path, const char* const new_path)
 {
     status_t status = enter();
     if (status == STATUS_OK) {
+        status = status_of(lfs_rename(&store, name_of(path), name_of(new_path)));
+    }
+    if (status == STATUS_OK) {
         forget(name_of(path));
         forget(name_of(new_path));
-        status = status_of(lfs_rename(&store, name_of(path), name_of(new_path)));
     }
     return leave(status);
 }

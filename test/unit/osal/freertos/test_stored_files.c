@@ -139,6 +139,23 @@ static void all_who_have_a_file_open_see_the_same(void)
     osal_file_close(&first);
 }
 
+static void a_file_stays_open_if_it_could_not_be_replaced(void)
+{
+    osal_file_t file;
+    char content[2];
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, PATH));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_rename(OTHER, PATH)); // There is no such file.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write_at(&file, 0U, "ab", 2U));
+    put(OTHER, "new");
+    is_off = true;
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_rename(OTHER, PATH));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_remove(PATH));
+    is_off = false;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read_at(&file, 0U, content, 2U));
+    TEST_ASSERT_EQUAL_MEMORY("ab", content, 2U);
+    osal_file_close(&file);
+}
+
 static void a_full_store_keeps_what_it_has(void)
 {
     static const uint8_t piece[1000];
@@ -332,6 +349,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(what_was_written_exists_after_a_restart);
     RUN_TEST(all_who_have_a_file_open_see_the_same);
+    RUN_TEST(a_file_stays_open_if_it_could_not_be_replaced);
     RUN_TEST(a_full_store_keeps_what_it_has);
     RUN_TEST(what_the_store_cannot_do_is_refused);
     RUN_TEST(without_an_eeprom_there_are_no_files);
