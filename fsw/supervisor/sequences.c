@@ -82,13 +82,15 @@ static bool is_in_shutdown_group(const registry_entry_t* const entry)
            (entry->process == PROCESS_RUNNING);
 }
 
-/// Order the subsystems of the group to a state; only those in the state `only_from` (STATE_COUNT: all).
+/// Order the subsystems of the group to a state; only those in the state `only_from` (STATE_COUNT: all). The
+/// order replaces one that waits, which could take a subsystem to a higher state later.
 static void order_group(supervisor_t* const supervisor, const state_t only_from, const state_t target)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
         const bool is_meant                 = (only_from == STATE_COUNT) || (entry->state == only_from);
-        if (is_in_shutdown_group(entry) && is_meant && (entry->state != target)) {
+        const bool is_there                 = (entry->state == target) && !entry->is_order_pending;
+        if (is_in_shutdown_group(entry) && is_meant && !is_there) {
             (void)supervisor_order_state(supervisor, entry->mission->apid, target, PUS_CAUSE_SHUTDOWN);
         }
     }

@@ -47,6 +47,23 @@ static void no_subsystem_goes_up_and_no_process_starts_during_the_shutdown(void)
     TEST_ASSERT_EQUAL(0U, fixture.starts);
 }
 
+/// A subsystem is being recommissioned and takes no packets when the shutdown begins.
+static void an_order_that_waits_takes_no_subsystem_up_during_the_shutdown(void)
+{
+    fixture_link_up(STATE_OPERATIONAL);
+    fixture.members[FIXTURE_HAND].is_passive = true; // The shutdown waits for this member.
+    fixture_fill(FIXTURE_LONE);
+    (void)supervisor_order_state(&fixture.supervisor, LONE, STATE_PRE_OPERATIONAL, PUS_CAUSE_REQUEST);
+    TEST_ASSERT_TRUE(supervisor_registry_find(&fixture.supervisor, LONE)->is_order_pending);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    fixture_run(310U); // All subsystems have been ordered to OFFLINE.
+    fixture.members[FIXTURE_LONE].takes_nothing = false;
+    fixture_run(20U);
+    TEST_ASSERT_TRUE(fixture_has("18 TC 129.8 00"));
+    TEST_ASSERT_FALSE(fixture_has("18 TC 129.8 03"));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
+}
+
 static void an_order_that_waits_ends_with_its_process(void)
 {
     registry_entry_t* const entry = supervisor_registry_find(&fixture.supervisor, LONE);
@@ -70,6 +87,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(no_subsystem_goes_up_and_no_process_starts_during_the_shutdown);
+    RUN_TEST(an_order_that_waits_takes_no_subsystem_up_during_the_shutdown);
     RUN_TEST(an_order_that_waits_ends_with_its_process);
     return UNITY_END();
 }
