@@ -290,15 +290,9 @@ static pus_failure_t disable(pus_monitoring_t* const self, const uint16_t id)
     return failure;
 }
 
-static pus_failure_t forget(pus_monitoring_t* const self, const uint16_t id)
+/// Delete a definition that exists, and that no FMON contains.
+static pus_failure_t drop(pus_monitoring_t* const self, const uint16_t id)
 {
-    const pus_pmon_t* const pmon = monitoring_pmon(self, id);
-    if (pmon == NULL) {
-        return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
-    }
-    if (pmon->is_enabled || (pmon->members != 0U)) {
-        return pus_failure(PUS_FAILURE_STATE, id);
-    }
     const pus_failure_t failure = monitoring_forget(self, MONITORING_PMON_RECORD, id);
     if (failure.code == PUS_FAILURE_NONE) {
         uint16_t* const order = self->config.pmon_order;
@@ -310,6 +304,18 @@ static pus_failure_t forget(pus_monitoring_t* const self, const uint16_t id)
         order[self->pmon_count] = freed;
     }
     return failure;
+}
+
+static pus_failure_t forget(pus_monitoring_t* const self, const uint16_t id)
+{
+    const pus_pmon_t* const pmon = monitoring_pmon(self, id);
+    if (pmon == NULL) {
+        return pus_failure(PUS_FAILURE_UNKNOWN_ID, id);
+    }
+    if (pmon->is_enabled || (pmon->members != 0U)) {
+        return pus_failure(PUS_FAILURE_STATE, id);
+    }
+    return drop(self, id);
 }
 
 static pus_reply_t enable_pmons(void* const self, pus_request_t* const request)
@@ -354,11 +360,8 @@ static pus_reply_t delete_all(void* const context, pus_request_t* const request)
     if (failure.code != PUS_FAILURE_NONE) {
         return monitoring_reply(self, &failure);
     }
-    monitoring_link(self);
     while ((self->pmon_count > 0U) && (failure.code == PUS_FAILURE_NONE)) {
-        pus_pmon_t* const pmon = pmon_at(self, (uint16_t)(self->pmon_count - 1U));
-        pmon->is_enabled       = false;
-        failure                = forget(self, pmon->id);
+        failure = drop(self, pmon_at(self, (uint16_t)(self->pmon_count - 1U))->id);
     }
     return (failure.code == PUS_FAILURE_NONE) ? pus_done() : pus_failed(PUS_FAILURE_IO, failure.detail);
 }

@@ -219,6 +219,11 @@ static void all_are_deleted_while_the_function_is_disabled(void)
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(4U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
+    TEST_ASSERT_EQUAL_UINT16(2U, self->pmon_count); // Both stay as they are: enabled, as in their records.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_empty(13U));
+    static const uint8_t statuses[] = {0, 2, 0, 1, 1, 0, 2, 1};
+    TEST_ASSERT_EQUAL_UINT64(sizeof statuses, bench_report(2U).size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(statuses, bench_report(2U).data, sizeof statuses);
     records.erase_status = STATUS_OK;
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(4U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
