@@ -132,10 +132,18 @@ static bool is_known_user(const supervisor_t* const supervisor, const uint16_t s
     return false;
 }
 
+/// True for a TC[129,8] with the supervisor as its source. The supervisor sends its own orders without this
+/// check; a routed one is the request of a procedure, which has the rights of the user who has loaded it.
+static bool is_foreign_order(const pus_tc_t* const tc)
+{
+    return (tc->source == PUS_USER_SUPERVISOR) && (tc->service == PUS_SERVICE_MANAGEMENT) &&
+           (tc->subtype == (uint8_t)PUS_MANAGEMENT_ORDER_STATE);
+}
+
 /// Returns PUS_FAILURE_NONE if the request is permitted, otherwise the reason of its refusal.
 static pus_failure_t refusal_of(supervisor_t* const supervisor, const pus_tc_t* const tc, const uint16_t from)
 {
-    if (!is_known_user(supervisor, tc->source, from)) {
+    if (!is_known_user(supervisor, tc->source, from) || is_foreign_order(tc)) {
         return pus_failure(PUS_FAILURE_SOURCE, tc->source);
     }
     const registry_entry_t* const entry = supervisor_registry_find(supervisor, tc->apid);

@@ -3,6 +3,7 @@
 
 #include "base/assertion.h"
 #include "pus/core/schedule_internal.h"
+#include "pus/core/stored_request.h"
 
 #include <string.h>
 
@@ -331,7 +332,7 @@ static status_t restore_activity(pus_schedule_t* const schedule, const uint32_t 
     pus_tc_t tc;
     pus_failure_t failure;
     if ((draft.size == 0U) || (draft.tag > schedule->kind->tag_max) ||
-        (pus_tc_decode(draft.request, draft.size, &tc, &failure) != STATUS_OK)) {
+        (pus_stored_request_decode(draft.request, draft.size, &tc, &failure) != STATUS_OK)) {
         return STATUS_INVALID;
     }
     draft.id         = schedule_id_of(&tc);

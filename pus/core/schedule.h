@@ -3,10 +3,11 @@
 /// times, and ST[22], whose tags are positions along the orbit. It performs the requests 1..26 of both
 /// services, by subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
-/// Every change is stored before it is acknowledged. Each request is released at most once, also across a
-/// restart (docs/decisions/0017): the identifiers of due requests are stored in one record before the
-/// requests are released; after a restart `lost` reports the requests in that record. If that record cannot
-/// be stored, the due requests are still released (counted in `unsaved`).
+/// Every change is stored before it is acknowledged; a status or a group that cannot be stored stays as it
+/// was. Each request is released at most once, also across a restart (docs/decisions/0017): the identifiers
+/// of due requests are stored in one record before the requests are released; after a restart `lost` reports
+/// the requests in that record. If that record cannot be stored, the due requests are still released
+/// (counted in `unsaved`).
 ///
 /// Ownership  The caller places all arrays.
 /// Context    One loop.

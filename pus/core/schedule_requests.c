@@ -2,6 +2,7 @@
 #include "pus/core/schedule_internal.h"
 
 #include "base/assertion.h"
+#include "pus/core/stored_request.h"
 
 pus_reply_t schedule_refuse(pus_schedule_t* const schedule, const uint16_t code, const uint32_t detail)
 {
@@ -30,8 +31,13 @@ uint32_t schedule_id_detail(const pus_activity_id_t* const id)
 
 static pus_reply_t set_enabled(pus_schedule_t* const schedule, const bool is_enabled)
 {
-    schedule->is_enabled = is_enabled;
-    return schedule_put_state(schedule);
+    const bool was_enabled  = schedule->is_enabled;
+    schedule->is_enabled    = is_enabled;
+    const pus_reply_t reply = schedule_put_state(schedule);
+    if (reply.kind != PUS_DONE) {
+        schedule->is_enabled = was_enabled;
+    }
+    return reply;
 }
 
 pus_reply_t pus_schedule_enable(void* const object, pus_request_t* const request)
@@ -97,7 +103,7 @@ static pus_failure_t check(const pus_schedule_t* const schedule, activity_draft_
         return pus_failure(PUS_FAILURE_UNKNOWN_ID, draft->group);
     }
     if ((draft->size > PUS_SCHEDULE_REQUEST_MAX) ||
-        (pus_tc_decode(draft->request, draft->size, &tc, &failure) != STATUS_OK)) {
+        (pus_stored_request_decode(draft->request, draft->size, &tc, &failure) != STATUS_OK)) {
         return pus_failure(PUS_FAILURE_EMBEDDED, (uint32_t)request_offset);
     }
     draft->id = schedule_id_of(&tc);

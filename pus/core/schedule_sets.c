@@ -7,10 +7,22 @@ enum {
     GROUP_STATUS        = 27
 };
 
-/// Store the changes that the instructions of a request have made.
-static pus_reply_t keep_changes(pus_schedule_t* const schedule, const pus_request_t* const request)
+/// Store a changed set. If this fails, the set becomes as before.
+static pus_reply_t keep(pus_schedule_t* const schedule, pus_schedule_set_t* const set,
+                        const pus_schedule_set_t* const before)
 {
-    return (request->performed > 0U) ? schedule_put_state(schedule) : pus_done();
+    const pus_reply_t reply = schedule_put_state(schedule);
+    if (reply.kind != PUS_DONE) {
+        *set = *before;
+    }
+    return reply;
+}
+
+/// Store the changes that the instructions of a request have made.
+static pus_reply_t keep_changes(pus_schedule_t* const schedule, const pus_request_t* const request,
+                                pus_schedule_set_t* const set, const pus_schedule_set_t* const before)
+{
+    return (request->performed > 0U) ? keep(schedule, set, before) : pus_done();
 }
 
 static void set_flag(pus_schedule_set_t* const set, const uint16_t id, const bool is_enabled)
@@ -22,7 +34,8 @@ static void set_flag(pus_schedule_set_t* const set, const uint16_t id, const boo
 static pus_reply_t set_status(pus_schedule_t* const schedule, pus_request_t* const request,
                               pus_schedule_set_t* const set, const bool is_enabled)
 {
-    const uint8_t count = octet_read_u8(&request->reader);
+    const pus_schedule_set_t before = *set;
+    const uint8_t count             = octet_read_u8(&request->reader);
     for (uint16_t id = 0U; (count == 0U) && (id < PUS_SCHEDULE_IDS); id++) {
         if ((set->flags[id] & EXISTS) != 0U) {
             set_flag(set, id, is_enabled);
@@ -37,7 +50,7 @@ static pus_reply_t set_status(pus_schedule_t* const schedule, pus_request_t* con
             schedule_refuse_one(schedule, request, i, PUS_FAILURE_UNKNOWN_ID, id);
         }
     }
-    return (count == 0U) ? schedule_put_state(schedule) : keep_changes(schedule, request);
+    return (count == 0U) ? keep(schedule, set, &before) : keep_changes(schedule, request, set, &before);
 }
 
 pus_reply_t pus_schedule_enable_sub_schedules(void* const object, pus_request_t* const request)
@@ -92,9 +105,10 @@ pus_reply_t pus_schedule_report_groups(void* const object, pus_request_t* const 
 
 pus_reply_t pus_schedule_create_groups(void* const object, pus_request_t* const request)
 {
-    pus_schedule_t* const schedule = object;
-    pus_schedule_set_t* const set  = &schedule->groups;
-    const uint8_t count            = octet_read_u8(&request->reader);
+    pus_schedule_t* const schedule  = object;
+    pus_schedule_set_t* const set   = &schedule->groups;
+    const pus_schedule_set_t before = *set;
+    const uint8_t count             = octet_read_u8(&request->reader);
     for (uint16_t i = 1U; i <= count; i++) {
         const uint8_t id      = octet_read_u8(&request->reader);
         const uint32_t offset = (uint32_t)request->reader.position;
@@ -111,7 +125,7 @@ pus_reply_t pus_schedule_create_groups(void* const object, pus_request_t* const 
             set->count++;
         }
     }
-    return keep_changes(schedule, request);
+    return keep_changes(schedule, request, set, &before);
 }
 
 static void delete_group(pus_schedule_t* const schedule, const uint16_t id)
@@ -122,8 +136,10 @@ static void delete_group(pus_schedule_t* const schedule, const uint16_t id)
 
 pus_reply_t pus_schedule_delete_groups(void* const object, pus_request_t* const request)
 {
-    pus_schedule_t* const schedule = object;
-    const uint8_t count            = octet_read_u8(&request->reader);
+    pus_schedule_t* const schedule  = object;
+    pus_schedule_set_t* const set   = &schedule->groups;
+    const pus_schedule_set_t before = *set;
+    const uint8_t count             = octet_read_u8(&request->reader);
     for (uint16_t id = 0U; (count == 0U) && (id < PUS_SCHEDULE_IDS); id++) {
         if ((schedule->groups.flags[id] != 0U) && (schedule->group_uses[id] == 0U)) {
             delete_group(schedule, id);
@@ -140,5 +156,5 @@ pus_reply_t pus_schedule_delete_groups(void* const object, pus_request_t* const 
             delete_group(schedule, id);
         }
     }
-    return (count == 0U) ? schedule_put_state(schedule) : keep_changes(schedule, request);
+    return (count == 0U) ? keep(schedule, set, &before) : keep_changes(schedule, request, set, &before);
 }

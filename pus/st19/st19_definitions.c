@@ -2,6 +2,7 @@
 #include "pus/st19/st19_definitions.h"
 
 #include "base/assertion.h"
+#include "pus/core/stored_request.h"
 
 #include <string.h>
 
@@ -144,7 +145,7 @@ bool event_action_is_request(const uint8_t* const octets, const size_t size)
     pus_tc_t tc;
     pus_failure_t failure;
     return (size <= PUS_EVENT_ACTION_REQUEST_MAX) &&
-           (pus_tc_decode(octets, size, &tc, &failure) == STATUS_OK);
+           (pus_stored_request_decode(octets, size, &tc, &failure) == STATUS_OK);
 }
 
 static status_t restore_definition(event_action_t* const self, const uint32_t slot,

@@ -238,12 +238,15 @@ static pus_reply_t delete_definitions(void* const object, pus_request_t* const r
 
 static pus_reply_t set_function(event_action_t* const self, const bool is_enabled)
 {
-    for (uint16_t i = 0U; !is_enabled && (i < self->queue_count); i++) {
+    const bool was_enabled = self->is_enabled;
+    self->is_enabled       = is_enabled;
+    const status_t status  = event_action_put_function(self);
+    self->is_enabled       = (status == STATUS_OK) ? is_enabled : was_enabled;
+    for (uint16_t i = 0U; !self->is_enabled && (i < self->queue_count); i++) {
         const uint32_t place = ((uint32_t)self->queue_first + i) % self->config.definition_count;
         event_action_drop_waiting(self, &self->config.definitions[self->config.queue[place]]);
     }
-    self->is_enabled = is_enabled;
-    return reply_of(event_action_put_function(self));
+    return reply_of(status);
 }
 
 static pus_reply_t enable_function(void* const object, pus_request_t* const request)

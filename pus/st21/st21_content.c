@@ -2,6 +2,7 @@
 #include "pus/st21/st21_content.h"
 
 #include "base/assertion.h"
+#include "pus/core/stored_request.h"
 
 #include <string.h>
 
@@ -99,7 +100,7 @@ static pus_failure_t check(sequences_t* const self, const sequence_t* const sequ
         pus_tc_t tc;
         pus_failure_t failure;
         const size_t size = sequences_read_entry(&reader, self->octets, &delay);
-        if ((size == 0U) || (pus_tc_decode(self->octets, size, &tc, &failure) != STATUS_OK)) {
+        if ((size == 0U) || (pus_stored_request_decode(self->octets, size, &tc, &failure) != STATUS_OK)) {
             return pus_failure(PUS_FAILURE_EMBEDDED, offset);
         }
         if (delay < 0) {

@@ -75,15 +75,20 @@ static pus_reply_t set_orbit_number(void* const object, pus_request_t* const req
     pus_position_schedule_t* const self = schedule->self;
     // If the orbit of a pending orbit number has begun, this puts the number into force.
     (void)pus_position_schedule_now(self);
-    self->is_pending = true;
-    self->orbit      = (uint32_t)(self->port.read(self->port.context) >> ANGLE_BITS);
-    self->number     = octet_read_u32(&request->reader);
+    const uint32_t orbit  = (uint32_t)(self->port.read(self->port.context) >> ANGLE_BITS);
+    const uint32_t number = octet_read_u32(&request->reader);
     uint8_t record[RECORD_SIZE];
     octet_writer_t writer = octet_writer(record, sizeof record);
     octet_write_u32(&writer, self->offset);
-    octet_write_u32(&writer, self->orbit);
-    octet_write_u32(&writer, self->number);
-    return pus_schedule_keep_own(schedule, record, sizeof record);
+    octet_write_u32(&writer, orbit);
+    octet_write_u32(&writer, number);
+    const pus_reply_t reply = pus_schedule_keep_own(schedule, record, sizeof record);
+    if (reply.kind == PUS_DONE) {
+        self->is_pending = true;
+        self->orbit      = orbit;
+        self->number     = number;
+    }
+    return reply;
 }
 
 pus_service_t pus_position_schedule_service(pus_position_schedule_t* const self)

@@ -71,6 +71,7 @@ static const char mission_document[] =
     "<Allow tc='129,1' select='OPERATIONAL' to='*' modes='NOMINAL' states='SAFE_OPERATIONAL'/>\n"
     "<Allow tc='129,3' select='LINKED' to='ARM' modes='NOMINAL' states='PRE_OPERATIONAL'/>\n"
     "<Allow tc='129,3' select='LINKED' to='HAND' modes='NOMINAL' states='PRE_OPERATIONAL'/>\n"
+    "<Allow tc='129,8' to='LONE' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='130,3' select='ARM_STATE' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='130,3' select='LONE_STATE' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"
     "<Allow tc='130,3' select='HAND_POS' to='SUPERVISOR' modes='NOMINAL' states='*'/>\n"

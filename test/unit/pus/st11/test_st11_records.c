@@ -173,6 +173,19 @@ static void a_step_commits_once_before_and_once_after_it_releases(void)
     TEST_ASSERT_EQUAL_UINT32(0U, st11_fixture.schedule.schedule.counters.unsaved);
 }
 
+/// Expect that the only sub-schedule is SS and the only group G, both enabled.
+static void expect_sets(void)
+{
+    static const uint8_t subtypes[]    = {18U, 26U};
+    static const uint8_t expected[][4] = {{0, 1, SS, 1}, {0, 1, G, 1}};
+    for (size_t i = 0U; i < sizeof subtypes; i++) {
+        st11_fixture_begin();
+        TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(subtypes[i]));
+        TEST_ASSERT_EQUAL_UINT64(sizeof expected[i], bench_report(2U).size);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected[i], bench_report(2U).data, sizeof expected[i]);
+    }
+}
+
 static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
 {
     static const uint8_t g[] = {G};
@@ -200,8 +213,16 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     st11_fixture_begin();
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(2U));
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.is_enabled);
     st11_fixture_command_ids(25U, 1U, g);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    st11_fixture_command_ids(21U, 0U, g);
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    st11_fixture_begin();
+    octet_write_octets(&st11_fixture.writer, (const uint8_t[]){1U, G + 1U, 1U}, 3U);
+    TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(22U));
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    expect_sets();
     records.put_status   = STATUS_OK;
     records.erase_status = STATUS_IO;
     st11_fixture_begin_ids(1U);
@@ -216,6 +237,19 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(3U));
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
     EXPECT_SCHEDULE(1);
+}
+
+static void a_group_whose_deletion_cannot_be_stored_stays(void)
+{
+    static const uint8_t g[] = {G};
+    st11_fixture_start_with_records();
+    st11_fixture_enable_all();
+    records.put_status = STATUS_FULL;
+    for (unsigned count = 0U; count <= 1U; count++) {
+        st11_fixture_command_ids(23U, count, g);
+        expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+        expect_sets();
+    }
 }
 
 static void due_activities_are_released_though_their_records_cannot_be_stored(void)
@@ -258,6 +292,10 @@ static void an_impossible_activity_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
     octets[0] = 0U;
+    request_forge(&octets[record.position - size]); // The source is the supervisor.
+    TEST_ASSERT_EQUAL(STATUS_INVALID,
+                      pus_time_schedule_restore(&st11_fixture.schedule, key, octets, record.position));
+    (void)memcpy(&octets[record.position - size], packet, size);
     TEST_ASSERT_EQUAL(STATUS_OK,
                       pus_time_schedule_restore(&st11_fixture.schedule, key | 599U, octets, record.position));
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
@@ -320,6 +358,7 @@ int main(void)
     RUN_TEST(a_loss_without_a_callback_is_counted);
     RUN_TEST(a_step_commits_once_before_and_once_after_it_releases);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
+    RUN_TEST(a_group_whose_deletion_cannot_be_stored_stays);
     RUN_TEST(due_activities_are_released_though_their_records_cannot_be_stored);
     RUN_TEST(an_impossible_activity_record_is_refused);
     RUN_TEST(an_impossible_state_is_refused);

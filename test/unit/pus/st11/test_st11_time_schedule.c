@@ -141,7 +141,7 @@ static void requests_that_the_port_refuses_are_released_later_in_order(void)
 static void each_instruction_of_an_insertion_is_refused_alone(void)
 {
     st11_fixture_enable_all();
-    st11_fixture_begin_insert(SS, 8U);
+    st11_fixture_begin_insert(SS, 9U);
     st11_fixture_add(G, 2U * S, 1U, 10U);
     st11_fixture_add(G + 1U, 2U * S, 2U, 10U);         // The group is unknown.
     st11_fixture_add(G, TEST_NOW_NS - 1000U, 3U, 10U); // The time is in the past.
@@ -154,18 +154,22 @@ static void each_instruction_of_an_insertion_is_refused_alone(void)
     const size_t report = st11_fixture.writer.position + 9U;
     st11_fixture_add(G, 2U * S, 6U, 10U); // A report, not a request.
     st11_fixture.data[report] &= 0xEFU;
+    const size_t forged = st11_fixture.writer.position + 9U;
+    st11_fixture_add(G, 2U * S, 9U, 10U); // The source is the supervisor.
+    request_forge(&st11_fixture.data[forged]);
     st11_fixture_add(G, TEST_NOW_NS, 7U, 10U);
     st11_fixture_add(G, 1000000U * S, 8U, 10U);
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(4U));
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 4, 1, 4, 1, 8);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 4, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, G + 1U);
     expect_failure(3U, 4U, PUS_FAILURE_PAST, 3U, 0U);
     expect_failure(4U, 4U, PUS_FAILURE_OUT_OF_RANGE, 4U, (uint32_t)time);
     expect_failure(5U, 4U, PUS_FAILURE_EMBEDDED, 5U, (uint32_t)checksum);
     expect_failure(6U, 4U, PUS_FAILURE_EMBEDDED, 6U, (uint32_t)report);
-    expect_failure(7U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 5U);
+    expect_failure(7U, 4U, PUS_FAILURE_EMBEDDED, 7U, (uint32_t)forged);
+    expect_failure(8U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 6U);
     EXPECT_SCHEDULE(7, 1, 8);
-    TEST_ASSERT_EQUAL_UINT32(5U, st11_fixture.schedule.schedule.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(6U, st11_fixture.schedule.schedule.counters.refused);
     // The activity of enable_all counts, too.
     TEST_ASSERT_EQUAL_UINT32(4U, st11_fixture.schedule.schedule.counters.inserted);
 }

@@ -185,7 +185,7 @@ static void a_definition_is_replaced_and_deleted_only_while_disabled(void)
 
 static void each_faulty_definition_is_refused_alone(void)
 {
-    begin(6U);
+    begin(7U);
     add(1U, 1U, 0U);
     const uint32_t apid = (uint32_t)writer.position;
     add(2U, 2U, 0U);
@@ -196,14 +196,18 @@ static void each_faulty_definition_is_refused_alone(void)
     add(4U, 4U, 0U);
     data[checksum + 12U] ^= 1U;
     add(5U, 5U, 0U);
+    const uint32_t forged = (uint32_t)writer.position + 4U;
+    add(6U, 6U, 0U);
+    request_forge(&data[forged]);
     add(1U, 6U, 0U); // The definition is disabled, so it may be defined again.
     request(1U);
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 8);
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 4, 1, 4, 1, 4, 1, 4, 1, 8);
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 2U, apid);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, event);
     expect_failure(4U, 4U, PUS_FAILURE_EMBEDDED, 4U, checksum);
+    expect_failure(5U, 4U, PUS_FAILURE_EMBEDDED, 6U, forged);
     TEST_ASSERT_EQUAL_UINT16(2U, actions.count);
-    TEST_ASSERT_EQUAL_UINT32(3U, actions.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(4U, actions.counters.refused);
     begin(1U);
     add(9U, 1U, (PUS_EVENT_ACTION_REQUEST_MAX + 1U) - PUS_TC_MIN);
     request(1U);
@@ -438,7 +442,10 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     begin(0U);
     request(5U);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
-    pus_event_action_observe(&actions, APID, 1U);
+    writer = octet_writer(data, sizeof data);
+    request(9U);
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    pus_event_action_observe(&actions, APID, 1U); // Function and definition are still enabled.
     EXPECT_RELEASED(1);
     records.put_status = STATUS_OK;
     command_key(5U, 1U);

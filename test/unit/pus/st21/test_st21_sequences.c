@@ -146,6 +146,12 @@ static void a_sequence_is_loaded_completely_or_refused(void)
     expect_failure(1U, 4U, PUS_FAILURE_EMBEDDED, 0U, second);
     st21_fixture_begin('a');
     octet_write_u8(&st21_fixture.writer, 1U);
+    st21_fixture_add(1U, 0U, TICKS);
+    request_forge(&st21_fixture.data[9]);
+    st21_fixture_request(1U);
+    expect_failure(1U, 4U, PUS_FAILURE_EMBEDDED, 0U, 9U);
+    st21_fixture_begin('a');
+    octet_write_u8(&st21_fixture.writer, 1U);
     st21_fixture_add(1U, 0U, -1);
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 9U + PUS_TC_MIN);
@@ -161,7 +167,7 @@ static void a_sequence_is_loaded_completely_or_refused(void)
     st21_fixture_add(1U, 0U, TICKS);
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, DETAIL('a'));
-    TEST_ASSERT_EQUAL_UINT32(4U, st21_fixture.service.counters.refused);
+    TEST_ASSERT_EQUAL_UINT32(5U, st21_fixture.service.counters.refused);
     TEST_ASSERT_EQUAL_UINT32(1U, st21_fixture.service.counters.loaded);
 }
 

@@ -247,12 +247,20 @@ static void an_orbit_number_that_is_not_kept_is_not_acknowledged(void)
 {
     config.persistence = records_port();
     start();
+    set_orbit(6U);
     records.put_status = STATUS_FULL;
     begin();
     octet_write_u32(&writer, 7U);
     request(28U);
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    position = 11U * ORBIT;
+    TEST_ASSERT_EQUAL_UINT64(6U * ORBIT, pus_position_schedule_now(&schedule)); // The number set before.
+    begin();
+    octet_write_u32(&writer, 9U);
+    request(28U);
+    position = 12U * ORBIT;
+    TEST_ASSERT_EQUAL_UINT64(7U * ORBIT, pus_position_schedule_now(&schedule)); // Number 6 and one orbit.
 }
 
 static void each_request_of_the_service_is_declared(void)

@@ -109,6 +109,16 @@ static void a_procedure_s_request_without_permission_is_refused(void)
     expect_ends(1U, 0U);
 }
 
+/// TC[129,8] is an order of the supervisor itself, also if the mission permits the request.
+static void a_procedure_gives_no_orders_in_the_name_of_the_supervisor(void)
+{
+    run("local ok, code, detail = send(18, 129, 8, '\\3\\0', true)\n" // PUS_FAILURE_SOURCE.
+        "assert(not ok and code == 0x0107 and detail == 0x8001, code)");
+    fixture_run(5U);
+    fixture_expect("");
+    expect_ends(1U, 0U);
+}
+
 static void a_procedure_is_notified_when_an_addressee_does_not_answer(void)
 {
     fixture.members[FIXTURE_ARM].is_passive = true;
@@ -227,6 +237,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_request_is_routed_and_its_end_awaited);
     RUN_TEST(a_procedure_s_request_without_permission_is_refused);
+    RUN_TEST(a_procedure_gives_no_orders_in_the_name_of_the_supervisor);
     RUN_TEST(a_procedure_is_notified_when_an_addressee_does_not_answer);
     RUN_TEST(requests_share_the_sequence_counts_of_the_supervisor);
     RUN_TEST(telemetry_is_read_by_name_and_number);
