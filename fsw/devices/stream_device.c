@@ -129,7 +129,7 @@ static void receive(stream_device_t* const device, const uint64_t now_ns)
     for (unsigned i = 0U; (status == STATUS_OK) && (i < RECORDS_PER_CALL); i++) {
         status = flow_receive(&device->flow, octets, &size);
         if (status != STATUS_OK) {
-            device->is_open = device->is_open && (status != STATUS_CLOSED);
+            device->is_open = (status != STATUS_CLOSED);
         } else if (stream_record_take(&device->in, octets, size) == STATUS_OK) {
             device->counters.received++;
             mark_present(device, now_ns);

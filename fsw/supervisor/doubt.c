@@ -5,6 +5,8 @@
 // has completed, the state is reliable, because reports arrive in order.
 #include "fsw/supervisor/supervisor_internal.h"
 
+#include "base/assertion.h"
+
 /// Silence after which the state is in doubt: a running subsystem reports its status once per second.
 #define DOUBT_AFTER_NS 1500000000ULL
 #define ASK_AGAIN_NS 1000000000ULL ///< Time after which an unanswered request for the status is repeated.
@@ -56,8 +58,8 @@ void supervisor_doubt_verification(supervisor_t* const supervisor, const pus_tm_
                                    const pus_verification_t* const verification)
 {
     registry_entry_t* const entry = supervisor_registry_find(supervisor, tm->apid);
-    const bool is_answer          = (entry != NULL) && (entry->doubt == DOUBT_ASKED) &&
-                           (tm->destination == PUS_USER_SUPERVISOR) &&
+    FSW_ASSERT(entry != NULL); // A report is routed only if its APID is that of the subsystem that sent it.
+    const bool is_answer = (entry->doubt == DOUBT_ASKED) && (tm->destination == PUS_USER_SUPERVISOR) &&
                            (verification->request_id == entry->asked.request_id) &&
                            (verification->failure.code == PUS_FAILURE_NONE);
     if (!is_answer) {

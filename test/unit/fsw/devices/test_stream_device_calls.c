@@ -122,6 +122,8 @@ static void a_connection_that_closes_within_a_cycle_is_closed(void** state)
 {
     (void)state;
     assert_int_equal(STATUS_BUSY, stream_device_open(&device, MS_NS));
+    cycle(MS_NS, STATUS_OK, 0);
+    assert_int_equal(STATUS_BUSY, stream_device_start(&device, MS_NS)); // It has sent nothing yet.
     cycle(MS_NS, STATUS_OK, 1);
     assert_int_equal(STATUS_OK, stream_device_start(&device, MS_NS));
     expect_value(__wrap_flow_step, now_ns, 2U * MS_NS);

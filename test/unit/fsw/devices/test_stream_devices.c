@@ -425,6 +425,15 @@ static void a_device_that_sends_nothing_is_present_while_its_end_node_is_open(vo
     TEST_ASSERT_EQUAL_UINT(0U, double_events(&generic, 5U));
 }
 
+static void a_device_on_tcp_is_found_by_address_and_port(void)
+{
+    stream_devices_release(&devices);
+    begin(BEGIN AXIS("A", "<Endnode type='TCP' address='10.0.0.2' port='7' framing='LENGTH' silence='20ms' "
+                          "retry='1ms' retryLongest='2ms'/>") END);
+    (void)run_cycles(stream_devices_hardware_init, 0U, 2U);
+    TEST_ASSERT_EQUAL_STRING("10.0.0.2:7", udp_peer);
+}
+
 static void events_that_the_descriptor_does_not_define_are_not_raised(void)
 {
     stream_devices_release(&devices);
@@ -459,6 +468,7 @@ int main(void)
     RUN_TEST(the_same_configuration_again_takes_no_time);
     RUN_TEST(octets_that_are_no_record_are_counted_and_reported_as_the_cause);
     RUN_TEST(a_device_that_sends_nothing_is_present_while_its_end_node_is_open);
+    RUN_TEST(a_device_on_tcp_is_found_by_address_and_port);
     RUN_TEST(events_that_the_descriptor_does_not_define_are_not_raised);
     return UNITY_END();
 }
