@@ -7,7 +7,8 @@ program and scenario, not from the speed of the machine; repeated flights differ
 the longest: the clock cycles of a period of 0.5 ms at 216 MHz. Stacks: the octets used, baseline those reserved; those
 of the tasks for the loops of services are from a run in real time (test/board/real_time.c). Wall time and processor
 time (of all programs): the least of two flights each, baseline the native one. Other load changes the processor time
-less than the wall time.
+less than the wall time. Requests that keep a record on the EEPROM (test/board/commits.c): instructions, and the time
+that a real EEPROM needs.
 
 With UPDATE=1 the tables of docs/porting.md are written again."""
 
@@ -33,13 +34,15 @@ def table_of(head, rows):
     return "\n".join(lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]) + "\n"
 
 
-def tables(rows, stacks):
+def tables(rows, stacks, commits):
     """Name -> text of each table of the page."""
+    kept = [(f"{one.size} octets", "yes" if one.is_compaction else "no", one.instructions, one.pages, one.octets, f"{one.ms:.0f}") for one in commits]
     ordered = sorted(rows, key=lambda row: (row.before != row.after, flight.STATES.index(row.before), flight.STATES.index(row.after)))
     steps = [(row.name, row.count, row.median, row.p99, row.longest, f"{100 * row.longest / BUDGET:.0f} %") for row in ordered]
     used = [(stack.task, stack.octets, stack.used, f"{100 * (1 - stack.used / stack.octets):.0f} %") for stack in stacks]
     return {"steps": table_of("| state, or transition | steps | median | 99th percentile | longest | of 108000 |", steps),
-            "stacks": table_of("| stack of | octets | used | never used |", used)}
+            "stacks": table_of("| stack of | octets | used | never used |", used),
+            "commits": table_of("| record of | compacts | instructions | pages written | octets on the bus | real EEPROM [ms] |", kept)}
 
 
 def with_real_time(stepped, real):
@@ -51,10 +54,10 @@ def with_real_time(stepped, real):
     return list(used.values())
 
 
-def update(page, rows, stacks):
+def update(page, rows, stacks, commits):
     """Replace the tables of the page."""
     text = page.read_text(encoding="utf-8")
-    for name, table in tables(rows, stacks).items():
+    for name, table in tables(rows, stacks, commits).items():
         begin, end = f"<!-- table: {name} -->\n", "<!-- end -->"
         before, _, rest = text.partition(begin)
         assert rest, f"{page}: no line {begin.strip()}"
@@ -84,18 +87,23 @@ def main():
         folder = pathlib.Path(name)
         rows, stacks = flight.steps(folder, flight.LOSSES)
         stacks = with_real_time(stacks, flight.loop_in_real_time(folder)[1])
+        commits = flight.commits(folder)
         native, target = seconds(folder, "--links", "udp"), seconds(folder, "--rtos", "MANIPULATOR", "--seed", "1")
     for row in rows:
         place = row.name.replace(" ", "_")
         print(f"BENCH target_{place}_longest {row.longest} instr {BUDGET}")
         print(f"BENCH target_{place}_p99 {row.p99} instr -")
         print(f"BENCH target_{place}_median {row.median} instr -")
+    for one in commits:
+        name = f"{'compaction' if one.is_compaction else 'commit'}_of_{one.size}_octets"
+        print(f"BENCH target_{name} {one.instructions} instr -")
+        print(f"BENCH target_{name}_on_a_real_eeprom {one.ms:.0f} ms -")
     for stack in stacks:
         print(f"BENCH target_stack_{stack.task} {stack.used} octets {stack.octets}")
     for name, on_board, baseline in zip(("wall", "processor"), target, native, strict=True):
         print(f"BENCH target_hil_{name}_time {on_board:.2f} s {baseline:.2f}")
     if os.environ.get("UPDATE"):
-        update(PAGE, rows, stacks)
+        update(PAGE, rows, stacks, commits)
     return 0
 
 

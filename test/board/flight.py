@@ -8,14 +8,17 @@ import sys
 from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "test" / "mission"))
+sys.path[:0] = [str(ROOT / "test" / part) for part in ("mission", "support")]
 
 import flying
+import run_tests
 
 BOARD = "mps2-an500"
 STEP = re.compile(r"^STEP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
 STACK = re.compile(r"^STACK (\S+) (\d+) (\d+)$", re.MULTILINE)
 LOOP = re.compile(r"^LOOP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
+COMMIT = re.compile(r"^COMMIT (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
+PAGE_MS, OCTET_MS = 5, 0.009  # AT24CM01: a write of a page at most, and nine clocks at 1 MHz.
 # An instruction takes 8 ns, so that 0.5 ms have 62500 instructions: fewer than the 108000 cycles of 216 MHz.
 REAL_TIME = "qemu-system-arm -display none -monitor none -serial none -icount shift=3,sleep=off -no-reboot -machine " + BOARD
 STATES = ("OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL",
@@ -57,6 +60,22 @@ class Waits:
     missed: int
     early: int
     latest: int  # Counts of 40 ns.
+
+
+@dataclass(frozen=True)
+class Commit:
+    """The longest request that keeps one record, of those that compact the journal or of those that do not."""
+
+    size: int  # Octets of the record.
+    is_compaction: bool
+    instructions: int
+    pages: int
+    octets: int  # On the bus.
+
+    @property
+    def ms(self):
+        """Time of the bus and of the writes with a real EEPROM."""
+        return PAGE_MS * self.pages + OCTET_MS * self.octets
 
 
 def build():
@@ -128,3 +147,16 @@ def loop_in_real_time(folder):
     assert code == 0, text
     waits = [Waits(STATES[int(state)], *map(int, numbers)) for state, *numbers in LOOP.findall(text)]
     return {row.state: row for row in waits}, stacks_of(text)
+
+
+def commits(folder):
+    """Keep records on a blank EEPROM with build/<board>/commits/manipulator. Returns the longest requests."""
+    build()
+    (folder / run_tests.EEPROM).write_bytes(b"\xFF" * run_tests.EEPROM_OCTETS)
+    devices = run_tests.EEPROM_DEVICES.replace("driver=file", "driver=file,cache.no-flush=on")  # The image need not be on the disk.
+    done = subprocess.run([*run_tests.EMULATOR.split(), "-machine", BOARD, *devices.split(),
+                           "-semihosting-config", "enable=on,target=native,arg=manipulator",
+                           "-kernel", ROOT / "build" / BOARD / "commits" / "manipulator"],
+                          cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return [Commit(int(size), compactions == "1", *map(int, numbers)) for size, compactions, *numbers in COMMIT.findall(done.stdout + done.stderr)]
