@@ -3,6 +3,7 @@
 
 #include "base/assertion.h"
 
+#include <math.h>
 #include <stddef.h>
 
 void canopen_cia402_axis_init(canopen_cia402_axis_t* const axis, const canopen_cia402_scale_t scale)
@@ -74,7 +75,8 @@ double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* const axis)
     return (double)axis->torque * axis->scale.torque_nm;
 }
 
-/// Convert a value to the nearest number of units within +-limit, and count clipped values.
+/// Convert a value to the nearest number of units within +-limit, halves away from zero, and count clipped
+/// values.
 static double to_units(canopen_cia402_axis_t* const axis, const double value, const double unit,
                        const double limit)
 {
@@ -87,8 +89,7 @@ static double to_units(canopen_cia402_axis_t* const axis, const double value, co
         axis->limited++;
         return -limit;
     }
-    // The caller's conversion to an integer cuts off the fraction: the half rounds to the nearest unit.
-    return units + ((units < 0.0) ? -0.5 : 0.5);
+    return round(units);
 }
 
 /// Limit a value to the range from `low` to `high`, and count clipped values.
@@ -106,9 +107,9 @@ static int16_t torque_units(canopen_cia402_axis_t* const axis, const double torq
         axis->limited++;
         return 0;
     }
-    // With the half that to_units adds, 32766 is the largest number that stays within the INT16.
     const double by_axis = axis->scale.torque_max_nm / axis->scale.torque_nm;
-    return (int16_t)to_units(axis, torque_nm, axis->scale.torque_nm, (by_axis < 32766.0) ? by_axis : 32766.0);
+    const double limit   = (by_axis < (double)INT16_MAX) ? by_axis : (double)INT16_MAX;
+    return (int16_t)to_units(axis, torque_nm, axis->scale.torque_nm, limit);
 }
 
 void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, const double position_rad,
@@ -120,7 +121,7 @@ void canopen_cia402_axis_command_position(canopen_cia402_axis_t* const axis, con
         const double limited_rad = (scale->low_rad < scale->high_rad)
                                        ? within(axis, position_rad, scale->low_rad, scale->high_rad)
                                        : position_rad;
-        axis->target_position    = (int32_t)to_units(axis, limited_rad, scale->position_rad, 2147483646.0);
+        axis->target_position = (int32_t)to_units(axis, limited_rad, scale->position_rad, (double)INT32_MAX);
     } else {
         axis->limited++;
     }
@@ -136,7 +137,8 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* const axis, con
         const double limited_rad_s =
             (scale->speed_rad_s > 0.0) ? within(axis, velocity_rad_s, -scale->speed_rad_s, scale->speed_rad_s)
                                        : velocity_rad_s;
-        axis->target_velocity = (int32_t)to_units(axis, limited_rad_s, scale->velocity_rad_s, 2147483646.0);
+        axis->target_velocity =
+            (int32_t)to_units(axis, limited_rad_s, scale->velocity_rad_s, (double)INT32_MAX);
     } else {
         axis->target_velocity = 0;
         axis->limited++;

@@ -67,7 +67,7 @@ double canopen_cia402_axis_position_rad(const canopen_cia402_axis_t* axis);
 double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* axis);
 
 /// Command a position (CSP) with a torque offset. All commands are cut at the limits (counted) and rounded
-/// to the nearest unit. NaN: torque 0, position unchanged.
+/// to the nearest unit, halves away from zero. NaN: torque 0, position unchanged.
 void canopen_cia402_axis_command_position(canopen_cia402_axis_t* axis, double position_rad,
                                           double torque_offset_nm);
 /// Command a velocity (CSV) with a torque offset. NaN: velocity 0.

@@ -3,6 +3,7 @@
 
 #include "base/assertion.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -22,7 +23,6 @@
 
 #define PER_MILLE 0.001
 #define MILLI 0.001
-#define HALF 0.5
 #define OCTET_BITS 8U
 
 #define FIRST_TORQUE 3U // Index of the first torque in the list of accesses that identify a device.
@@ -446,7 +446,7 @@ void canopen_device_set_value(canopen_device_t* const device, const uint8_t valu
         number = 0.0;
     }
     number                = (number < low) ? low : ((number > high) ? high : number);
-    const int64_t nearest = (int64_t)(number + ((number < 0.0) ? -HALF : HALF));
+    const int64_t nearest = (int64_t)round(number);
     device->values[value] = (uint32_t)((uint64_t)nearest & (end - 1U));
 }
 

@@ -5,6 +5,7 @@
 #include "base/crc.h"
 
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
 #define CHECKSUM_OCTETS 2U
@@ -118,8 +119,7 @@ double stream_record_value(const stream_record_t* const record, const uint8_t fi
 }
 
 /// Convert a raw value, which is within the range of its type, to its bits; an integer is rounded, halves
-/// away from zero. The magnitude is not increased by 0.5 before the conversion: the sum could be inexact,
-/// and round up a magnitude below one half or a large one.
+/// away from zero.
 static uint64_t bits_of(const value_type_t type, const double raw)
 {
     uint64_t bits = 0U;
@@ -131,10 +131,8 @@ static uint64_t bits_of(const value_type_t type, const double raw)
         (void)memcpy(&low, &single, sizeof single);
         bits = low;
     } else {
-        const double magnitude = (raw < 0.0) ? -raw : raw;
-        const uint64_t whole   = (uint64_t)magnitude;
-        const uint64_t rounded = whole + (((magnitude - (double)whole) >= 0.5) ? 1U : 0U);
-        bits                   = (raw < 0.0) ? (0U - rounded) : rounded;
+        const double whole = round(raw);
+        bits               = (whole < 0.0) ? (uint64_t)(int64_t)whole : (uint64_t)whole;
     }
     return bits;
 }

@@ -7,6 +7,7 @@
 #include "base/value.h"
 
 #include <float.h>
+#include <math.h>
 
 #define OCTET_BITS 8U
 #define HALF 0.5
@@ -49,19 +50,18 @@ static double power_of_two(const size_t bits)
     return power;
 }
 
-/// Round to the nearest whole number, in two's complement. False if an object of `octets` octets cannot
-/// hold it.
+/// Round to the nearest whole number, halves away from zero, in two's complement. False if an object of
+/// `octets` octets cannot hold it.
 static bool round_to(const double real, const size_t octets, const bool has_sign, uint64_t* const out_bits)
 {
     const double range = power_of_two(octets * OCTET_BITS);
     const double end   = has_sign ? (range * HALF) : range; // The smallest number that is too large.
     const double low   = has_sign ? -end : 0.0;
-    const double moved = real + ((real < 0.0) ? -HALF : HALF);
-    // The conversion below drops the fraction: every `moved` above low - 1 becomes `low` or more.
-    if (!((moved > (low - 1.0)) && (moved < end))) { // NaN fails both comparisons.
+    const double whole = round(real);
+    if (!((whole >= low) && (whole < end))) { // NaN fails both comparisons.
         return false;
     }
-    *out_bits = (moved < 0.0) ? (uint64_t)(int64_t)moved : (uint64_t)moved;
+    *out_bits = (whole < 0.0) ? (uint64_t)(int64_t)whole : (uint64_t)whole;
     return true;
 }
 

@@ -237,17 +237,56 @@ static void commands_never_pass_the_limits(void)
     TEST_ASSERT_EQUAL_INT32(500000, axis.target_position);
     TEST_ASSERT_EQUAL_INT16(0, axis.torque_offset);
     canopen_cia402_axis_command_position(&axis, 1.0e9, 0.0);
-    TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_position);
+    TEST_ASSERT_EQUAL_INT32(2147483647, axis.target_position);
     canopen_cia402_axis_command_position(&axis, -(double)INFINITY, 0.0);
-    TEST_ASSERT_EQUAL_INT32(-2147483646, axis.target_position);
+    TEST_ASSERT_EQUAL_INT32(-2147483647, axis.target_position);
     // A torque limit beyond the range of an INTEGER16 is replaced by that range.
     axis.scale.torque_max_nm = 1000.0;
     canopen_cia402_axis_command_torque(&axis, 999.0);
-    TEST_ASSERT_EQUAL_INT16(32766, axis.target_torque);
+    TEST_ASSERT_EQUAL_INT16(32767, axis.target_torque);
     // No torque is commanded before the device has reported its units.
     axis.scale.torque_max_nm = 0.0;
     canopen_cia402_axis_command_torque(&axis, 1.0);
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
+}
+
+/// The sum of such a number and one half is not exact: the nearest whole number must not depend on it.
+#define BELOW_HALF 0.49999999999999994
+
+static void halves_are_rounded_away_from_zero(void)
+{
+    static const struct {
+        double units;
+        int32_t nearest;
+        int16_t torque;
+        unsigned limited; // Number of the clipped values: position, velocity and torque.
+    } cases[]                 = {{BELOW_HALF, 0, 0, 0U},
+                                 {-BELOW_HALF, 0, 0, 0U},
+                                 {0.5, 1, 1, 0U},
+                                 {-0.5, -1, -1, 0U},
+                                 {2.5, 3, 3, 0U},
+                                 {-2.5, -3, -3, 0U},
+                                 {32766.5, 32767, 32767, 0U},
+                                 {32767.5, 32768, 32767, 1U},
+                                 {-32767.5, -32768, -32767, 1U},
+                                 {2147483646.5, 2147483647, 32767, 1U},
+                                 {2147483647.5, 2147483647, 32767, 3U},
+                                 {-2147483646.5, -2147483647, -32767, 1U},
+                                 {-2147483647.5, -2147483647, -32767, 3U}};
+    axis.scale.position_rad   = 1.0;
+    axis.scale.velocity_rad_s = 1.0;
+    axis.scale.torque_nm      = 1.0;
+    axis.scale.torque_max_nm  = 1e6;
+    for (unsigned i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        axis.limited = 0U;
+        canopen_cia402_axis_command_position(&axis, cases[i].units, 0.0);
+        canopen_cia402_axis_command_velocity(&axis, cases[i].units, 0.0);
+        canopen_cia402_axis_command_torque(&axis, cases[i].units);
+        TEST_ASSERT_EQUAL_INT32(cases[i].nearest, axis.target_position);
+        TEST_ASSERT_EQUAL_INT32(cases[i].nearest, axis.target_velocity);
+        TEST_ASSERT_EQUAL_INT16(cases[i].torque, axis.target_torque);
+        TEST_ASSERT_EQUAL_UINT32(cases[i].limited, axis.limited);
+    }
 }
 
 static void a_velocity_is_commanded_with_a_torque_offset(void)
@@ -256,7 +295,7 @@ static void a_velocity_is_commanded_with_a_torque_offset(void)
     TEST_ASSERT_EQUAL_INT32(-250000, axis.target_velocity);
     TEST_ASSERT_EQUAL_INT16(150, axis.torque_offset);
     canopen_cia402_axis_command_velocity(&axis, 1.0e9, 0.0);
-    TEST_ASSERT_EQUAL_INT32(2147483646, axis.target_velocity);
+    TEST_ASSERT_EQUAL_INT32(2147483647, axis.target_velocity);
     TEST_ASSERT_EQUAL_UINT32(1U, axis.limited);
     canopen_cia402_axis_command_velocity(&axis, (double)NAN, 0.0);
     TEST_ASSERT_EQUAL_INT32(0, axis.target_velocity);
@@ -334,6 +373,7 @@ int main(void)
     RUN_TEST(leaving_operation_on_command_is_not_a_fault);
     RUN_TEST(values_are_scaled_and_rounded);
     RUN_TEST(commands_never_pass_the_limits);
+    RUN_TEST(halves_are_rounded_away_from_zero);
     RUN_TEST(a_velocity_is_commanded_with_a_torque_offset);
     RUN_TEST(homing_is_started_in_operation_and_ended_by_the_drive);
     return UNITY_END();

@@ -122,6 +122,8 @@ static void sent_values_are_rounded_and_limited_to_their_object(void)
     } cases[] = {{5.0, 0.25, {0x05U, 0U, 0U, 25U, 0U, 0U}},
                  {4.4, 655.364, {0x04U, 0U, 0U, 0x00U, 0x00U, 0x01U}},
                  {-1.0, -3.0, {0x00U, 0U, 0U, 0U, 0U, 0U}},
+                 {0.49999999999999994, 0.005, {0x00U, 0U, 0U, 1U, 0U, 0U}},
+                 {0.5, 0.0, {0x01U, 0U, 0U, 0U, 0U, 0U}},
                  {1e12, 1e12, {0xFFU, 0U, 0U, 0xFFU, 0xFFU, 0xFFU}},
                  {(double)NAN, (double)INFINITY, {0x00U, 0U, 0U, 0xFFU, 0xFFU, 0xFFU}}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {

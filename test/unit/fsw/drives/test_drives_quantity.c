@@ -18,6 +18,9 @@ static const char document[] =
     "<Quantity name='HEAT' id='1' object='0x2210:00' type='INT16' scale='0.1' unit='degC' settable='true'/>\n"
     "<Quantity name='BRAKE' id='2' object='0x2220:00' type='UINT8' scale='1'/>\n"
     "<Quantity name='GAIN' id='3' object='0x2230:01' type='FLOAT' scale='-2' settable='true'/>\n"
+    "<Quantity name='COUNT' id='4' object='0x2240:00' type='INT32' scale='1' settable='true'/>\n"
+    "<Quantity name='WIDE' id='5' object='0x2250:00' type='INT64' scale='1' settable='true'/>\n"
+    "<Quantity name='LARGE' id='6' object='0x2260:00' type='UINT64' scale='1' settable='true'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x11'/></Device>\n"
     "<Device name='B' type='joint-drive'><Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
     "</Devices></Configuration></Subsystem>\n";
@@ -230,6 +233,47 @@ static void the_limits_of_each_range_can_be_set(void)
     }
 }
 
+/// Neither the sum of a number and one half nor that of a large number and one half is exact.
+static void halves_are_rounded_away_from_zero(void)
+{
+    static const struct {
+        double real;
+        uint16_t id;
+        bool fits;
+        uint64_t bits;
+    } cases[] = {{0.49999999999999994, 4U, true, 0U},
+                 {-0.49999999999999994, 4U, true, 0U},
+                 {0.5, 4U, true, 1U},
+                 {-0.5, 4U, true, 0xFFFFFFFFU},
+                 {-2.5, 4U, true, 0xFFFFFFFDU},
+                 {2147483646.5, 4U, true, 0x7FFFFFFFU},
+                 {2147483647.4999998, 4U, true, 0x7FFFFFFFU},
+                 {2147483647.5, 4U, false, 0U},
+                 {-2147483648.4999995, 4U, true, 0x80000000U},
+                 {-2147483648.5, 4U, false, 0U},
+                 {0.49999999999999994, 6U, true, 0U},
+                 {-0.49999999999999994, 6U, true, 0U},
+                 {-0.5, 6U, false, 0U},
+                 {4503599627370497.0, 5U, true, 0x10000000000001U},
+                 {-4503599627370497.0, 5U, true, 0xFFEFFFFFFFFFFFFFU},
+                 {9007199254740991.0, 6U, true, 0x1FFFFFFFFFFFFFU},
+                 {-9223372036854775808.0, 5U, true, 0x8000000000000000U},
+                 {9223372036854775808.0, 5U, false, 0U},
+                 {9223372036854775808.0, 6U, true, 0x8000000000000000U},
+                 {18446744073709551616.0, 6U, false, 0U},
+                 {(double)NAN, 4U, false, 0U},
+                 {(double)INFINITY, 5U, false, 0U}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        uint8_t expected[DRIVES_QUANTITY_OCTETS] = {0U};
+        for (unsigned k = 0U; k < sizeof expected; k++) {
+            expected[k] = (uint8_t)(cases[i].bits >> (8U * k));
+        }
+        memset(octets, 0, sizeof octets);
+        TEST_ASSERT_EQUAL_MESSAGE(cases[i].fits, to_object(cases[i].id, cases[i].real), "fits");
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, octets, sizeof expected);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -240,5 +284,6 @@ int main(void)
     RUN_TEST(an_unknown_or_unsettable_quantity_is_refused);
     RUN_TEST(wrong_lines_of_a_descriptor_are_reported);
     RUN_TEST(the_limits_of_each_range_can_be_set);
+    RUN_TEST(halves_are_rounded_away_from_zero);
     return UNITY_END();
 }
