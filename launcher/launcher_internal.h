@@ -86,6 +86,11 @@ void launcher_remove_buses(launcher_t* launcher);
 /// Take over virtual interfaces that a killed launcher has created, so that they are removed with the buses.
 void launcher_adopt_interfaces(launcher_t* launcher);
 
+/// launcher_streams.c: check the stream devices of a run on two on-board computers, whose network leads to no
+/// host of a device: end nodes of types UDP and TCP are refused. False: `reason` says which one, with file
+/// and line. The mission keeps its content; `scratch` changes.
+bool launcher_check_streams(launcher_t* launcher, const char* mission_path);
+
 /// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of a process that
 /// was started again and does not join or, in free-running time, makes no step.
 void launcher_watch_lives(launcher_t* launcher);

@@ -519,7 +519,8 @@ static bool read_mission(launcher_t* const launcher, char* const path, const siz
 {
     return load_mission(launcher, path, capacity) && choose_methods(launcher, path) &&
            find_programs(launcher, path) && check_key(launcher, path) &&
-           launcher_set_limits(launcher, path) && launcher_check_device_classes(launcher);
+           launcher_set_limits(launcher, path) && launcher_check_device_classes(launcher) &&
+           launcher_check_streams(launcher, path);
 }
 
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,

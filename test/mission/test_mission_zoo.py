@@ -220,6 +220,22 @@ def test_what_cannot_fly_is_refused_before_the_flight(root, tmp_path, old, new, 
     flying.assert_clean(flight)
 
 
+def test_devices_on_hosts_are_refused_on_two_computers_before_the_flight(root):
+    """Two on-board computers have a network of their own, which leads to no device. The scenario does not exist, so a
+    launcher that accepts the devices ends with that reason."""
+    _edit(root, "descriptors/missions/zoo.xml", r'(<Subsystem name="INSTRUMENTS")', r'\1 node="2"')
+    for kind, name in (("UDP", "SHUTTER"), ("TCP", "COVER")):
+        text = (root / INSTRUMENTS).read_text(encoding="utf-8")
+        line = text[: text.index(f'<Endnode type="{kind}"')].count("\n") + 1
+        done = flying.refuse("run", "--mission", "zoo", "--nodes", 2, "--scenario", "nowhere", root=root)
+        assert done.returncode == 1
+        assert f'subsystems/instruments.xml:{line}: type="{kind}" of <Endnode>: expected no host with --nodes 2' in done.stderr, done.stderr
+        assert "fly with --nodes 1" in done.stderr
+        _edit(root, INSTRUMENTS, rf'(<Device name="{name}".*?)<Endnode [^>]*/>', rf'\1<Endnode type="SHM" name="{name.lower()}"/>')
+    done = flying.refuse("run", "--mission", "zoo", "--nodes", 2, "--scenario", "nowhere", root=root)
+    assert done.returncode == 1 and "Endnode" not in done.stderr, done.stderr
+
+
 @pytest.mark.parametrize(
     ("fault", "end", "cause"),
     [("unplug {}", "plug {}", {"UDP": 2}), ("silent {} on", "silent {} off", dict.fromkeys(KINDS, 2)), ("garbage {} on", "garbage {} off", dict.fromkeys(KINDS, 3))],

@@ -50,6 +50,13 @@ bool __wrap_launcher_check_device_classes(launcher_t* self)
     return true;
 }
 
+bool __wrap_launcher_check_streams(launcher_t* self, const char* mission_path)
+{
+    assert_ptr_equal(&launcher, self);
+    assert_string_equal("descriptors/missions/rokviss.xml", mission_path);
+    return true;
+}
+
 bool __wrap_launcher_check_remote_endian(launcher_t* self)
 {
     assert_ptr_equal(&launcher, self);
