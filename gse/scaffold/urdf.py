@@ -18,6 +18,10 @@ JOINTS_MAX = 12
 EFFORT_MAX = 320.0  # Nm or N, of descriptors/devices/joint-drive-large.eds.
 POSITION_MAX = 2147.0  # rad or m: 32 bits of the drives' unit of 1e-6.
 FINGERS = 'make the joints of a gripper type="fixed" without <mimic>, docs/arm.md'
+INSTEAD = {  # What to write for a joint type that no drive moves.
+    "floating": 'for a base that flies freely, remove this joint with its parent link and give BASE=free; otherwise make it type="fixed"',
+    "planar": 'make it type="fixed", or two prismatic joints and a revolute one, each of which moves a link with a mass',
+}
 NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,62}")  # Of an attribute of the world's <Start>.
 
 
@@ -156,6 +160,7 @@ class _Chain:
     def __init__(self, path, document, tool):
         self.path, self.tool = path, tool
         self.links = {link.name: mass_of(link) for link in document.links}
+        self.lines = {link.name: link.line for link in document.links}
         self.children, self.moved = {}, {}
         for joint in document.joints:
             for end in (joint.parent, joint.child):
@@ -166,14 +171,23 @@ class _Chain:
             self.children.setdefault(joint.parent, []).append(joint)
             self.moved[joint.child] = joint.name
 
+    def fail(self, message):
+        """Raise an error about the whole file."""
+        raise UrdfError(f"{self.path}: {message}")
+
     def refuse(self, joint, message):
         """Raise an error at a joint."""
         raise UrdfError(f"{self.path}:{joint.line}: joint {joint.name}: {message}")
 
     def root(self):
         roots = [name for name in self.links if name not in self.moved]
-        if len(roots) != 1:
-            raise UrdfError(f"{self.path}: {len(roots)} links without a parent{': ' if roots else ''}{' '.join(roots)}: expected one, the root of the robot")
+        if len(roots) > 1:
+            raise UrdfError(f"{self.path}:{self.lines[roots[1]]}: link {roots[1]}: expected one root, and {roots[0]} is no child of a joint either; "
+                            f'connect {roots[1]} by a joint with type="fixed", or remove it')
+        if not roots:
+            joint = next(iter(self.children.values()))[0] if self.children else None
+            message = "expected one link that is no child of a joint, the root of the robot"
+            self.refuse(joint, f"{message}; the joints form a ring: remove one") if joint else self.fail(f"no link: {message}")
         return roots[0]
 
     def rigid(self, link):
@@ -193,13 +207,14 @@ class _Chain:
 
     def joint_of(self, joint, placed):
         if joint.kind not in ("revolute", "continuous", "prismatic"):
-            self.refuse(joint, f'type="{joint.kind}": expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives')
+            kinds = "expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives"
+            self.refuse(joint, f'type="{joint.kind}": {kinds}{"; " * (joint.kind in INSTEAD)}{INSTEAD.get(joint.kind, "")}')
+        if joint.is_mimic:
+            self.refuse(joint, f"expected no <mimic>, because a drive moves each joint of an arm; {FINGERS}")
         bounds = ("effort", "velocity") if joint.kind == "continuous" else ("effort", "velocity", "lower", "upper")
         missing = [name for name in bounds if name not in joint.limit]
         if missing:
             self.refuse(joint, f"no {', '.join(missing)}: expected <limit> with {', '.join(bounds)}, which bound motion and torque")
-        if joint.is_mimic:
-            self.refuse(joint, f"expected no <mimic>, because a drive moves each joint of an arm; {FINGERS}")
         if not NAME.fullmatch(joint.name):
             self.refuse(joint, "expected a name of letters, digits, '_', '-' and '.', a letter first, because it is a name in the world")
         turns = {"lower": -2.0 * math.pi, "upper": 2.0 * math.pi}
@@ -226,12 +241,15 @@ class _Chain:
             found, placed = leaving[0]
             joint = self.joint_of(found, placed)
             joint.link, leaving, frames = self.rigid(found.child)
+            if joint.link.mass == 0.0:
+                self.refuse(found, f"link {found.child} has no mass: expected <inertial> with <mass> and <inertia> in it, or in a link that a joint with "
+                                   'type="fixed" connects to it')
             joints.append(joint)
         if not 1 <= len(joints) <= JOINTS_MAX:
-            raise UrdfError(f"{self.path}: {len(joints)} joints that move: expected 1 to {JOINTS_MAX}")
+            self.fail(f"{len(joints)} joints that move: expected 1 to {JOINTS_MAX}")
         tool = self.tool or list(frames)[-1]
         if tool not in frames:
-            raise UrdfError(f"{self.path}: tool {tool}: expected a link after the last joint: {' '.join(frames)}")
+            self.fail(f"tool {tool}: expected a link after the last joint: {' '.join(frames)}")
         return joints, frames[tool], tool, base
 
 

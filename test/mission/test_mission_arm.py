@@ -367,6 +367,7 @@ def made_robots(session_folder):
 @pytest.mark.parametrize("old, new, says", [
     ('name="gantry"', 'name="again" axes="4"', ":1: found 'axes=\"4\"', expected name version xmlns:xacro; docs/arm.md lists what to change in the URDF of a manufacturer; nothing was changed"),
     ("</robot>", '<gazebo reference="base"/></robot>', "found 'gazebo', expected link, joint, material or transmission; docs/arm.md lists what to change in the URDF of a manufacturer; nothing was changed"),
+    ("</link>", '<collision><geometry><mesh filename="cover.stl"/></geometry></collision></link>', "found 'mesh', expected one box, sphere or cylinder; docs/arm.md lists what to change"),
 ])
 def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path, old, new, says):
     place, _ = made_robots
