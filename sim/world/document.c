@@ -9,6 +9,7 @@
 
 #define PIECE_OCTETS 4096
 #define EXPECTED_MAX 200U
+#define TIME_DIGITS_MAX 9U // As in descriptors.
 
 typedef struct {
     const char* path;
@@ -87,6 +88,9 @@ static void XMLCALL on_end(void* const context, const XML_Char* const name)
 {
     static const char* const none[] = {NULL};
     document_reader_t* reader       = context;
+    if (reader->status != STATUS_OK) {
+        return; // The parser still reports the end of the empty element that was refused.
+    }
     if (reader->skipped_depth == 0U) {
         const element_t element = element_here(reader, name, none);
         note_status(reader, reader->handler->end(reader->handler->context, &element));
@@ -244,9 +248,12 @@ static bool take_unsigned(const char* const value, const field_t* const field, u
 {
     char* end                  = NULL;
     errno                      = 0;
-    const unsigned long number = strtoul(value, &end, 0);
+    const bool is_hexadecimal  = strncmp(value, "0x", 2U) == 0;
+    const unsigned long number = strtoul(value, &end, is_hexadecimal ? 16 : 10);
     *out_value                 = (unsigned)number;
-    return (value[0] >= '0') && (value[0] <= '9') && (*end == '\0') && (errno == 0) &&
+    // A zero in front has another meaning in other readers: octal.
+    const bool is_clear = is_hexadecimal || (value[0] != '0') || (value[1] == '\0');
+    return is_clear && (value[0] >= '0') && (value[0] <= '9') && (*end == '\0') && (errno == 0) &&
            is_inside((double)number, field->low, field->high);
 }
 
@@ -255,10 +262,11 @@ static bool take_time(const char* const value, const field_t* const field, doubl
     static const struct {
         const char* word;
         double ns;
-    } units[]       = {{"us", 1e3}, {"ms", 1e6}, {"s", 1e9}};
-    const char* end = &value[strspn(value, "0123456789")];
-    *out_ns         = strtod(value, NULL);
-    for (size_t i = 0U; (i < (sizeof units / sizeof units[0])) && (end != value); i++) {
+    } units[]          = {{"us", 1e3}, {"ms", 1e6}, {"s", 1e9}};
+    const char* end    = &value[strspn(value, "0123456789")];
+    const bool is_time = (end != value) && ((size_t)(end - value) <= TIME_DIGITS_MAX);
+    *out_ns            = strtod(value, NULL);
+    for (size_t i = 0U; (i < (sizeof units / sizeof units[0])) && is_time; i++) {
         if (strcmp(end, units[i].word) == 0) {
             *out_ns *= units[i].ns;
             return is_inside(*out_ns, field->low, field->high);

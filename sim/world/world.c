@@ -2,6 +2,7 @@
 #include "sim/world/world.h"
 
 #include "sim/world/world_attitude.h"
+#include "sim/world/world_contact.h"
 #include "sim/world/world_instrument.h"
 #include "sim/world/world_internal.h"
 #include "sim/world/world_latch.h"
@@ -19,6 +20,7 @@ typedef struct kind kind_t;
 typedef struct {
     world_t* world;
     const kind_t* open[LEVELS]; // Open elements, by depth.
+    uint64_t seen[LEVELS];      // Of each open element: kinds of the elements inside it so far, as bits.
     unsigned depth;
 } reader_t;
 
@@ -37,6 +39,9 @@ struct kind {
     /// For elements without an array in world_t: processes the element instead of the members above. Else
     /// null.
     status_t (*take)(world_t* world, const element_t* element);
+    bool is_single; // At most one in its parent.
+    /// Called at the end of the element. May be null.
+    status_t (*close)(const world_t* world, const element_t* element);
 };
 
 // ---- Elements ----
@@ -48,7 +53,10 @@ static const field_t world_fields[] = {
 
 static status_t take_world(world_t* const world, const element_t* const element)
 {
-    return element_take(element, world_fields, COUNT_OF(world_fields), world);
+    const status_t status = element_take(element, world_fields, COUNT_OF(world_fields), world);
+    return ((status == STATUS_OK) && !world_is_lower_name(world->name, WORLD_NAME_MAX))
+               ? element_refuse(element, world->name, "a lower-case name of at most 32 characters")
+               : status;
 }
 
 static const field_t robot_fields[] = {NAME(world_robot_t, "name", name), TEXT(world_robot_t, "urdf", urdf),
@@ -190,10 +198,7 @@ static status_t take_torque_sensor(world_t* const world, const element_t* const 
         OPTIONAL(world_drive_type_t, "ripple", torque_ripple, 0.0, GREAT),
         OPTIONAL(world_drive_type_t, "ripplePeriods", torque_periods, 1e-3, PERIODS_MAX)};
     world_drive_type_t* type = &world->drive_type[world->drive_type_count - 1U];
-    if (type->has_torque_sensor) {
-        return element_refuse(element, element->name, "one TorqueSensor in each DriveType");
-    }
-    type->has_torque_sensor = true;
+    type->has_torque_sensor  = true;
     return element_take(element, fields, COUNT_OF(fields), type);
 }
 
@@ -271,6 +276,15 @@ static status_t finish_fixture(world_t* const world, const element_t* const elem
     return STATUS_OK;
 }
 
+static status_t close_fixture(const world_t* const world, const element_t* const element)
+{
+    const world_fixture_t* fixture = &world->fixture[world->fixture_count - 1U];
+    return (fixture->shape_count > 0U)
+               ? STATUS_OK
+               : document_refuse(element->path, fixture->line, fixture->name,
+                                 "a Box, Sphere or Cylinder inside of the Fixture", element->error);
+}
+
 static status_t take_shape(world_t* const world, const element_t* const element)
 {
     typedef struct {
@@ -309,50 +323,6 @@ static status_t take_shape(world_t* const world, const element_t* const element)
     fixture->shape[fixture->shape_count] = placed.shape;
     fixture->shape_count++;
     return status;
-}
-
-static const field_t contact_fields[] = {
-    TEXT(world_contact_t, "a", a),
-    TEXT(world_contact_t, "b", b),
-    NUMBER(world_contact_t, "stiffness", stiffness, 1e-3, GREAT),
-    NUMBER(world_contact_t, "damping", damping, 0.0, GREAT),
-    NUMBER(world_contact_t, "friction", friction, 0.0, 10.0),
-    OPTIONAL(world_contact_t, "shear", shear, 0.0, GREAT),
-    OPTIONAL(world_contact_t, "shearDamping", shear_damping, 0.0, GREAT)};
-
-static status_t finish_contact(world_t* const world, const element_t* const element, void* const record)
-{
-    world_contact_t* contact = record;
-    world_side_t* other      = &contact->side[1];
-    contact->line            = element->line;
-    while ((other->fixture < world->fixture_count) &&
-           (strcmp(world->fixture[other->fixture].name, contact->b) != 0)) {
-        other->fixture++;
-    }
-    other->is_fixture = other->fixture < world->fixture_count;
-    if (!other->is_fixture) {
-        other->fixture = 0U;
-        if (world_find_frame(world, element, contact->b, &other->robot, &other->frame) != STATUS_OK) {
-            return element_refuse(element, contact->b, "a Fixture, or robot.link of a robot above");
-        }
-    }
-    return world_find_frame(world, element, contact->a, &contact->side[0].robot, &contact->side[0].frame);
-}
-
-static const field_t spring_fields[] = {TEXT(world_spring_t, "on", on),
-                                        VECTOR(world_spring_t, "hook", hook),
-                                        NUMBER(world_spring_t, "catch", catch, 1e-6, FAR_M),
-                                        NUMBER(world_spring_t, "length", length, 1e-6, FAR_M),
-                                        NUMBER(world_spring_t, "stiffness", stiffness, 0.0, GREAT),
-                                        NUMBER(world_spring_t, "preload", preload, 0.0, GREAT),
-                                        NUMBER(world_spring_t, "travel", travel, 1e-9, FAR_M),
-                                        NUMBER(world_spring_t, "limit", limit, 0.0, GREAT)};
-
-static status_t finish_spring(world_t* const world, const element_t* const element, void* const record)
-{
-    world_spring_t* spring = record;
-    spring->line           = element->line;
-    return world_find_frame(world, element, spring->on, &spring->robot, &spring->frame);
 }
 
 static const field_t joystick_fields[] = {
@@ -404,6 +374,28 @@ static status_t finish_power_unit(world_t* const world, const element_t* const e
     return world_take_device(world, element, &((world_power_unit_t*)record)->device);
 }
 
+static status_t close_power_unit(const world_t* const world, const element_t* const element)
+{
+    const world_power_unit_t* unit = &world->power_unit[world->power_unit_count - 1U];
+    return (unit->supply_count > 0U) ? STATUS_OK
+                                     : document_refuse(element->path, unit->device.line, unit->device.name,
+                                                       "a Supply inside of the PowerUnit", element->error);
+}
+
+/// True if a power unit supplies the device.
+static bool is_supplied(const world_t* const world, const char* const device)
+{
+    for (size_t i = 0U; i < world->power_unit_count; i++) {
+        const world_power_unit_t* unit = &world->power_unit[i];
+        for (size_t k = 0U; k < unit->supply_count; k++) {
+            if (strcmp(unit->supply[k], device) == 0) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 static status_t take_supply(world_t* const world, const element_t* const element)
 {
     typedef struct {
@@ -420,6 +412,9 @@ static status_t take_supply(world_t* const world, const element_t* const element
     if (unit->supply_count == WORLD_SUPPLIES_MAX) {
         return element_refuse(element, supply.device, "at most 4 devices");
     }
+    if (is_supplied(world, supply.device)) {
+        return element_refuse(element, supply.device, "a device that no Supply above has");
+    }
     for (size_t i = 0U; (device = world_device_at(world, i)) != NULL; i++) {
         if ((device->eds[0] != '\0') && (strcmp(device->name, supply.device) == 0)) {
             memcpy(unit->supply[unit->supply_count], supply.device, sizeof supply.device);
@@ -432,14 +427,20 @@ static status_t take_supply(world_t* const world, const element_t* const element
 
 // ---- The file ----
 
-#define RECORDS(element, fields, member, most, finish)                                                       \
+#define CLOSED(element, fields, member, most, finish, close)                                                 \
     {                                                                                                        \
         element, "World", fields, COUNT_OF(fields), offsetof(world_t, member),                               \
-            sizeof(((world_t*)NULL)->member[0]), offsetof(world_t, member##_count), most, finish, NULL       \
+            sizeof(((world_t*)NULL)->member[0]), offsetof(world_t, member##_count), most, finish, NULL,      \
+            false, close                                                                                     \
     }
+#define RECORDS(element, fields, member, most, finish) CLOSED(element, fields, member, most, finish, NULL)
 #define PART(element, parent, take)                                                                          \
     {                                                                                                        \
-        element, parent, NULL, 0U, 0U, 0U, 0U, 0U, NULL, take                                                \
+        element, parent, NULL, 0U, 0U, 0U, 0U, 0U, NULL, take, false, NULL                                   \
+    }
+#define SINGLE(element, parent, take)                                                                        \
+    {                                                                                                        \
+        element, parent, NULL, 0U, 0U, 0U, 0U, 0U, NULL, take, true, NULL                                    \
     }
 
 static const kind_t kinds[] = {
@@ -449,33 +450,38 @@ static const kind_t kinds[] = {
     RECORDS("Drive", drive_fields, drive, WORLD_DRIVES_MAX, finish_drive),
     RECORDS("Gripper", gripper_fields, drive, WORLD_DRIVES_MAX, finish_gripper),
     RECORDS("Bench", bench_fields, bench, WORLD_BENCHES_MAX, finish_bench),
-    RECORDS("Fixture", fixture_fields, fixture, WORLD_FIXTURES_MAX, finish_fixture),
-    RECORDS("Contact", contact_fields, contact, WORLD_CONTACTS_MAX, finish_contact),
-    RECORDS("CableSpring", spring_fields, spring, WORLD_SPRINGS_MAX, finish_spring),
+    CLOSED("Fixture", fixture_fields, fixture, WORLD_FIXTURES_MAX, finish_fixture, close_fixture),
+    RECORDS("Contact", world_contact_fields, contact, WORLD_CONTACTS_MAX, world_contact_finish),
+    RECORDS("CableSpring", world_spring_fields, spring, WORLD_SPRINGS_MAX, world_spring_finish),
     RECORDS("Joystick", joystick_fields, joystick, WORLD_JOYSTICKS_MAX, finish_joystick),
     RECORDS("Hand", hand_fields, hand, WORLD_HANDS_MAX, finish_hand),
-    RECORDS("PowerUnit", power_unit_fields, power_unit, WORLD_POWER_UNITS_MAX, finish_power_unit),
+    CLOSED("PowerUnit", power_unit_fields, power_unit, WORLD_POWER_UNITS_MAX, finish_power_unit,
+           close_power_unit),
     {"Wheel", "World", world_wheel_fields, WORLD_WHEEL_FIELDS, offsetof(world_t, wheel),
-     sizeof(world_wheel_t), offsetof(world_t, wheel_count), WORLD_WHEELS_MAX, world_wheel_finish, NULL},
+     sizeof(world_wheel_t), offsetof(world_t, wheel_count), WORLD_WHEELS_MAX, world_wheel_finish, NULL, false,
+     NULL},
     {"ValveBox", "World", world_valve_box_fields, WORLD_VALVE_BOX_FIELDS, offsetof(world_t, valve_box),
      sizeof(world_valve_box_t), offsetof(world_t, valve_box_count), WORLD_VALVE_BOXES_MAX,
-     world_valve_box_finish, NULL},
+     world_valve_box_finish, NULL, false, NULL},
     {"Gyro", "World", world_gyro_fields, WORLD_GYRO_FIELDS, offsetof(world_t, sensor), sizeof(world_sensor_t),
-     offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_gyro_finish, NULL},
+     offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_gyro_finish, NULL, false, NULL},
     {"StarTracker", "World", world_tracker_fields, WORLD_TRACKER_FIELDS, offsetof(world_t, sensor),
-     sizeof(world_sensor_t), offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_tracker_finish, NULL},
+     sizeof(world_sensor_t), offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_tracker_finish, NULL,
+     false, NULL},
     {"PoseCamera", "World", world_camera_fields, WORLD_CAMERA_FIELDS, offsetof(world_t, sensor),
-     sizeof(world_sensor_t), offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_camera_finish, NULL},
+     sizeof(world_sensor_t), offsetof(world_t, sensor_count), WORLD_SENSORS_MAX, world_camera_finish, NULL,
+     false, NULL},
     {"Instrument", "World", world_instrument_fields, WORLD_INSTRUMENT_FIELDS, offsetof(world_t, instrument),
      sizeof(world_instrument_t), offsetof(world_t, instrument_count), WORLD_INSTRUMENTS_MAX,
-     world_instrument_finish, NULL},
+     world_instrument_finish, NULL, false, NULL},
     {"Latch", "World", world_latch_fields, WORLD_LATCH_FIELDS, offsetof(world_t, latch),
-     sizeof(world_latch_t), offsetof(world_t, latch_count), WORLD_LATCHES_MAX, world_latch_finish, NULL},
-    PART("State", "Robot", world_take_state),
-    PART("Spread", "Robot", world_take_spread),
-    PART("Start", "Robot", take_start),
-    PART("StartRate", "Robot", take_start_rate),
-    PART("TorqueSensor", "DriveType", take_torque_sensor),
+     sizeof(world_latch_t), offsetof(world_t, latch_count), WORLD_LATCHES_MAX, world_latch_finish, NULL,
+     false, NULL},
+    SINGLE("State", "Robot", world_take_state),
+    SINGLE("Spread", "Robot", world_take_spread),
+    SINGLE("Start", "Robot", take_start),
+    SINGLE("StartRate", "Robot", take_start_rate),
+    SINGLE("TorqueSensor", "DriveType", take_torque_sensor),
     PART("Box", "Fixture", take_shape),
     PART("Sphere", "Fixture", take_shape),
     PART("Cylinder", "Fixture", take_shape),
@@ -514,6 +520,23 @@ static status_t take_element(reader_t* const reader, const element_t* const elem
     return (status == STATUS_OK) ? kind->finish(world, element, record) : status;
 }
 
+/// Open an element, which is then the innermost one, and process it.
+static status_t open_element(reader_t* const reader, const element_t* const element, const size_t kind)
+{
+    const uint64_t bit = (uint64_t)1U << kind;
+    bool is_repeated   = false;
+    if (reader->depth > 0U) {
+        uint64_t* seen = &reader->seen[reader->depth - 1U];
+        is_repeated    = kinds[kind].is_single && ((*seen & bit) != 0U);
+        *seen |= bit;
+    }
+    reader->open[reader->depth] = &kinds[kind];
+    reader->seen[reader->depth] = 0U;
+    reader->depth++;
+    return is_repeated ? element_refuse(element, element->name, "only one of these in its parent")
+                       : take_element(reader, element, &kinds[kind]);
+}
+
 static status_t on_start(void* const context, const element_t* const element, bool* const out_is_skipped)
 {
     reader_t* reader   = context;
@@ -521,9 +544,7 @@ static status_t on_start(void* const context, const element_t* const element, bo
     (void)out_is_skipped;
     for (size_t i = 0U; i < COUNT_OF(kinds); i++) {
         if ((strcmp(kinds[i].name, element->name) == 0) && (strcmp(kinds[i].parent, parent) == 0)) {
-            reader->open[reader->depth] = &kinds[i];
-            reader->depth++;
-            return take_element(reader, element, &kinds[i]);
+            return open_element(reader, element, i);
         }
     }
     return refuse_kind(element, parent);
@@ -532,9 +553,9 @@ static status_t on_start(void* const context, const element_t* const element, bo
 static status_t on_end(void* const context, const element_t* const element)
 {
     reader_t* reader = context;
-    (void)element;
     reader->depth--;
-    return STATUS_OK;
+    const kind_t* kind = reader->open[reader->depth];
+    return (kind->close != NULL) ? kind->close(reader->world, element) : STATUS_OK;
 }
 
 status_t world_read(const char* const path, world_t* const out_world, char error[DOCUMENT_ERROR_MAX])

@@ -68,6 +68,16 @@ status_t world_instrument_finish(world_t* const world, const element_t* const el
         if (strcmp(other->name, instrument->name) == 0) {
             return element_refuse(element, instrument->name, "a name that no Instrument above has");
         }
+        if ((other->type == instrument->type) && (strcmp(other->channel, instrument->channel) == 0)) {
+            return element_refuse(element, instrument->channel,
+                                  "a channel that no Instrument of this type above has");
+        }
+    }
+    for (size_t i = 0U; i < world->bus_count; i++) {
+        if (strcmp(world->bus[i], instrument->name) == 0) {
+            return element_refuse(element, instrument->name,
+                                  "a name that no bus has: faults of a scenario name both");
+        }
     }
     instrument->line         = element->line;
     instrument->is_slip      = (framing == 1U);

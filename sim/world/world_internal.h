@@ -9,6 +9,7 @@
 #define TURNS_RAD 1e3 // Largest angle [rad] in a world.
 #define GREAT 1e9     // Upper limit of every stiffness, torque and force in a world.
 #define SHARE_MAX 0.5 // Largest relative difference of a true parameter from its nominal value.
+#define WORLD_NAME_MAX 32U
 #define NODE_MIN 2.0
 #define NODE_MAX 127.0
 
@@ -44,6 +45,9 @@
     NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
         UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
 
+/// True for a name of at most `most` characters: a lower-case letter, then lower-case letters, digits, '_' and
+/// '-'.
+bool world_is_lower_name(const char* name, size_t most);
 /// Find the robot of "robot.name", and set *out_robot to its index. Returns the part after the dot; null if
 /// there is no such robot.
 const char* world_find_robot(const world_t* world, const char* name, unsigned* out_robot);

@@ -94,6 +94,32 @@ static bool is_of_one_body(const world_t* const world, const world_side_t* const
     return are_still || ((a->robot == b->robot) && (body_a == body_b));
 }
 
+static bool is_same_side(const world_side_t* const a, const world_side_t* const b)
+{
+    return (a->robot == b->robot) && (a->frame == b->frame);
+}
+
+/// True if two latches connect the same links, in either order, and close by the same device.
+static bool are_one(const world_latch_t* const a, const world_latch_t* const b)
+{
+    const bool is_pair = (is_same_side(&a->side[0], &b->side[0]) && is_same_side(&a->side[1], &b->side[1])) ||
+                         (is_same_side(&a->side[0], &b->side[1]) && is_same_side(&a->side[1], &b->side[0]));
+    return is_pair && (strcmp(a->when, b->when) == 0) && (a->output == b->output);
+}
+
+/// Refuse a latch that closes by the same device as one above, and connects the same links.
+static status_t refuse_repeated(const world_t* const world, const element_t* const element,
+                                const world_latch_t* const latch)
+{
+    for (const world_latch_t* other = world->latch; other < latch; other++) {
+        if (are_one(latch, other)) {
+            return element_refuse(element, latch->name,
+                                  "links that no Latch above connects by the same `when` and output");
+        }
+    }
+    return STATUS_OK;
+}
+
 status_t world_latch_finish(world_t* const world, const element_t* const element, void* const record)
 {
     world_latch_t* latch = record;
@@ -112,5 +138,8 @@ status_t world_latch_finish(world_t* const world, const element_t* const element
     if ((status == STATUS_OK) && is_of_one_body(world, a, b)) {
         status = element_refuse(element, latch->b, "a link that moves against that of `a`");
     }
-    return (status == STATUS_OK) ? find_trigger(world, element, latch) : status;
+    if (status == STATUS_OK) {
+        status = find_trigger(world, element, latch);
+    }
+    return (status == STATUS_OK) ? refuse_repeated(world, element, latch) : status;
 }

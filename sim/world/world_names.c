@@ -5,6 +5,16 @@
 
 #include <string.h>
 
+#define FLIGHT_NAME "FLIGHT" // Scenarios name the controller of the flight software so (sim/app/faults.c).
+
+bool world_is_lower_name(const char* const name, const size_t most)
+{
+    static const char* const letters = "abcdefghijklmnopqrstuvwxyz";
+    const size_t length              = strlen(name);
+    return (length <= most) && (length > 0U) && (strchr(letters, name[0]) != NULL) &&
+           (strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789_-") == length);
+}
+
 const char* world_find_robot(const world_t* const world, const char* const name, unsigned* const out_robot)
 {
     const char* dot = strchr(name, '.');
@@ -69,13 +79,31 @@ const world_device_t* world_device_at(const world_t* const world, size_t index)
     return NULL;
 }
 
+static bool has_instrument(const world_t* const world, const char* const name)
+{
+    size_t index = 0U;
+    while ((index < world->instrument_count) && (strcmp(world->instrument[index].name, name) != 0)) {
+        index++;
+    }
+    return index < world->instrument_count;
+}
+
 status_t world_take_device(world_t* const world, const element_t* const element, world_device_t* const device)
 {
     const world_device_t* other = NULL;
     device->line                = element->line;
     device->bus                 = 0U;
-    if (strlen(device->bus_name) > OSAL_CAN_INTERFACE_NAME_MAX) {
-        return element_refuse(element, device->bus_name, "a name of a bus with at most 15 characters");
+    if (!world_is_lower_name(device->bus_name, OSAL_CAN_INTERFACE_NAME_MAX)) {
+        return element_refuse(element, device->bus_name,
+                              "a lower-case name of a bus with at most 15 characters");
+    }
+    if (strcmp(device->name, FLIGHT_NAME) == 0) {
+        return element_refuse(element, device->name,
+                              "another name: in scenarios this is the controller of the flight software");
+    }
+    if (has_instrument(world, device->bus_name)) {
+        return element_refuse(element, device->bus_name,
+                              "a name of a bus that no Instrument above has: faults of a scenario name both");
     }
     while ((device->bus < world->bus_count) && (strcmp(world->bus[device->bus], device->bus_name) != 0)) {
         device->bus++;

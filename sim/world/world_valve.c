@@ -16,7 +16,7 @@ static const field_t valve_fields[] = {
     TEXT(world_valve_t, "on", on),
     VECTOR(world_valve_t, "at", at),
     VECTOR(world_valve_t, "direction", direction),
-    NUMBER(world_valve_t, "force", force, 0.0, GREAT),
+    NUMBER(world_valve_t, "force", force, 1e-9, GREAT),
     {"minimum", FIELD_TIME, offsetof(world_valve_t, shortest_ns), 0.0, PULSE_MAX_NS, true},
     UNSIGNED(world_valve_t, "output", output, 1.0, (double)WORLD_VALVE_OUTPUTS)};
 

@@ -96,8 +96,14 @@ static void bad_latches_are_refused(void)
         {LATCH("L", "s.rod", "f.rod", "when=\"W\" output=\"7\""), 2U, "expected an output without a Valve"},
         {"<Latch name=\"L\" a=\"s.rod\" b=\"f.rod\" distance=\"0\" angle=\"1\" speed=\"1\"/>\n", 2U,
          "found 'distance=\"0\"'"},
-        {LATCH("L1", "s.rod", "f.rod", "") LATCH("L2", "s.rod", "f.rod", "") LATCH("L3", "s.rod", "f.rod", "")
-             LATCH("L4", "s.rod", "f.rod", "") LATCH("L5", "s.rod", "f.rod", ""),
+        {LATCH("L1", "s.rod", "f.rod", "") LATCH("L2", "f.rod", "s.rod", ""), 3U,
+         "found 'L2', expected links that no Latch above connects by the same `when` and output"},
+        {LATCH("L1", "s.rod", "f.rod", "when=\"V\" output=\"1\"")
+             LATCH("L2", "s.rod", "f.rod", "when=\"V\" output=\"1\""),
+         3U, "found 'L2', expected links that no Latch above connects"},
+        {LATCH("L1", "s.rod", "f.rod", "") LATCH("L2", "s.rod", "f.rod", "when=\"V\" output=\"1\"")
+             LATCH("L3", "s.rod", "f.rod", "when=\"V\" output=\"2\"") LATCH("L4", "s.tip", "f.rod", "")
+                 LATCH("L5", "s.rod", "g.rod", ""),
          6U, "expected at most 4"}};
     for (size_t i = 0U; i < sizeof bad / sizeof bad[0]; i++) {
         char whole[8192];
