@@ -235,13 +235,26 @@ void canopen_master_set_sync(canopen_master_t* const master, const bool is_on)
     master->is_sync_on = is_on;
 }
 
+/// Send the next requests. Lower node ids win the arbitration: if all devices of a full bus had to answer at
+/// the same time, those with the highest ids would exceed their time-out.
 static void emit_requests(canopen_master_t* const master, const uint64_t now_ns)
 {
     uint8_t request[SDO_FRAME_OCTETS];
+    uint8_t waiting = 0U;
     for (uint8_t i = 0U; i < master->node_count; i++) {
-        if (canopen_sdo_client_request(&master->nodes[i].sdo, now_ns, request)) {
+        waiting = (uint8_t)(waiting + (canopen_sdo_client_is_waiting(&master->nodes[i].sdo) ? 1U : 0U));
+    }
+    for (uint8_t i = 0U; i < master->node_count; i++) {
+        canopen_sdo_client_t* const sdo = &master->nodes[i].sdo;
+        const bool was_waiting          = canopen_sdo_client_is_waiting(sdo);
+        if (!was_waiting && (waiting >= MASTER_REQUESTS_MAX)) {
+            continue; // Its time-out begins when the request is sent.
+        }
+        if (canopen_sdo_client_request(sdo, now_ns, request)) {
             (void)send(master, (uint16_t)(COB_SDO_REQUEST + master->nodes[i].id), request, SDO_FRAME_OCTETS);
         }
+        const bool is_new = !was_waiting && canopen_sdo_client_is_waiting(sdo);
+        waiting           = (uint8_t)(waiting + (is_new ? 1U : 0U));
     }
 }
 

@@ -23,6 +23,7 @@
 #include <stdint.h>
 
 #define MASTER_NODES_MAX 16U
+#define MASTER_REQUESTS_MAX 8U                    ///< SDO transfers of one bus at the same time.
 #define MASTER_ROUTES_MAX (2U * MASTER_NODES_MAX) ///< Transmit PDOs of all nodes.
 #define MASTER_EMERGENCIES_MAX MASTER_NODES_MAX
 #define MASTER_FRAMES_PER_CYCLE 512U ///< Further frames wait for the next cycle.

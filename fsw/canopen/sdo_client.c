@@ -295,6 +295,12 @@ void canopen_sdo_client_answer(canopen_sdo_client_t* const client, const uint8_t
     }
 }
 
+bool canopen_sdo_client_is_waiting(const canopen_sdo_client_t* const client)
+{
+    FSW_ASSERT(client != NULL);
+    return !client->has_request && (client->phase != SDO_IDLE);
+}
+
 bool canopen_sdo_client_request(canopen_sdo_client_t* const client, const uint64_t now_ns,
                                 uint8_t out_frame[SDO_FRAME_OCTETS])
 {

@@ -84,6 +84,9 @@ status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t*
 /// Returns the value that the last upload has read. Valid after STATUS_OK, until the next transfer begins.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);
 
+/// True while a request was sent whose answer has not come.
+bool canopen_sdo_client_is_waiting(const canopen_sdo_client_t* client);
+
 /// Process one frame of the server.
 void canopen_sdo_client_answer(canopen_sdo_client_t* client, const uint8_t* octets, uint8_t length);
 /// Get the next frame to the server, and check the deadline. True if `out_frame` was filled.

@@ -24,7 +24,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define BUS_NODES_MAX 16U
+#define BUS_NODES_MAX 20U
 #define BUS_QUEUE_FRAMES 32U ///< Transmit queue of each controller.
 #define BUS_NEVER UINT64_MAX
 

@@ -192,6 +192,17 @@ static void count_places(const canopen_device_profile_t* const profile, places_t
     }
 }
 
+/// Refuse the device with which a configuration exceeds the number of elements of the parameters.
+static bool are_few(const uint16_t count, const size_t most, const char* const says,
+                    const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
+{
+    if (count > most) {
+        *out_misfit = (subsystem_misfit_t){device->line, says, (uint32_t)most};
+        return false;
+    }
+    return true;
+}
+
 static bool places_fit(const subsystem_descriptor_t* const descriptor,
                        const descriptor_configuration_t* const configuration,
                        subsystem_misfit_t* const out_misfit)
@@ -200,14 +211,11 @@ static bool places_fit(const subsystem_descriptor_t* const descriptor,
     for (uint16_t i = 0U; i < configuration->device_count; i++) {
         const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + i];
         count_places(canopen_device_profile_find(device->type), &places);
-        bool has_places = (places.axes <= ACTUATORS_AXES_MAX);
-        for (unsigned k = 0U; k <= OUTPUTS; k++) {
-            has_places = has_places && (places.values[k] <= ACTUATORS_VALUES_MAX);
-        }
-        if (!has_places) {
-            *out_misfit = (subsystem_misfit_t){
-                device->line, "too many <Device> of a <Configuration>: at most 8 axes, 16 inputs, 16 outputs",
-                0U};
+        if (!are_few(places.axes, ACTUATORS_AXES_MAX, "axes of a <Configuration>", device, out_misfit) ||
+            !are_few(places.values[INPUTS], ACTUATORS_INPUTS_MAX, "inputs of a <Configuration>", device,
+                     out_misfit) ||
+            !are_few(places.values[OUTPUTS], ACTUATORS_OUTPUTS_MAX, "outputs of a <Configuration>", device,
+                     out_misfit)) {
             return false;
         }
     }

@@ -7,7 +7,8 @@
 /// get OUTPUT; in any other state velocities and outputs are 0. HOME starts the search of all axes in mode
 /// homing for their references; STOP ends the search and holds the axes. Axes, inputs and outputs are
 /// numbered in the order of the devices of the applied configuration; the values of a module are numbered in
-/// the order of its process data.
+/// the order of its process data. The descriptor that the program is built from says how many there are at most:
+/// the counts of its parameters TARGET, INPUT and OUTPUT.
 ///
 /// Ownership  The program places actuators_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
@@ -23,8 +24,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define ACTUATORS_AXES_MAX 8U ///< Number of elements of the parameters.
-#define ACTUATORS_VALUES_MAX 16U
+/// Numbers of elements of the parameters in the descriptor that the program is built from.
+#define ACTUATORS_AXES_MAX (sizeof(((actuators_parameters_t*)NULL)->target) / sizeof(double))
+#define ACTUATORS_INPUTS_MAX (sizeof(((actuators_cur_values_t*)NULL)->input) / sizeof(double))
+#define ACTUATORS_OUTPUTS_MAX (sizeof(((actuators_parameters_t*)NULL)->output) / sizeof(double))
 
 typedef struct {     // All fields are private.
     drives_t drives; ///< First member, because the callbacks of drives.h get the same context.
@@ -34,6 +37,12 @@ typedef struct {     // All fields are private.
     uint32_t home_token;                      ///< Token of the running search; 0: none.
 } actuators_t;
 CAPACITY_CHECK(actuators_begin_with_drives, offsetof(actuators_t, drives) == 0U);
+CAPACITY_CHECK(
+    actuators_have_one_number_of_axes,
+    (sizeof(((actuators_cur_values_t*)NULL)->position) == (ACTUATORS_AXES_MAX * sizeof(double))) &&
+        (sizeof(((actuators_cur_values_t*)NULL)->torque) == (ACTUATORS_AXES_MAX * sizeof(double))) &&
+        (sizeof(((actuators_cur_values_t*)NULL)->statusword) == (ACTUATORS_AXES_MAX * sizeof(uint16_t))) &&
+        (sizeof(((actuators_parameters_t*)NULL)->velocity) == (ACTUATORS_AXES_MAX * sizeof(double))));
 
 /// Call once, before the generic subsystem runs. The pointers must stay valid.
 void actuators_init(actuators_t* own, subsystem_t* generic, const flow_resolver_t* resolver);

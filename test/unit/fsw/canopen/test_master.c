@@ -321,6 +321,37 @@ static void a_boot_up_ends_the_transfer_with_the_node(void)
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots);
 }
 
+/// Requests to the devices of a full bus: the next one is sent when an answer has come or its time is over.
+static void few_requests_wait_for_an_answer_at_the_same_time(void)
+{
+    uint8_t index = 0U;
+    for (uint8_t i = 1U; i < MASTER_NODES_MAX; i++) { // Only node 0x11 is on the bus and answers.
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_add_node(&master, (uint8_t)(0x11U + i), &index));
+    }
+    for (uint8_t i = 0U; i < MASTER_NODES_MAX; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_sdo_client_upload(&master.nodes[i].sdo, 0x1000U, 0U));
+    }
+    now_ns = 1U;
+    canopen_master_emit(&master, now_ns);
+    for (uint8_t i = 0U; i < MASTER_NODES_MAX; i++) {
+        TEST_ASSERT_EQUAL(i < MASTER_REQUESTS_MAX, canopen_sdo_client_is_waiting(&master.nodes[i].sdo));
+    }
+    static const uint8_t answer[SDO_FRAME_OCTETS] = {0x43U, 0x00U, 0x10U, 0U, 0x92U, 0x01U, 0x02U, 0U};
+    canopen_sdo_client_answer(&master.nodes[3].sdo, answer, SDO_FRAME_OCTETS);
+    canopen_master_emit(&master, now_ns);
+    TEST_ASSERT_TRUE(canopen_sdo_client_is_waiting(&master.nodes[MASTER_REQUESTS_MAX].sdo));
+    TEST_ASSERT_FALSE(canopen_sdo_client_is_waiting(&master.nodes[MASTER_REQUESTS_MAX + 1U].sdo));
+    // A request that was not sent has no time-out.
+    now_ns += config.sdo_timeout_ns;
+    canopen_master_emit(&master, now_ns);
+    canopen_master_emit(&master, now_ns);
+    TEST_ASSERT_EQUAL(STATUS_TIMEOUT, canopen_sdo_client_result(&master.nodes[0].sdo, NULL));
+    for (uint8_t i = MASTER_REQUESTS_MAX + 1U; i < MASTER_NODES_MAX; i++) {
+        TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_sdo_client_result(&master.nodes[i].sdo, NULL));
+        TEST_ASSERT_TRUE(canopen_sdo_client_is_waiting(&master.nodes[i].sdo));
+    }
+}
+
 static void clearing_a_master_removes_nodes_routes_emergencies_and_sync(void)
 {
     uint8_t index = 9U;
@@ -406,6 +437,7 @@ int main(void)
     RUN_TEST(a_sync_that_the_full_queue_refuses_is_counted_as_refused);
     RUN_TEST(a_flood_is_read_in_parts_and_does_not_delay_the_cycle);
     RUN_TEST(a_boot_up_ends_the_transfer_with_the_node);
+    RUN_TEST(few_requests_wait_for_an_answer_at_the_same_time);
     RUN_TEST(clearing_a_master_removes_nodes_routes_emergencies_and_sync);
     RUN_TEST(the_first_and_the_last_node_id_are_valid);
     RUN_TEST(emergencies_keep_their_order_beyond_the_end_of_the_queue);
