@@ -59,20 +59,32 @@ def _oscillation(run, start, end):
     return float(np.ptp((stick - _mean(stick, SLOW))[SLOW : SLOW + end - start], axis=0).max())
 
 
+def held(run, start, end):
+    """Figures of a hold in these cycles: oscillation of the stick, error of the reflected torque, share of contact."""
+    external = _true(run, "CONTACT", "external_torque_nm")[start:end].mean(axis=0) * force_scale(run)
+    error = _felt(run, start, end).mean(axis=0) - external
+    return {
+        "delay_hold_oscillation_rad": _oscillation(run, start, end),
+        "delay_reflection_error": float(np.linalg.norm(error) / np.linalg.norm(external)),
+        "delay_contact_share": float((_true(run, "CONTACT", "in_contact")[start:end] > 0).mean()),
+    }
+
+
+def force_peak(run, first, end):
+    """Largest contact force in these cycles [N]."""
+    return float(np.nanmax(np.linalg.norm(_true(run, "CONTACT", "contact_force_n")[first:end], axis=1)))
+
+
 def holds(run):
     """Figures of both holds: oscillation of the stick, share of contact, error of the reflected torque, largest force."""
     (start, end), (after, last) = _hold(run, "press"), _hold(run, "follow")
     press, _ = segment(run, "press", None)
-    touched = _true(run, "CONTACT", "in_contact") > 0
-    external = _true(run, "CONTACT", "external_torque_nm")[start:end].mean(axis=0) * force_scale(run)
-    error = _felt(run, start, end).mean(axis=0) - external
-    force = np.linalg.norm(_true(run, "CONTACT", "contact_force_n")[press:last], axis=1)
-    return {
-        "delay_hold_oscillation_rad": _oscillation(run, start, end),
+    found = held(run, start, end)
+    touched = _true(run, "CONTACT", "in_contact")[after:last] > 0
+    return found | {
         "delay_after_follow_rad": _oscillation(run, after, last - SLOW - FAST),
-        "delay_reflection_error": float(np.linalg.norm(error) / np.linalg.norm(external)),
-        "delay_contact_share": float(min(touched[start:end].mean(), touched[after:last].mean())),
-        "delay_force_peak_n": float(np.nanmax(force)),
+        "delay_contact_share": min(found["delay_contact_share"], float(touched.mean())),
+        "delay_force_peak_n": force_peak(run, press, last),
     }
 
 

@@ -125,12 +125,12 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
 
 # --- links with delay ------------------------------------------------------------------------------------------------
 
-def delayed(hil_folder, case):
+def delayed(hil_folder, case, round_trip_ms=20):
     """This test always runs in the micro-VM, which has netem and is slower than real time. A machine that
     catches up after a pause would receive the frames of this network, which has wall-clock delays, too late,
     and its links would be stale."""
     vm = places.MicroVm(hil_folder, "netem")
-    group = vm.group(case, f"{ENVIRONMENT} {places.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
+    group = vm.group(case, f"{ENVIRONMENT} ROUND_TRIP_MS={round_trip_ms} {places.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
     group.check(case)
     return group
 
@@ -153,6 +153,26 @@ def test_the_arm_presses_through_netem(hil_folder):
     assert held and all(in_contact for _, in_contact, _ in held)
     forces = [sum(component**2 for component in force) ** 0.5 for force in contact["contact_force_n"]]
     assert 10 < max(forces) < 25, max(forces)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(GROUP_SECONDS)
+@pytest.mark.parametrize("round_trip_ms", [100, 300])
+def test_a_hold_through_netem_is_within_the_bounds_of_its_delay(hil_folder, record_property, round_trip_ms):
+    """The bounds are those of the relay with this delay. The play-out buffers of the readers make the delay constant in simulated time."""
+    from hirosco_gse import delay_figures
+    from hirosco_gse import run as runs
+    from hirosco_gse.figures_common import segment
+
+    group = delayed(hil_folder, "the_arm_holds_contact_through_netem", round_trip_ms)
+    run = runs.load(group.result.folder / "judged")
+    (press, _), (_, end) = segment(run, "press", None), segment(run, "hold", None)
+    end -= 1000  # The last 0.5 s: the mean of an oscillation needs motion on either side.
+    found = delay_figures.held(run, end - 4000, end) | {"delay_force_peak_n": delay_figures.force_peak(run, press, end)}
+    record_property("figures", found)
+    for name, value in found.items():
+        sign, bound = delay_figures.BOUNDS[round_trip_ms][name]
+        assert value <= bound if sign == "<=" else value >= bound, found
 
 
 def test_a_kernel_without_netem_is_reported_with_the_next_step(tmp_path):

@@ -3,6 +3,7 @@
 (netem). The network is as fast as the wall clock, so the flight is paced by it."""
 
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -16,7 +17,8 @@ import cases
 import flying
 import nodes
 
-ROUND_TRIP_MS = 20
+ROUND_TRIP_MS = int(os.environ.get("ROUND_TRIP_MS", "20"))
+UP_S = 0.4 if ROUND_TRIP_MS <= 20 else 0.4 + 4e-3 * ROUND_TRIP_MS  # When both subsystems become OPERATIONAL: the links have samples by then.
 LIMIT_S = 1200  # Ends a wait that would otherwise never end; no test depends on it.
 FRAMES = 1000
 LOOK_S = 1
@@ -38,9 +40,9 @@ def slow_mission():
 def scenario(name, hand, end_s):
     """Bring both subsystems into operation over links with delay, let the hand act, and list the links at the
     end."""
-    lines = flying.bring_up(0.4, "TELEPRESENCE_REMOTE")
     # The first sample of a link arrives only after the delay.
-    lines[:4] = [line.replace("0.4", "0.2", 1) for line in lines[:4]] + [f"0.2 operator link open {link}" for link in sorted(LINKS)]
+    lines = flying.bring_up(0.2, "TELEPRESENCE_REMOTE")[:4] + [f"0.2 operator link open {link}" for link in sorted(LINKS)]
+    lines += flying.bring_up(UP_S, "TELEPRESENCE_REMOTE")[4:]
     end = [f"{end_s} operator expect-state {member} OPERATIONAL" for member in nodes.BOTH]
     end += [f"{end_s} operator link list", f"{end_s} operator shutdown"]
     return flying.write_scenario(nodes.OUT / f"{name}.scn", "0.0 hand rest", *hand, *lines, *end)
@@ -79,7 +81,7 @@ def assert_delays(end):
     """Expect that each queue delays by half of the round trip and has passed some frames on and lost
     others."""
     options = end["options"]
-    assert options["delay"]["delay"] == 0.5e-3 * ROUND_TRIP_MS and options["delay"]["jitter"] == 0.05e-3 * ROUND_TRIP_MS, end
+    assert [round(1e3 * options["delay"][name], 3) for name in ("delay", "jitter")] == [ROUND_TRIP_MS / 2, ROUND_TRIP_MS / 20], end
     assert options["loss-random"]["loss"] == 0.05, end
     assert end["packets"] > FRAMES and 0.02 < end["drops"] / (end["packets"] + end["drops"]) < 0.1, end
 
@@ -141,6 +143,19 @@ def case_the_arm_presses_through_netem():
         killed.abandon()
     judge(flight, counters)
     shutil.copytree(flight.folder, nodes.OUT / "judged")
+
+
+def case_the_arm_holds_contact_through_netem():
+    """The hand presses with 15 N and then holds for 5 s. The caller compares the hold with the bounds of this delay."""
+    times = [UP_S + offset for offset in (1.6, 3.2, 5.2, 10.2)]
+    hand = [f"{times[0]} hand move 0.28 -0.020 1.6", f"{times[1]} hand press 15 0.02", f"{times[2]} hand hold"]
+    flight = start("delay-hold", scenario("delay-hold", hand, times[3]), slow_mission())
+    try:
+        counters = end_of(flight)
+    finally:
+        flight.abandon()
+    shutil.copytree(flight.folder, nodes.OUT / "judged")
+    judge(flight, counters)
 
 
 if __name__ == "__main__":
