@@ -45,8 +45,8 @@
     NAME(type, "name", device.name), NAME(type, "bus", device.bus_name),                                     \
         UNSIGNED(type, "node", device.node, NODE_MIN, NODE_MAX)
 
-/// True for a name of at most `most` characters: a lower-case letter, then lower-case letters, digits, '_' and
-/// '-'.
+/// True for a name of at most `most` characters: a lower-case letter, then lower-case letters, digits, '_'
+/// and '-'.
 bool world_is_lower_name(const char* name, size_t most);
 /// Find the robot of "robot.name", and set *out_robot to its index. Returns the part after the dot; null if
 /// there is no such robot.

@@ -148,7 +148,7 @@ static status_t stop(actuators_t* const own)
 {
     end_home(own, PUS_FAILURE_ABORTED, 0U);
     parameter_lock(subsystem_dictionary(own->generic));
-    for (uint16_t i = 0U; i < ACTUATORS_AXES_MAX; i++) {
+    for (size_t i = 0U; i < ACTUATORS_AXES_MAX; i++) {
         own->parameters.target[i]   = own->reference_rad[i];
         own->parameters.velocity[i] = 0.0;
     }

@@ -7,8 +7,8 @@
 /// get OUTPUT; in any other state velocities and outputs are 0. HOME starts the search of all axes in mode
 /// homing for their references; STOP ends the search and holds the axes. Axes, inputs and outputs are
 /// numbered in the order of the devices of the applied configuration; the values of a module are numbered in
-/// the order of its process data. The descriptor that the program is built from says how many there are at most:
-/// the counts of its parameters TARGET, INPUT and OUTPUT.
+/// the order of its process data. The descriptor that the program is built from says how many there are at
+/// most: the counts of its parameters TARGET, INPUT and OUTPUT.
 ///
 /// Ownership  The program places actuators_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.

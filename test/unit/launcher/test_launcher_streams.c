@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stream devices on hosts are refused in a run on two on-board computers. The reader of descriptors is mocked:
-// each subsystem has one end node.
+// Stream devices on hosts are refused in a run on two on-board computers. The reader of descriptors is
+// mocked: each subsystem has one end node.
 #include "launcher/launcher_internal.h"
 
 #include <setjmp.h>
