@@ -50,6 +50,7 @@ class Field:
     min: float = None
     max: float = None
     init: str = None  # initial value, as the descriptor writes it
+    kind: str = ""  # What the number identifies; identifiers.py gives some kinds names.
 
     @property
     def size(self):
@@ -258,6 +259,8 @@ class Subsystem:
     interface_hash: int = 0
     is_infrastructure: bool = False  # is started automatically and shut down last
     created: dict = field(default_factory=dict)  # structures created by this ground, id -> Structure
+    nodes: dict = field(default_factory=dict)  # CANopen node -> name of the device
+    places: dict = field(default_factory=dict)  # number of a device in its configuration, from 0 -> name
 
     def parameter(self, name):
         return _lookup(self.parameters, name, f"parameter of {self.name}")
@@ -338,7 +341,7 @@ def unit_of(item):
 def _fields(items, enumerations):
     return tuple(
         Field(item["name"], item["type"], int(item.get("count", 1)), unit_of(item), int(item.get("id", 0)),
-              words_of(item, enumerations), item.get("min"), item.get("max"), item.get("init"))
+              words_of(item, enumerations), item.get("min"), item.get("max"), item.get("init"), item.get("kind", ""))
         for item in items
     )
 
@@ -415,8 +418,22 @@ def _configuration(parameters, item, enumerations):
     )
 
 
+def _devices(parts):
+    """(names of the devices by CANopen node, by place) of the configurations of a subsystem (JSON). A number that stands for several devices
+    has all their names."""
+    nodes, places = {}, {}
+    for part in parts:
+        for place, device in enumerate(part.get("devices", ())):
+            places.setdefault(place, []).append(device["name"])
+            for end in device["endnodes"]:
+                if "node" in end:
+                    nodes.setdefault(int(end["node"], 0), []).append(device["name"])
+    return [{number: " or ".join(dict.fromkeys(names)) for number, names in found.items()} for found in (nodes, places)]
+
+
 def _subsystem(item):
     words = item.get("enumerations", {})
+    nodes, places = _devices(item.get("configurations", ()))
     parameters = {part["name"]: _parameter(part, words) for part in item.get("parameters", ())}
     functions = {
         part["name"]: Function(
@@ -438,6 +455,8 @@ def _subsystem(item):
         failures={part["code"]: (part["name"], part["detail"]) for part in item.get("failures", ())},
         interface_hash=int(str(item.get("interface_hash", "0")), 0),
         is_infrastructure=bool(item.get("autostart", False)),
+        nodes=nodes,
+        places=places,
     )
 
 

@@ -19,6 +19,7 @@ from . import telemetry
 from . import truth as truth_log
 from .dictionary import STATES
 from .failures import FINAL_SUBTYPES, name_of
+from .identifiers import device_of
 from .place import problem_of
 from .station.about import hello
 from .station.geometry import as_lists
@@ -179,7 +180,8 @@ class _Telemetry:
 
     def _event(self, seconds, packet, decoded):
         text = telemetry.describe(packet, decoded, self.dictionary).split(decoded["event"], 1)[-1].strip()
-        self.events.append([seconds, self.dictionary.name_of_apid(packet.apid), decoded["severity"], decoded["event"], text])
+        device = device_of(decoded["values"])
+        self.events.append([seconds, self.dictionary.name_of_apid(packet.apid), decoded["severity"], decoded["event"], text, *([device] if device else [])])
 
     def _mode(self, seconds, _packet, decoded):
         self.modes.append([seconds, decoded["mode"]])

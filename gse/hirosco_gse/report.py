@@ -268,7 +268,7 @@ def _lists(run):
     head = recording.head_of(run)
     commands = [(f"{row['time']:.3f}", row["text"], _outcome(row["lights"][-1][1]), row.get("words", ""))
                 for row in head.get("commands", ())]
-    events = [(f"{seconds:.3f}", name, severity, event, text) for seconds, name, severity, event, text in head.get("events", ())]
+    events = [(f"{seconds:.3f}", name, severity, event, text) for seconds, name, severity, event, text, *_ in head.get("events", ())]
     states = [(f"{seconds:.3f}", name, state, cause or "") for seconds, name, state, _, _, cause in head.get("states", ())]
     return (f'<section class="panel next"><p>{html.escape(NEXT_STEP.format(run.folder))}</p></section>'
             + _table("Events", ("s", "subsystem", "severity", "event", "values"), events)

@@ -9,6 +9,7 @@ import struct
 from . import values
 from .dictionary import SEVERITIES, STATES, STRATEGIES, defined_on_board
 from .failures import LINK_REASONS, STAGES, Failure, name_of
+from .identifiers import named
 
 CAUSES = ("request", "own error", "network", "plan", "shutdown", "time-out", "supervisor lost")
 LINK_STATES = ("closed", "requested", "accepted", "open", "stale", "failed")
@@ -160,7 +161,7 @@ def _event(packet, dictionary, _):
     found = {"kind": "event", "severity": SEVERITIES[packet.subtype], "id": event_id}
     if event is None:
         raise values.ValueProblem(f"event {event_id} is not in the dictionary")
-    return {**found, "event": event.name, "values": event.decode(packet.data, 2)}
+    return {**found, "event": event.name, "values": named(event.decode(packet.data, 2), event, subsystem, dictionary)}
 
 
 def _event_notice(packet, dictionary, _):

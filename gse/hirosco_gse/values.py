@@ -53,8 +53,28 @@ class Word(int):
         return int(self), self.word, self.members
 
 
+class Named(Word):
+    """A number that identifies something, with the name of this thing as word. `text` is the text form, such as `JOINT1 (0x11)`."""
+
+    def __new__(cls, number, word, text):
+        made = super().__new__(cls, number, word)
+        made.text = text
+        return made
+
+    def __str__(self):
+        return self.text
+
+    def __format__(self, form):
+        return format(self.text, form)
+
+    def __getnewargs__(self):
+        return int(self), self.word, self.text
+
+
 def in_words(value):
-    """A value of decoded content for JSON that people read: a number that has a word is replaced by the word."""
+    """A value of decoded content for JSON that people read: a number that has a word is replaced by the word; an identifying number stays."""
+    if isinstance(value, Named):
+        return int(value)
     if isinstance(value, Word):
         return value.word
     if isinstance(value, dict):

@@ -445,13 +445,6 @@ def test_a_dictionary_of_another_mission_is_a_caution_at_the_link(page):
     assert symbol == "other dictionary" and what in words and what.startswith("MANIPULATOR flies interface 0x0a")
 
 
-def test_a_key_lists_the_keys(page):
-    page.click("#work-Operate")
-    page.locator("station-scene canvas").focus()
-    page.keyboard.press("?")
-    page.wait_for_selector("td:has-text('STOP ALL') >> nth=0")
-
-
 def test_a_station_that_is_silent_is_an_alarm(page, address):
     """The connection to the station stays open. The page reports the silence, in its title too, and disables the commands except STOP. When the
     station continues, so does the page."""

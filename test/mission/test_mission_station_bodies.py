@@ -47,6 +47,14 @@ FRAMED = """(() => {
     return [[0, 0, 0], [0, -1.2, 0.9]].map((at) => { const { x, y } = scene.target.clone().set(...at).project(scene.camera); return [x, y]; });
 })()"""
 
+# Words of the scene of a mission without a robot, the boxes that it shows, and the words of its charts.
+EMPTY = """(() => {
+    const { store } = window.station, empty = Object.entries(store.hello.world).map(([name, value]) => [name, Array.isArray(value) ? [] : {}]);
+    store.take({ ...store.hello, kind: "hello", world: Object.fromEntries(empty) });
+    return [document.querySelector("station-scene").innerText.trim(), [...document.querySelectorAll("station-scene .hud")].filter((node) => node.offsetWidth).length,
+        document.querySelector("station-strips .strips").innerText];
+})()"""
+
 
 @pytest.fixture(scope="module")
 def flight(session_folder):
@@ -116,6 +124,15 @@ def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
     page.wait_for_selector("station-scene:not(.truth)")
 
 
+def test_a_mission_without_joystick_and_power_shows_neither(page, flight):
+    """The housekeeping has the whole tab, and the key of the hand does nothing."""
+    page.click("#work-Operate")
+    page.locator("station-work .readings >> nth=0").wait_for()
+    assert [page.locator(name).is_visible() for name in (".hand", "button:has-text('Take the hand')", ".power-cell")] == [False] * 3
+    page.keyboard.press("h")
+    assert page.evaluate("document.querySelector('station-work').hand.aim") is None and "hand" not in flight.read("live.scn")
+
+
 def test_the_page_report_html_moves_a_free_body(browser, session_folder):
     """Mission actuators: a satellite without joints, whose pose is in the truth only."""
     flight = flying.fly(session_folder / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
@@ -140,6 +157,7 @@ def test_the_page_report_html_moves_a_free_body(browser, session_folder):
         ends = page.evaluate(FRAMED)
         assert all(abs(x) < 0.95 and abs(y) < 0.95 for x, y in ends)
         assert all(abs(one + other) / 2 < 0.25 for one, other in zip(*ends))
+        assert page.evaluate(EMPTY) == ["This mission has no robot that can be drawn.", 0, "No charts yet: P adds a parameter."]
         assert not faults
 
 

@@ -142,6 +142,32 @@ def test_the_camera_has_presets_and_is_moved_by_the_mouse_only(page):
     page.click("station-scene button:text-is('Iso')")
 
 
+def test_keys_turn_the_scene_and_zoom_the_charts_that_have_the_focus(page):
+    """The same keys move the instant of the replay elsewhere on the page."""
+    seconds, distance = page.evaluate("station.replay.time"), "station.scene.camera.position.distanceTo(station.scene.target)"
+    angle = "Math.atan2(station.scene.camera.position.y - station.scene.target.y, station.scene.camera.position.x - station.scene.target.x)"
+    page.focus("station-scene canvas")
+    turned, far = page.evaluate(angle), page.evaluate(distance)
+    for key in ("ArrowRight", "ArrowRight", "+"):
+        page.keyboard.press(key)
+    assert page.evaluate(angle) - turned == pytest.approx(0.24) and page.evaluate(distance) == pytest.approx(far / 1.15)
+    page.click("station-scene button:text-is('Iso')")
+    title, zoom = page.locator("station-strips h2"), "station.strips.zoom"
+    end = page.evaluate("station.replay.end")
+    page.focus("station-strips .strips")
+    page.keyboard.press("+")
+    assert page.evaluate(zoom) == pytest.approx([end / 4, end * 3 / 4]) and title.inner_text() == "Zoomed"
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(zoom) == pytest.approx([end / 8, end * 5 / 8])
+    page.keyboard.press("-")
+    page.keyboard.press("Escape")
+    assert page.evaluate(zoom) is None and title.inner_text() == "The whole flight"
+    assert page.evaluate("station.replay.time") == seconds
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("station.replay.time") == pytest.approx(seconds + 1)
+
+
 def test_a_replay_plays_once_however_often_it_is_started(page):
     """The pictures that are asked for in a second do not grow with the presses."""
     assert page.evaluate("""async () => {
@@ -205,9 +231,9 @@ def write_film(browser, folder):
     from PIL import Image  # Only this function needs it.
 
     words = [sys.executable, "-m", "hirosco_gse.station", "--replay", folder, "--http-port", "0"]
-    station = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
     try:
-        address = re.search(r"http://127\.0\.0\.1:\d+/", station.stdout.readline()).group()
+        address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
         with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark") as context:
             page = context.new_page()
             page.goto(f"{address}?replay")
@@ -218,8 +244,8 @@ def write_film(browser, folder):
                 page.wait_for_timeout(500)  # Wait until scene and charts are drawn, the scene with all pixels.
                 pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize((1080, 675), Image.LANCZOS))
     finally:
-        station.send_signal(signal.SIGINT)
-        station.wait(flying.MOMENT_S)
+        process.send_signal(signal.SIGINT)
+        process.wait(flying.MOMENT_S)
     pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
 
 

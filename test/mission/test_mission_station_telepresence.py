@@ -60,6 +60,27 @@ POOR = f"""[...document.querySelectorAll("button, select, input")].filter((node)
     const box = node.getBoundingClientRect(), name = node.getAttribute("aria-label") ?? node.getAttribute("aria-labelledby") ?? node.labels?.[0]?.textContent ?? node.textContent;
     return !name?.trim() || Math.min(box.width, box.height) < {LEAST_PX} || node.closest(".acts, .choices, [role=tablist], .stop") && box.height < 36;
 }}).map((node) => node.outerHTML)"""
+# Controls that the Tab key must reach, in a part of the page; those that have had the focus are marked.
+CONTROLS = """(part) => [...document.querySelectorAll("a[href], button, select, input, [tabindex='0']")].filter((node) =>
+    node.closest(part) && !node.disabled && node.tabIndex >= 0 && !("reached" in node.dataset) && node.checkVisibility({ visibilityProperty: true }))
+    .map((node) => node.outerHTML.slice(0, 120))"""
+# Mark the control that has the focus. Returns whether it is in the part, and the control if its ring is too thin, cut off, or of its own colour.
+RING = """(part) => {
+    const node = document.activeElement, style = getComputedStyle(node), width = parseFloat(style.outlineWidth), edge = parseFloat(style.outlineOffset) + width;
+    if (node === document.body) return [false, null];
+    node.dataset.reached = "";
+    const sides = (box) => [box.left, box.top, -box.right, -box.bottom], ring = sides(node.getBoundingClientRect()).map((side) => side - edge);
+    const clips = [[0, 0, -innerWidth, -innerHeight]];
+    for (let up = node.parentElement; up; up = up.parentElement)
+        if (getComputedStyle(up).overflow !== "visible") clips.push(sides(up.getBoundingClientRect()));
+    const isCut = clips.some((clip) => clip.some((side, n) => ring[n] < side - 1));
+    const isSeen = style.outlineStyle !== "none" && width >= 2 && !isCut && (edge > width || style.outlineColor !== style.backgroundColor);
+    return [Boolean(node.closest(part)), isSeen ? null : node.outerHTML.slice(0, 120)];
+}"""
+# Elements that begin or end outside of the page, and the alarm slot if it has no room for its counts.
+WIDE = """[...document.querySelectorAll("header *, .panel, .panel > *, .hud, .head > *")].filter((node) => node.checkVisibility() && (([box]) =>
+    box && (box.left < -1 || box.right > innerWidth + 1))(node.getClientRects())).concat([...document.querySelectorAll(".counts > span")].filter((node) =>
+    node.getBoundingClientRect().right > document.querySelector(".slot").getBoundingClientRect().right)).map((node) => node.outerHTML.slice(0, 120))"""
 # Boxes of the regions of the page, rounded to pixels.
 BOXES = """[...document.querySelectorAll('station-bar, station-scene, nav > *, aside > *, station-work, station-log')].map((node) =>
     Object.values(node.getBoundingClientRect().toJSON()).map(Math.round))"""
@@ -333,7 +354,7 @@ def test_the_keyboard_alone_is_enough(page, flight):
     page.keyboard.up("ArrowRight")
     page.keyboard.press("Escape")
     page.wait_for_selector("text=Hand given back: Esc.")
-    for key, state in (("4", "SAFE_OPERATIONAL"), ("5", "OPERATIONAL")):
+    for key, state, power in (("4", "SAFE_OPERATIONAL", "45 / 200 W"), ("5", "OPERATIONAL", "135 / 200 W")):
         station.until(page, f"[...document.querySelectorAll('station-states .box.legal')].some((box) => box.textContent.includes('{state}'))")
         page.keyboard.press(key)
         assert page.evaluate(FOCUSED) == "MANIPULATOR: request state"
@@ -343,6 +364,7 @@ def test_the_keyboard_alone_is_enough(page, flight):
         tab_to(page, "Send")
         page.keyboard.press("Enter")
         station.until(page, f"window.station.store.states.get('MANIPULATOR').state === '{state}'")
+        station.until(page, f"document.querySelector('.power-cell strong').textContent === '{power}'")  # JOYSTICK is OPERATIONAL and needs 15 W.
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("/")
     page.keyboard.type("MANIPULATOR.TARE")
@@ -354,6 +376,81 @@ def test_the_keyboard_alone_is_enough(page, flight):
     page.wait_for_selector("text=complete, in range")
     page.keyboard.press("Control+Enter")
     page.wait_for_selector("[aria-live=polite] .refusal:has-text('TARE: refused')")
+
+
+def lost_in(page, part):
+    """Press Tab from the present focus until it leaves a part of the page. Returns the controls that were not reached, and those whose focus is
+    not seen."""
+    page.evaluate(RING, part)  # Without a key no ring is drawn.
+    unseen = []
+    for _ in range(250):
+        page.keyboard.press("Tab")
+        is_within, found = page.evaluate(RING, part)
+        unseen += [found] if found else []
+        if not is_within:
+            break
+    return page.evaluate(CONTROLS, part), unseen
+
+
+def test_the_tab_key_reaches_every_control_and_the_focus_is_seen(page):
+    page.click("#work-Operate")
+    page.focus(".skip")  # The first control of the page.
+    assert lost_in(page, "body") == ([], [])
+
+
+def test_the_keys_are_listed_and_escape_closes_the_list(page):
+    """They also act while a button has the focus, which takes the space bar only."""
+    keys, shown = page.locator("#work-Keys"), page.locator("td:has-text('STOP ALL') >> nth=0")
+    page.click("#work-Operate")
+    page.locator("station-scene canvas").focus()
+    page.keyboard.press("?")
+    shown.wait_for()
+    assert page.evaluate(FOCUSED) == "Keys"
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#work-Operate[aria-selected=true]")
+    assert keys.is_hidden() and page.evaluate("document.activeElement.nodeName") == "CANVAS"
+    for is_shown in (True, False):
+        page.click("[aria-label='Keys (?)']")
+        assert shown.is_visible() == keys.is_visible() == is_shown
+    page.evaluate("window.station.store.seen = -1")
+    page.focus("[aria-label='Light or dark']")
+    page.keyboard.press("a")
+    assert page.evaluate("window.station.store.seen === window.station.store.events.length")
+
+
+def contrast(*colours):
+    """Contrast of two colours as in WCAG 2.1."""
+    def luminance(colour):
+        parts = [int(colour[at : at + 2], 16) / 255 for at in (0, 2, 4)]
+        return sum(share * (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4) for share, part in zip((0.2126, 0.7152, 0.0722), parts))
+
+    darker, lighter = sorted(map(luminance, colours))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_the_grid_of_the_scene_has_the_colour_of_the_theme(page, theme):
+    """It is seen on each shade of the background, and weaker than anything that has a meaning."""
+    is_visible, drawn, grid, *skies = page.evaluate("""(theme) => {
+        const { scene, store } = window.station, root = document.documentElement, before = root.dataset.theme;
+        const set = (one) => { root.dataset.theme = one; store.tell("theme"); };
+        set(theme);
+        const found = ["grid", "sky0", "sky1"].map((name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim().slice(1));
+        const drawn = scene.floor.material.color.getHexString();
+        set(before);
+        return [scene.floor.visible, drawn, ...found];
+    }""", theme)
+    assert is_visible and drawn == grid
+    assert all(1.1 < contrast(grid, sky) < 2.0 for sky in skies)
+
+
+@pytest.mark.parametrize("width", [800, 360])
+def test_nothing_is_cut_off_on_a_small_screen(page, width):
+    """Between the sizes of the design, too: no text is cut, no box covers another one, and nothing is wider than the page."""
+    page.set_viewport_size({"width": width, "height": 780})
+    found = page.evaluate(station.CUT) + page.evaluate(station.OVERLAPPING) + page.evaluate(WIDE)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert found == []
 
 
 def test_the_commands_of_the_flight_are_saved_as_a_script(page):
@@ -448,8 +545,11 @@ def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, fl
         page.evaluate(WATCH_SHIFTS)
         answer = flying.gse(flight, "--run", flight.folder, "fault", "unplug", "robot", "JOINT1")
         assert answer.returncode == 0, answer.stderr
-        page.wait_for_selector("station-log .entry.critical:has-text('MANIPULATOR DEVICE_LOST')")
+        page.wait_for_selector("station-log .entry.critical:has-text('MANIPULATOR DEVICE_LOST NODE=JOINT1 (0x11)')")
         page.wait_for_selector("[data-link=HAND_POSITION]:has-text('closed')")
+        # The drawing leads down to the device: its line is broken, and the other one is not.
+        broken = "[...document.querySelectorAll('station-network .graph rect.broken + .device')].map((node) => node.textContent).join()"
+        station.until(page, f"{broken} === 'JOINT1'")
         assert page.evaluate(BOXES) == boxes and page.evaluate(SHIFTS) == []
         # Both in mission time, so that a slow machine changes nothing: the links are closed after the event.
         lost = page.evaluate("window.station.store.events.findLast((event) => event.event === 'DEVICE_LOST').time")
@@ -457,6 +557,10 @@ def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, fl
     found = station.accessibility(page, theme)
     page.screenshot(path=str(session_folder / f"page-alarm-{theme}.png"))
     assert not found
+    if theme == "light":
+        page.click(".slot button:has-text('Seen')")
+        page.wait_for_selector("station-log .unseen-high", state="detached")
+        assert page.is_hidden(".slot button:has-text('Seen')")
 
 
 def test_nothing_fails_on_the_page(page):

@@ -42,6 +42,7 @@ def _configuration(item, part):
         "name": part["name"],
         "id": part["id"],
         "devices": [device["name"] for device in part.get("devices", [])],
+        "nodes": {device["name"]: end["node"] for device in part.get("devices", []) for end in device["endnodes"] if "node" in end},
         "sampling_us": part.get("sampling_us", 0),
         "buses": sorted({end[key] for end in ends for key in ("bus", "redundantBus") if end.get(key)}),
         "structures": [_structure(item["parameters"], hk) for hk in part.get("housekeeping", [])],

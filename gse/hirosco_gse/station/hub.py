@@ -19,6 +19,7 @@ from ..async_link import AsyncLink
 from ..command import UsageError
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
 from ..files import MACHINE, PageFiles
+from ..identifiers import device_of
 from ..place import CLASSES, DEFAULT_PORT, LOOPBACK, Place, compare_classes, end_of, world_of
 from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
 from . import display
@@ -509,12 +510,11 @@ class Hub:
 
     def _take_event(self, packet, decoded, subsystem):
         message = {
-            "kind": "event",
-            "number": len(self.events),
-            "subsystem": subsystem,
+            "kind": "event", "number": len(self.events), "subsystem": subsystem,
             "severity": decoded["severity"],
             "event": decoded["event"],
-            "text": telemetry.describe(packet, decoded, self.dictionary).split(f"{decoded['event']}", 1)[-1].strip(),
+            "text": telemetry.describe(packet, decoded, self.dictionary).split(decoded["event"], 1)[-1].strip(),
+            "device": device_of(decoded["values"]),
             "time": self.seconds,
         }
         self.events.append(message)

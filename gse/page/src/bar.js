@@ -2,7 +2,7 @@
 // Bar: mission, link, mode, alarms, clock, pace of simulated time, theme, stop.
 
 import { store } from "./store.js";
-import { clock, el, number, show, svg, symbol, text } from "./dom.js";
+import { clock, el, isPageKey, number, show, svg, symbol, text } from "./dom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0]; // 0: as fast as possible
 const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
@@ -58,7 +58,18 @@ class Bar extends HTMLElement {
     this.power = el("strong", { class: "mono" });
     this.what = el("strong");
     this.counts = el("span", { class: "counts" });
-    this.slot_ = el("div", { class: "cell slot" }, el("div", { class: "two" }, this.what, this.counts));
+    this.seen = el(
+      "button",
+      { hidden: true, title: "End the flashing of the events of severity HIGH", onclick: () => this.see() },
+      "Seen ",
+      el("kbd", {}, "A"),
+    );
+    this.slot_ = el(
+      "div",
+      { class: "cell slot" },
+      el("div", { class: "two" }, this.what, this.counts),
+      this.seen,
+    );
     this.epoch = el("span", { class: "hint epoch" });
     this.clock = el("span", { class: "clock", role: "timer", "aria-label": "Mission time" });
     this.pause = el(
@@ -85,6 +96,11 @@ class Bar extends HTMLElement {
       { "aria-label": "Light or dark", title: "Light or dark", onclick: toggleTheme },
       "☀",
     );
+    this.help = el(
+      "button",
+      { class: "help", "aria-label": "Keys (?)", title: "Keys (?)", onclick: () => store.tell("keys") },
+      "?",
+    );
     this.stop = el(
       "button",
       {
@@ -109,18 +125,18 @@ class Bar extends HTMLElement {
         { class: "cell mode-cell" },
         el("div", { class: "two" }, el("span", { class: "hint" }, "Mode"), this.modeText),
       ),
-      el(
+      (this.powerCell = el(
         "div",
         {
           class: "cell power-cell",
           title: "Electrical power: needed by the present states / available",
         },
         el("div", { class: "two" }, el("span", { class: "hint" }, "Power"), this.power),
-      ),
+      )),
       this.slot_,
       el("div", { class: "cell" }, el("div", { class: "two" }, this.epoch, this.clock)),
       el("div", { class: "cell pace" }, this.pause, this.step, this.speed),
-      el("div", { class: "cell" }, this.theme),
+      el("div", { class: "cell" }, this.theme, this.help),
       this.stop,
     );
     store.on("hello link mode pace event state ready mismatch links", () => this.plan());
@@ -135,13 +151,7 @@ class Bar extends HTMLElement {
       event.preventDefault();
       return;
     }
-    if (
-      event.target.closest("input, select, textarea, button, [role=tab]") ||
-      event.ctrlKey ||
-      event.altKey ||
-      event.metaKey
-    )
-      return;
+    if (!isPageKey(event)) return;
     if (event.key === " ") {
       this.togglePause();
       event.preventDefault();
@@ -149,13 +159,16 @@ class Bar extends HTMLElement {
     if (event.key === ".") store.live("step 0.1");
     if (event.key.toUpperCase() === "T") store.tell("other-source");
     if (event.key.toUpperCase() === "L" && location.search.includes("replay")) location.assign("/");
-    if (event.key.toUpperCase() === "A") {
-      store.seen = store.events.length;
-      store.tell("seen");
-      this.draw();
-    }
+    if (event.key.toUpperCase() === "A") this.see();
     const place = SPEEDS.indexOf(store.pace.speed) + { "[": -1, "]": 1 }[event.key];
     if (SPEEDS[place]) store.live(`speed ${SPEEDS[place]}`);
+  }
+
+  // The user has seen the events of severity HIGH. Only this page notes it.
+  see() {
+    store.seen = store.events.length;
+    store.tell("seen");
+    this.draw();
   }
 
   // Another page or the command line may have set a speed that is not in the list.
@@ -197,6 +210,7 @@ class Bar extends HTMLElement {
     this.linkText.title = [store.link.text, ...others].join("; ");
     text(this.modeText, store.mode ?? "–");
     const needed = store.power();
+    this.powerCell.hidden = needed === null && store.hello !== null; // The mission defines no power.
     text(this.power, needed === null ? "–" : `${needed} / ${store.hello.power_available_w} W`);
     const is_there = store.pace.is_there && !store.barrier();
     this.pause.disabled = this.step.disabled = this.speed.disabled = !is_there;
@@ -241,6 +255,7 @@ class Bar extends HTMLElement {
     } else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
     else text(this.what, "No open alarm");
     this.what.title = this.what.textContent;
+    this.seen.hidden = !store.events.slice(store.seen).some((event) => event.severity === "HIGH");
     const isAlarm = this.slot_.classList.contains("critical");
     const name = store.hello?.mission ?? "hirosco";
     // The title is all that a page in the background shows.

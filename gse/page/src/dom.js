@@ -241,6 +241,14 @@ export function tabs(prefix, pairs, opened = () => {}) {
   return { list, open };
 }
 
+// Whether a pressed key is for the whole page: without Ctrl, Alt and Meta, outside of fields, and unless it
+// presses the button that has the focus.
+export function isPageKey(event) {
+  if (event.ctrlKey || event.altKey || event.metaKey) return false;
+  if (event.target.closest("input, select, textarea")) return false;
+  return !([" ", "Enter"].includes(event.key) && event.target.closest("button, a"));
+}
+
 // A function that draws once after all changes of one task, however often it is called in it: a jump of a
 // replay changes the states of all subsystems.
 export function once(draw) {

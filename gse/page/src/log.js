@@ -2,7 +2,7 @@
 // Events, commands, and the time line of the flight.
 
 import { store } from "./store.js";
-import { el, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
+import { el, isPageKey, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 // Most entries that the log shows; entries before and after the present instant of a replay.
@@ -71,7 +71,7 @@ class Log extends HTMLElement {
         document.getElementById("alarm-said").textContent = `${event.subsystem} ${event.event}, high`;
     });
     document.addEventListener("keydown", (event) => {
-      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey) return;
+      if (!isPageKey(event)) return;
       const page = { E: "Events", C: "Commands" }[event.key.toUpperCase()];
       if (page) this.pages.open(page);
     });

@@ -3,7 +3,7 @@
 // present instant.
 
 import { store } from "./store.js";
-import { clock, el, svg, text } from "./dom.js";
+import { clock, el, isPageKey, svg, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 const SPEEDS = [0.1, 1, 4, 16];
@@ -69,10 +69,9 @@ class Player extends HTMLElement {
   key(event) {
     if (
       !store.replay ||
-      event.target.closest("input, select, textarea, button, [role=tab], canvas, .scroll") ||
-      event.ctrlKey ||
-      event.altKey ||
-      event.metaKey
+      !isPageKey(event) ||
+      event.target.closest("[role=tab], .scroll") ||
+      (event.target.closest("canvas") && event.key.startsWith("Arrow"))
     )
       return;
     const place = SPEEDS.indexOf(store.replay.speed) + ({ "[": -1, "]": 1 }[event.key] ?? 0);

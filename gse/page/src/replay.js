@@ -76,7 +76,7 @@ export class Replay {
       ]),
     );
     store.lanes = this.lanes;
-    this.events = events.map(([time, subsystem, severity, event, text], number) => ({
+    this.events = events.map(([time, subsystem, severity, event, text, device], number) => ({
       kind: "event",
       number,
       time,
@@ -84,6 +84,7 @@ export class Replay {
       severity,
       event,
       text,
+      device,
     }));
     this.eventTimes = events.map(([time]) => time);
     this.commands = commands.map((call, n) => ({ kind: "command", number: n + 1, answer: [], ...call }));

@@ -9,7 +9,8 @@ import { Actuators } from "./actuators.js";
 import { Arm, cutBelow, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
 import { store } from "./store.js";
-import { el, number, text } from "./dom.js";
+import { el, isPageKey, number, text } from "./dom.js";
+import { orbit } from "./orbit.js";
 import { LEAST_MS } from "./pace.js";
 import { isSoftware, Pictures } from "./picture.js";
 import { leadOf, moving, place, placedByTelemetry, placedByTruth, poses } from "./kinematics.js";
@@ -105,6 +106,7 @@ class Scene extends SceneMarks {
       this.forceLabel,
       this.ghostLabel,
       this.veil,
+      el("p", { class: "none" }, "This mission has no robot that can be drawn."),
     );
     this.joints = [];
     this.trace = [];
@@ -141,8 +143,7 @@ class Scene extends SceneMarks {
     store.on("film", (instant) => this.project(instant));
     setInterval(() => this.dim(), STALE_MS);
     document.addEventListener("keydown", (event) => {
-      if (event.key.toUpperCase() !== "V" || event.target.closest("input, select, textarea") || event.ctrlKey)
-        return;
+      if (event.key.toUpperCase() !== "V" || !isPageKey(event)) return;
       const names = [...this.views.children].map((button) => button.textContent);
       this.view(names[(names.indexOf(this.viewName) + 1) % names.length]);
     });
@@ -179,7 +180,7 @@ class Scene extends SceneMarks {
     this.camera = new THREE.PerspectiveCamera(30, 1, 0.01, 30);
     this.camera.up.set(0, 0, 1);
     this.target = new THREE.Vector3(0.2, 0, 0.05);
-    this.orbit();
+    orbit(this.canvas, this.camera, this.target, () => this.change());
     new ResizeObserver(() => this.resize()).observe(this);
     this.view("Iso");
     if (isComputed) this.computePictures();
@@ -201,45 +202,6 @@ class Scene extends SceneMarks {
   change() {
     this.isChanged = true;
     this.pictures?.wake();
-  }
-
-  orbit() {
-    let from = null;
-    this.canvas.addEventListener("pointerdown", (event) => {
-      from = [event.clientX, event.clientY];
-      this.canvas.setPointerCapture(event.pointerId);
-    });
-    this.canvas.addEventListener("pointerup", () => {
-      from = null;
-    });
-    this.canvas.addEventListener("pointermove", (event) => {
-      if (!from) return;
-      const arm = this.camera.position.clone().sub(this.target);
-      const length = arm.length();
-      const turn = Math.atan2(arm.y, arm.x) - (event.clientX - from[0]) * 0.006;
-      const rise = Math.max(
-        -0.3,
-        Math.min(1.5, Math.asin(arm.z / length) + (event.clientY - from[1]) * 0.006),
-      );
-      from = [event.clientX, event.clientY];
-      this.camera.position
-        .set(Math.cos(rise) * Math.cos(turn), Math.cos(rise) * Math.sin(turn), Math.sin(rise))
-        .multiplyScalar(length)
-        .add(this.target);
-      this.change();
-    });
-    this.canvas.addEventListener(
-      "wheel",
-      (event) => {
-        event.preventDefault();
-        this.camera.position
-          .sub(this.target)
-          .multiplyScalar(Math.exp(event.deltaY * 0.001))
-          .add(this.target);
-        this.change();
-      },
-      { passive: false },
-    );
   }
 
   view(name) {
@@ -267,6 +229,7 @@ class Scene extends SceneMarks {
     this.last = this.joints = this.drawn = this.before = this.robot = this.base = null;
     this.trace = [];
     this.source = store.members().find((item) => store.drives(item))?.name;
+    this.classList.toggle("empty", !world?.robots.length); // Then the scene says that nothing is drawn.
     if (!world?.robots.length) return;
     this.robot = leadOf(world);
     this.bodies = world.robots.map((robot) => ({ robot, arm: new Arm(robot, LOOK) }));
@@ -364,15 +327,14 @@ class Scene extends SceneMarks {
 
   colours() {
     if (!this.content || !this.robot) return;
-    const isLight = document.documentElement.dataset.theme === "light";
     this.forceLook.color.set(token("force"));
     this.ghostLook.color.set(token("desired"));
     this.ghostEdge.color.set(token("desired"));
     this.line.material.color.set(token("measured"));
     for (const arrow of this.touches) arrow.setColor(token("force"));
     this.actuators.colours(token);
-    this.floor.material.color.set(isLight ? 0xb5c0ca : 0x2c3742);
-    LOOK.ground.color.set(isLight ? 0xb9c0c6 : 0x6f7d8a);
+    this.floor.material.color.set(token("grid"));
+    LOOK.ground.color.set(token("ground"));
     this.change();
   }
 

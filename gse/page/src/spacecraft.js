@@ -2,7 +2,7 @@
 // Left column: subsystems, the ten states of the selected one, the real-time network.
 
 import { store } from "./store.js";
-import { age, el, number, once, padlock, put, show, stateSymbol, svg, text } from "./dom.js";
+import { age, el, isPageKey, number, once, padlock, put, show, stateSymbol, svg, text } from "./dom.js";
 
 class Subsystems extends HTMLElement {
   connectedCallback() {
@@ -171,8 +171,7 @@ class States extends HTMLElement {
       once(() => this.draw()),
     );
     document.addEventListener("keydown", (event) => {
-      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey)
-        return;
+      if (!isPageKey(event)) return;
       const state = store.hello?.states[Number(event.key)];
       if (event.key !== " " && state && this.targets()[event.key] === null) this.ask(state);
     });
@@ -251,7 +250,7 @@ const LINK_SYMBOL = {
 };
 const isBroken = (state) => state === "stale" || state === "failed";
 const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
-const BOX = { width: 120, height: 40, x: [8, 180], top: 10, pitch: 96 };
+const BOX = { width: 120, height: 40, x: [8, 180], top: 10, pitch: 106 };
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
 // closed, and a line of figures for each link.
@@ -270,7 +269,7 @@ class Network extends HTMLElement {
     );
     this.append(el("div", { class: "head" }, el("h2", {}, "Network"), this.sym, this.words), this.body);
     store.on(
-      "hello state links link theme",
+      "hello state links link theme event",
       once(() => this.draw()),
     );
     setInterval(() => this.drawRows(), 500);
@@ -389,32 +388,65 @@ class Network extends HTMLElement {
     ];
   }
 
-  // Draw a member with its bus and its devices below; dashed and red if the member is in an error state.
+  // Devices of a member that were lost, and neither returned nor were commissioned again since.
+  lost(name) {
+    const [started] = (store.lanes.get(name) ?? []).findLast(
+      ([time, state]) => state === "HARDWARE_INIT" && time <= store.time,
+    ) ?? [0];
+    const found = new Set();
+    for (const { subsystem, event, device, time } of store.events) {
+      if (subsystem !== name || !device || time < started) continue;
+      if (event === "DEVICE_LOST") found.add(device);
+      if (event === "DEVICE_RETURNED") found.delete(device);
+    }
+    return found;
+  }
+
+  // Draw a member with its devices below: the member red in an error state, and red and dashed the line to
+  // each device that was lost.
   member(name, x, y) {
     const about = store.subsystem(name);
     const part = store.configuration(name) ?? about.configurations[0];
     const devices = part?.devices ?? [];
     const isFailed = store.states.get(name)?.state === "ERROR_OPERATIONAL";
-    const wire = isFailed ? "wire broken" : "wire";
+    const lost = this.lost(name);
+    const wire = (isLost) => (isLost ? "wire broken" : "wire");
     const found = [
       svg("rect", { x, y, width: BOX.width, height: BOX.height, rx: 3, class: isFailed ? "broken" : "" }),
       svg("text", { x: x + 8, y: y + 17, class: "strong" }, name),
       svg("text", { x: x + 8, y: y + 32 }, `APID ${about.apid}${isFailed ? ", error" : ""}`),
     ];
     if (!devices.length) return found;
-    const shown = devices.length > 3 ? [`${devices.length} devices`] : devices;
+    const isMany = devices.length > 3;
+    const [one] = lost;
+    const all = !lost.size
+      ? `${devices.length} devices`
+      : lost.size > 1
+        ? `${lost.size} of ${devices.length} lost`
+        : `${one} of ${devices.length} lost`;
+    const shown = isMany ? [all] : devices;
     const each = BOX.width / shown.length;
     const bus = (part.buses ?? []).join(", ");
     found.push(
-      svg("path", { class: wire, d: `M${x + 60} ${y + 40}V${y + 52}` }),
+      svg("path", { class: wire(lost.size), d: `M${x + 60} ${y + 40}V${y + 52}` }),
       svg("title", {}, `${name}: ${bus || "no bus"}: ${devices.join(", ")}`),
     );
     shown.forEach((device, n) => {
       const cx = x + each * (n + 0.5);
+      const isLost = isMany ? lost.size > 0 : lost.has(device);
+      const below = isLost ? "lost" : isMany ? bus : (part.nodes?.[device] ?? "");
       found.push(
-        svg("path", { class: wire, d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }),
-        svg("rect", { x: cx - each / 2 + 1, y: y + 58, width: each - 2, height: 20, rx: 3 }),
-        svg("text", { x: cx, y: y + 72, "text-anchor": "middle" }, device),
+        svg("path", { class: wire(isLost), d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }),
+        svg("rect", {
+          x: cx - each / 2 + 1,
+          y: y + 58,
+          width: each - 2,
+          height: 34,
+          rx: 3,
+          class: isLost ? "broken" : "",
+        }),
+        svg("text", { x: cx, y: y + (below ? 72 : 79), "text-anchor": "middle", class: "device" }, device),
+        svg("text", { x: cx, y: y + 86, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
       );
     });
     return found;

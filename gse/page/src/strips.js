@@ -5,12 +5,13 @@
 import uPlot from "uplot";
 
 import { store } from "./store.js";
-import { el, number, text, wordOf } from "./dom.js";
+import { el, isPageKey, number, text, wordOf } from "./dom.js";
 import { COLOURS, LINES_MAX, stripsOf } from "./arm_strips.js";
 import { leadOf, tipForce } from "./kinematics.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
 const REFRESH_MS = 150; // Time between two updates of the charts.
+const LEAST_S = 0.05; // Shortest view that the keys select.
 const STALE_S = 1; // An older last report shows no present value.
 const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
@@ -327,18 +328,15 @@ class Strips extends HTMLElement {
       this.area,
     );
     store.on("chart", (line) => this.toggle(line));
+    // Listeners of the window are called last: the arrow keys move the hand instead while the user has taken
+    // it.
+    window.addEventListener("keydown", (event) => this.key(event));
     this.addEventListener("dragover", (event) => {
       if (event.dataTransfer.types.includes("text/plain")) event.preventDefault();
     });
     this.addEventListener("drop", (event) => this.drop(event));
     document.addEventListener("keydown", (event) => {
-      if (
-        event.key.toUpperCase() !== "P" ||
-        event.ctrlKey ||
-        event.altKey ||
-        event.target.closest("input, select, textarea")
-      )
-        return;
+      if (event.key.toUpperCase() !== "P" || !isPageKey(event)) return;
       event.preventDefault();
       store.tell("parameter");
     });
@@ -391,12 +389,38 @@ class Strips extends HTMLElement {
         this.zoom = range;
         this.draw();
       };
-    this.area.replaceChildren(...this.strips.map((strip) => strip.node));
+    const none = el("p", { class: "reason" }, "No charts yet: P adds a parameter.");
+    this.area.replaceChildren(...(this.strips.length ? this.strips.map((strip) => strip.node) : [none]));
     this.remake();
   }
 
   remake() {
     for (const strip of this.strips) strip.make();
+  }
+
+  // Part of the flight that the charts show [s, s].
+  range() {
+    if (store.replay) return this.zoom ?? [0, store.replay.end];
+    const now = Math.max(WINDOW_S, store.now());
+    return this.zoom ?? this.held ?? [now - WINDOW_S, now];
+  }
+
+  // While the charts have the focus, + and - zoom, the arrow keys move the view, and Esc ends the zoom.
+  key(event) {
+    const isOurs = this.area.contains(event.target) && !event.defaultPrevented && isPageKey(event);
+    const [from, to] = this.strips.length && isOurs ? this.range() : [0, 0];
+    const step = (to - from) / 4;
+    const next = {
+      "+": [from + step, to - step],
+      "-": [Math.max(0, from - 2 * step), to + 2 * step],
+      ArrowLeft: [from - step, to - step],
+      ArrowRight: [from + step, to + step],
+      Escape: null,
+    }[event.key];
+    if (!step || next === undefined || (next && (next[1] - next[0] < LEAST_S || next[0] < 0))) return;
+    event.preventDefault();
+    this.zoom = next;
+    this.draw();
   }
 
   // Words for the title with the time under the pointer.
@@ -418,8 +442,7 @@ class Strips extends HTMLElement {
       this.drawReplay(store.history.get(this.source));
       return;
     }
-    const now = Math.max(WINDOW_S, store.now());
-    const range = this.zoom ?? this.held ?? [now - WINDOW_S, now];
+    const range = this.range();
     text(this.title_, `${this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`}${this.pointed()}`);
     const { t, rows } = part(store.history.get(this.source), range);
     for (const strip of this.strips) strip.show(t, rows, range);
@@ -428,7 +451,7 @@ class Strips extends HTMLElement {
   // Draw the whole flight or the zoomed part. The curves do not change during the replay; only the cursor
   // moves.
   drawReplay(history) {
-    const range = this.zoom ?? [0, store.replay.end];
+    const range = this.range();
     const drawn = [range.join(), history, ...this.strips.map((strip) => strip.plot)];
     if (!this.drawn || drawn.some((item, n) => item !== this.drawn[n])) {
       this.drawn = drawn;

@@ -3,7 +3,7 @@
 // all housekeeping (Telemetry), and others.
 
 import { store } from "./store.js";
-import { el, number, put, show, svg, tabs, text } from "./dom.js";
+import { el, isPageKey, number, put, show, svg, tabs, text } from "./dom.js";
 import { CommandForm } from "./form.js";
 import { Board } from "./board.js";
 import { Bus } from "./bus.js";
@@ -372,17 +372,18 @@ const KEYS = [
   ["0 3 4 5 6", "prepare this state of the selected subsystem"],
   ["Alt 1 … 4", "select a subsystem"],
   ["Ctrl Enter", "send the command"],
-  ["Esc", "disarm, give the hand back"],
+  ["Esc", "disarm, give the hand back, end the zoom, close these keys"],
   ["H", "take the hand, give it back"],
   ["Arrows, Shift", "move the hand, fine"],
   ["Space", "pause or resume simulated time"],
   [".", "step 0.1 s"],
   ["[ ]", "change the speed of simulated time"],
-  ["A", "acknowledge the HIGH events"],
+  ["A", "note on this page that the HIGH events are seen"],
   ["E C B", "events, commands, bus"],
   ["V", "change the view of the scene"],
   ["T", "move the robot by the simulator’s truth or by telemetry"],
   ["P", "find a parameter"],
+  ["Arrows + -", "in the scene: turn, zoom; in the charts: move, zoom"],
   ["L", "return from the replay to the flight"],
   ["?", "show these keys"],
   ["Ctrl Shift S", "STOP ALL"],
@@ -424,18 +425,20 @@ class Work extends HTMLElement {
     this.telemetry = new Telemetry();
     this.bus = new Bus();
     this.board = new Board();
+    this.keys = keysPanel();
     const panels = [
       ["Operate", el("div", {}, this.hand.node, this.table.node)],
       ["Command", el("div", {}, this.form.node)],
       ["Telemetry", el("div", {}, this.telemetry.node)],
       ["Bus", el("div", {}, this.bus.node)],
       ["On board", el("div", {}, this.board.node)],
-      ["Keys", keysPanel()],
+      ["Keys", this.keys],
       ...moved.map(([name, panel]) => [name, panel]),
     ];
     this.pages = tabs("work", panels);
     this.append(this.pages.list, ...panels.map(([, panel]) => panel));
-    this.pages.list.querySelector("#work-Keys").hidden = true;
+    this.keysTab = this.pages.list.querySelector("#work-Keys");
+    this.keysTab.hidden = true;
     this.arrange(moved);
     NARROW.addEventListener("change", () => this.arrange(moved));
     store.on("parameter", () => {
@@ -446,15 +449,13 @@ class Work extends HTMLElement {
       this.pages.open("Command");
       this.form.title_.focus(); // From here the Tab key goes to fields, Arm and Send.
     });
+    store.on("keys", () => this.showKeys());
     store.on("select hello", () => this.draw());
     document.addEventListener("keydown", (event) => {
-      if (event.target.closest("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey)
-        return;
+      if (event.key === "Escape") this.hideKeys();
+      if (!isPageKey(event)) return;
       if (event.key.toUpperCase() === "B") this.pages.open("Bus");
-      if (event.key === "?") {
-        this.pages.list.querySelector("#work-Keys").hidden = false;
-        this.pages.open("Keys");
-      }
+      if (event.key === "?") this.showKeys();
       if (event.key !== "/") return;
       event.preventDefault();
       this.pages.open("Command");
@@ -472,6 +473,28 @@ class Work extends HTMLElement {
       this.pages.list.querySelector(`#work-${name}`).hidden = !NARROW.matches;
     }
     if (!NARROW.matches && moved.some(([, panel]) => !panel.hidden)) this.pages.open("Operate");
+  }
+
+  // Open the tab Keys, or close it if it is open. `Esc` closes it, too.
+  showKeys() {
+    const open = this.pages.list.querySelector("[aria-selected=true]");
+    if (open === this.keysTab) {
+      this.hideKeys();
+      return;
+    }
+    this.before = { name: open.textContent, focus: document.activeElement };
+    this.keysTab.hidden = false;
+    this.pages.open("Keys");
+    this.keys.firstChild.focus();
+  }
+
+  // Close the tab Keys. If it is shown, the tab and the focus from before return.
+  hideKeys() {
+    if (this.keysTab.hidden) return;
+    this.keysTab.hidden = true;
+    if (this.keysTab.getAttribute("aria-selected") !== "true") return;
+    this.pages.open(this.before?.name ?? "Operate");
+    this.before?.focus.focus();
   }
 
   draw() {

@@ -241,7 +241,7 @@ def packet_lines(flight, dictionary):
     ends = struct.pack(">HBHHHH", 1, 3, 16, 1, 17, 2) + bytes(21)
     tm(38.0, 1, 130, 9, struct.pack(">H", 1) + ends + struct.pack(">IIIII", 74000, 74000, 0, 0, 74000), 1)
     lost = joystick.event("DEVICE_LOST")
-    tm(38.5025, 17, 5, 4, struct.pack(">H", lost.id) + bytes(sum(item.size for item in lost.parameters)))
+    tm(38.5025, 17, 5, 4, struct.pack(">HB", lost.id, 0x21))
     move(38.5025, 17, 5, 6, 1)
     move(38.5030, 16, 5, 6, 2)
     structure = joystick.configuration("TELEPRESENCE").structures[4711]

@@ -8,13 +8,14 @@ import struct
 
 import pytest
 from hirosco_gse import packets, telemetry
-from hirosco_gse.dictionary import Dictionary, DictionaryError
+from hirosco_gse.dictionary import SEVERITIES, Dictionary, DictionaryError
 from hirosco_gse.failures import Failure
 from hirosco_gse.station import about
 from hirosco_gse.values import REALS, ValueProblem, Word, in_words, to_text
 from tm_packets import build_tm
 
 MANIPULATOR, SUPERVISOR = 16, 1
+SUBTYPES = {severity: subtype for subtype, severity in SEVERITIES.items()}
 
 
 def tm(apid, service, subtype, data, user=1):
@@ -94,6 +95,38 @@ def test_an_event_is_decoded_with_its_values(dictionary):
     assert "TORQUE_LIMIT" in telemetry.describe(tm(MANIPULATOR, 5, 3, data, 0), decoded, dictionary)
     assert "error" in telemetry.decode(tm(MANIPULATOR, 5, 3, data + b"\0", 0), dictionary)
     assert "error" in telemetry.decode(tm(MANIPULATOR, 5, 3, b"\0\xff", 0), dictionary)
+
+
+# Event of a subsystem, its values, and how it is written.
+IDENTIFIED = [
+    (16, "DEVICE_LOST", struct.pack(">B", 0x11), "NODE=JOINT1 (0x11)"),
+    (16, "DEVICE_LOST", struct.pack(">B", 0x7F), "NODE=127"),
+    (16, "DEVICE_REFUSED", struct.pack(">BBII", 0x12, 4, 0x200102, 7), "NODE=JOINT2 (0x12)  REASON=4  OBJECT=0x2001:02  DETAIL=7"),
+    (17, "BUS_WARNING", struct.pack(">BH", 0x21, 0x8120), "NODE=STICK (0x21)  CODE=ERROR_PASSIVE"),
+    (1, "PLAN_STARTED", struct.pack(">HH", 17, 1), "APID=JOYSTICK  EVENT=DEVICE_LOST (1)"),
+    (1, "PLAN_OVERRULED", struct.pack(">HHHH", 16, 3, 17, 1), "APID=MANIPULATOR  EVENT=TORQUE_LIMIT (3)  BY_APID=JOYSTICK  BY_EVENT=DEVICE_LOST (1)"),
+]
+
+
+@pytest.mark.parametrize(("apid", "name", "data", "text"), IDENTIFIED)
+def test_an_event_names_the_device_and_the_event_that_it_is_about(dictionary, apid, name, data, text):
+    """The names are those of the dictionary, with the number beside; a number without a name stays a number, and so does each in JSON."""
+    event = dictionary.subsystem_of_apid(apid).event(name)
+    packet = tm(apid, 5, SUBTYPES[event.severity], struct.pack(">H", event.id) + data, 0)
+    decoded = telemetry.decode(packet, dictionary)
+    assert telemetry.describe(packet, decoded, dictionary).endswith(f"{name}  {text}")
+    nodes = in_words(decoded["values"]).get("NODE")
+    assert nodes is None or nodes == [data[0]]
+    assert decoded["values"].get("NODE") != [0x11] or decoded["values"]["NODE"] == ["JOINT1"]
+    assert copy.deepcopy(decoded["values"]) == decoded["values"]
+
+
+def test_devices_without_a_bus_are_named_by_their_place(dictionary_path_of):
+    zoo = Dictionary.load(dictionary_path_of("zoo"))
+    instruments = zoo.subsystem("INSTRUMENTS")
+    event = instruments.event("DEVICE_LOST")
+    packet = tm(instruments.apid, 5, 3, struct.pack(">HBB", event.id, 1, 2), 0)
+    assert "DEVICE=SHUTTER (1)  CAUSE=SILENT" in telemetry.describe(packet, telemetry.decode(packet, zoo), zoo)
 
 
 def test_reports_of_the_mission_services_are_decoded(dictionary):

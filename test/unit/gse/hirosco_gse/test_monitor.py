@@ -29,6 +29,7 @@ def reached(dictionary, dictionary_path, tmp_path):
         (MANIPULATOR, 129, 5, struct.pack(">BBBHQQII", 5, 0, 5, 1, manipulator.interface_hash, 0, 0, 0), 0),
         (MANIPULATOR, 3, 25, struct.pack(">H", 4712) + bytes(manipulator.parameter("COUNTERS").size) + struct.pack(">4d", 38, 99, 0, 0.5), 0),
         (MANIPULATOR, 5, 3, struct.pack(">HBdd", event.id, 1, 39.5, 38.0), 0),
+        (MANIPULATOR, 5, 4, struct.pack(">HB", manipulator.event("DEVICE_LOST").id, 0x11), 0),
     ]
 
     def answer(packet):
@@ -63,7 +64,7 @@ def test_the_flight_is_shown_and_commanded(reached):
         app = Monitor(run, **given)
         async with app.run_test(size=(160, 50)) as pilot:
             tables = {name: app.query_one(f"#{name}", DataTable) for name in ("states", "housekeeping", "commands")}
-            await _until(pilot, lambda: tables["housekeeping"].row_count and app.query_one("#events", RichLog).lines, "no telemetry")
+            await _until(pilot, lambda: tables["housekeeping"].row_count and len(app.query_one("#events", RichLog).lines) > 1, "no telemetry")
             await _until(pilot, lambda: any("MANIPULATOR | OPERATIONAL" in row for row in _text(tables["states"])), "no state")
             assert any(row.startswith("JOYSTICK | OFFLINE") for row in _text(tables["states"]))
             values = _text(tables["housekeeping"])
@@ -72,6 +73,7 @@ def test_the_flight_is_shown_and_commanded(reached):
             assert tables["housekeeping"].get_row("MANIPULATOR.TORQUE_OFFSET")[1].style == ""
             line = app.query_one("#events", RichLog).lines[0].text
             assert "MEDIUM" in line and "MANIPULATOR.TORQUE_LIMIT" in line and "TORQUE=39.5 Nm" in line
+            assert "NODE=JOINT1 (0x11)" in app.query_one("#events", RichLog).lines[1].text
             head = str(app.query_one("#head", Static).render())
             assert "rokviss" in head and f"127.0.0.1:{given['port']}" in head and "1.0 s" in head
             entry = app.query_one("#command", Input)

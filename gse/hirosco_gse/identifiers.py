@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names of what the numbers in event reports identify: devices, events, configurations, parameters, links, users and CANopen objects.
+
+The dictionary defines the kind of each number (`kind`). A number whose name is not known stays a number."""
+
+from .values import Named, Word
+
+
+def _device(number, owner, _):
+    return owner.places.get(number) if owner else None
+
+
+def _node(number, owner, _):
+    return owner.nodes.get(number) if owner else None
+
+
+def _event(number, owner, _):
+    event = owner.event_of_id(number) if owner else None
+    return event.name if event else None
+
+
+def _configuration(number, owner, _):
+    found = [item.name for item in owner.configurations.values() if item.id == number] if owner else []
+    return found[0] if found else None
+
+
+def _parameter(number, _, dictionary):
+    owner = dictionary.subsystem_of_apid(number >> 21)  # The upper 11 bits of a parameter id are the APID.
+    parameter = owner.parameter_of_id(number) if owner else None
+    return f"{owner.name}.{parameter.name}" if parameter else None
+
+
+def _link(number, _, dictionary):
+    return next((link.name for link in dictionary.links if link.number == number), None)
+
+
+def _user(number, _, dictionary):
+    return next((user["name"] for user in dictionary.content.get("users", ()) if user["id"] == number), None)
+
+
+# Kind of a number -> its name by (number, subsystem that it concerns, dictionary), and the form of the number beside the name.
+NAMES = {
+    "CANopen node": (_node, "0x{:02X}"),
+    "device": (_device, "{}"),
+    "event id": (_event, "{}"),
+    "configuration id": (_configuration, "{}"),
+    "parameter id": (_parameter, "0x{:08X}"),
+    "link id": (_link, "{}"),
+    "user": (_user, "{}"),
+}
+
+
+def _named(kind, number, owner, dictionary):
+    if kind == "CANopen object":
+        text = f"0x{number >> 8:04X}:{number & 0xFF:02X}"  # index and subindex
+        return Named(number, text, text)
+    if kind not in NAMES or isinstance(number, Word):
+        return number
+    find, form = NAMES[kind]
+    name = find(number, owner, dictionary)
+    return number if name is None else Named(number, name, f"{name} ({form.format(number)})")
+
+
+def named(found, event, subsystem, dictionary):
+    """Values of an event report (name -> list of numbers) with a values.Named for each number that has a name. A value APID of the report is the
+    subsystem that the other values concern, and BY_APID that of BY_EVENT; without it, that is `subsystem`, which has sent the report."""
+    kinds = {item.name: getattr(item, "kind", "") for item in event.parameters}
+
+    def owner(name):
+        about = next((one for one in (f"{name.rpartition('_')[0]}_APID", "APID") if one in found), None)
+        return dictionary.subsystem_of_apid(int(found[about][0])) if about else subsystem
+
+    return {name: [_named(kinds[name], number, owner(name), dictionary) for number in value] if kinds.get(name) else value for name, value in found.items()}
+
+
+def device_of(found):
+    """Name of the device that the values of an event report, as `named` returns them, are about; None if they are about none, or it has no name."""
+    numbers = found.get("NODE") or found.get("DEVICE") or ()
+    return numbers[0].word if numbers and isinstance(numbers[0], Named) else None

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Movement of the camera round its target: a drag or the arrow keys turn it, the wheel or + and - change its
+// distance.
+
+const TURN = 0.006; // Angle for each pixel of a drag [rad].
+const KEY_TURN = 0.12; // Angle for each press of an arrow key [rad].
+const KEY_ZOOM = 1.15; // Factor of the distance for each press of + or -.
+const LOWEST = -0.3,
+  HIGHEST = 1.5; // Elevation of the camera [rad].
+
+// Let the user move `camera` round `target` on `canvas`. `changed` is called after each movement.
+export function orbit(canvas, camera, target, changed) {
+  const turn = (left, up) => {
+    const arm = camera.position.clone().sub(target);
+    const length = arm.length();
+    const angle = Math.atan2(arm.y, arm.x) + left;
+    const rise = Math.max(LOWEST, Math.min(HIGHEST, Math.asin(arm.z / length) + up));
+    camera.position
+      .set(Math.cos(rise) * Math.cos(angle), Math.cos(rise) * Math.sin(angle), Math.sin(rise))
+      .multiplyScalar(length)
+      .add(target);
+    changed();
+  };
+  const zoom = (factor) => {
+    camera.position.sub(target).multiplyScalar(factor).add(target);
+    changed();
+  };
+  const keys = {
+    ArrowLeft: () => turn(-KEY_TURN, 0),
+    ArrowRight: () => turn(KEY_TURN, 0),
+    ArrowUp: () => turn(0, KEY_TURN),
+    ArrowDown: () => turn(0, -KEY_TURN),
+    "+": () => zoom(1 / KEY_ZOOM),
+    "-": () => zoom(KEY_ZOOM),
+  };
+  let from = null;
+  canvas.addEventListener("pointerdown", (event) => {
+    from = [event.clientX, event.clientY];
+    canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointerup", () => {
+    from = null;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!from) return;
+    turn((from[0] - event.clientX) * TURN, (event.clientY - from[1]) * TURN);
+    from = [event.clientX, event.clientY];
+  });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      zoom(Math.exp(event.deltaY * 0.001));
+    },
+    { passive: false },
+  );
+  // Listeners of the window are called last: the arrow keys move the hand instead while the user has taken
+  // it.
+  window.addEventListener("keydown", (event) => {
+    const isFree = !event.defaultPrevented && !event.ctrlKey && !event.altKey && !event.metaKey;
+    if (event.target !== canvas || !isFree || !keys[event.key]) return;
+    event.preventDefault();
+    keys[event.key]();
+  });
+}
