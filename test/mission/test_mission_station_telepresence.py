@@ -267,6 +267,32 @@ def test_the_hand_is_given_back_when_focus_pointer_or_station_is_lost(page, flig
     station.until(page, "window.station.store.hasSocket && window.station.store.link.is_live")
 
 
+def test_only_a_station_that_does_not_answer_loses_the_hand(page, flight):
+    """A page that was busy for 1.5 s itself keeps the hand: the answers of that time may wait to be read."""
+    drag = Drag(page)
+    flying.wait_until(drag.is_held, "the hand is taken")
+    before = rests(flight)
+    is_kept, note = page.evaluate("""async () => {
+        const { hand } = document.querySelector("station-work"), { store } = window.station, answers = [];
+        store.live = () => new Promise((answer) => answers.push(answer));
+        hand.move(0.01, 0.01);
+        hand.say();
+        while (!answers.length) await new Promise((wake) => setTimeout(wake, 1));
+        const end = performance.now() + 1500;
+        while (performance.now() < end);
+        hand.tick();
+        const isKept = Boolean(hand.aim);
+        while (hand.aim) await new Promise((wake) => setTimeout(wake, 1));
+        delete store.live;
+        for (const answer of answers) answer({});
+        store.live("hand rest");
+        return [isKept, hand.note];
+    }""")
+    assert (is_kept, note) == (True, "Hand given back: the station does not answer.")
+    flying.wait_until(lambda: rests(flight) > before, "the hand is given back")
+    page.mouse.up()
+
+
 def test_the_name_of_a_curve_is_at_its_end(page):
     """The curve ends in the middle of its view."""
     placed, end = page.evaluate("""async () => {

@@ -12,6 +12,7 @@ import { Fastest, Telemetry } from "./telemetry.js";
 const RANGE_RAD = 0.35; // Largest angle of the joystick that the page commands.
 const AIM_MS = 20,
   AIM_S = 0.03;
+const TICK_MAX_MS = 5 * AIM_MS; // A longer time between two ticks counts as this much.
 const IDLE_MS = 2000; // Time without input after which the hand is given back.
 const LINES_MAX = 4; // Lines of the hand that may wait for their answers.
 const ANSWER_MS = 1000; // If a line of the hand has no answer for this time, the hand is given back.
@@ -27,7 +28,10 @@ const NARROW = matchMedia("(max-width: 1279px)");
 class Hand {
   constructor() {
     this.aim = null;
-    this.asked = []; // Times at which the lines without an answer were sent.
+    this.asked = 0; // Lines without an answer.
+    this.silent = 0; // Time in ms without an answer to any of them.
+    this.idle = 0; // Time in ms without input.
+    this.ticked = performance.now();
     this.trace = [];
     const path = (style) => svg("path", { style });
     this.traceLine = path("fill:none;stroke:var(--measured);stroke-width:1.5");
@@ -159,7 +163,7 @@ class Hand {
     if (this.take.disabled) return;
     const at = this.position() ?? [0, 0];
     this.aim = [...at];
-    this.at = performance.now();
+    this.idle = this.silent = 0;
     this.note = "From now on this flight differs from its scenario.";
     this.draw();
   }
@@ -215,7 +219,7 @@ class Hand {
     const size = Math.hypot(x, y),
       most = RANGE_RAD;
     this.aim = size > most ? [(x / size) * most, (y / size) * most] : [x, y];
-    this.at = performance.now();
+    this.idle = 0;
   }
 
   // Give the hand back: the spring of the operator's simulated arm returns it to its rest position.
@@ -229,11 +233,17 @@ class Hand {
     this.draw();
   }
 
-  // Follow gamepad and keys, and repeat the aim: without lines the simulator holds the hand.
+  // Follow gamepad and keys, and repeat the aim: without lines the simulator holds the hand. If the page itself
+  // was busy, answers and input of that time may still wait to be read, so little of it counts.
   tick() {
+    const now = performance.now(),
+      passed = Math.min(now - this.ticked, TICK_MAX_MS);
+    this.ticked = now;
     if (!this.aim) return;
     this.followStick();
-    if (performance.now() - this.at > IDLE_MS && !this.from && !this.keys.size) {
+    this.idle += passed;
+    this.silent = this.asked ? this.silent + passed : 0;
+    if (this.idle > IDLE_MS && !this.from && !this.keys.size) {
       this.release("2 s without input");
       return;
     }
@@ -253,18 +263,18 @@ class Hand {
   // Send the aim at once. If LINES_MAX lines have no answer yet, send the present aim after an answer.
   say() {
     this.isChanged = true;
-    if (performance.now() - (this.asked[0] ?? Infinity) > ANSWER_MS)
-      this.release("the station does not answer");
+    if (this.silent > ANSWER_MS) this.release("the station does not answer");
     else this.send();
   }
 
   async send() {
-    if (!this.aim || !this.isChanged || this.asked.length >= LINES_MAX) return;
+    if (!this.aim || !this.isChanged || this.asked >= LINES_MAX) return;
     this.isChanged = false;
-    this.asked.push(performance.now());
+    this.asked++;
     const [x, y] = this.aim;
     const answer = await store.live(`hand aim ${x.toFixed(5)} ${y.toFixed(5)} ${AIM_S}`);
-    this.asked.shift(); // The station answers lines in their order.
+    this.asked--;
+    this.silent = 0;
     if (answer.refused && this.aim && !store.isOpen()) this.release("link lost");
     else if (answer.refused && this.aim) {
       this.aim = this.from = null;
