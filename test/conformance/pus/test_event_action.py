@@ -87,7 +87,7 @@ def test_faulty_event_action_requests_are_refused(station):
     key = {"apid": JOYSTICK, "event_definition_id": UNDEFINED_EVENT}
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 19, 4, n=[key])
     station.refuse(EMBEDDED, "SUPERVISOR", 19, 1, n=[{**key, "request": _ping()[:-2] + "00"}])
-    order = packets.build_tc(HAND, 1, 129, 8, bytes((3, 0)), source=0x8001).hex()
+    order = packets.build_tc(JOYSTICK, 1, 129, 8, bytes((3, 0)), source=0x8001).hex()
     station.refuse(EMBEDDED, "SUPERVISOR", 19, 1, n=[{**key, "request": order}])
     station.do("SUPERVISOR", 19, 1, n=[{**key, "request": _ping()}])
     station.do("SUPERVISOR", 19, 4, n=[key])

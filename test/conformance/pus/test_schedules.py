@@ -153,7 +153,7 @@ def test_faulty_schedule_requests_are_refused(station, kind):
     station.refuse(PAST, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **past, "request": _ping(1)}])
     spoilt = _ping(1)[:-1] + ("0" if _ping(1)[-1] != "0" else "1")
     station.refuse(EMBEDDED, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": spoilt}])
-    order = packets.build_tc(HAND, 1, 129, 8, bytes((3, 0)), source=0x8001).hex()
+    order = packets.build_tc(JOYSTICK, 1, 129, 8, bytes((3, 0)), source=0x8001).hex()
     station.refuse(EMBEDDED, "SUPERVISOR", service, 4, sub_schedule_id=1, n=[{"group_id": 1, **kind.tag(kind.far(1)), "request": order}])
     outcome = station.refuse(
         EMBEDDED, "SUPERVISOR", service, 4, sub_schedule_id=1,

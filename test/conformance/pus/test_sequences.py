@@ -63,7 +63,7 @@ def test_faulty_sequence_requests_are_refused(station):
     for subtype in (3, 4, 5, 9, 11):
         station.refuse(UNKNOWN_ID, "SUPERVISOR", 21, subtype, **NAME)
     station.refuse(EMBEDDED, "SUPERVISOR", 21, 1, **NAME, n=[{"request": _ping(7)[:-2] + "00", "delay": 0.0}])
-    order = packets.build_tc(HAND, 1, 129, 8, bytes((3, 0)), source=0x8001).hex()
+    order = packets.build_tc(JOYSTICK, 1, 129, 8, bytes((3, 0)), source=0x8001).hex()
     station.refuse(EMBEDDED, "SUPERVISOR", 21, 1, **NAME, n=[{"request": order, "delay": 0.0}])
     station.refuse(OUT_OF_RANGE, "SUPERVISOR", 21, 1, **NAME, n=_entries(-0.5))
     station.do("SUPERVISOR", 21, 1, **NAME, n=_entries(0.0))
