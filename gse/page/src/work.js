@@ -233,8 +233,8 @@ class Hand {
     this.draw();
   }
 
-  // Follow gamepad and keys, and repeat the aim: without lines the simulator holds the hand. If the page was busy,
-  // answers and input of that time may still wait to be read, so little of it counts.
+  // Follow gamepad and keys, and repeat the aim: without lines the simulator holds the hand. If the page was
+  // busy, answers and input of that time may still wait to be read, so little of it counts.
   tick() {
     const now = performance.now(),
       passed = Math.min(now - this.ticked, TICK_MAX_MS);
