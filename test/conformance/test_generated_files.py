@@ -60,7 +60,7 @@ def test_yamcs_is_not_started_silently_with_a_file_of_another_interface(made, mo
     for name in older:
         path = tmp_path / name
         path.write_text(path.read_text(encoding="utf-8").replace(wanted, "0x00000000000000AA"), encoding="utf-8")
-    assert yamcs_run.compare_files("rokviss", wanted) == [f"{name} is not of the dictionary's interface {wanted}: run make" for name in older]
+    assert yamcs_run.compare_files("rokviss", wanted) == [f"{name} was not made for the interface of the dictionary, {wanted}: run make" for name in older]
 
 
 SMALL = {

@@ -13,6 +13,7 @@
 #define PIECE 262144U
 #define PIECES_MAX 2000U ///< 500 MiB.
 #define DESCRIPTORS_MAX 1000
+#define STACK_OCTETS 65536U
 
 static void take_memory(void)
 {
@@ -50,8 +51,11 @@ __attribute__((constructor)) static void start_thread(void)
     // No core file: it would be as large as the limit allows.
     const struct rlimit none = {0, 0};
     pthread_t thread;
+    pthread_attr_t small; // The usual stack of 8 MiB may not fit into the limit of the address space.
     (void)setrlimit(RLIMIT_CORE, &none);
-    if (pthread_create(&thread, NULL, leak_when_triggered, NULL) == 0) {
+    (void)pthread_attr_init(&small);
+    (void)pthread_attr_setstacksize(&small, STACK_OCTETS);
+    if (pthread_create(&thread, &small, leak_when_triggered, NULL) == 0) {
         (void)pthread_detach(thread);
     }
 }

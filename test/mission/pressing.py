@@ -65,7 +65,7 @@ def random_case(folder, seed, base="rokviss"):
             "stiffness": stiffness,
             "friction": chance.uniform(0.1, 0.4),
             "shear": 0 if is_rigid else 0.8 * stiffness,
-            "shearDamping": 80,
+            "shearDamping": 0 if is_rigid else 80,
         },
         hand={"stiffness": chance.uniform(1.5, 4.5), "damping": chance.uniform(0.05, 0.15)},
         drive={"coulomb": 2 * friction, "stiction": 2.4 * friction},

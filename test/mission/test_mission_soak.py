@@ -35,7 +35,11 @@ def test_a_seed_gives_one_scenario():
 def _samples(**grows):
     """Forty samples in which the named resources of the image grow with time."""
     return [
-        {"processes": {"image": {word: value + grows.get(word, 0) * i for word, value in ENTRY.items()}}, "names": 8 + grows.get("names", 0) * i}
+        {
+            "simulated_s": i,
+            "processes": {"image": {word: value + grows.get(word, 0) * i for word, value in ENTRY.items()}},
+            "names": 8 + grows.get("names", 0) * i,
+        }
         for i in range(40)
     ]
 

@@ -72,6 +72,7 @@ class Pupil:
     def run(self, command, **how):
         """Run a command as in a user's shell. Returns the finished process."""
         kept = {key: os.environ[key] for key in ("PATH", "HOME", "LANG") if key in os.environ}
+        kept["PORT"] = str(flying.free_port())  # Tests that run at the same time may connect to the usual port.
         return subprocess.run(
             command, cwd=self.place, env=kept, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=STEP_LIMIT_S, **how
         )
