@@ -26,7 +26,7 @@ def test_press_and_hold_is_quiet(folder, world):
 def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
     """The contact oscillates while the hand holds, although mean force and position are correct. The event is
     raised once in each window of 5 s."""
-    world = pressing.write_world(folder / "world", contact={"shear": 0})
+    world = pressing.write_world(folder / "world", contact={"shear": 0, "shearDamping": 0})
     weak = (" 2.2  operator set JOYSTICK.CONTROL.DAMPING_CONTACT 0.3\n"
             " 2.2  operator set MANIPULATOR.CONTROL.COMPLIANCE 0\n"
             " 2.2  operator set MANIPULATOR.CONTROL.REFERENCE_BANDWIDTH 125\n")
