@@ -6,6 +6,10 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
+from hirosco_gse import interrupt
+
+interrupt.hold()
+
 from hirosco_gse.cli import main
 
 sys.exit(main())

@@ -191,6 +191,8 @@ void launcher_clean_up(launcher_t* const launcher)
             osal_console_complain("cannot write run.json into the run's folder");
             (void)launcher_fail(launcher, "run.json could not be written", "");
         }
+        // The report is made of a flight that has ended: nothing listens at its ground port.
+        osal_socket_close(&launcher->ground);
         if (launcher->options.has_report) {
             draw_report(launcher);
         }

@@ -8,7 +8,6 @@ command is known.
 import argparse
 import contextlib
 import io
-import json
 import math
 import os
 import pathlib
@@ -16,11 +15,12 @@ import re
 import signal
 import sys
 
-from . import __version__, commands, completion, decode, frames, gateway, link, live, packet_log, pcap, sdls, telemetry, usage, values, visits
+from . import __version__, commands, completion, decode, frames, gateway, interrupt, link, live, packet_log, pcap, sdls, telemetry, usage, values, visits
 from .colours import coloured
 from .commands import UsageError
 from .dictionary import STATES, Dictionary, DictionaryError
-from .place import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, Place, facts_of
+from .files import next_step
+from .place import DEFAULT_PORT, LATEST, LOOPBACK, ROOT, FACTS, FactMissing, Place, fact, facts_of
 from .script import Script, ScriptError, ScriptFailure, link_entry
 from .session import LinkLost, SessionError, TimedOut
 from .shell import Shell
@@ -43,13 +43,13 @@ class OutputLost(Exception):
 def _given(text):
     """A word of an option. An empty one, such as an unset variable of a shell, must not stand for the default."""
     if not text.strip():
-        raise argparse.ArgumentTypeError(f"found '{text}', expected a word")
+        raise argparse.ArgumentTypeError(f"found {values.quoted(text)}, expected a word")
     return text
 
 
 def _port(text):
     if not text.strip().isdecimal() or not 1 <= int(text) <= 65535:
-        raise argparse.ArgumentTypeError(f"found '{text}', expected a port from 1 to 65535")
+        raise argparse.ArgumentTypeError(f"found {values.quoted(text)}, expected a port from 1 to 65535")
     return int(text)
 
 
@@ -63,12 +63,19 @@ def _seconds(text):
     except ValueError:
         seconds = math.nan
     if not 0 < seconds <= LONGEST_S:
-        raise argparse.ArgumentTypeError(f"found '{text}', expected seconds, more than 0 and at most {LONGEST_S:.0f}")
+        raise argparse.ArgumentTypeError(f"found {values.quoted(text)}, expected seconds, more than 0 and at most {LONGEST_S:.0f}")
     return seconds
 
 
+class _Parser(argparse.ArgumentParser):
+    """Parser that shortens what it repeats of the words of the user."""
+
+    def error(self, message):
+        super().error(values.shortened(message, values.TEXT_MAX))
+
+
 def _parser():
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="gse",
         description="Command a mission from the ground: telecommands over TCP, verification in words.",
         epilog=f"{usage.overview()}\n\ngse COMMAND --help: one command, with an example\n{EXIT_CODES}",
@@ -92,10 +99,11 @@ def _parser():
 
 
 def _print(arguments, entry, meaning=None):
-    _say(json.dumps(values.in_words(entry), default=str) if arguments.json else coloured(entry["text"], meaning))
+    _say(values.json_of(values.in_words(entry)) if arguments.json else coloured(entry["text"], meaning))
 
 
 def _complain(text, meaning="failed"):
+    text = values.with_short_words(text)
     try:
         print(coloured(f"gse: {text}", meaning, sys.stderr), file=sys.stderr, flush=True)
     except OSError:  # The exit code remains.
@@ -203,8 +211,12 @@ class _Console:
                 raise UsageError(f"monitor: {error}; run make, then build/venv/bin/gse monitor") from error
             os.execv(python, [str(python), "-m", "hirosco_gse", *sys.argv[1:]])
         given = self.arguments
-        Monitor(self.run, host=given.host, port=given.port, key=given.key, dictionary=given.dictionary).run()
-        return SUCCESS
+        end = Monitor(self.run, host=given.host, port=given.port, key=given.key, dictionary=given.dictionary).run()
+        if end is None:  # The user has left it.
+            return SUCCESS
+        words, code = end
+        _complain(words, "failed" if code else "ok")
+        return NO_LINK if code is None else FAILED if code else SUCCESS
 
     def permissions(self):
         """Print the permitted requests of the mission descriptor."""
@@ -239,9 +251,9 @@ class _Console:
             raise UsageError("usage: record [RUN]")
         run = pathlib.Path(self.arguments.words[0]) if self.arguments.words else self.run
         facts, problem = facts_of(run)
-        if "scenario" not in facts:
-            raise UsageError(f"{run}: {problem or 'no run.json of a flight that has ended, with its scenario'}")
-        name = str(facts["scenario"])
+        if problem or not (run / FACTS).exists():
+            raise UsageError(f"{run}: {problem or 'found no run.json, expected the folder of a flight that has ended'}")
+        name = fact(facts, "scenario", run)
         known = ROOT / "sim" / "scenarios" / f"{name}.scn"
         _say(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
         return SUCCESS
@@ -307,8 +319,8 @@ class _Console:
     def _fly(self, craft, script, log):
         def record(entry):
             nonlocal log
-            _print_if_possible(json.dumps(values.in_words(entry), default=str) if self.arguments.json else entry["text"])
-            if log and not _append(log, json.dumps(values.in_words(entry), default=str) + "\n"):
+            _print_if_possible(values.json_of(values.in_words(entry)) if self.arguments.json else entry["text"])
+            if log and not _append(log, values.json_of(values.in_words(entry)) + "\n"):
                 log = None
 
         clock = None
@@ -436,6 +448,7 @@ _PROBLEMS = {  # Exit code of each kind of exception. The first kind that matche
     visits.VisitError: USAGE,
     sdls.SecurityError: USAGE,
     packet_log.LogError: USAGE,
+    FactMissing: USAGE,
     LinkLost: NO_LINK,
     TimedOut: TIMED_OUT,
     SessionError: FAILED,
@@ -449,7 +462,7 @@ _PROBLEMS = {  # Exit code of each kind of exception. The first kind that matche
 
 def _words_of(problem):
     if isinstance(problem, OSError) and problem.strerror:
-        return f"{f'{problem.filename}: ' if problem.filename else ''}{problem.strerror}"
+        return f"{f'{problem.filename}: ' if problem.filename else ''}{problem.strerror}{next_step(problem)}"
     return f"time-out: {problem}" if isinstance(problem, TimedOut) else str(problem)
 
 
@@ -458,7 +471,10 @@ def _performed(arguments):
     try:
         return _run(arguments)
     except KeyboardInterrupt:
-        return SUCCESS if arguments.command in WITHOUT_END else INTERRUPTED
+        if arguments.command in WITHOUT_END:
+            return SUCCESS
+        _complain(f"{arguments.command}: ended by Ctrl-C before its result")
+        return INTERRUPTED
 
 
 def _flushed(code):
@@ -485,6 +501,7 @@ def main(argv=None):
     argv = sys.argv[1:] if argv is None else argv
     _permit_all_names()
     try:
+        interrupt.release()
         if argv[:2] == ["complete", "--"]:
             return _complete(argv[2:])
         asked = [word for word in argv if word in usage.table()]

@@ -6,15 +6,14 @@ A procedure returns the lines of its answer, each a dict (for --json) with "text
 """
 
 import itertools
-import shlex
 import struct
 
 from . import file_commands, packets, service_commands, telemetry
-from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, reply, rows_of, simple
+from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, reply, rows_of, simple, words_of
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .files import MACHINE
 from .session import Rejected, Request, SessionError, TimedOut
-from .values import ValueProblem
+from .values import ValueProblem, quoted, shortened
 
 EMBEDDED_FIRST = 0x2000  # Requests within requests use the upper half of the sequence counts; scripts count their own from 0.
 
@@ -61,7 +60,7 @@ def _cmd(dictionary, words):
     for word in words[1:]:
         name, sign, text = word.partition("=")
         if not sign or name.upper() in given:
-            raise UsageError(f"'{word}': {'given twice' if sign else 'not argument=value'}; usage: {usage}")
+            raise UsageError(f"{quoted(word)}: {'given twice' if sign else 'not argument=value'}; usage: {usage}")
         given[name.upper()] = text
     data = function.name.encode("ascii").ljust(8, b"\0") + bytes([len(function.arguments)])
     for argument in function.arguments:
@@ -71,7 +70,7 @@ def _cmd(dictionary, words):
         data += struct.pack(">H", argument.id) + argument.encode_text(given.pop(argument.name.upper()))
     if given:
         known = ", ".join(a.name for a in function.arguments) or "no arguments"
-        raise UsageError(f"{function.name} has no argument {', '.join(given)}; it takes: {known}")
+        raise UsageError(f"{function.name} has no argument {shortened(', '.join(given))}; it takes: {known}")
     return simple(Request(subsystem.apid, 8, 1, data, f"cmd {subsystem.name}.{function.name}"))
 
 
@@ -80,7 +79,7 @@ def _state_number(word):
     if name.isdecimal():
         name = STATES[int(name)] if int(name) < len(STATES) else name
     if name not in REST_STATES:
-        raise UsageError(f"'{word}' is not a state to ask for; there are: {', '.join(REST_STATES)}")
+        raise UsageError(f"{quoted(word)} is not a state to ask for; there are: {', '.join(REST_STATES)}")
     return STATES.index(name)
 
 
@@ -212,7 +211,7 @@ def _log(_dictionary, words):
     need(words, 1, "log ascii|sqlite|ring")
     name = words[0].upper()
     if name not in STRATEGIES:
-        raise UsageError(f"no packet log '{words[0]}'; there are: {', '.join(STRATEGIES).lower()}")
+        raise UsageError(f"no packet log {quoted(words[0])}; there are: {', '.join(STRATEGIES).lower()}")
     return simple(Request(SUPERVISOR_APID, 131, 3, bytes([STRATEGIES.index(name)]), f"log {name}"))
 
 
@@ -253,7 +252,7 @@ def _set(dictionary, words):
         changed = value[:offset] + octets + value[offset + item.size :]
         return (yield from simple(request(changed)).procedure(session, timeout_ns))
 
-    return Command(text, procedure)
+    return Command(text, procedure, later=(request(bytes(offset) + octets + bytes(parameter.size - offset - item.size)),))
 
 
 def _get(dictionary, words):
@@ -281,7 +280,7 @@ def _number(word, what, octets):
     try:
         number = int(word, 0)
     except ValueError as error:
-        raise UsageError(f"'{word}' is not a {what}") from error
+        raise UsageError(f"{quoted(word)} is not a {what}") from error
     largest = (1 << 8 * octets) - 1
     if not 0 <= number <= largest:
         raise UsageError(f"{what}: found {number}, expected 0 to {largest}")
@@ -432,7 +431,7 @@ def _raw(_dictionary, words):
     try:
         octets = bytes.fromhex("".join(words))
     except ValueError as error:
-        raise UsageError(f"raw: '{' '.join(words)}' is not hexadecimal; usage: raw HEX") from error
+        raise UsageError(f"raw: {quoted(' '.join(words))} is not hexadecimal; usage: raw HEX") from error
     if len(octets) < packets.PRIMARY_HEADER:
         raise UsageError("raw: expected at least the 6 octets of a primary header")
     apid = int.from_bytes(octets[:2], "big") & 0x7FF
@@ -471,9 +470,9 @@ VERBS = {
 
 def _embedded(text, dictionary, files):
     """Octets of the single request that a command sends, for example to schedule it."""
-    planned = plan(shlex.split(text), dictionary, files)
+    planned = plan(words_of(text), dictionary, files)
     if len(planned.requests) != 1:
-        raise UsageError(f"'{text}' sends {len(planned.requests)} requests, one is needed")
+        raise UsageError(f"{quoted(text)} sends {len(planned.requests)} requests, one is needed")
     request = planned.requests[0]
     count = EMBEDDED_FIRST | next(_embedded_counts) % EMBEDDED_FIRST
     return packets.build_tc(request.apid, count, request.service, request.subtype, request.data)
@@ -482,7 +481,7 @@ def _embedded(text, dictionary, files):
 def plan(words, dictionary, files=MACHINE):
     """Command for these words. files: the files on ground that it may read and write (files.py). Raises UsageError."""
     if not words or words[0] not in VERBS:
-        found = f"no command '{words[0]}'" if words else "no command"
+        found = f"no command {quoted(words[0])}" if words else "no command"
         raise UsageError(f"{found}; there are: {', '.join(VERBS)}")
     dictionary.catalogue.plan = lambda text: _embedded(text, dictionary, files)
     dictionary.files = files

@@ -14,6 +14,7 @@ import sys
 
 from . import frames, large, packet_log, packets, telecommands, telemetry
 from .place import facts_of
+from .values import quoted
 
 CANDUMP = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})(?:#R\d?|#((?:[0-9A-Fa-f]{2})*)|##[0-9A-Fa-f]((?:[0-9A-Fa-f]{2})*))(?: [RT])?\s*")
 PACKET_LINE = re.compile(r"\d+\.\d+ T[CM] ")
@@ -90,7 +91,7 @@ class _Decoder:
         """Row of one frame."""
         names = [item["name"] for item in self.dictionary.buses]
         if bus not in names:
-            raise DecodeError(f"{place}: found bus '{bus}', expected a bus of mission {self.dictionary.mission}: {', '.join(names) or 'none'}; "
+            raise DecodeError(f"{place}: found bus {quoted(bus)}, expected a bus of mission {self.dictionary.mission}: {', '.join(names) or 'none'}; "
                               "give the dictionary of the mission with --dictionary")
         if bus not in self._databases:
             self._databases[bus] = database = frames.Database(self._folder / f"{self.dictionary.mission}-{bus}.dbc")
@@ -121,7 +122,7 @@ def _hex_lines(decoder, lines, path):
         digits = re.sub(r"0[xX]|[\s:,]", "", line)
         wrong = re.search(r"[^0-9A-Fa-f]", digits)
         if wrong or len(digits) % 2:
-            found = f"'{wrong[0]}' in {line.strip()[:60]!r}" if wrong else f"{len(digits)} digits"
+            found = f"{quoted(wrong[0])} in {line.strip()[:60]!r}" if wrong else f"{len(digits)} digits"
             raise DecodeError(f"{path}:{number}: found {found}, expected an even number of hexadecimal digits, one packet or more a line")
         yield from _packets_in(decoder, bytes.fromhex(digits), f"{path}:{number}")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from . import values
 from .messages import Catalogue
-from .values import ValueProblem
+from .values import ValueProblem, quoted
 
 STATES = (
     "OFFLINE",
@@ -34,7 +34,7 @@ class DictionaryError(ValueProblem):
 
 def _not_found(what, name, known):
     offer = ", ".join(str(word) for word in known) or "none"
-    return DictionaryError(f"no {what} '{name}'; there are: {offer}")
+    return DictionaryError(f"no {what} {quoted(name)}; there are: {offer}")
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Parameter:
                 return _encode(self, text)
             words, octets, at = text.split(","), b"", 0
             if len(words) != sum(item.count for item in self.fields):
-                raise ValueProblem(f"'{text}' has {len(words)} values, {sum(i.count for i in self.fields)} expected")
+                raise ValueProblem(f"{quoted(text)} has {len(words)} values, {sum(i.count for i in self.fields)} expected")
             for item in self.fields:
                 octets += item.encode_text(",".join(words[at : at + item.count]))
                 at += item.count

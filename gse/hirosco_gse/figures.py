@@ -551,7 +551,9 @@ def compute(run):
     figures, reasons = {}, {}
     for function, names in _table(run.facts)[0]:
         try:
-            figures.update(function(run))
+            found = function(run)
+            reasons.update({name: "the logs give no finite number" for name, value in found.items() if value is not None and not np.isfinite(value)})
+            figures.update({name: value for name, value in found.items() if name not in reasons})
         except Missing as problem:
             reasons.update(dict.fromkeys(names, str(problem)))
         except (LookupError, ValueError, TypeError, AttributeError, ArithmeticError, np.linalg.LinAlgError) as problem:

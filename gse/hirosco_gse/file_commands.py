@@ -5,6 +5,7 @@ from . import packets
 from .command import Command, UsageError, answers, reply
 from .dictionary import SUPERVISOR_APID
 from .session import Rejected, Request, SessionError
+from .values import quoted, shortened
 
 BUFFER = 3  # Memory id.
 BUFFER_OCTETS = 131072
@@ -21,7 +22,7 @@ def _named(path):
     """Fields for the path of a file on board."""
     folder, slash, name = path.rpartition("/")
     if not slash or not name:
-        raise UsageError(f"'{path}' is not the path of a file, /FOLDER/NAME")
+        raise UsageError(f"{quoted(path)} is not the path of a file, /FOLDER/NAME")
     return {"repository_path": folder or "/", "file_name": name}
 
 
@@ -74,7 +75,7 @@ def _fetch(session, dictionary, path, span, timeout_ns):
     done = yield from session.execute(dump, timeout_ns)
     octets = b"".join(bytes.fromhex(area["data"]) for _, decoded in reply(done, (6, 6)) for area in decoded["n"])
     if len(octets) != span[1] or packets.crc16(octets) != checksum:
-        raise SessionError(f"{path}: {len(octets)} octets were received, which are not those of the file: another user uses the buffer")
+        raise SessionError(f"{shortened(path)}: {len(octets)} octets were received, which are not those of the file: another user uses the buffer")
     return octets
 
 

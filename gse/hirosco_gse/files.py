@@ -2,11 +2,13 @@
 """Files on ground that a command sends or stores: those of this machine, or the one that a page has sent to its station."""
 
 import contextlib
+import errno
 import os
 import pathlib
 
 from .command import UsageError
 from .session import SessionError
+from .values import quoted, shortened
 
 PAGE_FILE = "{}"  # Stands for the file of a page in the words of its command.
 
@@ -20,7 +22,7 @@ class MachineFiles:
             with pathlib.Path(path).open("rb") as file:
                 octets = file.read(most + 1)
         except (OSError, ValueError) as problem:
-            raise UsageError(f"cannot read '{path}': {_reason(problem)}") from problem
+            raise UsageError(f"cannot read {quoted(path)}: {_reason(problem)}") from problem
         return _bounded(octets, path, most)
 
     def write(self, path, octets):
@@ -28,7 +30,7 @@ class MachineFiles:
         try:
             write_whole(path, lambda stream: stream.write(octets))
         except (OSError, ValueError) as problem:
-            raise SessionError(f"cannot write '{path}': {_reason(problem)}") from problem
+            raise SessionError(f"cannot write {quoted(path)}: {_reason(problem)}") from problem
 
 
 class PageFiles:
@@ -41,15 +43,24 @@ class PageFiles:
     def read(self, path, most):
         """Octets of the file of the page, which has at most so many. Raises UsageError."""
         if path != PAGE_FILE or self._octets is None:
-            raise UsageError(f"a page cannot send '{path}', a file of the machine of the station; select a file in the tab On board, or use gse")
+            raise UsageError(f"a page cannot send {quoted(path)}, a file of the machine of the station; select a file in the tab On board, or use gse")
         return _bounded(self._octets, "the file", most)
 
     def write(self, path, octets):
         """Refuse to store a file. Raises SessionError."""
-        raise SessionError(f"a page cannot write '{path}', a file of the machine of the station, which would have {len(octets)} octets; use gse")
+        raise SessionError(f"a page cannot write {quoted(path)}, a file of the machine of the station, which would have {len(octets)} octets; use gse")
 
 
 MACHINE = MachineFiles()
+
+
+def next_step(problem):
+    """What a user does about a file that this user may not read or write, in words that follow the error; empty for other errors."""
+    if problem.errno not in (errno.EACCES, errno.EPERM, errno.EROFS) or not problem.filename:
+        return ""
+    if os.path.exists(problem.filename) and not os.access(problem.filename, os.R_OK):
+        return "; expected a file that this user may read: change its permissions"
+    return "; expected a folder that this user may write: copy the run to such a folder, and name the copy"
 
 
 def write_whole(path, write):
@@ -79,7 +90,7 @@ def _discard(part, path):
 
 def _bounded(octets, path, most):
     if len(octets) > most:
-        raise UsageError(f"{path} has more than {most} octets, which is the most that can be sent")
+        raise UsageError(f"{shortened(path)} has more than {most} octets, which is the most that can be sent")
     return octets
 
 

@@ -17,7 +17,7 @@ from . import truth as truth_log
 from .dictionary import STATES
 from .files import write_whole
 from .place import problem_of
-from .values import Word
+from .values import Word, json_of
 
 ROS = {"f": "float64", "u1": "uint8", "b": "bool", "u4": "uint32"}
 ENTRIES = {"JOINTS": "joint", "STICK": "axis", "CONTACT": "contact", "SPRING": "spring", "BASE": "base"}  # Names in WORLD.
@@ -95,7 +95,7 @@ class _File:
         """Add a channel of JSON objects from (time, object); the schema is that of the first object."""
         schema = schema or _schema(rows[0][1])
         channel = self.channel(topic, "json", (name or f"hirosco.{_name(topic)}", "jsonschema", json.dumps(schema)))
-        self.rows += [(int(time), channel, json.dumps(entry, default=_plain).encode()) for time, entry in rows]
+        self.rows += [(int(time), channel, json_of(entry, default=_plain).encode()) for time, entry in rows]
 
     def write(self, path, metadata):
         self.rows.sort(key=lambda row: row[:2])

@@ -12,7 +12,7 @@ import struct
 from fractions import Fraction
 
 from . import packets, values
-from .values import ValueProblem
+from .values import ValueProblem, quoted, shortened
 
 FRACTION = 1 << 24  # Units of a relative time in a second.
 ANGLE = 1 << 16  # Units of a position in an orbit.
@@ -21,6 +21,7 @@ NUMBERS |= {"i16": (2, True), "i32": (4, True), "i64": (8, True)}
 LAYOUTS = tuple(values.FORMATS)  # In the order of their codes.
 LAYOUT_SHIFT, LAYOUT_MASK = 16, 0x1F
 MS_OF_DAY = 86_400_000
+EXPONENT_MAX = 4  # Characters of the exponent of a number.
 
 
 class MessageProblem(ValueProblem):
@@ -130,7 +131,7 @@ class Catalogue:
                 if word == value:
                     return number
             known = ", ".join(self.words(service, field).values()) or "a number"
-            raise MessageProblem(f"{field}: '{value}' is none of: {known}")
+            raise MessageProblem(f"{field}: {quoted(value)} is none of: {known}")
         return int(value, 0) if isinstance(value, str) else int(value)
 
     def parameter_id(self, value):
@@ -191,7 +192,7 @@ class _Writer:
         octets = b"".join(self.field(field, given) for field in fields)
         if given:
             known = ", ".join(_names(fields)) or "none"
-            raise MessageProblem(f"no field {', '.join(given)} here; there are: {known}")
+            raise MessageProblem(f"no field {shortened(', '.join(given))} here; there are: {known}")
         return octets
 
     def field(self, field, given):
@@ -209,7 +210,7 @@ class _Writer:
     def repeat(self, field, given):
         groups = given.pop(field["repeat"], [])
         if not isinstance(groups, list):
-            raise MessageProblem(f"{field['repeat']}: '{groups}' is not a list of groups in JSON, such as {field['repeat']}=[1,2]")
+            raise MessageProblem(f"{field['repeat']}: {quoted(groups)} is not a list of groups in JSON, such as {field['repeat']}=[1,2]")
         if len(groups) >= 1 << (8 * self.count_size):
             raise MessageProblem(f"{field['repeat']}: {len(groups)} groups do not fit the count")
         octets = len(groups).to_bytes(self.count_size, "big")
@@ -233,7 +234,7 @@ class _Writer:
         except ValueProblem as problem:  # Its words are the reason: a name, a range, a command within a request.
             raise MessageProblem(f"{name}: {problem}") from problem
         except (OverflowError, ValueError, TypeError, struct.error) as problem:
-            raise MessageProblem(f"{name}: '{value}' is not {kind['meaning']} ({coding})") from problem
+            raise MessageProblem(f"{name}: {quoted(value)} is not {kind['meaning']} ({coding})") from problem
 
     def coded(self, field, kind, coding, value):
         name = field["name"]
@@ -288,16 +289,24 @@ def _names(fields):
             yield field.get("name") or field.get("repeat") or "values"
 
 
+def _exact(value):
+    """The exact value of a number. One with a long exponent would take minutes, and no field is as wide."""
+    text = str(value)
+    if len(text.lower().partition("e")[2]) > EXPONENT_MAX:
+        raise ValueError(f"exponent of more than {EXPONENT_MAX} characters")
+    return Fraction(text)
+
+
 def _write_time(catalogue, value, _kind):
-    return packets.encode_time(catalogue.dictionary.epoch_ns + round(Fraction(str(value)) * 1_000_000_000))
+    return packets.encode_time(catalogue.dictionary.epoch_ns + round(_exact(value) * 1_000_000_000))
 
 
 def _write_relative(_catalogue, value, _kind):
-    return _signed(round(Fraction(str(value)) * FRACTION), 7)
+    return _signed(round(_exact(value) * FRACTION), 7)
 
 
 def _write_cds(catalogue, value, _kind):
-    total_us = catalogue.dictionary.epoch_ns // 1000 + round(Fraction(str(value)) * 1_000_000)
+    total_us = catalogue.dictionary.epoch_ns // 1000 + round(_exact(value) * 1_000_000)
     ms, us = divmod(total_us, 1000)
     return struct.pack(">HIH", ms // MS_OF_DAY, ms % MS_OF_DAY, us)
 
@@ -305,14 +314,14 @@ def _write_cds(catalogue, value, _kind):
 def _write_name(_catalogue, value, _kind):
     octets = value.encode("ascii")
     if len(octets) > 8:
-        raise MessageProblem(f"'{value}' has more than 8 characters")
+        raise MessageProblem(f"{quoted(value)} has more than 8 characters")
     return octets.ljust(8, b"\0")
 
 
 def _write_request(catalogue, value, _kind):
     if isinstance(value, str) and not all(c in "0123456789abcdefABCDEF " for c in value):
         if catalogue.plan is None:
-            raise MessageProblem(f"'{value}' is not hexadecimal")
+            raise MessageProblem(f"{quoted(value)} is not hexadecimal")
         return catalogue.plan(value)
     return _hex(value)
 
@@ -329,7 +338,7 @@ _PLAIN = {
     "time": _write_time,
     "reltime": _write_relative,
     "cds": _write_cds,
-    "position": lambda _c, value, _k: _signed(round(Fraction(str(value)) * ANGLE), 6),
+    "position": lambda _c, value, _k: _signed(round(_exact(value) * ANGLE), 6),
     "name": _write_name,
     "text": lambda _c, value, _k: _text(value),
     "octets": _write_fixed,

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`gse monitor`: a live view of the flight in a terminal, also over ssh. It shows states, modes, links, housekeeping with units and age,
-events, and commands with their verification. It uses the hub of the light station as a separate ground user. It needs the package textual."""
+events, and commands with their verification, and ends with the flight. It uses the hub of the light station as a separate ground user. It needs
+the package textual."""
 
 import asyncio
 import contextlib
-import shlex
+import pathlib
+import time
 
 from rich.markup import escape
 from rich.text import Text
@@ -14,11 +16,13 @@ from textual.suggester import Suggester
 from textual.widgets import DataTable, Input, RichLog, Static
 
 from . import completion, values
-from .command import UsageError
+from .command import UsageError, words_of
+from .place import FACTS, end_of
 from .station.hub import Hub
 from .station.lights import LIGHTS
 
 REFRESH_S = 0.25  # Time between two updates of the views.
+GONE_S = 20.0  # A flight whose communication was started again has a link earlier.
 STALE_S = 5.0  # A value that is older is shown dimmed, whatever its interval is.
 COMMANDS_SHOWN = 50
 STYLES = {"INFORMATIVE": "", "LOW": "cyan", "MEDIUM": "yellow", "HIGH": "bold red"}
@@ -60,6 +64,7 @@ class Monitor(App):
         super().__init__()
         self.hub = Hub(run, self._take, **given)
         self._new_events, self._task = [], None
+        self._linked_at = None  # When there last was a link; None before the first.
 
     def compose(self):
         """The views."""
@@ -103,7 +108,7 @@ class Monitor(App):
         message.input.value = ""
         message.input.border_subtitle = ""
         try:
-            if shlex.split(line)[0] in ("hand", "fault", "pause", "resume", "step", "speed"):
+            if words_of(line)[0] in ("hand", "fault", "pause", "resume", "step", "speed"):
                 self.run_worker(self._live(line))
             else:
                 self.hub.command(line)
@@ -130,16 +135,28 @@ class Monitor(App):
         rows = network.message["rows"] if network.message else []
         return {row["name"]: [row["name"], row["state"], *(row.get(key, "") for key in ("sent", "received", "lost", "late"))] for row in rows}
 
+    def _look(self):
+        """Leave after the end of the flight, with (words about the end, exit code of the flight or None if it is not known)."""
+        if self.hub.is_linked:
+            self._linked_at = time.monotonic()
+        elif self._linked_at is not None:
+            run = pathlib.Path(self.hub.flight[0])
+            if (run / FACTS).exists():
+                self.exit(end_of(run))
+            elif time.monotonic() - self._linked_at >= GONE_S:
+                self.exit((f"{run}: the flight is gone: for {GONE_S:.0f} s there was no link, and it has left no {FACTS}; see {run}/console.log", None))
+
     def _refresh(self):
         if not self.query("#head"):
             return  # The application ends.
+        self._look()
         hub = self.hub
         mission = hub.dictionary.mission if hub.dictionary else "no flight"
         mode = hub.session.mode if hub.session else None
         pace = "paused" if hub.pace["is_paused"] else f"x{hub.pace['speed']:g}" if hub.pace["is_there"] else ""
-        time = f"{hub.seconds:.1f} s" if hub.seconds is not None else "-"
+        seconds = f"{hub.seconds:.1f} s" if hub.seconds is not None else "-"
         link = Text(hub.link["text"], "green" if hub.link["is_live"] else "bold red")
-        self.query_one("#head", Static).update(Text("  ").join([Text(mission, "bold"), Text(f"mode {mode or '-'}"), Text(time), Text(pace), link]))
+        self.query_one("#head", Static).update(Text("  ").join([Text(mission, "bold"), Text(f"mode {mode or '-'}"), Text(seconds), Text(pace), link]))
         self._fill("states", {name: self._state_row(state) for name, state in hub.states.items()})
         self._fill("links", self._link_rows())
         self._fill("housekeeping", self._housekeeping_rows())

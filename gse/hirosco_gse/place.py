@@ -2,12 +2,17 @@
 """Ground port, mission and key of a flight, from the files that the launcher writes into the run folder."""
 
 import contextlib
+import errno
 import json
+import math
 import os
 import pathlib
+import re
+import socket
 from dataclasses import dataclass
 
 from .session import LinkLost
+from .values import shortened
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOOPBACK = "127.0.0.1"
@@ -16,6 +21,20 @@ CLASSES = "device classes"
 DEFAULT_MISSION = "rokviss"
 LOGS = ("run.json", "packets.log", "packets.ascii", "truth.lcm")  # Files of which each run has one.
 LATEST = ROOT / "runs" / "latest"
+FACTS = "run.json"
+TEXT, HASH, WHOLE, NUMBER, TRUTH, OBJECT, LIST = "text", "a hash such as 0x12AB", "a whole number", "a number", "true or false", "an object", "a list"
+# Types of the values of run.json that the ground uses, an object before its members. Figures are other values: numbers, or null.
+FACT_TYPES = {
+    **dict.fromkeys(("relay", "versions", "sha256", "figures_missing", "report"), OBJECT),
+    **dict.fromkeys(("mission", "scenario", "world", "form", "time", "bus", "transport", "links", "remote_endian", "rtos", "exit_reason"), TEXT),
+    **dict.fromkeys(("interface_hash", "configuration_hash", "device_classes_hash"), HASH),
+    **dict.fromkeys(("seed", "nodes", "live_lines", "exit_code", "guards", "packets"), WHOLE),
+    **dict.fromkeys(("simulated_s", "wall_s", "real_time_factor", "relay.round_trip_ms"), NUMBER),
+    **dict.fromkeys(("reproducible", "cut_short", "figures_hold", "relay.network"), TRUTH),
+    **dict.fromkeys(("processes", "figures_failed", "report_problems"), LIST),
+}
+PYTHON_TYPES = {TEXT: str, HASH: str, WHOLE: int, NUMBER: (int, float), TRUTH: bool, OBJECT: dict, LIST: list}
+LARGEST = 1 << 64  # No number of run.json is larger.
 
 
 def problem_of(run):
@@ -25,19 +44,76 @@ def problem_of(run):
     return f"{run}: found no log of a flight, expected the folder of a run, with {', '.join(LOGS)}"
 
 
+def _infinite(value, name):
+    """(name, value) of the first number within a value that is not finite, in the order of the file; None if all are finite."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return name, value
+    members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    within = (_infinite(member, f"{name}.{key}" if name else str(key)) for key, member in members)
+    return next((found for found in within if found), None)
+
+
+def _is_of(kind, value):
+    if kind == HASH and isinstance(value, str):
+        return re.fullmatch("0[xX][0-9A-Fa-f]{1,16}", value) is not None
+    is_small = kind not in (WHOLE, NUMBER) or isinstance(value, (int, float)) and abs(value) <= LARGEST
+    return isinstance(value, PYTHON_TYPES[kind]) and isinstance(value, bool) == (kind == TRUTH) and is_small
+
+
+def _misfit(facts):
+    """Words about the first value of run.json that is not of its type; None if all are."""
+    if found := _infinite(facts, ""):
+        return f"{shortened(found[0])}: found {json.dumps(found[1])}, expected a finite number"
+    for name, kind in FACT_TYPES.items():
+        owner, _, member = name.rpartition(".")
+        within = facts.get(owner, {}) if owner else facts
+        if member not in within:
+            continue
+        value = within[member]
+        if not _is_of(kind, value):
+            return f"{name}: found {shortened(json.dumps(value))}, expected {kind}"
+    return None
+
+
 def facts_of(run):
     """(facts, None): `facts` are those of a flight that has ended, from the launcher's file run.json. ({}, None) if there is no such file, because
     the flight has not ended; ({}, words that say how) if the file is damaged."""
     try:
-        text = (pathlib.Path(run) / "run.json").read_text(encoding="utf-8")
+        text = (pathlib.Path(run) / FACTS).read_text(encoding="utf-8")
         facts = json.loads(text)
+        problem = _misfit(facts) if isinstance(facts, dict) else f"found '{' '.join(text[:40].split())}', expected an object with the facts of the flight"
     except FileNotFoundError:
         return {}, None
-    except (OSError, ValueError, RecursionError) as error:
-        return {}, f"run.json: {error}"
-    if not isinstance(facts, dict):
-        return {}, f"run.json: found '{' '.join(text[:40].split())}', expected an object with the facts of the flight"
-    return facts, None
+    except OSError as error:
+        return {}, f"{FACTS}: {error.strerror}"
+    except (ValueError, RecursionError) as error:
+        return {}, f"{FACTS}: {error}"
+    return ({}, f"{FACTS}: {problem}") if problem else (facts, None)
+
+
+class FactMissing(ValueError):
+    """run.json without a key, with the file and the key in words."""
+
+
+def fact(facts, name, run=None):
+    """A value of the facts of a flight that has ended. run: its folder, which the words about a missing key name. Raises FactMissing."""
+    if name not in facts:
+        raise FactMissing(f"{f'{run}: ' if run else ''}{FACTS}: {name}: found none, expected {FACT_TYPES[name]}")
+    return facts[name]
+
+
+def is_under_way(run):
+    """Whether the flight of a run folder is under way: it has no run.json, and a program listens at its ground port. There is no connection,
+    which the flight would notice."""
+    if (run / FACTS).exists() or not (run / "ground.port").exists():
+        return False
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((LOOPBACK, default_port(run)))
+        except OSError as error:
+            return error.errno == errno.EADDRINUSE
+    return False
 
 
 def port_in(text):
@@ -76,12 +152,12 @@ def world_of(run):
 
 def end_of(run):
     """(words about the end of a flight, its exit code or None if that is not known) from the launcher's file run.json."""
-    facts, _ = facts_of(run)
+    facts, problem = facts_of(run)
     try:
-        code, reason, seconds = facts["exit_code"], facts["exit_reason"], facts["simulated_s"]
-        return f"flight {'failed' if code else 'ended'} at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", int(code)
-    except (KeyError, TypeError, ValueError):
-        return f"the flight of {run.name} has ended", None
+        code, reason, seconds = (fact(facts, name) for name in ("exit_code", "exit_reason", "simulated_s"))
+        return f"flight {'failed' if code else 'ended'} at {seconds:.2f} s, code {code}{f': {reason}' if reason else ''}", code
+    except FactMissing as missing:
+        return f"the flight of {run.name} has ended; {problem or missing}", None
 
 
 def default_key(run, host, port):

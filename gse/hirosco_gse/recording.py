@@ -6,8 +6,12 @@ row. Multiplied by "per", the numbers are 32-bit integers. Their differences are
 then the next octets. A column without "per" contains 64-bit floating point numbers, little-endian, in the same order of octets. The smallest
 32-bit integer stands for "not a number"."""
 
+from . import interrupt
+
+if __name__ == "__main__":
+    interrupt.hold()
+
 import gzip
-import json
 import os
 import struct
 import sys
@@ -19,12 +23,14 @@ from . import telemetry
 from . import truth as truth_log
 from .dictionary import STATES
 from .failures import FINAL_SUBTYPES, name_of
+from .files import next_step
 from .identifiers import device_of
 from .place import problem_of
 from .station.about import hello
 from .station.geometry import as_lists
 from .station.hub import lights_of
 from .station.own import is_own
+from .values import json_of
 
 TRUTH_HZ = 50  # Rows of the truth in a second of the recording.
 GROUND_USERS = 0x8000  # Users with a smaller number are on the ground.
@@ -308,17 +314,28 @@ def make(run, about=None):
     tables = _Tables()
     head = head_of(run, about, tables)
     head["truth"] = _truth(run, tables)
-    text = json.dumps({**head, "tables": tables.described}, separators=(",", ":"), default=float).encode()
+    text = json_of({**head, "tables": tables.described}, default=float, separators=(",", ":")).encode()
     return gzip.compress(b"".join([struct.pack("<I", len(text)), text, *tables.parts]), 6, mtime=0)
+
+
+def _made_of(folder):
+    """Octets of the recording of a run folder."""
+    if problem := problem_of(folder):
+        raise SystemExit(f"recording: {problem}")
+    run = runs.load(folder, has_buses=False)
+    return make(run, {"facts": run.facts})
 
 
 def main(argv=None):
     """Write the recording of a run folder to the standard output."""
     folder, = sys.argv[1:] if argv is None else argv
-    if problem := problem_of(folder):
-        raise SystemExit(f"recording: {problem}")
-    run = runs.load(folder, has_buses=False)
-    octets = make(run, {"facts": run.facts})
+    try:
+        interrupt.release()
+        octets = _made_of(folder)
+    except KeyboardInterrupt as end:
+        raise SystemExit("recording: ended by Ctrl-C") from end
+    except OSError as problem:
+        raise SystemExit(f"recording: {problem.filename or folder}: {problem.strerror}{next_step(problem)}") from problem
     try:
         sys.stdout.buffer.write(octets)
         sys.stdout.flush()

@@ -6,26 +6,33 @@ of the station with the recording of the run, all in one file that needs no othe
 crashed gets a report, too.
 
 Exit codes: 0 the report is written; 1 it is not written; 3 it is written, and the run has failed by its figures (a line
-for each is printed); 4 it is not written, and the run has figures with bounds, whose values are then unknown.
+for each is printed); 4 it is not written, and the run has figures with bounds, whose values are then unknown; 130 Ctrl-C, and it is not
+written.
 """
+
+from . import interrupt
+
+if __name__ == "__main__":
+    interrupt.hold()
 
 import base64
 import contextlib
 import hashlib
 import html
 import importlib.metadata
-import json
 import pathlib
 import platform
 import re
+import signal
 import sys
 import time
 import traceback
 
 from . import __version__, figures, recording
 from . import run as runs
-from .files import write_whole
-from .place import ROOT, facts_of, problem_of
+from .files import next_step, write_whole
+from .place import ROOT, facts_of, is_under_way, problem_of
+from .values import json_of
 
 LOGS = ("packets.log", "packets.db", "can-*.log", "truth.lcm")
 TEXTS = {
@@ -78,7 +85,7 @@ BAR, BOUND_AT = 96, 0.8  # Width of a bar, and the place of the bound on it.
 
 
 class ReportError(ValueError):
-    """A folder of which no report is made, in words."""
+    """A folder of which no report is made, in words, with the next step."""
 
 
 def sha256(path):
@@ -96,6 +103,7 @@ def versions():
 
 FIGURES_FAILED = 3  # Exit codes that the launcher evaluates.
 FIGURES_UNKNOWN = 4
+INTERRUPTED = 128 + signal.SIGINT
 
 
 def complete_facts(run):
@@ -317,22 +325,33 @@ def _write(path, text):
     return len(octets)
 
 
-def _write_facts(run, facts):
-    _write(run.folder / "run.json", json.dumps(facts, indent=1, default=float) + "\n")
+def _write_facts(folder, facts):
+    _write(pathlib.Path(folder) / "run.json", json_of(facts, default=float, indent=1) + "\n")
+
+
+def _check(folder):
+    """Raise ReportError if no report can be made of a folder. The file run.json of a flight under way would tell ground users that it has ended."""
+    if problem := problem_of(folder):
+        raise ReportError(f"{problem}. Name such a folder: make report OUT=runs/...")
+    if problem := facts_of(folder)[1]:
+        raise ReportError(f"{folder}: {problem}. Correct the value, or for a report without these facts delete the file and call: "
+                          f"make report OUT={folder}")
+    if is_under_way(pathlib.Path(folder)):
+        raise ReportError(f"{folder}: its flight is under way, expected one that has ended. After its end call: make report OUT={folder} (if this "
+                          f"flight was killed and another one has its port, delete {folder}/ground.port)")
 
 
 def write(folder, dictionary_path=None):
     """Write the report of a run's folder; returns the facts. Raises ReportError, before anything is written, if the folder is not that of a
-    run or its run.json is damaged."""
+    run, its run.json is damaged, or its flight is under way."""
     start = time.monotonic()
-    if problem := problem_of(folder) or facts_of(folder)[1]:
-        raise ReportError(problem)
+    _check(folder)
     run = runs.load(folder, dictionary_path)
     facts = complete_facts(run)
-    _write_facts(run, facts)
+    _write_facts(folder, facts)
     octets = _write(run.folder / "report.html", page(run, facts))
     facts["report"] = {"octets": octets, "seconds": round(time.monotonic() - start, 2)}
-    _write_facts(run, facts)
+    _write_facts(folder, facts)
     return facts
 
 
@@ -346,8 +365,10 @@ def _has_bounds(facts):
 
 def _reason(problem, folder):
     """Sentences about an error: of a file that cannot be read or written, or of a log with unexpected content."""
+    if isinstance(problem, KeyboardInterrupt):
+        return "ended by Ctrl-C."
     if isinstance(problem, OSError) and problem.filename:
-        return f"{problem.filename}: {problem.strerror}."
+        return f"{problem.filename}: {problem.strerror}{next_step(problem)}."
     place = traceback.extract_tb(problem.__traceback__)[-1]
     return f"{type(problem).__name__}: {problem} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged?"
 
@@ -355,21 +376,17 @@ def _reason(problem, folder):
 def _not_written(folder, problem):
     """Print why there is no report. A run whose figures have bounds has then failed. Returns the exit code."""
     facts, damage = facts_of(folder)
-    if damage:
-        print(f"report: not written: {folder}: {damage}. For a report without these facts, delete the file and call: make report OUT={folder}",
-              file=sys.stderr)
-        return FIGURES_UNKNOWN
     if isinstance(problem, ReportError):
-        print(f"report: not written: {problem}. Name such a folder: make report OUT=runs/...", file=sys.stderr)
-        return 1
+        print(f"report: not written: {problem}", file=sys.stderr)
+        return FIGURES_UNKNOWN if damage else 1
     print(f"report: not written: {_reason(problem, folder)} To try again: make report OUT={folder}", file=sys.stderr)
     if not facts or not _has_bounds(facts):
-        return 1
+        return INTERRUPTED if isinstance(problem, KeyboardInterrupt) else 1
     facts = {**facts, "figures_hold": False, "figures_failed": ["report: not written"]}
     if facts.get("exit_code") == 0:
         facts.update(exit_code=1, exit_reason="the report could not be made, so the figures are not known")
     with contextlib.suppress(OSError):
-        _write(pathlib.Path(folder) / "run.json", json.dumps(facts, indent=1, default=float) + "\n")
+        _write_facts(folder, facts)
     return FIGURES_UNKNOWN
 
 
@@ -379,8 +396,9 @@ def main(argv=None):
         print("usage: python3 -m hirosco_gse.report RUN_DIR [DICTIONARY]", file=sys.stderr)
         return 1
     try:
+        interrupt.release()
         facts = write(*arguments)
-    except Exception as problem:  # Logs of a crashed run may contain any error; report it.
+    except (Exception, KeyboardInterrupt) as problem:  # Logs of a crashed run may contain any error; report it.
         return _not_written(arguments[0], problem)
     failed = facts.get("figures_failed", [])
     for line in failed:

@@ -27,6 +27,7 @@ from . import commands, visits
 from .commands import Command, UsageError
 from .dictionary import STATES, DictionaryError
 from .session import LinkLost, Rejected, RequestLost, SessionError
+from .values import quoted
 
 ACTORS = ("operator", "hand", "fault", "ground")
 CODE = re.compile(r"0[xX][0-9A-Fa-f]+|[0-9]+|[A-Z][A-Z0-9_]*")  # Failure code, or its name.
@@ -69,7 +70,7 @@ def _time_ns(word, place):
         if not 0 <= seconds < 1e6:
             raise ValueError
     except ValueError as error:
-        raise ScriptError(f"{place}: found '{word}', expected a time in seconds") from error
+        raise ScriptError(f"{place}: found {quoted(word)}, expected a time in seconds") from error
     return round(seconds * 1e9)
 
 
@@ -84,12 +85,12 @@ def _failure_code(step, command, dictionary):
         return int(word, 0)
     except ValueError as error:
         known = f", or of: {', '.join(own)}" if own else ""
-        raise ScriptError(f"{step.place}: found '{word}', expected a failure code such as 0x0111{known}") from error
+        raise ScriptError(f"{step.place}: found {quoted(word)}, expected a failure code such as 0x0111{known}") from error
 
 
 def _check_state(word, place):
     if word not in STATES:
-        raise ScriptError(f"{place}: no state '{word}'; there are: {', '.join(STATES)}")
+        raise ScriptError(f"{place}: no state {quoted(word)}; there are: {', '.join(STATES)}")
 
 
 def _checked(step, dictionary):
@@ -112,7 +113,7 @@ def _checked(step, dictionary):
         if len(words) < 2:
             raise ScriptError(f"{step.place}: usage: expect-refusal CODE COMMAND ...")
         if not CODE.fullmatch(words[0]):
-            raise ScriptError(f"{step.place}: found '{words[0]}', expected a failure code such as 0x0111")
+            raise ScriptError(f"{step.place}: found {quoted(words[0])}, expected a failure code such as 0x0111")
         command = commands.plan(words[1:], dictionary)
         _failure_code(step, command, dictionary)
     elif verb == "try":
@@ -122,7 +123,7 @@ def _checked(step, dictionary):
     elif verb == "nowait":
         command = commands.plan(words, dictionary)
         if not command.requests:
-            raise ScriptError(f"{step.place}: '{' '.join(words)}' has to wait for answers, expected it without 'nowait'")
+            raise ScriptError(f"{step.place}: {quoted(' '.join(words))} has to wait for answers, expected it without 'nowait'")
     elif verb == "end":
         need(0, "end")
     else:
@@ -174,7 +175,7 @@ class Script:
             time_ns = _time_ns(words[0], place)
             if len(words) < 3 or words[1] not in ACTORS:
                 found = words[1] if len(words) > 1 else "nothing"
-                raise ScriptError(f"{place}: found '{found}', expected <time> {'|'.join(ACTORS)} <verb> ...")
+                raise ScriptError(f"{place}: found {quoted(found)}, expected <time> {'|'.join(ACTORS)} <verb> ...")
             if words[1] == "ground":
                 visits_of_ground.append(_visit(place, time_ns, words[2:], visits_of_ground))
             if words[1] != "operator":

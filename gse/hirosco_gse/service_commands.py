@@ -16,13 +16,13 @@ def _fields(words):
     for word in words:
         name, sign, text = word.partition("=")
         if not sign or name in given:
-            raise UsageError(f"'{word}': {'given twice' if sign else 'not field=value'}")
+            raise UsageError(f"{values.quoted(word)}: {'given twice' if sign else 'not field=value'}")
         try:
             given[name] = json.loads(text)
         except ValueError:
             given[name] = text
         except RecursionError as error:
-            raise UsageError(f"{name}: found lists that are nested too deeply, expected a value") from error
+            raise UsageError(f"{values.shortened(name)}: found lists that are nested too deeply, expected a value") from error
     return given
 
 
@@ -196,7 +196,7 @@ def _arguments(words):
     for word in words:
         kind, colon, value = word.partition(":")
         if not colon or kind.upper() not in values.FORMATS:
-            raise UsageError(f"'{word}' is not TYPE:VALUE with a type of {', '.join(values.FORMATS)}")
+            raise UsageError(f"{values.quoted(word)} is not TYPE:VALUE with a type of {', '.join(values.FORMATS)}")
         yield {"argument_layout": kind.upper(), "argument_value": value}
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from . import large, packets, telecommands, telemetry
 from .dictionary import STATES, SUPERVISOR_APID
 from .failures import FINAL_SUBTYPES, STAGES, Failure
+from .values import TEXT_MAX, shortened
 
 GROUND_USER = 1  # Source id of telecommands of the command line.
 OUT_OF_RANGE = 0x0203  # Failure code of a value outside its limits.
@@ -60,6 +61,9 @@ class Request:
     subtype: int
     data: bytes = b""
     text: str = ""
+
+    def __post_init__(self):
+        object.__setattr__(self, "text", shortened(self.text, TEXT_MAX))
 
 
 @dataclass

@@ -8,12 +8,11 @@ shown before the next prompt.
 import contextlib
 import os
 import pathlib
-import shlex
 import threading
 
 from . import completion, live, telemetry, usage
 from .colours import coloured
-from .command import UsageError
+from .command import UsageError, words_of
 from .dictionary import DictionaryError
 from .session import LinkLost, SessionError
 
@@ -114,7 +113,7 @@ class Shell:
 
     def _line(self, text):
         try:
-            words = shlex.split(text)
+            words = words_of(text)
             if words and not self._craft.is_connected:
                 self._craft.connect()
             if words:

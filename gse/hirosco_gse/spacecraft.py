@@ -30,9 +30,9 @@ link.StepDriver within the grants of the scheduler.
 """
 
 import math
-import shlex
 
 from . import commands, link, live, sdls, telemetry
+from .command import words_of
 from .dictionary import Dictionary
 from .place import LOOPBACK, Place, compare_classes
 from .session import GROUND_USER, LinkLost, Request, Session, TimedOut
@@ -65,7 +65,7 @@ def _text(value):
 
 
 def _words(words):
-    return shlex.split(words[0]) if len(words) == 1 else [_text(word) for word in words]
+    return words_of(words[0]) if len(words) == 1 else [_text(word) for word in words]
 
 
 class Spacecraft:

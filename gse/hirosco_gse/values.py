@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scalar values in packets (big-endian) and in the text form of a user."""
 
+import json
+import re
 import struct
+
+QUOTED_MAX = 200  # Characters of a user's text that a refusal repeats.
+TEXT_MAX = 1000  # Characters of a command that its messages repeat.
 
 FORMATS = {
     "UINT8": "B",
@@ -21,6 +26,31 @@ REALS = ("FLOAT", "DOUBLE")
 
 class ValueProblem(ValueError):
     """A value that does not fit its type, or octets that are too few for it."""
+
+
+def shortened(text, most=QUOTED_MAX):
+    """Text of a user for a message: of a long text its beginning, and how long it is."""
+    text = str(text)
+    return text if len(text) <= most else f"{text[:most]}... ({len(text)} characters)"
+
+
+def quoted(text):
+    """Text of a user in quotes, for a message."""
+    text = str(text)
+    return f"'{text}'" if len(text) <= QUOTED_MAX else f"'{text[:QUOTED_MAX]}...' ({len(text)} characters)"
+
+
+def with_short_words(text):
+    """A message with its words shortened, such as the path of a file that cannot be opened."""
+    return re.sub(rf"\S{{{TEXT_MAX + 1},}}", lambda word: shortened(word[0], TEXT_MAX), str(text))
+
+
+def json_of(value, default=str, **options):
+    """JSON of a value (RFC 8259), with options of json.dumps. JSON has no infinite numbers and no NaN: null stands for them."""
+    try:
+        return json.dumps(value, default=default, allow_nan=False, **options)
+    except ValueError:
+        return json.dumps(json.loads(json.dumps(value, default=default), parse_constant=lambda _: None), **options)
 
 
 class Word(int):
@@ -92,7 +122,7 @@ def encode(kind, values):
     try:
         return struct.pack(f">{len(values)}{FORMATS[kind]}", *values)
     except (struct.error, OverflowError) as error:
-        raise ValueProblem(f"{values} does not fit {kind}") from error
+        raise ValueProblem(f"{shortened(values)} does not fit {kind}") from error
 
 
 def decode(kind, count, octets, offset):
@@ -114,7 +144,7 @@ def scalar_from_text(kind, text):
             return {"true": True, "1": True, "on": True, "false": False, "0": False, "off": False}[word.lower()]
         return int(word, 0)
     except (ValueError, KeyError) as error:
-        raise ValueProblem(f"'{text}' is not a {kind} value") from error
+        raise ValueProblem(f"{quoted(text)} is not a {kind} value") from error
 
 
 class Names(dict):
@@ -159,14 +189,14 @@ def number_of(words, text):
             return number
     if isinstance(words, Names) and text.strip().isdecimal():
         return int(text)
-    raise ValueProblem(f"no '{text.strip()}'; there are: {', '.join(words.values())}")
+    raise ValueProblem(f"no {quoted(text.strip())}; there are: {', '.join(words.values())}")
 
 
 def from_text(kind, count, text, enumeration=None):
     """List of exactly `count` scalars, separated by commas. With an enumeration (number -> word), each is one of its words or numbers."""
     words = text.split(",")
     if len(words) != count:
-        raise ValueProblem(f"'{text}' has {len(words)} value{'s' if len(words) != 1 else ''}, {count} expected")
+        raise ValueProblem(f"{quoted(text)} has {len(words)} value{'s' if len(words) != 1 else ''}, {count} expected")
     return [number_of(enumeration, word) if enumeration else scalar_from_text(kind, word) for word in words]
 
 

@@ -148,7 +148,7 @@ def alone(out):
 def serve(out, lock):
     """Run the server until it ends or this process receives a signal to end. Returns the exit code."""
     asked = []
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # SIGHUP: the terminal was closed.
         signal.signal(number, lambda number, _: asked.append(number))
     # In its own session the server does not receive the Ctrl-C of the terminal. It inherits the lock, so that the
     # folder stays locked if this process is killed.
@@ -197,4 +197,8 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:  # Before the server has started.
+        print("yamcs: ended by Ctrl-C", file=sys.stderr)
+        sys.exit(128 + signal.SIGINT)

@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make gse`: the light ground station beside a flight; starts a flight by the wall clock if none is running."""
 
+from .. import interrupt
+
+if __name__ == "__main__":
+    interrupt.hold()
+
 import argparse
 import contextlib
 import os
@@ -13,16 +18,27 @@ import sys
 
 from aiohttp import web
 
-from ..place import LOOPBACK, ROOT, default_port, problem_of
+from ..files import next_step
+from ..place import LOOPBACK, ROOT, facts_of, is_under_way, problem_of
+from ..values import TEXT_MAX, quoted, shortened, with_short_words
 from .server import Station
 
 PORT = 8090  # First port that is tried for the page.
 PORTS = 20  # Number of ports that are tried.
 FRAMED_BY = "http://127.0.0.1:8080"
+END_S = 30.0  # Time in which a flight ends after Ctrl-C; then it gets another one. The third ends it at once.
+ENDS = 4  # A flight that has not ended after so many is killed; its guard removes what is left.
+
+
+class _Parser(argparse.ArgumentParser):
+    """Parser that shortens what it repeats of the words of the user."""
+
+    def error(self, message):
+        super().error(shortened(message, TEXT_MAX))
 
 
 def _parser():
-    parser = argparse.ArgumentParser(prog="station", description="The light ground station: a web page beside a flight.")
+    parser = _Parser(prog="station", description="The light ground station: a web page beside a flight.")
     parser.add_argument("--run", type=pathlib.Path, default=ROOT / "runs" / "latest", help="run folder (default runs/latest)")
     parser.add_argument("--http-port", type=http_port, help=f"port of the page (default: the first free from {PORT})")
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
@@ -37,7 +53,7 @@ def _parser():
 def http_port(text):
     """A port of the page; 0: any free one."""
     if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"found '{text}', expected a port from 0 to 65535")
+        raise argparse.ArgumentTypeError(f"found {quoted(text)}, expected a port from 0 to 65535")
     return int(text)
 
 
@@ -46,7 +62,7 @@ def _origin(text):
     if text == "none":
         return "'none'"
     if not re.fullmatch(r"http://(127\.0\.0\.1|localhost):\d{1,5}", text):
-        raise argparse.ArgumentTypeError(f"found '{text}', expected none or a page of this machine such as {FRAMED_BY}")
+        raise argparse.ArgumentTypeError(f"found {quoted(text)}, expected none or a page of this machine such as {FRAMED_BY}")
     return text
 
 
@@ -67,37 +83,67 @@ def _listen(wanted):
     raise SystemExit(f"station: no free port for the page from {PORT} to {PORT + PORTS - 1}: {problem}; give one with HTTP= or --http-port")
 
 
-def _is_flying(run):
-    if (run / "run.json").exists() or not (run / "ground.port").exists():  # It has ended: another flight may use its port now.
-        return False
-    with contextlib.suppress(OSError), socket.create_connection((LOOPBACK, default_port(run.resolve())), timeout=1.0):
-        return True
-    return False
-
-
-def main(argv=None):
-    """Serve until Ctrl-C."""
-    arguments = _parser().parse_args(argv)
+def _check(arguments):
+    """Raise SystemExit if there is nothing to show."""
     if arguments.replay and arguments.replay.is_dir() and (problem := problem_of(arguments.replay)):
         raise SystemExit(f"station: {problem}")
     if not (arguments.page / "index.html").exists():
         raise SystemExit(f"station: {arguments.page} has no page; run make gse")
     if arguments.replay and not arguments.replay.exists():
         raise SystemExit(f"station: there is no run folder {arguments.replay}, and no recording of a run")
-    listener = _listen(arguments.http_port)
+    problem = facts_of(arguments.replay)[1] if arguments.replay and arguments.replay.is_dir() else None
+    if problem:
+        print(f"station: warning: {arguments.replay}: {problem}; the page shows the logs without these facts", file=sys.stderr, flush=True)
+
+
+def _end(flight):
+    """End a flight as Ctrl-C at its terminal does, and wait for its end. Each further Ctrl-C is passed on."""
+    for _ in range(ENDS):
+        if flight.poll() is not None:
+            return
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(flight.pid, signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired, KeyboardInterrupt):
+            flight.wait(END_S)
+    if flight.poll() is None:
+        flight.kill()
+        flight.wait()
+
+
+def _interrupt(_number, _frame):
+    raise KeyboardInterrupt
+
+
+def _serve(arguments, listener):
+    """Serve until Ctrl-C, with the flight that is started, if there is none."""
     host = f"{LOOPBACK}:{listener.getsockname()[1]}"
     flight = None
-    if arguments.fly and not arguments.replay and not _is_flying(arguments.run):
-        flight = subprocess.Popen(arguments.fly, start_new_session=True)
-    print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
-    station = Station(arguments.run, arguments.page, arguments.replay, arguments.read_only, arguments.framed_by)
     try:
+        if arguments.fly and not arguments.replay and not is_under_way(arguments.run):
+            flight = subprocess.Popen(arguments.fly, start_new_session=True)
+        print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
+        station = Station(arguments.run, arguments.page, arguments.replay, arguments.read_only, arguments.framed_by)
         web.run_app(station.application(host), sock=listener, print=None)
     finally:
-        if flight and flight.poll() is None:
-            os.killpg(flight.pid, signal.SIGINT)
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                flight.wait(30)
+        if flight:
+            _end(flight)
+
+
+def main(argv=None):
+    """Serve until Ctrl-C. The end of its terminal and a request to end have the same effect."""
+    arguments = _parser().parse_args(argv)
+    try:
+        interrupt.release()
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, _interrupt)
+        _check(arguments)
+        _serve(arguments, _listen(arguments.http_port))
+    except KeyboardInterrupt:
+        print("station: ended by Ctrl-C", file=sys.stderr)
+        return 128 + signal.SIGINT
+    except OSError as problem:
+        words = f"station: {problem.filename or arguments.run}: {problem.strerror}{next_step(problem)}"
+        raise SystemExit(with_short_words(words)) from problem
     return 0
 
 

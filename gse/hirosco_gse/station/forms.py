@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ..command import UsageError
 from ..commands import REST_STATES
 from ..messages import NUMBERS
-from ..values import FORMATS, REALS
+from ..values import FORMATS, REALS, quoted, shortened
 from . import live_forms
 
 UPWARD = REST_STATES[1:4]
@@ -141,9 +141,9 @@ def _check(field, word):
         return  # The command line reports this error.
     unit = f" {field['unit']}" if field["unit"] else ""
     if value < field.get("min", value):
-        raise UsageError(f"{_label(field)}: {word}{unit} is below {field['min']}{unit}")
+        raise UsageError(f"{_label(field)}: {shortened(word)}{unit} is below {field['min']}{unit}")
     if value > field.get("max", value):
-        raise UsageError(f"{_label(field)}: {word}{unit} is above {field['max']}{unit}")
+        raise UsageError(f"{_label(field)}: {shortened(word)}{unit} is above {field['max']}{unit}")
 
 
 def _compact(field, values):
@@ -163,7 +163,7 @@ def _number_or_text(field, text):
 def _group(fields, values, seen):
     """Values of a group of fields, by name."""
     if not isinstance(values, dict):
-        raise UsageError(f"found {values!r}, expected values by name")
+        raise UsageError(f"found {shortened(repr(values))}, expected values by name")
     given = {}
     for field in fields:
         if "repeat" in field:
@@ -308,7 +308,7 @@ class Forms:
     def text(self, identity, values):
         """Words of the command line for the values of a form. Raises UsageError."""
         if identity not in self.by_id:
-            raise UsageError(f"no form '{identity}'")
+            raise UsageError(f"no form {quoted(identity)}")
         return shlex.join(self.by_id[identity].compose(values))
 
     def message(self):

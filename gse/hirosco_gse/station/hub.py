@@ -16,17 +16,19 @@ import traceback
 
 from .. import commands, sdls, telemetry, world
 from ..async_link import AsyncLink
-from ..command import UsageError
+from ..command import UsageError, words_of
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
 from ..files import MACHINE, PageFiles
 from ..identifiers import device_of
-from ..place import CLASSES, DEFAULT_PORT, LOOPBACK, Place, compare_classes, end_of, world_of
+from ..place import CLASSES, LOOPBACK, Place, compare_classes, end_of, world_of
 from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
+from ..values import quoted
 from . import display
 from .about import hello
 from .forms import Forms
 from .geometry import as_lists
 from .identity import Identity
+from .interfaces import barrier
 from .lights import lights_of
 from .network import Network
 from .silence import Silence
@@ -331,10 +333,9 @@ class Hub:
     def command(self, text, is_for_display=False, files=None):
         """Start a command of an operator; its progress is published. is_for_display: structures that it enables are disabled
         when no page is open any more. files: as of `plan`. Raises UsageError."""
-        planned = self.plan(text, files)
-        if not self._connection:
-            raise UsageError("no link to the spacecraft")
-        words = shlex.split(text)
+        planned, words = self.plan(text, files), words_of(text)
+        if reason := barrier(self, planned):
+            raise UsageError(reason)
         if words[0] != "stop" and sum(call.number > 0 for call in self.calls) >= CALLS_MAX:
             raise UsageError(f"{CALLS_MAX} commands of pages are under way; wait until one has ended")
         at_end = self.display.after(words, is_for_display)
@@ -349,7 +350,7 @@ class Hub:
         if self.dictionary is None:
             raise UsageError("no flight")
         try:
-            return commands.plan(shlex.split(text), self.dictionary, files or self._files)
+            return commands.plan(words_of(text), self.dictionary, files or self._files)
         except ValueError as problem:
             raise UsageError(str(problem)) from problem
 
@@ -363,7 +364,7 @@ class Hub:
     async def ask(self, text):
         """Rows of the answer of one of LISTS; it is not in the list of commands. Raises UsageError."""
         if tuple(text.split()[:2]) not in LISTS:
-            raise UsageError(f"'{text}' is no list; lists are {', '.join(sorted(map(' '.join, LISTS)))}")
+            raise UsageError(f"{quoted(text)} is no list; lists are {', '.join(sorted(map(' '.join, LISTS)))}")
         planned = self.plan(text)
         if not self._connection:
             raise UsageError("no link to the spacecraft")
@@ -573,9 +574,8 @@ class Hub:
         """Follow the pace of simulated time: other clients of the live port may change it."""
         while True:
             await asyncio.sleep(RETRY_S)
-            if self.flight and self._connection:
-                if "refused" in await self.live("time"):
-                    self._say_pace({**self.pace, "is_there": False})
+            if self.flight and self._connection and "refused" in await self.live("time"):
+                self._say_pace({**self.pace, "is_there": False})
 
     # Browsers -----------------------------------------------------------------------------------------------
 
@@ -597,4 +597,4 @@ class Hub:
         return found + ([self.network.message] if self.network.message else [])
 
 
-__all__ = ["DEFAULT_PORT", "Hub", "lights_of"]
+__all__ = ["Hub", "lights_of"]

@@ -5,6 +5,7 @@ import re
 
 from ..command import UsageError
 from ..usage import CONSOLE
+from ..values import quoted
 
 ACTORS = ("fault", "hand")
 OPTIONAL = "[DEVICE]"
@@ -54,6 +55,6 @@ def line_of(words, fields, values):
         if not text and field["word"] == OPTIONAL:
             continue
         if len(text.split()) != 1:
-            raise UsageError(f"{field['name']} is missing" if not text else f"{field['name']}: found '{text}', expected one word")
+            raise UsageError(f"{field['name']} is missing" if not text else f"{field['name']}: found {quoted(text)}, expected one word")
         line.append(text)
     return line

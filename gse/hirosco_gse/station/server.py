@@ -13,18 +13,17 @@ import errno
 import itertools
 import json
 import logging
-import math
 import re
-import shlex
 import sys
 
 from aiohttp import WSMsgType, web
 from aiohttp.http import HttpProcessingError
 
 from .. import live, packets
-from ..command import UsageError
+from ..command import UsageError, words_of
 from ..critical import is_critical
 from ..files import PageFiles
+from ..values import json_of, quoted, shortened
 from .forms import script_of
 from .hub import Hub
 from .interfaces import subsystems_of
@@ -40,6 +39,7 @@ ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s k
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 SLOW = re.compile(r'\{"do": ?"(ask|live)"')  # Requests that another program answers.
+REPLAY = "replay: a recorded flight takes no commands"  # As the page says.
 READS = ("structures", "plan", "forms", "script", "watch")
 DISPLAY = ("hk", "enable")
 LIVE = [[verb] for verb in live.VERBS]  # Commands for the simulator, not for the spacecraft.
@@ -47,22 +47,6 @@ HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"
 
 
 _NUMBERS = itertools.count(1)
-
-
-def json_of(message):
-    """JSON of a message. JSON has no infinite numbers and no NaN: the page gets null, which it shows as not known."""
-    try:
-        return json.dumps(message, default=str, allow_nan=False)
-    except ValueError:
-        return json.dumps(_finite(message), default=str)
-
-
-def _finite(value):
-    if isinstance(value, dict):
-        return {name: _finite(member) for name, member in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(member) for member in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _is_of_station(record):
@@ -293,7 +277,7 @@ class Station:
         except (UsageError, live.LiveRefused) as problem:
             return {"kind": "answer", "id": number, "refused": str(problem)}
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as problem:
-            return {"kind": "answer", "refused": f"not understood: {problem!r}"}
+            return {"kind": "answer", "refused": f"not understood: {shortened(repr(problem))}"}
 
     async def _answer(self, do, order, browser):
         """Perform a request. Returns the content of its answer."""
@@ -313,7 +297,7 @@ class Station:
             return {}
         if do == "forms":
             return self.hub.forms.message() if self.hub.dictionary else {"refused": "no flight"}
-        return {"text": script_of(self.hub.commands)} if do == "script" else {"refused": f"unknown request '{do}'"}
+        return {"text": script_of(self.hub.commands)} if do == "script" else {"refused": f"unknown request {quoted(do)}"}
 
     async def _live(self, line, browser):
         """A line of a page for the simulator. Other lines would change the connection, which all pages use. Raises UsageError."""
@@ -328,15 +312,22 @@ class Station:
         return {"command": self.hub.command(text, bool(order.get("display")))}
 
     def _check_right(self, do, order):
-        """In a read-only station, permit only requests that read, and the enabling of one housekeeping structure. Raises UsageError."""
-        is_display = do == "command" and order.get("display") and tuple(shlex.split(str(order["text"]))[:2]) == DISPLAY
+        """In a read-only station, permit only requests that read, and the enabling of one housekeeping structure; in a replay, permit none.
+        Raises UsageError."""
+        self._check_replay()
+        is_display = do == "command" and order.get("display") and tuple(words_of(str(order["text"]))[:2]) == DISPLAY
         if self.hub.is_read_only and do not in READS and not is_display:
             raise UsageError("this station is read only; start one without --read-only (make gse READ_ONLY=) to command")
+
+    def _check_replay(self):
+        if self._replayed:
+            raise UsageError(REPLAY)
 
     async def _ask(self, text):
         order = {}
         try:
             order = json.loads(text)
+            self._check_replay()
             answer = {"rows": await self.hub.ask(str(order["text"]))}
         except (UsageError, ValueError, KeyError) as problem:
             answer = {"refused": str(problem)}

@@ -231,7 +231,7 @@ def test_another_interface_than_that_of_the_recording_is_reported(shown, diction
     assert "made from other descriptors than the dictionary" in found[0]["text"]
 
 
-@pytest.mark.parametrize(("content", "is_told"), [("{", True), ("[1]", True), ('{"interface_hash": null}', False)])
+@pytest.mark.parametrize(("content", "is_told"), [("{", True), ("[1]", True), ('{"interface_hash": null}', True), ("{}", False)])
 def test_a_damaged_run_json_does_not_stop_the_decoder(shown, tmp_path, content, is_told):
     (tmp_path / "run.json").write_text(content, encoding="utf-8")
     (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")

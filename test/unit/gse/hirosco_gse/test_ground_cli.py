@@ -285,8 +285,7 @@ def test_wrong_words_within_a_command_are_named(dictionary_path, capsys, words, 
 
 @pytest.mark.parametrize(("files", "reason"), [
     ({}, "found no file ground.port, expected the folder of a flight under way"),
-    ({"run.json": "[]\n"}, "has ended; name a flight under way with --run or --port"),
-    ({"run.json": '{"exit_code": 0, "exit_reason": "", "simulated_s": "?"}'}, "has ended; name a flight under way with --run or --port"),
+    ({"run.json": "[]\n"}, "has ended; run.json: found '[]', expected an object with the facts of the flight; name a flight under way with --run or --port"),
     ({"run.json": '{"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}'}, "flight ended at 93.62 s, code 0; name a flight under way with --run or --port"),
 ])
 def test_a_run_without_a_flight_commands_no_other_flight(console, dictionary_path, tmp_path, capsys, files, reason):
@@ -379,6 +378,13 @@ def test_stop_commands_all_subsystems_that_run(console):
     code, _, _, received = console(answer, "stop")
     assert code == 0
     assert [(p.apid, p.message, p.data) for p in received[1:]] == [(17, (129, 1), b"\6"), (16, (129, 1), b"\6")]
+
+
+def test_json_has_null_for_a_number_that_is_not_finite(console, dictionary):
+    parameter = dictionary.subsystem("MANIPULATOR").parameter("TORQUE_LIMIT")
+    report = (20, 2, struct.pack(">HIdd", 1, parameter.parameter_id, float("nan"), float("-inf")))
+    code, out, _, _ = console(lambda p: success(p, report), "get", "MANIPULATOR.TORQUE_LIMIT", "--json")
+    assert code == 0 and json.loads(out.splitlines()[-1], parse_constant=pytest.fail)["values"]["TORQUE_LIMIT"] == [None, None]
 
 
 def test_events_are_shown(dictionary, dictionary_path, capsys, monkeypatch):

@@ -2,6 +2,7 @@
 """The live view in the terminal, with a simulated spacecraft: by textual's pilot, and on a pseudo-terminal."""
 
 import asyncio
+import json
 import os
 import struct
 import sys
@@ -9,6 +10,7 @@ import time
 
 import pytest
 from conftest import ROOT
+from hirosco_gse import monitor as monitor_module
 from hirosco_gse.cli import main
 from hirosco_gse.monitor import Monitor
 from spacecraft import Spacecraft as Simulated
@@ -110,6 +112,40 @@ def test_the_monitor_runs_in_a_terminal(reached, monkeypatch, size):
     command = [sys.executable, "-m", "hirosco_gse", "--run", str(run), "--port", str(given["port"]), "--dictionary", str(given["dictionary"]), "monitor"]
     environment = {**os.environ, "TERM": "xterm-256color", "PYTHONPATH": str(ROOT / "gse")}
     assert converse(command, environment, [(TERMINALS[size], "\x11")], size=size)[1] == 0
+
+
+@pytest.mark.parametrize(("facts", "end"), [
+    ({"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}, ("flight ended at 93.62 s, code 0", 0)),
+    ({"exit_code": 1, "exit_reason": "the launcher was killed", "simulated_s": 7}, ("flight failed at 7.00 s, code 1: the launcher was killed", 1)),
+    (None, ("the flight is gone: for 0 s there was no link, and it has left no run.json", None)),
+])
+def test_the_monitor_ends_with_the_flight(reached, monkeypatch, facts, end):
+    """A flight whose launcher and guard were killed leaves no run.json."""
+    given, run, simulated = reached
+
+    async def look():
+        app = Monitor(run, **given)
+        async with app.run_test() as pilot:
+            await _until(pilot, lambda: app._linked_at is not None, "no link")
+            simulated.close()
+            if facts is None:
+                monkeypatch.setattr(monitor_module, "GONE_S", 0.0)
+            else:
+                (run / "run.json").write_text(json.dumps(facts))
+            app.hub._connection.abort()
+            await _until(pilot, lambda: app.return_value is not None, "no end")
+        return app.return_value
+
+    words, code = asyncio.run(look())
+    assert end[0] in words and code == end[1]
+
+
+@pytest.mark.parametrize(("end", "code"), [(None, 0), (("flight ended", 0), 0), (("flight failed", 1), 1), (("the flight is gone", None), 3)])
+def test_the_end_of_the_monitor_is_said_with_an_exit_code(tmp_path, monkeypatch, capsys, end, code):
+    monkeypatch.setattr(Monitor, "run", lambda self: end)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert main(["--run", str(tmp_path), "monitor"]) == code
+    assert capsys.readouterr().err == (f"gse: {end[0]}\n" if end else "")
 
 
 def test_without_a_terminal_the_command_prints_the_alternatives(capsys):

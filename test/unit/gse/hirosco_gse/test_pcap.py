@@ -64,7 +64,7 @@ def test_a_folder_that_is_no_run_is_refused(gse, tmp_path, words):
 
 
 @pytest.mark.parametrize(("content", "reason"), [
-    (None, "no run.json of a flight that has ended, with its scenario"), ("{}", "no run.json of a flight that has ended, with its scenario"),
+    (None, "found no run.json, expected the folder of a flight that has ended"), ("{}", "run.json: scenario: found none, expected text"),
     ("[\n]", "run.json: found '[ ]', expected an object with the facts of the flight"), ("{", "run.json: Expecting property name"),
 ])
 def test_a_damaged_run_json_has_no_scenario_and_is_a_warning_of_the_export(gse, tmp_path, content, reason):

@@ -89,6 +89,8 @@ def test_a_form_names_the_subsystems_whose_interface_it_uses(form, subsystems):
 @pytest.mark.parametrize(("text", "subsystems"), [
     ("cmd MANIPULATOR.TARE", ["MANIPULATOR"]), ("state MANIPULATOR OFFLINE", []), ("ping all", []), ("tc MANIPULATOR 5,7", ["MANIPULATOR"]),
     ("at 5 1.1 cmd MANIPULATOR.TARE", ["SUPERVISOR", "MANIPULATOR"]), ("at 5 1.1 ping MANIPULATOR", ["SUPERVISOR"]),
+    ("at +5 cmd MANIPULATOR.TARE", ["SUPERVISOR", "MANIPULATOR"]), ("set MANIPULATOR.CONTROL.FADE_TIME 1", ["MANIPULATOR"]),
+    ("link open HAND_POSITION", ["SUPERVISOR", "JOYSTICK", "MANIPULATOR"]), ("link close HAND_POSITION", []), ("process start MANIPULATOR", []), ("stop", []),
 ])
 def test_a_command_names_the_subsystems_whose_interface_it_uses(text, subsystems):
     dictionary = Dictionary.load(ROOT / "build" / "generated" / "rokviss.json")

@@ -12,7 +12,8 @@ from hirosco_gse.command import UsageError
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import server
 from hirosco_gse.station.server import MESSAGES_MAX, QUEUE, UNDER_WAY, _Browser, json_of
-from visiting import MANIPULATOR, answer, station_of, visit
+from conftest import ROOT
+from visiting import MANIPULATOR, TELEPRESENCE, Page, answer, station_of, visit
 
 FLOOD = QUEUE + QUEUE // 4
 
@@ -170,3 +171,49 @@ def test_pages_are_informed_when_the_interface_of_the_dictionary_flies_again(pla
 
     differs, none = visit(place, story)
     assert differs.startswith("MANIPULATOR flies interface") and none is None
+
+
+def test_a_command_that_the_page_disables_is_refused_with_the_same_words(place, spacecraft, dictionary):
+    """Another client of the station, or a page that has not heard of the difference yet, may send it."""
+    flown = dictionary.subsystem("MANIPULATOR").interface_hash ^ 1
+    data = struct.pack(">BBBHQQII", 3, 0, 3, TELEPRESENCE, flown, 0, 0, 0)
+    spacecraft._answer = lambda packet: answer(packet) + ([(MANIPULATOR, 129, 5, data, 1)] if packet.message == (17, 1) and packet.apid != MANIPULATOR else [])
+    barred = ("cmd MANIPULATOR.TARE", "at 5 cmd MANIPULATOR.TARE", "at +5 cmd MANIPULATOR.TARE", "set MANIPULATOR.CONTROL.FADE_TIME 1", "link open HAND_POSITION")
+    free = ("state MANIPULATOR OFFLINE", "reload MANIPULATOR", "process stop MANIPULATOR", "stop", "hk once JOYSTICK 1")
+
+    async def story(page, _):
+        await page.ask(do="command", text="ping JOYSTICK")
+        words = (await page.until(lambda message: message["kind"] == "mismatch"))["words"]
+        before = len([packet for packet in spacecraft.received if packet.message in ((8, 1), (11, 4), (130, 3))])
+        refused = [(await page.ask(do="command", text=text))["refused"] for text in barred]
+        sent = len([packet for packet in spacecraft.received if packet.message in ((8, 1), (11, 4), (130, 3))])
+        return words, refused, sent - before, [await page.ask(do="command", text=text) for text in free]
+
+    words, refused, sent, accepted = visit(place, story)
+    assert refused == [f"disabled: {words}"] * len(barred) and not sent
+    assert all("command" in reply for reply in accepted)
+
+
+def test_a_replay_refuses_all_commands_with_the_words_of_the_page(place):
+    assert server.REPLAY in (ROOT / "gse" / "page" / "src" / "replay.js").read_text(encoding="utf-8")
+
+    async def run():
+        async with station_of(place, replayed=place / "first") as (_, address), ClientSession() as session:
+            async with session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
+                page = Page(socket)
+                orders = ({"do": "command", "text": "stop"}, {"do": "live", "line": "pause"}, {"do": "plan", "text": "ping all"}, {"do": "ask", "text": "file list"},
+                          {"do": "upload", "words": ["procedure", "load", "A", "{}"], "data": ""}, {"do": "structures", "subsystem": "MANIPULATOR"})
+                return [(await page.ask(**order))["refused"] for order in orders]
+
+    assert set(asyncio.run(run())) == {server.REPLAY}
+
+
+def test_refusals_repeat_a_part_of_what_a_page_has_sent(place):
+    long = 100_000 * "x"
+
+    async def story(page, _):
+        orders = ({"do": "plan", "text": f"ping {long}"}, {"do": "plan", "form": long, "values": {}}, {"do": long}, {"do": "ask", "text": long}, {"do": "command", "text": long},
+                  {"do": "live", "line": f"hand {long}"}, {"do": "upload", "words": [long, "{}"], "data": ""}, {"do": "structures", "subsystem": long})
+        return [(await page.ask(**order))["refused"] for order in orders]
+
+    assert max(map(len, visit(place, story))) < 2000

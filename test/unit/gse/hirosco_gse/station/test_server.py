@@ -272,7 +272,7 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
 
 
 @pytest.mark.parametrize("facts, expected", [
-    ({}, {"text": "the flight of first has ended"}),
+    ({}, {"text": "the flight of first has ended; run.json: exit_code: found none, expected a whole number"}),
     ({"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}, {"text": "flight ended at 93.62 s, code 0", "code": 0}),
     ({"exit_code": 1, "exit_reason": "simulated time stands still", "simulated_s": 7}, {"text": "flight failed at 7.00 s, code 1: simulated time stands still", "code": 1}),
 ])
