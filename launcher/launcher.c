@@ -12,7 +12,6 @@
 #define PROGRESS_FILE_NS 5000000000ULL ///< Wall-clock time between lines if the output is no terminal.
 /// Simulated time for which a mission continues after its operator has ended.
 #define LEFT_NS 2000000000ULL
-#define OPERATOR_HAS_NO_LINK 3  ///< Exit code of `gse` if it cannot connect.
 #define STALL_NS 30000000000ULL ///< Longest wall-clock time without progress of simulated time.
 /// Longest wall-clock time until simulated time first advances, because all programs must start.
 #define START_NS 120000000000ULL
@@ -161,9 +160,12 @@ static void give_supervisor_up(const launcher_t* const launcher, const child_t* 
 
 bool launcher_has_ended_well(const launcher_t* const launcher, const child_t* const child)
 {
+    const bool was_signalled = child->result.was_signalled;
+    // The shutdown that the user has ordered cuts the script: its operator may have an unexpected answer or
+    // no link, and one that has not connected yet is asked to end by SIGTERM.
     const bool is_cut = launcher->is_ended_by_user && (strcmp(child->name, "operator") == 0) &&
-                        (child->result.code == OPERATOR_HAS_NO_LINK);
-    return !child->result.was_signalled && (is_cut || (child->result.code == 0));
+                        (!was_signalled || (child->result.code == OSAL_SIGNAL_END));
+    return is_cut || (!was_signalled && (child->result.code == 0));
 }
 
 static void child_ended(launcher_t* const launcher, child_t* const child)

@@ -39,7 +39,10 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                                   .descriptors      = descriptors,
                                   .descriptor_count = descriptor_count,
                                   .processor   = launcher->run->is_stepped ? (osal_process_own_id() % 2) : -1,
-                                  .output_path = child->is_seen ? NULL : output};
+                                  .output_path = child->is_seen ? NULL : output,
+                                  // The launcher shuts the mission down. Only the report, which is made
+                                  // afterwards, ends by Ctrl-C.
+                                  .ignores_terminal = !child->is_seen};
     launcher_limit(launcher, child, &start);
     if (osal_process_start(&child->process, &start) == STATUS_OK) {
         run_state_t* const run = launcher->run;

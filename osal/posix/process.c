@@ -129,6 +129,10 @@ static void execute_program(const osal_process_start_t* const start, const pid_t
         }
     }
     default_signals();
+    if (start->ignores_terminal) {
+        (void)signal(SIGINT, SIG_IGN); // A program that is executed inherits ignored signals.
+        (void)signal(SIGHUP, SIG_IGN);
+    }
     pin(start->processor);
     if ((start->output_path != NULL) && !redirect_output(start->output_path)) {
         return;
@@ -446,5 +450,6 @@ void osal_process_take_stop(void)
 void osal_process_ignore_interrupt(void)
 {
     (void)signal(SIGINT, SIG_IGN);
+    (void)signal(SIGHUP, SIG_IGN);
     (void)signal(SIGPIPE, SIG_IGN);
 }

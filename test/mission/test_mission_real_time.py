@@ -133,14 +133,21 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
     flying.assert_clean(mission)
 
 
-def test_ctrl_c_at_a_terminal_shuts_the_mission_down_in_order(mission):
-    """The terminal sends the signal to the whole process group, including the children."""
-    _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
-    os.killpg(mission.process.pid, signal.SIGINT)
-    mission.wait()
-    assert mission.code == 0, mission.transcript()
-    assert _last_states(mission)[16] == 0
-    flying.assert_clean(mission)
+def test_the_end_of_the_terminal_and_ctrl_c_shut_the_mission_down_in_order(folder, tmp_path):
+    """A terminal sends both signals to the whole process group, including the components and the operator, whose script is then cut."""
+    expected = (f"{1 + i / 20:.2f} operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL" for i in range(2000))  # Not expected during the shutdown.
+    scenario = flying.write_scenario(tmp_path / "long.scn", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", *expected)
+    flight = flying.start(folder, "--time", "real", "--scenario", scenario)
+    try:
+        flying.wait_until(lambda: (folder / "operator.log").exists() and "expect-refusal" in flight.read("operator.log"), "the second line of the operator")
+        for number in (signal.SIGHUP, signal.SIGINT):
+            os.killpg(flight.process.pid, number)
+        flight.wait()
+        assert flight.code == 0, flight.transcript()
+        assert _last_states(flight)[16] == 0
+    finally:
+        flight.abandon()
+    flying.assert_clean(flight)
 
 
 def test_following_ends_with_an_interrupt(mission):

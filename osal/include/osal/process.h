@@ -32,6 +32,7 @@ typedef struct {
     int processor;
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Continues when its parent ends, in a session of its own.
+    bool ignores_terminal;   ///< Starts with SIGINT and SIGHUP ignored: they are for its parent.
 } osal_process_start_t;
 
 #define OSAL_SIGNAL_KILL 9 ///< Value of osal_process_result_t.code: SIGKILL.
@@ -89,7 +90,8 @@ unsigned osal_process_stop_count(void);
 /// stop signals are not caught), and the function that makes it unreadable again.
 int osal_process_stop_descriptor(void);
 void osal_process_take_stop(void);
-/// This process ignores SIGINT and SIGPIPE from now on: the parent handles Ctrl-C.
+/// This process ignores SIGINT, SIGHUP and SIGPIPE from now on: the parent handles Ctrl-C and the end of the
+/// terminal, which the terminal reports to the whole process group.
 void osal_process_ignore_interrupt(void);
 
 #endif // OSAL_PROCESS_H

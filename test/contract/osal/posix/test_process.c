@@ -142,7 +142,16 @@ static int ignore_interrupt(void)
     (void)puts("ready");
     (void)fflush(stdout);
     (void)raise(SIGINT);
+    (void)raise(SIGHUP);
     (void)raise(SIGPIPE);
+    return 7;
+}
+
+/// A program that handles no signals itself, such as an interpreter.
+static int hang_up(void)
+{
+    (void)raise(SIGINT);
+    (void)raise(SIGHUP);
     return 7;
 }
 
@@ -150,6 +159,9 @@ static int play(const char* role, const char* argument)
 {
     if (strcmp(role, "exit") == 0) {
         return atoi(argument);
+    }
+    if (strcmp(role, "hang_up") == 0) {
+        return hang_up();
     }
     if (strcmp(role, "hold") == 0) {
         return hold_on();
@@ -237,6 +249,17 @@ static void running_child_and_its_two_ways_to_end(void)
         TEST_ASSERT_TRUE(result.was_signalled);
         TEST_ASSERT_EQUAL((by_force != 0) ? SIGKILL : SIGTERM, result.code);
     }
+}
+
+static void signals_of_the_terminal_are_ignored_from_the_start(void)
+{
+    const osal_process_start_t start = {.ignores_terminal = true, .processor = -1};
+    osal_process_t process           = start_role("hang_up", NULL, &start);
+    TEST_ASSERT_EQUAL(7, result_of(&process).code);
+    process                            = start_role("hang_up", NULL, &plain);
+    const osal_process_result_t result = result_of(&process);
+    TEST_ASSERT_TRUE(result.was_signalled);
+    TEST_ASSERT_EQUAL(SIGINT, result.code);
 }
 
 static void a_program_that_cannot_be_started_is_reported(void)
@@ -551,6 +574,7 @@ int main(int count, char** arguments)
     UNITY_BEGIN();
     RUN_TEST(exit_code_is_reported_once);
     RUN_TEST(running_child_and_its_two_ways_to_end);
+    RUN_TEST(signals_of_the_terminal_are_ignored_from_the_start);
     RUN_TEST(a_program_that_cannot_be_started_is_reported);
     RUN_TEST(child_keeps_only_the_named_descriptors);
     RUN_TEST(memory_limit_holds_for_the_child_only);
