@@ -31,12 +31,13 @@ generated: $(GENERATED)
 
 # This file changes when the flags or the compiler change. Every object depends on it, so all are built again.
 $B/flags: force
-	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS)' | cmp -s - $@ || echo '$(CC) $(CPPFLAGS) $(CFLAGS)' >$@
+	@mkdir -p $(@D) && echo '$(CC) $(CPPFLAGS) $(CFLAGS) $(TEST_FLAGS)' | cmp -s - $@ || \
+	    echo '$(CC) $(CPPFLAGS) $(CFLAGS) $(TEST_FLAGS)' >$@
 force:
 
 $B/obj/%.o: %.c $B/flags | build/setup/build
 	@mkdir -p $(@D)
 	$(if $(V),,@echo "  $(CC) $(VARIANT:%=% )$<")
-	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c $< -o $@
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) $(if $(filter $(TEST_OBJECTS),$@),$(TEST_FLAGS)) -MMD -MP -c $< -o $@
 
 -include $(patsubst %.o,%.d,$(call objects,$(SOURCES)))

@@ -63,8 +63,8 @@ $(call test_name,$1): $(call objects,$1 $(call fixtures,$1)) $(call caught,$1) \
     $(call layer_libraries,$(call mirrored,$1)) $(SUPPORT_A) $(BOARD_SYSTEM) $(FOREIGN_A)
 	@mkdir -p $$(@D)
 	$(if $(V),,@echo "  link $$@")
-	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(call large,$1) $(call wraps_of,$1) $(counted) -o $$@ $$(filter %.o,$$^) \
-	    $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) $(TEST_LINKER) $(call large,$1) $(call wraps_of,$1) $(counted) -o $$@ \
+	    $$(filter %.o,$$^) $$(call group,$$^) -Wl,--as-needed $(TEST_EXTERNALS)
 endef
 $(foreach t,$(TESTS),$(eval $(call test_rule,$t)))
 
@@ -98,9 +98,9 @@ tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
 # Tests of conversions between numbers and octets, which also run for a big-endian processor. They use Unity, because
 # cmocka is not available for that processor, and they need neither several tasks (the emulator has no locks with
-# priority inheritance) nor wall-clock time.
-REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% %/test_remote_endian_wire.c test/unit/base/% \
-                 $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
+# priority inheritance) nor wall-clock time. Those of the packet services run with LONG=1.
+REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/$(if $(LONG),,core/)% test/unit/fsw/canopen/% test/unit/base/% \
+                 %/test_remote_endian_wire.c $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
                  $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
 REMOTE_ENDIAN_TESTS := $(if $(REMOTE_ENDIAN_TESTS),$(shell grep -L cmocka.h $(REMOTE_ENDIAN_TESTS)))
 remote-endian-tests: $(REMOTE_ENDIAN_PROGRAMS) $(foreach t,$(REMOTE_ENDIAN_TESTS),$(call test_name,$t))
@@ -116,9 +116,10 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
     $(foreach f,control dataflow descriptor journal message parameter rtlink subsystem,test/unit/fsw/framework/$f/%) \
     $(foreach s,actuators arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
     $(filter-out test/unit/pus/tool/% %_endurance.c %/test_long_lists.c %/test_link_torture.c,$(TESTS)))
-# Portable tests that take long on the board, or that link libraries that only they need there, run only with LONG=1
-# (`make check-full`).
-LONG_BOARD_TESTS := $(filter test/unit/fsw/programs/% test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
+# Portable tests that take long on the board, that link libraries that only they need there, or of packet services, run
+# there only with LONG=1 (`make check-full`).
+LONG_BOARD_TESTS := $(filter test/unit/pus/st% test/unit/pus/private/% test/unit/fsw/programs/% \
+    test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
     %_torture.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
     $(foreach t,ring epochs lives overload,%/test_message_$t.c) \
     $(foreach t,power damage,%/test_journal_$t.c) $(LARGE_TESTS),$(PORTABLE_TESTS))
