@@ -9,7 +9,7 @@ import cantools
 import pytest
 
 import place as places
-import reports
+import short_flights
 from hirosco_gse import dictionary, logs, packet_log
 from hirosco_gse import run as runs
 from recordings import assert_database_knows_all, assert_wireshark_names_all, frames, of_interface
@@ -32,8 +32,8 @@ def group(place):
 def shared_memory_flights(tmp_path_factory):
     """Dictionary: name -> folder of the same flight on shared memory, on this machine."""
     folder = tmp_path_factory.mktemp("buses")
-    return {"vcan": fly_here(folder / "vcan", "rokviss", reports.write_scenario(folder)),
-            "controllers": fly_here(folder / "controllers", "classic", "classic")}
+    return {"vcan": fly_here(folder / "vcan", "rokviss", short_flights.write_scenario(folder, "reports")),
+            "controllers": fly_here(folder / "controllers", "classic", short_flights.write_scenario(folder, "classic"))}
 
 
 def fly_here(folder, mission, scenario):
@@ -59,7 +59,7 @@ def test_logs_are_those_of_shared_memory(group, shared_memory_flights, name):
         assert (group.result.folder / name / log).read_bytes() == (shared_memory_flights[name] / log).read_bytes(), log
 
 
-@pytest.mark.parametrize("bus, least", [("robot", 10000), ("robot-b", 10), ("joystick", 10000)])
+@pytest.mark.parametrize("bus, least", [("robot", 5000), ("robot-b", 10), ("joystick", 5000)])
 def test_candump_recorded_the_same_frames(group, shared_memory_flights, bus, least):
     """The unused channel B carries the frames that devices send after they are switched on."""
     group.check("vcan_flight_is_seen_by_candump")
@@ -69,12 +69,12 @@ def test_candump_recorded_the_same_frames(group, shared_memory_flights, bus, lea
     assert recorded == expected
 
 
-@pytest.mark.parametrize("bus", reports.REPORTS)
+@pytest.mark.parametrize("bus", short_flights.REPORTS)
 def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
     """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: the flight software reacts as on shared memory."""
     group.check("vcan_flight_is_seen_by_candump")
     seen = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
-    assert reports.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
+    assert short_flights.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
 
 
 def test_a_flood_leaves_no_drive_in_operation(group):

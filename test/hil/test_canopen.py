@@ -18,6 +18,9 @@ SLAVES = "test/hil/guest/canopen_slaves.py"
 # Each deviation of a slave flies on shared memory in every run (test/conformance/test_drive_deviations.py), and over SocketCAN with
 # LONG=1.
 QUICK_SLAVES = ("good_devices_are_commissioned_and_flown", "another_type_of_device", "the_flight_ends_well")
+# Each case of the master runs over the port of the simulator in every run, and over SocketCAN with LONG=1.
+QUICK_MASTER = ("scan_finds_the_nodes_of_each_bus", "emergency_of_a_drive_whose_master_falls_silent",
+                "joint_moves_in_cyclic_synchronous_position", "simulator_and_recorder_end_well")
 SENTINEL = 0x7FF
 LIMIT_S = 3000
 
@@ -40,10 +43,13 @@ def test_master_over_the_port(over_port, case):
 def both_programs(request, place):
     """Results of both programs that run on vcan-robot and vcan-joystick, one after the other: starting a
     machine is slow."""
-    asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_flight_commissions_")}
-    names = " ".join(case for case in cases(SLAVES) if case in {*asked, *QUICK_SLAVES})
-    return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {PYTHON} {SLAVES} {names}; "
-                     f"OUT=$OUT/master CANOPEN_INTERFACES=vcan- {PYTHON} {MASTER}", LIMIT_S)
+    def asked(program, test, quick):
+        params = {item.callspec.params["case"] for item in request.session.items if item.name.startswith(test)}
+        return f"{PYTHON} {program} " + " ".join(case for case in cases(program) if case in {*params, *quick})
+
+    slaves, master = asked(SLAVES, "test_flight_commissions_", QUICK_SLAVES), asked(MASTER, "test_master_over_socketcan", QUICK_MASTER)
+    return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {slaves}; "
+                     f"OUT=$OUT/master CANOPEN_INTERFACES=vcan- {master}", LIMIT_S)
 
 
 def part(result, name):
@@ -57,7 +63,12 @@ def over_socketcan(both_programs):
     return part(both_programs, "master")
 
 
-@pytest.mark.parametrize("case", cases(MASTER))
+def long_but(quick, program):
+    """The cases of a program, those that are not quick with the mark `long`."""
+    return [case if case in quick else pytest.param(case, marks=pytest.mark.long) for case in cases(program)]
+
+
+@pytest.mark.parametrize("case", long_but(QUICK_MASTER, MASTER))
 def test_master_over_socketcan(over_socketcan, case):
     over_socketcan.check(case)
 
@@ -113,7 +124,6 @@ def commissioned(both_programs):
     return part(both_programs, "slaves")
 
 
-@pytest.mark.parametrize("case", [case if case in QUICK_SLAVES else pytest.param(case, marks=pytest.mark.long)
-                                  for case in cases(SLAVES)])
+@pytest.mark.parametrize("case", long_but(QUICK_SLAVES, SLAVES))
 def test_flight_commissions_slaves_over_socketcan(commissioned, case):
     commissioned.check(case)

@@ -292,6 +292,7 @@ class Terminal:
         return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
 
 
+@pytest.mark.long
 def test_shell_on_a_terminal(tmp_path):
     terminal = Terminal("--out", tmp_path)
     before = termios.tcgetattr(terminal.master)
@@ -321,13 +322,15 @@ def test_shell_on_a_terminal(tmp_path):
     assert not mentioning(tmp_path)
 
 
-# --- the place, its buses, its controllers -----------------------------------------------------------------------------
+# --- the place, its buses, its controllers: in every run, the flights of test_buses.py use them --------------------------
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", places.cases(BUSES))
 def test_bus(place, case):
     place.group("buses", f"{places.PYTHON} {BUSES}").check(case)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", places.cases(CONTROLLERS))
 def test_controller(place, case):
     place.group("controllers", f"{places.PYTHON} {CONTROLLERS}", cans=2).check(case)

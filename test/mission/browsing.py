@@ -22,6 +22,8 @@ WATCH_SHIFTS = """() => {
     window.takeShifts = () => { note({ getEntries: () => window.shiftsSeen.takeRecords() }); return window.shifts; };
 }"""
 SHIFTS = "window.takeShifts()"
+# The processors compute the pictures of the scene, beside the flight: three in a second are enough for a test.
+FEW_PICTURES = "() => { const pictures = window.station?.scene?.pictures; if (pictures) pictures.pace.wait = () => 333; }"
 
 
 class Address(str):
@@ -59,6 +61,7 @@ def opened(browser, address, ready, **options):
     page.on("console", lambda line: line.type == "error" and page.faults.append(line.text))
     page.goto(address)
     until(page, ready)
+    page.evaluate(FEW_PICTURES)
     return page
 
 

@@ -196,7 +196,7 @@ def test_a_figure_out_of_its_bound_fails_the_run(folder):
     source, count = re.subn(r'("tracking_error": )\(.*?\)', r'\1("<", 0.0)', path.read_text(encoding="utf-8"), count=1)
     assert count == 1
     path.write_text(source, encoding="utf-8")
-    flight = flying.fly(folder / "out", "--scenario", "telepresence", root=root, report="yes")
+    flight = flying.fly(folder / "out", "--scenario", "telepresence", "--form", "image", root=root, report="yes")
     assert flight.code == 1
     assert "figures missing or out of their bounds" in flight.output, flight.transcript()
     assert f"figure tracking_error < 0: {flight.facts['tracking_error']:.4g}" in flight.output.splitlines()

@@ -119,7 +119,8 @@ def _die(folder, scenario, name, step, form="processes"):
     return flight
 
 
-@pytest.mark.parametrize("name", PROCESSES)
+@pytest.mark.parametrize("name", [name if name in ("simulator", "supervisor", "manipulator") else
+                                  pytest.param(name, marks=pytest.mark.long) for name in PROCESSES])
 def test_a_run_whose_process_is_killed_fails_and_names_the_process(folder, scenario, name):
     """The process is killed after a step of the operator that its name determines."""
     flight = _die(folder, scenario, name, random.Random(name).randint(3, len(STEPS) - 3))

@@ -53,7 +53,9 @@ def _fly(root, scenario, form="image"):
 
 
 @pytest.mark.parametrize(("joints", "form"), [
-    pytest.param(("JOINT1", "JOINT2"), "processes", id="both"), pytest.param(("JOINT2",), "image", id="one", marks=pytest.mark.long)])
+    pytest.param(("JOINT1", "JOINT2"), "image", id="both"),
+    pytest.param(("JOINT1", "JOINT2"), "processes", id="both-in-processes", marks=pytest.mark.long),
+    pytest.param(("JOINT2",), "image", id="one", marks=pytest.mark.long)])
 def test_drives_of_another_maker_fly_the_mission(root, joints, form):
     """All figures have their bounds; the frames on the bus have the other layout."""
     _swap_in_world(root, joints)

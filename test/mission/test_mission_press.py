@@ -97,7 +97,7 @@ def test_a_random_press_is_quiet(folder, world, seed):
         assert found["press_hold_motion_rad"] <= 2e-4
 
 
-MASSES = [((masses, seed) if seed == 1 and masses[0] == masses[1] else pytest.param(masses, seed, marks=pytest.mark.long))
+MASSES = [((masses, seed) if (masses, seed) == ((1.05, 1.05), 1) else pytest.param(masses, seed, marks=pytest.mark.long))
           for masses in [(1.05, 1.05), (0.95, 0.95), (1.05, 0.95), (0.95, 1.05)] for seed in range(1, 6)]
 
 

@@ -3,6 +3,7 @@
 run reports them."""
 
 import contextlib
+import signal
 import socket
 import struct
 import threading
@@ -12,6 +13,7 @@ import pytest
 from spacepackets.ecss import PusTc, PusTm, check_pus_crc
 
 OPTIONS = ("--scenario", "telepresence", "--form", "processes")
+UNTIL_ENDED = ("--scenario", "none", "--duration", "100000", "--form", "processes")
 OTHER_USER = 2
 SUPERVISOR = 1
 
@@ -37,6 +39,13 @@ def _packets(stream):
             buffer = buffer[size:]
 
 
+def _end(flight):
+    """End a flight as Ctrl-C does."""
+    flight.process.send_signal(signal.SIGINT)
+    flight.wait()
+    assert flight.code == 0, flight.transcript()
+
+
 @pytest.fixture(scope="module")
 def quiet(shared_flights):
     """The same flight without a third-party client."""
@@ -46,10 +55,9 @@ def quiet(shared_flights):
 def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
     """TC[17,1] gets its reports on the connection that has sent it; the run succeeds and reports that it is
     not reproducible."""
-    flight = flying.start(folder, *OPTIONS)
+    flight = flying.start(folder, *UNTIL_ENDED)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
-    flying.wait_until(lambda: flight.steps() >= 3, "step 3")
     stream.sendall(_ping(16))
     answers = []
     for raw in _packets(stream):
@@ -62,8 +70,7 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
             break
     assert answers == [(1, 1), (1, 3), (17, 2), (1, 7)]
     stream.close()
-    flight.wait()
-    assert flight.code == 0, flight.transcript()
+    _end(flight)
     assert flight.facts["reproducible"] is False
     asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", OTHER_USER)]
     assert len(asked) == 1, "the telecommand is not in the packet log exactly once"
@@ -116,12 +123,11 @@ def test_invalid_octets_are_ignored(folder, rubbish):
 
 def test_request_with_a_wrong_crc_is_refused(folder):
     """The supervisor sends TM[1,2] with the id of the request to the sender of the request."""
-    flight = flying.start(folder, *OPTIONS)
+    flight = flying.start(folder, *UNTIL_ENDED)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
     request = bytearray(_ping(16))
     request[-1] ^= 0xFF
-    flying.wait_until(lambda: flight.steps() >= 3, "step 3")
     stream.sendall(bytes(request))
     found = None
     for raw in _packets(stream):
@@ -132,8 +138,7 @@ def test_request_with_a_wrong_crc_is_refused(folder):
     assert int.from_bytes(found[:2], "big") & 0x7FF == SUPERVISOR
     assert found[21:25] == bytes(request[:4])
     stream.close()
-    flight.wait()
-    assert flight.code == 0, flight.transcript()
+    _end(flight)
 
 
 def test_more_clients_than_places(folder):

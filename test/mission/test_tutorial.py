@@ -270,6 +270,7 @@ def snapshot(place):
     return {path: path.stat().st_mtime_ns for folder in folders for path in pathlib.Path(place, folder).rglob("*")}
 
 
+@pytest.mark.long
 def test_long_and_short_names_fly_in_the_house_format(pupil):
     """Subsystems with names of 2 and of 24 characters: formatted, compiled without a warning, flown in both
     forms."""

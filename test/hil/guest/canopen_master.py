@@ -3,7 +3,8 @@
 
 CANOPEN_INTERFACES=vcan-: this program creates the interfaces vcan-robot and vcan-joystick, the simulator
 publishes its buses there, and all frames pass through them; candump records vcan-robot into $OUT. Without the
-variable the frames pass through the simulator's own port, which works on any kernel."""
+variable the frames pass through the simulator's own port, which works on any kernel. The arguments select cases; without
+arguments all run."""
 
 import contextlib
 import os
@@ -314,4 +315,4 @@ def case_simulator_and_recorder_end_well():
 if __name__ == "__main__":
     sys.setswitchinterval(0.0005)  # The default of 5 ms delays each switch between the threads.
     WORLD = World()
-    cases.run(globals())
+    cases.run({name: what for name, what in globals().items() if not sys.argv[1:] or name.removeprefix("case_") in sys.argv[1:]})

@@ -16,7 +16,7 @@ import time
 
 import buses
 import cases
-import reports
+import short_flights
 
 OUT = pathlib.Path(os.environ["OUT"])
 BIN = pathlib.Path("build/bin")
@@ -220,7 +220,7 @@ def case_vcan_flight_is_seen_by_candump():
     pathlib.Path("/sys/class/net/fsw-robot/queues/rx-0/rps_cpus").write_text("2")
     dump = WORK / "candump.log"
     with recorder(dump, "vcan-robot"):
-        flown("vcan", "--bus", "vcan", "--scenario", reports.write_scenario(WORK))
+        flown("vcan", "--bus", "vcan", "--scenario", short_flights.write_scenario(WORK, "reports"))
     lines = dump.read_text().splitlines()
     assert not [line for line in lines if "DROPCOUNT" in line]
     with open(OUT / "vcan" / "candump.log", "w") as file:
@@ -295,7 +295,7 @@ def case_emulated_controllers_carry_the_classic_mission():
     for name in ("can0", "can1"):
         ip("link", "set", name, "up", "type", "can", "bitrate", "1000000")
     flown("controllers", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--sim-interface", "robot=can1",
-          "--interface", "robot-b=spare", "--sim-interface", "robot-b=spare", "--scenario", "classic")
+          "--interface", "robot-b=spare", "--sim-interface", "robot-b=spare", "--scenario", short_flights.write_scenario(WORK, "classic"))
     summary = facts("controllers")
     assert summary["bus_frames_lost"] == 0 and summary["bus_frames_external"] == 0, summary
 
