@@ -184,6 +184,7 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
         .media        = {medium_of(store, 0U, waits), medium_of(store, 1U, waits)},
         .limit        = RECORD_STORE_LIMIT,
         .slack        = RECORD_STORE_SLACK,
+        .moves        = RECORD_STORE_MOVES,
         .slots        = slots,
         .capacity     = capacity,
         .keep         = keep_media,

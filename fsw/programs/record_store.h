@@ -20,10 +20,11 @@
 #include "fsw/framework/journal/journal.h"
 #include "osal/include/osal/file.h"
 
-// A build for a target with a small medium defines both.
+// A build for a target with a small medium defines all three.
 #ifndef RECORD_STORE_LIMIT
 #define RECORD_STORE_LIMIT (64U * 1024U * 1024U) ///< Largest size of each file [octets].
 #define RECORD_STORE_SLACK (1024U * 1024U) ///< A commit compacts if dead octets exceed live ones by this.
+#define RECORD_STORE_MOVES 0U              ///< A commit compacts at once; see journal_configuration_t.
 #endif
 #define RECORD_STORE_COPIES 4U ///< Number of copies of each damaged medium.
 

@@ -12,6 +12,8 @@
 // fsw/programs/record_store.h: the medium of the records has 64 KiB.
 #define RECORD_STORE_LIMIT 32768U
 #define RECORD_STORE_SLACK 4096U
+// docs/porting.md, "How long a commit blocks".
+#define RECORD_STORE_MOVES 4U
 
 #define SHM_STORE_OCTETS 393216U // osal/freertos/shm.c: room for the rings of all eight buses of a mission.
 #define COMPONENT_PLAY_OUTS_MAX                                                                              \

@@ -87,30 +87,6 @@ static bool has_room(const journal_t* const journal, const uint32_t used, const 
     return needed <= journal->configuration.limit;
 }
 
-/// Copy the live records to a medium; the field `moved` of each slot gets the new offset. STATUS_OK,
-/// STATUS_FULL, STATUS_IO.
-static status_t copy_live(journal_t* const journal, const medium_t* const medium, journal_place_t* const to)
-{
-    journal_place_t from = journal_first_place(journal->stats.generation);
-    while (from.offset < journal->tail.offset) {
-        journal_record_t record;
-        const uint32_t offset = from.offset;
-        if (journal_read_record(active_of(journal), &from, &record, journal->buffer) != STATUS_OK) {
-            return STATUS_IO;
-        }
-        journal_slot_t* const slot =
-            (record.kind == JOURNAL_PUT) ? find(journal, record.table, record.key) : NULL;
-        if ((slot != NULL) && (slot->offset == offset)) {
-            slot->moved           = to->offset;
-            const status_t status = journal_write_record(medium, to, &record, journal->buffer);
-            if (status != STATUS_OK) {
-                return status;
-            }
-        }
-    }
-    return STATUS_OK;
-}
-
 /// Empty a medium so that a power cut cannot bring its content back. One octet is kept: a size of 0 then
 /// means that the medium was never used, and such a medium needs no sync.
 static status_t empty_medium(const medium_t* const medium)
@@ -140,27 +116,89 @@ static void go_on(journal_t* const journal, const size_t index, const uint32_t g
     journal->stats.used       = tail->offset;
 }
 
+// ---- Compaction ----
+
+/// Begin to move the live records to the other medium. The present one must contain the last commit.
+/// STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t begin_move(journal_t* const journal)
+{
+    const uint32_t generation = journal->stats.generation + 1U;
+    journal->move.from        = journal_first_place(journal->stats.generation);
+    journal->move.to          = journal_first_place(generation);
+    journal->move.begin       = journal->tail.offset;
+    journal->is_other_long    = true;
+    const status_t status     = begin_generation(medium_of(journal, 1U - journal->active), generation);
+    journal->is_moving        = (status == STATUS_OK);
+    return status;
+}
+
+/// True if the record at `offset` must be moved: it is live, or it erases a record that may have been moved.
+/// If it is live, its slot gets the new offset.
+static bool is_needed(journal_t* const journal, const journal_record_t* const record, const uint32_t offset)
+{
+    if (record->kind != JOURNAL_PUT) {
+        return (record->kind == JOURNAL_ERASE) && (offset >= journal->move.begin);
+    }
+    journal_slot_t* const slot = find(journal, record->table, record->key);
+    const bool is_live         = (slot != NULL) && (slot->offset == offset);
+    if (is_live) {
+        slot->moved = journal->move.to.offset;
+    }
+    return is_live;
+}
+
+/// Move at most `most` records, and read at most JOURNAL_READS_PER_MOVE times as many. STATUS_OK;
+/// STATUS_FULL, STATUS_IO: the compaction must begin again.
+static status_t move(journal_t* const journal, const uint64_t most)
+{
+    const medium_t* const other = medium_of(journal, 1U - journal->active);
+    uint64_t reads              = most * JOURNAL_READS_PER_MOVE;
+    uint64_t moves              = most;
+    status_t status             = STATUS_OK;
+    while ((status == STATUS_OK) && (journal->move.from.offset < journal->tail.offset) && (reads > 0U) &&
+           (moves > 0U)) {
+        journal_record_t record;
+        const uint32_t offset = journal->move.from.offset;
+        // Each record up to the tail has been written: another status than STATUS_OK is an error.
+        status = (journal_read_record(active_of(journal), &journal->move.from, &record, journal->buffer) ==
+                  STATUS_OK)
+                     ? STATUS_OK
+                     : STATUS_IO;
+        reads--;
+        if ((status == STATUS_OK) && is_needed(journal, &record, offset)) {
+            status = journal_write_record(other, &journal->move.to, &record, journal->buffer);
+            moves--;
+        }
+    }
+    journal->is_moving = (status == STATUS_OK);
+    return status;
+}
+
+/// Continue on the other medium. All records are moved.
+static void end_move(journal_t* const journal)
+{
+    for (size_t i = 0U; i < journal->slot_count; i++) {
+        journal->configuration.slots[i].offset = journal->configuration.slots[i].moved;
+    }
+    go_on(journal, 1U - journal->active, journal->stats.generation + 1U, &journal->move.to);
+    journal->is_moving = false;
+    journal->stats.compactions++;
+}
+
 /// Continue with the live records on the other medium. The present one must contain the last commit.
 /// STATUS_OK; STATUS_FULL, STATUS_IO: nothing has changed.
 static status_t compact(journal_t* const journal)
 {
-    const size_t other           = 1U - journal->active;
-    const uint32_t generation    = journal->stats.generation + 1U;
-    const medium_t* const medium = medium_of(journal, other);
-    journal_place_t to           = journal_first_place(generation);
-    status_t status              = begin_generation(medium, generation);
+    // A compaction in progress begins again: it may have moved records that are dead now, so the other medium
+    // may lack the room.
+    status_t status = begin_move(journal);
     if (status == STATUS_OK) {
-        status = copy_live(journal, medium, &to);
+        status = move(journal, UINT32_MAX);
     }
-    if (status != STATUS_OK) {
-        return status;
+    if (status == STATUS_OK) {
+        end_move(journal);
     }
-    for (size_t i = 0U; i < journal->slot_count; i++) {
-        journal->configuration.slots[i].offset = journal->configuration.slots[i].moved;
-    }
-    go_on(journal, other, generation, &to);
-    journal->stats.compactions++;
-    return STATUS_OK;
+    return status;
 }
 
 /// Make room for a record. STATUS_OK, STATUS_FULL, STATUS_IO.
@@ -254,8 +292,23 @@ static status_t write_again(journal_t* const journal)
 /// journal is still valid.
 static void write_mark(journal_t* const journal)
 {
-    const journal_mark_t mark = {.generation = journal->stats.generation, .offset = journal->synced.offset};
-    const status_t status     = journal_write_mark(medium_of(journal, 1U - journal->active), &mark);
+    const medium_t* const other = medium_of(journal, 1U - journal->active);
+    const journal_mark_t mark   = {.generation = journal->stats.generation, .offset = journal->synced.offset};
+    status_t status             = STATUS_OK;
+    if (journal->is_moving) {
+        const journal_record_t record = {.kind = JOURNAL_MARK, .key = mark.offset};
+        status             = journal_write_record(other, &journal->move.to, &record, journal->buffer);
+        journal->is_moving = (status == STATUS_OK);
+    } else {
+        if (journal->is_other_long) {
+            // A file system that never overwrites would copy the whole log at each mark.
+            status                 = other->resize(other->context, JOURNAL_HEAD_SIZE);
+            journal->is_other_long = (status != STATUS_OK);
+        }
+        if (status == STATUS_OK) {
+            status = journal_write_mark(other, &mark);
+        }
+    }
     journal->stats.unmarked += (status == STATUS_OK) ? 0U : 1U;
 }
 
@@ -289,11 +342,39 @@ static bool is_wasteful(const journal_t* const journal)
     return journal->tail.offset > ((2U * live) + journal->configuration.slack);
 }
 
+/// Begin a compaction if the log is wasteful, or continue one. `changes` of the transaction just committed.
+/// STATUS_OK, STATUS_FULL, STATUS_IO.
+static status_t advance_compaction(journal_t* const journal, const uint32_t changes)
+{
+    const uint32_t moves = journal->configuration.moves;
+    const bool is_whole  = (moves == 0U);
+    status_t status      = STATUS_OK;
+    if (!journal->is_moving) {
+        if (!is_wasteful(journal)) {
+            return STATUS_OK;
+        }
+        status = begin_move(journal);
+        if ((status == STATUS_OK) && !is_whole) {
+            write_mark(journal); // The head has replaced the last one.
+            return STATUS_OK;
+        }
+    }
+    if (status == STATUS_OK) {
+        status = move(journal, is_whole ? UINT32_MAX : ((uint64_t)moves * changes));
+    }
+    if ((status == STATUS_OK) && (journal->move.from.offset == journal->tail.offset)) {
+        end_move(journal);
+        status = close_transaction(journal);
+    }
+    return status;
+}
+
 status_t journal_commit(void* const context)
 {
     journal_t* const journal = context;
     FSW_ASSERT((journal != NULL) && !journal->is_replaying);
-    if ((journal->changes == 0U) && !journal->is_provisional) {
+    const uint32_t changes = journal->changes;
+    if ((changes == 0U) && !journal->is_provisional) {
         return STATUS_OK;
     }
     if (close_transaction(journal) != STATUS_OK) {
@@ -301,8 +382,7 @@ status_t journal_commit(void* const context)
     }
     journal->stats.commits++;
     // The commit stays valid even if the compaction fails.
-    if (is_wasteful(journal) &&
-        ((compact(journal) != STATUS_OK) || (close_transaction(journal) != STATUS_OK))) {
+    if (advance_compaction(journal, changes) != STATUS_OK) {
         journal->stats.failed++;
     }
     return STATUS_OK;
@@ -329,7 +409,8 @@ static status_t build_index(journal_t* const journal)
         } else if ((record.kind == JOURNAL_ERASE) && (slot != NULL)) {
             note_erased(journal, slot);
         } else {
-            // A commit needs no action: all records up to the tail are committed.
+            // A mark is about the generation before. A commit needs no action: all records up to the tail are
+            // committed.
         }
     }
     return STATUS_OK;
@@ -417,6 +498,7 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
     }
     go_on(journal, valid, surveys[valid].generation, &surveys[valid].end);
     journal->is_provisional = false;
+    journal->is_other_long  = (surveys[1U - valid].size > JOURNAL_HEAD_SIZE);
     journal->synced         = surveys[valid].end;
     status_t status         = build_index(journal);
     if (status == STATUS_OK) {

@@ -8,8 +8,8 @@
 ///
 /// Ownership  The journal borrows media and slots; they outlive it. One owner per pair of media.
 /// Context    One loop.
-/// Time       Put, erase O(record); commit: one sync, sometimes a compaction; open, replay O(octets on
-///            the medium).
+/// Time       Put, erase O(record), sometimes a compaction; commit: one sync, sometimes a compaction or a
+///            part of it (`moves`); open, replay O(octets on the medium).
 ///
 ///     static journal_slot_t slots[JOURNAL_SLOTS(16384U)];
 ///     status_t status = journal_open(&journal, &(journal_configuration_t){ ... });
@@ -34,11 +34,12 @@
 /// head.
 #define JOURNAL_RECORD_SIZE(size) (20U + (size))
 #define JOURNAL_HEAD_SIZE 16U
+#define JOURNAL_READS_PER_MOVE 4U ///< Most records that a compaction reads for one that it moves.
 
 typedef struct { // One per slot, placed by the owner. Private.
     uint32_t key;
     uint32_t offset; // Offset of the record on the valid medium.
-    uint32_t moved;  // During compaction: offset of the record on the other medium.
+    uint32_t moved;  // During a compaction: offset of the record on the other medium.
     uint16_t size;   // Size of the record's octets.
     uint8_t table;
     bool is_taken;
@@ -49,6 +50,10 @@ typedef struct {
     uint32_t limit;    ///< Largest size of each medium [octets].
     /// A commit compacts if the dead octets exceed the live ones by more than this [octets].
     uint32_t slack;
+    /// 0: a commit compacts at once. Otherwise a compaction is spread over commits: each one moves at most
+    /// this number of live records for each put or erasure that it commits, and reads at most
+    /// JOURNAL_READS_PER_MOVE times as many.
+    uint32_t moves;
     journal_slot_t* slots; ///< JOURNAL_SLOTS(capacity).
     size_t capacity;       ///< Largest number of records, at least 1.
     /// Called by journal_open when the media are damaged, before it changes them; returns true if a copy was
@@ -77,10 +82,17 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
     bool is_provisional;    // The generation on that medium has no commit yet.
     bool is_tail_unclean;   // The medium may contain octets after `tail`.
     bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
+    bool is_moving;         // A compaction is in progress.
+    bool is_other_long;     // The other medium may contain more than a mark.
     bool is_replaying;      // The callback of journal_replay is using the buffer.
     uint32_t changes;       // Changes since the last valid commit.
     journal_place_t tail;   // Place of the next record.
     journal_place_t synced; // Place after the last valid commit.
+    struct {
+        journal_place_t from; // Place of the next record to read on the active medium.
+        journal_place_t to;   // Place of the next record to write on the other medium.
+        uint32_t begin;       // Tail when the compaction began.
+    } move;
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
     journal_damage_t damage; ///< Damage found when the journal was opened. Read-only.
     struct {
@@ -89,7 +101,7 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
         uint32_t live;        ///< Octets of live records.
         uint32_t used;        ///< Octets in use on that medium.
         uint32_t commits;     ///< Valid commits that changed something.
-        uint32_t compactions; ///< Generations begun.
+        uint32_t compactions; ///< Compactions completed.
         uint32_t full;        ///< Puts refused because there was no room.
         uint32_t unknown;     ///< Erasures of records that do not exist.
         uint32_t failed;      ///< Calls that failed because of an error of a medium.

@@ -29,6 +29,11 @@ status_t journal_survey(const medium_t* const medium, journal_survey_t* const ou
             out_survey->has_commit = true;
             out_survey->end        = out_survey->stop;
         }
+        if ((status == STATUS_OK) && (record.kind == JOURNAL_MARK)) {
+            out_survey->has_mark = true;
+            out_survey->mark =
+                (journal_mark_t){.generation = out_survey->generation - 1U, .offset = record.key};
+        }
     }
     return ((status == STATUS_OK) || (status == STATUS_EMPTY)) ? STATUS_OK : STATUS_IO;
 }
@@ -45,9 +50,10 @@ static status_t find_orphans(const medium_t* const medium, const journal_survey_
         status = journal_find_record(medium, survey->size, &place, &record, buffer);
         if (status == STATUS_OK) {
             const bool is_commit          = (record.kind == JOURNAL_COMMIT);
+            const bool is_change          = !is_commit && (record.kind != JOURNAL_MARK);
             out_orphans->was_acknowledged = out_orphans->was_acknowledged || out_orphans->has_commit;
             out_orphans->has_commit       = out_orphans->has_commit || is_commit;
-            out_orphans->records += is_commit ? 0U : 1U;
+            out_orphans->records += is_change ? 1U : 0U;
         }
     }
     return (status == STATUS_EMPTY) ? STATUS_OK : status;
@@ -83,11 +89,11 @@ status_t journal_assess(const medium_t media[2], const journal_survey_t surveys[
     }
     journal_damage_t damage = {.is_damaged = is_cut(surveys, &valid)};
     for (size_t i = 0U; i < 2U; i++) {
-        // Do not examine a medium without mark that is not newer than the valid one: it contains the
+        // Do not examine a medium without log, or one that is not newer than the valid one: it contains the
         // generation that the valid one has replaced.
         const journal_survey_t* const survey = &surveys[i];
         const bool is_newer                  = survey->has_head && (survey->generation > valid.generation);
-        if (!survey->has_mark && (!valid.is_there || (i == last) || is_newer)) {
+        if ((survey->has_head || !survey->has_mark) && (!valid.is_there || (i == last) || is_newer)) {
             orphans_t orphans;
             if (find_orphans(&media[i], survey, &orphans, buffer) != STATUS_OK) {
                 return STATUS_IO;

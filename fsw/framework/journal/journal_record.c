@@ -127,8 +127,8 @@ static journal_record_t record_in(const uint8_t* const buffer)
 /// True if the fields are possible in the header of a record.
 static bool is_header(const journal_record_t* const record)
 {
-    const bool is_kind =
-        (record->kind == JOURNAL_PUT) || (record->kind == JOURNAL_ERASE) || (record->kind == JOURNAL_COMMIT);
+    const bool is_kind = (record->kind == JOURNAL_PUT) || (record->kind == JOURNAL_ERASE) ||
+                         (record->kind == JOURNAL_COMMIT) || (record->kind == JOURNAL_MARK);
     return is_kind && (record->size <= JOURNAL_RECORD_MAX);
 }
 

@@ -5,7 +5,9 @@
 ///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32
 ///     mark     "HJMK", generation u32, offset u32, CRC-32
 ///
-/// The mark is on the medium that is not written to, at the place of its head.
+/// The mark is on the medium that is not written to, at the place of its head. While a compaction is in
+/// progress, the head of the next generation is there, and records of the kind JOURNAL_MARK take the place of
+/// the mark. Their key is the offset; the generation is the one before that of the head.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
 
@@ -14,7 +16,8 @@
 enum {
     JOURNAL_PUT    = 0x50,
     JOURNAL_ERASE  = 0x45,
-    JOURNAL_COMMIT = 0x43
+    JOURNAL_COMMIT = 0x43,
+    JOURNAL_MARK   = 0x4D
 };
 
 #define JOURNAL_OCTETS_AT 16U ///< Offset of a record's octets.

@@ -86,7 +86,7 @@ static void prove_any_content(void)
     if (status == STATUS_OK) {
         const uint8_t* const octets = &disk[before.offset];
         PROVE((record.kind == JOURNAL_PUT) || (record.kind == JOURNAL_ERASE) ||
-                  (record.kind == JOURNAL_COMMIT),
+                  (record.kind == JOURNAL_COMMIT) || (record.kind == JOURNAL_MARK),
               "the kind exists");
         PROVE(octets_u32_at(&octets[4]) == before.sequence, "a record is the next in sequence");
         PROVE(octets_u32_at(&octets[12]) == before.chain, "a record has the chain of the record before it");

@@ -28,6 +28,8 @@ static size_t whole_size;
 static uint8_t found[KEPT_OCTETS];
 static size_t found_size;
 static unsigned kept_calls;
+static uint32_t moves;      // Of the configuration.
+static bool was_compacting; // The written journal has a compaction in progress.
 static uint32_t random_state = 1U;
 static unsigned long tried;
 static unsigned long damage_reports;
@@ -55,6 +57,7 @@ static void open_journal(void)
     const journal_configuration_t configuration = {.media        = {recorded_medium(0U), recorded_medium(1U)},
                                                    .limit        = 1500U,
                                                    .slack        = 200U,
+                                                   .moves        = moves,
                                                    .slots        = slots,
                                                    .capacity     = CAPACITY,
                                                    .keep         = keep,
@@ -117,6 +120,7 @@ static void write_journal(const unsigned commits)
         }
         commit();
     }
+    was_compacting = journal.is_moving;
     remember();
 }
 
@@ -196,6 +200,7 @@ void setUp(void)
     random_state   = 1U;
     tried          = 0U;
     damage_reports = 0U;
+    moves          = 0U;
 }
 
 void tearDown(void)
@@ -219,12 +224,32 @@ static void damage_at_any_octet_is_reported_or_harmless(void)
     UNITY_PRINT_EOL();
 }
 
+/// While records are moved, the other medium must still tell where the last commit ends.
+static void a_cut_during_a_compaction_is_reported(void)
+{
+    unsigned cuts = 0U;
+    moves         = 1U;
+    for (unsigned commits = 1U; cuts < 3U; commits++) { // The first one has just begun the compaction.
+        TEST_ASSERT_TRUE(commits < 100U);
+        write_journal(commits);
+        if (was_compacting) {
+            recorded_copy(work, original);
+            work[0].size -= JOURNAL_RECORD_SIZE(0U); // The last commit.
+            judge("last commit", work[0].size);
+            TEST_ASSERT_TRUE(journal.damage.is_damaged);
+            cuts++;
+        }
+    }
+    damage_everywhere();
+}
+
 /// Any two damaged places of one medium, in journals of different lengths; very many of them with LONG=1.
 static void several_damaged_octets_are_reported_or_harmless(void)
 {
     const unsigned count = (getenv("LONG") != NULL) ? RANDOM_LONG : RANDOM_SHORT;
     for (unsigned i = 0U; i < count; i++) {
         if ((i % 500U) == 0U) {
+            moves = i % 3U;
             write_journal(1U + random_below(40U));
         }
         const size_t medium = random_below(2U);
@@ -264,6 +289,7 @@ static void lost_transactions_are_counted(void)
         put(key, 1U, 10U);
         commit();
     }
+    was_compacting = journal.is_moving;
     remember();
     const size_t step = JOURNAL_RECORD_SIZE(10U) + JOURNAL_RECORD_SIZE(0U);
     recorded_copy(work, original);
@@ -407,6 +433,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(records_on_the_medium_have_consecutive_numbers);
     RUN_TEST(damage_at_any_octet_is_reported_or_harmless);
+    RUN_TEST(a_cut_during_a_compaction_is_reported);
     RUN_TEST(several_damaged_octets_are_reported_or_harmless);
     RUN_TEST(lost_transactions_are_counted);
     RUN_TEST(the_last_record_behind_the_damage_is_counted);

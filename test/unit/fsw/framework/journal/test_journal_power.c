@@ -36,6 +36,7 @@ static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
 static state_t states[COMMITS_MAX]; // States after each commit of this life; the last commit is in progress.
 static size_t state_count;
 static state_t replayed;
+static uint32_t moves; // Of the configuration.
 static bool is_content_right;
 static bool is_power_cut; // A power cut is the only change of the media.
 static uint32_t random_state = 1U;
@@ -64,6 +65,7 @@ static void open_journal(void)
     const journal_configuration_t configuration = {.media    = {recorded_medium(0U), recorded_medium(1U)},
                                                    .limit    = LIMIT,
                                                    .slack    = 60U,
+                                                   .moves    = moves,
                                                    .slots    = slots,
                                                    .capacity = CAPACITY};
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &configuration));
@@ -290,6 +292,7 @@ void setUp(void)
 {
     random_state = 1U;
     cuts         = 0U;
+    moves        = 0U;
     is_power_cut = false;
     memset(images, 0, sizeof images);
 }
@@ -308,6 +311,7 @@ static void every_power_cut_leaves_complete_transactions(void)
     memset(chosen, 0, sizeof chosen);
     for (unsigned i = 0U; i < LIVES; i++) {
         recorded_clear(chosen);
+        moves = i % 3U; // A commit compacts at once, or moves one or two records for each change.
         replay();
         discarded += (unsigned long)journal.stats.discarded;
         states[0]   = replayed;

@@ -10,8 +10,9 @@
 
 #define AREA 32768U
 #define SLACK 4096U
+#define MOVES 4U // As the programs: osal/freertos/capacities.h.
 #define CAPACITY 64U
-#define KEYS 8U
+#define KEYS 6U
 #define RECORD 1000U
 #define TRANSACTIONS 32U
 #define TABLE 9U
@@ -162,6 +163,7 @@ static status_t open_journal(void)
     const journal_configuration_t configuration = {.media    = {medium_of(0U), medium_of(1U)},
                                                    .limit    = AREA,
                                                    .slack    = SLACK,
+                                                   .moves    = MOVES,
                                                    .slots    = slots,
                                                    .capacity = CAPACITY};
     return journal_open(&journal, &configuration);
@@ -271,6 +273,59 @@ static void the_script_fits_the_medium_and_compacts(void)
     expect_whole_transaction();
 }
 
+/// A service commits in a step of the main loop: a compaction must not make one commit much longer.
+static void a_commit_writes_a_bounded_number_of_times(void)
+{
+    unsigned most = 0U;
+    run_script();
+    const uint32_t compactions = journal.stats.compactions;
+    for (unsigned transaction = 0U; transaction < (2U * TRANSACTIONS); transaction++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, change(transaction));
+        const unsigned before = writes;
+        TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+        most = ((writes - before) > most) ? (writes - before) : most;
+        // A file system that never overwrites copies the octets after a mark each time it is written.
+        TEST_ASSERT_TRUE(journal.is_moving || (areas[1U - journal.active].size == JOURNAL_HEAD_SIZE));
+    }
+    TEST_ASSERT_TRUE(journal.stats.compactions >= (compactions + 3U));
+    // Commit and mark; the moved records, and commit and mark of the new generation.
+    TEST_ASSERT_TRUE(most <= (2U + MOVES + 2U));
+}
+
+static void put_and_commit(const uint32_t key)
+{
+    fill(key, 1U);
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_put(&journal, TABLE, key, record, RECORD));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+}
+
+static void a_record_erased_after_it_was_moved_stays_erased(void)
+{
+    run_script();
+    for (uint32_t i = 0U; (i < KEYS) || journal.is_moving; i++) { // Record 0 is the oldest one.
+        put_and_commit((i < KEYS) ? i : 1U);
+    }
+    const uint32_t compactions = journal.stats.compactions;
+    for (unsigned i = 0U; !journal.is_moving || (journal.move.to.offset < RECORD);
+         i++) { // It is moved first.
+        TEST_ASSERT_TRUE(i < TRANSACTIONS);
+        put_and_commit(1U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(compactions, journal.stats.compactions);
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_erase(&journal, TABLE, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
+    while (journal.stats.compactions == compactions) {
+        put_and_commit(1U);
+    }
+    (void)memset(found, 0, sizeof found);
+    is_content_right = true;
+    TEST_ASSERT_EQUAL(STATUS_OK, open_journal());
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_replay(&journal, take, NULL));
+    TEST_ASSERT_TRUE(is_content_right);
+    TEST_ASSERT_EQUAL_UINT(0U, found[0]);
+    TEST_ASSERT_EQUAL_UINT(1U, found[1]);
+}
+
 static void a_power_cut_at_any_write_leaves_a_whole_transaction(void)
 {
     unsigned cuts = 0U;
@@ -313,6 +368,8 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_script_fits_the_medium_and_compacts);
+    RUN_TEST(a_commit_writes_a_bounded_number_of_times);
+    RUN_TEST(a_record_erased_after_it_was_moved_stays_erased);
     RUN_TEST(a_power_cut_at_any_write_leaves_a_whole_transaction);
     RUN_TEST(a_full_medium_refuses_puts_and_keeps_its_records);
     return UNITY_END();
