@@ -298,7 +298,7 @@ static bool serve(proxy_t* const self)
 {
     octet_writer_t writer = remote_endian_begin(&self->wire, REMOTE_ENDIAN_RUN);
     remote_endian_write_run(&writer, self->run, self->component,
-                            (self->board != NULL) ? TARGET_EEPROM_FOLDER : self->run->storage);
+                            (self->board != NULL) ? TARGET_EEPROM_DIRECTORY : self->run->storage);
     status_t status = remote_endian_send(&self->wire, &writer);
     while (status == STATUS_OK) {
         remote_endian_done_t done;

@@ -41,7 +41,7 @@ typedef struct {
 extern const file_system_t host_files;
 /// stored_files.c: the files on the EEPROM of the board. Their paths begin with STORED_FILES.
 extern const file_system_t stored_files;
-#define STORED_FILES TARGET_EEPROM_FOLDER "/"
+#define STORED_FILES TARGET_EEPROM_DIRECTORY "/"
 /// Forget what is known of the EEPROM, as after a reset; no file is open. For tests.
 void stored_files_restart(void);
 

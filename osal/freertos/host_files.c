@@ -77,15 +77,15 @@ static status_t force(const char* const path, const bool is_of_names)
 
 static status_t sync_names(const char* const path)
 {
-    char folder[FILE_SYSTEM_PATH_OCTETS] = {'.', '\0'};
+    char directory[FILE_SYSTEM_PATH_OCTETS] = {'.', '\0'};
     FSW_ASSERT(strlen(path) < FILE_SYSTEM_PATH_OCTETS);
     const char* const last = strrchr(path, '/');
     if (last != NULL) {
         const size_t length = (last == path) ? 1U : (size_t)(last - path);
-        (void)memcpy(folder, path, length);
-        folder[length] = '\0';
+        (void)memcpy(directory, path, length);
+        directory[length] = '\0';
     }
-    const int handle = semihosting_open(folder, SEMIHOSTING_READ);
+    const int handle = semihosting_open(directory, SEMIHOSTING_READ);
     if (handle >= 0) {
         semihosting_close(handle);
     }

@@ -13,8 +13,8 @@
 #include <task.h>
 
 #define BLOCK EEPROM_PAGE
-#define GRAIN 16U   ///< Octets that the file system reads and writes at least.
-#define BLOCKS 511U ///< The last page of the EEPROM is not a block of the file system: it has the mark.
+#define GRAIN 16U   ///< Smallest read and write of the file system [octets].
+#define BLOCKS 511U ///< The last page of the EEPROM is not a block of the file system: it contains the mark.
 #define MARK_ADDRESS (BLOCKS * BLOCK)
 #define LOOKAHEAD 64U ///< One bit for each block.
 #define NAME_OCTETS 64U
@@ -125,7 +125,7 @@ static int format_blank(void)
 /// releases it with leave(), whatever the status.
 static status_t enter(void)
 {
-    taskENTER_CRITICAL();
+    taskENTER_CRITICAL(); // Two tasks may find that the mutex does not exist yet.
     if (!has_mutex) {
         has_mutex = (osal_mutex_create(&mutex, false) == STATUS_OK);
     }
@@ -159,7 +159,7 @@ static stored_t* find(const char* const name)
     return NULL;
 }
 
-/// Close the file of that name for all who have it open: it loses its name.
+/// Close the file of that name for all its users: it was removed, renamed or replaced.
 static void forget(const char* const name)
 {
     stored_t* const one = find(name);
@@ -177,8 +177,8 @@ static int open_stored(stored_t* const one, const int flags)
     return result;
 }
 
-/// After an error of a write, littlefs refuses the file until it is opened again; it then has the content of
-/// before this write.
+/// After an error of a write, littlefs refuses the file until it is opened again; it then has the content
+/// that it had before this write.
 static status_t settle(stored_t* const one, const int result)
 {
     const int synced = (result < 0) ? result : lfs_file_sync(&store, &one->file);
@@ -300,7 +300,7 @@ static status_t sync_file(const unsigned file)
     return leave(enter_file(file));
 }
 
-/// Each file is named on the EEPROM when it is opened. There are no folders.
+/// Each file is named on the EEPROM when it is opened. There are no directories.
 static status_t sync_names(const char* const path)
 {
     const status_t status = enter();

@@ -31,8 +31,8 @@ status_t wire_datagram_receive(uint32_t number, osal_address_t* out_from, uint8_
 /// Wait until a datagram of the socket has arrived. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED.
 status_t wire_datagram_wait(uint32_t number, uint32_t timeout_ms);
 
-/// Have the serving process force a file, or the names in its folder, to its disk. STATUS_OK, STATUS_IO (it
-/// is not on the disk, or the path is too long), STATUS_CLOSED.
+/// Have the serving process force a file, or the names in its directory, to its disk. STATUS_OK, STATUS_IO
+/// (it is not on the disk, or the path is too long), STATUS_CLOSED.
 status_t wire_sync(const char* path, bool is_of_names);
 
 #endif // OSAL_FREERTOS_WIRE_H

@@ -42,18 +42,18 @@ status_t osal_file_append(osal_file_t* const file, const char* const path)
 status_t osal_file_sync_names(const char* const path)
 {
     FSW_ASSERT(path != NULL);
-    char folder[PATH_MAX]   = {'.', '\0'};
-    const char* const slash = strrchr(path, '/');
+    char directory[PATH_MAX] = {'.', '\0'};
+    const char* const slash  = strrchr(path, '/');
     if (slash != NULL) {
         const size_t length = (slash == path) ? 1U : (size_t)(slash - path);
-        if (length >= sizeof folder) {
+        if (length >= sizeof directory) {
             return STATUS_IO;
         }
-        (void)memcpy(folder, path, length);
-        folder[length] = '\0';
+        (void)memcpy(directory, path, length);
+        directory[length] = '\0';
     }
     osal_file_t file;
-    status_t status = open_file(&file, folder, O_RDONLY | O_DIRECTORY);
+    status_t status = open_file(&file, directory, O_RDONLY | O_DIRECTORY);
     if (status == STATUS_OK) {
         status = osal_file_sync(&file);
         osal_file_close(&file);
@@ -271,8 +271,8 @@ void osal_file_close(osal_file_t* const file)
     file->descriptor = -1;
 }
 
-/// Make one folder, unless it exists.
-static status_t make_folder(const char* const path)
+/// Make one directory, unless it exists.
+static status_t make_directory(const char* const path)
 {
     struct stat about;
     if (mkdir(path, 0755) == 0) {
@@ -297,7 +297,7 @@ status_t osal_directory_create(const char* const path)
         const bool is_end_of_part = (path[i] == '\0') || ((path[i] == '/') && (i > 0U));
         if (is_end_of_part) {
             part[i]               = '\0';
-            const status_t status = make_folder(part);
+            const status_t status = make_directory(part);
             if (status != STATUS_OK) {
                 return status;
             }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Statuses for errors of the system on files and folders. Only for osal/posix.
+/// Statuses for errors of the system on files and directories. Only for osal/posix.
 #ifndef OSAL_POSIX_FILE_STATUS_H
 #define OSAL_POSIX_FILE_STATUS_H
 

@@ -144,19 +144,19 @@ status_t osal_shm_each(const char* const prefix, void (*visit)(void* context, co
                        void* const context)
 {
     FSW_ASSERT((prefix != NULL) && (prefix[0] == '/') && (visit != NULL));
-    DIR* const folder = opendir("/dev/shm"); // Linux shows the objects of shm_open here.
-    if (folder == NULL) {
+    DIR* const directory = opendir("/dev/shm"); // Linux shows the objects of shm_open here.
+    if (directory == NULL) {
         return STATUS_UNSUPPORTED;
     }
-    const struct dirent* entry = readdir(folder);
+    const struct dirent* entry = readdir(directory);
     while (entry != NULL) {
         char name[NAME_MAX + 2] = "/";
         (void)memcpy(&name[1], entry->d_name, strlen(entry->d_name) + 1U);
         if (strncmp(name, prefix, strlen(prefix)) == 0) {
             visit(context, name);
         }
-        entry = readdir(folder);
+        entry = readdir(directory);
     }
-    (void)closedir(folder);
+    (void)closedir(directory);
     return STATUS_OK;
 }

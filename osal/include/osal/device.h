@@ -36,7 +36,7 @@ typedef struct { // Private; descriptor < 0 when closed.
 
 /// Open an existing device or file; writing to a file appends. STATUS_OK, STATUS_NOT_FOUND (also: a FIFO that
 /// is opened for writing and has no reader), STATUS_BUSY (another program uses the device), STATUS_DENIED,
-/// STATUS_EXHAUSTED (no descriptor left), STATUS_INVALID (a folder), STATUS_IO.
+/// STATUS_EXHAUSTED (no descriptor left), STATUS_INVALID (a directory), STATUS_IO.
 MUST_USE status_t osal_device_open(osal_device_t* device, const char* path,
                                    osal_device_direction_t direction);
 /// Write as much as the device takes now. STATUS_OK with *out_sent >= 1, STATUS_FULL (it takes nothing now,

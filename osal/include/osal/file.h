@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files: sequential reading, appending, random access, folders. This layer has no buffers; if the system
+/// Files: sequential reading, appending, random access, directories. This layer has no buffers; if the system
 /// writes only a part, the functions write the rest.
 #ifndef OSAL_FILE_H
 #define OSAL_FILE_H
@@ -16,7 +16,7 @@ typedef struct { // Private; the descriptor is -1 when closed.
 
 /// Open for reading. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_open_read(osal_file_t* file, const char* path);
-/// Make or empty a file for writing (mode 0644). STATUS_OK, STATUS_NOT_FOUND (folder), STATUS_DENIED,
+/// Make or empty a file for writing (mode 0644). STATUS_OK, STATUS_NOT_FOUND (directory), STATUS_DENIED,
 /// STATUS_IO.
 MUST_USE status_t osal_file_create(osal_file_t* file, const char* path);
 /// Open for appending; a missing file is made. Same statuses as osal_file_create.
@@ -33,7 +33,7 @@ MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity
 MUST_USE status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size);
 /// Open for reading and writing at any offset; a missing file is made. Same statuses as osal_file_create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
-/// Force the names of all files in the folder of `path` to the disk: a file made before this call exists
+/// Force the names of all files in the directory of `path` to the disk: a file made before this call exists
 /// after a power cut, but may be empty. STATUS_OK, STATUS_IO, STATUS_UNSUPPORTED (the system cannot force
 /// it).
 MUST_USE status_t osal_file_sync_names(const char* path);
@@ -64,12 +64,12 @@ void osal_file_close(osal_file_t* file);
 /// Returns the descriptor number, for osal_process_start_t.descriptors; -1: closed. A lock ends when each
 /// process that has inherited the file has closed it.
 int osal_file_descriptor(const osal_file_t* file);
-/// Make a folder and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
+/// Make a directory and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_create(const char* path);
 /// Remove a file. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 status_t osal_file_remove(const char* path);
 /// Rename a file on the same disk, replacing a file of that name: at any moment the name refers to one of the
-/// two complete files. STATUS_OK (the change is on the disk), STATUS_NOT_FOUND (the file, or the folder of
+/// two complete files. STATUS_OK (the change is on the disk), STATUS_NOT_FOUND (the file, or the directory of
 /// the new name), STATUS_DENIED, STATUS_IO, STATUS_UNSUPPORTED (renamed, but the system cannot force it to
 /// the disk).
 MUST_USE status_t osal_file_rename(const char* path, const char* new_path);
@@ -77,7 +77,7 @@ MUST_USE status_t osal_file_rename(const char* path, const char* new_path);
 /// Make `path` a symbolic link to `target`, replacing an existing link. STATUS_OK, STATUS_EXISTS (not a
 /// link), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_link(const char* target, const char* path);
-/// True if there is a file or folder of that name.
+/// True if there is a file or directory of that name.
 bool osal_file_exists(const char* path);
 
 #endif // OSAL_FILE_H

@@ -53,7 +53,7 @@ typedef struct {
 } osal_process_look_t;
 
 /// Start a child. `process` is for the calls below. STATUS_OK, STATUS_NOT_FOUND (no such executable, or
-/// folder of output_path), STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
+/// directory of output_path), STATUS_DENIED, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t osal_process_start(osal_process_t* process, const osal_process_start_t* start);
 /// Octets of memory that an executable needs when it is loaded, without its shared libraries. STATUS_OK,
 /// STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID (no executable of this machine), STATUS_IO.

@@ -6,6 +6,6 @@
 
 #define TARGET_EEPROM_OCTETS 131072U
 /// Paths that begin with this name and a slash are files on the EEPROM.
-#define TARGET_EEPROM_FOLDER "/eeprom"
+#define TARGET_EEPROM_DIRECTORY "/eeprom"
 
 #endif // OSAL_TARGET_EEPROM_H

@@ -18,7 +18,7 @@
 #define TARGET_WIRE_SENDER 0xFFFFFFFFU
 
 #define TARGET_WIRE_SYNC_CONTENT 0U ///< Sync the content of the file.
-#define TARGET_WIRE_SYNC_NAMES 1U   ///< Sync the names of all files in its folder.
+#define TARGET_WIRE_SYNC_NAMES 1U   ///< Sync the names of all files in its directory.
 #define TARGET_WIRE_PATH_MAX 511U   ///< Longest path [octets].
 
 typedef enum {

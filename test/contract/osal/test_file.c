@@ -4,25 +4,26 @@
 
 #include "osal/include/osal/directory.h"
 #include "osal/include/osal/process.h"
-#include "test/support/folder.h"
+#include "test/support/directory.h"
 #include "unity.h"
 
 #include <stdio.h>
 #include <string.h>
 
-static char folder[64];
-static bool has_folders;
+static char directory[64];
+static bool has_directories;
 static char path[96];
-static char nowhere[96]; // A path in a folder that does not exist.
+static char nowhere[96]; // A path in a directory that does not exist.
 
 void setUp(void)
 {
-    (void)snprintf(folder, sizeof folder, TEST_FOLDER "/osal-file-contract-%d", (int)osal_process_own_id());
-    const status_t status = osal_directory_create(folder);
-    has_folders           = (status != STATUS_UNSUPPORTED);
-    TEST_ASSERT_EQUAL(has_folders ? STATUS_OK : STATUS_UNSUPPORTED, status);
-    (void)snprintf(path, sizeof path, "%s%sfile", folder, has_folders ? "/" : "-");
-    (void)snprintf(nowhere, sizeof nowhere, "%s/no/such/file", folder);
+    (void)snprintf(directory, sizeof directory, TEST_FOLDER "/osal-file-contract-%d",
+                   (int)osal_process_own_id());
+    const status_t status = osal_directory_create(directory);
+    has_directories       = (status != STATUS_UNSUPPORTED);
+    TEST_ASSERT_EQUAL(has_directories ? STATUS_OK : STATUS_UNSUPPORTED, status);
+    (void)snprintf(path, sizeof path, "%s%sfile", directory, has_directories ? "/" : "-");
+    (void)snprintf(nowhere, sizeof nowhere, "%s/no/such/file", directory);
     (void)osal_file_remove(path);
 }
 
@@ -30,9 +31,9 @@ void tearDown(void)
 {
     osal_directory_t above;
     (void)osal_file_remove(path);
-    if (has_folders) {
+    if (has_directories) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&above, TEST_FOLDER));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&above, &folder[sizeof(TEST_FOLDER "/") - 1U]));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&above, &directory[sizeof(TEST_FOLDER "/") - 1U]));
         osal_directory_close(&above);
     }
 }
@@ -104,8 +105,8 @@ static void a_file_is_loaded_only_if_it_fits(void)
     put("", osal_file_create);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, 10U, &size));
     TEST_ASSERT_EQUAL(0U, size);
-    if (has_folders) {
-        TEST_ASSERT_EQUAL(STATUS_IO, osal_file_load(folder, content, 10U, &size));
+    if (has_directories) {
+        TEST_ASSERT_EQUAL(STATUS_IO, osal_file_load(directory, content, 10U, &size));
     }
 }
 
@@ -154,8 +155,8 @@ static void update_reads_and_writes_anywhere(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_size(&file, &size));
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_resize(&file, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_update(&file, nowhere));
-    if (has_folders) {
-        TEST_ASSERT_EQUAL(STATUS_IO, osal_file_update(&file, folder));
+    if (has_directories) {
+        TEST_ASSERT_EQUAL(STATUS_IO, osal_file_update(&file, directory));
     }
 }
 
@@ -195,7 +196,7 @@ static void a_lock_keeps_others_out_until_the_file_is_closed(void)
 static void rename_replaces_the_target(void)
 {
     char other[128];
-    (void)snprintf(other, sizeof other, "%s%sother", folder, has_folders ? "/" : "-");
+    (void)snprintf(other, sizeof other, "%s%sother", directory, has_directories ? "/" : "-");
     put("old", osal_file_create);
     expect_forced(osal_file_rename(path, other));
     TEST_ASSERT_FALSE(osal_file_exists(path));
@@ -204,8 +205,8 @@ static void rename_replaces_the_target(void)
     expect_forced(osal_file_rename(other, path));
     assert_content("old");
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_rename(path, nowhere));
-    if (has_folders) {
-        TEST_ASSERT_EQUAL(STATUS_IO, osal_file_rename(path, folder));
+    if (has_directories) {
+        TEST_ASSERT_EQUAL(STATUS_IO, osal_file_rename(path, directory));
     }
     assert_content("old");
 }
@@ -223,22 +224,22 @@ static void file_without_a_name_is_known(void)
     TEST_ASSERT_EQUAL_INT(-1, osal_file_descriptor(&file));
 }
 
-static void folders_are_made_with_their_parents(void)
+static void directories_are_made_with_their_parents(void)
 {
     char deep[128];
     osal_directory_t root;
-    if (!has_folders) {
-        TEST_IGNORE_MESSAGE("this port has no folders");
+    if (!has_directories) {
+        TEST_IGNORE_MESSAGE("this port has no directories");
     }
-    (void)snprintf(deep, sizeof deep, "%s/a/b//c/", folder);
+    (void)snprintf(deep, sizeof deep, "%s/a/b//c/", directory);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The folder exists.
-    (void)snprintf(deep, sizeof deep, "%s/a/b/c", folder);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The directory exists.
+    (void)snprintf(deep, sizeof deep, "%s/a/b/c", directory);
     TEST_ASSERT_TRUE(osal_file_exists(deep));
     put("x", osal_file_create);
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // A file has this name.
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, folder));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, directory));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&root, "a/b/c"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&root, "a/b"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&root, "a"));
@@ -275,7 +276,7 @@ int main(void)
     RUN_TEST(a_lock_keeps_others_out_until_the_file_is_closed);
     RUN_TEST(rename_replaces_the_target);
     RUN_TEST(file_without_a_name_is_known);
-    RUN_TEST(folders_are_made_with_their_parents);
+    RUN_TEST(directories_are_made_with_their_parents);
     RUN_TEST(reserved_room_is_part_of_the_file);
     return UNITY_END();
 }

@@ -16,7 +16,7 @@
 
 #include "unity.h"
 
-static char folder[] = "/tmp/osal-device-XXXXXX";
+static char directory[] = "/tmp/osal-device-XXXXXX";
 static char path[64];
 static osal_device_t reader;
 static osal_device_t writer;
@@ -34,7 +34,7 @@ void setUp(void)
 {
     reader = closed;
     writer = closed;
-    (void)snprintf(path, sizeof path, "%s/device", folder);
+    (void)snprintf(path, sizeof path, "%s/device", directory);
 }
 
 void tearDown(void)
@@ -148,8 +148,8 @@ static void opening_is_refused_for_a_reason(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_device_open(&reader, path, OSAL_DEVICE_READ));
     TEST_ASSERT_EQUAL(-1, reader.descriptor);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_device_open(&reader, folder, OSAL_DEVICE_READ));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_device_open(&reader, folder, OSAL_DEVICE_BOTH));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_device_open(&reader, directory, OSAL_DEVICE_READ));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_device_open(&reader, directory, OSAL_DEVICE_BOTH));
     TEST_ASSERT_EQUAL(0, close(open(path, O_CREAT | O_WRONLY, 0200)));
     if (geteuid() != 0U) {
         TEST_IGNORE_MESSAGE("only a privileged process can test the refusals of another user");
@@ -165,7 +165,7 @@ static void opening_is_refused_for_a_reason(void)
 
 int main(void)
 {
-    if (mkdtemp(folder) == NULL) {
+    if (mkdtemp(directory) == NULL) {
         return 1;
     }
     UNITY_BEGIN();
@@ -176,6 +176,6 @@ int main(void)
     RUN_TEST(a_device_that_takes_no_more_is_full);
     RUN_TEST(opening_is_refused_for_a_reason);
     const int failures = UNITY_END();
-    (void)rmdir(folder);
+    (void)rmdir(directory);
     return failures;
 }

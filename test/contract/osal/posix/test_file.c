@@ -17,20 +17,20 @@
 
 #include "unity.h"
 
-static char folder[64];
+static char directory[64];
 static char path[96];
 
 void setUp(void)
 {
-    (void)snprintf(folder, sizeof folder, "/tmp/osal-file-test-%d", (int)getpid());
-    (void)snprintf(path, sizeof path, "%s/file", folder);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(folder));
+    (void)snprintf(directory, sizeof directory, "/tmp/osal-file-test-%d", (int)getpid());
+    (void)snprintf(path, sizeof path, "%s/file", directory);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(directory));
 }
 
 void tearDown(void)
 {
     (void)unlink(path);
-    (void)rmdir(folder);
+    (void)rmdir(directory);
 }
 
 static void put(const char* text, status_t (*open_it)(osal_file_t* file, const char* path))
@@ -54,9 +54,9 @@ static void a_new_file_is_written_by_its_owner_only(void)
     TEST_ASSERT_EQUAL(0, about.st_mode & 0133);
 }
 
-static void a_name_without_a_folder_is_in_this_one(void)
+static void a_name_without_a_directory_is_in_the_working_directory(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names("file-of-this-folder"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_sync_names("file-of-this-directory"));
 }
 
 static void secrets_are_readable_by_their_owner_only(void)
@@ -127,14 +127,14 @@ static void short_and_interrupted_writes_are_completed(void)
     TEST_ASSERT_EQUAL(0, exit_status);
 }
 
-static void folders_are_made_with_their_parents(void)
+static void directories_are_made_with_their_parents(void)
 {
     char deep[128];
     char beneath_file[128];
     struct stat about;
-    (void)snprintf(deep, sizeof deep, "%s/a/b//c/", folder);
+    (void)snprintf(deep, sizeof deep, "%s/a/b//c/", directory);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The folder exists.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The directory exists.
     TEST_ASSERT_EQUAL(0, stat(deep, &about));
     TEST_ASSERT_TRUE(S_ISDIR(about.st_mode));
     put("x", osal_file_create);
@@ -144,7 +144,7 @@ static void folders_are_made_with_their_parents(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));
     for (int i = 0; i < 3; i++) {
         static const char* const parts[] = {"a/b/c", "a/b", "a"};
-        (void)snprintf(deep, sizeof deep, "%s/%s", folder, parts[i]);
+        (void)snprintf(deep, sizeof deep, "%s/%s", directory, parts[i]);
         TEST_ASSERT_EQUAL(0, rmdir(deep));
     }
 }
@@ -203,11 +203,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_new_file_is_written_by_its_owner_only);
-    RUN_TEST(a_name_without_a_folder_is_in_this_one);
+    RUN_TEST(a_name_without_a_directory_is_in_the_working_directory);
     RUN_TEST(secrets_are_readable_by_their_owner_only);
     RUN_TEST(full_disk_is_a_status);
     RUN_TEST(short_and_interrupted_writes_are_completed);
-    RUN_TEST(folders_are_made_with_their_parents);
+    RUN_TEST(directories_are_made_with_their_parents);
     RUN_TEST(reserved_room_can_be_written_to);
     RUN_TEST(no_privilege_is_denied);
     return UNITY_END();

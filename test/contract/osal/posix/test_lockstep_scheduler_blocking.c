@@ -41,7 +41,7 @@ static osal_task_t other_task;
 static uint64_t other_runs;
 static osal_mutex_t mutex;
 static osal_event_t event;
-static char folder[] = "/tmp/osal-blocking-XXXXXX";
+static char directory[] = "/tmp/osal-blocking-XXXXXX";
 static bool has_vcan;
 
 /// Returns a name unique to this process, which starts with `begin`.
@@ -171,7 +171,7 @@ static void use_file(void)
     char path[64];
     osal_file_t file;
     osal_file_t other;
-    (void)snprintf(path, sizeof path, "%s/file", folder);
+    (void)snprintf(path, sizeof path, "%s/file", directory);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&other, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_lock(&file));
@@ -186,7 +186,7 @@ static void use_file(void)
 static void use_directory(void)
 {
     osal_directory_t root;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, folder));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, directory));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, "file", 1000U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_write(&root, "file", 0U, (const uint8_t*)"x", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_sync(&root, "file"));
@@ -296,7 +296,7 @@ static void use_devices(void)
     osal_device_t ends[2];
     status_t status = STATUS_OK;
     size_t size     = 0U;
-    (void)snprintf(path, sizeof path, "%s/fifo", folder);
+    (void)snprintf(path, sizeof path, "%s/fifo", directory);
     TEST_ASSERT_EQUAL(0, mkfifo(path, 0600));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_device_open(&ends[1], path, OSAL_DEVICE_WRITE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_device_open(&ends[0], path, OSAL_DEVICE_READ));
@@ -380,7 +380,7 @@ static void every_wait_but_that_of_the_clock_keeps_the_grant(void)
 
 int main(void)
 {
-    if (mkdtemp(folder) == NULL) {
+    if (mkdtemp(directory) == NULL) {
         return 1;
     }
     const char* const probe = named("blp");
@@ -389,6 +389,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(every_wait_but_that_of_the_clock_keeps_the_grant);
     const int failures = UNITY_END();
-    (void)rmdir(folder);
+    (void)rmdir(directory);
     return failures;
 }

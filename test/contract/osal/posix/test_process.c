@@ -264,16 +264,16 @@ static void signals_of_the_terminal_are_ignored_from_the_start(void)
 
 static void a_program_that_cannot_be_started_is_reported(void)
 {
-    const char* const missing[] = {"/no/such/program", NULL};
-    const char* const folder[]  = {"/tmp", NULL};
-    osal_process_start_t start  = plain;
+    const char* const missing[]   = {"/no/such/program", NULL};
+    const char* const directory[] = {"/tmp", NULL};
+    osal_process_start_t start    = plain;
     osal_process_t process;
     osal_process_result_t result;
     start.arguments = missing;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_start(&process, &start));
     TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&process, &result));
     TEST_ASSERT_FALSE(osal_process_is_alive(&process));
-    start.arguments = folder;
+    start.arguments = directory;
     TEST_ASSERT_EQUAL(STATUS_DENIED, osal_process_start(&process, &start));
     const int bad[]          = {777};
     const char* const good[] = {SELF, "exit", "0", NULL};

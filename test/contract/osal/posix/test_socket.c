@@ -228,8 +228,6 @@ static void exhausted_descriptors_are_reported_as_a_status(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tcp_accept(&a, &c, &peer));
 }
 
-// ---- Local streams and inheritance ----
-
 static void a_connection_may_be_begun_without_waiting(void)
 {
     osal_socket_t begun;
@@ -250,6 +248,8 @@ static void a_connection_may_be_begun_without_waiting(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, status);
     TEST_ASSERT_FALSE(osal_socket_is_open(&begun));
 }
+
+// ---- Local streams and inheritance ----
 
 static void local_streams_have_names(void)
 {
@@ -280,14 +280,14 @@ static void local_streams_have_names(void)
     long_path[100]            = 'x';
     long_path[101]            = '\0';
     const char* const wrong[] = {long_path, ""};
-    for (unsigned i = 0U; i < 2U; i++) { // Then the socket is closed, whatever it still contained.
+    for (unsigned i = 0U; i < 2U; i++) { // After the error the socket is closed, whatever it contained.
         b = (osal_socket_t){.descriptor = 4711};
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_local_listen(&b, wrong[i]));
         TEST_ASSERT_EQUAL(-1, b.descriptor);
     }
 }
 
-static void adopted_sockets_are_as_good_as_opened_ones(void)
+static void adopted_sockets_do_not_block_and_close_on_exec(void)
 {
     uint8_t in[4];
     osal_address_t from;
@@ -357,7 +357,7 @@ int main(void)
     RUN_TEST(exhausted_descriptors_are_reported_as_a_status);
     RUN_TEST(a_connection_may_be_begun_without_waiting);
     RUN_TEST(local_streams_have_names);
-    RUN_TEST(adopted_sockets_are_as_good_as_opened_ones);
+    RUN_TEST(adopted_sockets_do_not_block_and_close_on_exec);
     RUN_TEST(every_socket_closes_on_exec);
     RUN_TEST(wait_times_out_though_signals_interrupt_it);
     return UNITY_END();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of the machine that runs the emulator, by semihosting, in the folder in which it was started. The
+// Files of the machine that runs the emulator, by semihosting, in the directory in which it was started. The
 // contract tests of files run on the EEPROM.
 #include "osal/freertos/file_system.h"
 #include "osal/include/osal/file.h"

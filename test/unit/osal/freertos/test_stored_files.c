@@ -191,8 +191,9 @@ static void what_the_store_cannot_do_is_refused(void)
     path[71] = '\0';
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path));
     osal_file_close(&file);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_file_create(&file, "/eeprom/folder/a")); // There are no folders.
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_rename(path, "./a"));                      // Another medium.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      osal_file_create(&file, "/eeprom/directory/a")); // There are no directories.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_rename(path, "./a"));       // Another medium.
     for (unsigned i = 0U; i < FILE_SYSTEM_FILES; i++) {
         (void)snprintf(path, sizeof path, "/eeprom/%u", i);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&files[i], path));

@@ -208,7 +208,7 @@ static void a_record_of_a_wrong_size_is_refused_and_reported(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(line, "kind 1, octets 16386"), line);
 }
 
-/// The answer of the serving process is the result of the sync, of a file or of the names in its folder.
+/// The answer of the serving process is the result of the sync, of a file or of the names in its directory.
 static void a_sync_has_the_result_of_the_serving_process(void)
 {
     static const uint8_t of_file[]  = {0U,  0U,  0U,  6U, TARGET_WIRE_SYNC, TARGET_WIRE_SYNC_CONTENT,

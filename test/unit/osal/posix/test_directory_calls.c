@@ -93,9 +93,9 @@ static void a_directory_that_does_not_open_is_reported_and_none_stays_open(void*
         expect_open(ROOT, ".", -errors[i].error);
         assert_int_equal(errors[i].status, osal_directory_describe(&root, "file", &about));
         expect_open(ROOT, ".", DESCRIPTOR);
-        expect_open(DESCRIPTOR, "folder", -errors[i].error);
+        expect_open(DESCRIPTOR, "directory", -errors[i].error);
         expect_function_call(__wrap_close);
-        assert_int_equal(errors[i].status, osal_directory_describe(&root, "folder/file", &about));
+        assert_int_equal(errors[i].status, osal_directory_describe(&root, "directory/file", &about));
     }
 }
 

@@ -258,7 +258,7 @@ static void a_failed_sync_is_reported(void** state)
     (void)state;
     will_return(__wrap_fsync, -EIO);
     assert_int_equal(STATUS_IO, osal_file_sync(&file));
-    // The port opens the folder that contains the name.
+    // The port opens the directory that contains the name.
     expect_value(__wrap_open, flags, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     will_return(__wrap_open, DESCRIPTOR);
     will_return(__wrap_fsync, -EIO);
