@@ -129,9 +129,9 @@ class _Parser:
         return made | ({"of": matched[3]} if matched[3] else {}) | ({"optional": True} if matched[4] else {})
 
     def choice(self, name, before):
-        """Cases up to the closing brace; the selector is the field right before."""
+        """Cases up to the closing brace; the selector is the preceding field."""
         if not before or before[-1].get("name") != name:
-            self.reader.wrong(name, "the name of the field right before")
+            self.reader.wrong(name, "the name of the preceding field")
         cases = {}
         while (line := self.reader.next()) != "}":
             matched = re.match(r"case (\d+) \{\Z", line or "")
@@ -262,7 +262,7 @@ def _choice(entry, known, registers):
 
 
 def formats_header(number, service, known):
-    """C header with the formats of a service's requests, or None if no request has one."""
+    """C header with the formats of a service's requests."""
     programs = []
     for message in service["messages"]:
         if message.direction == "TC" and not _needs_definitions(message.fields):
@@ -270,7 +270,7 @@ def formats_header(number, service, known):
             rows = "\n".join("    " + ", ".join(words[i : i + 4]) + "," for i in range(0, len(words), 4))
             name = f"PUS_REQUEST_FORMAT_{number}_{message.subtype}"
             programs.append(f"/// TC[{number},{message.subtype}] {message.name}.\nstatic const uint8_t {name}[] = {{\n{rows}\n}};\n")
-    guard = f"GENERATED_PUS_ST{number:02}_SHAPES_H"
+    guard = f"GENERATED_PUS_ST{number:02}_REQUEST_FORMATS_H"
     return (
         f"// SPDX-License-Identifier: Apache-2.0\n// Formats of the requests of ST[{number:02}] {service['name']}; made from pus/catalogue.\n"
         f"#ifndef {guard}\n#define {guard}\n\n#include \"pus/core/request_format.h\"\n\n" + "\n".join(programs) + f"\n#endif // {guard}\n"

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instructions of each step of the manipulator on the emulated board, and use of the stacks there; wall time and
-processor time of the scenario hil on the board and natively.
+"""Costs of the manipulator on the emulated board.
 
-The steps: longest, 99th percentile and median for each state and each transition, in instructions. They follow from
-program and scenario, not from the speed of the machine; repeated flights differ by up to 50 instructions. Baseline of
-the longest: the clock cycles of a period of 0.5 ms at 216 MHz. Stacks: the octets used, baseline those reserved; those
-of the tasks for the loops of services are from a run in real time (test/board/real_time.c). Wall time and processor
-time (of all programs): the least of two flights each, baseline the native one. Other load changes the processor time
-less than the wall time. Requests that keep a record on the EEPROM (test/board/commits.c): instructions, and the time
-that a real EEPROM needs.
+Steps: the longest, the 99th percentile and the median of each state and each transition, in instructions. They follow
+from program and scenario, and do not depend on the speed of the machine; repeated flights differ by up to 50
+instructions. The baseline of the longest is the number of clock cycles in a period of 0.5 ms at 216 MHz.
+Stacks: the octets used; the baseline is the octets reserved. The use by the tasks for the loops of services is from a
+run in real time (test/board/real_time.c).
+Wall time and processor time of all programs, in the scenario hil: the least of two flights on the board; the baseline
+is the least of two native flights. Other load changes the processor time less than the wall time.
+Requests that store a record on the EEPROM (test/board/commits.c): instructions, and the time that a real EEPROM
+needs.
 
 With UPDATE=1 the tables of docs/porting.md are written again."""
 
@@ -90,10 +91,10 @@ def main():
         commits = flight.commits(folder)
         native, target = seconds(folder, "--links", "udp"), seconds(folder, "--rtos", "MANIPULATOR", "--seed", "1")
     for row in rows:
-        place = row.name.replace(" ", "_")
-        print(f"BENCH target_{place}_longest {row.longest} instr {BUDGET}")
-        print(f"BENCH target_{place}_p99 {row.p99} instr -")
-        print(f"BENCH target_{place}_median {row.median} instr -")
+        name = row.name.replace(" ", "_")
+        print(f"BENCH target_{name}_longest {row.longest} instr {BUDGET}")
+        print(f"BENCH target_{name}_p99 {row.p99} instr -")
+        print(f"BENCH target_{name}_median {row.median} instr -")
     for one in commits:
         name = f"{'compaction' if one.is_compaction else 'commit'}_of_{one.size}_octets"
         print(f"BENCH target_{name} {one.instructions} instr -")

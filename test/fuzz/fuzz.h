@@ -50,7 +50,7 @@ typedef struct { // Private.
 
 fuzz_input_t fuzz_input(const uint8_t* data, size_t size);
 /// Read the next record. Returns false at the end, when the last copy is released. A record that is longer
-/// than the input is truncated.
+/// than the rest of the input is truncated.
 bool fuzz_next(fuzz_input_t* input, fuzz_record_t* out_record);
 
 /// Repairs the octets of one record in place.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The archive reads the parts of a packet log while they are written, so in pieces: spool records (even kind)
-// and lines (odd kind). The reader never stops at a complete record, and keeps an incomplete one.
+// The archive reads the parts of a packet log while they are written, therefore in pieces: spool records
+// (even kind) and lines (odd kind). It takes each complete record and keeps an incomplete one, so its buffer
+// always has room for the next piece.
 #define main packet_archive_main
 #include "launcher/packet_archive_sqlite_main.c"
 #undef main

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every fuzz target passes its kept inputs, among them each that once failed, in the build with sanitizers. `make fuzz` and
-`make check-full` try new inputs, with an engine that follows the coverage."""
+"""Every fuzz target passes its kept inputs in the build with sanitizers. They include each input on which a target has failed. `make fuzz`
+and `make check-full` try new inputs, with an engine that follows the coverage."""
 
 import pathlib
 import subprocess

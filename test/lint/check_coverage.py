@@ -31,7 +31,7 @@ class Exclusion:
         if len(fields) != 4 or not fields[2].isdigit() or not fields[3]:
             raise SystemExit(f"{EXCLUSIONS.relative_to(ROOT)}:{number}: expected path | source line | count | reason")
         self.number, self.path, self.text, self.count, self.reason = number, fields[0], fields[1], int(fields[2]), fields[3]
-        self.is_used, self.places = False, 0
+        self.is_used, self.matches = False, 0
 
 
 class Library:
@@ -80,7 +80,7 @@ def measure(report, sources, exclusions, names=()):
         rows = [row for row in exclusions if row.path == path]
         texts = sources(path)
         for row in rows:
-            row.places = sum(text.strip() == row.text for text in texts)
+            row.matches = sum(text.strip() == row.text for text in texts)
         for line in file["lines"]:
             number = line["line_number"]
             text = texts[number - 1].strip() if number <= len(texts) else ""
@@ -169,8 +169,8 @@ def main():
     failures = [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: matches no source line on which exactly "
                 f"{row.count} branches are never taken"
                 for row in exclusions if not row.is_used]
-    failures += [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: matches {row.places} source lines, expected one"
-                 for row in exclusions if row.places > 1]
+    failures += [f"{EXCLUSIONS.relative_to(ROOT)}:{row.number}: matches {row.matches} source lines, expected one"
+                 for row in exclusions if row.matches > 1]
     failures += compare(libraries, marks)
     print("\n".join(failures) if failures else "check: coverage is not below its marks")
     return 1 if failures else 0

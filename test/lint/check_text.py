@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the texts of the project: forbidden words, licence lines, lengths of files and functions."""
+"""Check the texts of the project: forbidden words and phrases, licence lines, lengths of files, functions and lines, form of
+contracts, banners and comments, and the dialect of C."""
 
 import ast
 import os
@@ -156,8 +157,8 @@ def breaches(path, words, phrases):
 
 
 def read_words():
-    """Two patterns from words.txt: of words that no line may contain, and of phrases that no comment may contain.
-    A rule for comments begins with the word "comment"."""
+    """Two patterns from words.txt: of words that no line may contain, and of phrases that no text for readers (`sentences`) may
+    contain. A rule for texts begins with the word "comment"."""
     rules = [rule for rule in (ROOT / "test/lint/words.txt").read_text().splitlines() if rule and not rule.startswith("#")]
     phrases = [rule.removeprefix("comment ") for rule in rules if rule.startswith("comment ")]
     words = [rule for rule in rules if not rule.startswith("comment ")]

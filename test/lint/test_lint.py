@@ -452,11 +452,11 @@ def test_an_exclusion_excludes_the_stated_branches_only(exclusions, figures, is_
 
 def test_an_exclusion_names_one_line():
     _, rows = measured(["pus/a.c | } | 1 | so", "pus/a.c | if (a) { | 1 | so"], (1, 3, [3, 0]))
-    assert [row.places for row in rows] == [1, 1]
+    assert [row.matches for row in rows] == [1, 1]
     twice = ["if (a) {", "}", "if (a) {"]
     rows = [check_coverage.Exclusion(1, "pus/a.c | if (a) { | 1 | so")]
     check_coverage.measure(coverage_report((1, 3, [3, 0])), lambda _: twice, rows)
-    assert rows[0].places == 2
+    assert rows[0].matches == 2
 
 
 def test_an_exclusion_needs_a_reason():

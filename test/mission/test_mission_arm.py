@@ -280,6 +280,8 @@ def test_joints_pass_via_points_without_a_stop(free_flyer):
 
 STRUCTURE, LIMITS = 24, 1  # Layout and number of a parameter.
 NODE = 0x52  # Drive of the second joint.
+
+
 def gantry(path):
     """URDF of a linear axis that carries an arm of three joints."""
     lines = ['<robot name="gantry"><link name="rail"/>']

@@ -135,8 +135,8 @@ def test_without_a_limit_one_is_derived_and_reported(folder):
 
 
 def _copy(folder, old, new):
-    """A copy of the descriptors with the first `old` replaced, in a folder that otherwise refers to the
-    project."""
+    """A copy of the descriptors with the first `old` replaced, in a folder with links to the other parts
+    of the project."""
     root = folder / "root"
     root.mkdir(parents=True)
     shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")

@@ -214,7 +214,7 @@ def test_a_client_that_does_not_read_loses_lines_and_gets_their_number(flight):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_folder, form):
-    """Also the telecommands of the page. The repetition has no station, so one that stands still or is killed changes nothing."""
+    """The recording contains the telecommands of the page, too. The repetition has no station, so one that stands still or is killed changes nothing."""
     recorded = flying.gse(flight, "record", flight.folder)
     assert recorded.returncode == 0, recorded
     path = session_folder / f"recorded-{form}.scn"

@@ -45,7 +45,7 @@ def test_lives_are_the_same_in_every_form_and_repeat(folder):
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("forms", SAME, ids=["shm", "udp"])
-def test_twenty_repeats_give_one_sum(folder, forms):
+def test_twenty_repeats_give_one_checksum(folder, forms):
     """Stops, kills, hangs and restarts, twenty times in each form: each log has the same checksum every time."""
     folder.mkdir()
     path, sums = lives.scenario(folder / "lives.scn"), set()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hours of simulated time with random traffic (soak.py): nothing grows, drifts or stalls. The checks detect
-each of these."""
+"""Hours of simulated time with random traffic (soak.py): no resource grows, no clock drifts and no
+report is missing. Further tests show that the checks of soak.py detect each of these."""
 
 import os
 
@@ -10,7 +10,7 @@ import soak
 
 HOURS = float(os.environ.get("SOAK_HOURS", "2"))
 SEED = int(os.environ.get("SOAK_SEED", "1"))
-ENTRY = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39, "sockets": 12}
+RESOURCES_OF_A_PROCESS = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39, "sockets": 12}
 
 
 def test_ten_minutes_of_random_traffic(folder):
@@ -37,7 +37,7 @@ def _samples(**grows):
     return [
         {
             "simulated_s": i,
-            "processes": {"image": {word: value + grows.get(word, 0) * i for word, value in ENTRY.items()}},
+            "processes": {"image": {word: value + grows.get(word, 0) * i for word, value in RESOURCES_OF_A_PROCESS.items()}},
             "names": 8 + grows.get("names", 0) * i,
         }
         for i in range(40)
@@ -61,14 +61,14 @@ def _tm(time_ns, count, message, data, destination=0):
     ) + bytes(8) + data + bytes(2)
 
 
-def _alive(second, count, late_ns=0):
+def _status_report(second, count, late_ns=0):
     """A status report TM[129,5]: OPERATIONAL."""
     return _tm(second * soak.NS_PER_S + late_ns, count, (129, 5), bytes((5, 0)))
 
 
 # TC[17,1] of user 1 to APID 1 with sequence count 7, and its TM[1,7].
-ASKED = (500_000, "TC", bytes((0x18, 1, 0xC0, 7, 0, 6, 0x2F, 17, 1, 0, 1, 0, 0)))
-DONE = _tm(1_000_000, 1, (1, 7), ASKED[2][:4], 1)
+REQUEST = (500_000, "TC", bytes((0x18, 1, 0xC0, 7, 0, 6, 0x2F, 17, 1, 0, 1, 0, 0)))
+COMPLETION = _tm(1_000_000, 1, (1, 7), REQUEST[2][:4], 1)
 
 
 def _judged(*records):
@@ -79,20 +79,20 @@ def _judged(*records):
 
 
 def test_correct_packets_violate_no_rule():
-    assert not _judged(_alive(0, 0), ASKED, DONE, *(_alive(second, second + 1) for second in range(1, 20)))
+    assert not _judged(_status_report(0, 0), REQUEST, COMPLETION, *(_status_report(second, second + 1) for second in range(1, 20)))
 
 
 @pytest.mark.parametrize(
     "records",
     [
-        [ASKED],
-        [ASKED, DONE, _tm(2_000_000, 2, (1, 8), ASKED[2][:4] + bytes(8), 1)],
-        [DONE],
-        [_alive(1, 1), _alive(2, 3)],
-        [_alive(1, 1), _alive(4, 2)],
-        [_alive(second, second, second * 50_000_000) for second in range(20)],
+        [REQUEST],
+        [REQUEST, COMPLETION, _tm(2_000_000, 2, (1, 8), REQUEST[2][:4] + bytes(8), 1)],
+        [COMPLETION],
+        [_status_report(1, 1), _status_report(2, 3)],
+        [_status_report(1, 1), _status_report(4, 2)],
+        [_status_report(second, second, second * 50_000_000) for second in range(20)],
     ],
-    ids=["open", "ended twice", "never asked", "a number is missing", "a report is missing", "drift"],
+    ids=["not completed", "completed twice", "without a request", "a sequence count is missing", "a report is missing", "drift"],
 )
 def test_wrong_packets_are_detected(records):
     assert len(_judged(*records)) >= 1

@@ -5,7 +5,8 @@ from .display import ID
 from .identity import PREFIX
 
 READ = {(3, 27), (3, 33), (130, 8), (131, 8)}  # One report of a structure, its state, real-time links, subsystems.
-CREATE, ENABLE = {(3, 1)}, {(3, 3), (3, 5), (3, 6)}  # The display structure is created, deleted, enabled and disabled.
+# The display structure is created; deleted, enabled or disabled. The id of the structure is the first field of TC[3,1], and the last of the others.
+CREATE, ENABLE = {(3, 1)}, {(3, 3), (3, 5), (3, 6)}
 
 
 def is_own(packet, dictionary):

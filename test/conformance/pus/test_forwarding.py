@@ -17,7 +17,7 @@ def _everything_forwarded(station):
     before = station.ask("SUPERVISOR", 14, 3)
     yield
     station.do("SUPERVISOR", 14, 13, n1=[])
-    # From here until the next request verification reports are not forwarded either.
+    # From here until the next request, verification reports are not forwarded, either.
     station.send("SUPERVISOR", 14, 2, n1=[])
     station.send("SUPERVISOR", 14, 1, n1=before["n1"])
     station.fence(1)

@@ -194,7 +194,7 @@ def test_a_request_is_released_at_its_time(station, kind):
     assert not _answers(station, since), "the schedule is disabled"
 
 
-def test_a_request_is_released_at_its_place(station, kind):
+def test_a_request_is_released_at_its_position(station, kind):
     if kind.service != 22:
         return  # The previous test covers times.
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id

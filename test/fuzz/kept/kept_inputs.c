@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/// A target without it starts with its first input.
+/// Weak: a target without this function starts with its first input.
 __attribute__((weak)) int LLVMFuzzerInitialize(int* argc, char*** argv);
 
 /// The mutators of the targets call this function of the engine. No mutator runs here.
