@@ -7,7 +7,7 @@
 
 /// Address space for everything except the program itself [KiB]: shared libraries, stacks, and the shared
 /// memories of a run.
-#define BESIDE_KIB 8192U
+#define OTHER_MAPPINGS_KIB 8192U
 /// Largest number of open descriptors: twice the sockets and memories of all links and the files of all
 /// stores.
 #define DESCRIPTORS 128U
@@ -24,7 +24,7 @@ static void begin_line(text_t* const text, const char* const mission_path,
 /// more.
 static uint32_t derived_kib(const uint64_t octets)
 {
-    const uint64_t needed_kib = (octets / 1024U) + BESIDE_KIB;
+    const uint64_t needed_kib = (octets / 1024U) + OTHER_MAPPINGS_KIB;
     return (uint32_t)(needed_kib + (needed_kib / 4U));
 }
 

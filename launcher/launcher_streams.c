@@ -2,7 +2,7 @@
 // Checks whether the stream devices of the mission can be reached from the on-board computers of a run.
 #include "launcher/launcher_internal.h"
 
-static const char says[] =
+static const char no_host_expected[] =
     "\" of <Endnode>: expected no host with --nodes 2, because the network of the two on-board computers "
     "leads to no device; fly with --nodes 1, or give the device another type of end node";
 
@@ -26,8 +26,9 @@ static bool are_reachable(launcher_t* const launcher)
         text_t text = text_in(line, sizeof line);
         text_add_unsigned(&text, endnode->line);
         if (type != NULL) {
-            return launcher_refuse(launcher, (const char* const[]){launcher->loader.path, ":", line,
-                                                                   ": type=\"", type, says, NULL});
+            return launcher_refuse(launcher,
+                                   (const char* const[]){launcher->loader.path, ":", line, ": type=\"", type,
+                                                         no_host_expected, NULL});
         }
     }
     return true;

@@ -17,10 +17,10 @@ void stream_devices_init(stream_devices_t* const devices, subsystem_t* const gen
     devices->resolver = resolver;
 }
 
-stream_device_t* stream_devices_at(stream_devices_t* const devices, const uint16_t place)
+stream_device_t* stream_devices_at(stream_devices_t* const devices, const uint16_t index)
 {
     FSW_ASSERT(devices != NULL);
-    return (place < devices->count) ? &devices->devices[place] : NULL;
+    return (index < devices->count) ? &devices->devices[index] : NULL;
 }
 
 // ---- Faults ----

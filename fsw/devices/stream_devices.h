@@ -5,8 +5,8 @@
 ///
 /// HARDWARE_INIT opens the devices of all configurations and waits for a record of each; PRE_OPERATIONAL
 /// starts those of the configuration; ERROR_OPERATIONAL secures all devices, then waits for each. Faults
-/// raise events, if the descriptor defines them: STREAM_REFUSED and STREAM_LOST (UINT8 place of the device,
-/// UINT8 stream_device_cause_t), STREAM_RETURNED (UINT8 place). In a subsystem without devices on CAN they
+/// raise events, if the descriptor defines them: STREAM_REFUSED and STREAM_LOST (UINT8 number of the device,
+/// UINT8 stream_device_cause_t), STREAM_RETURNED (UINT8 number). In a subsystem without devices on CAN they
 /// may be called DEVICE_REFUSED, DEVICE_LOST and DEVICE_RETURNED.
 ///
 /// The subsystem may have devices on CAN, too: fsw/equipment/equipment.h.
@@ -39,11 +39,11 @@ typedef struct { // Private, except count.
 typedef struct {
     const char* const* in;
     const char* const* out;
-    const char* says_in;  ///< Message about a device that lacks a field of `in`.
-    const char* says_out; ///< Message about a device that lacks a field of `out`.
-    uint16_t most;        ///< Devices of all configurations, at most STREAM_DEVICES_MAX.
+    const char* reason_in;  ///< Message about a device that lacks a field of `in`.
+    const char* reason_out; ///< Message about a device that lacks a field of `out`.
+    uint16_t most;          ///< Devices of all configurations, at most STREAM_DEVICES_MAX.
     /// Message about more devices than `most`.
-    const char* says_most;
+    const char* reason_most;
     bool permits_drives; ///< Devices on CAN are permitted, and are left to fsw/drives.
 } stream_devices_need_t;
 
@@ -56,7 +56,7 @@ bool stream_devices_fit(const subsystem_descriptor_t* descriptor, const stream_d
 void stream_devices_init(stream_devices_t* devices, subsystem_t* generic, const flow_resolver_t* resolver);
 /// Returns a device by its index among the stream devices of the descriptor; null if there is none, or if
 /// HARDWARE_INIT has not begun.
-stream_device_t* stream_devices_at(stream_devices_t* devices, uint16_t place);
+stream_device_t* stream_devices_at(stream_devices_t* devices, uint16_t index);
 
 status_t stream_devices_hardware_init(void* self);
 status_t stream_devices_configure(void* self, const descriptor_configuration_t* configuration);

@@ -6,9 +6,9 @@
 #include <stddef.h>
 #include <string.h>
 
-static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
+static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
-    *misfit = (subsystem_misfit_t){line, says, 0U};
+    *misfit = (subsystem_misfit_t){line, reason, 0U};
     return false;
 }
 
@@ -110,12 +110,12 @@ static bool fields_fit(const subsystem_descriptor_t* const descriptor,
 {
     for (const char* const* name = need->in; *name != NULL; name++) {
         if (!has_field(descriptor, device, false, *name)) {
-            return refuse(out_misfit, device->line, need->says_in);
+            return refuse(out_misfit, device->line, need->reason_in);
         }
     }
     for (const char* const* name = need->out; *name != NULL; name++) {
         if (!has_field(descriptor, device, true, *name)) {
-            return refuse(out_misfit, device->line, need->says_out);
+            return refuse(out_misfit, device->line, need->reason_out);
         }
     }
     if ((count_fields(descriptor, device, false) > STREAM_RECORD_FIELDS_MAX) ||
@@ -138,7 +138,7 @@ bool stream_devices_fit(const subsystem_descriptor_t* const descriptor,
         }
         count++;
         if (count > need->most) {
-            return refuse(out_misfit, device->line, need->says_most);
+            return refuse(out_misfit, device->line, need->reason_most);
         }
         if (!descriptor_is_stream(device)) {
             return refuse(out_misfit, device->line, "type of <Device>: expected \"stream\"");

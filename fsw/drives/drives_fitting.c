@@ -10,9 +10,9 @@
 
 #define OBJECT_MODE_OF_OPERATION 0x6060U
 
-static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
+static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
-    *misfit = (subsystem_misfit_t){line, says, 0U};
+    *misfit = (subsystem_misfit_t){line, reason, 0U};
     return false;
 }
 
@@ -113,7 +113,7 @@ static bool is_one_of(const int* const modes, const int mode)
 }
 
 /// Returns the message about a setting that canopen_device_profile_map has refused with `status`.
-static const char* says_of(const status_t status)
+static const char* reason_of(const status_t status)
 {
     if (status == STATUS_FORBIDDEN) {
         return "<Setting>: expected the order of CiA 301: disable the PDO (bit 31 of its COB-ID), number of "
@@ -141,7 +141,7 @@ static bool mapping_fits(const subsystem_descriptor_t* const descriptor,
         const status_t status =
             canopen_device_profile_map(&own, setting->index, setting->subindex, (uint32_t)setting->bits);
         if (status != STATUS_OK) {
-            return refuse(out_misfit, setting->line, says_of(status));
+            return refuse(out_misfit, setting->line, reason_of(status));
         }
     }
     return true;
@@ -228,7 +228,7 @@ static bool device_fits(const subsystem_descriptor_t* const descriptor,
     const bool is_module = need->takes_modules && (profile->axis_count == 0U);
     const bool is_drive  = (profile->profile == PROFILE_DRIVE) && (profile->axis_count == need->axes);
     if (!is_module && !is_drive) {
-        return refuse(out_misfit, device->line, need->says_type);
+        return refuse(out_misfit, device->line, need->reason_type);
     }
     if (device->setting_count > NETWORK_SETTINGS_MAX) {
         return refuse(out_misfit, device->line, "too many <Setting> of one <Device>, at most 32");
@@ -240,7 +240,7 @@ static bool device_fits(const subsystem_descriptor_t* const descriptor,
     const int mode     = drives_mode(descriptor, device);
     const bool is_same = need->takes_modules || (mode == first_mode);
     if (!is_module && (!is_one_of(need->modes, mode) || !is_same)) {
-        return refuse(out_misfit, device->line, need->says_mode);
+        return refuse(out_misfit, device->line, need->reason_mode);
     }
     return true;
 }
@@ -280,7 +280,7 @@ static bool configuration_fits(const subsystem_descriptor_t* const descriptor,
         }
     }
     const bool is_count = (need->count > 0U) ? (count == need->count) : (count > 0U);
-    return (fits && !is_count) ? refuse(out_misfit, configuration->line, need->says_count) : fits;
+    return (fits && !is_count) ? refuse(out_misfit, configuration->line, need->reason_count) : fits;
 }
 
 /// True if all nodes of all configurations, each counted once, can be brought up together.

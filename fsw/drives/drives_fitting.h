@@ -15,11 +15,11 @@ typedef struct {  // Required contents of every configuration.
     uint8_t axes; ///< Required number of axes of each device; its class must be one of CiA 402.
     /// Devices of classes without axes are permitted too, and each drive may have a mode of its own.
     bool takes_modules;
-    const char* says_type; ///< Message about a device of another class.
-    uint16_t count;        ///< Required number of devices on CAN; 0: any number from one.
-    const char* says_count;
+    const char* reason_type; ///< Message about a device of another class.
+    uint16_t count;          ///< Required number of devices on CAN; 0: any number from one.
+    const char* reason_count;
     const int* modes; ///< Permitted modes of operation, 0 at the end; all devices must have the same mode.
-    const char* says_mode;
+    const char* reason_mode;
     bool permits_streams; ///< Stream devices are permitted, and are left to fsw/devices.
 } drives_need_t;
 

@@ -16,7 +16,7 @@ static status_t check(const subsystem_host_t* const host, const subsystem_descri
     subsystem_misfit_t misfit = {0U, "", 0U};
     const status_t status = descriptor_check_interface(error, host->path, descriptor, host->interface_hash);
     if ((status == STATUS_OK) && !subsystem_fits(descriptor, host->callbacks, &misfit)) {
-        return descriptor_refuse(error, host->path, misfit.line, misfit.says, misfit.most);
+        return descriptor_refuse(error, host->path, misfit.line, misfit.reason, misfit.most);
     }
     return status;
 }

@@ -241,7 +241,7 @@ static bool is_fitting(component_runtime_t* const runtime)
     subsystem_misfit_t misfit = {0U, "", 0U};
     const bool fits           = is_same && subsystem_fits(runtime->own, supervisor_callbacks(), &misfit);
     if (is_same && !fits) {
-        (void)descriptor_refuse(&error, path, misfit.line, misfit.says, misfit.most);
+        (void)descriptor_refuse(&error, path, misfit.line, misfit.reason, misfit.most);
     }
     return fits;
 }

@@ -30,7 +30,7 @@ static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
 
 // ---- Subsystems ----
 
-static void keep_members(const supervisor_t* const supervisor, checkpoint_state_t* const state)
+static void keep_subsystems(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
     state->subsystem_count = supervisor->mission->subsystem_count;
     for (uint16_t i = 0U; i < state->subsystem_count; i++) {
@@ -65,7 +65,7 @@ static void keep_members(const supervisor_t* const supervisor, checkpoint_state_
 
 /// Take over the states of the subsystems. The supervisor itself starts again in OFFLINE; all others
 /// continue.
-static void take_members(supervisor_t* const supervisor, const checkpoint_state_t* const state)
+static void take_subsystems(supervisor_t* const supervisor, const checkpoint_state_t* const state)
 {
     for (uint16_t i = 0U; i < state->subsystem_count; i++) {
         const checkpoint_subsystem_t* const subsystem = &state->subsystems[i];
@@ -102,7 +102,7 @@ static void take_members(supervisor_t* const supervisor, const checkpoint_state_
     }
 }
 
-// ---- All fields ----
+// ---- State of the supervisor ----
 
 static void keep_channels(const supervisor_t* const supervisor, checkpoint_state_t* const state)
 {
@@ -135,7 +135,7 @@ static void keep(supervisor_t* const supervisor, checkpoint_state_t* const state
     (void)memcpy(state->log_sizes, supervisor->log.whole, sizeof state->log_sizes);
     (void)memcpy((uint8_t*)state->counters, (const uint8_t*)&supervisor->counters,
                  sizeof supervisor->counters);
-    keep_members(supervisor, state);
+    keep_subsystems(supervisor, state);
     state->link_epoch       = supervisor->link_epoch;
     state->link_transaction = supervisor->link_transaction;
     state->renewed          = supervisor->renewed;
@@ -197,15 +197,15 @@ static void take_messages(supervisor_t* const supervisor, const checkpoint_state
 {
     message_endpoint_t* const endpoint   = supervisor->config.endpoint;
     const checkpoint_t* const checkpoint = supervisor->config.checkpoint;
-    size_t place                         = 0U;
+    size_t position                      = 0U;
     size_t size                          = 0U;
     message_resume_clock(endpoint, state->message_life, state->message_stamp);
     for (uint16_t i = 0U; i < state->channel_count; i++) {
         message_resume(endpoint, &state->channels[i]);
     }
-    const uint8_t* frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &place, &size);
+    const uint8_t* frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &position, &size);
     for (; frame != NULL;
-         frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &place, &size)) {
+         frame = supervisor_checkpoint_next(checkpoint, &checkpoint->arrivals, &position, &size)) {
         const status_t status = message_deliver(endpoint, frame, size);
         (void)status; // The ring has room, because it had room for the frame before.
     }
@@ -226,7 +226,7 @@ static void take(supervisor_t* const supervisor, const checkpoint_state_t* const
     supervisor->shutdown_token          = state->shutdown_token;
     (void)memcpy((uint8_t*)&supervisor->counters, (const uint8_t*)state->counters,
                  sizeof supervisor->counters);
-    take_members(supervisor, state);
+    take_subsystems(supervisor, state);
     supervisor->link_epoch       = state->link_epoch;
     supervisor->link_transaction = state->link_transaction;
     supervisor->renewed          = state->renewed;
@@ -303,7 +303,7 @@ static uint16_t end_own(supervisor_t* const supervisor)
 
 /// Request the states of all subsystems, and their links if some were taken over: these reports take
 /// precedence over the checkpoint.
-static void ask_members(supervisor_t* const supervisor)
+static void ask_subsystems(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const registry_entry_t* const entry = &supervisor->registry[i];
@@ -332,11 +332,11 @@ void supervisor_adoption_reopen(supervisor_t* const supervisor)
     // message_probe sends a SYNC only to a peer that has uncredited frames: these requests are such frames.
     // They may be lost, because the peers may expect other sequence numbers, so they are repeated after the
     // SYNC.
-    ask_members(supervisor);
+    ask_subsystems(supervisor);
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         message_probe(supervisor->config.endpoint, supervisor->mission->subsystems[i].apid);
     }
-    ask_members(supervisor);
+    ask_subsystems(supervisor);
 }
 
 void supervisor_adoption_report(supervisor_t* const supervisor)
@@ -363,7 +363,7 @@ void supervisor_adoption_report(supervisor_t* const supervisor)
     octet_write_u16(&writer, ended);
     (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_SUPERVISOR_RESTARTED, octets,
                           writer.position);
-    ask_members(supervisor);
+    ask_subsystems(supervisor);
 }
 
 void supervisor_adoption_compare(supervisor_t* const supervisor, registry_entry_t* const entry,

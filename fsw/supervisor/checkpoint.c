@@ -86,17 +86,18 @@ void supervisor_checkpoint_commit(checkpoint_t* const checkpoint, checkpoint_sta
     const uint64_t second         = generation_of(&checkpoint->banks[1]);
     checkpoint_bank_t* const bank = &checkpoint->banks[(first <= second) ? 0U : 1U];
     const uint64_t generation     = ((first <= second) ? second : first) + 1U;
-    size_t place                  = 0U;
+    size_t position               = 0U;
     // The bank is invalid until its generation is stored.
     __atomic_store_n(&bank->generation, 0U, __ATOMIC_SEQ_CST);
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
         const message_ring_t* const ring = rings->list[i];
         const size_t used =
-            (ring != NULL) ? message_ring_copy(ring, &bank->octets[place], CHECKPOINT_OCTETS - place) : 0U;
+            (ring != NULL) ? message_ring_copy(ring, &bank->octets[position], CHECKPOINT_OCTETS - position)
+                           : 0U;
         state->rings[i] =
             (checkpoint_ring_t){.used = (uint32_t)used, .blocks = (used > 0U) ? ring->blocks : 0U};
-        place += used;
+        position += used;
     }
     bank->state = *state;
     bank->sum   = sum_of(bank, generation);
@@ -129,23 +130,23 @@ const uint8_t* supervisor_checkpoint_waiting(const checkpoint_t* const checkpoin
 {
     FSW_ASSERT((checkpoint != NULL) && (ring < CHECKPOINT_RINGS) && (out_octets != NULL));
     const checkpoint_bank_t* const bank = newest(checkpoint);
-    size_t place                        = 0U;
+    size_t position                     = 0U;
     for (size_t i = 0U; i < ring; i++) {
-        place += bank->state.rings[i].used;
+        position += bank->state.rings[i].used;
     }
     *out_octets = bank->state.rings[ring].used;
-    return &bank->octets[place];
+    return &bank->octets[position];
 }
 
 static void fill_rings(const checkpoint_bank_t* const bank, const checkpoint_rings_t* const rings)
 {
-    size_t place = 0U;
+    size_t position = 0U;
     for (size_t i = 0U; i < CHECKPOINT_RINGS; i++) {
         const size_t used = bank->state.rings[i].used;
         if (rings->list[i] != NULL) {
-            message_ring_refill(rings->list[i], &bank->octets[place], used);
+            message_ring_refill(rings->list[i], &bank->octets[position], used);
         }
-        place += used;
+        position += used;
     }
 }
 
@@ -205,10 +206,10 @@ static size_t used_of(const checkpoint_t* const checkpoint, const checkpoint_ann
     return (used <= sizeof annex->octets) ? (size_t)used : 0U;
 }
 
-static uint32_t size_at(const checkpoint_annex_t* const annex, const size_t place)
+static uint32_t size_at(const checkpoint_annex_t* const annex, const size_t position)
 {
     uint32_t size = 0U;
-    (void)memcpy((uint8_t*)&size, &annex->octets[place], sizeof size);
+    (void)memcpy((uint8_t*)&size, &annex->octets[position], sizeof size);
     return size;
 }
 
@@ -219,11 +220,11 @@ bool supervisor_checkpoint_add(const checkpoint_t* const checkpoint, checkpoint_
     FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (head != NULL) &&
                ((octets != NULL) || (size == 0U)));
     const uint32_t length = (uint32_t)(head_size + size);
-    const size_t place    = used_of(checkpoint, annex);
-    if ((length + ANNEX_FRAME) > (sizeof annex->octets - place)) {
+    const size_t position = used_of(checkpoint, annex);
+    if ((length + ANNEX_FRAME) > (sizeof annex->octets - position)) {
         return false;
     }
-    uint8_t* const block = &annex->octets[place];
+    uint8_t* const block = &annex->octets[position];
     (void)memcpy(block, (const uint8_t*)&length, sizeof length);
     (void)memcpy(&block[sizeof length], head, head_size);
     if (size > 0U) {
@@ -231,36 +232,36 @@ bool supervisor_checkpoint_add(const checkpoint_t* const checkpoint, checkpoint_
     }
     (void)memcpy(&block[sizeof length + length], (const uint8_t*)&length, sizeof length);
     // From this store on the block is valid.
-    set_count(checkpoint, &annex->used, place + length + ANNEX_FRAME);
+    set_count(checkpoint, &annex->used, position + length + ANNEX_FRAME);
     return true;
 }
 
 const uint8_t* supervisor_checkpoint_next(const checkpoint_t* const checkpoint,
-                                          const checkpoint_annex_t* const annex, size_t* const place,
+                                          const checkpoint_annex_t* const annex, size_t* const position,
                                           size_t* const out_size)
 {
-    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (place != NULL) && (out_size != NULL));
-    const size_t left = used_of(checkpoint, annex) - *place;
-    *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, *place) : 0U;
+    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (position != NULL) && (out_size != NULL));
+    const size_t left = used_of(checkpoint, annex) - *position;
+    *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, *position) : 0U;
     if ((left < ANNEX_FRAME) || (*out_size > (left - ANNEX_FRAME))) {
         return NULL;
     }
-    const uint8_t* const block = &annex->octets[*place + sizeof(uint32_t)];
-    *place += *out_size + ANNEX_FRAME;
+    const uint8_t* const block = &annex->octets[*position + sizeof(uint32_t)];
+    *position += *out_size + ANNEX_FRAME;
     return block;
 }
 
 const uint8_t* supervisor_checkpoint_before(const checkpoint_t* const checkpoint,
-                                            const checkpoint_annex_t* const annex, size_t* const place,
+                                            const checkpoint_annex_t* const annex, size_t* const position,
                                             size_t* const out_size)
 {
-    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (place != NULL) && (out_size != NULL));
-    const size_t left = used_of(checkpoint, annex) - *place;
+    FSW_ASSERT((checkpoint != NULL) && (annex != NULL) && (position != NULL) && (out_size != NULL));
+    const size_t left = used_of(checkpoint, annex) - *position;
     *out_size         = (left >= ANNEX_FRAME) ? size_at(annex, left - sizeof(uint32_t)) : 0U;
     if ((left < ANNEX_FRAME) || (*out_size > (left - ANNEX_FRAME))) {
         return NULL;
     }
-    *place += *out_size + ANNEX_FRAME;
+    *position += *out_size + ANNEX_FRAME;
     return &annex->octets[left - *out_size - sizeof(uint32_t)];
 }
 

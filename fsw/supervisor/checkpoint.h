@@ -212,14 +212,14 @@ MUST_USE status_t supervisor_checkpoint_adopt(checkpoint_t* checkpoint, const ch
 /// room.
 bool supervisor_checkpoint_add(const checkpoint_t* checkpoint, checkpoint_annex_t* annex, const uint8_t* head,
                                size_t head_size, const uint8_t* octets, size_t size);
-/// Returns the next block of an annex, from the first one on; null if there are no more. *place is 0 in the
-/// first call.
+/// Returns the next block of an annex, from the first one on; null if there are no more. *position is 0 in
+/// the first call.
 const uint8_t* supervisor_checkpoint_next(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
-                                          size_t* place, size_t* out_size);
-/// Returns the previous block of an annex, from the last one backwards; null if there are no more. *place is
-/// 0 in the first call.
+                                          size_t* position, size_t* out_size);
+/// Returns the previous block of an annex, from the last one backwards; null if there are no more. *position
+/// is 0 in the first call.
 const uint8_t* supervisor_checkpoint_before(const checkpoint_t* checkpoint, const checkpoint_annex_t* annex,
-                                            size_t* place, size_t* out_size);
+                                            size_t* position, size_t* out_size);
 /// Store and read the number of outputs of the last commit that were performed.
 void supervisor_checkpoint_note_performed(checkpoint_t* checkpoint, uint32_t count);
 uint32_t supervisor_checkpoint_performed(const checkpoint_t* checkpoint);

@@ -27,7 +27,7 @@ typedef struct { // Private.
 /// Undo the writes to `inner` that the last life made after its last commit, and return the guarded medium.
 /// `number` identifies the medium and must be the same in each life. With a null checkpoint, returns
 /// `inner`.
-medium_t supervisor_undo_open(undo_medium_t* place, checkpoint_t* checkpoint, uint8_t number,
+medium_t supervisor_undo_open(undo_medium_t* medium, checkpoint_t* checkpoint, uint8_t number,
                               const medium_t* inner);
 
 #endif // FSW_SUPERVISOR_UNDO_H

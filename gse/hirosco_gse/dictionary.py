@@ -260,7 +260,7 @@ class Subsystem:
     is_infrastructure: bool = False  # is started automatically and shut down last
     created: dict = field(default_factory=dict)  # structures created by this ground, id -> Structure
     nodes: dict = field(default_factory=dict)  # CANopen node -> name of the device
-    places: dict = field(default_factory=dict)  # number of a device in its configuration, from 0 -> name
+    devices_by_number: dict = field(default_factory=dict)  # number of a device in its configuration, from 0 -> name
 
     def parameter(self, name):
         return _lookup(self.parameters, name, f"parameter of {self.name}")
@@ -419,21 +419,21 @@ def _configuration(parameters, item, enumerations):
 
 
 def _devices(parts):
-    """(names of the devices by CANopen node, by place) of the configurations of a subsystem (JSON). A number that stands for several devices
-    has all their names."""
-    nodes, places = {}, {}
+    """(names of the devices by CANopen node, by their number in the configuration) of the configurations of a subsystem (JSON). A number that
+    stands for several devices has all their names."""
+    nodes, numbers = {}, {}
     for part in parts:
-        for place, device in enumerate(part.get("devices", ())):
-            places.setdefault(place, []).append(device["name"])
+        for number, device in enumerate(part.get("devices", ())):
+            numbers.setdefault(number, []).append(device["name"])
             for end in device["endnodes"]:
                 if "node" in end:
                     nodes.setdefault(int(end["node"], 0), []).append(device["name"])
-    return [{number: " or ".join(dict.fromkeys(names)) for number, names in found.items()} for found in (nodes, places)]
+    return [{number: " or ".join(dict.fromkeys(names)) for number, names in found.items()} for found in (nodes, numbers)]
 
 
 def _subsystem(item):
     words = item.get("enumerations", {})
-    nodes, places = _devices(item.get("configurations", ()))
+    nodes, numbers = _devices(item.get("configurations", ()))
     parameters = {part["name"]: _parameter(part, words) for part in item.get("parameters", ())}
     functions = {
         part["name"]: Function(
@@ -456,7 +456,7 @@ def _subsystem(item):
         interface_hash=int(str(item.get("interface_hash", "0")), 0),
         is_infrastructure=bool(item.get("autostart", False)),
         nodes=nodes,
-        places=places,
+        devices_by_number=numbers,
     )
 
 

@@ -7,7 +7,7 @@ from .values import Named, Word
 
 
 def _device(number, owner, _):
-    return owner.places.get(number) if owner else None
+    return owner.devices_by_number.get(number) if owner else None
 
 
 def _node(number, owner, _):

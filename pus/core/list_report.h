@@ -7,7 +7,7 @@
 ///     octet_write_u16(pus_list_report_entry(&list, 2U), id);
 ///     return pus_list_report_end(&list);
 ///
-/// Ownership  The report is built in the buffer of the process: so only one report at a time.
+/// Ownership  The report is built in the buffer of the process, which builds one report at a time.
 /// Context    The loop of the process.
 #ifndef PUS_CORE_LIST_REPORT_H
 #define PUS_CORE_LIST_REPORT_H
@@ -20,10 +20,9 @@
 
 /// Type, receiver and time of the report.
 typedef struct {
-    pus_request_t*
-        /// Request that the report answers; null: it answers none, and packets that the port refuses are
-        /// lost.
-        request;
+    /// Request that the report answers; null: it answers none, and a packet that the process can neither send
+    /// nor keep is lost.
+    pus_request_t* request;
     pus_app_process_t* process;
     uint8_t service;
     uint8_t subtype;
@@ -36,7 +35,7 @@ typedef struct { // Private.
     octet_writer_t writer;
     uint8_t* head;  // Position of the count in the packet.
     uint16_t count; // Entries in the present packet.
-    uint16_t lost;  // Number of entries in the present packet.
+    uint16_t lost;  // Packets that neither the port nor the process could take.
     uint8_t prefix_size;
     uint8_t prefix[PUS_LIST_PREFIX_MAX];
 } pus_list_report_t;

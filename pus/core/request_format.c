@@ -99,7 +99,7 @@ static bool packet(octet_reader_t* const reader)
 static bool step(interpreter_t* const interpreter, const uint8_t word)
 {
     octet_reader_t* const reader = interpreter->reader;
-    uint8_t place                = 0U;
+    uint8_t argument             = 0U;
     switch (word) {
     case PUS_REQUEST_FORMAT_SKIP:
         (void)octet_read_octets(reader, operand(interpreter));
@@ -110,20 +110,20 @@ static bool step(interpreter_t* const interpreter, const uint8_t word)
         interpreter->selector = octet_read_u8(reader);
         return true;
     case PUS_REQUEST_FORMAT_CASE:
-        place = operand(interpreter);
-        interpreter->next += (place == interpreter->selector) ? 1U : (1U + (size_t)*interpreter->next);
+        argument = operand(interpreter);
+        interpreter->next += (argument == interpreter->selector) ? 1U : (1U + (size_t)*interpreter->next);
         return true;
     case PUS_REQUEST_FORMAT_JUMP:
-        place = operand(interpreter);
-        interpreter->next += place;
+        argument = operand(interpreter);
+        interpreter->next += argument;
         return true;
     case PUS_REQUEST_FORMAT_ID:
-        place                       = operand(interpreter);
-        interpreter->layouts[place] = (octet_read_u32(reader) >> LAYOUT_SHIFT) & LAYOUT_MASK;
+        argument                       = operand(interpreter);
+        interpreter->layouts[argument] = (octet_read_u32(reader) >> LAYOUT_SHIFT) & LAYOUT_MASK;
         return true;
     case PUS_REQUEST_FORMAT_LAYOUT:
-        place                       = operand(interpreter);
-        interpreter->layouts[place] = octet_read_u8(reader);
+        argument                       = operand(interpreter);
+        interpreter->layouts[argument] = octet_read_u8(reader);
         return true;
     case PUS_REQUEST_FORMAT_VALUE:
         return value(interpreter);

@@ -59,9 +59,9 @@ static void read_sized(octet_reader_t* const reader, pus_device_action_t* const 
 static void read_pulse(pus_device_cursor_t* const cursor, pus_device_action_t* const action)
 {
     if (cursor->inner == 0U) {
-        cursor->cpdu  = octet_read_u8(&cursor->reader);
-        cursor->inner = octet_read_u8(&cursor->reader);
-        cursor->place = (uint32_t)cursor->reader.position;
+        cursor->cpdu   = octet_read_u8(&cursor->reader);
+        cursor->inner  = octet_read_u8(&cursor->reader);
+        cursor->offset = (uint32_t)cursor->reader.position;
     }
     const uint16_t pulse = octet_read_u16(&cursor->reader);
     cursor->inner--;
@@ -79,8 +79,8 @@ static bool read_next(pus_device_cursor_t* const cursor, pus_device_action_t* co
     if (cursor->left == 0U) {
         return false;
     }
-    *action       = (pus_device_action_t){.kind = cursor->kind};
-    cursor->place = (uint32_t)reader->position;
+    *action        = (pus_device_action_t){.kind = cursor->kind};
+    cursor->offset = (uint32_t)reader->position;
     cursor->left--;
     cursor->number++;
     switch (cursor->kind) {
@@ -146,7 +146,7 @@ static pus_failure_t check_instruction(const pus_device_access_t* const access,
     case STATUS_FORBIDDEN:
         return pus_failure(PUS_FAILURE_STATE, name_of(action));
     default:
-        return pus_failure(PUS_FAILURE_OUT_OF_RANGE, cursor->place);
+        return pus_failure(PUS_FAILURE_OUT_OF_RANGE, cursor->offset);
     }
 }
 

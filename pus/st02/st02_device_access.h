@@ -81,7 +81,7 @@ typedef struct { // Private: position in the instructions of a request.
     uint16_t cpdu;
     uint16_t transaction;
     uint16_t number; // Number of the instruction, from 1.
-    uint32_t place;  // Octet offset of the instruction in the application data.
+    uint32_t offset; // Octet offset of the instruction in the application data.
 } pus_device_cursor_t;
 
 typedef struct {   // Private: a request in progress.

@@ -90,10 +90,10 @@ status_t pus_hk_restore(void* const self, const uint32_t key, const uint8_t* con
 {
     pus_hk_t* const hk = self;
     FSW_ASSERT((hk != NULL) && (octets != NULL));
-    octet_reader_t reader      = octet_reader(octets, size);
-    pus_hk_functional_t* place = (key <= UINT16_MAX) ? definition_of(hk, (uint16_t)key) : NULL;
-    place                      = (place == NULL) ? free_definition(hk) : place;
-    if (place == NULL) {
+    octet_reader_t reader     = octet_reader(octets, size);
+    pus_hk_functional_t* slot = (key <= UINT16_MAX) ? definition_of(hk, (uint16_t)key) : NULL;
+    slot                      = (slot == NULL) ? free_definition(hk) : slot;
+    if (slot == NULL) {
         return STATUS_EXHAUSTED;
     }
     pus_hk_functional_t* const scratch = &hk->functional;
@@ -105,7 +105,7 @@ status_t pus_hk_restore(void* const self, const uint32_t key, const uint8_t* con
     if (!is_good || !octet_reader_is_done(&reader)) {
         return STATUS_INVALID;
     }
-    *place = *scratch;
+    *slot = *scratch;
     return STATUS_OK;
 }
 
@@ -149,8 +149,8 @@ static pus_failure_t remove_member(pus_hk_functional_t* const definition, const 
 }
 
 /// Change the copy of the definition by the entries of a request. If all entries succeed, the copy replaces
-/// `place`; otherwise the whole request is refused.
-static pus_reply_t change(pus_hk_t* const hk, pus_request_t* const request, pus_hk_functional_t* const place,
+/// `slot`; otherwise the whole request is refused.
+static pus_reply_t change(pus_hk_t* const hk, pus_request_t* const request, pus_hk_functional_t* const slot,
                           const change_t perform)
 {
     octet_reader_t* const reader = &request->reader;
@@ -178,34 +178,34 @@ static pus_reply_t change(pus_hk_t* const hk, pus_request_t* const request, pus_
     if (status != STATUS_OK) {
         return pus_failed(PUS_FAILURE_IO, (uint32_t)status);
     }
-    *place = hk->functional;
+    *slot = hk->functional;
     return pus_done();
 }
 
 pus_reply_t hk_functional_create(void* const self, pus_request_t* const request)
 {
-    pus_hk_t* const hk               = self;
-    const uint16_t id                = octet_read_u16(&request->reader);
-    pus_hk_functional_t* const place = free_definition(hk);
+    pus_hk_t* const hk              = self;
+    const uint16_t id               = octet_read_u16(&request->reader);
+    pus_hk_functional_t* const slot = free_definition(hk);
     if (definition_of(hk, id) != NULL) {
         return pus_refused(PUS_FAILURE_EXISTS, id);
     }
-    if (place == NULL) {
+    if (slot == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, hk->config.functional_count);
     }
     hk->functional = (pus_hk_functional_t){.in_use = true, .id = id};
-    return change(hk, request, place, add_member);
+    return change(hk, request, slot, add_member);
 }
 
 static pus_reply_t change_known(pus_hk_t* const hk, pus_request_t* const request, const change_t perform)
 {
-    const uint16_t id                = octet_read_u16(&request->reader);
-    pus_hk_functional_t* const place = definition_of(hk, id);
-    if (place == NULL) {
+    const uint16_t id               = octet_read_u16(&request->reader);
+    pus_hk_functional_t* const slot = definition_of(hk, id);
+    if (slot == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, id);
     }
-    hk->functional = *place;
-    return change(hk, request, place, perform);
+    hk->functional = *slot;
+    return change(hk, request, slot, perform);
 }
 
 pus_reply_t hk_functional_add(void* const self, pus_request_t* const request)

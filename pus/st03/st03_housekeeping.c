@@ -51,11 +51,11 @@ void pus_hk_clear(pus_hk_t* const hk)
     hk_release(hk);
 }
 
-void hk_candidate_settle(const pus_hk_t* const hk, pus_hk_structure_t* const place)
+void hk_candidate_settle(const pus_hk_t* const hk, pus_hk_structure_t* const slot)
 {
     if (hk->verdict.code == PUS_FAILURE_NONE) {
         hk_guard(hk);
-        *place = hk->candidate;
+        *slot = hk->candidate;
         hk_release(hk);
     }
 }
@@ -90,8 +90,8 @@ static status_t status_of(const uint16_t code)
 status_t pus_hk_add(pus_hk_t* const hk, const pus_hk_definition_t* const definition)
 {
     FSW_ASSERT((hk != NULL) && (definition != NULL));
-    pus_hk_structure_t* place = NULL;
-    hk_candidate_begin(hk, definition->is_diagnostic, definition->id, definition->interval, &place);
+    pus_hk_structure_t* slot = NULL;
+    hk_candidate_begin(hk, definition->is_diagnostic, definition->id, definition->interval, &slot);
     for (uint8_t i = 0U; i < definition->parameter_count; i++) {
         hk_candidate_add(hk, definition->parameters[i]);
     }
@@ -105,7 +105,7 @@ status_t pus_hk_add(pus_hk_t* const hk, const pus_hk_definition_t* const definit
     hk_candidate_lay_out(hk, hk->candidate.entry_count, 0U);
     hk->candidate.is_periodic = definition->is_periodic;
     hk->candidate.loop        = definition->loop;
-    hk_candidate_settle(hk, place);
+    hk_candidate_settle(hk, slot);
     return status_of(hk->verdict.code);
 }
 

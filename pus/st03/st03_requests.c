@@ -15,10 +15,10 @@ static bool is_diagnostic(const pus_request_t* const request)
     return is_one;
 }
 
-/// Add the parameters and sets of a request to the candidate, which becomes the structure `place` if all are
+/// Add the parameters and sets of a request to the candidate, which becomes the structure `slot` if all are
 /// valid.
 static pus_reply_t add_requested(pus_hk_t* const hk, octet_reader_t* const reader,
-                                 pus_hk_structure_t* const place)
+                                 pus_hk_structure_t* const slot)
 {
     const uint32_t start_offset = (uint32_t)reader->position;
     const uint8_t simple_count  = octet_read_u8(reader);
@@ -36,19 +36,19 @@ static pus_reply_t add_requested(pus_hk_t* const hk, octet_reader_t* const reade
         }
     }
     hk_candidate_lay_out(hk, (unsigned)simple_count + set_count, start_offset);
-    hk_candidate_settle(hk, place);
+    hk_candidate_settle(hk, slot);
     return (hk->verdict.code == PUS_FAILURE_NONE) ? pus_done()
                                                   : pus_refused(hk->verdict.code, hk->verdict.detail);
 }
 
 static pus_reply_t create(void* const self, pus_request_t* const request)
 {
-    pus_hk_t* const hk        = self;
-    const uint16_t id         = octet_read_u16(&request->reader);
-    const uint32_t interval   = octet_read_u32(&request->reader);
-    pus_hk_structure_t* place = NULL;
-    hk_candidate_begin(hk, is_diagnostic(request), id, interval, &place);
-    return add_requested(hk, &request->reader, place);
+    pus_hk_t* const hk       = self;
+    const uint16_t id        = octet_read_u16(&request->reader);
+    const uint32_t interval  = octet_read_u32(&request->reader);
+    pus_hk_structure_t* slot = NULL;
+    hk_candidate_begin(hk, is_diagnostic(request), id, interval, &slot);
+    return add_requested(hk, &request->reader, slot);
 }
 
 static pus_reply_t append(void* const self, pus_request_t* const request)

@@ -60,11 +60,12 @@ void hk_candidate_add(pus_hk_t* const hk, const uint32_t parameter_id)
     if (!add_parameter(hk, parameter_id)) {
         return;
     }
-    pus_hk_entry_t* const place = &candidate->entries[candidate->simple_count];
-    const size_t behind         = (size_t)candidate->entry_count - 1U - candidate->simple_count;
-    const pus_hk_entry_t entry  = place[behind];
-    (void)memmove(&place[1], place, behind * sizeof *place);
-    *place = entry;
+    // Move the new entry from the end of the list to the position before the entries of the sets.
+    pus_hk_entry_t* const first_of_sets = &candidate->entries[candidate->simple_count];
+    const size_t count_of_sets          = (size_t)candidate->entry_count - 1U - candidate->simple_count;
+    const pus_hk_entry_t entry          = first_of_sets[count_of_sets];
+    (void)memmove(&first_of_sets[1], first_of_sets, count_of_sets * sizeof entry);
+    *first_of_sets = entry;
     candidate->simple_count++;
     for (uint8_t i = 0U; i < candidate->set_count; i++) {
         candidate->sets[i].first++;
@@ -144,7 +145,7 @@ static pus_hk_structure_t* free_structure(const pus_hk_t* const hk)
 }
 
 void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint16_t id,
-                        const uint32_t interval, pus_hk_structure_t** const out_place)
+                        const uint32_t interval, pus_hk_structure_t** const out_slot)
 {
     (void)memset(&hk->candidate, 0, sizeof hk->candidate);
     hk->candidate.in_use        = true;
@@ -152,12 +153,12 @@ void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint
     hk->candidate.is_diagnostic = is_diagnostic;
     hk->candidate.interval      = interval;
     hk->verdict                 = pus_no_failure();
-    *out_place                  = free_structure(hk);
+    *out_slot                   = free_structure(hk);
     if (hk_structure_of(hk, is_diagnostic, id) != NULL) {
         (void)fail(hk, PUS_FAILURE_EXISTS, id);
     } else if (interval == 0U) {
         (void)fail(hk, PUS_FAILURE_OUT_OF_RANGE, HK_ID_SIZE);
-    } else if (*out_place == NULL) {
+    } else if (*out_slot == NULL) {
         (void)fail(hk, PUS_FAILURE_TABLE_FULL, hk->config.structure_count);
     } else {
         // Such a structure is possible.

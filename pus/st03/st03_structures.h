@@ -10,10 +10,10 @@
 
 /// Returns the structure of this kind with this id, or null.
 pus_hk_structure_t* hk_structure_of(const pus_hk_t* hk, bool is_diagnostic, uint16_t id);
-/// Begin an empty candidate; *out_place is the structure that it will become. `verdict` is the failure if
+/// Begin an empty candidate; *out_slot is the structure that it will become. `verdict` is the failure if
 /// such a structure is not possible. After a failure, additions have no effect and `verdict` does not change.
 void hk_candidate_begin(pus_hk_t* hk, bool is_diagnostic, uint16_t id, uint32_t interval,
-                        pus_hk_structure_t** out_place);
+                        pus_hk_structure_t** out_slot);
 /// Begin a candidate with the contents of an existing structure.
 void hk_candidate_extend(pus_hk_t* hk, const pus_hk_structure_t* structure);
 /// Add a simply commutated parameter. It is placed before the sets, which move up by one entry.
@@ -25,8 +25,8 @@ void hk_candidate_add_to_set(pus_hk_t* hk, uint32_t parameter_id);
 /// and sets added. If it is 0, the candidate fails with detail `offset`.
 void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
 
-/// Copy the candidate to the structure `place` if there was no failure.
-void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* place);
+/// Copy the candidate to the structure `slot` if there was no failure.
+void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* slot);
 
 /// Lock and unlock the guard, so that no other loop samples while structures change.
 void hk_guard(const pus_hk_t* hk);

@@ -58,11 +58,11 @@ bool memory_is_inside(const memory_target_t* const target, const uint32_t addres
 
 pus_failure_t memory_check_access(const pus_memory_service_t* const service,
                                   const memory_target_t* const target, const uint32_t address,
-                                  const uint32_t length, const bool is_write, const size_t place)
+                                  const uint32_t length, const bool is_write, const size_t position)
 {
     const pus_memory_t* const memory = target->memory;
     if (length == 0U) {
-        return pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
+        return pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)position);
     }
     if (!memory_is_inside(target, address, length)) {
         return pus_failure(PUS_FAILURE_ADDRESS, address);

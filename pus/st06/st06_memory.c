@@ -57,13 +57,13 @@ static pus_reply_t load(void* const self, pus_request_t* const request, const bo
     }
     const uint8_t count = octet_read_u8(reader);
     for (uint16_t i = 1U; i <= count; i++) {
-        const size_t place          = reader->position;
+        const size_t position       = reader->position;
         const uint32_t address      = octet_read_u32(reader);
         const uint16_t size         = octet_read_u16(reader);
         const uint8_t* const octets = octet_read_octets(reader, size);
         const uint16_t checksum     = octet_read_u16(reader);
         const uint16_t computed     = crc16_ccitt(octets, size);
-        failure                     = memory_check_access(service, &target, address, size, true, place);
+        failure                     = memory_check_access(service, &target, address, size, true, position);
         if ((failure.code == PUS_FAILURE_NONE) && (computed != checksum)) {
             failure = memory_fail(service, PUS_FAILURE_DATA_CHECKSUM, computed);
         }
@@ -102,11 +102,11 @@ static pus_reply_t load_atomic(void* const self, pus_request_t* const request)
     if (failure.code != PUS_FAILURE_NONE) {
         return pus_refused(failure.code, failure.detail);
     }
-    const size_t place        = reader->position;
+    const size_t position     = reader->position;
     const uint32_t address    = octet_read_u32(reader);
     const uint8_t* const mask = octet_read_octets(reader, PUS_MEMORY_ATOMIC);
     const uint8_t* const data = octet_read_octets(reader, PUS_MEMORY_ATOMIC);
-    failure = memory_check_access(service, &target, address, PUS_MEMORY_ATOMIC, true, place);
+    failure = memory_check_access(service, &target, address, PUS_MEMORY_ATOMIC, true, position);
     if ((failure.code == PUS_FAILURE_NONE) && ((address % PUS_MEMORY_ATOMIC) != 0U)) {
         failure = memory_fail(service, PUS_FAILURE_ADDRESS, address);
     }

@@ -128,10 +128,10 @@ static octet_writer_t begin_report(const pus_memory_service_t* const service,
     return writer;
 }
 
-/// Write the number of entries at `place`.
-static void put_count(octet_writer_t* const writer, const size_t place, const uint16_t count)
+/// Write the number of entries at `position`.
+static void put_count(octet_writer_t* const writer, const size_t position, const uint16_t count)
 {
-    octets_put_u16(&writer->octets[place], count);
+    octets_put_u16(&writer->octets[position], count);
 }
 
 /// Send one report of a dump, with the next slice of its areas. False: the process cannot take the report
@@ -142,12 +142,12 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
     const pus_memory_t* const memory = memory_of(service, operation);
     octet_writer_t writer =
         begin_report(service, operation, operation->is_object ? OBJECT_DATA : RAW_DATA, now_ns);
-    const size_t place  = writer.position;
-    const uint8_t index = operation->index;
-    const uint32_t done = operation->done;
-    uint32_t room       = PUS_MEMORY_SLICE;
-    uint32_t ended      = 0U;
-    uint16_t entries    = 0U;
+    const size_t position = writer.position;
+    const uint8_t index   = operation->index;
+    const uint32_t done   = operation->done;
+    uint32_t room         = PUS_MEMORY_SLICE;
+    uint32_t ended        = 0U;
+    uint16_t entries      = 0U;
     (void)octet_write_space(&writer, sizeof entries);
     while ((room > 0U) && seek(operation)) {
         const area_t area     = area_of(operation, operation->index);
@@ -175,7 +175,7 @@ static bool dump(pus_memory_service_t* const service, pus_memory_operation_t* co
         pus_tm_cancel(service->config.process);
         return true;
     }
-    put_count(&writer, place, entries);
+    put_count(&writer, position, entries);
     if (pus_tm_send(service->config.process, &writer) != STATUS_OK) {
         operation->index = index; // A later step builds the report again, with the content at that time.
         operation->done  = done;
@@ -215,7 +215,7 @@ static bool report_checks(const pus_memory_service_t* const service,
     const bool is_whole   = (operation->kind == (uint8_t)MEMORY_CHECK_OBJECT);
     const uint8_t areas   = operation->is_object ? OBJECT_CHECKS : RAW_CHECKS;
     octet_writer_t writer = begin_report(service, operation, is_whole ? OBJECT_CHECK : areas, now_ns);
-    const size_t place    = writer.position;
+    const size_t position = writer.position;
     uint16_t entries      = 0U;
     if (!is_whole) {
         octet_write_u16(&writer, 0U);
@@ -236,7 +236,7 @@ static bool report_checks(const pus_memory_service_t* const service,
         return true;
     }
     if (!is_whole) {
-        put_count(&writer, place, entries);
+        put_count(&writer, position, entries);
     }
     return pus_tm_send(service->config.process, &writer) == STATUS_OK;
 }
@@ -402,19 +402,19 @@ static pus_file_name_t read_name(octet_reader_t* const reader)
     return name;
 }
 
-/// Failure for the status of opening a file; `place`: octet offset of the file name in the request.
-static pus_failure_t failure_of(const status_t status, const size_t place)
+/// Failure for the status of opening a file; `position`: octet offset of the file name in the request.
+static pus_failure_t failure_of(const status_t status, const size_t position)
 {
     switch (status) {
     case STATUS_OK:
         return pus_no_failure();
     case STATUS_NOT_FOUND:
     case STATUS_INVALID:
-        return pus_failure(PUS_FAILURE_UNKNOWN_ID, (uint32_t)place);
+        return pus_failure(PUS_FAILURE_UNKNOWN_ID, (uint32_t)position);
     case STATUS_EXISTS:
-        return pus_failure(PUS_FAILURE_EXISTS, (uint32_t)place);
+        return pus_failure(PUS_FAILURE_EXISTS, (uint32_t)position);
     case STATUS_FORBIDDEN:
-        return pus_failure(PUS_FAILURE_STATE, (uint32_t)place);
+        return pus_failure(PUS_FAILURE_STATE, (uint32_t)position);
     default:
         return pus_failure(PUS_FAILURE_IO, (uint32_t)status);
     }
@@ -427,13 +427,13 @@ static bool check_areas(pus_memory_service_t* const service, pus_request_t* cons
 {
     const bool is_load = (operation->kind == (uint8_t)MEMORY_LOAD_FILE);
     for (uint8_t i = 0U; i < operation->count; i++) {
-        const area_t area  = area_of(operation, i);
-        const size_t place = operation->list + ((size_t)i * operation->entry);
+        const area_t area     = area_of(operation, i);
+        const size_t position = operation->list + ((size_t)i * operation->entry);
         pus_failure_t failure =
-            memory_check_access(service, target, area.address, area.length, is_load, place);
+            memory_check_access(service, target, area.address, area.length, is_load, position);
         const bool is_in_file = (area.offset <= file_size) && (area.length <= (file_size - area.offset));
         if ((failure.code == PUS_FAILURE_NONE) && is_load && !is_in_file) {
-            failure = pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
+            failure = pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)position);
         }
         operation->is_left_out[i] = (failure.code != PUS_FAILURE_NONE);
         if (operation->is_left_out[i]) {
@@ -484,7 +484,7 @@ static void take(pus_memory_operation_t* const operation, const pus_request_t* c
 /// areas are refused, the operation ends.
 static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_request_t* const request,
                                  pus_memory_operation_t* const operation, const memory_target_t* const target,
-                                 const pus_file_name_t* const name, const size_t place)
+                                 const pus_file_name_t* const name, const size_t position)
 {
     const pus_file_port_t* const files = service->config.files;
     const bool is_load                 = (operation->kind == (uint8_t)MEMORY_LOAD_FILE);
@@ -504,7 +504,7 @@ static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_reques
     if (operation->kind == (uint8_t)MEMORY_DUMP_FILE) {
         status = files->create(files->context, name, &operation->file);
     }
-    return failure_of(status, place);
+    return failure_of(status, position);
 }
 
 pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* const request,
@@ -515,7 +515,7 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
     pus_file_name_t name                    = {0};
     memory_target_t target;
     pus_failure_t failure = memory_target(service, &request->reader, is_object, &target);
-    const size_t place    = request->reader.position;
+    const size_t position = request->reader.position;
     if (failure.code != PUS_FAILURE_NONE) {
         return pus_refused(failure.code, failure.detail);
     }
@@ -527,7 +527,7 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }
     if (has_file && (service->config.files == NULL)) {
-        return pus_refused(PUS_FAILURE_UNKNOWN_ID, (uint32_t)place);
+        return pus_refused(PUS_FAILURE_UNKNOWN_ID, (uint32_t)position);
     }
     if (has_file) {
         name = read_name(&request->reader);
@@ -536,7 +536,7 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
         return pus_refused(PUS_FAILURE_TABLE_FULL, PUS_MEMORY_AREAS_MAX);
     }
     take(operation, request, kind, &target);
-    failure = begin_areas(service, request, operation, &target, &name, place);
+    failure = begin_areas(service, request, operation, &target, &name, position);
     if (failure.code != PUS_FAILURE_NONE) {
         operation->kind = 0U;
         return pus_refused(failure.code, failure.detail);

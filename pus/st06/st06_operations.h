@@ -17,10 +17,10 @@ typedef enum {
 /// Read memory id and, for objects, base id. PUS_FAILURE_NONE, or the failure that refuses the request.
 pus_failure_t memory_target(const pus_memory_service_t* service, octet_reader_t* reader, bool is_object,
                             memory_target_t* out_target);
-/// Check the access to an area. PUS_FAILURE_NONE, or the failure that refuses it. `place`: octet offset of
+/// Check the access to an area. PUS_FAILURE_NONE, or the failure that refuses it. `position`: octet offset of
 /// the entry of the area in the request.
 pus_failure_t memory_check_access(const pus_memory_service_t* service, const memory_target_t* target,
-                                  uint32_t address, uint32_t length, bool is_write, size_t place);
+                                  uint32_t address, uint32_t length, bool is_write, size_t position);
 /// Read back `size` octets and compare. PUS_FAILURE_NONE, PUS_FAILURE_VERIFY or PUS_FAILURE_IO.
 pus_failure_t memory_verify(pus_memory_service_t* service, const pus_memory_t* memory, uint32_t address,
                             const uint8_t* expected, size_t size);

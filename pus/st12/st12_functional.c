@@ -250,31 +250,31 @@ static pus_failure_t save(pus_monitoring_t* const self, const pus_fmon_t* const 
 }
 
 /// Replace a definition in the table and in its record.
-static pus_failure_t replace(pus_monitoring_t* const self, pus_fmon_t* const place, pus_fmon_t* const fmon)
+static pus_failure_t replace(pus_monitoring_t* const self, pus_fmon_t* const slot, pus_fmon_t* const fmon)
 {
-    const pus_failure_t failure = save(self, fmon, members_of(self, place));
+    const pus_failure_t failure = save(self, fmon, members_of(self, slot));
     if (failure.code == PUS_FAILURE_NONE) {
-        fmon->is_touched = place->is_touched;
-        *place           = *fmon;
+        fmon->is_touched = slot->is_touched;
+        *slot            = *fmon;
     }
     return failure;
 }
 
 static pus_failure_t add(pus_monitoring_t* const self, candidate_t* const candidate, const uint32_t offset)
 {
-    pus_fmon_t* const place = free_fmon(self);
+    pus_fmon_t* const slot = free_fmon(self);
     if (fmon_of(self, candidate->fmon.id) != NULL) {
         return pus_failure(PUS_FAILURE_EXISTS, candidate->fmon.id);
     }
-    if (place == NULL) {
+    if (slot == NULL) {
         return pus_failure(PUS_FAILURE_TABLE_FULL, self->config.fmon_capacity);
     }
     pus_failure_t failure = check_fmon(self, MONITORING_FROM_ADD, candidate, offset);
     if (failure.code == PUS_FAILURE_NONE) {
-        failure = take_members(self, candidate, members_of(self, place));
+        failure = take_members(self, candidate, members_of(self, slot));
     }
     if (failure.code == PUS_FAILURE_NONE) {
-        failure           = replace(self, place, &candidate->fmon);
+        failure           = replace(self, slot, &candidate->fmon);
         self->is_unlinked = true;
     }
     return failure;
@@ -301,19 +301,19 @@ status_t monitoring_restore_fmon(pus_monitoring_t* const self, octet_reader_t* c
     if (!read_fmon(reader, MONITORING_FROM_RECORD, &candidate) || !octet_reader_is_done(reader)) {
         return STATUS_INVALID;
     }
-    pus_fmon_t* place = fmon_of(self, candidate.fmon.id);
-    place             = (place != NULL) ? place : free_fmon(self);
-    if (place == NULL) {
+    pus_fmon_t* slot = fmon_of(self, candidate.fmon.id);
+    slot             = (slot != NULL) ? slot : free_fmon(self);
+    if (slot == NULL) {
         return STATUS_EXHAUSTED;
     }
     const pus_failure_t failure = check_fmon(self, MONITORING_FROM_RECORD, &candidate, 0U);
     if (failure.code == PUS_FAILURE_NONE) {
         // The records of its PMONs may be restored later.
-        pus_fmon_member_t* const members = members_of(self, place);
+        pus_fmon_member_t* const members = members_of(self, slot);
         for (uint8_t i = 0U; i < candidate.fmon.count; i++) {
             members[i] = (pus_fmon_member_t){.pmon_id = octet_read_u16(&candidate.members)};
         }
-        *place            = candidate.fmon;
+        *slot             = candidate.fmon;
         self->is_unlinked = true;
     }
     return monitoring_status(&failure);

@@ -474,7 +474,7 @@ void st23_step_copies(pus_files_t* const files, const uint64_t now_ns, const uin
         } else if (has_more) {
             step_copy(files, copy, now_ns);
         } else {
-            // The copy is suspended, or the entry is free.
+            // No copy has work.
         }
     }
     report_if_due(files, now_ns, cycle);

@@ -383,20 +383,20 @@ static void set_sensor_error(void* const model, const uint16_t code, const bool 
 static status_t create_sensor(device_t* const device, const void* const kind, const char* const path,
                               char reason[EDS_ERROR_MAX])
 {
-    const world_sensor_t* place     = kind;
+    const world_sensor_t* element   = kind;
     const devices_config_t* config  = &device->devices->config;
     measuring_device_t* model       = NULL;
     const measuring_config_t wanted = {
-        .value_count = sensor_values(place->kind),
-        .period_ns   = (place->rate_hz > 0.0) ? (uint64_t)(NS_PER_S / place->rate_hz) : 0U,
-        .delay_ns    = (uint64_t)place->delay_ns,
+        .value_count = sensor_values(element->kind),
+        .period_ns   = (element->rate_hz > 0.0) ? (uint64_t)(NS_PER_S / element->rate_hz) : 0U,
+        .delay_ns    = (uint64_t)element->delay_ns,
         .step_ns     = (uint64_t)config->world->step_ns,
         .measure     = sensor_measure,
         .context     = &device->sensor};
-    device->sensor        = (sensor_t){.plant  = config->plant,
-                                       .place  = place,
-                                       .seed   = config->seed,
-                                       .device = (device->place->bus << 8) | device->place->node};
+    device->sensor        = (sensor_t){.plant   = config->plant,
+                                       .element = element,
+                                       .seed    = config->seed,
+                                       .device  = (device->place->bus << 8) | device->place->node};
     const status_t status = measuring_device_create(config->segments[device->place->bus].bus, path,
                                                     (uint8_t)device->place->node, &wanted, &model, reason);
     if (status == STATUS_OK) {

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define CHANNEL_SHIFT 16U ///< Position of the number of a device's value in the key of its noise.
-#define LOSS_CHANNEL 15U  // Key of the random number that decides whether a pose is lost.
+#define LOSS_CHANNEL 15U  ///< Key of the random number that decides whether a pose is lost.
 
 unsigned sensor_values(const world_sensor_kind_t kind)
 {
@@ -40,7 +40,7 @@ static void conjugate(const double a[4], double out[4])
     out[3] = -a[3];
 }
 
-/// Express a vector of the world in the axes that a quaternion turns into the world.
+/// Transform a vector from the axes of the world to other axes; `axes` is their rotation to the world.
 static void into_axes(const double axes[4], const double in_world[3], double out[3])
 {
     const double vector[4] = {0.0, in_world[0], in_world[1], in_world[2]};
@@ -100,39 +100,40 @@ static void measure_rate(const sensor_t* const sensor, const plant_base_t* const
     into_axes(frame->rotation, frame->rate_rad_s, out_values);
     for (unsigned i = 0U; i < 3U; i++) {
         const uint32_t key = sensor->device | (i << CHANNEL_SHIFT);
-        out_values[i] += sensor->place->bias * sensor_uniform(sensor->seed, key, 0U) +
-                         sensor->place->gyro_noise * noise(sensor, i, number);
+        // The bias is the same in each sample: its random number has always the number 0.
+        out_values[i] += sensor->element->bias * sensor_uniform(sensor->seed, key, 0U) +
+                         sensor->element->gyro_noise * noise(sensor, i, number);
     }
 }
 
 static bool measure_pose(const sensor_t* const sensor, const plant_base_t* const frame, const uint64_t number,
                          double* const out_values)
 {
-    const world_sensor_t* place = sensor->place;
-    const pose_t mount          = pose_of(place->at, place->rpy);
+    const world_sensor_t* element = sensor->element;
+    const pose_t mount            = pose_of(element->at, element->rpy);
     plant_base_t seen;
     double camera[4];
     double back[4];
     double at[3];
     double to_seen[3];
     const uint32_t key = sensor->device | (LOSS_CHANNEL << CHANNEL_SHIFT);
-    if ((0.5 + 0.5 * sensor_uniform(sensor->seed, key, number)) < place->loss) {
+    if ((0.5 + 0.5 * sensor_uniform(sensor->seed, key, number)) < element->loss) {
         return false;
     }
-    plant_frame(sensor->plant, place->seen_robot, place->seen_frame, &seen);
+    plant_frame(sensor->plant, element->seen_robot, element->seen_frame, &seen);
     of_matrix(&mount.rotation, camera);
     multiply(frame->rotation, camera, camera);
     conjugate(frame->rotation, back);
-    into_axes(back, place->at, at); // Convert from the axes of the link to those of the world.
+    into_axes(back, element->at, at); // Convert from the axes of the link to those of the world.
     for (unsigned i = 0U; i < 3U; i++) {
         to_seen[i] = seen.position_m[i] - frame->position_m[i] - at[i];
     }
     into_axes(camera, to_seen, out_values);
     conjugate(camera, back);
     multiply(back, seen.rotation, camera);
-    disturb(sensor, place->angle_noise, 3U, number, camera);
+    disturb(sensor, element->angle_noise, 3U, number, camera);
     for (unsigned i = 0U; i < 3U; i++) {
-        out_values[i] += place->noise[i] * noise(sensor, i, number);
+        out_values[i] += element->noise[i] * noise(sensor, i, number);
         out_values[3U + i] = camera[1U + i];
     }
     return true;
@@ -142,14 +143,14 @@ bool sensor_measure(void* const context, const uint64_t number, double* const ou
 {
     const sensor_t* sensor = context;
     plant_base_t frame;
-    plant_frame(sensor->plant, sensor->place->robot, sensor->place->frame, &frame);
-    switch (sensor->place->kind) {
+    plant_frame(sensor->plant, sensor->element->robot, sensor->element->frame, &frame);
+    switch (sensor->element->kind) {
     case SENSOR_GYRO:
         measure_rate(sensor, &frame, number, out_values);
         return true;
     case SENSOR_STAR_TRACKER:
         memcpy(out_values, frame.rotation, sizeof frame.rotation);
-        disturb(sensor, sensor->place->noise, 0U, number, out_values);
+        disturb(sensor, sensor->element->noise, 0U, number, out_values);
         return true;
     case SENSOR_POSE_CAMERA:
         break;

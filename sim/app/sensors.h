@@ -20,7 +20,7 @@
 
 typedef struct {
     const plant_t* plant;
-    const world_sensor_t* place;
+    const world_sensor_t* element; ///< Its element of the world.
     uint64_t seed;
     uint32_t device; ///< Number of the device, unique in the run, for its noise.
 } sensor_t;

@@ -58,8 +58,8 @@ uint16_t drive_statusword(const drive_t* drive);
 
 /// Set by a scenario: an extra offset of the torque sensor [Nm].
 void drive_set_torque_offset(drive_t* drive, double offset_nm);
-/// Set by a scenario: an error of the table in README.md appears or disappears. Faults stop the drive; other
-/// errors only set the warning flag.
+/// Set by a scenario: an error of the table in sim/devices/README.md appears or disappears. Faults stop the
+/// drive; other errors only set the warning flag.
 void drive_set_error(drive_t* drive, uint16_t code, bool is_present, uint64_t now_ns);
 /// Set by a scenario: temperature in 0x2210 [degC]. At 80 or more EMCY 0x4310 is present; below 75 the error
 /// has ended.

@@ -88,7 +88,7 @@ void write_behind_flush(write_behind_t* const buffer, const bool waits)
     } else if (wait_for_task(buffer, WRITE_BEHIND_PATIENCE_MS)) {
         consume_own(buffer);
     } else {
-        // The file system is too slow. The records remain.
+        // The file system is too slow: the records stay in the buffer.
     }
 }
 

@@ -17,10 +17,11 @@ double sensor_uniform(uint64_t seed, uint32_t device, uint64_t step);
 /// A periodic torque of a motor or gear, or a periodic error of a torque sensor: a sine of the motor angle.
 typedef struct {
     double amplitude_nm;
-    double waves; ///< Radians of the sine per radian of the joint: periods per turn of the motor times N.
+    /// Radians of the sine per radian of the joint: periods per turn of the motor times gear ratio.
+    double waves;
 } torque_ripple_t;
 
-/// Returns the torque at a position of the motor, which is referred to the joint.
+/// Returns the torque at a position of the motor; the position is referred to the joint.
 double torque_ripple(const torque_ripple_t* ripple, double motor_position_rad);
 
 typedef struct {

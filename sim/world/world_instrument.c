@@ -22,15 +22,15 @@ const field_t world_instrument_fields[WORLD_INSTRUMENT_FIELDS] = {
     {"offset", FIELD_NUMBER, offsetof(world_instrument_t, offset), -GREAT, GREAT, true},
     {"speed", FIELD_NUMBER, offsetof(world_instrument_t, speed), 0.0, GREAT, false}};
 
-/// Find the index of a word in a list; an empty word means the first one. False: the list does not have the
-/// word, and the error is filled.
+/// Find the index of a word in a list; an empty word means the first one. False: the list does not contain
+/// the word; the error text says what is expected.
 static bool take_word(const element_t* const element, const char* const word, const char* const* const words,
-                      const char* const expected, unsigned* const out_place)
+                      const char* const expected, unsigned* const out_index)
 {
-    *out_place = 0U;
+    *out_index = 0U;
     for (unsigned i = 0U; words[i] != NULL; i++) {
         if ((word[0] == '\0') || (strcmp(word, words[i]) == 0)) {
-            *out_place = i;
+            *out_index = i;
             return true;
         }
     }

@@ -53,9 +53,9 @@ void control_reserve_take_sum(control_reserve_t* const reserve, const double sum
     if (sum_j != sum_j) { // NaN.
         return;
     }
-    const double more = sum_j - reserve->told_j;
+    const double more = sum_j - reserve->last_sum_j;
     reserve->reserve_j += (reserve->is_started && (more > 0.0)) ? more : 0.0;
-    reserve->told_j     = sum_j;
+    reserve->last_sum_j = sum_j;
     reserve->is_started = true;
 }
 

@@ -25,7 +25,7 @@ typedef struct {
 
 typedef struct { // Read-only outside.
     bool is_started;
-    double taken_j;    ///< Energy received minus energy given away.
+    double taken_j;    ///< Net energy: energy received minus energy given away.
     double given_j;    ///< Energy given away; never decreases.
     double received_j; ///< Energy received; energy given away is not subtracted, so it never decreases.
     double position_rad[CONTROL_PORT_AXES];
@@ -37,8 +37,8 @@ typedef struct { // Read-only outside.
 
 typedef struct { // Read-only outside; all zero at the start.
     bool is_started;
-    double told_j;    ///< Latest sum that the other port has sent.
-    double reserve_j; ///< Energy that may be given away; below 0: more was given away than had arrived.
+    double last_sum_j; ///< Latest sum that the other port has sent.
+    double reserve_j;  ///< Energy that may be given away; below 0: more was given away than had arrived.
 } control_reserve_t;
 
 /// Set all sums to zero.

@@ -24,11 +24,11 @@ status_t descriptor_check_interface(text_t* const out_error, const char* const p
 }
 
 status_t descriptor_refuse(text_t* const out_error, const char* const path, const uint32_t line,
-                           const char* const says, const uint32_t most)
+                           const char* const reason, const uint32_t most)
 {
-    FSW_ASSERT((out_error != NULL) && (path != NULL) && (says != NULL));
+    FSW_ASSERT((out_error != NULL) && (path != NULL) && (reason != NULL));
     text_add_pattern(out_error, "%:#: ", path, NULL, line);
-    text_add_pattern(out_error, (most > 0U) ? "too many %, at most #" : "%", says, NULL, most);
+    text_add_pattern(out_error, (most > 0U) ? "too many %, at most #" : "%", reason, NULL, most);
     return STATUS_UNSUPPORTED;
 }
 

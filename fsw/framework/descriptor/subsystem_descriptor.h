@@ -413,7 +413,7 @@ MUST_USE status_t descriptor_check_interface(text_t* out_error, const char* path
                                              uint64_t compiled_hash);
 /// Refuse a descriptor for a reason that only its program knows: appends "path:line: SAYS" or, if `most` is
 /// not 0, "path:line: too many SAYS, at most MOST". Returns STATUS_UNSUPPORTED.
-status_t descriptor_refuse(text_t* out_error, const char* path, uint32_t line, const char* says,
+status_t descriptor_refuse(text_t* out_error, const char* path, uint32_t line, const char* reason,
                            uint32_t most);
 
 /// Make a model empty: its lists have no items and use the storage of the model.

@@ -8,9 +8,9 @@
 
 #define SERVICE_DEVICE_ACCESS 2U
 
-static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
+static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
-    *misfit = (subsystem_misfit_t){line, says, 0U};
+    *misfit = (subsystem_misfit_t){line, reason, 0U};
     return false;
 }
 

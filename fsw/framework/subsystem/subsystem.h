@@ -48,9 +48,9 @@ typedef struct {
 
 /// The first part of a descriptor that the program cannot support.
 typedef struct {
-    uint32_t line;    ///< Line of the descriptor file.
-    const char* says; ///< Value found and value expected; if `most` > 0, what there is too much of.
-    uint32_t most;    ///< Capacity of the program; 0 if no capacity is exceeded.
+    uint32_t line;      ///< Line of the descriptor file.
+    const char* reason; ///< Value found and value expected; if `most` > 0, what there is too much of.
+    uint32_t most;      ///< Capacity of the program; 0 if no capacity is exceeded.
 } subsystem_misfit_t;
 
 /// Callbacks of a specific subsystem. `self` is the context of the subsystem. A null callback means that

@@ -193,11 +193,11 @@ static void count_places(const canopen_device_profile_t* const profile, places_t
 }
 
 /// Refuse the device with which a configuration exceeds the number of elements of the parameters.
-static bool are_few(const uint16_t count, const size_t most, const char* const says,
+static bool are_few(const uint16_t count, const size_t most, const char* const reason,
                     const descriptor_device_t* const device, subsystem_misfit_t* const out_misfit)
 {
     if (count > most) {
-        *out_misfit = (subsystem_misfit_t){device->line, says, (uint32_t)most};
+        *out_misfit = (subsystem_misfit_t){device->line, reason, (uint32_t)most};
         return false;
     }
     return true;
@@ -228,10 +228,10 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
     static const drives_need_t need = {
         .axes          = 1U,
         .takes_modules = true,
-        .says_type  = "type of <Device>: expected a drive of CiA 402 with one axis, or a class without axes",
-        .says_count = "<Configuration>: expected at least one <Device>",
-        .modes      = modes,
-        .says_mode =
+        .reason_type = "type of <Device>: expected a drive of CiA 402 with one axis, or a class without axes",
+        .reason_count = "<Configuration>: expected at least one <Device>",
+        .modes        = modes,
+        .reason_mode =
             "<Device>: expected a <Setting> of 0x6060:00 to 8 (position), 9 (velocity) or 6 (homing)"};
     bool fits = drives_fit(descriptor, &need, out_misfit);
     for (uint16_t i = 0U; fits && (i < descriptor->configuration_count); i++) {

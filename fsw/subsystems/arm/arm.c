@@ -82,9 +82,9 @@ static void parameter_set(void* const self, const uint32_t parameter_id)
 
 // ---- Check of the descriptor ----
 
-static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
+static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
-    *misfit = (subsystem_misfit_t){line, says, 0U};
+    *misfit = (subsystem_misfit_t){line, reason, 0U};
     return false;
 }
 
@@ -202,12 +202,12 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
 {
     static const int modes[]  = {CIA402_MODE_CST, CIA402_MODE_CSP, 0};
     const drives_need_t joint = {
-        .axes       = 1U,
-        .says_type  = "type of <Device>: expected a drive of CiA 402 with one axis",
-        .count      = (uint16_t)arm_joint_count(descriptor),
-        .says_count = "<Configuration>: expected as many <Device> as in the first configuration",
-        .modes      = modes,
-        .says_mode =
+        .axes         = 1U,
+        .reason_type  = "type of <Device>: expected a drive of CiA 402 with one axis",
+        .count        = (uint16_t)arm_joint_count(descriptor),
+        .reason_count = "<Configuration>: expected as many <Device> as in the first configuration",
+        .modes        = modes,
+        .reason_mode =
             "<Device>: expected a <Setting> of 0x6060:00 to 10 (torque) or 8 (position), the same for "
             "all joints"};
     if ((joint.count < 1U) || (joint.count > ARM_JOINTS_MAX)) {

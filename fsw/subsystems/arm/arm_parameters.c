@@ -152,9 +152,9 @@ static unsigned count_of(const field_row_t* const row, const unsigned joint_coun
 
 // ---- Check ----
 
-static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const says)
+static bool refuse(subsystem_misfit_t* const misfit, const uint32_t line, const char* const reason)
 {
-    *misfit = (subsystem_misfit_t){line, says, 0U};
+    *misfit = (subsystem_misfit_t){line, reason, 0U};
     return false;
 }
 

@@ -5,6 +5,7 @@
 /// values of CUR_VALUES may also be separate parameters, for services that accept scalars only: TORQUE_2 is
 /// the second value of TORQUE.
 ///
+/// Units      The descriptor gives the unit of each value; for prismatic joints see arm_model.h.
 /// Ownership  The caller places the structures.
 /// Context    Any.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H

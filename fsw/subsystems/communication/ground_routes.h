@@ -19,7 +19,7 @@
 #define GROUND_REQUESTS 256U ///< Number of requests that are stored; further requests replace the oldest one.
 
 typedef struct {      // Private.
-    uint32_t clients; // One bit for each connection; 0: the place is free.
+    uint32_t clients; // One bit for each connection; 0: the slot is free.
     uint32_t order;   // Order of arrival [wraps].
     uint16_t user;
     uint16_t apid;
@@ -44,7 +44,7 @@ void communication_ground_routes_note(communication_ground_routes_t* routes, uns
 /// Remove a connection that has ended.
 void communication_ground_routes_left(communication_ground_routes_t* routes, unsigned client);
 /// Returns the connections to which a report to `user` is sent, one bit each. If the report ends a request,
-/// its place becomes free.
+/// its slot becomes free.
 uint32_t communication_ground_routes_of(communication_ground_routes_t* routes, uint16_t user,
                                         const uint8_t* packet, size_t size);
 

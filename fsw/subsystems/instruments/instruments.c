@@ -20,12 +20,12 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
     static const char* const in[]           = {"COUNT", "VALUE", NULL};
     static const char* const out[]          = {"ENABLE", "TARGET", NULL};
     static const stream_devices_need_t need = {
-        .in        = in,
-        .out       = out,
-        .says_in   = "<Device>: expected a <Field> COUNT and a <Field> VALUE of direction IN",
-        .says_out  = "<Device>: expected a <Field> ENABLE and a <Field> TARGET of direction OUT",
-        .most      = INSTRUMENTS_MAX,
-        .says_most = "too many <Device>, at most 8"};
+        .in          = in,
+        .out         = out,
+        .reason_in   = "<Device>: expected a <Field> COUNT and a <Field> VALUE of direction IN",
+        .reason_out  = "<Device>: expected a <Field> ENABLE and a <Field> TARGET of direction OUT",
+        .most        = INSTRUMENTS_MAX,
+        .reason_most = "too many <Device>, at most 8"};
     return stream_devices_fit(descriptor, &need, out_misfit);
 }
 

@@ -55,12 +55,13 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
 {
     static const int modes[]         = {CIA402_MODE_CST, 0};
     static const drives_need_t stick = {
-        .axes       = 2U,
-        .says_type  = "type of <Device>: expected a class of CiA 402 with two axes, a force-reflecting stick",
-        .count      = 1U,
-        .says_count = "<Configuration>: expected one <Device>, the stick",
-        .modes      = modes,
-        .says_mode  = "<Device>: expected a <Setting> of 0x6060:00 to 10 (torque)"};
+        .axes = 2U,
+        .reason_type =
+            "type of <Device>: expected a class of CiA 402 with two axes, a force-reflecting stick",
+        .count        = 1U,
+        .reason_count = "<Configuration>: expected one <Device>, the stick",
+        .modes        = modes,
+        .reason_mode  = "<Device>: expected a <Setting> of 0x6060:00 to 10 (torque)"};
     return drives_fit(descriptor, &stick, out_misfit);
 }
 

@@ -102,12 +102,12 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
 {
     static const int modes[]         = {CIA402_MODE_CST, CIA402_MODE_CSP, 0};
     static const drives_need_t joint = {
-        .axes       = 1U,
-        .says_type  = "type of <Device>: expected a class of CiA 402 with one axis, a joint of the arm",
-        .count      = ARM_JOINTS,
-        .says_count = "<Configuration>: expected two <Device>, one for each joint",
-        .modes      = modes,
-        .says_mode =
+        .axes         = 1U,
+        .reason_type  = "type of <Device>: expected a class of CiA 402 with one axis, a joint of the arm",
+        .count        = ARM_JOINTS,
+        .reason_count = "<Configuration>: expected two <Device>, one for each joint",
+        .modes        = modes,
+        .reason_mode =
             "<Device>: expected a <Setting> of 0x6060:00 to 10 (torque) or 8 (position), the same for "
             "both joints"};
     return drives_fit(descriptor, &joint, out_misfit);

@@ -15,17 +15,17 @@ static pus_reply_t connect(void* const context, const uint16_t apid, const pus_t
 {
     supervisor_t* const supervisor      = context;
     spacecraft_connection_t* const list = supervisor->spacecraft.connections.tests;
-    spacecraft_connection_t* place      = NULL;
+    spacecraft_connection_t* slot       = NULL;
     if (apid == SUPERVISOR_APID) {
         return pus_done();
     }
     if (supervisor_registry_find(supervisor, apid) == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, apid);
     }
-    for (size_t i = 0U; (i < SPACECRAFT_CONNECTIONS) && (place == NULL); i++) {
-        place = list[i].is_used ? NULL : &list[i];
+    for (size_t i = 0U; (i < SPACECRAFT_CONNECTIONS) && (slot == NULL); i++) {
+        slot = list[i].is_used ? NULL : &list[i];
     }
-    if (place == NULL) {
+    if (slot == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, SPACECRAFT_CONNECTIONS);
     }
     octet_writer_t writer =
@@ -33,10 +33,10 @@ static pus_reply_t connect(void* const context, const uint16_t apid, const pus_t
     if (pus_tc_send(&supervisor->requester, &writer, NULL) != STATUS_OK) {
         return pus_failed(PUS_FAILURE_UNAVAILABLE, apid);
     }
-    *place = (spacecraft_connection_t){.is_used     = true,
-                                       .apid        = apid,
-                                       .deadline_ns = now_ns + SPACECRAFT_CONNECTION_TIMEOUT_NS,
-                                       .token       = *token};
+    *slot = (spacecraft_connection_t){.is_used     = true,
+                                      .apid        = apid,
+                                      .deadline_ns = now_ns + SPACECRAFT_CONNECTION_TIMEOUT_NS,
+                                      .token       = *token};
     return pus_later();
 }
 

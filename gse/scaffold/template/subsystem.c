@@ -166,18 +166,18 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
     static const char* const in[]              = {"VALUE", NULL};
     static const char* const out[]             = {"ENABLE", "TARGET", NULL};
     static const drives_need_t drives          = {.axes            = 1U,
-                                                  .says_type       = "type of <Device>: expected a drive with one axis",
+                                                  .reason_type     = "type of <Device>: expected a drive with one axis",
                                                   .count           = 1U,
-                                                  .says_count      = "<Configuration>: expected one <Device> on CAN",
+                                                  .reason_count    = "<Configuration>: expected one <Device> on CAN",
                                                   .modes           = modes,
-                                                  .says_mode       = "<Device>: expected a <Setting> of 0x6060:00 to 8",
+                                                  .reason_mode     = "<Device>: expected a <Setting> of 0x6060:00 to 8",
                                                   .permits_streams = true};
     static const stream_devices_need_t streams = {.in             = in,
                                                   .out            = out,
-                                                  .says_in        = "<Device>: expected a <Field> VALUE of direction IN",
-                                                  .says_out       = "<Device>: expected a <Field> ENABLE and a <Field> TARGET of direction OUT",
+                                                  .reason_in      = "<Device>: expected a <Field> VALUE of direction IN",
+                                                  .reason_out     = "<Device>: expected a <Field> ENABLE and a <Field> TARGET of direction OUT",
                                                   .most           = 1U,
-                                                  .says_most      = "too many <Device> of type \"stream\", at most 1",
+                                                  .reason_most    = "too many <Device> of type \"stream\", at most 1",
                                                   .permits_drives = true};
     return equipment_fit(descriptor, &drives, &streams, out_misfit);
 }

@@ -116,7 +116,7 @@ static void a_motion_beyond_the_reach_fails_with_the_own_code(void)
 static void the_descriptor_fits_and_another_mode_does_not(void)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
-    TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.reason);
     descriptor.storage.settings[0].bits = 9U;
     TEST_ASSERT_FALSE(generic.callbacks->fits(&descriptor, &misfit));
     descriptor.storage.settings[0].bits = 8U;

@@ -32,7 +32,7 @@ static void the_list_ends_with_null_after_each_argument(void)
     TEST_ASSERT_NULL(arguments.list[8]);
 }
 
-static void all_places_but_the_last_are_filled(void)
+static void all_entries_but_the_last_are_filled(void)
 {
     arguments_add(&arguments, "program");
     for (unsigned i = 1U; i < (ARGUMENTS_MAX - 1U); i += 2U) {
@@ -47,6 +47,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_list_ends_with_null_after_each_argument);
-    RUN_TEST(all_places_but_the_last_are_filled);
+    RUN_TEST(all_entries_but_the_last_are_filled);
     return UNITY_END();
 }

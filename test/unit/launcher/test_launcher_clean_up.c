@@ -41,7 +41,7 @@ status_t __wrap_osal_process_watch(osal_process_t* process, int32_t id)
     return mock_type(status_t);
 }
 
-/// Whether the tool runs, and its result once it has ended.
+/// The mock value says whether the tool was started.
 void __wrap_launcher_start_child(launcher_t* self, child_t* child, const arguments_t* arguments,
                                  const int* descriptors, size_t descriptor_count)
 {
@@ -157,7 +157,7 @@ static void a_tool_has_run_to_its_end(void** state)
     static const osal_process_result_t killed = {.has_ended = true, .was_signalled = true, .code = 0};
     (void)state;
     expect_poll(&runs, STATUS_OK);
-    expect_poll(&good, STATUS_IO); // The process is not known.
+    expect_poll(&good, STATUS_IO); // The result is not valid; the launcher polls again.
     expect_poll(&good, STATUS_OK);
     assert_true(run_tool(true));
     assert_int_equal(0, launcher.tool_code);

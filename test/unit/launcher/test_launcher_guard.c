@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The guard of a run: it is started again if it is killed, and cleans up after a launcher that could not.
-// Processes and the run state are mocked.
+// The guard of a run: it is started again if it is killed, and cleans up after a launcher that was
+// killed. Processes and the run state are mocked.
 #include "launcher/launcher_guard.h"
 
 #include "launcher/launcher_internal.h"

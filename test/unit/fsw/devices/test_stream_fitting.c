@@ -14,17 +14,21 @@ static bool fits(const char* const document, subsystem_misfit_t* const out_misfi
 {
     static const char* const in[]           = {"COUNT", "VALUE", NULL};
     static const char* const out[]          = {"ENABLE", NULL};
-    static const stream_devices_need_t need = {
-        .in = in, .out = out, .says_in = "no IN", .says_out = "no OUT", .most = 2U, .says_most = "at most 2"};
+    static const stream_devices_need_t need = {.in          = in,
+                                               .out         = out,
+                                               .reason_in   = "no IN",
+                                               .reason_out  = "no OUT",
+                                               .most        = 2U,
+                                               .reason_most = "at most 2"};
     load_document(document, &descriptor);
     return stream_devices_fit(&descriptor, &need, out_misfit);
 }
 
-static void expect_refused(const char* const document, const uint32_t line, const char* const says)
+static void expect_refused(const char* const document, const uint32_t line, const char* const reason)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
     TEST_ASSERT_FALSE(fits(document, &misfit));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, reason), misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
 }
 
@@ -50,7 +54,7 @@ static void every_end_node_but_can_is_accepted(void)
         char document[4096];
         subsystem_misfit_t misfit = {0U, "", 0U};
         (void)snprintf(document, sizeof document, BEGIN AXIS("X", "<Endnode %s/>") END, endnodes[i]);
-        TEST_ASSERT_TRUE_MESSAGE(fits(document, &misfit), misfit.says);
+        TEST_ASSERT_TRUE_MESSAGE(fits(document, &misfit), misfit.reason);
     }
 }
 
@@ -118,7 +122,7 @@ static bool fits_without_needs(const char* const fields, const char* const endno
 {
     static const char* const none[]         = {NULL};
     static const stream_devices_need_t need = {
-        .in = none, .out = none, .says_in = "", .says_out = "", .most = 1U, .says_most = ""};
+        .in = none, .out = none, .reason_in = "", .reason_out = "", .most = 1U, .reason_most = ""};
     char document[8192];
     subsystem_misfit_t misfit = {0U, "", 0U};
     (void)snprintf(document, sizeof document, BEGIN "<Device name='X' type='stream'>%s%s</Device>" END,

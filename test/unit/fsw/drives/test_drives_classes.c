@@ -52,13 +52,13 @@ static bool fits(const char* const document)
 static void a_class_that_is_compiled_in_fits(void)
 {
     TEST_ASSERT_TRUE_MESSAGE(fits(ARM(DEVICE("A", "joint-drive", "0x11") DEVICE("B", "joint-drive", "0x12"))),
-                             misfit.says);
+                             misfit.reason);
 }
 
 static void another_class_is_refused_with_those_that_are_compiled_in(void)
 {
     TEST_ASSERT_FALSE(fits(ARM(DEVICE("A", "joint-drive", "0x11") DEVICE("B", "gyro", "0x12"))));
-    TEST_ASSERT_EQUAL_STRING(REFUSAL, misfit.says);
+    TEST_ASSERT_EQUAL_STRING(REFUSAL, misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(7U, misfit.line);
 }
 

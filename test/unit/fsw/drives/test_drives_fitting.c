@@ -24,12 +24,12 @@ static subsystem_misfit_t misfit;
 static bool fits_count(const char* document, const uint16_t count)
 {
     static const int modes[]  = {10, 8, 0};
-    const drives_need_t joint = {.axes       = 1U,
-                                 .says_type  = "type",
-                                 .count      = count,
-                                 .says_count = "count",
-                                 .modes      = modes,
-                                 .says_mode  = "mode"};
+    const drives_need_t joint = {.axes         = 1U,
+                                 .reason_type  = "type",
+                                 .count        = count,
+                                 .reason_count = "count",
+                                 .modes        = modes,
+                                 .reason_mode  = "mode"};
     TEST_ASSERT_EQUAL_MESSAGE(
         STATUS_OK, descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &descriptor),
         descriptor_error(&loader));
@@ -42,10 +42,10 @@ static bool fits(const char* document)
     return fits_count(document, 2U);
 }
 
-static void expect_refused(const char* document, uint32_t line, const char* says)
+static void expect_refused(const char* document, uint32_t line, const char* reason)
 {
-    TEST_ASSERT_FALSE_MESSAGE(fits(document), says);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);
+    TEST_ASSERT_FALSE_MESSAGE(fits(document), reason);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, reason), misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
 }
 
@@ -76,7 +76,7 @@ static void another_class_is_refused(void)
     expect_refused(
         BEGIN DEVICE("A", "0x11") "<Device name='B' type='joystick'>\n" MODE ENDNODE(" node='0x12'") END, 7U,
         "type");
-    TEST_ASSERT_EQUAL_STRING("type", misfit.says);
+    TEST_ASSERT_EQUAL_STRING("type", misfit.reason);
 }
 
 /// An end node on CAN does not help: no object of the program would operate the device.
@@ -84,7 +84,7 @@ static void a_stream_device_is_refused_where_none_is_permitted(void)
 {
     TEST_ASSERT_FALSE(fits(BEGIN DEVICE("A", "0x11") DEVICE(
         "B", "0x12") "<Device name='C' type='stream'>\n" ENDNODE(" node='0x13'") END));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, "expected a class"), misfit.says);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, "expected a class"), misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(10U, misfit.line);
 }
 
@@ -135,7 +135,7 @@ static void each_bus_has_one_channel_b_and_each_node_one_bus(void)
     static const char other_bus[] = MODE "<Endnode type='CAN' bus='other' node='0x12'/></Device>";
     char document[2048]           = BEGIN DEVICE("A", "0x11") "<Device name='B' type='joint-drive'>\n";
     (void)strcat(strcat(document, other_bus), END);
-    TEST_ASSERT_TRUE_MESSAGE(fits(document), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits(document), misfit.reason);
     expect_refused(BEGIN DEVICE("A", "0x12") "<Device name='B' type='joint-drive'>\n"
                                              "<Endnode type='CAN' bus='other' node='0x12'/></Device>" END,
                    8U, "node of <Endnode>");
@@ -159,7 +159,7 @@ static void a_bus_has_room_for_sixteen_nodes_of_all_configurations(void)
     }
     static char full[8192];
     (void)strcat(strcpy(full, document), END);
-    TEST_ASSERT_TRUE_MESSAGE(fits_count(full, NETWORK_DEVICES_MAX), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits_count(full, NETWORK_DEVICES_MAX), misfit.reason);
     add_device(document, sizeof document, 2U + NETWORK_DEVICES_MAX, "robot");
     (void)strcat(document, END);
     expect_refused(document, 6U + (3U * NETWORK_DEVICES_MAX), "nodes on one bus");
@@ -179,7 +179,7 @@ static void a_subsystem_has_room_for_four_buses_and_thirty_two_nodes(void)
         add_device(document, sizeof document, 2U + i, buses[i % DRIVES_BUSES_MAX]);
     }
     (void)strcat(strcpy(full, document), END);
-    TEST_ASSERT_TRUE_MESSAGE(fits_count(full, 0U), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits_count(full, 0U), misfit.reason);
     add_device(document, sizeof document, 100U, "a");
     (void)strcat(document, END);
     expect_refused(document, 6U + (3U * DRIVES_DEVICES_MAX), "nodes of one subsystem");
@@ -209,14 +209,14 @@ static void two_devices_of_a_configuration_are_not_one_node(void)
         STATUS_OK,
         descriptor_parse_subsystem(&loader, "arm.xml", stream_first, strlen(stream_first), &descriptor),
         descriptor_error(&loader));
-    TEST_ASSERT_TRUE_MESSAGE(drives_fit(&descriptor, &need, &misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(drives_fit(&descriptor, &need, &misfit), misfit.reason);
 }
 
 static void at_least_one_device_is_needed(void)
 {
     TEST_ASSERT_TRUE(fits_count(BEGIN DEVICE("A", "1") END, 0U));
     TEST_ASSERT_FALSE(fits_count(BEGIN END, 0U));
-    TEST_ASSERT_EQUAL_STRING("count", misfit.says);
+    TEST_ASSERT_EQUAL_STRING("count", misfit.reason);
 }
 
 static void a_device_has_room_for_its_settings(void)
@@ -259,11 +259,11 @@ static void the_number_of_mappings_is_limited(void)
             DEVICE("I", "9") "</Devices></Configuration>\n<Configuration name='D' id='2' priority='1' "
                              "samplingTime='1ms'>\n<Devices>\n" REMAPPED("A", "1") END;
     TEST_ASSERT_FALSE(fits_count(nine, 0U));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, "devices whose <Setting> changes the mapping"),
-                                 misfit.says);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, "devices whose <Setting> changes the mapping"),
+                                 misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(8U, misfit.most);
     TEST_ASSERT_EQUAL_UINT32(47U, misfit.line);
-    TEST_ASSERT_TRUE_MESSAGE(fits_count(twice, 0U), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits_count(twice, 0U), misfit.reason);
     TEST_ASSERT_TRUE(drives_is_mapped(&descriptor, 8U));
     TEST_ASSERT_FALSE(drives_is_mapped(&descriptor, 9U));
 }
@@ -283,8 +283,8 @@ static void another_unit_than_that_of_the_class_is_refused(void)
     expect_refused(MAPPED(SET("0x60A8:00", "UINT32", "0xFD410000")), 9U, "unit in the data sheet");
     expect_refused(MAPPED(SET("0x60A9:00", "UINT32", "0xFD410300")), 9U, "unit in the data sheet");
     expect_refused(MAPPED_FIRST(SET("0x60A9:00", "UINT32", "0xFD410300")), 8U, "unit in the data sheet");
-    TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x60A8:00", "UINT32", "0xFA100000"))), misfit.says);
-    TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x607D:02", "INT32", "1000000"))), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x60A8:00", "UINT32", "0xFA100000"))), misfit.reason);
+    TEST_ASSERT_TRUE_MESSAGE(fits(MAPPED(SET("0x607D:02", "INT32", "1000000"))), misfit.reason);
 }
 
 int main(void)

@@ -197,20 +197,20 @@ static void modules_are_accepted_only_where_the_subsystem_allows_them(void)
     TEST_ASSERT_TRUE(drives_fit(&descriptor, &need, &misfit));
     need.takes_modules = false;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit)); // Two modes in one configuration.
-    TEST_ASSERT_EQUAL_STRING("mode", misfit.says);
+    TEST_ASSERT_EQUAL_STRING("mode", misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(5U, misfit.line);
     descriptor.storage.settings[descriptor.storage.devices[2].first_setting].bits = 6U;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
-    TEST_ASSERT_EQUAL_STRING("type", misfit.says);
+    TEST_ASSERT_EQUAL_STRING("type", misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(6U, misfit.line);
     need.takes_modules                 = true;
     descriptor.storage.devices[1].type = "joystick"; // A joystick has two axes.
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
-    TEST_ASSERT_EQUAL_STRING("type", misfit.says);
+    TEST_ASSERT_EQUAL_STRING("type", misfit.reason);
     descriptor.storage.devices[1].type                                            = "joint-drive";
     descriptor.storage.settings[descriptor.storage.devices[1].first_setting].bits = 10U;
     TEST_ASSERT_FALSE(drives_fit(&descriptor, &need, &misfit));
-    TEST_ASSERT_EQUAL_STRING("mode", misfit.says);
+    TEST_ASSERT_EQUAL_STRING("mode", misfit.reason);
 }
 
 int main(void)

@@ -78,17 +78,17 @@ static bool fits(subsystem_misfit_t* const out_misfit)
     static const char* const out[]             = {"ENABLE", NULL};
     static const drives_need_t drives          = {.axes            = 1U,
                                                   .permits_streams = true,
-                                                  .says_type       = "says type",
+                                                  .reason_type     = "says type",
                                                   .count           = 1U,
-                                                  .says_count      = "says count",
+                                                  .reason_count    = "says count",
                                                   .modes           = modes,
-                                                  .says_mode       = "says mode"};
+                                                  .reason_mode     = "says mode"};
     static const stream_devices_need_t streams = {.in             = in,
                                                   .out            = out,
-                                                  .says_in        = "says in",
-                                                  .says_out       = "says out",
+                                                  .reason_in      = "says in",
+                                                  .reason_out     = "says out",
                                                   .most           = 3U,
-                                                  .says_most      = "says most",
+                                                  .reason_most    = "says most",
                                                   .permits_drives = true};
     return equipment_fit(&descriptor, &drives, &streams, out_misfit);
 }
@@ -219,7 +219,7 @@ static void bring_up(const uint16_t id)
 static void both_kinds_are_brought_up_and_counted_apart(void)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
-    TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.reason);
     bring_up(1U);
     TEST_ASSERT_EQUAL_HEX8(0x11U, drives_device(&equipment.drives, 0U)->node);
     TEST_ASSERT_NULL(drives_device(&equipment.drives, 1U));
@@ -347,7 +347,7 @@ static void streams_alone_need_no_bus(void)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
     begin(BEGIN CONFIGURATION("ONE", "1") STREAM("A", "a") STREAM("B", "b") END_CONFIGURATION END);
-    TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.reason);
     TEST_ASSERT_FALSE(equipment_has_drives(&equipment));
     bring_up(1U);
     TEST_ASSERT_TRUE(equipment_is_engaged(&equipment));
@@ -359,12 +359,12 @@ static void streams_alone_need_no_bus(void)
     TEST_ASSERT_EQUAL_UINT(0U, node->boots);
 }
 
-static void expect_refused(const char* const document, const uint32_t line, const char* const says)
+static void expect_refused(const char* const document, const uint32_t line, const char* const reason)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
     load(document);
     TEST_ASSERT_FALSE(fits(&misfit));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, reason), misfit.reason);
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
 }
 

@@ -163,16 +163,16 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &runtime, slots, CAPACITY - 1U, false));
 }
 
-/// Change octet `place` of a file in the storage. Returns the size of the file.
-static size_t damage(const char* const name, const long place)
+/// Change the octet at `offset` of a file in the storage. Returns the size of the file.
+static size_t damage(const char* const name, const long offset)
 {
     char path[128];
     (void)snprintf(path, sizeof path, "%s/%s", folder, name);
     FILE* const file = fopen(path, "r+b");
     TEST_ASSERT_NOT_NULL(file);
-    TEST_ASSERT_EQUAL(0, fseek(file, place, SEEK_SET));
+    TEST_ASSERT_EQUAL(0, fseek(file, offset, SEEK_SET));
     const int octet = fgetc(file);
-    TEST_ASSERT_EQUAL(0, fseek(file, place, SEEK_SET));
+    TEST_ASSERT_EQUAL(0, fseek(file, offset, SEEK_SET));
     (void)fputc(octet ^ 1, file);
     TEST_ASSERT_EQUAL(0, fseek(file, 0, SEEK_END));
     const size_t size = (size_t)ftell(file);
@@ -180,8 +180,8 @@ static size_t damage(const char* const name, const long place)
     return size;
 }
 
-/// Returns octet `place` of a file; 0 if there is no file.
-static int octet_of(const char* const name, const long place)
+/// Returns the octet at `offset` of a file; 0 if there is no file.
+static int octet_of(const char* const name, const long offset)
 {
     char path[128];
     (void)snprintf(path, sizeof path, "%s/%s", folder, name);
@@ -189,7 +189,7 @@ static int octet_of(const char* const name, const long place)
     if (file == NULL) {
         return 0;
     }
-    (void)fseek(file, place, SEEK_SET);
+    (void)fseek(file, offset, SEEK_SET);
     const int octet = fgetc(file);
     (void)fclose(file);
     return octet;

@@ -49,10 +49,10 @@ static void the_path_of_its_descriptor_is_relative_to_the_mission_or_absolute(vo
 
 static void a_path_that_is_too_long_is_refused_in_words(void)
 {
-    const char* const says = refusal(LONG_FOLDER, 6U);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(says, "/m.xml:5: descriptor=\"subsystems/arm.xml\" of <Subsystem>: "
-                                              "expected a path of at most 255 characters with its folder"),
-                                 says);
+    const char* const reason = refusal(LONG_FOLDER, 6U);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(reason, "/m.xml:5: descriptor=\"subsystems/arm.xml\" of <Subsystem>: "
+                                                "expected a path of at most 255 characters with its folder"),
+                                 reason);
 }
 
 int main(void)

@@ -294,8 +294,8 @@ static unsigned outcome(void)
     return is_reached ? 0U : (is_reported ? 1U : 2U);
 }
 
-/// At any instant of a power cut: a request that was not released is released; a request that may have been
-/// released is reported and not repeated.
+/// The power is cut after each operation on the media in turn. The restarted supervisor releases a request
+/// that was not released; it reports, and does not repeat, a request that may have been released.
 static void every_lost_release_is_reported(void)
 {
     static image_t before[2];

@@ -50,7 +50,8 @@ static void observe(const uint8_t service, const uint8_t subtype, const uint64_t
     writer = octet_writer(data, sizeof data);
 }
 
-/// Define structure 7 by TM[3,10]: OCTET, STRUCT, three samples of {WORD, OCTET}, and two samples of LONG.
+/// Define structure 7 by TM[3,10] or TM[3,12]: OCTET, STRUCT, three samples of {WORD, OCTET}, and two samples
+/// of LONG.
 static void define(const uint8_t subtype)
 {
     octet_write_u16(&writer, 7U);
@@ -70,7 +71,7 @@ static void define(const uint8_t subtype)
     observe(3U, subtype, EPOCH);
 }
 
-/// Report this structure by TM[3,25]: 17 octets, `first`, `first` + 1, ...
+/// Report this structure by TM[3,25] or TM[3,26] with `size` octets: `first`, `first` + 1, ...
 static void report(const uint8_t subtype, const uint8_t first, const size_t size, const uint64_t time_ns)
 {
     octet_write_u16(&writer, 7U);

@@ -48,7 +48,7 @@ def test_motion_is_split_into_oscillation_and_creep(run):
     assert found["press_hold_motion_rad"] == pytest.approx(2e-4, rel=0.01)
 
 
-def test_buzz_of_the_torque_is_seen_without_motion(run):
+def test_ripple_of_the_torque_is_seen_without_motion(run):
     run.stick_rpdo.words["1"] += np.where(np.arange(COUNT) % 2, 100, -100)
     assert contact_figures.press_hold(run)["hold_force_ripple_nm"] == pytest.approx(0.01)
 

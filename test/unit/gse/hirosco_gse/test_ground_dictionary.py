@@ -121,7 +121,7 @@ def test_an_event_names_the_device_and_the_event_that_it_is_about(dictionary, ap
     assert copy.deepcopy(decoded["values"]) == decoded["values"]
 
 
-def test_devices_without_a_bus_are_named_by_their_place(dictionary_path_of):
+def test_devices_without_a_bus_are_named_by_their_number(dictionary_path_of):
     zoo = Dictionary.load(dictionary_path_of("zoo"))
     instruments = zoo.subsystem("INSTRUMENTS")
     event = instruments.event("DEVICE_LOST")

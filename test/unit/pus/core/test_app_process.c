@@ -133,7 +133,7 @@ static status_t post_refused(const uint8_t service, const uint8_t subtype, const
 
 #define KEPT(size) (PUS_KEPT_PREFIX + PUS_TM_MIN + (size))
 
-static void a_full_ring_drops_and_counts_samples_and_takes_new_ones_later(void)
+static void a_full_ring_drops_and_counts_reports_and_takes_new_ones_later(void)
 {
     // Reports that do not answer a request of the ground.
     const unsigned plain = (PUS_PLAIN_SIZE - PUS_ANSWER_ROOM) / KEPT(2U);
@@ -194,8 +194,8 @@ static void the_end_of_a_request_follows_its_answer(void)
         TEST_ASSERT_EQUAL_UINT8(expected[i][0], bench_report(i).service);
         TEST_ASSERT_EQUAL_UINT16(expected[i][2], bench_report(i).destination);
     }
-    // A notice is not an answer; if an answer leaves no room for the completion, the completion is sent
-    // first.
+    // A notice of an event is not an answer; if an answer leaves no room for the completion, the completion
+    // is sent first.
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(129U, 7U, 3U, 3U));
     while (post_refused(20U, 2U, 4U, 1000U) == STATUS_OK) {
     }
@@ -264,7 +264,7 @@ static void an_answer_has_room_however_many_unrequested_reports_wait(void)
 {
     while (post_refused(5U, 2U, 0U, 2U) == STATUS_OK) {
     }
-    // An event of severity LOW.
+    // The notice of an event that is not HIGH does not answer a request, either.
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(129U, 7U, PUS_USER_SUPERVISOR, 3U));
     TEST_ASSERT_TRUE(pus_app_process_may_answer(&bench.process));
     TEST_ASSERT_EQUAL(STATUS_OK, post_refused(20U, 2U, 1U, PUS_TM_DATA_MAX));
@@ -320,7 +320,7 @@ static void an_event_that_waits_is_kept_until_it_is_sent(void)
 {
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(1U, 7U, 7U); // This report is not an event, although its octets look like one.
-    post_of_event(5U, 2U, 7U); // pus_app_process_keeps_event only reports HIGH events.
+    post_of_event(5U, 2U, 7U); // pus_app_process_keeps_event finds only HIGH events.
     TEST_ASSERT_FALSE(pus_app_process_keeps_event(&bench.process, 7U));
     post_of_event(5U, 4U, 7U);
     post_of_event(129U, 7U, 8U); // The notice of another event.
@@ -432,7 +432,7 @@ int main(void)
     RUN_TEST(a_refused_report_leaves_no_gap);
     RUN_TEST(the_sequence_wraps_after_16384);
     RUN_TEST(posted_reports_wait_and_keep_their_order);
-    RUN_TEST(a_full_ring_drops_and_counts_samples_and_takes_new_ones_later);
+    RUN_TEST(a_full_ring_drops_and_counts_reports_and_takes_new_ones_later);
     RUN_TEST(a_firm_report_overtakes_and_each_class_keeps_its_order);
     RUN_TEST(the_end_of_a_request_follows_its_answer);
     RUN_TEST(one_ring_for_all_keeps_the_order);

@@ -13,7 +13,7 @@
 #define REPORT_SIZE 20000U
 
 static pus_large_t large;
-static pus_large_report_t reports[REPORTS + 1U]; // The last one is not of the service.
+static pus_large_report_t reports[REPORTS + 1U]; // The service must not use the last one.
 static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplink;
 static uint8_t uplink_octets[PUS_PACKET_MAX];
@@ -67,6 +67,7 @@ void setUp(void)
 
 void tearDown(void)
 {
+    TEST_ASSERT_EACH_EQUAL_HEX8(0xA5U, &reports[REPORTS], sizeof reports[REPORTS]);
 }
 
 static void step(const uint64_t now_ns)

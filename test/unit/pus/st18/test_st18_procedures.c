@@ -138,7 +138,7 @@ static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
     st18_fixture.slots[0].uses = 1000U;
     st18_fixture.slots[1].last = 0U;
     st18_fixture_step(1U);
-    // The engine has not even been called for the procedure.
+    // The engine was not called for the procedure.
     TEST_ASSERT_EQUAL_UINT32(0U, st18_fixture.slots[1].last);
     // Units that are not used are not saved for other procedures.
     st18_fixture.slots[0].uses = 0U;
@@ -319,7 +319,7 @@ static void requests_are_released(void)
     st18_fixture_step(1U);
     EXPECT_MESSAGES(1, 5);
     TEST_ASSERT_EQUAL_UINT32(2U, self->counters.sent);
-    for (uint16_t i = 0U; i < PUS_ADDRESSEES; i++) { // No addressee remains that could be counted.
+    for (uint16_t i = 0U; i < PUS_ADDRESSEES; i++) { // The table of sequence counts for addressees is full.
         st18_fixture.requester.addressees[i].apid = (uint16_t)(1000U + i);
     }
     st18_fixture.requester.addressee_count = PUS_ADDRESSEES;

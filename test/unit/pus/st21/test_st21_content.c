@@ -108,7 +108,7 @@ static void restart(void)
     st21_fixture.config.persistence = records_port();
     bench_start();
     pus_dispatcher_persist(&bench.dispatcher, records_port());
-    st21_fixture_start(SEQUENCES, BLOCKS_HERE);
+    st21_fixture_start(SEQUENCES, SEQUENCE_BLOCKS);
     st21_fixture.service.config.octets_max = 30000U;
     (void)records_replay(PUS_SERVICE_SEQUENCES, restore, &st21_fixture.service);
 }

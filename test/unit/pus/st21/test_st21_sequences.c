@@ -201,7 +201,7 @@ static void the_room_is_limited(void)
     st21_fixture_add(1U, 0U, TICKS);
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 1U);
-    st21_fixture_start(SEQUENCES, BLOCKS_HERE);
+    st21_fixture_start(SEQUENCES, SEQUENCE_BLOCKS);
     st21_fixture.service.config.octets_max = 20U; // A request of 13 octets of N, and its delay at offset 21.
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 20U);

@@ -144,8 +144,10 @@ static void files_are_found_below_a_directory(void)
     expect_found("/a/empty", "*", (const char* const[]){NULL});
     expect_found("/", "??", (const char* const[]){"/d/ab", NULL});
     expect_found("/", "y", (const char* const[]){"/y", NULL});
-    (void)disk_file("a/b/0", 0U, 0U); // Before the name of the file that precedes its directory.
+    // "0" sorts before "a.txt", which precedes the directory b: in b the search starts from the first name.
+    (void)disk_file("a/b/0", 0U, 0U);
     expect_found("/a", "0", (const char* const[]){"/a/b/0", NULL});
+    // Without a search the service does not access the disk.
     const unsigned calls = disk.calls;
     step();
     TEST_ASSERT_EQUAL_UINT32(calls, disk.calls);

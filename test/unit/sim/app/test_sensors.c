@@ -47,7 +47,7 @@ static void begin(const char* text)
     plant = NULL;
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(temporary_file("w.xml", text), &world, error), error);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
-    sensor = (sensor_t){.plant = plant, .place = &world.sensor[0], .seed = 1U, .device = 7U};
+    sensor = (sensor_t){.plant = plant, .element = &world.sensor[0], .seed = 1U, .device = 7U};
 }
 
 static void expect_values(const double wanted[], unsigned count, uint64_t number)

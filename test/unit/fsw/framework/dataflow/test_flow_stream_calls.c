@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a flow on a stream does if the system accepts few octets at once, or hands octets over late that the
-// device has announced in stepped time. Device, socket and counts are mocked.
+// What a flow on a stream does if the system accepts few octets at once, or hands over late the octets that
+// the device has announced in stepped time. Device, socket and counts are mocked.
 #include "fsw/framework/dataflow/flow_stream.h"
 
 #include "osal/include/osal/serial.h"
@@ -141,7 +141,7 @@ static int close_flow(void** state)
 }
 
 /// Expect that the flow writes `held` octets, of which the device accepts `taken`.
-static void writes(const size_t held, const size_t taken, const status_t status)
+static void expect_write(const size_t held, const size_t taken, const status_t status)
 {
     expect_value(__wrap_osal_device_write, size, held);
     will_return(__wrap_osal_device_write, taken);
@@ -156,13 +156,13 @@ static void a_line_that_takes_few_octets_at_once_gets_all_in_order(void** state)
     (void)state;
     will_return(__wrap_osal_serial_open, STATUS_OK);
     begin(ENDNODE_SERIAL, "imu", FLOW_FRAMING_SLIP);
-    writes(12U, 3U, STATUS_OK);
-    writes(9U, 5U, STATUS_OK);
-    writes(4U, 0U, STATUS_FULL);
+    expect_write(12U, 3U, STATUS_OK);
+    expect_write(9U, 5U, STATUS_OK);
+    expect_write(4U, 0U, STATUS_FULL);
     assert_int_equal(STATUS_OK, flow_stream_send(&flow, (const uint8_t*)"0123456789", 10U));
     assert_memory_equal("789\300", outbox, 4U); // Octets that the line has not taken.
     assert_int_equal(8U, flow.counters.octets_out);
-    writes(4U, 4U, STATUS_OK);
+    expect_write(4U, 4U, STATUS_OK);
     assert_int_equal(STATUS_OK, flow_stream_step(&flow, 1U));
     assert_int_equal(12U, flow.counters.octets_out);
     assert_int_equal(0U, flow.outbox_held);

@@ -57,7 +57,7 @@ static const struct {
     const char* line;
     const char* after;
     unsigned most;
-    const char* says;
+    const char* reason;
 } lists[] = {
     {"<Parameters>", "<ParamRef name='P%u' id='%u' type='INT8'/>", "</Parameters>", DESCRIPTOR_PARAMETERS_MAX,
      "too many parameters, at most 64"},
@@ -99,7 +99,7 @@ static void every_list_holds_its_stated_number_of_entries_and_no_more(void)
                 TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
             } else {
                 TEST_ASSERT_NOT_EQUAL(STATUS_OK, status);
-                TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), lists[i].says),
+                TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), lists[i].reason),
                                              descriptor_error(&loader));
             }
         }
@@ -146,7 +146,7 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
 {
     static const struct {
         const char* body;
-        const char* says;
+        const char* reason;
     } bodies[] = {
         {"<Parameters>\n<StructRef name='S' id='1' type='STRUCT'><ParamRef name='A' type='DOUBLE' "
          "count='256'/>"
@@ -189,7 +189,7 @@ static void more_octets_than_allowed_are_refused_with_their_number(void)
         add(bodies[i].body);
         add("</Subsystem>");
         TEST_ASSERT_EQUAL(STATUS_INVALID, load());
-        TEST_ASSERT_EQUAL_STRING(bodies[i].says, descriptor_error(&loader));
+        TEST_ASSERT_EQUAL_STRING(bodies[i].reason, descriptor_error(&loader));
     }
 }
 

@@ -128,7 +128,7 @@ typedef struct {
     const char* find;
     const char* replacement;
     unsigned line;
-    const char* says;
+    const char* reason;
 } damage_t;
 
 static const damage_t damages[] = {
@@ -234,13 +234,14 @@ static void each_error_contains_file_line_and_cause(void)
         const damage_t* const damage = &damages[i];
         char place[32];
         (void)snprintf(place, sizeof place, ".xml:%u: ", damage->line);
-        TEST_ASSERT_EQUAL_MESSAGE(
-            STATUS_INVALID, load(damaged(flight_document, damage->find, damage->replacement)), damage->says);
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID,
+                                  load(damaged(flight_document, damage->find, damage->replacement)),
+                                  damage->reason);
         if ((strstr(descriptor_error(&loader), place) == NULL) ||
-            (strstr(descriptor_error(&loader), damage->says) == NULL)) {
+            (strstr(descriptor_error(&loader), damage->reason) == NULL)) {
             char message[512];
             (void)snprintf(message, sizeof message, "expected line %u, \"%s\"; got \"%s\"", damage->line,
-                           damage->says, descriptor_error(&loader));
+                           damage->reason, descriptor_error(&loader));
             TEST_FAIL_MESSAGE(message);
         }
         TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystem_count);
@@ -369,7 +370,7 @@ static void a_bus_is_the_redundant_one_of_at_most_one_other(void)
     static const struct {
         const char* buses;
         const char* endnode;
-        const char* says; ///< "" if the path is right.
+        const char* reason; ///< "" if the path is right.
     } cases[] = {
         {SPARE("spare", "robot"), "", ""},
         {SPARE("spare", "robot"), " redundantBus='spare'", ""},
@@ -386,9 +387,9 @@ static void a_bus_is_the_redundant_one_of_at_most_one_other(void)
         write_file("arm.xml", damaged(arm_document, "bus='robot'", text));
         (void)snprintf(text, sizeof text, "%s</Buses>", cases[i].buses);
         const status_t status = load(damaged(flight_document, "</Buses>", text));
-        TEST_ASSERT_EQUAL_MESSAGE((cases[i].says[0] == '\0') ? STATUS_OK : STATUS_INVALID, status,
+        TEST_ASSERT_EQUAL_MESSAGE((cases[i].reason[0] == '\0') ? STATUS_OK : STATUS_INVALID, status,
                                   descriptor_error(&loader));
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].says),
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].reason),
                                      descriptor_error(&loader));
     }
 }
@@ -402,7 +403,7 @@ static void a_bus_has_the_devices_of_one_subsystem(void)
 {
     static const char* const buses[] = {"", "-b"};
     for (size_t i = 0U; i < 2U; i++) {
-        char says[160];
+        char reason[160];
         write_file("arm.xml", damaged(arm_document, "bus='robot'", "bus='robot' redundantBus='robot-b'"));
         write_file("hand.xml",
                    damaged(hand_document, "</RTLinkService>\n",
@@ -410,10 +411,10 @@ static void a_bus_has_the_devices_of_one_subsystem(void)
         TEST_ASSERT_EQUAL(STATUS_INVALID,
                           load(damaged(flight_document, "</Buses>", SPARE("robot-b", "robot") "</Buses>")));
         (void)snprintf(
-            says, sizeof says,
+            reason, sizeof reason,
             "hand.xml:12: bus=\"robot%s\" of <Endnode>: expected a bus of its own, not that of ARM",
             buses[i]);
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), says), descriptor_error(&loader));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), reason), descriptor_error(&loader));
     }
 }
 
@@ -529,7 +530,7 @@ static void a_subsystem_finds_the_errors_of_its_own_descriptor(void)
         uint16_t apid;
         const char* find;
         const char* replacement;
-        const char* says;
+        const char* reason;
     } cases[] = {
         {18U, "'HAND'", "'HAND'", "flight.xml:1: no subsystem has id 18"},
         {0U, "'HAND'", "'HAND'", "flight.xml:1: no subsystem has id 0"},
@@ -539,7 +540,7 @@ static void a_subsystem_finds_the_errors_of_its_own_descriptor(void)
         write_file("flight.xml", damaged(flight_document, cases[i].find, cases[i].replacement));
         TEST_ASSERT_NOT_EQUAL(
             STATUS_OK, descriptor_load_mission(&loader, path, cases[i].apid, NULL, &mission, &scratch));
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].says),
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].reason),
                                      descriptor_error(&loader));
         TEST_ASSERT_EQUAL_UINT16(0U, mission.subsystem_count);
     }

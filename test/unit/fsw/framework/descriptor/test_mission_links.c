@@ -129,11 +129,11 @@ static void expect_loaded(const link_t* links, size_t count)
 }
 
 /// Expect that the last link is refused with its line when the whole mission is read.
-static void expect_refused(const link_t* links, size_t count, const char* says)
+static void expect_refused(const link_t* links, size_t count, const char* reason)
 {
     char expected[200];
-    (void)snprintf(expected, sizeof expected, "m.xml:%u: %s", FIRST_LINK_LINE + (unsigned)count - 1U, says);
-    TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, load(links, count, false), says);
+    (void)snprintf(expected, sizeof expected, "m.xml:%u: %s", FIRST_LINK_LINE + (unsigned)count - 1U, reason);
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, load(links, count, false), reason);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), expected), descriptor_error(&loader));
     expect_loaded(links, count - 1U);
 }

@@ -104,7 +104,7 @@ static void mistakes_in_nested_structures_are_reported(void)
         const char* find;
         const char* replacement;
         unsigned line;
-        const char* says;
+        const char* reason;
     } mistakes[] = {
         {"<ParamRef name='FLAG' type='UINT16'/>", "", 12U, "<StructRef> has no <ParamRef>"},
         {"<ParamRef name='WARM' type='BOOL'/>", "", 8U, "<StructRef> has no <ParamRef>"},
@@ -127,9 +127,9 @@ static void mistakes_in_nested_structures_are_reported(void)
         char place[32];
         const char* const document = damaged(nested_document, mistakes[i].find, mistakes[i].replacement);
         (void)snprintf(place, sizeof place, "arm.xml:%u: ", mistakes[i].line);
-        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, load(document), mistakes[i].says);
+        TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, load(document), mistakes[i].reason);
         TEST_ASSERT_EQUAL_STRING_LEN(place, descriptor_error(&loader), strlen(place));
-        if (strstr(descriptor_error(&loader), mistakes[i].says) == NULL) {
+        if (strstr(descriptor_error(&loader), mistakes[i].reason) == NULL) {
             TEST_FAIL_MESSAGE(descriptor_error(&loader));
         }
     }

@@ -288,7 +288,7 @@ typedef struct {
     const char* find;
     const char* replacement;
     unsigned line;
-    const char* says; ///< Part of the expected message.
+    const char* reason; ///< Part of the expected message.
 } damage_t;
 
 static const damage_t damages[] = {
@@ -498,12 +498,12 @@ static void each_error_contains_file_line_and_cause(void)
         char place[32];
         (void)snprintf(place, sizeof place, "arm.xml:%u: ", damage->line);
         TEST_ASSERT_EQUAL_MESSAGE(
-            STATUS_INVALID, load(damaged(arm_document, damage->find, damage->replacement)), damage->says);
+            STATUS_INVALID, load(damaged(arm_document, damage->find, damage->replacement)), damage->reason);
         const char* const error = descriptor_error(&loader);
-        if ((strncmp(error, place, strlen(place)) != 0) || (strstr(error, damage->says) == NULL)) {
+        if ((strncmp(error, place, strlen(place)) != 0) || (strstr(error, damage->reason) == NULL)) {
             char message[512];
             (void)snprintf(message, sizeof message, "expected line %u, \"%s\"; got \"%s\"", damage->line,
-                           damage->says, error);
+                           damage->reason, error);
             TEST_FAIL_MESSAGE(message);
         }
         TEST_ASSERT_EQUAL_UINT16(0U, arm.apid); // A partly read descriptor leaves no content.

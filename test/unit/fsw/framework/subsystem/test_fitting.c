@@ -52,21 +52,21 @@ static void begin(void)
     add("<Subsystem name='ARM' id='16'>\n");
 }
 
-static void expect_misfit(uint32_t line, const char* says)
+static void expect_misfit(uint32_t line, const char* reason)
 {
     char characters[DESCRIPTOR_ERROR_CHARACTERS];
     text_t error = text_in(characters, sizeof characters);
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED,
-                      descriptor_refuse(&error, "", misfit.line, misfit.says, misfit.most));
-    TEST_ASSERT_EQUAL_STRING(says, strchr(characters, ' ') + 1);
+                      descriptor_refuse(&error, "", misfit.line, misfit.reason, misfit.most));
+    TEST_ASSERT_EQUAL_STRING(reason, strchr(characters, ' ') + 1);
 }
 
-static void expect(bool is_good, uint32_t line, const char* says)
+static void expect(bool is_good, uint32_t line, const char* reason)
 {
-    TEST_ASSERT_EQUAL_MESSAGE(is_good, fits(), misfit.says);
+    TEST_ASSERT_EQUAL_MESSAGE(is_good, fits(), misfit.reason);
     if (!is_good) {
-        expect_misfit(line, says);
+        expect_misfit(line, reason);
     }
 }
 

@@ -271,7 +271,7 @@ static void the_first_cycle_of_operational_is_safe(void)
 }
 
 /// Expect this refusal of a descriptor with `more` devices of a class in the first configuration.
-static void expect_misfit(const char* type, const unsigned more, const char* says)
+static void expect_misfit(const char* type, const unsigned more, const char* reason)
 {
     static char longer[sizeof text];
     const char* const place   = strstr(text, "    </Devices>");
@@ -291,9 +291,9 @@ static void expect_misfit(const char* type, const unsigned more, const char* say
         STATUS_OK,
         descriptor_parse_subsystem(&loader, DESCRIPTOR, longer, used + length - before, &descriptor),
         descriptor_error(&loader));
-    TEST_ASSERT_EQUAL(says == NULL, generic.callbacks->fits(&descriptor, &misfit));
-    if (says != NULL) {
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);
+    TEST_ASSERT_EQUAL(reason == NULL, generic.callbacks->fits(&descriptor, &misfit));
+    if (reason != NULL) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, reason), misfit.reason);
         TEST_ASSERT_TRUE(misfit.line > 50U);
     }
 }

@@ -44,7 +44,7 @@ void rig_load(void)
         descriptor_load_subsystem(&loader, "descriptors/subsystems/ur5e.xml", &rig_descriptor);
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
     subsystem_misfit_t misfit = {0U, "", 0U};
-    TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&rig_descriptor, &misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&rig_descriptor, &misfit), misfit.reason);
 }
 
 void rig_set_up(void)

@@ -35,11 +35,11 @@ static descriptor_field_t* field_of(const char* const parameter, const char* con
     return NULL;
 }
 
-static void expect_refusal(const uint32_t line, const char* const says)
+static void expect_refusal(const uint32_t line, const char* const reason)
 {
     TEST_ASSERT_FALSE(arm_callbacks()->fits(&changed, &misfit));
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.says, says), misfit.says);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(misfit.reason, reason), misfit.reason);
 }
 
 static void the_descriptor_of_six_joints_fits(void)
@@ -155,7 +155,7 @@ static void single_values_of_cur_values_may_be_parameters(void)
     (void)add_scalar("TORQUE_2", VALUE_DOUBLE);
     (void)add_scalar("STATUSWORD_6", VALUE_UINT16);
     (void)add_scalar("TOOL_FORCE_3", VALUE_DOUBLE);
-    TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&changed, &misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&changed, &misfit), misfit.reason);
     arm_definitions_make(&definitions, &changed);
     TEST_ASSERT_EQUAL_UINT(ARM_PARAMETERS + 3U, definitions.count);
     const void* const expected[] = {&values.cur_values.torque_nm[1], &values.cur_values.statusword[5],
@@ -213,7 +213,7 @@ static void the_geometry_decides_which_joints_are_linear_axes(void)
     geometry->first_field = changed.field_count;
     geometry->field_count = 6U;
     changed.field_count   = (uint16_t)(changed.field_count + 6U);
-    TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&changed, &misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&changed, &misfit), misfit.reason);
     arm_definitions_make(&definitions, &changed);
     TEST_ASSERT_EQUAL_UINT16(6U, definitions.definitions[3].field_count);
     values.geometry.is_prismatic[4] = true;

@@ -9,7 +9,7 @@
 
 #define PERIOD_NS 10000000ULL
 #define ARRIVAL_MS 20
-#define PATIENCE 500U // Steps.
+#define PATIENCE 500U ///< Steps, or attempts to read or write, before a test fails.
 
 fixture_t fixture;
 

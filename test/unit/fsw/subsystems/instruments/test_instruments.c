@@ -146,7 +146,7 @@ static void stop_holds_the_present_value(void)
 static void the_descriptor_fits_the_subsystem(void)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
-    TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.says);
+    TEST_ASSERT_TRUE_MESSAGE(generic.callbacks->fits(&descriptor, &misfit), misfit.reason);
 }
 
 int main(void)

@@ -303,7 +303,7 @@ static void only_a_descriptor_of_one_stick_fits(void)
     static subsystem_descriptor_t wrong;
     subsystem_misfit_t misfit = {0};
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
-    TEST_ASSERT_NULL(misfit.says);
+    TEST_ASSERT_NULL(misfit.reason);
     wrong = rig_descriptor; // The copy refers to the same texts.
     descriptor_subsystem_use_storage(&wrong);
     wrong.storage.configurations[0].device_count++;
@@ -311,7 +311,7 @@ static void only_a_descriptor_of_one_stick_fits(void)
         .endnodes[wrong.storage.devices[wrong.storage.configurations[0].first_device + 1U].first_endnode]
         .node = 0x7EU;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected one <Device>, the stick"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "expected one <Device>, the stick"));
     wrong = rig_descriptor;
     descriptor_subsystem_use_storage(&wrong);
     for (uint16_t i = 0U; i < wrong.setting_count; i++) {
@@ -319,12 +319,12 @@ static void only_a_descriptor_of_one_stick_fits(void)
             (wrong.storage.settings[i].index == 0x6060U) ? 1U : wrong.storage.settings[i].bits;
     }
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "0x6060:00 to 10 (torque)"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "0x6060:00 to 10 (torque)"));
     wrong = rig_descriptor;
     descriptor_subsystem_use_storage(&wrong);
     wrong.storage.devices[wrong.storage.configurations[0].first_device].type = "joint-drive";
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected a class of CiA 402 with two axes"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "expected a class of CiA 402 with two axes"));
 }
 
 /// Forces of the earlier configuration do not come from the robot that is coupled next.

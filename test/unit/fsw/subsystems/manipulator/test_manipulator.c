@@ -110,16 +110,16 @@ static void only_a_descriptor_of_two_joints_fits(void)
     static subsystem_descriptor_t wrong;
     subsystem_misfit_t misfit = {0};
     TEST_ASSERT_TRUE(rig_callbacks->fits(&rig_descriptor, &misfit));
-    TEST_ASSERT_NULL(misfit.says);
+    TEST_ASSERT_NULL(misfit.reason);
     wrong = rig_descriptor; // The copy refers to the same texts.
     descriptor_subsystem_use_storage(&wrong);
     wrong.storage.configurations[0].device_count--;
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected two <Device>, one for each joint"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "expected two <Device>, one for each joint"));
     wrong.storage.configurations[0].device_count++;
     wrong.storage.devices[wrong.storage.configurations[0].first_device].type = "joystick";
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "expected a class of CiA 402 with one axis"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "expected a class of CiA 402 with one axis"));
 }
 
 static void joints_in_two_modes_do_not_fit(void)
@@ -137,7 +137,7 @@ static void joints_in_two_modes_do_not_fit(void)
     }
     TEST_ASSERT_FALSE(rig_callbacks->fits(&wrong, &misfit));
     TEST_ASSERT_EQUAL_UINT32(joint->line, misfit.line);
-    TEST_ASSERT_NOT_NULL(strstr(misfit.says, "the same for both joints"));
+    TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "the same for both joints"));
 }
 
 static void the_sensors_are_tared_on_the_brake(void)
