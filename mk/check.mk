@@ -97,7 +97,7 @@ board-tests-run:
 # with other implementations of PUS.
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian random-flight
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
-	    test/mission test/hil test/conformance test/fuzz/test_random_flight.py && \
+	    test/mission test/hil test/conformance test/lint test/fuzz/test_random_flight.py && \
 	    echo 'check: every flight ends as it should'
 # Measure the wall-clock time in which hangs and deaths are detected and repaired; the machine must have no other
 # load.

@@ -8,7 +8,12 @@ import signal
 
 import pytest
 
-ONE_FLIGHT = "test/conformance/pus/"  # All files of this folder share one flight and run in one worker.
+# The files of a group share flights and run in one worker: those of a folder, and those that use the fixture shared_flights.
+GROUPS = {
+    "pus": ["test/conformance/pus/"],
+    "telepresence": [f"test/mission/test_mission_{name}.py" for name in
+                     ("artefacts", "bus", "packets", "sanitized", "station_replay", "telepresence", "third_party_ground", "udp_links")],
+}
 
 
 def pytest_configure(config):
@@ -36,9 +41,10 @@ def pytest_xdist_make_scheduler(config, log):
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
-        """Distribute tests by file, except for this folder."""
+        """Distribute tests by file, except for the groups."""
 
         def _split_scope(self, nodeid):
-            return ONE_FLIGHT if nodeid.startswith(ONE_FLIGHT) else nodeid.split("::")[0]
+            file = nodeid.split("::")[0]
+            return next((group for group, places in GROUPS.items() if file.startswith(tuple(places))), file)
 
     return Scheduling(config, log)

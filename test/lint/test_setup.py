@@ -165,6 +165,7 @@ def test_python_packages_are_fetched_once_for_all_clones(index, fresh_venv):
     assert (index / "b" / "build" / "venv" / "bin" / "gse").stat().st_mode & 0o111
 
 
+@pytest.mark.long
 def test_installed_packages_are_cached_too_and_need_no_network(index, fresh_venv):
     place = clone(index / "a", fresh_venv)
     install(index, place)
@@ -176,6 +177,7 @@ def test_installed_packages_are_cached_too_and_need_no_network(index, fresh_venv
     assert (done.returncode, modules) == (0, {"one_part", "other"}), done.stderr
 
 
+@pytest.mark.long
 def test_python_packages_that_cannot_be_fetched_are_named(index, fresh_venv):
     place = clone(index / "a", fresh_venv)
     done, modules = install(index, place, index="no network")
@@ -191,6 +193,7 @@ def test_python_packages_that_cannot_be_fetched_are_named(index, fresh_venv):
     assert list(place.glob("build/venv/lib/*/site-packages/other-3.0.dist-info"))
 
 
+@pytest.mark.long
 def test_a_damaged_wheel_is_fetched_again(index, fresh_venv):
     install(index, clone(index / "a", fresh_venv))
     (cached,) = (index / "cache" / "hirosco" / "wheels").glob("other*")

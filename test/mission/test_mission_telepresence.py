@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hirosco_gse import figures
 
-FLIGHTS = [("processes", 1), ("image", 1), ("processes", 2), ("image", 2)]
+FLIGHTS = [("processes", 1), ("image", 1), pytest.param("processes", 2, marks=pytest.mark.long), ("image", 2)]
 
 
 @pytest.mark.parametrize(("form", "seed"), FLIGHTS)
@@ -90,7 +90,7 @@ def _assert_equal(one, other):
             pytest.fail(f"{name} of {one.folder.name} and {other.folder.name}: {_first_difference(a, b)}")
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_forms_give_identical_logs(shared_flights, seed):
     _assert_equal(shared_flights.flight(form="processes", seed=seed), shared_flights.flight(form="image", seed=seed))
 
@@ -105,13 +105,13 @@ def test_truth_of_one_seed_is_identical_too(shared_flights):
 
 
 def test_another_seed_differs_in_sensor_noise(shared_flights):
-    one, other = shared_flights.flight(seed=1), shared_flights.flight(seed=2)
+    one, other = shared_flights.flight(form="image", seed=1), shared_flights.flight(form="image", seed=2)
     for name in flying.BUS_LOGS:
         assert one.octets(name) != other.octets(name)
     # At rest with engaged brakes: two seeds differ only in the noise, which has the same standard deviation.
     start, end = 2000 * 5, 2000 * 6
-    first = [shared_flights.run(seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
-    second = [shared_flights.run(seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
+    first = [shared_flights.run(form="image", seed=1).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
+    second = [shared_flights.run(form="image", seed=2).joint_tpdo[joint]["torque"][start:end].astype(float) for joint in range(2)]
     for a, b in zip(first, second):
         assert not np.array_equal(a, b)
         assert 0 < a.std() < 1.5 * b.std() and b.std() < 1.5 * a.std()

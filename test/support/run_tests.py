@@ -39,10 +39,11 @@ PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 1500
 SLOWEST = 10
-# Files, and one folder that shares a flight, which take more than half a minute. They begin first; so the files of the
+# Files and groups of files (test/conftest.py) that take more than half a minute. They begin first; so the files of the
 # station, each of which flies in wall-clock time with a browser, do not fly at the same time.
-LONGEST = ["test/hil/test_nodes.py", "test/hil/test_deaths.py", "test/hil/test_buses.py", "test/mission/test_tutorial.py",
-           "test/mission/test_mission_station.py", "test/conformance/pus/"]
+LONGEST = ["test/mission/test_mission_artefacts.py", "test/hil/test_nodes.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
+           "test/mission/test_mission_station.py", "test/mission/test_tutorial.py", "test/conformance/pus/",
+           "test/mission/test_mission_station_telepresence.py"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
 CMOCKA = re.compile(r"^\[ +(PASSED|FAILED|SKIPPED) +\] (\d+) test", re.MULTILINE)
 CLOSING = re.compile(r"^(\d+ Tests \d+ Failures.*|OK|FAIL|\[ +(PASSED|FAILED|SKIPPED) +\] \d+ test.*)$")
