@@ -22,18 +22,21 @@ FILM = flying.ROOT / "docs" / "images" / "telepresence.webp"
 FILM_S = [20 + n * 0.25 for n in range(40)] + [43 + n * 0.25 for n in range(24)]  # contour, then spring
 REPORT_OCTETS = 1_200_000
 REPLAYED = "Boolean(window.station?.replay?.film)"
-# Changes of the page, and pictures that it asks for, while a replay is at rest. Pictures of the scene with all pixels come before.
+# Changes of the page, and pictures that it asks for, while a replay is at rest. Pictures of the scene with all pixels come before. The page
+# describes the scene every 5 s, here once before the rest and once within it.
 AT_REST = """async () => {
     const wait = (ms) => new Promise((done) => setTimeout(done, ms)), ask = window.requestAnimationFrame;
     station.replay.play(false);
     station.replay.seek(26);
     while (!station.scene.pictures.isFine || station.scene.pictures.isBusy) await wait(20);
     await wait(600);
+    station.scene.describe();
     const isSame = ({ target, attributeName, oldValue }) => ["disabled", "hidden"].includes(attributeName) && target.getAttribute(attributeName) === oldValue;
     const found = [], changes = new MutationObserver((records) => found.push(...records.filter((one) => !isSame(one)).map(({ target, attributeName }) =>
         `${target.nodeName} ${target.className?.baseVal ?? target.className ?? ""} ${attributeName ?? "text"}`)));
     window.requestAnimationFrame = (call) => { found.push("picture"); return ask(call); };
     changes.observe(document.body, {subtree: true, childList: true, attributeOldValue: true, characterData: true});
+    station.scene.describe();
     await wait(700);
     changes.disconnect();
     window.requestAnimationFrame = ask;

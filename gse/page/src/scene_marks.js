@@ -6,7 +6,7 @@ import * as THREE from "three";
 
 import { Arm } from "./body.js";
 import { store } from "./store.js";
-import { number, text } from "./dom.js";
+import { number, put, text } from "./dom.js";
 import { moving, place, poses, tipForce, tipOf } from "./kinematics.js";
 
 const FORCE_SCALE = 0.0024; // Length of an arrow for each newton [m/N].
@@ -53,7 +53,8 @@ export class SceneMarks extends HTMLElement {
     if (!this.tip) return;
     const [x, y, z] = this.tip.map((value) => `${(value * 1000).toFixed(0)} mm`);
     const across = this.across[0].hidden ? "" : `, y ${y}`;
-    this.canvas.setAttribute(
+    put(
+      this.canvas,
       "aria-label",
       [`The robot: tip at x ${x}${across}, z ${z}, force ${this.force.toFixed(1)} N`, this.actuators.words()]
         .filter(Boolean)

@@ -343,11 +343,12 @@ class Strips extends HTMLElement {
     this.strips = [];
     store.on("hello", () => this.build());
     store.on("theme", () => this.remake());
-    new ResizeObserver(() =>
+    // A plot also changes its height when its legend needs another row.
+    this.sizes = new ResizeObserver(() =>
       this.strips.forEach((strip) =>
         strip.plot?.setSize({ width: strip.place.clientWidth, height: strip.place.clientHeight }),
       ),
-    ).observe(this);
+    );
     document.fonts.ready.then(() => this.remake());
     setInterval(() => this.draw(), REFRESH_MS);
   }
@@ -390,6 +391,8 @@ class Strips extends HTMLElement {
         this.draw();
       };
     const none = el("p", { class: "reason" }, "No charts yet: P adds a parameter.");
+    this.sizes.disconnect();
+    for (const strip of this.strips) this.sizes.observe(strip.place);
     this.area.replaceChildren(...(this.strips.length ? this.strips.map((strip) => strip.node) : [none]));
     this.remake();
   }
