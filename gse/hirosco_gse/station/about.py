@@ -36,6 +36,11 @@ def hello(dictionary, flight, world):
     }
 
 
+def _place_of(end):
+    """The buses of an end node, or its type if it is on none."""
+    return ", ".join(end[key] for key in ("bus", "redundantBus") if end.get(key)) or end["type"]
+
+
 def _configuration(item, part):
     ends = [end for device in part.get("devices", []) for end in device["endnodes"]]
     return {
@@ -44,6 +49,7 @@ def _configuration(item, part):
         "devices": [device["name"] for device in part.get("devices", [])],
         "nodes": {device["name"]: end["node"] for device in part.get("devices", []) for end in device["endnodes"] if "node" in end},
         "sampling_us": part.get("sampling_us", 0),
+        "endnodes": {device["name"]: _place_of(device["endnodes"][0]) for device in part.get("devices", [])},
         "buses": sorted({end[key] for end in ends for key in ("bus", "redundantBus") if end.get(key)}),
         "structures": [_structure(item["parameters"], hk) for hk in part.get("housekeeping", [])],
     }

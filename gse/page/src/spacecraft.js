@@ -426,10 +426,13 @@ class Network extends HTMLElement {
         : `${one} of ${devices.length} lost`;
     const shown = isMany ? [all] : devices;
     const each = BOX.width / shown.length;
-    const bus = (part.buses ?? []).join(", ");
+    // The bus of each device, or the type of its end node.
+    const ends = part.endnodes ?? {};
+    const kinds = [...new Set(Object.values(ends))];
+    const bus = kinds.length > 2 ? `${kinds.length} types of end node` : kinds.join(", ");
     found.push(
       svg("path", { class: wire(lost.size), d: `M${x + 60} ${y + 40}V${y + 52}` }),
-      svg("title", {}, `${name}: ${bus || "no bus"}: ${devices.join(", ")}`),
+      svg("title", {}, `${name}: ${devices.map((device) => `${device} (${ends[device]})`).join(", ")}`),
     );
     shown.forEach((device, n) => {
       const cx = x + each * (n + 0.5);
