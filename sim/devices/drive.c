@@ -99,7 +99,7 @@ struct drive {
 
 static int64_t rounded(const double value)
 {
-    return (int64_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
+    return (int64_t)llround(value);
 }
 
 static int64_t clamped(const double value, const double limit)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/devices/joystick.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -41,7 +42,7 @@ struct joystick {
 
 static int64_t rounded(const double value)
 {
-    return (int64_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
+    return (int64_t)llround(value);
 }
 
 static void refresh_torque(stick_axis_t* const axis)

@@ -34,8 +34,7 @@ struct wheel {
 
 static int64_t clamped(const double value, const double limit)
 {
-    const double bounded = fmax(-limit, fmin(limit, value));
-    return (int64_t)((bounded < 0.0) ? (bounded - 0.5) : (bounded + 0.5));
+    return (int64_t)llround(fmax(-limit, fmin(limit, value)));
 }
 
 /// Speed of the rotor relative to its housing.

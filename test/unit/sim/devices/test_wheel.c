@@ -109,6 +109,22 @@ static void the_reported_speed_is_relative_to_the_housing(void)
     TEST_ASSERT_EQUAL_INT32(lround((FULL_RAD_S / 2.0 - 0.5) * 1e6), (int32_t)octets_u32(&answer()[2]));
 }
 
+/// The sum of 0.5 and the largest number below 0.5 is 1: a value is not rounded by adding 0.5.
+static void a_torque_of_less_than_half_a_unit_is_reported_as_zero(void)
+{
+    enable();
+    for (unsigned i = 0U; i < 2U; i++) {
+        rotor.torque_nm = ((i == 0U) ? 1.0 : -1.0) * nextafter(0.5, 0.0) * UNIT_NM;
+        master_send(&master, 0x080U, NULL, 0U);
+        master_wait(&master, STEP_NS);
+        TEST_ASSERT_EQUAL_INT16(0, (int16_t)octets_u16(&answer()[6]));
+    }
+    rotor.torque_nm = 0.5 * UNIT_NM;
+    master_send(&master, 0x080U, NULL, 0U);
+    master_wait(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_INT16(1, (int16_t)octets_u16(&answer()[6]));
+}
+
 static void limits_are_kept_and_reported_in_the_statusword(void)
 {
     enable();
@@ -192,6 +208,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_enabled_wheel_has_the_commanded_torque);
     RUN_TEST(the_reported_speed_is_relative_to_the_housing);
+    RUN_TEST(a_torque_of_less_than_half_a_unit_is_reported_as_zero);
     RUN_TEST(limits_are_kept_and_reported_in_the_statusword);
     RUN_TEST(the_speed_mode_reaches_the_commanded_speed);
     RUN_TEST(without_commands_the_motor_gives_no_torque);
