@@ -355,7 +355,7 @@ status_t drives_configure(void* const self, const descriptor_configuration_t* co
         status             = step_buses(drives, DRIVES_STEP_CONFIGURE, canopen_network_configure);
         drives->is_written = (status == STATUS_OK);
     }
-    if (status == STATUS_OK) { // All buses start in the same cycle, so that their SYNCs leave together.
+    if (status == STATUS_OK) { // All buses start in the same cycle, so that they send equally many SYNCs.
         status = step_buses(drives, DRIVES_STEP_START, canopen_network_start);
     }
     raise_faults(drives);

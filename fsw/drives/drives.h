@@ -6,8 +6,9 @@
 ///
 /// HARDWARE_INIT brings up the devices of all configurations, PRE_OPERATIONAL writes the settings of one. The
 /// subsystem's callback `fits` must have accepted the descriptor by drives_fit (drives_fitting.h). Devices
-/// may be on several buses, each with its own master; a node id occurs on one of them only. SYNC leaves on
-/// all buses in the same cycle, and all devices are secured at once.
+/// may be on several buses, each with its own master; a node id occurs on one of them only. All devices are
+/// secured at once. Each master queues SYNC in the same cycle, behind the commands of its own bus, so a bus
+/// with fewer commands sends it earlier (docs/decisions/0057).
 ///
 /// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task and time. Never blocks.

@@ -119,7 +119,7 @@ ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
 
 
 def test_the_arm_flies_with_its_joints_on_two_buses(root):
-    """All figures have their bounds; SYNC is sent on both buses at the same instants."""
+    """All figures have their bounds; SYNC is sent on both buses at the same instants, since each bus has the commands of one drive."""
     flying.replace(root / "descriptors/missions/rokviss.xml", ('    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"'))
     flying.replace(root / WORLD, ('type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"'))
     flying.replace(root / WORLD, ('    <Supply device="JOINT2"/>\n', ""))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A subsystem with 32 devices: on four buses with 8 each, and on two with 16 each. Mission, descriptor and world are generated; the
+"""A subsystem with 32 devices: on four buses with 1, 15, 8 and 8, and on two with 16 each. Mission, descriptor and world are generated; the
 program is that of ACTUATORS, built from the generated descriptor. One device more is refused with file and line."""
 
+import itertools
 import re
 import shutil
 import struct
@@ -20,7 +21,8 @@ import subsystem
 pytestmark = pytest.mark.long  # The program is built.
 
 DEVICES, FIRST_NODE = 32, 0x11
-PERIOD_US = 4000  # 16 drives on a bus exchange 32 frames of 56 us.
+COMMAND_US = 56
+PERIOD_US = 4000  # 16 drives on a bus exchange 32 frames of COMMAND_US.
 UNPLUGGED = FIRST_NODE + 9
 UNPLUG_S = 3.0
 ENABLED = 0x0F
@@ -49,11 +51,18 @@ LINES = (
 )
 
 
+def buses_of(count, buses):
+    """Number of the bus of each device: equally many on each bus, but of four buses the first has one device and the second the others."""
+    first = count // buses
+    own = [1 + index * buses // count for index in range(count)]
+    return [2 if buses == 4 and 0 < index < first else bus for index, bus in enumerate(own)]
+
+
 def descriptor(count, buses):
     """Text of the descriptor of ACTUATORS with `count` drives on `buses` buses, and with parameters for 32 axes."""
     text = (flying.ROOT / "descriptors" / "subsystems" / "actuators.xml").read_text(encoding="utf-8")
-    listed = [DEVICE.format(index=index, bus=1 + index * buses // count, node=FIRST_NODE + index, first=0x200 + FIRST_NODE + index,
-                            second=0x80000300 + FIRST_NODE + index) for index in range(count)]
+    listed = [DEVICE.format(index=index, bus=bus, node=FIRST_NODE + index, first=0x200 + FIRST_NODE + index, second=0x80000300 + FIRST_NODE + index)
+              for index, bus in enumerate(buses_of(count, buses))]
     configuration = re.search(r'  <Configuration name="NOMINAL".*?</Configuration>\n', text, re.DOTALL)[0]
     head, tail = text[: text.index("  <!-- The boom runs against")], "</Subsystem>\n"
     configuration = configuration.replace('samplingTime="1ms"', f'samplingTime="{PERIOD_US}us"').replace('id="2"', 'id="1"', 1)
@@ -63,7 +72,7 @@ def descriptor(count, buses):
 
 def put(tree, count, buses):
     """Write descriptor, mission and world. Returns the bus of each device."""
-    own = [1 + index * buses // count for index in range(count)]
+    own = buses_of(count, buses)
     (tree / "descriptors" / "subsystems" / "actuators.xml").write_text(descriptor(count, buses), encoding="utf-8")
     mission = (flying.ROOT / "descriptors" / "missions" / "actuators.xml").read_text(encoding="utf-8")
     mission = mission.replace(BUS, "\n".join(BUS.replace("platform", f"bus-{1 + number}") for number in range(buses)))
@@ -124,13 +133,16 @@ def test_32_devices_of_one_subsystem_fly_and_are_secured_together(tree, tmp_path
     positions = [float(word) for word in re.search(r"POSITION: \[([-+0-9.e, ]+)\]", report)[1].split(",")]
     assert max(abs(found - wanted) for found, wanted in zip(positions, TARGETS, strict=True)) < 1e-3, positions
     seen = {number: frames(flight, number) for number in range(1, 1 + buses)}
-    assert set(own) == set(seen) and all(own.count(number) == DEVICES // buses for number in seen)
+    assert [own.count(number) for number in seen] == ([1, 15, 8, 8] if buses == 4 else [16, 16])
 
-    # SYNC is sent in the same cycles on all buses. On each bus it follows the commands of the cycle; the numbers of their stuff bits, each of
-    # which takes 1 us at most, differ from bus to bus.
-    syncs = [[time for time, identifier, _ in rows if identifier == 0x080] for rows in seen.values()]
-    assert len({len(times) for times in syncs}) == 1 and len(syncs[0]) > 400
-    assert max(max(instant) - min(instant) for instant in zip(*syncs)) <= 2 * DEVICES // buses
+    # SYNC is sent in the same cycles on all buses, on each bus after the commands of its own drives: a bus with fewer drives sends it earlier. The
+    # numbers of stuff bits of the commands, each of which takes 1 us at most, differ from bus to bus.
+    syncs = {number: [time for time, identifier, _ in rows if identifier == 0x080] for number, rows in seen.items()}
+    assert len({len(times) for times in syncs.values()}) == 1 and len(syncs[1]) > 400
+    for one, other in itertools.combinations(seen, 2):
+        more = abs(own.count(one) - own.count(other))
+        apart = max(abs(first - second) for first, second in zip(syncs[one], syncs[other]))
+        assert apart <= COMMAND_US * more + 2 * min(own.count(one), own.count(other)), (one, other, apart)
 
     # One device is lost: all others are commanded out of operation in one cycle, each before the answer of any.
     words = {}
