@@ -146,18 +146,19 @@ static void forget_link(supervisor_t* const supervisor, const uint16_t link,
     }
 }
 
-/// Abort a session: close each end that is open or has accepted. `failed` is the APID of an end that has
-/// nothing to close; 0: there is none.
+/// Abort a session: close each end that is open or has accepted, but not that of `failed` (an APID, or 0).
 static void give_up(supervisor_t* const supervisor, link_session_t* const session, const uint16_t failed,
                     const uint16_t code, const uint32_t detail)
 {
     const bool is_agreed = (accepted_of(supervisor, session->link) != NULL);
+    const bool is_open   = (supervisor_link_graph_find(&supervisor->graph, session->link) != NULL);
     if (session->step == SESSION_CLOSING) {
         drop_link(supervisor, session->link); // Both ends have been requested to close.
-    } else if ((session->step != SESSION_ASK_PRODUCER) || is_agreed) {
+    } else if ((session->step != SESSION_ASK_PRODUCER) ||
+               (is_agreed && !((code == PUS_FAILURE_LINK_REFUSED) && is_open))) {
         forget_link(supervisor, session->link, &session->ends, failed);
     } else {
-        // No end has accepted yet.
+        // No end has accepted yet, or the producer refuses and keeps the end that it has open.
     }
     end_session(supervisor, session, code, detail);
 }
@@ -412,8 +413,7 @@ static void member_opened(supervisor_t* const supervisor, link_session_t* const 
         end_session(supervisor, session, (status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
                     LINK_GRAPH_EDGES);
     } else {
-        // The answer does not belong to this step; if the right one does not arrive, the time-out ends the
-        // session.
+        // Not the answer of this step. If that one does not arrive, the time-out ends the session.
     }
 }
 

@@ -144,7 +144,6 @@ bool pus_request_format_check(const uint8_t* const program, octet_reader_t* cons
 {
     FSW_ASSERT((program != NULL) && (reader != NULL));
     interpreter_t interpreter = {.next = program, .reader = reader};
-    repeat(&interpreter);
     for (uint8_t word = operand(&interpreter); word != (uint8_t)PUS_REQUEST_FORMAT_END;
          word         = operand(&interpreter)) {
         if (!step(&interpreter, word) || reader->failed) {

@@ -251,6 +251,34 @@ static void a_new_negotiation_that_fails_ends_the_former_agreement(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.accepted[0].link);
 }
 
+static void a_refused_negotiation_ends_an_agreement_that_is_not_open(void)
+{
+    members_are_ready();
+    agree();
+    fixture.members[FIXTURE_ARM].refuses_links = PUS_LINK_REASON_LAYOUT;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_TRUE(fixture_has("17 TC 130.7 0001"));
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.accepted[0].link);
+}
+
+/// The producer has kept its end of the open link, and the consumer got no request.
+static void an_open_link_stays_open_if_the_producer_refuses_to_negotiate_it_again(void)
+{
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture.members[FIXTURE_ARM].refuses_links = PUS_LINK_REASON_LAYOUT;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070104"));
+    TEST_ASSERT_FALSE(fixture_has("TC 130.7"));
+    TEST_ASSERT_NOT_NULL(supervisor_link_graph_find(&fixture.supervisor.graph, LINK_ARM_STATE));
+    fixture.members[FIXTURE_ARM].refuses_links = 0U;
+    fixture_forget();
+    (void)fixture_request_link(LINK_ARM_STATE); // The session has ended.
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_TRUE(fixture_has("G 130.4 "));
+}
+
 static void a_link_is_renewed_only_if_it_can_be_negotiated_again(void)
 {
     supervisor_t* const supervisor = &fixture.supervisor;
@@ -379,6 +407,8 @@ int main(void)
     RUN_TEST(only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss);
     RUN_TEST(an_own_event_is_about_the_subsystem_that_its_first_field_names);
     RUN_TEST(a_new_negotiation_that_fails_ends_the_former_agreement);
+    RUN_TEST(a_refused_negotiation_ends_an_agreement_that_is_not_open);
+    RUN_TEST(an_open_link_stays_open_if_the_producer_refuses_to_negotiate_it_again);
     RUN_TEST(a_link_is_renewed_only_if_it_can_be_negotiated_again);
     RUN_TEST(an_agreed_link_is_opened_again_only_with_a_session_and_a_producer);
     RUN_TEST(a_report_of_an_end_counts_only_in_its_own_step);
