@@ -4,7 +4,7 @@
 
 #include "osal/include/osal/directory.h"
 #include "osal/include/osal/process.h"
-#include "test/support/directory.h"
+#include "test/support/folder.h"
 #include "unity.h"
 
 #include <stdio.h>
