@@ -20,8 +20,8 @@
 //   - if ((size < PUS_TC_MIN) || (size > PUS_PACKET_MAX)) {
 //   + if (size > PUS_PACKET_MAX) {
 // Fault: pus/core/request_format.c
-//   - interpreter->next += (place == interpreter->selector) ? 1U : (1U + (size_t)*interpreter->next);
-//   + interpreter->next += (place == interpreter->selector) ? 1U : (size_t)*interpreter->next;
+//   - interpreter->next += (argument == interpreter->selector) ? 1U : (1U + (size_t)*interpreter->next);
+//   + interpreter->next += (argument == interpreter->selector) ? 1U : (size_t)*interpreter->next;
 #include "pus/core/request_format.c"
 
 #include "test/proof/proof.h"
