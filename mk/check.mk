@@ -15,11 +15,11 @@ compile-commands: $(GENERATED)
 	        '$(strip $(CC) $(CPPFLAGS) $(CFLAGS))' "$$file"; \
 	    separator=','; done >build/compile_commands.json && printf '\n]\n' >>build/compile_commands.json
 
-CHECKS := check-format check-gcc check-clang check-tidy check-misra check-complexity check-layers \
+CHECKS := check-format check-gcc check-tidy check-misra check-complexity check-layers \
           check-worlds check-symbols check-text check-spelling check-links check-python check-page \
           check-proofs
-.PHONY: $(CHECKS) check-analyzer check-misra-all check-tidy-all check-mutants check-fuzz mutants flight-objects \
-        read-by-clang tidied coverage-tests
+.PHONY: $(CHECKS) check-clang check-analyzer check-misra-all check-tidy-all check-mutants check-fuzz mutants \
+        flight-objects read-by-clang tidied coverage-tests
 # Other checks read what check-gcc has built; while it builds, the packages of the other checks are installed. Then one
 # job more than processors runs, because some wait for the network or for one long process. `make check test` installs
 # what the tests need while the checks run.
@@ -31,16 +31,16 @@ check: build/setup/unit
 	    $(if $(filter test,$(MAKECMDGOALS)),test-setup) $(filter-out $(FIRST_CHECKS),$(CHECKS)) || failed=1; \
 	[ -z "$$failed" ] && echo 'check: all passed'
 check-full: check build/setup/full
-	+@$(MAKE) --no-print-directory -k coverage mcdc check-analyzer check-misra-all check-tidy-all check-all-proofs \
-	    check-fuzz check-mutants check-board check-flights check-times && echo 'check-full: all passed'
+	+@$(MAKE) --no-print-directory -k coverage mcdc check-clang check-analyzer check-misra-all check-tidy-all \
+	    check-all-proofs check-fuzz check-mutants check-board check-flights check-times && echo 'check-full: all passed'
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
 check-gcc: build/setup/unit
 	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
-# The warnings of clang for tests and measuring programs; check-tidy shows those for all other sources. They need
-# neither objects nor programs. A source that passed leaves a stamp file; a newer source, header or makefile makes it
-# out of date.
+# The warnings of clang for tests and measuring programs, in check-full; check-tidy shows those for all other sources.
+# They need neither objects nor programs. A source that passed leaves a stamp file; a newer source, header or makefile
+# makes it out of date.
 check-clang: build/setup/check
 	$(PARALLEL) -k read-by-clang && echo 'check: no warning from clang'
 READ_BY_CLANG := $(sort $(TESTS) $(foreach t,$(TESTS),$(call fixtures,$t)) \

@@ -98,8 +98,8 @@ tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 	@:
 # Tests of conversions between numbers and octets, which also run for a big-endian processor. They use Unity, because
 # cmocka is not available for that processor, and they need neither several tasks (the emulator has no locks with
-# priority inheritance) nor wall-clock time. Those of the packet services run with LONG=1.
-REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/$(if $(LONG),,core/)% test/unit/fsw/canopen/% test/unit/base/% \
+# priority inheritance) nor wall-clock time. They are built and run with LONG=1.
+REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% test/unit/base/% \
                  %/test_remote_endian_wire.c $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
                  $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
 REMOTE_ENDIAN_TESTS := $(if $(REMOTE_ENDIAN_TESTS),$(shell grep -L cmocka.h $(REMOTE_ENDIAN_TESTS)))
@@ -167,7 +167,7 @@ NEEDS_THREADS  := $(strip $(call selected,$(THREAD_TESTS)))
 TEST_SETUP     := $(if $(FLYING_TESTS),test) $(if $(HIL_TESTS),vm) $(if $(NEEDS_REMOTE_ENDIAN),s390x) \
                   $(if $(BOARD_TESTS),rtos) $(if $(PYTHON_TESTS),pytest) \
                   $(if $(NEEDS_THREADS),clang) unit
-BUILD_REMOTE_ENDIAN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 remote-endian-tests
+BUILD_REMOTE_ENDIAN   = $(MAKE) --no-print-directory -j$(JOBS) ONLY= S390X=1 remote-endian-programs
 test-setup: $(TEST_SETUP:%=build/setup/%)
 	@:
 test: test-setup

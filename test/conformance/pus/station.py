@@ -12,6 +12,7 @@ these records."""
 
 import collections
 import os
+import time
 
 import flying
 from hirosco_gse.session import LinkLost, Request, TimedOut
@@ -66,7 +67,17 @@ class Station(Spacecraft):
         self.session.listeners.append(self._note)
         self.reports = []  # (packet, decoded) since the last clear()
         self.undecoded = []
-        self.connect(PATIENCE_S)
+        self._connect_to_a_flight()
+
+    def _connect_to_a_flight(self):
+        """Raises LinkClosed if there is no link for PATIENCE_S, or the flight has ended."""
+        end = time.monotonic() + PATIENCE_S
+        while not self.is_connected:
+            try:
+                self.connect(1.0)
+            except LinkLost as problem:
+                if self.flight.process.poll() is not None or time.monotonic() > end:
+                    raise LinkClosed(str(problem)) from problem
 
     def _note(self, packet, decoded):
         self.reports.append((packet, decoded))

@@ -11,6 +11,7 @@ import random
 import shutil
 import signal
 import subprocess
+import types
 
 import flying
 import pytest
@@ -337,3 +338,9 @@ SEEDS = [pytest.param(seed, marks=() if seed < SHORT_RUN_SEEDS else pytest.mark.
 def test_acknowledged_changes_survive_power_cuts(cutter, tmp_path, seed):
     _campaign(cutter, tmp_path, seed, LIVES)
     shutil.rmtree(tmp_path)
+
+
+def test_a_flight_that_ends_before_its_station_connects_has_no_station(tmp_path):
+    ended = types.SimpleNamespace(folder=tmp_path, port=flying.free_port, process=types.SimpleNamespace(poll=lambda: 1))
+    with pytest.raises(stations.LinkClosed):
+        stations.Station(ended, stations.Notes())
