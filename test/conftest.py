@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests marked `long` run only with LONG=1 in the environment (`make check-full`). If there are several
 workers, each has a processor, to which the processes that it starts are also bound: no worker slows another
-one down. A worker more than processors is not bound, and uses the processor that is idle. The tests of a file share flights and run in one worker."""
+one down. The tests of a file share flights and run in one worker."""
 
 import os
 import signal
@@ -23,9 +23,8 @@ def pytest_configure(config):
         signal.signal(signal.SIGINT, signal.default_int_handler)
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if worker:
-        ours, number = sorted(os.sched_getaffinity(0)), int(worker.removeprefix("gw"))
-        if number < len(ours):
-            os.sched_setaffinity(0, {ours[number]})
+        ours = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {ours[int(worker.removeprefix("gw")) % len(ours)]})
 
 
 def pytest_collection_modifyitems(config, items):

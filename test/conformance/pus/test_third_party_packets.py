@@ -64,7 +64,7 @@ def test_a_third_party_schedule_with_a_third_party_request_is_released(station, 
     station.do("SUPERVISOR", 11, 3)
     station.do("SUPERVISOR", 11, 23, n=[])
     station.do("SUPERVISOR", 11, 22, n=[{"group_id": 1, "group_status": "enabled"}])
-    due_ns = station.dictionary.epoch_ns + round((station.now() + 5.0) * 10**9)
+    due_ns = station.dictionary.epoch_ns + round((station.now() + 60.0) * 10**9)
     inner = maker(JOYSTICK, 77, 17, 1, b"", NONE)
     data = struct.pack(">BBB", 1, 1, 1) + packets.encode_time(due_ns) + inner  # Sub-schedule, number of activities, group.
     since = len(station.reports)
