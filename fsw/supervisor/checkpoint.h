@@ -93,7 +93,8 @@ typedef struct { // Running negotiation, opening or closing of one link.
     uint32_t transaction; ///< Transaction number of the manager; the answers of the subsystems contain it.
     uint32_t epoch;
     pus_link_ends_t ends;
-    pus_token_t token; ///< Token of the request; source 0: the supervisor acts without a request.
+    pus_link_properties_t wanted; ///< Properties that the request states, if the link is negotiated.
+    pus_token_t token;            ///< Token of the request; source 0: the supervisor acts without a request.
     uint64_t deadline_ns;
 } link_session_t;
 

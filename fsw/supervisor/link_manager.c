@@ -203,8 +203,8 @@ static link_session_t* begin_negotiation(supervisor_t* const supervisor, const m
     supervisor->link_transaction++;
     session->ends =
         (pus_link_ends_t){link->producer_apid, link->producer_port, link->consumer_apid, link->consumer_port};
-    session->transaction                  = supervisor->link_transaction;
-    supervisor->wanted[link->number - 1U] = *wanted;
+    session->transaction = supervisor->link_transaction;
+    session->wanted      = *wanted;
     if (ask_member(supervisor, link->producer_apid, session, wanted) != STATUS_OK) {
         session->step = SESSION_FREE;
         return NULL;
@@ -374,6 +374,7 @@ static void member_accepts(supervisor_t* const supervisor, const uint16_t apid,
     pus_link_accept_t agreed                 = *accept;
     agreed.transaction                       = session->asked;
     supervisor->accepted[session->link - 1U] = (link_edge_t){.link = session->link, .ends = session->ends};
+    supervisor->wanted[session->link - 1U]   = session->wanted;
     if (!is_own(session)) {
         (void)pus_link_accept_report(subsystem_process(&supervisor->subsystem), session->token.source,
                                      &agreed, supervisor->now_ns);
@@ -425,8 +426,7 @@ static void member_closed(supervisor_t* const supervisor, const uint16_t link, c
     if (session == NULL) {
         const bool is_producer = (ends->producer_apid == apid);
         drop_link(supervisor, link);
-        // The other end often closes at the same time, and its report arrives next. Therefore
-        // supervisor_link_manager_settle closes it later, if necessary.
+        // The other end often closes at the same time: supervisor_link_manager_settle closes it otherwise.
         supervisor->closings[link - 1U] = is_producer ? ends->consumer_apid : ends->producer_apid;
         return;
     }

@@ -172,6 +172,13 @@ static bool is_step_done(supervisor_t* const supervisor)
     }
 }
 
+void supervisor_sequence_left_offline(supervisor_t* const supervisor, const registry_entry_t* const entry)
+{
+    if (supervisor_sequence_is_ending(supervisor) && is_in_shutdown_group(entry)) {
+        (void)supervisor_order_state(supervisor, entry->mission->apid, STATE_OFFLINE, PUS_CAUSE_SHUTDOWN);
+    }
+}
+
 bool supervisor_sequence_is_ending(const supervisor_t* const supervisor)
 {
     return supervisor->shutdown_step >= (unsigned)SHUTDOWN_TO_OFFLINE;

@@ -53,9 +53,13 @@ static void keep(supervisor_t* const supervisor, registry_entry_t* const entry, 
     if ((state == (uint8_t)STATE_ERROR_OPERATIONAL) && (entry->state != STATE_ERROR_OPERATIONAL)) {
         entry->error_ns = supervisor->now_ns;
     }
-    entry->state         = (state_t)state;
-    entry->phase         = (state_phase_t)phase;
-    entry->configuration = configuration;
+    const bool has_left_offline = (entry->state == STATE_OFFLINE) && (state != (uint8_t)STATE_OFFLINE);
+    entry->state                = (state_t)state;
+    entry->phase                = (state_phase_t)phase;
+    entry->configuration        = configuration;
+    if (has_left_offline) {
+        supervisor_sequence_left_offline(supervisor, entry);
+    }
     if (is_rest(entry)) {
         entry->rested      = entry->state;
         entry->rested_with = configuration;

@@ -188,9 +188,10 @@ typedef struct supervisor { // All fields are private.
     link_edge_t accepted[MISSION_LINKS_MAX]; // Negotiated links, by mission link number - 1; link 0: none.
     uint32_t link_epoch;
     uint32_t link_transaction;
-    pus_link_properties_t wanted[MISSION_LINKS_MAX]; // Properties requested last, by mission link number - 1.
-    uint32_t renewed;                                // Bit n: link n + 1 was open and must be opened again.
-    uint8_t renewals[MISSION_LINKS_MAX];             // Remaining attempts.
+    // Properties of the last request on which both ends agreed, by mission link number - 1; for a renewal.
+    pus_link_properties_t wanted[MISSION_LINKS_MAX];
+    uint32_t renewed;                    // Bit n: link n + 1 was open and must be opened again.
+    uint8_t renewals[MISSION_LINKS_MAX]; // Remaining attempts.
     plan_runner_t plans;
     own_event_t own_events[SUPERVISOR_OWN_EVENTS];
     uint16_t own_event_count;

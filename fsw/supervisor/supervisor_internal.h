@@ -128,8 +128,8 @@ void supervisor_link_manager_report(supervisor_t* supervisor, const pus_tm_t* tm
 void supervisor_link_manager_settle(supervisor_t* supervisor);
 /// End sessions whose time-out has passed; called every 10 ms.
 void supervisor_link_manager_watch(supervisor_t* supervisor);
-/// Begin the next step of opening a link again (first negotiate, then open) with the properties requested
-/// last. True if a step was begun.
+/// Begin the next step of opening a link again (first negotiate, then open) with the properties on which both
+/// ends agreed last. True if a step was begun.
 bool supervisor_link_manager_renew(supervisor_t* supervisor, uint16_t link);
 /// Remove every edge of a subsystem whose process ended, and close the other end.
 void supervisor_link_manager_member_lost(supervisor_t* supervisor, uint16_t apid);
@@ -170,6 +170,8 @@ void supervisor_mode_end(supervisor_t* supervisor);
 void supervisor_sequence_autostart(supervisor_t* supervisor);
 void supervisor_sequence_shutdown_begin(supervisor_t* supervisor, const pus_token_t* token);
 void supervisor_sequence_shutdown(supervisor_t* supervisor);
+/// A subsystem has left OFFLINE: it gets the order for OFFLINE again if the shutdown has already ordered it.
+void supervisor_sequence_left_offline(supervisor_t* supervisor, const registry_entry_t* entry);
 /// True after the shutdown has ordered all subsystems to OFFLINE.
 bool supervisor_sequence_is_ending(const supervisor_t* supervisor);
 

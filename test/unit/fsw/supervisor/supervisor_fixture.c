@@ -346,9 +346,10 @@ void fixture_open(void)
     (void)snprintf(folder, sizeof folder, "/tmp/hirosco-fixture-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
     fixture_mission_load(folder, &mission, &own_descriptor);
-    fixture.source = FIXTURE_USER;
-    fixture.ack    = PUS_ACK_ALL;
-    next_number    = 0U;
+    fixture.source         = FIXTURE_USER;
+    fixture.ack            = PUS_ACK_ALL;
+    fixture.link_period_us = 1000U;
+    next_number            = 0U;
     fixture_forget_ends();
     message_ring_carrier_init(&fixture.hub, (message_delivery_notice_t){NULL, delivered});
     message_open(&fixture.endpoint, SUPERVISOR_APID, 1U, message_ring_carrier_port(&fixture.hub),
@@ -504,9 +505,10 @@ uint16_t fixture_request_link(uint16_t link)
     static const pus_link_ends_t ends[] = {{ARM, 1U, HAND, 2U}, {HAND, 1U, ARM, 2U}, {ARM, 1U, LONE, 3U}};
     uint8_t data[64];
     octet_writer_t writer            = octet_writer(data, sizeof data);
-    const pus_link_request_t request = {.transaction = 7U,
-                                        .ends        = ends[link - 1U],
-                                        .properties  = {.layout_size = 8U, .period_us = 1000U, .depth = 1U}};
+    const pus_link_request_t request = {
+        .transaction = 7U,
+        .ends        = ends[link - 1U],
+        .properties  = {.layout_size = 8U, .period_us = fixture.link_period_us, .depth = 1U}};
     pus_link_request_write(&writer, &request);
     return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_REQUEST, data, writer.position);
 }

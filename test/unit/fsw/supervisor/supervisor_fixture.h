@@ -76,8 +76,9 @@ typedef struct {
     fixture_member_t members[FIXTURE_MEMBERS];
     uint64_t now_ns;
     uint64_t next_status_ns;
-    uint16_t source; ///< Source of the next telecommands.
-    uint8_t ack;     ///< Acknowledgement flags of the next telecommands.
+    uint16_t source;         ///< Source of the next telecommands.
+    uint8_t ack;             ///< Acknowledgement flags of the next telecommands.
+    uint32_t link_period_us; ///< Period that the next requests for links state.
     bool is_stop_requested;
     bool is_finished;
     status_t start_result;

@@ -6,6 +6,7 @@
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define UNKNOWN 99U
@@ -279,6 +280,45 @@ static void an_open_link_stays_open_if_the_producer_refuses_to_negotiate_it_agai
     TEST_ASSERT_TRUE(fixture_has("G 130.4 "));
 }
 
+/// Close the link, and return true if its renewal asks the producer for these properties: layout, byte order
+/// and period.
+static bool is_renewed_with(const char* const properties)
+{
+    char request[64];
+    (void)fixture_close_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_EQUAL(0U, fixture.supervisor.accepted[0].link);
+    fixture_forget();
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(&fixture.supervisor, LINK_ARM_STATE));
+    (void)snprintf(request, sizeof request, "%08X00010010000100110002%s",
+                   (unsigned)fixture.supervisor.link_transaction, properties);
+    fixture_run(ANSWER_TICKS);
+    const char* const line = strstr(fixture_look(), "16 TC 130.3 ");
+    TEST_ASSERT_NOT_NULL(line);
+    return strncmp(line + strlen("16 TC 130.3 "), request, strlen(request)) == 0;
+}
+
+static void a_renewal_asks_for_the_properties_on_which_both_ends_agreed_last(void)
+{
+    fixture_link_up(STATE_PRE_OPERATIONAL);
+    fixture.link_period_us                     = 2000U;
+    fixture.members[FIXTURE_ARM].refuses_links = PUS_LINK_REASON_PERIOD;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    fixture.members[FIXTURE_ARM].refuses_links = 0U;
+    TEST_ASSERT_TRUE(is_renewed_with("000000000000000800000003E8")); // 1 ms.
+    fixture.members[FIXTURE_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    fixture.members[FIXTURE_HAND].refuses_links = 0U;
+    TEST_ASSERT_TRUE(supervisor_link_manager_renew(&fixture.supervisor, LINK_ARM_STATE));
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_TRUE(is_renewed_with("000000000000000800000003E8"));
+    (void)fixture_request_link(LINK_ARM_STATE);
+    fixture_run(ANSWER_TICKS);
+    TEST_ASSERT_TRUE(is_renewed_with("000000000000000800000007D0"));
+}
+
 static void a_link_is_renewed_only_if_it_can_be_negotiated_again(void)
 {
     supervisor_t* const supervisor = &fixture.supervisor;
@@ -409,6 +449,7 @@ int main(void)
     RUN_TEST(a_new_negotiation_that_fails_ends_the_former_agreement);
     RUN_TEST(a_refused_negotiation_ends_an_agreement_that_is_not_open);
     RUN_TEST(an_open_link_stays_open_if_the_producer_refuses_to_negotiate_it_again);
+    RUN_TEST(a_renewal_asks_for_the_properties_on_which_both_ends_agreed_last);
     RUN_TEST(a_link_is_renewed_only_if_it_can_be_negotiated_again);
     RUN_TEST(an_agreed_link_is_opened_again_only_with_a_session_and_a_producer);
     RUN_TEST(a_report_of_an_end_counts_only_in_its_own_step);

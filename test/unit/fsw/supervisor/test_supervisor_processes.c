@@ -6,6 +6,7 @@
 #include "unity.h"
 
 #include <stdio.h>
+#include <string.h>
 
 void setUp(void)
 {
@@ -83,11 +84,41 @@ static void an_order_that_waits_ends_with_its_process(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state); // The new life got no old order.
 }
 
+static unsigned count_of(const char* const text, const char* const start)
+{
+    unsigned count = 0U;
+    for (const char* line = strstr(text, start); line != NULL; line = strstr(line + 1, start)) {
+        count++;
+    }
+    return count;
+}
+
+/// LONE takes a request that was sent before the shutdown, when all others have been ordered to OFFLINE.
+static void a_subsystem_that_leaves_offline_during_the_shutdown_is_ordered_back_once(void)
+{
+    fixture.members[FIXTURE_LONE].takes_nothing = true;
+    fixture.members[FIXTURE_GROUND].is_passive  = true; // The shutdown waits for communication.
+    (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
+    (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    fixture_run(10U);
+    TEST_ASSERT_TRUE(fixture_has("2 TC 129.8 00"));
+    fixture_forget();
+    fixture.members[FIXTURE_LONE].takes_nothing = false;
+    fixture_run(100U); // Status reports come every half second.
+    const char* const text = fixture_look();
+    TEST_ASSERT_EQUAL_UINT(1U, count_of(text, "18 TC 129.1 03"));
+    TEST_ASSERT_EQUAL_UINT(1U, count_of(text, "18 TC 129.8 0004 from 8001"));
+    TEST_ASSERT_EQUAL_UINT(2U, count_of(text, "18 TC"));
+    TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
+    TEST_ASSERT_FALSE(fixture.is_finished);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(no_subsystem_goes_up_and_no_process_starts_during_the_shutdown);
     RUN_TEST(an_order_that_waits_takes_no_subsystem_up_during_the_shutdown);
     RUN_TEST(an_order_that_waits_ends_with_its_process);
+    RUN_TEST(a_subsystem_that_leaves_offline_during_the_shutdown_is_ordered_back_once);
     return UNITY_END();
 }
