@@ -78,9 +78,9 @@ class WallClock:
     def __init__(self, session, epoch_ns=None):
         self._session, self._epoch_ns = session, epoch_ns
         self._origin_ns = time.monotonic_ns()
-        session.listeners.append(self._synchronise)
+        session.follow = self._synchronise
 
-    def _synchronise(self, packet, _):
+    def _synchronise(self, packet):
         if self._epoch_ns is not None:
             ahead = packet.time_ns - self._epoch_ns - self._now()
             if ahead > 0:
@@ -200,6 +200,7 @@ class StepDriver:
         each change of the connection. visits: the actions of other users (visits.Visits)."""
         self._visits = visits
         self._stream, self._session, self._clock = stream, session, clock
+        session.follow = None  # Time passes only by grants.
         self._reconnect, self._report = reconnect, report
         self._is_served = self._was_lost = False
 

@@ -19,6 +19,7 @@ from .values import TEXT_MAX, shortened
 GROUND_USER = 1  # Source id of telecommands of the command line.
 OUT_OF_RANGE = 0x0203  # Failure code of a value outside its limits.
 
+HOUSEKEEPING = (3, 25)  # Message of the reports that are decoded only if they are read.
 ENDED = 32  # Requests whose reports may still arrive in parts.
 ASKED = 0x4000  # Packets that are remembered until a script logs them.
 
@@ -95,10 +96,12 @@ class Session:
         self.slipped_ns = 0  # Time by which the driver has advanced its clock without waiting.
         self.outbox = bytearray()
         self.listeners = []  # called with (packet, decoded)
+        self.follow = None  # follow(packet) lets the clock of a driver follow the time of telemetry.
         self.states = {}  # APID -> name of the last reported state
         self.configurations = {}  # APID -> last reported configuration id
         self.links = {}  # (consumer APID, consumer port) -> link id, from accept and status reports
         self.events = []  # (packet, decoded) of ST[05], in order
+        self.housekeeping = {}  # (APID, octets of the structure's id) -> (last report, id of the configuration), the newest at the end
         self.mode = None
         self.asked = collections.deque(maxlen=ASKED)  # (APID, sequence count) of each packet of a request, in order.
         self.malformed = []
@@ -172,6 +175,8 @@ class Session:
             if packet.direction == "TM":
                 self._take(packet)
                 self._put_together(packet)
+                if self.follow is not None:
+                    self.follow(packet)
 
     def _put_together(self, packet):
         if not large.is_part(packet):
@@ -182,7 +187,7 @@ class Session:
         if whole is None:
             return
         asked = next((ended for ended in self._ended if self._awaits(ended, whole)), None)
-        decoded = self._take(whole)
+        decoded = self._take(whole, asked is not None)
         if asked is not None:
             asked.replies.append((whole, decoded))
 
@@ -193,7 +198,17 @@ class Session:
         is_answer = (request.apid, request.service, entry.get("answer")) == (report.apid, *report.message)
         return is_answer and report.user == self.source and all(packet.message != report.message for packet, _ in ended.replies)
 
-    def _take(self, packet):
+    def _keep(self, packet):
+        """Keep a housekeeping report. Returns whether it must be decoded now: decoding takes longest, and an operator reads few reports."""
+        key = packet.apid, packet.data[:2]
+        self.housekeeping.pop(key, None)
+        self.housekeeping[key] = packet, self.configurations.get(packet.apid)
+        return bool(self.listeners) or any(verification.request.apid == packet.apid for verification in self._open.values())
+
+    def _take(self, packet, is_awaited=False):
+        """Process a report. Returns its content; None for a housekeeping report that is only kept."""
+        if packet.message == HOUSEKEEPING and not self._keep(packet) and not is_awaited:
+            return None
         decoded = telemetry.decode(packet, self.dictionary, self.configurations)
         if packet.service == 1:
             self._verify(packet)

@@ -79,9 +79,7 @@ class Spacecraft:
         self.timeout_s = timeout_s
         self._sender = sdls.Sender(self.place.key) if self.place.key else None
         self.session = Session(self.dictionary, first_sequence, user, self._sender or bytes)
-        self.session.listeners.append(self._take)
         compare_classes(self.place, self.session)
-        self.values = {}  # SUBSYSTEM.PARAMETER[.FIELD] -> (mission time [s], last value) of housekeeping
         self._stream = self._driver = self._world = None
 
     # Connection ---------------------------------------------------------------------------------------------
@@ -216,27 +214,31 @@ class Spacecraft:
         found = subsystem.parameter(head)
         if found.fields:
             found.field(field)  # Raises DictionaryError if there is no such field.
-        key = f"{subsystem.name}.{name}"
 
         def reported():
-            last = self.values.get(key)
-            return [last[1]] if last and is_wanted(last[1]) else None
+            last = self._last_value(subsystem, name)
+            return [last] if last is not None and is_wanted(last) else None
 
         def waiting():
             try:
-                return (yield from self.session.wait_for(reported, self._ns(timeout_s), f"the wanted value of {key}"))[0]
+                return (yield from self.session.wait_for(reported, self._ns(timeout_s), f"the wanted value of {subsystem.name}.{name}"))[0]
             except TimedOut as problem:
-                raise TimedOut(f"{problem}; the last value was {self.values[key][1] if key in self.values else 'not reported'}") from problem
+                last = self._last_value(subsystem, name)
+                raise TimedOut(f"{problem}; the last value was {'not reported' if last is None else last}") from problem
 
         return self.run(waiting())
 
     # Reports ------------------------------------------------------------------------------------------------
 
-    def _take(self, packet, decoded):
-        if decoded["kind"] == "housekeeping" and "error" not in decoded:
-            subsystem = self.dictionary.name_of_apid(packet.apid)
-            for name, value in telemetry.leaves(decoded["values"]).items():
-                self.values[f"{subsystem}.{name}"] = (packet.time_ns - self.dictionary.epoch_ns) / 1e9, _plain(value)
+    def _last_value(self, subsystem, name):
+        """Value of PARAMETER[.FIELD] in the last housekeeping report that contains it; None if there is none."""
+        for packet, configuration in reversed(self.session.housekeeping.values()):
+            if packet.apid == subsystem.apid:
+                decoded = telemetry.decode(packet, self.dictionary, {packet.apid: configuration})
+                leaves = telemetry.leaves(decoded.get("values", {}))
+                if name in leaves:
+                    return _plain(leaves[name])
+        return None
 
     def wait_for(self, condition, what, timeout_s=None):
         """Wait until condition() is true, and return its value; it is checked whenever telemetry has arrived. TimedOut names `what`."""

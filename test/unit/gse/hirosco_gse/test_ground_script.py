@@ -479,8 +479,7 @@ def test_a_wait_continues_when_telemetry_sets_the_clock_forward(dictionary):
     due = next(waiting)
     # The mission is faster than wall-clock time, or started before this client connected.
     for seconds in (470, 471, 500):
-        for listener in session.listeners:
-            listener(types.SimpleNamespace(time_ns=seconds * SECOND), None)
+        session.follow(types.SimpleNamespace(time_ns=seconds * SECOND))
         session.now_ns = seconds * SECOND
         due = next(waiting)
         assert abs(due - (seconds + 20) * SECOND) < SECOND

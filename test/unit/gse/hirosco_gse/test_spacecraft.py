@@ -9,12 +9,15 @@ import threading
 import pytest
 from conftest import ROOT
 from hirosco_gse import dictionary as dictionary_module
+from hirosco_gse import telemetry
 from hirosco_gse.command import UsageError
+from hirosco_gse.link import RealDriver, StepDriver
 from hirosco_gse.live import LiveRefused
-from hirosco_gse.session import LinkLost, Rejected, TimedOut
+from hirosco_gse.session import LinkLost, Rejected, Request, Session, TimedOut
 from hirosco_gse.spacecraft import Spacecraft
 from spacecraft import Spacecraft as Simulated
 from spacecraft import failure, success
+from tm_packets import build_tm
 
 pytest_plugins = ["pytester"]
 MANIPULATOR = 16
@@ -140,6 +143,27 @@ def test_states_events_and_values_are_waited_for(crafts, dictionary):
         craft.wait_event("MANIPULATOR", "TARE_DONE", 0.05)
     with pytest.raises(TimedOut, match=r"the last value was \[1.0, 2.5\]"):
         craft.wait_value("MANIPULATOR.DES_POSITION", lambda value: value[0] == 9, 0.05)
+
+
+def test_housekeeping_is_decoded_only_for_a_reader(dictionary, monkeypatch):
+    decoded, decode = [], telemetry.decode
+    monkeypatch.setattr(telemetry, "decode", lambda packet, *rest: decoded.append(packet.message) or decode(packet, *rest))
+    session = Session(dictionary, 0)
+    reports = [build_tm(MANIPULATOR, count, 3, 25, struct.pack(">H", 4711) + bytes(count), session.source) for count in range(2)]
+    session.feed(b"".join(reports))
+    assert decoded == []
+    assert [packet.raw for packet, _ in session.housekeeping.values()] == reports[1:]  # The last report of a structure is kept.
+    verification = session.send(Request(MANIPULATOR, 17, 1))
+    session.feed(reports[0])
+    assert decoded == [(3, 25)] and [packet.raw for packet, _ in verification.replies] == reports[:1]
+
+
+def test_time_outs_in_stepped_time_do_not_depend_on_the_wall_clock(dictionary):
+    session = Session(dictionary, 0)
+    RealDriver(None, session, dictionary.epoch_ns)
+    StepDriver(None, session, None)
+    session.feed(build_tm(MANIPULATOR, 0, 17, 2, b"", session.source, dictionary.epoch_ns + 10**12))
+    assert session.slipped_ns == 0
 
 
 def test_a_jump_of_mission_time_is_no_time_out(crafts, dictionary):
