@@ -4,6 +4,7 @@
 #include "osal/include/osal/console.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -48,6 +49,6 @@ bool argument_seconds(const char* const option, const char* const text, uint64_t
     if ((end == text) || (*end != '\0') || !(value >= 0.0) || (value > 1e9)) {
         return argument_refuse(option, text, "a time in seconds");
     }
-    *out_ns = (uint64_t)((value * 1e9) + 0.5);
+    *out_ns = (uint64_t)llround(value * 1e9);
     return true;
 }
