@@ -131,29 +131,47 @@ static void end_interval(device_log_t* const device_log, const uint64_t now_ns)
     device_log->next_ns = now_ns + TRUTH_INTERVAL_NS;
 }
 
+/// Read the controllers of the buses. True if one has changed since the last step.
+static bool read_controllers(device_log_t* const device_log)
+{
+    bool is_changed = false;
+    for (unsigned i = 0U; i < device_log->bus_count; i++) {
+        const bus_t* bus      = device_log->segments[i].bus;
+        const unsigned flight = device_log->segments[i].flight_node;
+        const bool has_flight = flight < BUS_NODES_MAX;
+        const int32_t state   = has_flight ? (int32_t)bus_controller(bus, flight)->state : -1;
+        const bool is_plugged = has_flight && bus_is_plugged(bus, flight);
+        const uint32_t off    = bus_off_count(bus);
+        is_changed = is_changed || (state != device_log->state[i]) || (off != device_log->off[i]) ||
+                     (is_plugged != device_log->plugged[i]);
+        device_log->state[i]   = state;
+        device_log->off[i]     = off;
+        device_log->plugged[i] = is_plugged;
+    }
+    return is_changed;
+}
+
 static status_t log_buses(truth_t* const log, device_log_t* const device_log, const uint64_t now_ns)
 {
-    int32_t state[SIMULATOR_BUSES_MAX];
-    uint32_t off[SIMULATOR_BUSES_MAX];
-    bool plugged[SIMULATOR_BUSES_MAX];
     const truth_buses_t buses = {.count   = device_log->bus_count,
                                  .load    = device_log->load,
                                  .frames  = device_log->frames,
                                  .errors  = device_log->errors,
-                                 .state   = state,
-                                 .off     = off,
-                                 .plugged = plugged};
+                                 .state   = device_log->state,
+                                 .off     = device_log->off,
+                                 .plugged = device_log->plugged};
+    const bool is_changed     = read_controllers(device_log);
+    if (buses.count == 0U) {
+        return STATUS_OK;
+    }
     if (now_ns >= device_log->next_ns) {
         end_interval(device_log, now_ns);
+    } else if (!is_changed) {
+        return truth_buses_again(log, now_ns);
+    } else {
+        // A controller has changed within the interval.
     }
-    for (unsigned i = 0U; i < device_log->bus_count; i++) {
-        const bus_t* bus      = device_log->segments[i].bus;
-        const unsigned flight = device_log->segments[i].flight_node;
-        state[i]              = (flight < BUS_NODES_MAX) ? (int32_t)bus_controller(bus, flight)->state : -1;
-        plugged[i]            = (flight < BUS_NODES_MAX) && bus_is_plugged(bus, flight);
-        off[i]                = bus_off_count(bus);
-    }
-    return (buses.count > 0U) ? truth_buses(log, now_ns, &buses) : STATUS_OK;
+    return truth_buses(log, now_ns, &buses);
 }
 
 status_t device_log_state(truth_t* const log, device_log_t* const device_log, const uint64_t now_ns)

@@ -28,7 +28,10 @@ typedef struct {
     uint64_t busy_ns[SIMULATOR_BUSES_MAX]; // Sums since the start, at the end of the last interval.
     uint64_t frames[SIMULATOR_BUSES_MAX];
     uint64_t errors[SIMULATOR_BUSES_MAX];
-    double load[SIMULATOR_BUSES_MAX]; // Load during the last interval, 0 to 1.
+    double load[SIMULATOR_BUSES_MAX];   // Load during the last interval, 0 to 1.
+    int32_t state[SIMULATOR_BUSES_MAX]; // The rest of a truth_buses_t, at the last step.
+    uint32_t off[SIMULATOR_BUSES_MAX];
+    bool plugged[SIMULATOR_BUSES_MAX];
 } device_log_t;
 
 /// Write the names of devices and buses. Returns STATUS_OK or STATUS_IO.

@@ -286,6 +286,20 @@ static status_t write_state(truth_t* const truth, const state_channel_t channel,
     return (status == STATUS_OK) ? write_event(truth, state_names[channel], event) : status;
 }
 
+/// Do what write_state does for an event that equals the last one of its channel except for its time.
+static status_t repeat_state(truth_t* const truth, const state_channel_t channel, const uint64_t time_ns)
+{
+    history_t* history = &truth->history[channel];
+    event_t event;
+    if ((history->left_out.used > 0U) && (time_ns < (history->written.time_ns + TRUTH_INTERVAL_NS))) {
+        history->left_out.time_ns = time_ns;
+        return has_failed(truth) ? STATUS_IO : STATUS_OK;
+    }
+    copy_event(&event, (history->left_out.used > 0U) ? &history->left_out : &history->written);
+    event.time_ns = time_ns;
+    return write_state(truth, channel, &event);
+}
+
 status_t truth_open(const char* const path, const uint64_t most_octets, truth_t** const out_truth)
 {
     *out_truth     = NULL;
@@ -508,6 +522,11 @@ status_t truth_buses(truth_t* const truth, const uint64_t time_ns, const truth_b
     }
     put_bools(&event, buses->plugged, buses->count);
     return write_state(truth, BUS, &event);
+}
+
+status_t truth_buses_again(truth_t* const truth, const uint64_t time_ns)
+{
+    return repeat_state(truth, BUS, time_ns);
 }
 
 status_t truth_names(truth_t* const truth, const uint64_t time_ns, const char* const channel,

@@ -172,6 +172,8 @@ status_t truth_instruments(truth_t* truth, uint64_t time_ns, const truth_instrum
 /// Channel POWER: true for each device that its power unit supplies.
 status_t truth_power(truth_t* truth, uint64_t time_ns, const bool* supplied, unsigned count);
 status_t truth_buses(truth_t* truth, uint64_t time_ns, const truth_buses_t* buses);
+/// Instead of truth_buses, at a step after which all is as at the last call.
+status_t truth_buses_again(truth_t* truth, uint64_t time_ns);
 /// Channel NAMES: the names of the entries of another channel.
 status_t truth_names(truth_t* truth, uint64_t time_ns, const char* channel, const truth_names_t* names);
 status_t truth_operator(truth_t* truth, uint64_t time_ns, const truth_operator_t* operator_);
