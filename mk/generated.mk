@@ -6,7 +6,7 @@ GENERATED := build/generated/stamp build/generated/programs.h
 MISSIONS := $(sort $(wildcard descriptors/missions/*.xml))
 
 build/generated/stamp: $(GENERATOR) $(wildcard descriptors/*.txt pus/catalogue/*.txt pus/catalogue/private/*.txt) \
-                       pus/core/tailoring.h \
+                       pus/core/tailoring.h pus/st18/st18_procedures.h fsw/canopen/network.h base/status.h \
                        $(shell find descriptors -name '*.xml' -o -name '*.xsd' -o -name '*.eds' 2>/dev/null)
 	$(Q)$(PYTHON) gse/generator/generate.py --mission $(MISSIONS) --out build/generated
 	@touch $@

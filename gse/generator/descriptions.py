@@ -7,6 +7,7 @@ reports."""
 import pathlib
 import re
 
+import common_words
 import sheet
 from source import STATES, DescriptorError
 
@@ -106,6 +107,7 @@ def describe(dictionary, lines):
         "=state": dict(enumerate(STATES)), "=mode": {mode["id"]: mode["name"] for mode in dictionary["modes"]},
         "=strategy": dict(enumerate(STRATEGIES)), "=switch": {0: "OFF", 1: "ON"}, "=hand": dict(enumerate(HAND)),
         "=apid": {subsystem["apid"]: subsystem["name"] for subsystem in dictionary["subsystems"]}, "=channel": {0: "A", 1: "B"},
+        "=answer": {0: "NO", 1: "YES"}, **common_words.by_quantity(),
     }
     words = {quantity: {"name": quantity[1:], "numbers": numbers} for quantity, numbers in words.items()}
     for subsystem in dictionary["subsystems"]:

@@ -3,6 +3,8 @@
 
 import pathlib
 
+from identifiers import Identifiers
+
 ENGINE = pathlib.Path(__file__).with_name("dissector.lua")
 LARGEST_WORD = (1 << 31) - 1  # Largest number of a value string in Wireshark's interface to Lua.
 KIND_OF = {"u8": "UINT8", "u16": "UINT16", "u32": "UINT32", "u64": "UINT64", "i16": "INT16", "i32": "INT32", "i64": "INT64",
@@ -168,11 +170,14 @@ class _Tables:
             for structure in configuration["housekeeping"]:
                 layout = listed(structure["once"]) + [[part["nrep"], listed(part["parameters"])] for part in structure["repeated"]]
                 structures.setdefault(structure["id"], []).append({"configuration": configuration["id"], "items": layout})
-        events = self.events.setdefault(owner["apid"], {})
+        events, identified = self.events.setdefault(owner["apid"], {}), Identifiers(self.dictionary, owner)
         for event in owner["events"]:
             layout = []
             for one in event["parameters"]:
-                layout += [self._item(f"{owner['name']}.{event['name']}.{one['name']}", owner, one)] if isinstance(one, dict) else items[one]
+                if isinstance(one, dict):
+                    layout.append(self._item(f"{owner['name']}.{event['name']}.{one['name']}", owner, identified.worded(one, event)))
+                else:
+                    layout += items[one]
             events[event["id"]] = {"name": event["name"], "items": layout}
         self.functions[owner["apid"]] = {
             function["name"]: {one["id"]: self._item(f"{owner['name']}.{function['name']}.{one['name']}", owner, one)

@@ -20,6 +20,7 @@ import sys
 from xml.parsers import expat
 
 import catalogue
+import common_words
 import dbc
 import descriptions
 import device_class
@@ -36,7 +37,6 @@ from source import DescriptorError
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCHEMAS = ROOT / "descriptors" / "schema"
 CATALOGUE = ROOT / "pus" / "catalogue"
-TAILORING = ROOT / "pus" / "core" / "tailoring.h"
 
 
 def validate(path, schema):
@@ -142,7 +142,7 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     described = {}
     try:
-        failures = xtce.failure_names(TAILORING.read_text(encoding="utf-8"))
+        failures = common_words.failure_names()
         messages = generate_messages(options.out, failures)
         write(options.out / "device_classes.h", device_class.header())
         for path in options.mission:

@@ -2,6 +2,7 @@
 """Dictionary of a mission for the ground: everything that has a name, with its ids, layouts and limits."""
 
 import device_class
+import identifiers
 from services import flown
 from source import LAYOUT_STRUCT, STATES, TYPES
 
@@ -139,6 +140,7 @@ def _event(event):
 
 
 def _subsystem(listed, loaded):
+    configurations = [_configuration(configuration) for configuration in loaded.configurations]
     return {
         "name": loaded.name,
         "apid": loaded.apid,
@@ -163,7 +165,8 @@ def _subsystem(listed, loaded):
             for function in loaded.functions
         ],
         "services": flown(loaded.services, loaded.apid),
-        "configurations": [_configuration(configuration) for configuration in loaded.configurations],
+        "configurations": configurations,
+        "identifiers": identifiers.devices(configurations),
     }
 
 

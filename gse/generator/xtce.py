@@ -5,7 +5,6 @@ The database has a space system for the headers, one for each service (ST03, ...
 housekeeping, events and functions. It uses extensions of Yamcs 5.13 to XTCE in three places: verifiers, lengths before octets in
 commands, and aliases of parameters by id for TM[20,2]. Other readers can ignore these."""
 
-import re
 import xml.etree.ElementTree as ET
 
 import xtce_commands as commands
@@ -15,12 +14,6 @@ import xtce_types as xt
 
 SEVERITIES = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
 USER = "YAMCS"
-FAILURE = re.compile(r"PUS_FAILURE_([A-Z_]+) *= *(0x[0-9A-F]+|\d+)")
-
-
-def failure_names(tailoring):
-    """Names of the failure codes in pus/core/tailoring.h, by number."""
-    return {int(number, 0): name for name, number in FAILURE.findall(tailoring)}
 
 
 def _catalogue(dictionary, failures):
@@ -80,7 +73,7 @@ def database(dictionary, failures):
             known = {parameter["name"]: parameter}
             reports.parameter_path(system, known, parameter["name"])
         reports.housekeeping(system, subsystem, reports.name_of(catalogue, 3, 25), services[3])
-        rows += reports.events(system, subsystem, catalogue, services[5], SEVERITIES)
+        rows += reports.events(system, dictionary, subsystem, catalogue, services[5], SEVERITIES)
         commands.functions(system, subsystem)
         commands.settings(system, subsystem)
         commands.management(system, subsystem, catalogue)

@@ -8,6 +8,7 @@ weight of the bit. A value after a parameter id is one of several parameters, on
 Auxiliary parameters have names with two underscores."""
 
 import xtce_types as xt
+from identifiers import Identifiers
 from xtce_types import element
 
 TM_HEADER, PRIMARY, CRC = 21, 6, 2
@@ -423,21 +424,30 @@ def housekeeping(system, subsystem, report_name, base):
             system.containers.append(container(name, entries, f"{base.path}/{report_name}", restrictions, period_s=period))
 
 
-def events(system, subsystem, catalogue, base, severities):
+def _shown(name, item):
+    """A value of an event in the text that Yamcs shows. The number stands beside the name of what it identifies: Yamcs writes UNDEFINED for a number
+    that has no name."""
+    if item.get("kind") == "CANopen object":
+        return f"{{{name}.raw; 0x%06X}}"  # index and subindex
+    return f"{{{name}}} ({{{name}.raw}})" if "words" in item and "kind" in item else f"{{{name}}}"
+
+
+def events(system, dictionary, subsystem, catalogue, base, severities):
     """Containers of a subsystem's events; rows of the event templates for Yamcs."""
     known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
     words = {event["id"]: event["name"] for event in subsystem["events"]}
     kind = system.type("Parameter", "last_event", lambda made: xt.enumeration("Parameter", made, words, 16))
     own = system.parameter("LAST_EVENT", kind, f"last event of {subsystem['name']}") if words else None
-    rows = []
+    rows, identified = [], Identifiers(dictionary, subsystem)
     for event in subsystem["events"]:
         entries, shown = [], []
         for one in event["parameters"]:
             if isinstance(one, dict):
                 name = f"{event['name']}_{one['name']}"
                 words = one.get("description") or f"{one['name']} of the event {event['name']}"
-                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], one), words)
-                shown.append(f"{one['name'].lower()} {{{name}}}")
+                item = identified.worded(one, event)
+                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], item), words)
+                shown.append(f"{one['name'].lower()} {_shown(name, item)}")
             else:
                 path, _ = parameter_path(system, known, one)
             entries.append(_entry(path))

@@ -259,8 +259,7 @@ class Subsystem:
     interface_hash: int = 0
     is_infrastructure: bool = False  # is started automatically and shut down last
     created: dict = field(default_factory=dict)  # structures created by this ground, id -> Structure
-    nodes: dict = field(default_factory=dict)  # CANopen node -> name of the device
-    devices_by_number: dict = field(default_factory=dict)  # number of a device in its configuration, from 0 -> name
+    identifiers: dict = field(default_factory=dict)  # kind of number ("CANopen node", "device") -> {number: name of the device}
 
     def parameter(self, name):
         return _lookup(self.parameters, name, f"parameter of {self.name}")
@@ -418,22 +417,8 @@ def _configuration(parameters, item, enumerations):
     )
 
 
-def _devices(parts):
-    """(names of the devices by CANopen node, by their number in the configuration) of the configurations of a subsystem (JSON). A number that
-    stands for several devices has all their names."""
-    nodes, numbers = {}, {}
-    for part in parts:
-        for number, device in enumerate(part.get("devices", ())):
-            numbers.setdefault(number, []).append(device["name"])
-            for end in device["endnodes"]:
-                if "node" in end:
-                    nodes.setdefault(int(end["node"], 0), []).append(device["name"])
-    return [{number: " or ".join(dict.fromkeys(names)) for number, names in found.items()} for found in (nodes, numbers)]
-
-
 def _subsystem(item):
     words = item.get("enumerations", {})
-    nodes, numbers = _devices(item.get("configurations", ()))
     parameters = {part["name"]: _parameter(part, words) for part in item.get("parameters", ())}
     functions = {
         part["name"]: Function(
@@ -455,8 +440,7 @@ def _subsystem(item):
         failures={part["code"]: (part["name"], part["detail"]) for part in item.get("failures", ())},
         interface_hash=int(str(item.get("interface_hash", "0")), 0),
         is_infrastructure=bool(item.get("autostart", False)),
-        nodes=nodes,
-        devices_by_number=numbers,
+        identifiers={kind: {int(number): name for number, name in names.items()} for kind, names in item.get("identifiers", {}).items()},
     )
 
 

@@ -6,12 +6,8 @@ The dictionary defines the kind of each number (`kind`). A number whose name is 
 from .values import Named, Word
 
 
-def _device(number, owner, _):
-    return owner.devices_by_number.get(number) if owner else None
-
-
-def _node(number, owner, _):
-    return owner.nodes.get(number) if owner else None
+def _device(kind):
+    return lambda number, owner, _: owner.identifiers.get(kind, {}).get(number) if owner else None
 
 
 def _event(number, owner, _):
@@ -40,8 +36,8 @@ def _user(number, _, dictionary):
 
 # Kind of a number -> its name by (number, subsystem that it concerns, dictionary), and the form of the number beside the name.
 NAMES = {
-    "CANopen node": (_node, "0x{:02X}"),
-    "device": (_device, "{}"),
+    "CANopen node": (_device("CANopen node"), "0x{:02X}"),
+    "device": (_device("device"), "{}"),
     "event id": (_event, "{}"),
     "configuration id": (_configuration, "{}"),
     "parameter id": (_parameter, "0x{:08X}"),
@@ -75,5 +71,7 @@ def named(found, event, subsystem, dictionary):
 
 def device_of(found):
     """Name of the device that the values of an event report, as `named` returns them, are about; None if they are about none, or it has no name."""
-    numbers = found.get("NODE") or found.get("DEVICE") or ()
-    return numbers[0].word if numbers and isinstance(numbers[0], Named) else None
+    name = "NODE" if "NODE" in found else "DEVICE"
+    number = found.get(name, (None,))[0]
+    is_device = isinstance(number, Named) and (name != "NODE" or number != 0)  # Node 0 is the controller of the subsystem.
+    return number.word if is_device else None

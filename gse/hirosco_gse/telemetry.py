@@ -419,6 +419,8 @@ def leaves(values_by_name):
 
 
 def _with_unit(value, item):
+    if getattr(item, "kind", "") == "character":  # A text of a fixed size, padded with 0.
+        return repr(bytes(value).rstrip(b"\0").decode("ascii", "backslashreplace"))
     unit = f" {item.unit}" if item is not None and item.unit else ""
     return f"{values.to_text(value)}{unit}"
 

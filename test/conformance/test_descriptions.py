@@ -49,6 +49,7 @@ def test_each_event_and_function_has_a_description_and_its_values_a_unit_or_word
                 for value in one[members]:
                     if isinstance(value, dict):  # Otherwise the name of a parameter.
                         assert value["description"] and (value["unit"] or {"quantity", "kind", "words", "enumeration"} & value.keys()), (one["name"], value)
+                        assert value.get("kind", "") not in ("code", "flag", "type", "status", "reason", "cause"), f"{one['name']} has no words for {value}"
 
 
 class _Types:

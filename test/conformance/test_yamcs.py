@@ -16,6 +16,7 @@ import re
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -432,12 +433,29 @@ def test_the_view_of_the_station_is_a_part_of_its_page(yamcs):
         assert "/api/storage/buckets/view/objects/view.js" in answer.read().decode()
 
 
-def test_events_are_reported(yamcs):
-    def is_reported():
-        found = yamcs.ask("archive/mission/events?limit=100")
-        return [one["message"] for one in found.get("events", found.get("event", [])) if "GROUND_CONNECTED" in one["message"]]
+def messages_of_events(yamcs):
+    found = yamcs.ask("archive/mission/events?limit=1000")
+    return [one["message"] for one in found.get("events", found.get("event", []))]
 
-    until(is_reported, "the event of its own connection")
+
+def test_events_are_reported(yamcs):
+    until(lambda: any("GROUND_CONNECTED" in message for message in messages_of_events(yamcs)), "the event of its own connection")
+
+
+def test_an_event_names_what_its_numbers_mean(yamcs, synthetic, dictionary):
+    """A number that identifies something is beside its name; without a name it is alone."""
+    stamp = dictionary.epoch_ns + LATER_NS + 9990 * 10**9
+    for number, (apid, severity, event, octets, words) in enumerate((
+        (APID, 2, "DEVICE_REFUSED", struct.pack(">BBII", 0x11, 4, 0x200102, 7), "node JOINT1 (17) reason VALUE object 0x200102 detail 7"),
+        (APID, 4, "DEVICE_LOST", b"\x7f", "node UNDEFINED (127)"),
+        (1, 1, "PLAN_STARTED", struct.pack(">HH", 17, 1), "apid JOYSTICK event PROCESS_LOST or GROUND_CONNECTED or DEVICE_LOST (1)"),
+        (1, 1, "NETWORK_SHUT_DOWN", struct.pack(">HH", 16, 17), "network MANIPULATOR apid JOYSTICK"),
+    )):
+        subsystem = dictionary.subsystem_of_apid(apid)
+        data = struct.pack(">H", subsystem.event(event).id) + octets
+        synthetic.sendall(build_tm(apid, 9000 + number, 5, severity, data, 0, stamp + number * 10**9, number))
+        wanted = f"{subsystem.name} {event} {words}"
+        until(lambda: wanted in messages_of_events(yamcs), wanted)
 
 
 # ---- requests ----

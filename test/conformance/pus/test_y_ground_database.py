@@ -103,12 +103,12 @@ def test_names_for_numbers_of_other_missions_read_the_same(mission, tmp_path):
 def names(tmp_path_factory):
     """(database, dictionary) of rokviss with names for numbers in parameters, arguments, fields and values of events."""
     sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
+    import common_words
     import xtce
 
     content = named_dictionary.named(json.loads((GENERATED / f"{MISSION}.json").read_text(encoding="utf-8")))
-    failures = xtce.failure_names((flying.ROOT / "pus" / "core" / "tailoring.h").read_text(encoding="utf-8"))
     path = tmp_path_factory.mktemp("names") / "names.xtce.xml"
-    path.write_text(xtce.database(content, failures)[0], encoding="utf-8")
+    path.write_text(xtce.database(content, common_words.failure_names())[0], encoding="utf-8")
     return path, Dictionary(content)
 
 

@@ -9,7 +9,9 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "gse" / "generator"))
 
+import common_words
 import descriptions
+import identifiers
 import loop
 import names
 from source import DescriptorError, Element
@@ -149,3 +151,49 @@ def test_events_functions_and_their_values_have_descriptions(tmp_path):
 def test_a_line_that_cannot_be_read_is_refused(tmp_path, lines):
     with pytest.raises(DescriptorError, match=rf"descriptions.txt:{len(lines) + 2}: .*: expected a new `NAME"):
         described(tmp_path, *lines)
+
+
+HEADER = """typedef enum {
+    // Kinds.
+    WHY_NONE = 0,
+    WHY_LATE,      ///< Too late: WHY_NOT, if ever.
+    WHY_LOST = 0x10U, ///< Lost.
+    WHY_2_BUSY,
+    OTHER_WHY_WRONG = 5,
+    WHY_COUNT ///< Number of values.
+} why_t;
+"""
+
+
+def test_words_are_the_constants_of_a_header():
+    assert common_words.constants(HEADER, "WHY_") == {0: "NONE", 1: "LATE", 16: "LOST", 17: "2_BUSY"}
+
+
+def arm_and_eye():
+    """Two subsystems with the same ids; the arm has two configurations."""
+    devices = [{"name": "ELBOW", "endnodes": [{"type": "CAN", "node": "0x11"}]}, {"name": "LAMP", "endnodes": [{"type": "TCP"}]}]
+    other = [{"name": "WRIST", "endnodes": [{"type": "CAN", "node": "17"}]}]
+    parts = [{"name": "A", "id": 1, "devices": devices}, {"name": "B", "id": 2, "devices": other}]
+    arm = {"name": "ARM", "events": [{"id": 1, "name": "LOST"}], "parameters": [], "configurations": parts, "identifiers": identifiers.devices(parts)}
+    eye = {"name": "EYE", "events": [{"id": 1, "name": "DARK"}, {"id": 2, "name": "LOST"}], "parameters": [{"name": "GAIN", "parameter_id": 9}],
+           "configurations": [], "identifiers": identifiers.devices([])}
+    return {"subsystems": [arm, eye], "links": [], "users": []}, arm, eye
+
+
+def test_devices_have_names_by_node_and_by_number():
+    _, arm, eye = arm_and_eye()
+    assert arm["identifiers"] == {"CANopen node": {0: "CONTROLLER", 17: "ELBOW or WRIST"}, "device": {0: "ELBOW or WRIST", 1: "LAMP"}}
+    assert eye["identifiers"] == {"CANopen node": {}, "device": {}}
+
+
+@pytest.mark.parametrize("kind, others, expected", [
+    ("CANopen node", (), ("CANopen_node_ARM", {0: "CONTROLLER", 17: "ELBOW or WRIST"})), ("event id", (), ("event_id_ARM", {1: "LOST"})),
+    ("event id", ("APID",), ("event_id_mission", {1: "LOST or DARK", 2: "LOST"})), ("configuration id", (), ("configuration_id_ARM", {1: "A", 2: "B"})),
+    ("parameter id", (), ("parameter_id", {9: "EYE.GAIN"})), ("link id", (), None), ("joint", (), None),
+])
+def test_a_number_that_identifies_something_has_its_names_as_words(kind, others, expected):
+    """An event with a value APID is about the subsystem that it names."""
+    mission, arm, _ = arm_and_eye()
+    item = {"name": "WHICH", "kind": kind}
+    made = identifiers.Identifiers(mission, arm).worded(item, {"parameters": [item, "GAIN", *({"name": name} for name in others)]})
+    assert made == item | ({"words": {"name": expected[0], "numbers": expected[1]}} if expected else {})

@@ -101,8 +101,15 @@ def test_an_event_is_decoded_with_its_values(dictionary):
 IDENTIFIED = [
     (16, "DEVICE_LOST", struct.pack(">B", 0x11), "NODE=JOINT1 (0x11)"),
     (16, "DEVICE_LOST", struct.pack(">B", 0x7F), "NODE=127"),
-    (16, "DEVICE_REFUSED", struct.pack(">BBII", 0x12, 4, 0x200102, 7), "NODE=JOINT2 (0x12)  REASON=4  OBJECT=0x2001:02  DETAIL=7"),
+    (16, "DEVICE_REFUSED", struct.pack(">BBII", 0x12, 4, 0x200102, 7), "NODE=JOINT2 (0x12)  REASON=VALUE  OBJECT=0x2001:02  DETAIL=7"),
     (17, "BUS_WARNING", struct.pack(">BH", 0x21, 0x8120), "NODE=STICK (0x21)  CODE=ERROR_PASSIVE"),
+    (17, "BUS_WARNING", struct.pack(">BH", 0, 3), "NODE=CONTROLLER (0x00)  CODE=BUS_OFF"),
+    (16, "VALUE_OUT_OF_LIMITS", struct.pack(">HIBBd", 7, 0x0202000C, 1, 4, 1.5), "MONITOR=7  PARAMETER=MANIPULATOR.LINK_AGE (0x0202000C)  CHECK=limit  STATUS=above high  VALUE=1.5"),
+    (16, "JOURNAL_DAMAGED", struct.pack(">IIB", 40, 2, 1), "OCTETS=40 octets  RECORDS=2 records  KEPT=YES"),
+    (1, "NETWORK_SHUT_DOWN", struct.pack(">HH", 16, 17), "NETWORK=MANIPULATOR  APID=JOYSTICK"),
+    (1, "RECORD_REFUSED", struct.pack(">BIB", 12, 3, 10), "TABLE=on-board monitoring  KEY=3  REASON=CHECKSUM"),
+    (1, "RECOMMISSION_STOPPED", struct.pack(">HHH", 16, 4, 0x0204), "APID=MANIPULATOR  STATE=SAFE_OPERATIONAL  CODE=not allowed in the present state"),
+    (1, "PROCEDURE_FAILED", struct.pack(">8sBHI45s", b"LOOK", 3, 0, 2, b"it's gone"), "PROCEDURE='LOOK'  WHAT=FAILED  STEP=0  DETAIL=2  TEXT=\"it's gone\""),
     (1, "PLAN_STARTED", struct.pack(">HH", 17, 1), "APID=JOYSTICK  EVENT=DEVICE_LOST (1)"),
     (1, "PLAN_OVERRULED", struct.pack(">HHHH", 16, 3, 17, 1), "APID=MANIPULATOR  EVENT=TORQUE_LIMIT (3)  BY_APID=JOYSTICK  BY_EVENT=DEVICE_LOST (1)"),
 ]
