@@ -82,8 +82,12 @@ static bool start_runner(proxy_t* const self, const char* const* const arguments
             }
         }
     }
-    const osal_process_start_t start = {
-        .arguments = arguments, .descriptors = descriptors, .descriptor_count = count, .processor = -1};
+    // The launcher ends the run. An emulator handles SIGINT itself, and would end in the middle of it.
+    const osal_process_start_t start = {.arguments        = arguments,
+                                        .descriptors      = descriptors,
+                                        .descriptor_count = count,
+                                        .processor        = -1,
+                                        .has_own_group    = true};
     return osal_process_start(&self->process, &start) == STATUS_OK;
 }
 

@@ -128,6 +128,9 @@ static void execute_program(const osal_process_start_t* const start, const pid_t
             _exit(EXIT_NOT_STARTED);
         }
     }
+    if (start->has_own_group) {
+        (void)setpgid(0, 0); // Cannot fail: the child is no leader of a session.
+    }
     default_signals();
     if (start->ignores_terminal) {
         (void)signal(SIGINT, SIG_IGN); // A program that is executed inherits ignored signals.

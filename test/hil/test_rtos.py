@@ -282,7 +282,7 @@ def _expect_records(folder, storage):
         assert station.settle(_define(station, 4)).is_completed
     finally:
         station.close()
-        flight.process.send_signal(signal.SIGINT)
+        os.killpg(flight.process.pid, signal.SIGINT)  # As Ctrl-C, which the emulator does not get.
         flight.wait()
     assert flight.code == 0, flight.transcript()
     assert "damaged" not in flight.console

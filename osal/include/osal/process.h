@@ -33,6 +33,9 @@ typedef struct {
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.
     bool outlives;           ///< Continues when its parent ends, in a session of its own.
     bool ignores_terminal;   ///< Starts with SIGINT and SIGHUP ignored: they are for its parent.
+    /// Starts in a process group of its own, to which the terminal sends no signals. For programs that do not
+    /// keep SIGINT ignored.
+    bool has_own_group;
 } osal_process_start_t;
 
 #define OSAL_SIGNAL_KILL 9 ///< Value of osal_process_result_t.code: SIGKILL.

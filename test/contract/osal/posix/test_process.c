@@ -113,7 +113,8 @@ static int show_signals(void)
 static int be_parent(int report, bool outlives)
 {
     const char* const arguments[]    = {SELF, "hold", NULL};
-    const osal_process_start_t start = {.arguments = arguments, .processor = -1, .outlives = outlives};
+    const osal_process_start_t start = {
+        .arguments = arguments, .processor = -1, .outlives = outlives, .has_own_group = !outlives};
     osal_process_t child;
     if ((osal_process_start(&child, &start) != STATUS_OK) ||
         (write(report, &child.id, sizeof child.id) != (ssize_t)sizeof child.id)) {
@@ -439,6 +440,7 @@ static void child_dies_with_its_parent(void)
     osal_process_result_t result;
     osal_process_t parent = start_parent("parent", &grandchild);
     TEST_ASSERT_TRUE(osal_process_is_alive(&grandchild));
+    TEST_ASSERT_EQUAL(grandchild.id, getpgid(grandchild.id)); // Only the death of its parent reaches it.
     // The process is not a child of this program.
     TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&grandchild, &result));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 10U));
