@@ -425,7 +425,7 @@ def housekeeping(system, subsystem, report_name, base):
 
 
 def _shown(name, item):
-    """A value of an event in the text that Yamcs shows. The number stands beside the name of what it identifies: Yamcs writes UNDEFINED for a number
+    """A value of an event in the text that Yamcs shows. The number stands beside the name of what it identifies: Yamcs writes UNDEF for a number
     that has no name."""
     if item.get("kind") == "CANopen object":
         return f"{{{name}.raw; 0x%06X}}"  # index and subindex

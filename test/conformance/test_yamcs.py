@@ -447,8 +447,8 @@ def test_an_event_names_what_its_numbers_mean(yamcs, synthetic, dictionary):
     stamp = dictionary.epoch_ns + LATER_NS + 9990 * 10**9
     for number, (apid, severity, event, octets, words) in enumerate((
         (APID, 2, "DEVICE_REFUSED", struct.pack(">BBII", 0x11, 4, 0x200102, 7), "node JOINT1 (17) reason VALUE object 0x200102 detail 7"),
-        (APID, 4, "DEVICE_LOST", b"\x7f", "node UNDEFINED (127)"),
-        (1, 1, "PLAN_STARTED", struct.pack(">HH", 17, 1), "apid JOYSTICK event PROCESS_LOST or GROUND_CONNECTED or DEVICE_LOST (1)"),
+        (APID, 4, "DEVICE_LOST", b"\x7f", "node UNDEF (127)"),
+        (1, 1, "PLAN_STARTED", struct.pack(">HH", 17, 1), "apid JOYSTICK event DEVICE_LOST or PROCESS_LOST or GROUND_CONNECTED (1)"),
         (1, 1, "NETWORK_SHUT_DOWN", struct.pack(">HH", 16, 17), "network MANIPULATOR apid JOYSTICK"),
     )):
         subsystem = dictionary.subsystem_of_apid(apid)
