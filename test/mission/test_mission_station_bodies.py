@@ -47,13 +47,40 @@ FRAMED = """(() => {
     return [[0, 0, 0], [0, -1.2, 0.9]].map((at) => { const { x, y } = scene.target.clone().set(...at).project(scene.camera); return [x, y]; });
 })()"""
 
-# Words of the scene of a mission without a robot, the boxes that it shows, and the words of its charts.
+# Words of the scene of a mission without a robot, the boxes that it shows, the words of its charts, and their title.
 EMPTY = """(() => {
     const { store } = window.station, empty = Object.entries(store.hello.world).map(([name, value]) => [name, Array.isArray(value) ? [] : {}]);
     store.take({ ...store.hello, kind: "hello", world: Object.fromEntries(empty) });
+    const strips = document.querySelector("station-strips");
+    strips.title_.textContent = "";
+    strips.draw();
     return [document.querySelector("station-scene").innerText.trim(), [...document.querySelectorAll("station-scene .hud")].filter((node) => node.offsetWidth).length,
-        document.querySelector("station-strips .strips").innerText];
+        strips.querySelector(".strips").innerText, strips.title_.textContent];
 })()"""
+
+# Send a harmless command that is ready, and a critical one before the station has checked it; with a key that is held, and in a hidden tab.
+# Returns the commands that the page has sent.
+HASTY = """async () => {
+    const { form } = document.querySelector("station-work"), { store } = window.station, ask = store.ask.bind(store), sent = [];
+    const isReady = () => new Promise((done) => { const look = () => (form.isReady() ? done() : setTimeout(look, 10)); look(); });
+    const press = (more) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", ctrlKey: true, bubbles: true, ...more }));
+    store.ask = (order) => (order.do === "command" ? (sent.push(order.text), Promise.resolve({ refused: "by the test" })) : ask(order));
+    form.again("ping ACTUATORS");
+    await isReady();
+    form.tick();
+    press();
+    press({ repeat: true });
+    form.again("state ACTUATORS SAFE_OPERATIONAL");
+    press();
+    form.again("ping SUPERVISOR");
+    await isReady();
+    form.node.parentElement.hidden = true;
+    press();
+    form.node.parentElement.hidden = false;
+    delete store.ask;
+    return sent;
+}"""
+FOCUSED = "document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent"
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +160,26 @@ def test_a_mission_without_joystick_and_power_shows_neither(page, flight):
     assert page.evaluate("document.querySelector('station-work').hand.aim") is None and "hand" not in flight.read("live.scn")
 
 
+def test_a_command_that_is_not_checked_or_not_seen_is_not_sent(page):
+    page.click("#work-Command")
+    assert page.evaluate(HASTY) == ["ping ACTUATORS"]
+
+
+def test_a_control_keeps_the_focus_when_its_list_is_drawn_again(page):
+    """A command has ended, or a bus was chosen: the next press of Tab does not begin at the top of the page."""
+    page.click("#work-Bus")
+    page.focus(".pick button:text-is('platform')")
+    page.keyboard.press("Enter")
+    assert page.evaluate(FOCUSED) == "platform" and page.get_attribute(".pick button:text-is('platform')", "aria-pressed") == "true"
+    page.click("#work-Command")
+    page.fill("#find", "ACTUATORS.")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("ArrowDown")
+    chosen = page.evaluate(FOCUSED)
+    page.evaluate("station.store.take({ kind: 'command', number: -1, over: true, lights: [], answer: [], text: 'ping', line: 'ping all' })")
+    assert page.evaluate(FOCUSED) == chosen != "" and chosen.startswith("ACTUATORS.")
+
+
 def test_the_page_report_html_moves_a_free_body(browser, session_folder):
     """Mission actuators: a satellite without joints, whose pose is in the truth only."""
     flight = flying.fly(session_folder / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
@@ -157,7 +204,7 @@ def test_the_page_report_html_moves_a_free_body(browser, session_folder):
         ends = page.evaluate(FRAMED)
         assert all(abs(x) < 0.95 and abs(y) < 0.95 for x, y in ends)
         assert all(abs(one + other) / 2 < 0.25 for one, other in zip(*ends))
-        assert page.evaluate(EMPTY) == ["This mission has no robot that can be drawn.", 0, "No charts yet: P adds a parameter."]
+        assert page.evaluate(EMPTY) == ["This mission has no robot that can be drawn.", 0, "No charts yet: P adds a parameter.", "The whole flight"]
         assert not faults
 
 

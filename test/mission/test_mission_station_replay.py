@@ -142,7 +142,51 @@ def test_the_camera_has_presets_and_is_moved_by_the_mouse_only(page):
     page.mouse.up()
     page.mouse.wheel(0, 200)
     station.until(page, f"Math.hypot(...{place}.map((value, n) => value - {places[0]}[n])) > 0.1")
+    page.mouse.down()
+    before = page.evaluate(place)
+    for kind, pointer in (("pointerdown", 7), ("pointermove", 7), ("pointercancel", 1)):  # A second finger, then the end of the mouse's drag.
+        page.evaluate(f"document.querySelector('station-scene canvas').dispatchEvent(new PointerEvent('{kind}', {{ pointerId: {pointer}, clientX: 9, clientY: 9 }}))")
+    page.mouse.move(box["x"] + 200, box["y"] + 150)
+    page.mouse.up()
+    assert page.evaluate(place) == before
     page.click("station-scene button:text-is('Iso')")
+
+
+def test_the_network_shows_the_node_of_a_device_or_the_type_of_its_end_node(page):
+    drawn = """(devices) => {
+        const network = document.querySelector("station-network"), { store } = station;
+        store.configuration = () => ({ devices, nodes: { DRIVE: "0x11" }, endnodes: { DRIVE: "robot", LAMP: "UDP" } });
+        const words = network.member("JOYSTICK", 0, 0).filter((node) => node.nodeName === "text").map((node) => node.textContent);
+        delete store.configuration;
+        return words.slice(2);
+    }"""
+    assert page.evaluate(drawn, ["DRIVE", "LAMP"]) == ["DRIVE", "0x11", "LAMP", "UDP"]
+
+
+def contrast(*colours):
+    """Contrast of two colours as in WCAG 2.1."""
+    def luminance(colour):
+        parts = [int(colour[at : at + 2], 16) / 255 for at in (0, 2, 4)]
+        return sum(share * (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4) for share, part in zip((0.2126, 0.7152, 0.0722), parts))
+
+    darker, lighter = sorted(map(luminance, colours))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_the_grid_of_the_scene_has_the_colour_of_the_theme(page, theme):
+    """It is seen on each shade of the background, and weaker than anything that has a meaning."""
+    is_visible, drawn, grid, *skies = page.evaluate("""(theme) => {
+        const { scene, store } = window.station, root = document.documentElement, before = root.dataset.theme;
+        const set = (one) => { root.dataset.theme = one; store.tell("theme"); };
+        set(theme);
+        const found = ["grid", "sky0", "sky1"].map((name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim().slice(1));
+        const drawn = scene.floor.material.color.getHexString();
+        set(before);
+        return [scene.floor.visible, drawn, ...found];
+    }""", theme)
+    assert is_visible and drawn == grid
+    assert all(1.1 < contrast(grid, sky) < 2.0 for sky in skies)
 
 
 def test_keys_turn_the_scene_and_zoom_the_charts_that_have_the_focus(page):
@@ -228,6 +272,12 @@ def test_the_station_says_that_it_prepares_the_replay(flight, browser):
         page.close()
 
 
+def show(page, seconds):
+    """Show an instant of the replay, and wait until the scene is drawn with all pixels."""
+    page.evaluate("seconds => { station.replay.seek(seconds); station.scene.pictures.isFine = false; station.scene.change(); }", seconds)
+    station.until(page, "station.scene.pictures.isFine && !station.scene.pictures.isBusy")
+
+
 def write_film(browser, folder):
     """Make a film of the page that replays a flight: four pictures for each second of the flight, played at
     double speed."""
@@ -243,8 +293,7 @@ def write_film(browser, folder):
             station.until(page, REPLAYED)
             pictures = []
             for seconds in FILM_S:
-                page.evaluate("seconds => station.replay.seek(seconds)", seconds)
-                page.wait_for_timeout(500)  # Wait until scene and charts are drawn, the scene with all pixels.
+                show(page, seconds)
                 pictures.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize((1080, 675), Image.LANCZOS))
     finally:
         process.send_signal(signal.SIGINT)
@@ -273,8 +322,7 @@ def test_a_report_is_one_file(browser, flight, session_folder):
         assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [False, False]
         page.evaluate("station.replay.seek(0.5)")
         assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
-        page.evaluate("station.replay.seek(26)")
-        page.wait_for_timeout(500)  # A scene at rest is drawn with all pixels.
+        show(page, 26)
         page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else session_folder / "report-dark.png"))
         if os.environ.get("UPDATE_PICTURES"):
             write_film(browser, flight.folder)

@@ -202,6 +202,7 @@ class Hub:
             self._say_link(False, str(problem))
             return
         port, where = place.port, f"{place.host}:{place.port}"
+        end = f"trying {where} again"
         try:
             reader, writer = await asyncio.open_connection(place.host, port)
         except OSError:
@@ -214,14 +215,14 @@ class Hub:
                 self._sender.begin_anew()
             await self._receive(reader, writer)
         except (DictionaryError, sdls.SecurityError) as problem:
-            self._say_link(False, str(problem))
+            end = str(problem)
         finally:
             writer.close()
             self._connection = None
             if self.session:
                 self.session.link_lost()
                 self._resume_all()
-            self._say_link(False, f"trying {where} again")
+            self._say_link(False, end)
 
     async def _receive(self, reader, writer):
         self._connection = AsyncLink(reader, writer, self.session)
@@ -237,7 +238,6 @@ class Hub:
         self._say_link(True, where)
         self.begin_own(self._ask_all())
         await self._connection.receive(arrived)
-        self._say_link(False, f"{where} closed the link")
 
     def _say_link(self, is_live, text, code=None, is_silent=False):
         """code: exit code of the flight that has ended; is_silent: the connection is open, but nothing arrives."""

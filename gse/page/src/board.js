@@ -3,7 +3,7 @@
 // command for an entry in the tab Command.
 
 import { store } from "./store.js";
-import { el, text } from "./dom.js";
+import { el, refill, text } from "./dom.js";
 
 const LIST_MS = 250; // Period of checking whether the tab is open.
 
@@ -47,7 +47,8 @@ class List {
     });
     const entries = (answer.rows ?? []).flatMap((row) => row.n ?? (row.object_name ? [row] : []));
     text(this.hint, answer.refused ?? (entries.length ? "" : "none"));
-    this.body.replaceChildren(
+    refill(
+      this.body,
       ...entries.map((entry) =>
         el(
           "tr",

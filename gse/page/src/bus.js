@@ -3,7 +3,7 @@
 // from a listen-only tap.
 
 import { store } from "./store.js";
-import { el, symbol, text } from "./dom.js";
+import { el, refill, symbol, text } from "./dom.js";
 
 const REFRESH_MS = 250; // Time between two updates of the tab.
 
@@ -61,7 +61,8 @@ export class Bus {
   build() {
     const names = (store.hello?.buses ?? []).map((bus) => bus.name);
     this.name = this.name ?? names[0] ?? null;
-    this.pick.replaceChildren(
+    refill(
+      this.pick,
       ...names.map((name) =>
         el(
           "button",

@@ -32,6 +32,19 @@ export function text(node, words) {
   if (node.textContent !== words) node.textContent = words;
 }
 
+const nameOf = (node) => node.getAttribute("aria-label") ?? node.textContent;
+
+// Replace the content of an element. If a control in it has the focus, the control of the same name that
+// takes its place gets it: without it, the Tab key would begin at the top of the page again.
+export function refill(node, ...children) {
+  const held = document.activeElement;
+  const isWithin = held !== node && node.contains(held);
+  node.replaceChildren(...children);
+  if (!isWithin) return;
+  const same = [...node.querySelectorAll("button")].find((one) => nameOf(one) === nameOf(held));
+  (node.contains(held) ? held : same)?.focus({ preventScroll: true });
+}
+
 // Set an attribute of an element only if it differs, because each change costs a picture of the page.
 export function put(node, name, value) {
   if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);

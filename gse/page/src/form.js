@@ -3,7 +3,7 @@
 // repeats commands and saves them as a script.
 
 import { store } from "./store.js";
-import { el, lights, text } from "./dom.js";
+import { el, lights, refill, text } from "./dom.js";
 
 const ARMED_MS = 10000; // Time for which a critical command stays armed.
 const FOUND_MAX = 60,
@@ -216,7 +216,8 @@ export class CommandForm {
     });
     document.addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.disarm();
-      if (event.key === "Enter" && event.ctrlKey) this.send();
+      // A form in a hidden tab is not sent, and a key that is held sends once.
+      if (event.key === "Enter" && event.ctrlKey && !event.repeat && this.node.checkVisibility()) this.send();
     });
     setInterval(() => this.tick(), 200);
   }
@@ -258,7 +259,8 @@ export class CommandForm {
         el("span", { class: "what" }, name),
         el("span", { class: "hint" }, kind),
       );
-    this.list.replaceChildren(
+    refill(
+      this.list,
       ...(isTyped ? [button(`as typed: ${typed}`, "text", () => this.again(typed))] : []),
       ...found
         .slice(0, typed ? FOUND_MAX : 0)
@@ -267,6 +269,8 @@ export class CommandForm {
       ...(typed ? [] : found.map((form) => button(form.name, form.kind, () => this.pick(form)))),
     );
     if (!this.list.children.length) this.list.append(el("p", { class: "reason" }, "No command matches."));
+    // The Tab key stops once in the list; the arrow keys go through it.
+    for (const one of [...this.list.querySelectorAll("button")].slice(1)) one.tabIndex = -1;
   }
 
   // From the search field Enter opens the first command found; the arrow keys go through the list.
@@ -372,17 +376,27 @@ export class CommandForm {
     return name === undefined ? null : `disabled: ${store.mismatches.get(name)}`;
   }
 
+  // Reason why the present command cannot be sent, whatever its values are; null if there is none.
+  barrier() {
+    return store.barrier() ?? this.difference(this.form?.subsystems) ?? this.difference(this.depends);
+  }
+
+  // Whether the present words may be sent: the station has checked them, and they are armed if they are
+  // critical. The button shows it a moment later.
+  isReady() {
+    const isArmed = this.armed && performance.now() - this.armed < ARMED_MS;
+    return Boolean(this.form && this.isFit && !this.barrier() && (isArmed || !this.isCritical));
+  }
+
   tick() {
     const rest = this.armed ? ARMED_MS - (performance.now() - this.armed) : 0;
     if (this.armed && rest <= 0) this.disarm();
-    const difference = this.difference(this.form?.subsystems);
-    const barrier = store.barrier() ?? difference ?? this.difference(this.depends);
-    this.fields.disabled = Boolean(difference);
-    const isFit = this.isFit && !barrier;
+    const barrier = this.barrier();
+    this.fields.disabled = Boolean(this.difference(this.form?.subsystems));
     this.arm.hidden = !this.isCritical;
-    this.arm.disabled = !isFit;
+    this.arm.disabled = !this.isFit || Boolean(barrier);
     text(this.arm, this.armed ? "Disarm" : "Arm");
-    this.go.disabled = !isFit || (this.isCritical && !this.armed);
+    this.go.disabled = !this.isReady();
     text(
       this.hint,
       barrier ? barrier : this.isCritical ? "critical: arm, then send within 10 s" : "Ctrl Enter",
@@ -391,7 +405,7 @@ export class CommandForm {
   }
 
   async send() {
-    if (this.go.disabled || !this.form) return;
+    if (!this.isReady()) return;
     this.disarm();
     this.sent = null;
     this.result.replaceChildren();

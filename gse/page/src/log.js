@@ -2,7 +2,7 @@
 // Events, commands, and the time line of the flight.
 
 import { store } from "./store.js";
-import { el, isPageKey, lights, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
+import { el, isPageKey, lights, refill, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 // Most entries that the log shows; entries before and after the present instant of a replay.
@@ -174,7 +174,8 @@ class Log extends HTMLElement {
       : ordered;
     const entryOf = (event) =>
       store.replay ? this.replayed(event) : this.entry(event, unseen.includes(event));
-    this.eventList.replaceChildren(
+    refill(
+      this.eventList,
       ...(shown.length
         ? shown.map(entryOf)
         : [
@@ -200,7 +201,7 @@ class Log extends HTMLElement {
       entries[past - 1]?.setAttribute("aria-current", "true");
     }
     const none = store.replay ? "No command of an operator." : "No command of this station yet.";
-    this.commandList.replaceChildren(...(entries.length ? entries : [el("p", { class: "reason" }, none)]));
+    refill(this.commandList, ...(entries.length ? entries : [el("p", { class: "reason" }, none)]));
     this.commandList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
   }
 

@@ -33,16 +33,21 @@ export function orbit(canvas, camera, target, changed) {
     "+": () => zoom(1 / KEY_ZOOM),
     "-": () => zoom(KEY_ZOOM),
   };
-  let from = null;
+  // Place of the pointer that drags the scene. A second finger does nothing.
+  let from = null,
+    dragging = null;
   canvas.addEventListener("pointerdown", (event) => {
+    if (from) return;
     from = [event.clientX, event.clientY];
-    canvas.setPointerCapture(event.pointerId);
+    dragging = event.pointerId;
+    canvas.setPointerCapture(dragging);
   });
-  canvas.addEventListener("pointerup", () => {
-    from = null;
-  });
+  for (const kind of ["pointerup", "pointercancel", "lostpointercapture"])
+    canvas.addEventListener(kind, (event) => {
+      if (event.pointerId === dragging) from = null;
+    });
   canvas.addEventListener("pointermove", (event) => {
-    if (!from) return;
+    if (!from || event.pointerId !== dragging) return;
     turn((from[0] - event.clientX) * TURN, (event.clientY - from[1]) * TURN);
     from = [event.clientX, event.clientY];
   });

@@ -250,7 +250,7 @@ const LINK_SYMBOL = {
 };
 const isBroken = (state) => state === "stale" || state === "failed";
 const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
-const BOX = { width: 120, height: 40, x: [8, 180], top: 10, pitch: 106 };
+const BOX = { width: 120, height: 40, x: [8, 180], top: 6, pitch: 106, devices: 92 };
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
 // closed, and a line of figures for each link.
@@ -316,7 +316,7 @@ class Network extends HTMLElement {
       el("span", { class: "sym" }),
       el("span", { class: "name" }, link.name),
       el("span", { class: "second" }, `${link.producer} to ${link.consumer}`),
-      el("span", { class: "mono figures-of" }),
+      el("span", { class: "figures-of" }),
     );
   }
 
@@ -363,7 +363,8 @@ class Network extends HTMLElement {
               .filter(Boolean)
               .join(", ");
       text(node.lastChild, figures);
-      if (row.received !== undefined) put(node, "title", `${row.received} samples received`);
+      const samples = row.received === undefined ? "" : `, ${row.received} samples received`;
+      put(node, "title", `${link.producer} to ${link.consumer}${samples}`);
       node.classList.toggle("critical", isBroken(row.state));
     }
   }
@@ -379,7 +380,7 @@ class Network extends HTMLElement {
         [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch],
       ]),
     );
-    const height = BOX.top + Math.ceil(members.length / 2) * BOX.pitch + 6;
+    const height = BOX.top + (Math.ceil(members.length / 2) - 1) * BOX.pitch + BOX.devices + 6;
     this.graph.setAttribute("viewBox", `0 0 308 ${height}`);
     this.graph.style.height = `${height}px`;
     return [
@@ -437,7 +438,7 @@ class Network extends HTMLElement {
     shown.forEach((device, n) => {
       const cx = x + each * (n + 0.5);
       const isLost = isMany ? lost.size > 0 : lost.has(device);
-      const below = isLost ? "lost" : isMany ? bus : (part.nodes?.[device] ?? "");
+      const below = isLost ? "lost" : isMany ? bus : (part.nodes?.[device] ?? ends[device] ?? "");
       found.push(
         svg("path", { class: wire(isLost), d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }),
         svg("rect", {

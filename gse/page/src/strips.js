@@ -131,7 +131,7 @@ class Strip {
         width: this.place.clientWidth || 600,
         height: this.place.clientHeight || 72,
         legend: { show: false },
-        padding: [6, 24, 0, 0],
+        padding: [6, 24, this.isLast ? 0 : 6, 0], // Room for half a number of the axis above and below.
         cursor: { sync: { key: "station" }, drag: { x: true, y: false }, points: { show: false } },
         scales: { x: { time: false }, y: { range: (_, from, to) => heights(from, to) } },
         axes: [
@@ -428,10 +428,9 @@ class Strips extends HTMLElement {
 
   // Words for the title with the time under the pointer.
   pointed() {
-    const { plot } = this.strips[0];
-    return this.strips[0].pointed() === null
-      ? ""
-      : `, at ${plot.posToVal(plot.cursor.left, "x").toFixed(2)} s`;
+    const [strip] = this.strips;
+    if (!strip?.plot || strip.pointed() === null) return "";
+    return `, at ${strip.plot.posToVal(strip.plot.cursor.left, "x").toFixed(2)} s`;
   }
 
   hold() {
@@ -440,13 +439,14 @@ class Strips extends HTMLElement {
   }
 
   draw() {
-    if (!this.strips.length || document.hidden) return;
+    if (document.hidden) return;
     if (store.replay) {
       this.drawReplay(store.history.get(this.source));
       return;
     }
     const range = this.range();
     text(this.title_, `${this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`}${this.pointed()}`);
+    if (!this.strips.length) return;
     const { t, rows } = part(store.history.get(this.source), range);
     for (const strip of this.strips) strip.show(t, rows, range);
   }
@@ -461,6 +461,7 @@ class Strips extends HTMLElement {
       for (const strip of this.strips) strip.showHistory(history, range);
     }
     text(this.title_, `${this.zoom ? "Zoomed" : "The whole flight"}${this.pointed()}`);
+    if (!this.strips.length) return;
     const row = store.replay.at(store.time);
     for (const strip of this.strips) strip.point(store.time, row);
   }

@@ -12,6 +12,7 @@ import pytest
 from aiohttp import ClientSession, WSServerHandshakeError, web
 from conftest import ROOT
 from hirosco_gse import commands, telemetry
+from hirosco_gse import place as place_module
 from hirosco_gse.cli import main
 from hirosco_gse.command import Command
 from hirosco_gse.dictionary import STATES
@@ -25,7 +26,7 @@ from hirosco_gse.station import targets as targets_module
 from hirosco_gse.station.identity import Identity
 from hirosco_gse.station.server import ALIVE, ALIVE_S, QUEUE, Station, _Browser
 from spacecraft import Spacecraft, failure, success
-from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, begin, station_of, visit
+from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, Page, answer, begin, station_of, visit
 
 
 def test_a_command_shows_its_lights_and_its_end(place):
@@ -470,3 +471,17 @@ def test_a_run_is_replayed_by_the_command_line(flight_folder, tmp_path, monkeypa
     assert found["recording"] == (200, (tmp_path / "kept.recording").read_bytes())  # A file is sent as it is.
     assert main(["replay", str(tmp_path / "nothing")]) == 2 and "there is no run folder" in capsys.readouterr().err
     assert main(["replay", "a", "b"]) == 2 and "usage: replay [RUN] [--http-port PORT]" in capsys.readouterr().err
+
+
+def test_a_dictionary_that_cannot_be_read_is_named_until_it_can(place, monkeypatch):
+    monkeypatch.setattr(place_module, "default_dictionary", lambda run: place / "none.json")
+
+    async def run():
+        async with station_of(place) as (_, address), ClientSession() as session:
+            async with session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
+                page = Page(socket)
+                await page.until(lambda message: "none.json" in message.get("text", ""))
+                await page.ask(do="forms")
+                return [message["text"] for message in page.heard if message["kind"] == "link"][-1]
+
+    assert asyncio.run(run()) == f"{place}/none.json: No such file or directory; run make"
