@@ -94,6 +94,18 @@ static void requests_for_impossible_states_are_passed_to_the_target(void)
     TEST_ASSERT_EQUAL(PUS_FAILURE_STATE_IN_DOUBT, refusal_of(ARM, STATE_POST_OPERATIONAL));
 }
 
+// ---- Registry ----
+
+static void a_report_that_is_too_short_changes_no_state(void)
+{
+    static const uint8_t pre_operational[] = {STATE_PRE_OPERATIONAL};
+    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_TRANSITION, pre_operational, 1U);
+    fixture_report(FIXTURE_ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_STATUS, pre_operational, 1U);
+    fixture_step();
+    TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, entry_of(ARM)->state);
+}
+
 // ---- Recovery ----
 
 static void occur_event(const uint16_t apid, const uint8_t severity, const uint16_t event)
@@ -441,6 +453,7 @@ int main(void)
     RUN_TEST(any_doubt_about_a_member_forbids_the_transition_to_operational);
     RUN_TEST(a_mission_without_a_power_limit_needs_no_power);
     RUN_TEST(requests_for_impossible_states_are_passed_to_the_target);
+    RUN_TEST(a_report_that_is_too_short_changes_no_state);
     RUN_TEST(a_waiting_order_for_a_lower_state_is_not_replaced);
     RUN_TEST(the_loss_of_a_process_outside_of_the_mission_orders_nothing);
     RUN_TEST(a_high_finding_about_the_supervisor_needs_a_plan_of_its_own);
