@@ -62,7 +62,7 @@ EMPTY = """(() => {
 # Returns the commands that the page has sent.
 HASTY = """async () => {
     const { form } = document.querySelector("station-work"), { store } = window.station, ask = store.ask.bind(store), sent = [];
-    const isReady = () => new Promise((done) => { const look = () => (form.isReady() ? done() : setTimeout(look, 10)); look(); });
+    const isReady = () => new Promise((done) => { const look = () => (form.isFit ? done() : setTimeout(look, 10)); look(); });
     const press = (more) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", ctrlKey: true, bubbles: true, ...more }));
     store.ask = (order) => (order.do === "command" ? (sent.push(order.text), Promise.resolve({ refused: "by the test" })) : ask(order));
     form.again("ping ACTUATORS");
