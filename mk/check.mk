@@ -32,12 +32,13 @@ check: build/setup/unit
 	[ -z "$$failed" ] && echo 'check: all passed'
 check-full: check build/setup/full
 	+@$(MAKE) --no-print-directory -k coverage mcdc check-clang check-analyzer check-misra-all check-tidy-all \
-	    check-all-proofs check-fuzz check-mutants check-board check-flights check-times && echo 'check-full: all passed'
+	    check-all-proofs check-fuzz check-mutants check-tests check-board check-flights check-times \
+	    && echo 'check-full: all passed'
 
 check-format: build/setup/check
 	@clang-format --dry-run -Werror $(C_FILES) && echo 'check: format is right'
 check-gcc: build/setup/unit
-	$(PARALLEL) CC=gcc programs tests benches && echo 'check: no warning from gcc'
+	$(PARALLEL) CC=gcc programs benches && echo 'check: no warning from gcc'
 # The warnings of clang for tests and measuring programs, in check-full; check-tidy shows those for all other sources.
 # They need neither objects nor programs. A source that passed leaves a stamp file; a newer source, header or makefile
 # makes it out of date.
@@ -85,6 +86,15 @@ check-misra-all: build/setup/check $(GENERATED)
 check-complexity: build/setup/check
 	@build/venv/bin/lizard -l c -l python -w -C 15 base osal pus fsw launcher sim gse && \
 	    echo 'check: no function is too complex'
+# The C tests without sanitizers, as the compiler optimizes them (`make test` runs them with sanitizers), and all tests
+# with several tasks.
+.PHONY: check-tests
+check-tests: build/setup/unit build/setup/clang
+	+@LONG=1 $(MAKE) --no-print-directory ONLY= check-tests-run
+check-tests-run:
+	$(PARALLEL) tests
+	$(PARALLEL) TSAN=1 CC=clang thread-tests
+	@$(PYTHON) test/support/run_tests.py --no-pytest --variant build --threads '$(THREAD_TESTS)' --jobs $(JOBS) $(TESTS)
 # The portable tests on a board, those that take long there included.
 .PHONY: check-board
 check-board: build/setup/rtos build/setup/unit

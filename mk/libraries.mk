@@ -3,8 +3,9 @@
 
 SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
 ifneq ($(S390X)$(BOARD),) # Programs of subsystems alone: without Lua, Nettle and all that only other programs need.
-SOURCES  := $(filter-out fsw/procedures/% fsw/framework/sdls/% fsw/programs/ground_key.c fsw/programs/supervisor_% \
-            fsw/programs/communication_% fsw/subsystems/communication/% pus/tool/% launcher/% sim/%,$(SOURCES))
+SOURCES  := $(filter-out fsw/procedures/% fsw/supervisor/% fsw/framework/sdls/% fsw/programs/ground_key.c \
+            fsw/programs/supervisor_% fsw/programs/communication_% fsw/subsystems/communication/% \
+            pus/tool/% launcher/% sim/%,$(SOURCES))
 endif
 ifdef BOARD
 SOURCES  := $(filter-out osal/posix/%,$(SOURCES))
@@ -14,7 +15,7 @@ ifdef TARGET
 MODELS   := $(addprefix fsw/framework/descriptor/,subsystem_descriptor.c mission_descriptor.c mission_lookup.c \
             descriptor_refusal.c)
 SOURCES  := $(filter-out $(filter-out $(MODELS),$(filter fsw/framework/descriptor/%,$(SOURCES))) fsw/framework/xml/% \
-            fsw/supervisor/% fsw/canopen/device_classes.c fsw/programs/descriptor_files.c \
+            fsw/canopen/device_classes.c fsw/programs/descriptor_files.c \
             fsw/programs/executive_files.c %_main.c,$(SOURCES))
 endif
 else

@@ -88,10 +88,12 @@ endef
 $(foreach b,$(BENCHES),$(eval $(call bench_rule,$b)))
 include test/bench/transport.mk
 
-# Tests in which several tasks use one object; they are built and run again with the thread sanitizer.
+# Tests in which several tasks use one object; they are built and run again with the thread sanitizer. Those of
+# programs and supervisor link nearly all libraries, and run again only with LONG=1.
 THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_write_behind.c %/test_packet_log_writer.c \
                 $(patsubst %,test/contract/osal/test_%.c,mutex event task) \
                 $(patsubst %,test/contract/osal/posix/test_%.c,mutex event task inversion),$(TESTS))
+THREAD_TESTS := $(filter-out $(if $(LONG),,test/unit/fsw/programs/% test/unit/fsw/supervisor/%),$(THREAD_TESTS))
 thread-tests: $(foreach t,$(call selected,$(THREAD_TESTS)),$(call test_name,$t))
 	@:
 tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
@@ -172,8 +174,8 @@ test-setup: $(TEST_SETUP:%=build/setup/%)
 	@:
 test: test-setup
 	+@failed=; \
-	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) tests $(if $(PYTHON_TESTS),generated) \
-	    $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
+	$(MAKE) -k --no-print-directory -j$(JOBS) $(NEEDS_PROGRAMS) $(if $(LONG),tests) \
+	    $(if $(PYTHON_TESTS),generated) $(if $(HIL_TESTS),kernel-tests) || failed='the build'; \
 	$(MAKE) -k --no-print-directory -j$(JOBS) SANITIZE=1 $(NEEDS_PROGRAMS) $(NEEDS_KEPT_INPUTS) tests || \
 	    failed="$$failed the sanitizer build"; \
 	$(if $(NEEDS_THREADS),$(MAKE) -k --no-print-directory -j$(JOBS) TSAN=1 CC=clang thread-tests || \

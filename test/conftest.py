@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests marked `long` run only with LONG=1 in the environment (`make check-full`). If there are several
-workers, each has a processor, to which the processes that it starts are also bound: no worker slows another
-one down. The tests of a file share flights and run in one worker."""
+workers, each has a processor, to which the processes that it starts are also bound: processes of a stepped flight run in
+turn, and are faster on one processor. Browsers, and the flights in wall-clock time that they show, use any processor. The
+tests of a file share flights and run in one worker."""
 
 import os
 import signal
@@ -14,6 +15,9 @@ GROUPS = {
     "telepresence": [f"test/mission/test_mission_{name}.py" for name in
                      ("artefacts", "bus", "packets", "sanitized", "station_replay", "telepresence", "third_party_ground", "udp_links")],
 }
+# Tests with a browser.
+BROWSING = "test/mission/test_mission_station"
+ALL_PROCESSORS = os.sched_getaffinity(0)
 
 
 def pytest_configure(config):
@@ -21,10 +25,16 @@ def pytest_configure(config):
     # Shells ignore the signal for commands in the background.
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    config.processors = ALL_PROCESSORS
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if worker:
-        ours = sorted(os.sched_getaffinity(0))
-        os.sched_setaffinity(0, {ours[int(worker.removeprefix("gw")) % len(ours)]})
+        ours = sorted(ALL_PROCESSORS)
+        config.processors = {ours[int(worker.removeprefix("gw")) % len(ours)]}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    os.sched_setaffinity(0, ALL_PROCESSORS if item.nodeid.startswith(BROWSING) else item.config.processors)
 
 
 def pytest_collection_modifyitems(config, items):

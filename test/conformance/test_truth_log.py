@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "gse"))
 from hirosco_gse import logs, truth  # noqa: E402
 
-WRITER = ROOT / "build/test/unit/sim/truth/test_truth"
+WRITER = "build/test/unit/sim/truth/test_truth"
 TYPES = sorted((ROOT / "sim/truth").glob("*.lcm"))
 
 
@@ -36,7 +36,8 @@ def types(tmp_path_factory):
 def events(tmp_path_factory):
     """The sample log of the unit test, read by LCM."""
     path = tmp_path_factory.mktemp("truth") / "truth.lcm"
-    subprocess.run([WRITER], check=True, env=dict(os.environ, TRUTH_FILE=str(path)), stdout=subprocess.DEVNULL)
+    subprocess.run(["make", "-s", WRITER], cwd=ROOT, check=True)
+    subprocess.run([ROOT / WRITER], check=True, env=dict(os.environ, TRUTH_FILE=str(path)), stdout=subprocess.DEVNULL)
     return {event.channel: event for event in lcm.EventLog(str(path), "r")}
 
 

@@ -92,19 +92,17 @@ class Place:
         `memory` [MB] is that of the micro-VM."""
         raise NotImplementedError
 
-    def group(self, name, command, seconds=SECONDS, cans=0, memory=microvm.MEMORY_MB, everywhere=False):
-        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session.
-
-        `everywhere`: on all processors of the machine, also if this process is pinned to one."""
+    def group(self, name, command, seconds=SECONDS, cans=0, memory=microvm.MEMORY_MB):
+        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session."""
         if name not in self.groups:
-            with on_all_processors() if everywhere else contextlib.nullcontext():
-                self.groups[name] = Group(name, self.run(command, seconds, cans, memory=memory))
+            self.groups[name] = Group(name, self.run(command, seconds, cans, memory=memory))
         return self.groups[name]
 
 
 @contextlib.contextmanager
 def on_all_processors():
-    """Within the block, this thread starts commands on any processor."""
+    """Within the block, this thread starts commands on any processor, also if a worker of the tests is bound to one
+    (test/conftest.py): on a single one, the processors of a micro-VM would wait for each other."""
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, range(os.cpu_count()))
     try:
@@ -120,7 +118,8 @@ class MicroVm(Place):
 
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
         folder = self.results_folder(out)
-        outcome = microvm.run(command, seconds, cans=cans, memory=memory, out=folder)
+        with on_all_processors():
+            outcome = microvm.run(command, seconds, cans=cans, memory=memory, out=folder)
         return Result(outcome.code, outcome.stdout, outcome.stderr, folder)
 
 
@@ -134,7 +133,8 @@ class RunningKernel(Place):
         if cans:
             return MicroVm(self.folder, self.why).run(command, seconds, cans, out, memory)
         folder = self.results_folder(out)
-        code, stdout, stderr = in_namespaces(command, seconds, os.environ | ARITHMETIC | {"OUT": str(folder)})
+        with on_all_processors():
+            code, stdout, stderr = in_namespaces(command, seconds, os.environ | ARITHMETIC | {"OUT": str(folder)})
         return Result(code, stdout, stderr, folder)
 
 

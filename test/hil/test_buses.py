@@ -2,6 +2,7 @@
 """The buses over SocketCAN: the same flight as on shared memory, frame by frame, as tools of other projects
 record it."""
 
+import functools
 import os
 import subprocess
 
@@ -16,24 +17,34 @@ from recordings import assert_database_knows_all, assert_wireshark_names_all, fr
 
 PROGRAM = "test/hil/guest/socketcan.py"
 SECONDS = 2400
+# Cases with LONG=1 only, because the micro-VM needs a minute and more of processor time for each of these flights.
+LONG_CASES = {"frames_of_tools_enter_the_bus", "interfaces_that_are_lost_and_made_again_are_used_again",
+              "emulated_controllers_carry_the_classic_mission", "a_flood_on_the_wire_ends_in_a_safe_state"}
+CASES = [pytest.param(case, marks=pytest.mark.long) if case in LONG_CASES else case for case in places.cases(PROGRAM)]
 TELEPRESENCE, TELEPRESENCE_S, TELEPRESENCE_MB = "test/hil/guest/telepresence.py", 8000, 2048
 ENABLED, ENABLED_MASK = 0x27, 0x6F
 COUNTERS = 4712  # Housekeeping structure.
 
 
 @pytest.fixture(scope="module")
-def group(place):
-    """Two processors: a frame that another processor delivers is late, and candump runs in parallel to the
-    flight."""
-    return place.group("socketcan", f"{places.PYTHON} {PROGRAM}", seconds=SECONDS, cans=2, everywhere=True)
+def group(request, place):
+    """The cases that this session asks for, and the flight over vcan, whose files other tests read."""
+    asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_case[")}
+    names = " ".join(case for case in places.cases(PROGRAM) if case in {*asked, "vcan_flight_is_seen_by_candump"})
+    return place.group("socketcan", f"{places.PYTHON} {PROGRAM} {names}", seconds=SECONDS, cans=2)
 
 
 @pytest.fixture(scope="module")
-def shared_memory_flights(tmp_path_factory):
-    """Dictionary: name -> folder of the same flight on shared memory, on this machine."""
+def shared_memory_flight(tmp_path_factory):
+    """flight(name) -> folder of the same flight on shared memory, on this machine."""
     folder = tmp_path_factory.mktemp("buses")
-    return {"vcan": fly_here(folder / "vcan", "rokviss", short_flights.write_scenario(folder, "reports")),
-            "controllers": fly_here(folder / "controllers", "classic", short_flights.write_scenario(folder, "classic"))}
+
+    @functools.cache
+    def flight(name):
+        mission, scenario = {"vcan": ("rokviss", "reports"), "controllers": ("classic", "classic")}[name]
+        return fly_here(folder / name, mission, short_flights.write_scenario(folder, scenario))
+
+    return flight
 
 
 def fly_here(folder, mission, scenario):
@@ -46,24 +57,24 @@ def fly_here(folder, mission, scenario):
     return folder
 
 
-@pytest.mark.parametrize("case", places.cases(PROGRAM))
+@pytest.mark.parametrize("case", CASES)
 def test_case(group, case):
     group.check(case)
 
 
-@pytest.mark.parametrize("name", ["vcan", "controllers"])
-def test_logs_are_those_of_shared_memory(group, shared_memory_flights, name):
+@pytest.mark.parametrize("name", ["vcan", pytest.param("controllers", marks=pytest.mark.long)])
+def test_logs_are_those_of_shared_memory(group, shared_memory_flight, name):
     group.check({"vcan": "vcan_flight_is_seen_by_candump",
                  "controllers": "emulated_controllers_carry_the_classic_mission"}[name])
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
-        assert (group.result.folder / name / log).read_bytes() == (shared_memory_flights[name] / log).read_bytes(), log
+        assert (group.result.folder / name / log).read_bytes() == (shared_memory_flight(name) / log).read_bytes(), log
 
 
 @pytest.mark.parametrize("bus, least", [("robot", 5000), ("robot-b", 10), ("joystick", 5000)])
-def test_candump_recorded_the_same_frames(group, shared_memory_flights, bus, least):
+def test_candump_recorded_the_same_frames(group, shared_memory_flight, bus, least):
     """The unused channel B carries the frames that devices send after they are switched on."""
     group.check("vcan_flight_is_seen_by_candump")
-    expected = frames(shared_memory_flights["vcan"] / f"can-{bus}.log", bus)
+    expected = frames(shared_memory_flight("vcan") / f"can-{bus}.log", bus)
     recorded = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
     assert len(expected) > least
     assert recorded == expected
@@ -77,6 +88,7 @@ def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
     assert short_flights.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
 
 
+@pytest.mark.long
 def test_a_flood_leaves_no_drive_in_operation(group):
     """The truth of the drives is checked, because their own reports wait for a SYNC that does not get
     through."""
@@ -89,6 +101,7 @@ def test_a_flood_leaves_no_drive_in_operation(group):
     assert not any(history[-1] for history in histories.values())
 
 
+@pytest.mark.long
 def test_a_flood_is_counted(group):
     """Frames that the flight software could not send, receive or interpret, by its housekeeping reports before and during
     the flood."""
@@ -110,7 +123,7 @@ def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
     Wireshark can read the recording of candump."""
     flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
     group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
-                        memory=TELEPRESENCE_MB, everywhere=True)
+                        memory=TELEPRESENCE_MB)
     group.check("telepresence_is_flown_over_vcan")
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
         assert (group.result.folder / "telepresence" / log).read_bytes() == (flight / log).read_bytes(), log

@@ -21,8 +21,6 @@ from place import ARITHMETIC, PYTHON
 ON_SHARED_MEMORY = range(180)
 # For each carrier, these include the death of a member and a pulled plug in operation.
 ON_REAL_BUSES = range(17660, 17680)
-# A pulled plug over vcan. The others are marked long, because the micro-VM needs half a minute of processor time for each.
-REAL_BUSES_QUICK = (17660,)
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
 REAL_BUSES_S = 6000  # Time limit of the flights in the micro-VM.
 APIDS = {"joystick": 17, "manipulator": 16}
@@ -254,8 +252,9 @@ def test_death_on_shared_memory(ended, number):
     ended[number].result()
 
 
+@pytest.mark.long  # The micro-VM needs half a minute of processor time and more for each.
 @pytest.mark.timeout(REAL_BUSES_S + 300)
-@pytest.mark.parametrize("number", with_the_rest_long(ON_REAL_BUSES, REAL_BUSES_QUICK), ids=lambda number: str(deaths.drawn(number, True)))
+@pytest.mark.parametrize("number", ON_REAL_BUSES, ids=lambda number: str(deaths.drawn(number, True)))
 def test_death_on_real_buses(request, place, undisturbed, number):
     numbers = asked(request, "test_death_on_real_buses")
     group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=REAL_BUSES_S)
@@ -266,8 +265,7 @@ def test_death_on_real_buses(request, place, undisturbed, number):
 
 
 def test_every_process_is_killed_and_every_device_is_unplugged():
-    """The numbers cover all kinds of faults, also while all drives are in operation. The
-    quick ones over real buses have only a pulled plug over vcan."""
+    """The numbers cover all kinds of faults, also while all drives are in operation."""
     cases = [deaths.drawn(number) for number in first_of_each()]
     expected = {f"kill {name}" for name in (*deaths.PROCESSES, *deaths.IN_IMAGE)} | set(deaths.PULLS)
     assert {case.fault for case in cases} == expected
@@ -276,7 +274,3 @@ def test_every_process_is_killed_and_every_device_is_unplugged():
         met = [case for case in (deaths.drawn(number, True) for number in ON_REAL_BUSES)
                if case.options[2:] == carrier and is_in_operation(case)]
         assert [case for case in met if case.victim in APIDS] and [case for case in met if case.fault in deaths.PULLS[:-1]]
-    quick = [deaths.drawn(number, True) for number in REAL_BUSES_QUICK]
-    assert {case.options[2:] for case in quick} == {("--bus", "vcan")}
-    assert all(map(is_in_operation, quick))
-    assert {case.fault for case in quick} <= set(deaths.PULLS)

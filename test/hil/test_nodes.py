@@ -19,14 +19,13 @@ import second_reader
 
 PROGRAM = "test/hil/guest/nodes.py"
 GROUP_SECONDS = 9000
-TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network",
-              "unit/fsw/framework/message/test_message", "unit/fsw/framework/message/test_message_epochs",
-              "unit/fsw/framework/message/test_message_overload")
+LONG_TIPC_TESTS = ("unit/fsw/framework/message/test_message_epochs", "unit/fsw/framework/message/test_message_overload")
+TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network", "unit/fsw/framework/message/test_message",
+              *(LONG_TIPC_TESTS if os.environ.get("LONG") else ()))
 REACTION_US = 5000
 REPEATS = 5
 CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
-# With LONG=1, the cases fly over TIPC, too: the micro-VM takes half a minute of processor time and more for each. test_deaths.py
-# flies a whole mission over TIPC on two nodes in every run.
+# With LONG=1, the cases fly over TIPC, too: the micro-VM takes half a minute of processor time and more for each.
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 

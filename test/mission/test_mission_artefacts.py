@@ -54,6 +54,19 @@ def flight(request, shared_flights):
     return shared_flights.flight(form=request.param, again=1, report="yes")
 
 
+@pytest.fixture(scope="module")
+def image(shared_flights):
+    """The flight of the image. Its logs are those of the other form."""
+    return shared_flights.flight(form="image", again=1, report="yes")
+
+
+def test_both_forms_leave_the_same_logs(image, shared_flights):
+    processes = shared_flights.flight(form="processes", again=1, report="yes")
+    assert {path.name for path in processes.folder.iterdir()} == {path.name for path in image.folder.iterdir()}
+    for name in ("packets.log", "packets.ascii", "truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick") for kind in ("log", "pcap"))):
+        assert processes.octets(name) == image.octets(name), name
+
+
 def test_summary_has_every_fact(flight):
     facts = flight.facts
     assert not REQUIRED_FACTS - facts.keys()
@@ -76,15 +89,15 @@ def test_summary_reports_the_true_hashes_of_the_logs(flight):
         assert hashlib.sha256(flight.octets(name)).hexdigest() == wanted, name
 
 
-def test_summary_has_the_figures_of_the_raw_logs(flight, shared_flights):
-    computed, _ = shared_flights.computed(form=flight.facts["form"], again=1, report="yes")
+def test_summary_has_the_figures_of_the_raw_logs(image, shared_flights):
+    computed, _ = shared_flights.computed(form=image.facts["form"], again=1, report="yes")
     for name, value in computed.items():
-        assert flight.facts[name] == pytest.approx(value), name
+        assert image.facts[name] == pytest.approx(value), name
 
 
-def test_packet_lines_are_well_formed_and_in_order(flight):
+def test_packet_lines_are_well_formed_and_in_order(image):
     last = -1
-    for line in flight.read("packets.log").splitlines():
+    for line in image.read("packets.log").splitlines():
         assert re.fullmatch(r"\d+\.\d{9} (TC|TM) ([0-9a-f]{2}){9,4096}", line), line
         seconds, fraction = line.split(" ")[0].split(".")
         time_ns = int(seconds) * 10**9 + int(fraction)
@@ -106,20 +119,20 @@ def test_database_equals_the_packet_log_row_by_row(flight):
         assert row == (number, time_ns, direction, word & 0x7FF, raw[7], raw[8], sequence & 0x3FFF, user, raw)
 
 
-def test_log_was_switched_in_flight_and_back(flight):
+def test_log_was_switched_in_flight_and_back(image):
     """TM[131,4]: previous u8, strategy u8, first record u64, code u16."""
-    found = [struct.unpack(">BBQH", raw[21:-2]) for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x83\x04"]
+    found = [struct.unpack(">BBQH", raw[21:-2]) for _, direction, raw in image.packets if direction == "TM" and raw[7:9] == b"\x83\x04"]
     assert [(previous, strategy, code) for previous, strategy, _, code in found] == [(0, 1, 0), (1, 0, 0)]
     first, second = found[0][2], found[1][2]
-    assert 1 < first < second < len(flight.packets)
-    ascii_numbers = {int(line.split()[0]) for line in flight.read("packets.ascii").splitlines()}
+    assert 1 < first < second < len(image.packets)
+    ascii_numbers = {int(line.split()[0]) for line in image.read("packets.ascii").splitlines()}
     assert not ascii_numbers & set(range(first, second)), "written by the other strategy"
-    assert ascii_numbers >= set(range(1, first)) | set(range(second, len(flight.packets) + 1))
+    assert ascii_numbers >= set(range(1, first)) | set(range(second, len(image.packets) + 1))
 
 
 @pytest.mark.parametrize("bus", ["robot", "joystick"])
-def test_bus_log_is_candump_text(flight, bus):
-    text = flight.octets(f"can-{bus}.log")
+def test_bus_log_is_candump_text(image, bus):
+    text = image.octets(f"can-{bus}.log")
     at, last, count, fd = 0, b"", 0, 0
     for match in CANDUMP_LINE.finditer(text):
         assert match.start() == at, f"not a frame: {text[at : at + 80]!r}"
@@ -153,10 +166,10 @@ def _pcap_frames(octets):
 
 
 @pytest.mark.parametrize("bus", ["robot", "joystick"])
-def test_pcap_holds_the_same_frames(flight, bus):
-    frames = _pcap_frames(flight.octets(f"can-{bus}.pcap"))
+def test_pcap_holds_the_same_frames(image, bus):
+    frames = _pcap_frames(image.octets(f"can-{bus}.pcap"))
     count = 0
-    for match, (time_ns, identifier, is_fd, data) in zip(CANDUMP_LINE.finditer(flight.octets(f"can-{bus}.log")), frames, strict=True):
+    for match, (time_ns, identifier, is_fd, data) in zip(CANDUMP_LINE.finditer(image.octets(f"can-{bus}.log")), frames, strict=True):
         count += 1
         assert time_ns // 1000 == int(match[1].replace(b".", b""))
         assert identifier == int(match[3], 16)
@@ -165,8 +178,8 @@ def test_pcap_holds_the_same_frames(flight, bus):
     assert count > 500_000
 
 
-def test_truth_is_read_by_lcm_itself(flight):
-    log = lcm.EventLog(str(flight.folder / "truth.lcm"), "r")
+def test_truth_is_read_by_lcm_itself(image):
+    log = lcm.EventLog(str(image.folder / "truth.lcm"), "r")
     channels, last = {}, 0
     for event in log:
         assert event.timestamp >= last - STEP_US, "an event that was left out follows in the next step"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run the C test programs: all plain and with sanitizers, some with a check for data races, the portable ones on an emulated board. Then run
-pytest; end with `N passed, M failed, K skipped`.
+"""Run the C test programs: all with sanitizers, with LONG=1 also without them, some with a check for data races, the portable ones on an
+emulated board. Then run pytest; end with `N passed, M failed, K skipped`.
 
 Prints the closing lines of each runner (Unity, cmocka) as soon as it ends, each test of pytest as it begins and ends, all output
 of what failed, and the slowest tests."""
@@ -17,7 +17,7 @@ import tempfile
 import time
 import xml.etree.ElementTree
 
-VARIANTS = ["build", "build/sanitize"]
+VARIANTS = [*(["build"] if os.environ.get("LONG") else []), "build/sanitize"]
 # Programs without an operating system of their own run on an emulated board. Time there follows from the number of
 # instructions, 32 ns each, so that no result depends on the speed of this machine.
 EMULATOR = "qemu-system-arm -display none -monitor none -serial none -icount shift=5,sleep=off"
@@ -203,7 +203,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="run only tests whose path contains this")
     parser.add_argument("--under", default="test", help="folder of the tests in Python")
-    parser.add_argument("--variant", action="append", help="folder of a build to run instead of the two usual ones")
+    parser.add_argument("--variant", action="append", help="folder of a build to run instead of the usual ones")
     parser.add_argument("--no-pytest", action="store_true", help="C test programs only")
     parser.add_argument("--failed", default="", help="what failed before the tests ran")
     parser.add_argument("--threads", default="", help="C sources of tests to run in the build against data races too")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """SocketCAN as carrier of the buses: flights over vcan and over emulated controllers, recorded by can-utils;
-and options that are refused."""
+and options that are refused. The arguments are the names of the cases to run."""
 
 import contextlib
 import json
@@ -208,6 +208,12 @@ def case_without_permission_the_launcher_prints_the_command_for_root():
     shutil.rmtree(WORK)
 
 
+def bring_up_controllers():
+    for name in ("can0", "can1"):
+        ip("link", "set", name, "down")
+        ip("link", "set", name, "up", "type", "can", "bitrate", "1000000")
+
+
 # --- flights ----------------------------------------------------------------------------------------------------------
 
 def case_vcan_flight_is_seen_by_candump():
@@ -292,8 +298,7 @@ def case_emulated_controllers_carry_the_classic_mission():
     """Channel B is on a virtual interface, because all controllers are on one bus."""
     ip("link", "add", "spare", "type", "vcan")
     ip("link", "set", "spare", "up")
-    for name in ("can0", "can1"):
-        ip("link", "set", name, "up", "type", "can", "bitrate", "1000000")
+    bring_up_controllers()
     flown("controllers", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--sim-interface", "robot=can1",
           "--interface", "robot-b=spare", "--sim-interface", "robot-b=spare", "--scenario", short_flights.write_scenario(WORK, "classic"))
     summary = facts("controllers")
@@ -302,6 +307,7 @@ def case_emulated_controllers_carry_the_classic_mission():
 
 def case_a_mission_with_real_devices_flies_without_a_simulator():
     """No device answers on the bus: the mission comes up in wall-clock time, waits, and shuts down."""
+    bring_up_controllers()
     output = flown("devices", "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--scenario", "none",
                  "--duration", "3")
     summary = facts("devices")
@@ -313,6 +319,7 @@ def case_a_mission_with_real_devices_flies_without_a_simulator():
 def case_a_burst_on_a_controller_is_counted():
     """The emulated controller sends at once, so it is slowed down here like a real one, whose queue fills."""
     program = "build/test/unit/fsw/framework/dataflow/test_flow_can_socket"
+    bring_up_controllers()
     subprocess.run(["tc", "qdisc", "replace", "dev", "can0", "root", "netem", "limit", "5", "delay", "20ms"], check=True,
                    timeout=BOUND_S)
     try:
@@ -327,6 +334,7 @@ def case_a_flood_on_the_wire_ends_in_a_safe_state():
     """Another program sends as fast as it can on the controller of the flight software while the arm is in
     operation: the arm goes to its safe state."""
     script = WORK / "up.scn"
+    bring_up_controllers()
     script.write_text("".join(f"0.0 operator {words}\n" for words in (
         "state MANIPULATOR PRE_OPERATIONAL", "config MANIPULATOR CLASSIC", "state MANIPULATOR SAFE_OPERATIONAL",
         "state MANIPULATOR OPERATIONAL", COUNTERS, "wait-state MANIPULATOR ERROR_OPERATIONAL 100000", COUNTERS)))
@@ -354,4 +362,4 @@ def case_a_flood_on_the_wire_ends_in_a_safe_state():
 
 
 if __name__ == "__main__":
-    cases.run(globals(), BOUND_S)
+    cases.run({name: what for name, what in globals().items() if name.removeprefix("case_") in sys.argv[1:]}, BOUND_S)

@@ -4,6 +4,7 @@
 
 #include "fsw/framework/subsystem/state_machine.h"
 #include "fsw/supervisor/recommission.h"
+#include "test/support/repetitions.h"
 #include "unity.h"
 
 #include <signal.h>
@@ -204,7 +205,7 @@ static void a_writer_that_is_killed_at_any_step_leaves_a_consistent_state(void)
     checkpoint_t* const shared =
         mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     TEST_ASSERT_TRUE(shared != MAP_FAILED);
-    for (long i = 0; i < 50; i++) {
+    for (long i = 0; i < (long)REPETITIONS(50U); i++) {
         const pid_t writer = fork();
         if (writer == 0) {
             commit_until_killed(shared);
@@ -460,7 +461,7 @@ static void the_content_of_free_entries_is_not_checked(void)
 static void random_octets_are_accepted_or_refused_without_a_crash(void)
 {
     uint32_t seed = 1U;
-    for (unsigned round = 0U; round < 3000U; round++) {
+    for (unsigned round = 0U; round < REPETITIONS(3000U); round++) {
         make_state();
         for (unsigned i = 0U; i < 3U; i++) {
             seed                                            = (seed * 1664525U) + 1013904223U;

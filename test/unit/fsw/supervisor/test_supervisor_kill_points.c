@@ -6,6 +6,7 @@
 #include "fsw/supervisor/supervisor.h"
 #include "fsw/supervisor/undo.h"
 #include "test/support/recorded_media.h"
+#include "test/support/repetitions.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "test/unit/fsw/supervisor/releases.h"
 #include "unity.h"
@@ -506,7 +507,8 @@ static void a_supervisor_killed_at_any_point_performs_each_request_once(void)
 /// The next supervisor also dies in its first step.
 static void each_request_is_performed_once_wherever_two_supervisors_die(void)
 {
-    for (unsigned first = 1U; first < 100U; first += 9U) {
+    const unsigned apart = 90U / REPETITIONS(10U);
+    for (unsigned first = 1U; first < 100U; first += apart) {
         for (unsigned second = 1U; second < 100U; second += 7U) {
             make_busy();
             TEST_ASSERT_TRUE(dies(first));
