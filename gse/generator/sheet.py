@@ -4,6 +4,7 @@
 This is the only reader of data sheets on the ground: the generator and the reader of a run's bus logs import it."""
 
 import configparser
+import functools
 import math
 import pathlib
 import re
@@ -62,7 +63,17 @@ class Sheet:
 
 
 def load(path):
-    """Read the sheet in a file. Raises SheetError."""
+    """The sheet in a file, which is read again only if the file has changed. Raises SheetError. Callers share the result and do not
+    change it."""
+    try:
+        status = path.stat()
+    except OSError as error:
+        raise SheetError(path, 0, f"cannot read: {error.strerror}") from error
+    return _read(path, status.st_mtime_ns, status.st_size)
+
+
+@functools.cache
+def _read(path, changed_ns, octets):
     reader = configparser.ConfigParser(interpolation=None, comment_prefixes=(";",), strict=True)
     try:
         with path.open(encoding="utf-8") as file:
