@@ -362,11 +362,12 @@ def test_rules_about_the_whole_program_are_not_applied_to_a_part():
 @pytest.mark.parametrize(
     ("changed", "looked_at"),
     [
-        ({"a.c"}, ["a.c"]),
-        ({"a.h"}, ["a.c"]),
-        ({"a.h", "b.c"}, ["b.c"]),
-        ({"c.h"}, ["b.c"]),
-        ({"none.h", "a.md"}, []),
+        (["a.c"], ["a.c"]),
+        (["a.h"], ["a.c"]),
+        (["a.h", "b.c"], ["b.c"]),
+        (["c.h"], ["b.c"]),
+        (["none.h", "a.md"], []),
+        (["d.c", "a.h", "a.c"], ["d.c", "a.c"]),
     ],
 )
 def test_misra_checks_changed_files_and_their_includers(changed, looked_at):

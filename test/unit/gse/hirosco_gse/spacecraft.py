@@ -14,6 +14,9 @@ def notice(code, detail, instruction=0):
     return struct.pack(">HHI", code, instruction, detail)
 
 
+MISSION_TIME_NS = 1000 * 10**9  # Of all reports.
+
+
 class Spacecraft:
     """Serves one connection at a time. answer(packet) -> list of (apid, service, subtype, data, user)."""
 
@@ -49,7 +52,7 @@ class Spacecraft:
                 answer = self._answer(packet)
                 if answer is None:
                     return  # close the connection
-                reports = [build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + 10**9) for apid, service, subtype, data, user in answer]
+                reports = [build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + MISSION_TIME_NS) for apid, service, subtype, data, user in answer]
                 try:
                     stream.sendall(b"".join(reports))
                 except OSError:

@@ -27,7 +27,7 @@ def fly(dictionary_path, tmp_path):
         made.append(simulated)
 
         async def flying():
-            async with AsyncSpacecraft(tmp_path, port=simulated.port, dictionary=dictionary_path, timeout_s=0.5, **options) as craft:
+            async with AsyncSpacecraft(tmp_path, port=simulated.port, dictionary=dictionary_path, timeout_s=60, **options) as craft:
                 return await story(craft, simulated)
 
         return asyncio.run(flying())

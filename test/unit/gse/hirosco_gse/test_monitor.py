@@ -77,7 +77,7 @@ def test_the_flight_is_shown_and_commanded(reached):
             assert "MEDIUM" in line and "MANIPULATOR.TORQUE_LIMIT" in line and "TORQUE=39.5 Nm" in line
             assert "NODE=JOINT1 (0x11)" in app.query_one("#events", RichLog).lines[1].text
             head = str(app.query_one("#head", Static).render())
-            assert "rokviss" in head and f"127.0.0.1:{given['port']}" in head and "1.0 s" in head
+            assert "rokviss" in head and f"127.0.0.1:{given['port']}" in head and "1000.0 s" in head
             entry = app.query_one("#command", Input)
             for text in ("state manipulator pre_operational", "cmd MANIPULATOR.TARE"):
                 entry.value = text

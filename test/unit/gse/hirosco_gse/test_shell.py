@@ -36,7 +36,7 @@ def talk(dictionary_path, tmp_path):
                 raise line
             return line
 
-        with Spacecraft(tmp_path, port=simulated.port, dictionary=dictionary_path, timeout_s=0.5) as craft:
+        with Spacecraft(tmp_path, port=simulated.port, dictionary=dictionary_path, timeout_s=60) as craft:
             Shell(craft, read, lambda text: shown.append(str(text))).run()
         return shown, simulated
 
