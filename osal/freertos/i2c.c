@@ -9,7 +9,8 @@
 
 #define CLOCK 1U
 #define DATA 2U
-#define READS 1U ///< Lowest bit of the first octet of a transfer: the device sends.
+#define READS 1U        ///< Lowest bit of the first octet of a transfer: the device sends.
+#define CLEAR_PULSES 9U ///< The bits of an octet and its acknowledgement, which the released line denies.
 
 typedef struct {
     volatile uint32_t high; ///< Written: lines that are released. Read: levels of the lines.
@@ -90,6 +91,20 @@ static bool address(const uint8_t device, const uint8_t* const head, const size_
         is_good = send(head[i]);
     }
     return is_good;
+}
+
+status_t i2c_clear(void)
+{
+    LINES->high = DATA;
+    LINES->high = CLOCK;
+    for (unsigned i = 0U; (i < CLEAR_PULSES) && ((LINES->high & DATA) == 0U); i++) {
+        LINES->low  = CLOCK;
+        LINES->high = CLOCK;
+    }
+    const bool is_free = (LINES->high & DATA) != 0U;
+    LINES->low         = DATA; // A START resets each device, whatever it is doing.
+    LINES->high        = DATA;
+    return is_free ? STATUS_OK : STATUS_IO;
 }
 
 status_t i2c_write(const uint8_t device, const uint8_t* const head, const size_t head_size,

@@ -5,6 +5,7 @@
 
 #include "base/assertion.h"
 #include "osal/freertos/eeprom.h"
+#include "osal/freertos/i2c.h"
 #include "osal/include/osal/mutex.h"
 
 #include <FreeRTOS.h>
@@ -133,7 +134,8 @@ static status_t enter(void)
     const status_t locked = osal_mutex_lock(&mutex);
     FSW_ASSERT(has_mutex && (locked == STATUS_OK));
     if (!is_mounted) {
-        is_mounted = (format_blank() == 0) && (lfs_mount(&store, &configuration) == 0);
+        is_mounted =
+            (i2c_clear() == STATUS_OK) && (format_blank() == 0) && (lfs_mount(&store, &configuration) == 0);
     }
     return is_mounted ? STATUS_OK : STATUS_IO;
 }

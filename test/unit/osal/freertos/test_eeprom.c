@@ -2,6 +2,7 @@
 // The EEPROM of the emulated board, which the runner of the tests attaches. One test makes it silent.
 #include "osal/freertos/eeprom.h"
 
+#include "osal/freertos/board.h"
 #include "osal/freertos/i2c.h"
 #include "osal/include/osal/clock.h"
 #include "unity.h"
@@ -101,6 +102,51 @@ static void a_device_that_does_not_exist_does_not_acknowledge(void)
     TEST_ASSERT_EQUAL(STATUS_OK, eeprom_read(0U, found, 1U)); // The bus is free again.
 }
 
+// ---- A bus in use ----
+
+#define CLOCK 1U
+#define DATA 2U
+static volatile uint32_t* const lines = (volatile uint32_t*)BOARD_I2C; // [0]: released, [1]: pulled low.
+
+static void pulse(const bool level)
+{
+    lines[level ? 0 : 1] = DATA;
+    lines[0]             = CLOCK;
+    lines[1]             = CLOCK;
+}
+
+/// Begin a read at the address that the last transfer set, and give up in the clock pulse after `bits` bits
+/// of the first octet. (The emulated EEPROM holds the data line low only while the clock is high.)
+static void leave_read_after(const unsigned bits)
+{
+    const unsigned device_reads = (0x50U << 1U) | 1U;
+    lines[0]                    = DATA;
+    lines[0]                    = CLOCK;
+    lines[1]                    = DATA; // START
+    lines[1]                    = CLOCK;
+    for (unsigned bit = 0x80U; bit > 0U; bit >>= 1U) {
+        pulse((device_reads & bit) != 0U);
+    }
+    for (unsigned i = 0U; i <= bits; i++) { // The first pulse takes the acknowledgement of the address.
+        pulse(true);
+    }
+    lines[0] = CLOCK;
+}
+
+static void a_reset_within_a_read_leaves_no_line_low(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, eeprom_write(0U, "\0\0\xA5", 3U));
+    for (unsigned bits = 0U; bits < 8U; bits++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, eeprom_read(0U, found, 1U)); // The next address is 1.
+        leave_read_after(bits);
+        TEST_ASSERT_EQUAL_UINT32(0U, lines[0] & DATA);
+        TEST_ASSERT_EQUAL(STATUS_OK, i2c_clear());
+        TEST_ASSERT_EQUAL_UINT32(DATA | CLOCK, lines[0]);
+        TEST_ASSERT_EQUAL(STATUS_OK, eeprom_read(2U, found, 1U));
+        TEST_ASSERT_EQUAL_UINT8(0xA5U, found[0]);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -109,5 +155,6 @@ int main(void)
     RUN_TEST(a_write_waits_until_the_octets_are_stored);
     RUN_TEST(an_eeprom_that_stays_silent_is_an_error);
     RUN_TEST(a_device_that_does_not_exist_does_not_acknowledge);
+    RUN_TEST(a_reset_within_a_read_leaves_no_line_low);
     return UNITY_END();
 }

@@ -38,15 +38,25 @@ static unsigned writes;
 static unsigned cut_at; ///< Number of the write at which the power is cut; 0: none.
 static cut_t kind;
 static bool is_off;
+static bool is_jammed;   ///< The bus cannot be freed.
+static bool is_clear;    ///< The bus has been freed since the restart.
 static content_t before; ///< After the last step that has ended.
 static content_t behind; ///< After the step under way.
 static content_t found;
 
+status_t __wrap_i2c_clear(void);
 status_t __wrap_eeprom_read(uint32_t address, void* octets, size_t size);
 status_t __wrap_eeprom_write(uint32_t address, const void* octets, size_t size);
 
+status_t __wrap_i2c_clear(void)
+{
+    is_clear = is_clear || !is_jammed;
+    return is_jammed ? STATUS_IO : STATUS_OK;
+}
+
 status_t __wrap_eeprom_read(const uint32_t address, void* const octets, const size_t size)
 {
+    TEST_ASSERT_TRUE(is_clear);
     (void)memcpy(octets, &memory[address], size);
     return is_off ? STATUS_IO : STATUS_OK;
 }
@@ -68,8 +78,9 @@ status_t __wrap_eeprom_write(const uint32_t address, const void* const octets, c
 
 static void restart(void)
 {
-    is_off = false;
-    cut_at = 0U;
+    is_off   = false;
+    is_clear = false;
+    cut_at   = 0U;
     stored_files_restart();
 }
 
@@ -115,6 +126,20 @@ static void what_was_written_exists_after_a_restart(void)
     restart();
     expect(PATH, "content");
     expect(OTHER, "without sync");
+}
+
+/// A reset within a read can leave the bus in use.
+static void the_bus_is_freed_before_the_first_read(void)
+{
+    osal_file_t file;
+    put(PATH, "content");
+    restart();
+    is_jammed = true;
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_update(&file, PATH));
+    TEST_ASSERT_FALSE(is_clear);
+    is_jammed = false;
+    expect(PATH, "content"); // The next user tries again.
+    TEST_ASSERT_TRUE(is_clear);
 }
 
 static void all_who_have_a_file_open_see_the_same(void)
@@ -349,6 +374,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(what_was_written_exists_after_a_restart);
+    RUN_TEST(the_bus_is_freed_before_the_first_read);
     RUN_TEST(all_who_have_a_file_open_see_the_same);
     RUN_TEST(a_file_stays_open_if_it_could_not_be_replaced);
     RUN_TEST(a_full_store_keeps_what_it_has);
