@@ -37,13 +37,13 @@ def table_of(head, rows):
 
 def tables(rows, stacks, commits):
     """Name -> text of each table of the page."""
-    kept = [(f"{one.size} octets", "yes" if one.is_compaction else "no", one.instructions, one.pages, one.octets, f"{one.ms:.0f}") for one in commits]
+    kept = [(one.records, one.size, one.compaction, one.instructions, one.pages, one.octets, f"{one.ms:.0f}") for one in commits]
     ordered = sorted(rows, key=lambda row: (row.before != row.after, flight.STATES.index(row.before), flight.STATES.index(row.after)))
     steps = [(row.name, row.count, row.median, row.p99, row.longest, f"{100 * row.longest / BUDGET:.0f} %") for row in ordered]
     used = [(stack.task, stack.octets, stack.used, f"{100 * (1 - stack.used / stack.octets):.0f} %") for stack in stacks]
     return {"steps": table_of("| state, or transition | steps | median | 99th percentile | longest | of 108000 |", steps),
             "stacks": table_of("| stack of | octets | used | never used |", used),
-            "commits": table_of("| record of | compacts | instructions | pages written | octets on the bus | real EEPROM [ms] |", kept)}
+            "commits": table_of("| records | octets of each | compaction | instructions | pages written | octets on the bus | real EEPROM [ms] |", kept)}
 
 
 def with_real_time(stepped, real):
@@ -96,7 +96,7 @@ def main():
         print(f"BENCH target_{name}_p99 {row.p99} instr -")
         print(f"BENCH target_{name}_median {row.median} instr -")
     for one in commits:
-        name = f"{'compaction' if one.is_compaction else 'commit'}_of_{one.size}_octets"
+        name = f"commit_of_{one.records}_records_of_{one.size}_octets_with_compaction_{one.compaction.replace(' ', '_')}"
         print(f"BENCH target_{name} {one.instructions} instr -")
         print(f"BENCH target_{name}_on_a_real_eeprom {one.ms:.0f} ms -")
     for stack in stacks:

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Linked to the program of the manipulator for a board: instead of a flight, it keeps records on the EEPROM,
-// each as the service of a telecommand does: put and commit, with the capacities of the program. The table
-// of records is filled, and then records are replaced until a compaction of the journal is complete, and a
-// few more after it. It prints the longest request without a part of the compaction, and the longest one with
-// a part:
-//     COMMIT <octets of a record> <compacts: 0, 1> <instructions> <pages> <octets on the bus>
+// as the services of telecommands do: puts and commit, with the capacities of the program. The table of
+// records is filled, and then records are replaced: one for each request until a compaction of the journal is
+// complete, and a few more after it; then all records in each request; then one for each request, with
+// records so large that the log reaches the end of its medium. It prints the longest request of each kind:
+//     COMMIT <octets of a record> <records of the request> <compaction> <instructions> <pages>
+//         <octets on the bus>
+// Compaction: 0 none, 1 a part of one, 2 all of one, because a put has found no room.
 // `pages`: transfers after which a real EEPROM is busy with a write. The emulated one needs no time for it.
 // The emulator runs with -icount shift=5: one instruction takes 32 ns.
 #include "base/text.h"
@@ -19,8 +21,10 @@
 
 #define INSTRUCTION_NS 32U
 #define TABLE 12U
-#define RECORD 64U    ///< Octets of each record, about those of a monitoring definition.
+#define RECORD 64U    ///< Octets of a record, about those of a monitoring definition.
+#define LARGE 160U    ///< So many octets that the log is never twice as long as its live records.
 #define AFTERWARDS 8U ///< Requests after the compaction.
+#define TURNS 8U      ///< Requests that replace all records.
 #define LINE_MAX 128U
 
 typedef struct {
@@ -29,13 +33,28 @@ typedef struct {
     uint32_t octets; ///< Octets on the bus, with those of addresses.
 } work_t;
 
+enum {
+    WITHOUT,
+    PART,
+    AT_ONCE,
+    COMPACTIONS
+};
+
+typedef struct { // The longest requests of one kind, by the compaction.
+    uint32_t size;
+    uint32_t records;
+    work_t longest[COMPACTIONS];
+} kind_t;
+
 static component_runtime_t runtime;
 static run_state_t run;
 static record_store_t store;
 static journal_slot_t slots[JOURNAL_SLOTS(SUBSYSTEM_HOST_RECORDS)];
-static uint8_t record[RECORD];
-static work_t done;       // Since the request began.
-static work_t longest[2]; // The longest request without a part of a compaction, and with one.
+static uint8_t record[LARGE];
+static work_t done; // Since the request began.
+static kind_t single = {.size = RECORD, .records = 1U};
+static kind_t whole  = {.size = RECORD, .records = SUBSYSTEM_HOST_RECORDS};
+static kind_t large  = {.size = LARGE, .records = 1U};
 
 status_t __real_i2c_write(uint8_t device, const uint8_t* head, size_t head_size, const uint8_t* octets,
                           size_t size);
@@ -69,24 +88,33 @@ static void must(const status_t status)
     }
 }
 
-/// Keep a record as the dispatcher does for a telecommand.
-static void keep(const uint32_t key)
+/// Keep records as the dispatcher does for a telecommand. Returns the compaction of this request.
+static unsigned keep(const uint32_t first_key, kind_t* const kind)
 {
-    const bool was_moving   = store.journal.is_moving;
-    const uint64_t begin_ns = osal_clock_monotonic_ns();
-    done                    = (work_t){0};
-    record[0]++;
-    must(journal_put(&store.journal, TABLE, key, record, RECORD));
+    const journal_t* const journal = &store.journal;
+    const bool was_moving          = journal->is_moving;
+    const uint32_t compactions     = journal->stats.compactions;
+    const uint64_t begin_ns        = osal_clock_monotonic_ns();
+    done                           = (work_t){0};
+    for (uint32_t i = 0U; i < kind->records; i++) {
+        record[0]++;
+        must(
+            journal_put(&store.journal, TABLE, (first_key + i) % SUBSYSTEM_HOST_RECORDS, record, kind->size));
+    }
+    const bool is_at_once = (journal->stats.compactions != compactions);
     must(journal_commit(&store.journal));
-    done.instructions  = (osal_clock_monotonic_ns() - begin_ns) / INSTRUCTION_NS;
-    work_t* const most = &longest[(was_moving || store.journal.is_moving) ? 1U : 0U];
-    *most              = (done.instructions > most->instructions) ? done : *most;
+    done.instructions   = (osal_clock_monotonic_ns() - begin_ns) / INSTRUCTION_NS;
+    const unsigned with = is_at_once ? AT_ONCE : ((was_moving || journal->is_moving) ? PART : WITHOUT);
+    work_t* const most  = &kind->longest[with];
+    *most               = (done.instructions > most->instructions) ? done : *most;
+    return with;
 }
 
-static void print(void)
+static void print(const kind_t* const kind)
 {
-    for (unsigned i = 0U; i < 2U; i++) {
-        const uint64_t numbers[] = {RECORD, i, longest[i].instructions, longest[i].pages, longest[i].octets};
+    for (unsigned i = 0U; i < COMPACTIONS; i++) {
+        const work_t* const one  = &kind->longest[i];
+        const uint64_t numbers[] = {kind->size, kind->records, i, one->instructions, one->pages, one->octets};
         char line[LINE_MAX];
         text_t text = text_in(line, sizeof line);
         text_add(&text, "COMMIT");
@@ -94,23 +122,36 @@ static void print(void)
             text_add(&text, " ");
             text_add_unsigned(&text, numbers[j]);
         }
-        osal_console_say(line);
+        if (one->instructions > 0U) {
+            osal_console_say(line);
+        }
     }
 }
 
 static void measure(void)
 {
-    for (uint32_t key = 0U; key < SUBSYSTEM_HOST_RECORDS; key++) {
-        keep(key);
+    kind_t unmeasured = {.size = LARGE, .records = 1U};
+    uint32_t next     = 0U;
+    for (; next < SUBSYSTEM_HOST_RECORDS; next++) {
+        (void)keep(next, &single);
     }
-    uint32_t next = 0U;
     for (; store.journal.stats.compactions == 0U; next++) {
-        keep(next % SUBSYSTEM_HOST_RECORDS);
+        (void)keep(next, &single);
     }
-    for (uint32_t i = 0U; i < AFTERWARDS; i++) {
-        keep((next + i) % SUBSYSTEM_HOST_RECORDS);
+    for (uint32_t i = 0U; i < AFTERWARDS; i++, next++) {
+        (void)keep(next, &single);
     }
-    print();
+    for (uint32_t i = 0U; i < TURNS; i++) {
+        (void)keep(0U, &whole);
+    }
+    for (uint32_t i = 0U; i < SUBSYSTEM_HOST_RECORDS; i++) {
+        (void)keep(i, &unmeasured);
+    }
+    for (next = 0U; keep(next, &large) != AT_ONCE; next++) {
+    }
+    print(&single);
+    print(&whole);
+    print(&large);
 }
 
 int __wrap_executive_run(const int argument_count, char* const arguments[], const char* const executable,

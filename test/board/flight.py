@@ -17,7 +17,8 @@ BOARD = "mps2-an500"
 STEP = re.compile(r"^STEP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
 STACK = re.compile(r"^STACK (\S+) (\d+) (\d+)$", re.MULTILINE)
 LOOP = re.compile(r"^LOOP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
-COMMIT = re.compile(r"^COMMIT (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
+COMMIT = re.compile(r"^COMMIT (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
+COMPACTIONS = ("none", "a part", "at once")
 PAGE_MS, OCTET_MS = 5, 0.009  # AT24CM01: a write of a page at most, and nine clocks at 1 MHz.
 # An instruction takes 8 ns, so that 0.5 ms have 62500 instructions: fewer than the 108000 cycles of 216 MHz.
 REAL_TIME = "qemu-system-arm -display none -monitor none -serial none -icount shift=3,sleep=off -no-reboot -machine " + BOARD
@@ -64,10 +65,11 @@ class Waits:
 
 @dataclass(frozen=True)
 class Commit:
-    """The longest request that keeps one record, of those that compact the journal or of those that do not."""
+    """The longest request that keeps records, of those with the same compaction of the journal."""
 
-    size: int  # Octets of the record.
-    is_compaction: bool
+    size: int  # Octets of a record.
+    records: int
+    compaction: str
     instructions: int
     pages: int
     octets: int  # On the bus.
@@ -159,4 +161,5 @@ def commits(folder):
                            "-kernel", ROOT / "build" / BOARD / "commits" / "manipulator"],
                           cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
     assert done.returncode == 0, done.stdout + done.stderr
-    return [Commit(int(size), compactions == "1", *map(int, numbers)) for size, compactions, *numbers in COMMIT.findall(done.stdout + done.stderr)]
+    return [Commit(int(size), int(records), COMPACTIONS[int(compaction)], *map(int, numbers))
+            for size, records, compaction, *numbers in COMMIT.findall(done.stdout + done.stderr)]
