@@ -4,7 +4,7 @@
 /// blocks. When the number of taken blocks reaches the warning threshold, before any take is refused,
 /// `warning` becomes true (with hysteresis).
 ///
-/// Ownership  The caller places `storage` and `slots`, which must exist as long as the pool.
+/// Ownership  The caller provides `storage` and `slots`, which must exist as long as the pool.
 /// Context    One loop. Not thread-safe: blocks are never passed to another component.
 /// Time       O(1), never blocks; except pool_init: O(block_count).
 /// Errors     Each function lists its statuses. A null argument or a wrong size is a coding error

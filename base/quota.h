@@ -2,7 +2,7 @@
 /// Quota: a limit on the number of system objects in use, such as sockets, connections and open devices. They
 /// are counted like the blocks of a pool, with the same warning before a take is refused.
 ///
-/// Ownership  The caller places quota_t. It contains only numbers: the caller that takes a unit returns it.
+/// Ownership  The caller provides quota_t. It contains only numbers: the caller that takes a unit returns it.
 /// Context    One loop.
 /// Time       O(1), never blocks.
 /// Errors     Each function lists its statuses; a limit of 0, or null where it is not allowed, is a coding

@@ -3,7 +3,7 @@
 /// at start. A request gets a block of the smallest size that fits. If no such block is free, the request is
 /// refused, so that many small requests cannot use up the large blocks.
 ///
-/// Ownership  The caller places the arena, which must exist as long as the resource.
+/// Ownership  The caller provides the arena, which must exist as long as the resource.
 /// Context    One loop, as for pools.
 /// Time       O(number of sizes).
 ///

@@ -2,7 +2,7 @@
 /// Text without printf: append words and decimal or hexadecimal numbers to a bounded buffer that always ends
 /// with NUL. Text that does not fit is cut, and `cut` is set.
 ///
-/// Ownership  The caller places the buffer.
+/// Ownership  The caller provides the buffer.
 /// Time       O(length).
 #ifndef BASE_TEXT_H
 #define BASE_TEXT_H

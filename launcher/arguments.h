@@ -7,7 +7,8 @@
 ///     arguments_add_number(&arguments, "--seed", 7U);
 ///     const osal_process_start_t start = {.arguments = arguments.list, ...};
 ///
-/// Ownership  The caller places arguments_t, all zero. It must not be moved, because the list points into it.
+/// Ownership  The caller provides arguments_t, all zero. It must not be moved, because the list points into
+///            it.
 /// Context    Any.
 /// Errors     None; more arguments or text than fit are a coding error.
 #ifndef LAUNCHER_ARGUMENTS_H

@@ -3,7 +3,7 @@
 /// and room for what ground may define in addition. They are written as a header that the compiler includes
 /// before the sources of this program, where each replaces the default of the header it belongs to.
 ///
-/// Ownership  The caller places the capacities.
+/// Ownership  The caller provides the capacities.
 #ifndef LAUNCHER_DESCRIPTOR_CAPACITIES_H
 #define LAUNCHER_DESCRIPTOR_CAPACITIES_H
 

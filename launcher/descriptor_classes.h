@@ -2,7 +2,7 @@
 /// Device classes that the descriptors of a program name. A program whose descriptors are compiled in
 /// contains these classes alone, as the table that replaces fsw/canopen/device_classes.c.
 ///
-/// Ownership  The caller places the set.
+/// Ownership  The caller provides the set.
 #ifndef LAUNCHER_DESCRIPTOR_CLASSES_H
 #define LAUNCHER_DESCRIPTOR_CLASSES_H
 

@@ -43,11 +43,11 @@ typedef struct { // All storage of the program.
 
 static compiler_t storage;
 
-static int complain(const char* const first, const char* const second)
+static int report_error(const char* const first, const char* const second)
 {
     char line[LINE_MAX];
     (void)text_join(line, sizeof line, (const char* const[]){"descriptor-compiler: ", first, second, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 1;
 }
 
@@ -157,7 +157,7 @@ static bool write_capacities(compiler_t* const self)
     const status_t status = osal_file_write(&self->file, characters, text.length);
     osal_file_close(&self->file);
     if (status != STATUS_OK) {
-        (void)complain("cannot write the capacities: ", status_text(status));
+        (void)report_error("cannot write the capacities: ", status_text(status));
     }
     return status == STATUS_OK;
 }
@@ -169,7 +169,7 @@ static bool create(compiler_t* const self, const char* const folder, const char*
     char path[DESCRIPTOR_PATH_CHARACTERS];
     const bool fits = text_join(path, sizeof path, (const char* const[]){folder, "/", name, ending, NULL});
     if (!fits || (osal_file_create(&self->file, path) != STATUS_OK)) {
-        (void)complain("cannot write ", path);
+        (void)report_error("cannot write ", path);
         return false;
     }
     return true;
@@ -181,7 +181,7 @@ static bool finish(compiler_t* const self)
     const status_t status = descriptor_writer_end(&self->writer);
     osal_file_close(&self->file);
     if (status != STATUS_OK) {
-        (void)complain("cannot write the source: ", status_text(status));
+        (void)report_error("cannot write the source: ", status_text(status));
     }
     return status == STATUS_OK;
 }
@@ -195,7 +195,7 @@ int main(const int argument_count, char* arguments[])
         return 0;
     }
     if (argument_count < 5) {
-        (void)complain(usage, "");
+        (void)report_error(usage, "");
         return 2;
     }
     descriptor_loader_init(&self->loader);
@@ -207,11 +207,11 @@ int main(const int argument_count, char* arguments[])
     for (int i = 4; i < argument_count; i++) {
         const char* const error = compile_mission(self, arguments[i]);
         if (error != NULL) {
-            return complain(error, "");
+            return report_error(error, "");
         }
     }
     if (self->count == 0U) {
-        return complain(self->executable, ": no mission has a subsystem with this executable");
+        return report_error(self->executable, ": no mission has a subsystem with this executable");
     }
     write_entries(self);
     write_classes(self);

@@ -54,12 +54,12 @@ static void add_words(text_t* const text, const char* const words)
 }
 
 /// Write a finite number exactly, in hexadecimal, for example 0x1.8000000000000p1.
-static void add_real(text_t* const text, const void* const place)
+static void add_real(text_t* const text, const void* const octets)
 {
     uint64_t bits = 0U;
     char digits[sizeof "0x" + 16U];
     text_t number = text_in(digits, sizeof digits);
-    (void)memcpy(&bits, place, sizeof bits);
+    (void)memcpy(&bits, octets, sizeof bits);
     const unsigned exponent = (unsigned)(bits >> 52U) & 0x7FFU;
     text_add_hex(&number, bits & 0xFFFFFFFFFFFFFULL, MANTISSA_DIGITS);
     text_add(text, ((bits >> 63U) != 0U) ? "-" : "");
@@ -69,7 +69,7 @@ static void add_real(text_t* const text, const void* const place)
     text_add_signed(text, (exponent > 0U) ? ((int64_t)exponent - EXPONENT_BIAS) : (1 - EXPONENT_BIAS));
 }
 
-static void add_number(text_t* const text, const void* const place, const size_t width)
+static void add_number(text_t* const text, const void* const octets, const size_t width)
 {
     uint8_t u8   = 0U;
     uint16_t u16 = 0U;
@@ -80,7 +80,7 @@ static void add_number(text_t* const text, const void* const place, const size_t
                  : (width == 2U) ? (void*)&u16
                  : (width == 4U) ? (void*)&u32
                                  : (void*)&u64,
-                 place, width);
+                 octets, width);
     text_add_unsigned(text, (uint64_t)u8 + u16 + u32 + u64);
     text_add(text, (width == 8U) ? "ULL" : "U");
 }
@@ -93,10 +93,10 @@ typedef struct { // The model that is being written.
     const descriptor_enumeration_t* enumerations;
 } model_t;
 
-static void add_names(const model_t* const model, text_t* const text, const void* const place)
+static void add_names(const model_t* const model, text_t* const text, const void* const octets)
 {
     const descriptor_enumeration_t* enumeration = NULL;
-    (void)memcpy(&enumeration, place, sizeof(void*));
+    (void)memcpy(&enumeration, octets, sizeof(void*));
     if (enumeration == NULL) {
         text_add(text, "NULL");
         return;
@@ -109,25 +109,25 @@ static void add_member(const model_t* const model, const uint8_t* const item,
                        const descriptor_member_t* const member)
 {
     FSW_ASSERT(member != NULL);
-    text_t* const text   = room(model->writer);
-    const uint8_t* place = &item[member->offset];
-    const char* words    = NULL;
+    text_t* const text    = room(model->writer);
+    const uint8_t* octets = &item[member->offset];
+    const char* words     = NULL;
     text_add_pattern(text, ".% = ", member->name, NULL, 0U);
     if (member->count > 0U) {
         text_add(text, "{");
         for (uint8_t i = 0U; i < member->count; i++) {
             text_add(text, (i > 0U) ? ", " : "");
-            add_number(text, &place[(size_t)i * member->width], member->width);
+            add_number(text, &octets[(size_t)i * member->width], member->width);
         }
         text_add(text, "}");
     } else if (member->kind == DESCRIPTOR_MEMBER_NUMBER) {
-        add_number(text, place, member->width);
+        add_number(text, octets, member->width);
     } else if (member->kind == DESCRIPTOR_MEMBER_REAL) {
-        add_real(text, place);
+        add_real(text, octets);
     } else if (member->kind == DESCRIPTOR_MEMBER_NAMES) {
-        add_names(model, text, place);
+        add_names(model, text, octets);
     } else {
-        (void)memcpy(&words, place, sizeof words);
+        (void)memcpy(&words, octets, sizeof words);
         add_words(text, words);
     }
     text_add(text, ", ");

@@ -3,7 +3,7 @@
 /// models contain offsets of members in generated structures. Therefore the compiler of the target must align
 /// numbers in structures as the compiler of this program does; otherwise the written source does not compile.
 ///
-/// Ownership  The caller places the writer.
+/// Ownership  The caller provides the writer.
 /// Errors     The first failure of a write to the file is kept in `status`; later calls have no effect.
 #ifndef LAUNCHER_DESCRIPTOR_WRITER_H
 #define LAUNCHER_DESCRIPTOR_WRITER_H

@@ -10,11 +10,11 @@
 
 static launcher_t launcher;
 
-static int complain(const char* const what)
+static int report_error(const char* const what)
 {
     char line[LAUNCHER_REASON_MAX + 16U];
     (void)text_join(line, sizeof line, (const char* const[]){"hirosco: ", what, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 2;
 }
 
@@ -41,7 +41,7 @@ static void announce(void)
                               (launcher.mission.is_ground_open != 0U) ? "0.0.0.0:" : "127.0.0.1:", NULL});
     text_add_unsigned(&text, launcher.run->ground_port);
     text_add_words(&text, (const char* const[]){", folder ", launcher.run->folder, NULL});
-    osal_console_say(line);
+    osal_console_print_line(line);
 }
 
 static void conclude(void)
@@ -53,7 +53,7 @@ static void conclude(void)
                                           is_good ? "flown to the end: " : "failed: ", launcher.reason,
                                           is_good ? "" : "; ", launcher.run->folder,
                                           launcher.options.has_report ? "/report.html" : "/run.json", NULL});
-    osal_console_say(line);
+    osal_console_print_line(line);
 }
 
 /// Fly the mission, with a guard process.
@@ -71,7 +71,7 @@ static int run(const int argument_count, char* const arguments[], const launch_o
         conclude();
         code = launcher.exit_code;
     } else {
-        (void)complain(launcher.reason);
+        (void)report_error(launcher.reason);
         launcher_clean_up(&launcher);
     }
     guard_stop(&guard);
@@ -82,14 +82,15 @@ static int run(const int argument_count, char* const arguments[], const launch_o
 static int watch(char* const arguments[], const launch_options_t* const options)
 {
     if (launcher_owner_of(arguments[2]) == 0) {
-        return complain("expected `hirosco guard hirosco-NUMBER ...`; guards are started by `hirosco run`");
+        return report_error(
+            "expected `hirosco guard hirosco-NUMBER ...`; guards are started by `hirosco run`");
     }
     osal_process_ignore_interrupt();
     const int code = guard_watch(&launcher, options, folder_of(arguments[0]), arguments[2]);
     if (launcher.run != NULL) {
         conclude();
     } else if (code != 0) {
-        (void)complain("the launcher was killed before its run began");
+        (void)report_error("the launcher was killed before its run began");
     } else {
         // The launcher has ended normally and has cleaned up itself.
     }
@@ -106,16 +107,16 @@ int main(const int argument_count, char* arguments[])
     const bool is_help  = (argument_count < 2) || (strcmp(arguments[argument_count - 1], "--help") == 0);
     const int first     = is_guard ? 3 : 2;
     if (is_help) {
-        osal_console_say(launch_options_help());
+        osal_console_print_line(launch_options_help());
         return 0;
     }
     if (!is_run && !is_guard) {
-        return complain("expected `hirosco run ...`; see hirosco --help");
+        return report_error("expected `hirosco run ...`; see hirosco --help");
     }
     launch_options_t options;
     char error[LAUNCH_ERROR_MAX];
     if (!launch_options_parse(argument_count - first, &arguments[first], &options, error)) {
-        return complain(error);
+        return report_error(error);
     }
     return is_guard ? watch(arguments, &options) : run(argument_count, arguments, &options);
 }

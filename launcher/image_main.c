@@ -66,11 +66,11 @@ typedef struct {
 
 static image_t image;
 
-static int complain(const char* const what)
+static int report_error(const char* const what)
 {
     char line[SIMULATOR_ERROR_MAX + 16U];
     (void)text_join(line, sizeof line, (const char* const[]){"image: ", what, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 1;
 }
 
@@ -198,12 +198,13 @@ static bool may_return(image_t* const self)
     const bool may        = return_budget_take(&self->returns, now_ns, &delay_ns);
     if (!may) {
         self->abandon_ns = now_ns + RETURN_ABANDON_NS;
-        (void)complain("the supervisor has died too often; subsystems go to their safe state on their own");
+        (void)report_error(
+            "the supervisor has died too often; subsystems go to their safe state on their own");
     }
     return may;
 }
 
-/// End a participant for the rest of the run: no successor takes its place.
+/// End a participant for the rest of the run: it has no successor.
 static void give_up(image_t* const self, const unsigned participant)
 {
     osal_lockstep_set_succession(self->scheduler, participant, 0U);
@@ -227,7 +228,7 @@ static void begin_life(image_t* const self, const unsigned participant)
     (void)memset(self->programs[index].storage, 0, self->programs[index].size);
     const char* const error = open_component(self, index, own);
     if (error != NULL) {
-        (void)complain(error);
+        (void)report_error(error);
         give_up(self, participant);
         return;
     }
@@ -244,7 +245,7 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
         const bool is_named =
             process_faults_name(&self->process_faults, subsystem->executable, run_participant(i)) &&
             process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
-        FSW_ASSERT(is_named); // The table has a place for each participant of the scheduler.
+        FSW_ASSERT(is_named); // The table has a slot for each participant of the scheduler.
     }
     simulator_config_t config = {.process_fault     = process_faults_act,
                                  .process_context   = &self->process_faults,
@@ -372,14 +373,14 @@ static int close_all(image_t* const self)
     }
     launcher_relay_close(&self->relay);
     simulator_statistics(self->simulator, &statistics);
-    if (losses_complain(&statistics)) {
+    if (losses_report(&statistics)) {
         __atomic_store_n(&self->run->is_lossy, 1U, __ATOMIC_RELAXED);
     }
     if (simulator_failure(self->simulator) != NULL) {
-        code = complain(simulator_failure(self->simulator));
+        code = report_error(simulator_failure(self->simulator));
     }
     if (simulator_close(self->simulator) != STATUS_OK) {
-        code = complain("a log of the simulator is not complete");
+        code = report_error("a log of the simulator is not complete");
     }
     if (self->has_cosimulation) {
         cosimulation_port_close(&self->cosimulation);
@@ -434,7 +435,7 @@ static void print_takes(void)
     text_t text = text_in(line, sizeof line);
     text_add(&text, "image: takes ");
     text_add_unsigned(&text, take_check_count());
-    osal_console_say(line);
+    osal_console_print_line(line);
 }
 #else
 static void arm_refusal(void)
@@ -456,7 +457,7 @@ int main(const int argument_count, char* arguments[])
         return 0;
     }
     if (!parse(argument_count, arguments, &options)) {
-        (void)complain(usage);
+        (void)report_error(usage);
         return 2;
     }
     osal_process_catch_stop();
@@ -468,7 +469,7 @@ int main(const int argument_count, char* arguments[])
     error = (error != NULL) ? error : launcher_relay_open(&image.relay, image.run, image.scheduler);
     error = (error != NULL) ? error : open_cosimulation(&image, options.cosimulation);
     if (error != NULL) {
-        return complain(error);
+        return report_error(error);
     }
     loop(&image);
     print_takes();

@@ -293,7 +293,7 @@ static void show_progress(launcher_t* const launcher, const uint64_t wall_ns)
     text_add_digits(&text, tenths, 1U);
     text_add(&text, " x real time   ");
     text_add(&text, osal_console_is_terminal() ? "" : "\n");
-    osal_console_put(line);
+    osal_console_print(line);
     launcher->last_wall_ns      = wall_ns;
     launcher->last_simulated_ns = simulated;
 }
@@ -343,7 +343,7 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
             (void)launcher_fail(launcher, "interrupted three times: ended at once", "");
             return true;
         }
-        osal_console_say("\nshutting the mission down (Ctrl-C twice more ends it at once)");
+        osal_console_print_line("\nshutting the mission down (Ctrl-C twice more ends it at once)");
     }
     const uint64_t simulated = launcher_now_ns(launcher);
     const bool is_due  = (launcher->options.duration_ns > 0U) && (simulated >= launcher->options.duration_ns);

@@ -3,7 +3,7 @@
 /// run, starts the processes, starts processes again when the supervisor orders this, and removes the shared
 /// objects at the end.
 ///
-/// Ownership  The program places launcher_t.
+/// Ownership  The program provides launcher_t.
 /// Context    One task.
 #ifndef LAUNCHER_LAUNCHER_H
 #define LAUNCHER_LAUNCHER_H

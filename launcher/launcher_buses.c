@@ -358,7 +358,7 @@ static void print_hand_over(launcher_t* const launcher, const char* const bus, c
     text_add(&text, " frames from outside the run; ");
     text_add_unsigned(&text, counts.cuts);
     text_add(&text, " calls failed: interface down or removed");
-    osal_console_say(line);
+    osal_console_print_line(line);
 }
 
 void launcher_remove_buses(launcher_t* const launcher)

@@ -169,7 +169,7 @@ static void draw_report(launcher_t* const launcher)
         (void)launcher_fail(launcher, "the report could not be made, so the figures are not known",
                             "; see console.log");
     } else {
-        osal_console_complain("the report could not be drawn; see console.log in the run's folder");
+        osal_console_print_error("the report could not be drawn; see console.log in the run's folder");
     }
 }
 
@@ -188,7 +188,7 @@ void launcher_clean_up(launcher_t* const launcher)
     if ((launcher->child_count > 0U) || launcher->is_taken_over) {
         complete_logs(launcher);
         if (!run_summary_write(launcher)) {
-            osal_console_complain("cannot write run.json into the run's folder");
+            osal_console_print_error("cannot write run.json into the run's folder");
             (void)launcher_fail(launcher, "run.json could not be written", "");
         }
         // The report is made of a flight that has ended: nothing listens at its ground port.

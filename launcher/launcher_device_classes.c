@@ -53,11 +53,11 @@ static bool is_of_sheet(launcher_t* const launcher, const canopen_device_profile
 
 bool launcher_check_device_classes(launcher_t* const launcher)
 {
-    size_t place                          = 0U;
-    const canopen_device_profile_t* class = canopen_device_profile_at(place);
+    size_t position                       = 0U;
+    const canopen_device_profile_t* class = canopen_device_profile_at(position);
     while ((class != NULL) && is_of_sheet(launcher, class)) {
-        place++;
-        class = canopen_device_profile_at(place);
+        position++;
+        class = canopen_device_profile_at(position);
     }
     return class == NULL;
 }

@@ -17,8 +17,8 @@ static void start(guard_t* const guard)
 {
     const osal_process_start_t how = {.arguments = guard->arguments, .processor = -1, .outlives = true};
     if ((guard->arguments[0] == NULL) || (osal_process_start(&guard->process, &how) != STATUS_OK)) {
-        osal_console_complain("hirosco: this run has no guard: if its launcher is killed, its names and "
-                              "interfaces are not removed before the next run");
+        osal_console_print_error("hirosco: this run has no guard: if its launcher is killed, its names and "
+                                 "interfaces are not removed before the next run");
         return;
     }
     guard->starts++;
@@ -49,7 +49,7 @@ void guard_keep(guard_t* const guard)
     FSW_ASSERT(guard != NULL);
     osal_process_result_t result;
     if ((osal_process_poll(&guard->process, &result) == STATUS_OK) && result.has_ended) {
-        osal_console_complain("hirosco: the guard of the run was killed, another takes its place");
+        osal_console_print_error("hirosco: the guard of the run was killed; another one is started");
         start(guard);
     }
 }

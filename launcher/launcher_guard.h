@@ -3,7 +3,7 @@
 /// waits for the end of its children, removes every name of the run, completes the logs and writes run.json
 /// and the report. If the guard is killed, the launcher starts another one.
 ///
-/// Ownership  The program places guard_t.
+/// Ownership  The program provides guard_t.
 /// Context    One task.
 #ifndef LAUNCHER_LAUNCHER_GUARD_H
 #define LAUNCHER_LAUNCHER_GUARD_H

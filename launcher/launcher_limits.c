@@ -56,7 +56,7 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
         text_add_words(&text, (const char* const[]){subsystem->name, " has no memoryKiB: limited to ", NULL});
         text_add_unsigned(&text, launcher->memory_limit_kib[index]);
         text_add(&text, " KiB");
-        osal_console_say(line);
+        osal_console_print_line(line);
     }
     return true;
 }
@@ -90,7 +90,7 @@ static void print_memory(const launcher_t* const launcher, const child_t* const 
     text_add(&text, " KiB of memory at most; its address space is limited to ");
     text_add_unsigned(&text, launcher->memory_limit_kib[child->component]);
     text_add(&text, " KiB");
-    osal_console_complain(line);
+    osal_console_print_error(line);
 }
 
 bool launcher_has_ended(const launcher_t* const launcher, child_t* const child)

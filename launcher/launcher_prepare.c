@@ -279,7 +279,7 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
         return launcher_refuse(
             launcher,
             (const char* const[]){
-                "the storage is that of another mission: ", path, " says '", owner, "', expected '",
+                "the storage is that of another mission: ", path, " contains '", owner, "', expected '",
                 launcher->options.mission,
                 "'; choose another folder with --storage, or fly that mission with --mission", NULL});
     } else {
@@ -437,14 +437,14 @@ static bool listen_to_ground(launcher_t* const launcher)
         port   = (uint16_t)(first + i);
         status = osal_tcp_listen(&launcher->ground, (osal_address_t){ipv4, port});
     }
-    char place[32];
-    text_t text = text_in(place, sizeof place);
+    char endpoint[32];
+    text_t text = text_in(endpoint, sizeof endpoint);
     text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1: " : "0.0.0.0: ");
     text_add_unsigned(&text, first);
     if (status != STATUS_OK) {
         return launcher_fail(
             launcher, (status == STATUS_EXISTS) ? "the ground port is in use on " : "cannot listen on ",
-            place);
+            endpoint);
     }
     launcher->run->ground_port       = port;
     launcher->run->ground_descriptor = osal_socket_descriptor(&launcher->ground);

@@ -3,7 +3,7 @@
 /// reorders them (sim/relay/relay.h). It is a participant of the scheduler, in its own process or in the
 /// image.
 ///
-/// Ownership  The program places launcher_relay_t.
+/// Ownership  The program provides launcher_relay_t.
 /// Context    One task.
 #ifndef LAUNCHER_LAUNCHER_RELAY_H
 #define LAUNCHER_LAUNCHER_RELAY_H

@@ -58,11 +58,11 @@ static bool is_hanging(const launcher_t* const launcher, const child_t* const ch
                              : (granted_ns >= wait_ns);
 }
 
-static void complain(const child_t* const child, const char* const what)
+static void report_error(const child_t* const child, const char* const what)
 {
     char line[LAUNCHER_REASON_MAX];
     (void)text_join(line, sizeof line, (const char* const[]){child->name, what, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
 }
 
 static void suspend(launcher_t* const launcher, child_t* const child)
@@ -70,11 +70,11 @@ static void suspend(launcher_t* const launcher, child_t* const child)
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
     if (component->apid == SUPERVISOR_APID) { // Only the launcher can kill the supervisor.
-        complain(child, " hangs: killed");
+        report_error(child, " hangs: killed");
         (void)osal_process_stop(&child->process, true);
         return;
     }
-    complain(child, " hangs: suspended, so that the others continue; the supervisor kills it");
+    report_error(child, " hangs: suspended, so that the others continue; the supervisor kills it");
     (void)osal_process_suspend(&child->process); // The suspended process cannot act without a grant.
     osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
@@ -129,7 +129,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
         child_t* const child      = child_of(launcher, awaited);
         launcher->is_undetermined = true;
         if (child != NULL) {
-            complain(child, " has not joined the run within 10 s: killed");
+            report_error(child, " has not joined the run within 10 s: killed");
             (void)osal_process_stop(&child->process, true);
         }
         osal_lockstep_end(launcher->scheduler, awaited, life);
@@ -148,7 +148,7 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
         if (child->is_alive && child->is_component && (child->life > 1U) &&
             ((now_ns - child->started_ns) >= JOIN_NS) &&
             (run_state_last_beat(launcher->run, child->component).wake_ns == OSAL_LOCKSTEP_NEVER)) {
-            complain(child, " has not made a step within 10 s: killed");
+            report_error(child, " has not made a step within 10 s: killed");
             (void)osal_process_stop(&child->process, true);
             child->started_ns = now_ns;
         }

@@ -49,11 +49,11 @@ typedef struct {
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];
 } tail_t;
 
-static int complain(const char* const what, const char* const detail)
+static int report_error(const char* const what, const char* const detail)
 {
     char line[PATH_MAX_CHARACTERS * 2U];
     (void)text_join(line, sizeof line, (const char* const[]){"packet-archive-sqlite: ", what, detail, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 1;
 }
 
@@ -95,7 +95,7 @@ static void open_archive(archive_t* const archive)
     path_of(archive, "packets.db", path);
     archive->is_failed = !open_database(archive, path);
     if (archive->is_failed) {
-        (void)complain("cannot open ", path);
+        (void)report_error("cannot open ", path);
     }
 }
 
@@ -342,7 +342,7 @@ static int follow(archive_t* const archive)
         }
         archive->is_failed = !execute(archive, "COMMIT") || archive->is_failed;
         if (archive->is_failed && !was_failed) {
-            (void)complain(
+            (void)report_error(
                 "the disk has no room for packets.db; the merge at the end reads all records from ",
                 "packets.spool");
         }
@@ -441,7 +441,7 @@ static bool check_numbers(archive_t* const archive)
     }
     const bool is_whole = (count == 0U) && (archive->doubled == 0U);
     if (!is_whole) {
-        (void)complain("records of the packet log: ", numbers);
+        (void)report_error("records of the packet log: ", numbers);
     }
     return is_whole;
 }
@@ -465,8 +465,8 @@ static bool merge_in_memory(archive_t* const archive)
         path_of(archive, names[i], path);
         (void)osal_file_remove(path);
     }
-    (void)complain("the disk has no room for packets.db: it is made again from the parts by ",
-                   "packet-archive-sqlite merge");
+    (void)report_error("the disk has no room for packets.db: it is made again from the parts by ",
+                       "packet-archive-sqlite merge");
     archive->is_failed = !open_database(archive, ":memory:");
     if (!archive->is_failed) {
         take_parts(archive);
@@ -483,8 +483,8 @@ static int merge(archive_t* const archive)
     const bool is_written = is_stored || merge_in_memory(archive);
     const bool is_whole   = !archive->is_failed && check_numbers(archive);
     if (!is_written) {
-        (void)complain("cannot write packets.log: the packets are in packets.ascii, .spool and .ring of ",
-                       archive->folder);
+        (void)report_error("cannot write packets.log: the packets are in packets.ascii, .spool and .ring of ",
+                           archive->folder);
     }
     return (is_stored && is_whole) ? 0 : 1;
 }
@@ -506,7 +506,7 @@ int main(const int argument_count, char* arguments[])
     const bool is_merge =
         ((argument_count == 3) || (argument_count == 4)) && (strcmp(arguments[1], "merge") == 0);
     if (!is_follow && !is_merge) {
-        (void)complain(usage, "");
+        (void)report_error(usage, "");
         return 2;
     }
     osal_process_catch_stop();

@@ -36,11 +36,11 @@ typedef struct { // All storage of the program.
 
 static proxy_t storage;
 
-static int complain(const char* const first, const char* const second)
+static int report_error(const char* const first, const char* const second)
 {
     char line[LINE_MAX];
     (void)text_join(line, sizeof line, (const char* const[]){"proxy: ", first, second, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 1;
 }
 
@@ -178,8 +178,9 @@ static bool open_eeprom(proxy_t* const self)
         status = eeprom_image_open(&self->eeprom, self->run->storage, name);
     }
     if (status != STATUS_OK) {
-        (void)complain("the image of the EEPROM cannot be used: ",
-                       (status == STATUS_BUSY) ? "another flight uses this storage" : status_text(status));
+        (void)report_error("the image of the EEPROM cannot be used: ",
+                           (status == STATUS_BUSY) ? "another flight uses this storage"
+                                                   : status_text(status));
     }
     return status == STATUS_OK;
 }
@@ -221,7 +222,7 @@ static void open_buses(proxy_t* const self, const uint32_t opened)
         if (osal_can_open(&self->buses.ends[bus], address, OSAL_CAN_NODE) == STATUS_OK) {
             self->buses.open |= bit;
         } else {
-            (void)complain("cannot open the bus ", address);
+            (void)report_error("cannot open the bus ", address);
         }
     }
 }
@@ -271,7 +272,7 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
     }
     if ((self->buses.refused > 0U) && !self->has_reported_refused) {
         self->has_reported_refused = true;
-        (void)complain("a bus did not take all frames of ", self->program);
+        (void)report_error("a bus did not take all frames of ", self->program);
     }
     return status;
 }
@@ -284,7 +285,7 @@ static void print_lost(proxy_t* const self)
     text_add(&text, ": datagrams lost that could not be sent, or were too long: ");
     text_add_unsigned(&text, target_link_lost(&self->target));
     self->reported_lost = target_link_lost(&self->target);
-    (void)complain(line, "");
+    (void)report_error(line, "");
 }
 
 /// Print the count when datagrams between the board and the sockets are lost for the first time, and mark the
@@ -332,9 +333,10 @@ static bool serve(proxy_t* const self)
         status = remote_endian_send_frames(&self->wire, &writer, &self->buses);
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
-        (void)complain("the protocol between the proxy and its program was violated; build both again: make "
-                       "remote-endian, make rtos, ",
-                       status_text(status));
+        (void)report_error(
+            "the protocol between the proxy and its program was violated; build both again: make "
+            "remote-endian, make rtos, ",
+            status_text(status));
     }
     return false;
 }
@@ -361,8 +363,8 @@ static void print_loss(const proxy_t* const self, const osal_process_result_t* c
     text_add(&text, self->program);
     text_add(&text, result->was_signalled ? " was ended by signal " : " ended with exit code ");
     text_add_unsigned(&text, (uint64_t)result->code);
-    (void)complain(self->run->components[self->component].name, ": its program is lost:");
-    (void)complain(line, "");
+    (void)report_error(self->run->components[self->component].name, ": its program is lost:");
+    (void)report_error(line, "");
 }
 
 /// Take component, program and board from the command line. False if they do not have the form in
@@ -396,19 +398,19 @@ int main(int argument_count, char* arguments[])
         return 0;
     }
     if (!take_arguments(self, argument_count, arguments)) {
-        (void)complain(usage, "");
+        (void)report_error(usage, "");
         return 2;
     }
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
     const char* const error = open_run(self, arguments[2]);
     if (error != NULL) {
-        return complain(error, "");
+        return report_error(error, "");
     }
     const bool is_started = (self->board != NULL) ? start_board(self, arguments[2], arguments[8])
                                                   : start_program(self, arguments[2], arguments[8]);
     if (!is_started) {
-        return complain("cannot start ", arguments[8]);
+        return report_error("cannot start ", arguments[8]);
     }
     const bool is_good = serve(self);
     if (self->board != NULL) {

@@ -13,11 +13,11 @@
 
 static launcher_relay_t relay;
 
-static int complain(const char* const what)
+static int report_error(const char* const what)
 {
     char line[LINE_MAX];
     (void)text_join(line, sizeof line, (const char* const[]){"relay: ", what, NULL});
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 1;
 }
 
@@ -32,7 +32,7 @@ int main(int argument_count, char* arguments[])
         return 0;
     }
     if ((argument_count != 3) || (strcmp(arguments[1], "--run") != 0)) {
-        (void)complain(usage);
+        (void)report_error(usage);
         return 2;
     }
     osal_process_catch_stop();
@@ -40,13 +40,13 @@ int main(int argument_count, char* arguments[])
     if ((run_state_attach(&run_shm, arguments[2], &run) != STATUS_OK) ||
         !run_name(run, "scheduler", 0U, name, sizeof name) ||
         (osal_shm_open(&scheduler_shm, name) != STATUS_OK)) {
-        return complain("there is no such run; `hirosco run --delay MS` starts it");
+        return report_error("there is no such run; `hirosco run --delay MS` starts it");
     }
     osal_lockstep_t* const scheduler = osal_lockstep_attach(osal_shm_address(&scheduler_shm));
     const char* const error          = (scheduler == NULL) ? "the run's scheduler is of another version"
                                                            : launcher_relay_open(&relay, run, scheduler);
     if (error != NULL) {
-        return complain(error);
+        return report_error(error);
     }
     uint64_t wake_ns   = 0U;
     osal_grant_t grant = {0U, 0U, 0U};

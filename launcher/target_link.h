@@ -3,7 +3,7 @@
 /// the program's stream (remote_endian_carrier_t) and passes datagrams on between the program and the sockets
 /// of its component.
 ///
-/// Ownership  The caller places target_link_t (static).
+/// Ownership  The caller provides target_link_t (static).
 /// Context    One task. Waits for the program only.
 #ifndef LAUNCHER_TARGET_LINK_H
 #define LAUNCHER_TARGET_LINK_H

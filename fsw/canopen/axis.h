@@ -5,7 +5,7 @@
 /// An axis that leaves OPERATION ENABLED without a command is not switched on again: its goal becomes
 /// DISABLED and `has_dropped` stays set until the next canopen_cia402_axis_set_goal.
 ///
-/// Ownership  The caller places canopen_cia402_axis_t.
+/// Ownership  The caller provides canopen_cia402_axis_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_CANOPEN_AXIS_H

@@ -192,15 +192,15 @@ static canopen_sdo_client_t* client_of(canopen_device_t* const device)
 /// (no rated torque).
 static status_t take_torques(canopen_device_t* const device)
 {
-    uint16_t place = FIRST_TORQUE;
+    uint16_t position = FIRST_TORQUE;
     for (uint8_t i = 0U; i < device->profile->axis_count; i++) {
         if (!device->profile->axes[i].has_torque) {
             continue;
         }
-        const double rated_nm  = (double)device->identify[place].value * MILLI;
-        const double max_share = (double)device->identify[place + 1U].value * PER_MILLE;
+        const double rated_nm  = (double)device->identify[position].value * MILLI;
+        const double max_share = (double)device->identify[position + 1U].value * PER_MILLE;
         if (!(rated_nm > 0.0)) {
-            device->run.position       = place;
+            device->run.position       = position;
             device->run.is_other_value = true;
             return STATUS_INVALID;
         }
@@ -208,7 +208,7 @@ static status_t take_torques(canopen_device_t* const device)
         scale.torque_nm              = rated_nm * PER_MILLE;
         scale.torque_max_nm          = rated_nm * max_share;
         canopen_cia402_axis_init(&device->axes[i], scale);
-        place = (uint16_t)(place + 2U);
+        position = (uint16_t)(position + 2U);
     }
     return STATUS_OK;
 }
@@ -366,7 +366,7 @@ status_t canopen_device_configure_step(canopen_device_t* const device)
 /// Returns the axis of an entry that is a word of an axis; 0 for other entries.
 static uint8_t axis_of(const canopen_profile_entry_t* const entry)
 {
-    return (entry->word >= PROFILE_STATUSWORD) ? entry->place : 0U;
+    return (entry->word >= PROFILE_STATUSWORD) ? entry->number : 0U;
 }
 
 /// Store the received value of an entry of a transmit PDO.
@@ -391,7 +391,7 @@ static void take_entry(canopen_device_t* const device, const canopen_profile_ent
         axis->current = (int16_t)(uint16_t)value;
         break;
     case PROFILE_VALUE:
-        device->values[entry->place] = value;
+        device->values[entry->number] = value;
         break;
     default:
         FSW_ASSERT(entry->word == PROFILE_PADDING);
@@ -415,7 +415,7 @@ static uint32_t give_entry(const canopen_device_t* const device, const canopen_p
     case PROFILE_TARGET_VELOCITY:
         return (uint32_t)axis->target_velocity;
     case PROFILE_VALUE:
-        return device->values[entry->place];
+        return device->values[entry->number];
     default:
         FSW_ASSERT(entry->word == PROFILE_PADDING);
         return 0U;

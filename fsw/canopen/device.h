@@ -4,8 +4,8 @@
 ///
 /// The settings that are written to the device decide which PDOs exist, and under which identifiers.
 ///
-/// Ownership  The caller places canopen_device_t; it must not be moved while attached. Master and profile are
-///            borrowed.
+/// Ownership  The caller provides canopen_device_t; it must not be moved while attached. Master and profile
+///            are borrowed.
 /// Context    One task. Never blocks.
 /// Errors     Each function lists its statuses.
 #ifndef FSW_CANOPEN_DEVICE_H

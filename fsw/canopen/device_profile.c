@@ -18,9 +18,9 @@ const canopen_device_profile_t* canopen_device_profile_find(const char* const ty
     return NULL;
 }
 
-const canopen_device_profile_t* canopen_device_profile_at(const size_t place)
+const canopen_device_profile_t* canopen_device_profile_at(const size_t position)
 {
-    return (place < canopen_device_classes.count) ? &canopen_device_classes.rows[place] : NULL;
+    return (position < canopen_device_classes.count) ? &canopen_device_classes.rows[position] : NULL;
 }
 
 uint8_t canopen_device_profile_value(const canopen_device_profile_t* const profile, const uint16_t index,
@@ -42,7 +42,7 @@ bool canopen_device_profile_is_output(const canopen_device_profile_t* const prof
     for (uint8_t i = 0U; i < profile->receive_count; i++) {
         for (uint8_t k = 0U; k < profile->receive[i].entry_count; k++) {
             const canopen_profile_entry_t* const entry = &profile->receive[i].entries[k];
-            is_output = is_output || ((entry->word == PROFILE_VALUE) && (entry->place == value));
+            is_output = is_output || ((entry->word == PROFILE_VALUE) && (entry->number == value));
         }
     }
     return is_output;
@@ -132,15 +132,15 @@ static status_t set_entry(canopen_device_profile_t* const profile, canopen_profi
     if (word == PROFILE_PADDING) {
         return STATUS_NOT_FOUND;
     }
-    const uint8_t place = (word == PROFILE_VALUE) ? value_of(profile, object) : object->axis;
-    if (place == PROFILE_NO_VALUE) {
+    const uint8_t value = (word == PROFILE_VALUE) ? value_of(profile, object) : object->axis;
+    if (value == PROFILE_NO_VALUE) {
         return STATUS_TOO_LARGE;
     }
     pdo->entries[number - 1U] = (canopen_profile_entry_t){.index    = object->index,
                                                           .subindex = object->subindex,
                                                           .octets   = object->octets,
                                                           .word     = word,
-                                                          .place    = place};
+                                                          .number   = value};
     return STATUS_OK;
 }
 

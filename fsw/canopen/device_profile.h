@@ -47,7 +47,7 @@ typedef struct {
     uint8_t subindex;
     uint8_t octets; ///< 1 to 4.
     canopen_profile_word_t word;
-    uint8_t place; ///< Axis of a word; number of a value.
+    uint8_t number; ///< Number of the axis to which a word belongs, or of a value.
 } canopen_profile_entry_t;
 
 typedef struct {
@@ -70,7 +70,7 @@ typedef struct { // Units and limits of an axis.
     double velocity_rad_s;
     double low_rad; ///< Limits of positions (0x607D); both 0: none.
     double high_rad;
-    double speed_rad_s; ///< Largest speed (0x6080, behind the gear); 0: not limited.
+    double speed_rad_s; ///< Largest speed (0x6080, at the output of the gear); 0: not limited.
     bool has_torque;    ///< The device has a rated torque; torques are fractions of it.
     uint8_t unit_count;
     canopen_profile_unit_t units[PROFILE_UNITS_MAX];
@@ -127,8 +127,8 @@ typedef struct {                          // The classes of a program.
 /// descriptors name: descriptor-compiler writes the table.
 extern const canopen_device_classes_t canopen_device_classes;
 
-/// Returns class number `place` (0..) in the order of names; null after the last one.
-const canopen_device_profile_t* canopen_device_profile_at(size_t place);
+/// Returns class number `position` (0..) in the order of names; null after the last one.
+const canopen_device_profile_t* canopen_device_profile_at(size_t position);
 
 /// Returns the profile of a class; null if there is no such class.
 const canopen_device_profile_t* canopen_device_profile_find(const char* type);

@@ -106,9 +106,9 @@ static void take_emergency(canopen_master_t* const master, const uint8_t node,
     } else if (master->emergency_count == MASTER_EMERGENCIES_MAX) {
         master->counters.emergencies_lost++;
     } else {
-        const unsigned place =
+        const unsigned position =
             (master->emergency_first + (unsigned)master->emergency_count) % MASTER_EMERGENCIES_MAX;
-        master->emergencies[place] = canopen_emergency_decode(node, frame->data);
+        master->emergencies[position] = canopen_emergency_decode(node, frame->data);
         master->emergency_count++;
         master->counters.emergencies++;
     }

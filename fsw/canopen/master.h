@@ -6,7 +6,7 @@
 /// data; canopen_master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
 /// trusted: every unexpected or malformed frame is counted and dropped.
 ///
-/// Ownership  The caller places canopen_master_t; the flow is borrowed.
+/// Ownership  The caller provides canopen_master_t; the flow is borrowed.
 /// Context    One task. Never blocks.
 /// Time       The caller passes the time. O(frames received + nodes).
 /// Errors     Each function lists its statuses.

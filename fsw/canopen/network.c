@@ -35,10 +35,10 @@ uint8_t canopen_network_find(const canopen_network_t* const network, const uint8
     return NETWORK_NO_DEVICE;
 }
 
-status_t canopen_network_add(canopen_network_t* const network, canopen_network_device_t* const place,
+status_t canopen_network_add(canopen_network_t* const network, canopen_network_device_t* const entry,
                              const char* const type, const uint8_t node)
 {
-    FSW_ASSERT((network != NULL) && (place != NULL) && (type != NULL));
+    FSW_ASSERT((network != NULL) && (entry != NULL) && (type != NULL));
     const canopen_device_profile_t* const profile = canopen_device_profile_find(type);
     if (profile == NULL) {
         return STATUS_NOT_FOUND;
@@ -46,12 +46,12 @@ status_t canopen_network_add(canopen_network_t* const network, canopen_network_d
     if (network->device_count == NETWORK_DEVICES_MAX) {
         return STATUS_EXHAUSTED;
     }
-    const status_t status = canopen_device_attach(&place->device, &network->master, profile, node);
+    const status_t status = canopen_device_attach(&entry->device, &network->master, profile, node);
     if (status == STATUS_OK) {
-        place->missed                           = 0U;
-        place->is_idle                          = false;
-        place->setting_count                    = 0U;
-        network->devices[network->device_count] = place;
+        entry->missed                           = 0U;
+        entry->is_idle                          = false;
+        entry->setting_count                    = 0U;
+        network->devices[network->device_count] = entry;
         network->device_count++;
     }
     return status;
@@ -159,12 +159,12 @@ static bool is_call_over(const canopen_network_t* const network, const uint64_t 
 static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
 {
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_network_device_t* const place = network->devices[i];
-        canopen_device_reset(&place->device);
-        place->device.boots        = network->master.nodes[place->device.index].boots;
-        place->is_lost             = false;
-        place->is_faulty           = false;
-        place->is_refusal_reported = false;
+        canopen_network_device_t* const entry = network->devices[i];
+        canopen_device_reset(&entry->device);
+        entry->device.boots        = network->master.nodes[entry->device.index].boots;
+        entry->is_lost             = false;
+        entry->is_faulty           = false;
+        entry->is_refusal_reported = false;
     }
     network->is_booted = false; // The boot-up message after this reset must not count as the loss of a node.
     (void)canopen_master_command(&network->master, ALL_NODES, NMT_RESET_NODE);
@@ -172,12 +172,12 @@ static void begin_boot(canopen_network_t* const network, const uint64_t now_ns)
 }
 
 /// Report once per boot or start why a device is not commissioned yet. The network continues to wait for it.
-static void report_waiting(canopen_network_t* const network, canopen_network_device_t* const place,
+static void report_waiting(canopen_network_t* const network, canopen_network_device_t* const entry,
                            const canopen_network_refusal_t refusal)
 {
-    if (!place->is_refusal_reported) {
-        place->is_refusal_reported = true;
-        canopen_network_report_refusal(network, place, refusal);
+    if (!entry->is_refusal_reported) {
+        entry->is_refusal_reported = true;
+        canopen_network_report_refusal(network, entry, refusal);
     }
 }
 
@@ -208,14 +208,14 @@ static status_t identify_all(canopen_network_t* const network)
 {
     bool is_busy = false;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_network_device_t* const place = network->devices[i];
-        if (network->master.nodes[place->device.index].boots != place->device.boots) {
-            canopen_network_report_refusal(network, place, REFUSAL_REBOOTED);
+        canopen_network_device_t* const entry = network->devices[i];
+        if (network->master.nodes[entry->device.index].boots != entry->device.boots) {
+            canopen_network_report_refusal(network, entry, REFUSAL_REBOOTED);
             return STATUS_CLOSED;
         }
-        const status_t status = canopen_device_identify_step(&place->device);
+        const status_t status = canopen_device_identify_step(&entry->device);
         if ((status != STATUS_OK) && (status != STATUS_BUSY)) {
-            canopen_network_report_access(network, place, status);
+            canopen_network_report_access(network, entry, status);
             return status;
         }
         is_busy = is_busy || (status == STATUS_BUSY);
@@ -286,12 +286,12 @@ status_t canopen_network_set(canopen_network_t* const network, const uint8_t ind
                              const canopen_setting_t* const setting)
 {
     FSW_ASSERT((network != NULL) && (index < network->device_count) && (setting != NULL));
-    canopen_network_device_t* const place = network->devices[index];
-    if (place->setting_count == NETWORK_SETTINGS_MAX) {
+    canopen_network_device_t* const entry = network->devices[index];
+    if (entry->setting_count == NETWORK_SETTINGS_MAX) {
         return STATUS_EXHAUSTED;
     }
-    place->settings[place->setting_count] = *setting;
-    place->setting_count++;
+    entry->settings[entry->setting_count] = *setting;
+    entry->setting_count++;
     return STATUS_OK;
 }
 
@@ -304,8 +304,8 @@ status_t canopen_network_configure(canopen_network_t* const network, const uint6
     if (network->phase != NETWORK_CONFIGURING) {
         canopen_network_stop(network);
         for (uint8_t i = 0U; i < network->device_count; i++) {
-            canopen_network_device_t* const place = network->devices[i];
-            canopen_device_configure(&place->device, place->settings, place->setting_count);
+            canopen_network_device_t* const entry = network->devices[i];
+            canopen_device_configure(&entry->device, entry->settings, entry->setting_count);
         }
         enter(network, NETWORK_CONFIGURING, now_ns);
     }
@@ -358,11 +358,11 @@ status_t canopen_network_start(canopen_network_t* const network, const uint64_t 
     const bool is_late = (now_ns - network->phase_start_ns) >= network->config.silence_reported_ns;
     bool are_all_heard = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        canopen_network_device_t* const place = network->devices[i];
-        const bool is_heard                   = canopen_device_is_heard(&place->device);
+        canopen_network_device_t* const entry = network->devices[i];
+        const bool is_heard                   = canopen_device_is_heard(&entry->device);
         are_all_heard                         = are_all_heard && is_heard;
         if (is_late && !is_heard) {
-            report_waiting(network, place, REFUSAL_SILENT);
+            report_waiting(network, entry, REFUSAL_SILENT);
         }
     }
     if (!are_all_heard) {
@@ -444,9 +444,9 @@ bool canopen_network_is_at_goal(const canopen_network_t* const network)
 {
     FSW_ASSERT(network != NULL);
     for (uint8_t i = 0U; i < network->device_count; i++) {
-        const canopen_network_device_t* const place = network->devices[i];
-        for (uint8_t k = 0U; !place->is_lost && (k < place->device.profile->axis_count); k++) {
-            if (!canopen_cia402_axis_is_at_goal(&place->device.axes[k])) {
+        const canopen_network_device_t* const entry = network->devices[i];
+        for (uint8_t k = 0U; !entry->is_lost && (k < entry->device.profile->axis_count); k++) {
+            if (!canopen_cia402_axis_is_at_goal(&entry->device.axes[k])) {
                 return false;
             }
         }

@@ -10,7 +10,7 @@
 /// selects. The controller of the other channel is open and monitored; frames received there are counted and
 /// dropped.
 ///
-/// Ownership  The caller places canopen_network_t and each device; they must not be moved.
+/// Ownership  The caller provides canopen_network_t and each device; they must not be moved.
 /// Context    One task. Never blocks.
 /// Time       The caller passes the time. O(devices + frames).
 /// Errors     Each function lists its statuses. Those that take several cycles return STATUS_BUSY until done.
@@ -147,7 +147,7 @@ typedef struct { // Read-only outside, except the axes of its devices.
     uint8_t channel;  ///< Number of the active channel.
     flow_can_t* flow; ///< Flow of the active channel.
     canopen_master_t master;
-    canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< Placed by the caller.
+    canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< Provided by the caller.
     uint8_t device_count;
     canopen_network_phase_t phase;
     bool is_standby_missing; ///< The other channel exists, but could not be opened.
@@ -169,9 +169,9 @@ typedef struct { // Read-only outside, except the axes of its devices.
 void canopen_network_init(canopen_network_t* network, const canopen_network_config_t* config);
 /// Remove all devices. Only while closed.
 void canopen_network_clear(canopen_network_t* network);
-/// Add a device of a class, in `place`, which must not be moved until canopen_network_clear. STATUS_OK,
+/// Add a device of a class, in `entry`, which must not be moved until canopen_network_clear. STATUS_OK,
 /// STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID.
-MUST_USE status_t canopen_network_add(canopen_network_t* network, canopen_network_device_t* place,
+MUST_USE status_t canopen_network_add(canopen_network_t* network, canopen_network_device_t* entry,
                                       const char* type, uint8_t node);
 /// Returns the index of a node's device; NETWORK_NO_DEVICE if there is none.
 uint8_t canopen_network_find(const canopen_network_t* network, uint8_t node);

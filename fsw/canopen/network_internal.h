@@ -13,10 +13,10 @@ canopen_network_conditions_t canopen_network_conditions(const flow_can_t* flow);
 void canopen_network_report_condition(canopen_network_t* network, uint8_t channel,
                                       canopen_network_bus_condition_t condition);
 /// Report that a device is not commissioned, with a reason.
-void canopen_network_report_refusal(canopen_network_t* network, const canopen_network_device_t* place,
+void canopen_network_report_refusal(canopen_network_t* network, const canopen_network_device_t* entry,
                                     canopen_network_refusal_t refusal);
 /// Report the result of the device's list of accesses.
-void canopen_network_report_access(canopen_network_t* network, const canopen_network_device_t* place,
+void canopen_network_report_access(canopen_network_t* network, const canopen_network_device_t* entry,
                                    status_t status);
 
 #endif // FSW_CANOPEN_NETWORK_INTERNAL_H

@@ -18,8 +18,8 @@ void canopen_network_report(canopen_network_t* const network, const canopen_netw
         network->faults_lost++;
         return;
     }
-    const unsigned place   = ((unsigned)network->fault_first + network->fault_count) % NETWORK_FAULTS_MAX;
-    network->faults[place] = *fault;
+    const unsigned position   = ((unsigned)network->fault_first + network->fault_count) % NETWORK_FAULTS_MAX;
+    network->faults[position] = *fault;
     network->fault_count++;
 }
 
@@ -39,24 +39,24 @@ void canopen_network_report_condition(canopen_network_t* const network, const ui
 }
 
 void canopen_network_report_refusal(canopen_network_t* const network,
-                                    const canopen_network_device_t* const place,
+                                    const canopen_network_device_t* const entry,
                                     const canopen_network_refusal_t refusal)
 {
-    FSW_ASSERT((network != NULL) && (place != NULL));
+    FSW_ASSERT((network != NULL) && (entry != NULL));
     const canopen_network_fault_t fault = {
-        .kind = NETWORK_DEVICE_REFUSED, .node = place->device.node, .refusal = refusal};
+        .kind = NETWORK_DEVICE_REFUSED, .node = entry->device.node, .refusal = refusal};
     canopen_network_report(network, &fault);
 }
 
 void canopen_network_report_access(canopen_network_t* const network,
-                                   const canopen_network_device_t* const place, const status_t status)
+                                   const canopen_network_device_t* const entry, const status_t status)
 {
-    FSW_ASSERT((network != NULL) && (place != NULL));
-    const canopen_setting_run_t* const run = &place->device.run;
+    FSW_ASSERT((network != NULL) && (entry != NULL));
+    const canopen_setting_run_t* const run = &entry->device.run;
     FSW_ASSERT(run->position < run->count);
     const canopen_setting_t* const setting = &run->settings[run->position];
     canopen_network_fault_t fault          = {.kind    = NETWORK_DEVICE_REFUSED,
-                                              .node    = place->device.node,
+                                              .node    = entry->device.node,
                                               .refusal = REFUSAL_FORMAT,
                                               .object  = ((uint32_t)setting->index << 8) | setting->subindex};
     if (status == STATUS_TIMEOUT) {
@@ -74,45 +74,45 @@ void canopen_network_report_access(canopen_network_t* const network,
 }
 
 /// Report the first fault of a drive; further ones, also emergencies, belong to the same failure.
-static void report_drive_fault(canopen_network_t* const network, canopen_network_device_t* const place,
+static void report_drive_fault(canopen_network_t* const network, canopen_network_device_t* const entry,
                                const uint16_t code)
 {
-    if (!place->is_faulty) {
-        place->is_faulty = true;
-        report_fault(network, NETWORK_DRIVE_FAULT, place->device.node, code);
+    if (!entry->is_faulty) {
+        entry->is_faulty = true;
+        report_fault(network, NETWORK_DRIVE_FAULT, entry->device.node, code);
     }
 }
 
-static void watch_presence(canopen_network_t* const network, canopen_network_device_t* const place)
+static void watch_presence(canopen_network_t* const network, canopen_network_device_t* const entry)
 {
-    const canopen_device_t* const device    = &place->device;
+    const canopen_device_t* const device    = &entry->device;
     const canopen_master_node_t* const node = &network->master.nodes[device->index];
     const flow_can_health_t* const bus      = &network->flow->health;
     const uint32_t silence                  = network->is_running ? canopen_device_silence(device) : 0U;
     if (silence > 0U) {
-        place->missed++;
+        entry->missed++;
     }
     // A device is lost if it is silent, has rebooted, or cannot be reached, because the controller is off
     // the bus or no node acknowledges.
     const bool is_gone = (silence >= network->config.lost_after_syncs) || node->is_heartbeat_lost ||
                          (node->boots != device->boots) || (bus->state == FLOW_CAN_BUS_OFF) ||
                          network->was_bus_off || bus->is_unacknowledged;
-    if (is_gone && !place->is_lost) {
-        place->is_lost = true;
+    if (is_gone && !entry->is_lost) {
+        entry->is_lost = true;
         report_fault(network, NETWORK_DEVICE_LOST, device->node, 0U);
     }
 }
 
-static void watch_axes(canopen_network_t* const network, canopen_network_device_t* const place)
+static void watch_axes(canopen_network_t* const network, canopen_network_device_t* const entry)
 {
-    for (uint8_t i = 0U; i < place->device.profile->axis_count; i++) {
-        canopen_cia402_axis_t* const axis = &place->device.axes[i];
+    for (uint8_t i = 0U; i < entry->device.profile->axis_count; i++) {
+        canopen_cia402_axis_t* const axis = &entry->device.axes[i];
         canopen_cia402_axis_observe(axis);
         const canopen_cia402_state_t state = canopen_cia402_axis_state(axis);
         const bool is_in_fault             = (state == CIA402_FAULT) || (state == CIA402_FAULT_REACTION);
         // A fault is expected while the goal resets it.
         if (axis->has_dropped || (is_in_fault && !axis->may_reset_fault)) {
-            report_drive_fault(network, place, axis->statusword);
+            report_drive_fault(network, entry, axis->statusword);
         }
     }
 }
@@ -236,10 +236,10 @@ void canopen_network_sense(canopen_network_t* const network, const uint64_t now_
         watch_bus(network, i, now_ns);
     }
     for (uint8_t i = 0U; network->is_booted && (i < network->device_count); i++) {
-        canopen_network_device_t* const place = network->devices[i];
-        watch_presence(network, place);
-        if (network->is_running && !place->is_lost) {
-            watch_axes(network, place);
+        canopen_network_device_t* const entry = network->devices[i];
+        watch_presence(network, entry);
+        if (network->is_running && !entry->is_lost) {
+            watch_axes(network, entry);
         }
     }
 }

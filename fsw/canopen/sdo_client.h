@@ -4,7 +4,7 @@
 /// Step-function style: the owner passes each answer in and fetches the next request frame; a transfer ends
 /// with a result. Block transfer is not supported. An unexpected answer is counted and dropped.
 ///
-/// Ownership  The caller places canopen_sdo_client_t; the data of a transfer lies inside it.
+/// Ownership  The caller provides canopen_sdo_client_t; the data of a transfer lies inside it.
 /// Context    One task.
 /// Time       The caller passes the time. O(1).
 /// Errors     See canopen_sdo_client_result.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Lists of object accesses at one node, performed one after the other through its SDO client.
 ///
-/// Ownership  The caller places list and run; the list must outlive the run, which stores in it the values
+/// Ownership  The caller provides list and run; the list must outlive the run, which stores in it the values
 ///            that it reads.
 /// Context    One task. Never blocks.
 /// Time       O(1) per step.

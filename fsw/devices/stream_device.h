@@ -10,7 +10,7 @@
 /// A lost device is in use again as soon as it sends a record: _sense reopens its end node, and closes a
 /// connection on which no record has arrived for the time of silence.
 ///
-/// Ownership  The caller places stream_device_t, which must not be moved; descriptor and resolver outlive it.
+/// Ownership  The caller provides stream_device_t and never moves it; descriptor and resolver outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
 /// Time       The caller passes the time. O(fields + octets), bounded in each call.
 /// Errors     Each function lists its statuses.

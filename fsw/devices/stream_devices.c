@@ -25,7 +25,7 @@ stream_device_t* stream_devices_at(stream_devices_t* const devices, const uint16
 
 // ---- Faults ----
 
-static void raise_fault(const stream_devices_t* const devices, const uint8_t place,
+static void raise_fault(const stream_devices_t* const devices, const uint8_t index,
                         const stream_device_fault_t* const fault)
 {
     static const char* const names[]               = {[STREAM_DEVICE_REFUSED]  = "STREAM_REFUSED",
@@ -40,7 +40,7 @@ static void raise_fault(const stream_devices_t* const devices, const uint8_t pla
         // In a subsystem with devices on CAN, the events with the other names are those of fsw/drives.
         event = descriptor_find_event_name(descriptor, others[fault->kind]);
     }
-    const uint8_t octets[EVENT_OCTETS] = {place, (uint8_t)fault->cause};
+    const uint8_t octets[EVENT_OCTETS] = {index, (uint8_t)fault->cause};
     if ((event != NULL) && (event->octets <= EVENT_OCTETS)) {
         (void)subsystem_raise(devices->generic, event->id, octets, event->octets);
     }

@@ -11,7 +11,7 @@
 ///
 /// The subsystem may have devices on CAN, too: fsw/equipment/equipment.h.
 ///
-/// Ownership  The caller places stream_devices_t, which must not be moved.
+/// Ownership  The caller provides stream_devices_t, which must not be moved.
 /// Context    The task of the generic subsystem.
 #ifndef FSW_DEVICES_STREAM_DEVICES_H
 #define FSW_DEVICES_STREAM_DEVICES_H

@@ -76,12 +76,12 @@ static bool is_same(const descriptor_endnode_t* const one, const descriptor_endn
     return has_port ? (one->port == other->port) : (strcmp(one->name, other->name) == 0);
 }
 
-static bool endnode_is_free(const subsystem_descriptor_t* const descriptor, const uint16_t place,
+static bool endnode_is_free(const subsystem_descriptor_t* const descriptor, const uint16_t index,
                             subsystem_misfit_t* const out_misfit)
 {
     const descriptor_endnode_t* const endnode =
-        &descriptor->endnodes[descriptor->devices[place].first_endnode];
-    for (uint16_t i = 0U; i < place; i++) {
+        &descriptor->endnodes[descriptor->devices[index].first_endnode];
+    for (uint16_t i = 0U; i < index; i++) {
         const descriptor_device_t* const other = &descriptor->devices[i];
         if (descriptor_is_stream(other) && is_same(endnode, &descriptor->endnodes[other->first_endnode])) {
             return refuse(out_misfit, endnode->line,

@@ -44,11 +44,11 @@ void stream_record_init(stream_record_t* const record, const subsystem_descripto
         if (source->is_out != is_out) {
             continue;
         }
-        const uint8_t place = record->field_count;
-        FSW_ASSERT(place < STREAM_RECORD_FIELDS_MAX);
-        record->sources[place] = source;
-        record->fields[place] =
-            (flow_record_field_t){.type = source->type, .count = 1U, .offset = place * sizeof(uint64_t)};
+        const uint8_t index = record->field_count;
+        FSW_ASSERT(index < STREAM_RECORD_FIELDS_MAX);
+        record->sources[index] = source;
+        record->fields[index] =
+            (flow_record_field_t){.type = source->type, .count = 1U, .offset = index * sizeof(uint64_t)};
         record->field_count++;
     }
 }
@@ -67,7 +67,7 @@ uint32_t stream_record_octets(const stream_record_t* const record)
 }
 
 /// Returns the index of the high octet in the two octets of the checksum, by the byte order of the end node.
-static size_t high_place(const stream_record_t* const record)
+static size_t high_index(const stream_record_t* const record)
 {
     return (record->order == FLOW_ORDER_BIG) ? 0U : 1U;
 }
@@ -82,7 +82,7 @@ status_t stream_record_take(stream_record_t* const record, const uint8_t* const 
     size_t length = size;
     if (record->has_checksum && (size > 0U)) {
         length -= CHECKSUM_OCTETS;
-        const size_t high       = high_place(record);
+        const size_t high       = high_index(record);
         const uint16_t checksum = crc16_ccitt(octets, length);
         if ((octets[length + high] != (uint8_t)(checksum >> 8U)) ||
             (octets[length + (1U - high)] != (uint8_t)(checksum & 0xFFU))) {
@@ -102,7 +102,7 @@ size_t stream_record_put(const stream_record_t* const record, uint8_t octets[STR
         flow_record_encode(&layout, record->order, record->memory, octets, STREAM_RECORD_OCTETS_MAX, &size);
     FSW_ASSERT(status == STATUS_OK);
     if (record->has_checksum && (size > 0U)) {
-        const size_t high          = high_place(record);
+        const size_t high          = high_index(record);
         const uint16_t checksum    = crc16_ccitt(octets, size);
         octets[size + high]        = (uint8_t)(checksum >> 8U);
         octets[size + (1U - high)] = (uint8_t)(checksum & 0xFFU);

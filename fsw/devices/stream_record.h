@@ -4,7 +4,7 @@
 /// to its type. The fields follow each other without gaps in the byte order of the end node; a checksum
 /// (CRC-16/CCITT-FALSE) may follow them.
 ///
-/// Ownership  The caller places stream_record_t; the descriptor outlives it.
+/// Ownership  The caller provides stream_record_t; the descriptor outlives it.
 /// Context    One task.
 /// Time       O(fields).
 /// Errors     Each function lists its statuses.

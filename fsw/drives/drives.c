@@ -173,12 +173,12 @@ static status_t add_device(drives_t* const drives, const char* const type,
 {
     // drives_fit has checked the number of devices and mappings.
     FSW_ASSERT(drives->device_count < DRIVES_DEVICES_MAX);
-    canopen_network_device_t* const place = &drives->devices[drives->device_count];
-    const status_t status = canopen_network_add(drives_network(drives, endnode), place, type, endnode->node);
+    canopen_network_device_t* const entry = &drives->devices[drives->device_count];
+    const status_t status = canopen_network_add(drives_network(drives, endnode), entry, type, endnode->node);
     drives->device_count  = (uint8_t)(drives->device_count + ((status == STATUS_OK) ? 1U : 0U));
     if ((status == STATUS_OK) && drives_is_mapped(subsystem_descriptor(drives->generic), endnode->node)) {
         FSW_ASSERT(drives->mapping_count < DRIVES_MAPPINGS_MAX);
-        canopen_device_follow_mapping(&place->device, &drives->mappings[drives->mapping_count]);
+        canopen_device_follow_mapping(&entry->device, &drives->mappings[drives->mapping_count]);
         drives->mapping_count++;
     }
     return status;
@@ -329,7 +329,7 @@ static status_t begin_configuration(drives_t* const drives,
     for (uint8_t i = 0U; i < drives->bus_count; i++) {
         canopen_network_clear_settings(&drives->buses[i].network);
     }
-    drives_place(drives, configuration);
+    drives_note_devices(drives, configuration);
     drives->configuration = configuration;
     drives->is_written    = false;
     drives->goal          = CIA402_GOAL_DISABLED;

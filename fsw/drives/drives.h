@@ -7,10 +7,10 @@
 /// HARDWARE_INIT brings up the devices of all configurations, PRE_OPERATIONAL writes the settings of one. The
 /// subsystem's callback `fits` must have accepted the descriptor by drives_fit (drives_fitting.h). Devices
 /// may be on several buses, each with its own master; a node id occurs on one of them only. All devices are
-/// secured at once. Each master queues SYNC in the same cycle, behind the commands of its own bus, so a bus
+/// secured at once. Each master queues SYNC in the same cycle, after the commands of its own bus, so a bus
 /// with fewer commands sends it earlier (docs/decisions/0057).
 ///
-/// Ownership  The caller places drives_t; it must not be moved. Subsystem and resolver outlive it.
+/// Ownership  The caller provides drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task and time. Never blocks.
 /// Errors     Each function lists its statuses; STATUS_BUSY: call again in the next cycle.
 #ifndef FSW_DRIVES_DRIVES_H
@@ -79,8 +79,8 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
     uint8_t mapping_count;
     canopen_cia402_goal_t goal;
     const descriptor_configuration_t* configuration; ///< Configuration that is being applied, or is applied.
-    uint8_t places[DESCRIPTOR_DEVICES_MAX]; ///< Indices in `devices` of its devices on CAN, in order.
-    uint16_t placed;
+    uint8_t indices[DESCRIPTOR_DEVICES_MAX]; ///< Indices in `devices` of its devices on CAN, in order.
+    uint16_t index_count;
     uint64_t called_ns; ///< Last call of drives_configure.
     bool is_written;    ///< The settings are in the devices.
     bool is_closing;
@@ -90,8 +90,8 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
         uint8_t owners[DRIVES_DEVICES_MAX]; // Slot + 1 of the transfer to a device; 0 none.
         uint64_t pulse_end_ns;              // Time at which all pulses have been sent.
     } access;
-    struct { // Used by drives_counters.c: places of the counters; null: not in the descriptor.
-        uint8_t* places[DRIVES_COUNTERS];
+    struct { // Used by drives_counters.c: addresses of the counters; null: not in the descriptor.
+        uint8_t* values[DRIVES_COUNTERS];
         uint8_t* missed;
         uint16_t missed_count;
     } counters;
@@ -147,7 +147,7 @@ void drives_emit(void* self);
 canopen_device_t* drives_device(drives_t* drives, uint16_t position);
 /// Note the devices of a configuration for drives_device and drives_missed. Call when it becomes the applied
 /// one.
-void drives_place(drives_t* drives, const descriptor_configuration_t* configuration);
+void drives_note_devices(drives_t* drives, const descriptor_configuration_t* configuration);
 /// Returns the index in drives->devices of the device with this node id, on any bus; NETWORK_NO_DEVICE if
 /// there is none.
 uint8_t drives_find(const drives_t* drives, uint32_t node);

@@ -111,8 +111,8 @@ static status_t fail(pus_device_result_t* const out_result, const uint16_t code,
 
 static canopen_sdo_client_t* client_of(drives_t* const drives, const uint8_t device)
 {
-    const canopen_device_t* const place = &drives->devices[device].device;
-    return &place->master->nodes[place->index].sdo;
+    const canopen_device_t* const node = &drives->devices[device].device;
+    return &node->master->nodes[node->index].sdo;
 }
 
 /// Write the data of an action in the order of SDO, lowest octet first.

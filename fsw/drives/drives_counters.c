@@ -63,14 +63,14 @@ static const parameter_field_t* find(const parameter_definition_t* const definit
     return NULL;
 }
 
-void drives_counters_place(drives_t* const drives, const parameter_definition_t* const definition,
-                           void* const storage)
+void drives_counters_bind(drives_t* const drives, const parameter_definition_t* const definition,
+                          void* const storage)
 {
     FSW_ASSERT((drives != NULL) && (definition != NULL) && (storage != NULL));
     uint8_t* const octets = storage;
     for (unsigned i = 0U; i < DRIVES_COUNTERS; i++) {
         const parameter_field_t* const field = find(definition, counters[i].name);
-        drives->counters.places[i]           = (field != NULL) ? &octets[field->offset] : NULL;
+        drives->counters.values[i]           = (field != NULL) ? &octets[field->offset] : NULL;
     }
     const parameter_field_t* const missed = find(definition, "PDO_MISSED");
     drives->counters.missed               = (missed != NULL) ? &octets[missed->offset] : NULL;
@@ -101,9 +101,9 @@ void drives_counters_publish(drives_t* const drives, const uint32_t limited)
     counts.refused   = counts.master.unknown + counts.master.malformed + counts.master.remote;
     counts.pool_peak = counts.health.pool_peak;
     for (unsigned i = 0U; i < DRIVES_COUNTERS; i++) {
-        if (drives->counters.places[i] != NULL) {
+        if (drives->counters.values[i] != NULL) {
             const uint8_t* const count = &((const uint8_t*)&counts)[counters[i].offset];
-            (void)memcpy(drives->counters.places[i], count, sizeof(uint32_t));
+            (void)memcpy(drives->counters.values[i], count, sizeof(uint32_t));
         }
     }
     for (uint16_t i = 0U; i < drives->counters.missed_count; i++) {

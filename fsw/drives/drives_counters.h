@@ -9,7 +9,7 @@
 
 /// Call once, in software_init: set where the counters are published. `storage` is that of the
 /// parameter; only its UINT32 fields with a known name are written.
-void drives_counters_place(drives_t* drives, const parameter_definition_t* definition, void* storage);
+void drives_counters_bind(drives_t* drives, const parameter_definition_t* definition, void* storage);
 /// Call in each cycle, between parameter_lock and parameter_unlock. `limited` is added to
 /// COMMAND_LIMITED of the axes.
 void drives_counters_publish(drives_t* drives, uint32_t limited);

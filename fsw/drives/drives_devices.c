@@ -30,18 +30,18 @@ uint8_t drives_find(const drives_t* const drives, const uint32_t node)
     return NETWORK_NO_DEVICE;
 }
 
-void drives_place(drives_t* const drives, const descriptor_configuration_t* const configuration)
+void drives_note_devices(drives_t* const drives, const descriptor_configuration_t* const configuration)
 {
     FSW_ASSERT((drives != NULL) && (configuration != NULL));
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(drives->generic);
-    drives->placed                                 = 0U;
+    drives->index_count                            = 0U;
     for (uint16_t i = 0U; i < configuration->device_count; i++) {
         const descriptor_endnode_t* const endnode =
             drives_endnode(descriptor, &descriptor->devices[configuration->first_device + i]);
         if (endnode != NULL) {
-            FSW_ASSERT(drives->placed < DESCRIPTOR_DEVICES_MAX); // The descriptor has no more devices.
-            drives->places[drives->placed] = drives_find(drives, endnode->node);
-            drives->placed++;
+            FSW_ASSERT(drives->index_count < DESCRIPTOR_DEVICES_MAX); // The descriptor has no more devices.
+            drives->indices[drives->index_count] = drives_find(drives, endnode->node);
+            drives->index_count++;
         }
     }
 }
@@ -50,8 +50,8 @@ void drives_place(drives_t* const drives, const descriptor_configuration_t* cons
 /// NETWORK_NO_DEVICE.
 static uint8_t index_of(const drives_t* const drives, const uint16_t position)
 {
-    return ((drives->configuration != NULL) && (position < drives->placed)) ? drives->places[position]
-                                                                            : NETWORK_NO_DEVICE;
+    return ((drives->configuration != NULL) && (position < drives->index_count)) ? drives->indices[position]
+                                                                                 : NETWORK_NO_DEVICE;
 }
 
 canopen_device_t* drives_device(drives_t* const drives, const uint16_t position)

@@ -8,7 +8,7 @@
 /// stream devices first, and then the devices on CAN, whose power stages are thus the last to become ready.
 /// Securing acts on all devices of both kinds in the same cycle.
 ///
-/// Ownership  The caller places equipment_t, which must not be moved.
+/// Ownership  The caller provides equipment_t, which must not be moved.
 /// Context    The task of the generic subsystem.
 /// Errors     Statuses of both modules; STATUS_BUSY: call again in the next cycle.
 #ifndef FSW_EQUIPMENT_EQUIPMENT_H

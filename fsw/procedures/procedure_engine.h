@@ -6,7 +6,7 @@
 /// procedure executes an instruction only if its budget covers it, even if the procedure catches errors.
 /// All its memory is in the arena of its slot.
 ///
-/// Ownership  The caller places engine, slots and arenas.
+/// Ownership  The caller provides engine, slots and arenas.
 /// Context    One loop.
 #ifndef FSW_PROCEDURES_PROCEDURE_ENGINE_H
 #define FSW_PROCEDURES_PROCEDURE_ENGINE_H

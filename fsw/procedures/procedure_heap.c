@@ -132,18 +132,18 @@ static uint32_t block_of(const procedure_heap_t* const heap, const void* const m
 void procedure_heap_give(procedure_heap_t* const heap, void* const block, const size_t size)
 {
     FSW_ASSERT((heap != NULL) && (block != NULL) && (size >= 1U));
-    uint32_t place = block_of(heap, block);
+    uint32_t index = block_of(heap, block);
     uint8_t order  = order_of(size);
     heap->used -= octets_of(order);
     // Join the block with its other half as long as that is free.
-    uint32_t buddy = place ^ (1U << order);
+    uint32_t buddy = index ^ (1U << order);
     while ((order < (PROCEDURE_ORDERS - 1U)) && (buddy < heap->blocks) && (heap->map[buddy] == order)) {
         extract(heap, buddy, order);
-        place = (buddy < place) ? buddy : place;
+        index = (buddy < index) ? buddy : index;
         order++;
-        buddy = place ^ (1U << order);
+        buddy = index ^ (1U << order);
     }
-    insert(heap, place, order);
+    insert(heap, index, order);
 }
 
 void* procedure_heap_resize(procedure_heap_t* const heap, void* const block, const size_t before,

@@ -2,7 +2,7 @@
 /// Memory of one procedure: a binary buddy system on the caller's octets, for an interpreter that passes the
 /// size of a block when it frees it. Blocks are 32 octets times a power of two and need no header.
 ///
-/// Ownership  The caller places memory and map.
+/// Ownership  The caller provides memory and map.
 /// Context    One loop.
 /// Time       O(log memory), and the copy of a block that grows.
 /// Errors     Null if there is no room.

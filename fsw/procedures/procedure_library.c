@@ -135,8 +135,8 @@ static uint64_t price_of(lua_State* const state, const row_t* const row)
 /// Returns the row of the function. The upvalues of `priced` are the function and its row.
 static const row_t* row_of(lua_State* const state)
 {
-    const uint32_t place = (uint32_t)lua_tointeger(state, lua_upvalueindex(2));
-    return &libraries[place / ROWS_MAX][place % ROWS_MAX];
+    const uint32_t index = (uint32_t)lua_tointeger(state, lua_upvalueindex(2));
+    return &libraries[index / ROWS_MAX][index % ROWS_MAX];
 }
 
 static int call(lua_State* const state, const int status, const lua_KContext context)

@@ -326,40 +326,40 @@ static void charge_keys(lua_State* const state, const uint32_t keys)
     procedure_charge(slot, (uint64_t)keys * each);
 }
 
-/// Sift a key down to its place in the heap. The whole depth is charged for any order of the keys, because
+/// Sift a key down to its position in the heap. The whole depth is charged for any order of the keys, because
 /// the order of text keys in a table depends on the interpreter's hash seed.
-static void sift_down(lua_State* const state, lua_Integer place, const lua_Integer count)
+static void sift_down(lua_State* const state, lua_Integer position, const lua_Integer count)
 {
-    for (lua_Integer level = 2 * place; level <= count; level *= 2) {
+    for (lua_Integer level = 2 * position; level <= count; level *= 2) {
         charge_keys(state, 2U);
     }
-    for (lua_Integer child = 2 * place; child <= count; child = 2 * place) {
+    for (lua_Integer child = 2 * position; child <= count; child = 2 * position) {
         if ((child < count) && is_before(state, child, child + 1)) {
             child++;
         }
-        if (!is_before(state, place, child)) {
+        if (!is_before(state, position, child)) {
             return;
         }
-        exchange(state, place, child);
-        place = child;
+        exchange(state, position, child);
+        position = child;
     }
 }
 
 /// Iterator. Upvalues: list of keys, table, number of keys passed.
 static int next_pair(lua_State* const state)
 {
-    lua_Integer place = lua_tointeger(state, lua_upvalueindex(3));
+    lua_Integer position = lua_tointeger(state, lua_upvalueindex(3));
     do {
         charge_keys(state, 1U);
         lua_settop(state, 0);
-        place++;
-        if (lua_rawgeti(state, lua_upvalueindex(1), place) == LUA_TNIL) {
+        position++;
+        if (lua_rawgeti(state, lua_upvalueindex(1), position) == LUA_TNIL) {
             return 1;
         }
         lua_pushvalue(state, 1);
         // Skip keys that were removed during the iteration.
     } while (lua_rawget(state, lua_upvalueindex(2)) == LUA_TNIL);
-    lua_pushinteger(state, place);
+    lua_pushinteger(state, position);
     lua_replace(state, lua_upvalueindex(3));
     return 2;
 }

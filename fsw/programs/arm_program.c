@@ -15,13 +15,13 @@ typedef struct {
     statistics_service_t statistics;
     pus_statistic_t statistics_entries[ARM_STATISTICS];
     pus_due_t statistics_due[ARM_STATISTICS];
-    uint16_t statistics_places[ARM_STATISTICS];
+    uint16_t statistics_positions[ARM_STATISTICS];
     memory_service_t memory;
     pus_memory_operation_t memory_operations[ARM_MEMORY_OPERATIONS];
     monitoring_service_t monitoring;
     pus_pmon_t pmons[ARM_MONITORS];
     uint16_t pmon_order[ARM_MONITORS];
-    uint16_t pmon_places[ARM_MONITORS];
+    uint16_t pmon_positions[ARM_MONITORS];
     pus_due_t pmon_due[ARM_MONITORS];
     pus_fmon_t fmons[ARM_FUNCTIONAL_MONITORS];
     uint16_t fmons_touched[ARM_FUNCTIONAL_MONITORS];
@@ -41,11 +41,11 @@ static void add_service(arm_services_t* const own, subsystem_t* const component,
 {
     const statistics_room_t statistics = {.statistics = own->statistics_entries,
                                           .due        = own->statistics_due,
-                                          .places     = own->statistics_places,
+                                          .positions  = own->statistics_positions,
                                           .capacity   = listed->capacity};
     const monitoring_room_t monitoring = {.pmons      = own->pmons,
                                           .order      = own->pmon_order,
-                                          .places     = own->pmon_places,
+                                          .positions  = own->pmon_positions,
                                           .due        = own->pmon_due,
                                           .capacity   = listed->capacity,
                                           .fmons      = own->fmons,

@@ -80,7 +80,7 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
     }
     if (is_missing) {
         communication_let_go(&self->communication);
-        osal_console_complain(
+        osal_console_print_error(
             "octets or the connection of the operator have not arrived; the run is not reproducible");
     }
 }
@@ -109,7 +109,7 @@ static void secure(communication_program_t* const self, const char* const path)
         return;
     }
     if (!ground_key_open(&self->key, path, error)) {
-        osal_console_complain(error);
+        osal_console_print_error(error);
     }
     self->has_key = true;
     communication_secure(&self->communication, &self->key.receiver);

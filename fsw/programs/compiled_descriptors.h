@@ -5,7 +5,7 @@
 /// configuration hash of the mission, which covers all its descriptors, selects the mission; a run with
 /// another hash is refused.
 ///
-/// Ownership  The generated source places everything (static).
+/// Ownership  The generated source provides everything (static).
 /// Context    One task.
 #ifndef FSW_PROGRAMS_COMPILED_DESCRIPTORS_H
 #define FSW_PROGRAMS_COMPILED_DESCRIPTORS_H

@@ -349,13 +349,13 @@ static status_t add_peers(component_runtime_t* const runtime)
     return status;
 }
 
-static status_t open_messages(component_runtime_t* const runtime, message_place_t* const places,
-                              const size_t place_count)
+static status_t open_messages(component_runtime_t* const runtime, message_slot_t* const slots,
+                              const size_t slot_count)
 {
     const run_component_t* const self = &runtime->run->components[runtime->component];
     if (runtime->hub != NULL) {
         message_open(&runtime->endpoint, runtime->apid, runtime->life,
-                     message_ring_carrier_port(runtime->hub), places, place_count);
+                     message_ring_carrier_port(runtime->hub), slots, slot_count);
         return message_ring_carrier_attach(runtime->hub, &runtime->endpoint);
     }
     const message_delivery_notice_t notice = {runtime, component_runtime_delivered};
@@ -371,19 +371,19 @@ static status_t open_messages(component_runtime_t* const runtime, message_place_
         carrier = message_udp_carrier_port(&runtime->udp);
     }
     if (status == STATUS_OK) {
-        message_open(&runtime->endpoint, runtime->apid, runtime->life, carrier, places, place_count);
+        message_open(&runtime->endpoint, runtime->apid, runtime->life, carrier, slots, slot_count);
     }
     return status;
 }
 
-status_t component_runtime_open_inbox(component_runtime_t* const runtime, message_place_t* const places,
-                                      const size_t place_count)
+status_t component_runtime_open_inbox(component_runtime_t* const runtime, message_slot_t* const slots,
+                                      const size_t slot_count)
 {
-    FSW_ASSERT((runtime != NULL) && (places != NULL));
+    FSW_ASSERT((runtime != NULL) && (slots != NULL));
     if (runtime->is_kept) {
         return STATUS_OK;
     }
-    status_t status = open_messages(runtime, places, place_count);
+    status_t status = open_messages(runtime, slots, slot_count);
     if (status != STATUS_OK) {
         return fail(runtime, "cannot open its message socket", status);
     }
@@ -572,7 +572,7 @@ static void take_due(component_runtime_t* const runtime, const uint32_t due,
     runtime->outstanding = (taken < awaited) ? (awaited - taken) : 0U;
     if (!is_cut && (taken < due)) {
         __atomic_store_n(&runtime->run->is_lossy, 1U, __ATOMIC_RELAXED);
-        osal_console_complain("a datagram that was announced has not arrived; the run is not reproducible");
+        osal_console_print_error("an announced datagram has not arrived; the run is not reproducible");
     }
 }
 

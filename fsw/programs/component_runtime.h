@@ -3,7 +3,7 @@
 /// logical names into addresses of this run. In the form `processes` each program has one runtime; the image
 /// has one for each component.
 ///
-/// Ownership  The caller places runtimes (static).
+/// Ownership  The caller slots runtimes (static).
 /// Context    One task.
 #ifndef FSW_PROGRAMS_COMPONENT_RUNTIME_H
 #define FSW_PROGRAMS_COMPONENT_RUNTIME_H
@@ -100,12 +100,12 @@ typedef struct { // Shared by the components of a program.
 MUST_USE status_t component_runtime_take(component_runtime_t* runtime,
                                          const component_runtime_surroundings_t* surroundings,
                                          subsystem_descriptor_t* own, unsigned index);
-/// Give the endpoint the places in which messages to this component wait: one for each peer. The peers of the
-/// supervisor are all other components; the only peer of another component is the supervisor. `places` must
+/// Give the endpoint the slots in which messages to this component wait: one for each peer. The peers of the
+/// supervisor are all other components; the only peer of another component is the supervisor. `slots` must
 /// remain valid as long as the runtime. No message is received before this call.
 /// STATUS_OK; STATUS_EXHAUSTED, STATUS_IO: `error` contains the reason.
-MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, message_place_t* places,
-                                               size_t place_count);
+MUST_USE status_t component_runtime_open_inbox(component_runtime_t* runtime, message_slot_t* slots,
+                                               size_t slot_count);
 /// Call it instead of component_runtime_take if a component restarts in the same program and continues its
 /// earlier life: the message endpoint and the messages in its inbox are kept.
 void component_runtime_keep(component_runtime_t* runtime);

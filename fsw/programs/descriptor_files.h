@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Descriptors of a program that reads them from files.
 ///
-/// Ownership  The caller places descriptor_files_t (static).
+/// Ownership  The caller provides descriptor_files_t (static).
 /// Context    One task.
 #ifndef FSW_PROGRAMS_DESCRIPTOR_FILES_H
 #define FSW_PROGRAMS_DESCRIPTOR_FILES_H

@@ -36,14 +36,14 @@ typedef struct { // All storage that the program itself needs, in addition to it
 static executive_t storage;
 
 /// Print an error text of the program. Returns 1, the exit status.
-static int complain(const char* const executable, const char* const what)
+static int report_error(const char* const executable, const char* const what)
 {
     char line[COMPONENT_RUNTIME_ERROR_MAX + 64U];
     text_t text = text_in(line, sizeof line);
     text_add(&text, executable);
     text_add(&text, ": ");
     text_add(&text, what);
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return 1;
 }
 
@@ -131,10 +131,10 @@ static void note_attributes(const char* const executable)
         return;
     }
     if (!clock->attributes.is_memory_locked) {
-        (void)complain(executable, "note: locked memory is not permitted here");
+        (void)report_error(executable, "note: locked memory is not permitted here");
     }
     if (!clock->attributes.is_slack_minimal) {
-        (void)complain(executable, "note: the timer slack cannot be reduced here");
+        (void)report_error(executable, "note: the timer slack cannot be reduced here");
     }
 }
 
@@ -151,7 +151,7 @@ static void follow_priority(const char* const executable, const component_instan
     }
     *priority = wanted;
     if ((osal_task_set_priority((int)wanted) != STATUS_OK) && (wanted > 0U)) {
-        (void)complain(executable, "note: real-time priorities are not permitted here");
+        (void)report_error(executable, "note: real-time priorities are not permitted here");
     }
 }
 
@@ -160,7 +160,7 @@ static void start_watchdog(const char* const executable, const uint32_t period_m
 {
     const status_t status = osal_watchdog_start(period_ms);
     if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
-        (void)complain(executable, "note: the watchdog cannot be started");
+        (void)report_error(executable, "note: the watchdog cannot be started");
     }
 }
 
@@ -188,8 +188,8 @@ static status_t loop(const char* const executable, const component_instance_t* c
         if ((status != STATUS_OK) || (osal_process_stop_count() > 0U)) {
             return status;
         }
-        // Feed the watchdog only here, so that a step that hangs stops the feeding, and only if no task below
-        // this one hangs, which the watchdog cannot detect.
+        // Feed the watchdog only here, so that a step that hangs stops the feeding. The watchdog itself does
+        // not detect a task of lower priority that hangs, so feed it only if none does.
         if (loop_tasks_are_alive(&storage.loop_tasks, osal_clock_now_ns(&runtime->clock))) {
             osal_watchdog_feed();
         }
@@ -218,7 +218,7 @@ int executive_run(const int argument_count, char* const arguments[], const char*
     const bool are_arguments_valid = (argument_count == 5) && (strcmp(arguments[1], "--run") == 0);
     const bool is_remote_endian    = are_arguments_valid && (strcmp(arguments[3], "--proxy") == 0);
     if (!is_remote_endian && (!are_arguments_valid || (strcmp(arguments[3], "--component") != 0))) {
-        (void)complain(executable, usage);
+        (void)report_error(executable, usage);
         return 2;
     }
     start_watchdog(executable, WATCHDOG_START_MS);
@@ -229,14 +229,14 @@ int executive_run(const int argument_count, char* const arguments[], const char*
     const char* const error =
         is_remote_endian ? join_by_proxy(number) : open_run(arguments[2], number, &scheduler);
     if (error != NULL) {
-        return complain(executable, error);
+        return report_error(executable, error);
     }
     component_instance_t instance = {0};
     if (!open(&storage.runtime, &instance)) {
-        return complain(executable, storage.runtime.error);
+        return report_error(executable, storage.runtime.error);
     }
     if (!start_loop_tasks(&instance)) {
-        return complain(executable, "cannot start the tasks of its loops");
+        return report_error(executable, "cannot start the tasks of its loops");
     }
     note_attributes(executable);
     // The promise of the earlier life is not valid.
@@ -249,6 +249,7 @@ int executive_run(const int argument_count, char* const arguments[], const char*
     if (storage.is_remote_endian) {
         remote_endian_leave(&storage.remote);
     }
-    return ((status == STATUS_OK) || (status == STATUS_CLOSED)) ? 0
-                                                                : complain(executable, status_text(status));
+    return ((status == STATUS_OK) || (status == STATUS_CLOSED))
+               ? 0
+               : report_error(executable, status_text(status));
 }

@@ -2,7 +2,7 @@
 /// Reads the key of the ground link from FILE and the mark of its sessions from FILE.received; `gse key make
 /// FILE` generates both. Only the receiver keeps a copy of the key.
 ///
-/// Ownership  The program places ground_key_t in static storage.
+/// Ownership  The program provides ground_key_t in static storage.
 /// Context    One task.
 #ifndef FSW_PROGRAMS_GROUND_KEY_H
 #define FSW_PROGRAMS_GROUND_KEY_H

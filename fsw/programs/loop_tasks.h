@@ -6,8 +6,8 @@
 /// defines for its loop. If the system does not permit this, it keeps the normal priority and reports that
 /// on the console.
 ///
-/// Ownership  The caller places loop_tasks_t; the component, initialised with `has_loop_tasks`, outlives the
-///            tasks.
+/// Ownership  The caller provides loop_tasks_t; the component, initialised with `has_loop_tasks`, outlives
+///            the tasks.
 /// Context    Start and stop in one task.
 #ifndef FSW_PROGRAMS_LOOP_TASKS_H
 #define FSW_PROGRAMS_LOOP_TASKS_H
@@ -37,8 +37,8 @@ struct loop_tasks {         // Private.
 /// Start a task for each loop that a configuration may have; time 0 of the run is `origin_ns` of
 /// osal_clock_monotonic_ns. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (then no task runs).
 MUST_USE status_t loop_tasks_start(loop_tasks_t* tasks, subsystem_t* component, uint64_t origin_ns);
-/// Each task has begun a turn within the LOOP_TASKS_PATIENCE_MS before `now_ns`, a time of the run. If not,
-/// one of them hangs, or others leave it no time. True if the tasks were never started.
+/// True if each task has begun a turn within the LOOP_TASKS_PATIENCE_MS before `now_ns`, a time of the run,
+/// or if the tasks were never started. False: a task hangs, or others leave it no processor time.
 bool loop_tasks_are_alive(const loop_tasks_t* tasks, uint64_t now_ns);
 /// End the tasks, and wait until they have ended. A structure whose tasks were never started (all zero) is
 /// permitted.

@@ -8,7 +8,8 @@
 
 #define PIECE 4096U ///< Octets copied at a time.
 
-static status_t complain(component_runtime_t* const runtime, const char* const path, const status_t status)
+static status_t report_error(component_runtime_t* const runtime, const char* const path,
+                             const status_t status)
 {
     text_t text = text_in(runtime->error, sizeof runtime->error);
     text_add(&text, "cannot keep records in ");
@@ -129,7 +130,7 @@ static status_t keep_copy(const char* const path, const original_t* const origin
         text_add(&text, "; no copy: ");
         text_add(&text, status_text(status));
     }
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return status;
 }
 
@@ -172,13 +173,13 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
         }
         if (status != STATUS_OK) {
             close_files(store, is_open ? (i + 1U) : i);
-            return complain(runtime, path, status);
+            return report_error(runtime, path, status);
         }
     }
     const status_t named = osal_file_sync_names(path); // Both files are in one folder.
     if (named != STATUS_OK) {
         close_files(store, 2U);
-        return complain(runtime, path, named);
+        return report_error(runtime, path, named);
     }
     const journal_configuration_t configuration = {
         .media        = {medium_of(store, 0U, waits), medium_of(store, 1U, waits)},
@@ -192,7 +193,7 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
     const status_t status = journal_open(&store->journal, &configuration);
     if (status != STATUS_OK) {
         record_store_close(store);
-        return complain(runtime, path, status);
+        return report_error(runtime, path, status);
     }
     return STATUS_OK;
 }

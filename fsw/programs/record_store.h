@@ -11,7 +11,7 @@
 /// continues with their intact records. If all copies exist, the last one is replaced. The program reports it
 /// on the console; the component reports it to the ground.
 ///
-/// Ownership  The program places store and slots (static).
+/// Ownership  The program provides store and slots (static).
 /// Context    The component's loop.
 #ifndef FSW_PROGRAMS_RECORD_STORE_H
 #define FSW_PROGRAMS_RECORD_STORE_H

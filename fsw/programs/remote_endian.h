@@ -3,7 +3,7 @@
 /// read. Its CAN controllers are connected to rings of its own, and this module serves the other ends of
 /// these rings.
 ///
-/// Ownership  The caller places remote_endian_t (static).
+/// Ownership  The caller provides remote_endian_t (static).
 /// Context    One task.
 #ifndef FSW_PROGRAMS_REMOTE_ENDIAN_H
 #define FSW_PROGRAMS_REMOTE_ENDIAN_H

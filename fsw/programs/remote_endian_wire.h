@@ -12,7 +12,7 @@
 /// further messages of its kind. A message consists of its size in octets (u32), its kind (u8) and its
 /// content; numbers are big-endian. Messages of the mission and link frames use inherited sockets instead.
 ///
-/// Ownership  The caller places remote_endian_wire_t.
+/// Ownership  The caller provides remote_endian_wire_t.
 /// Context    One task.
 #ifndef FSW_PROGRAMS_REMOTE_ENDIAN_WIRE_H
 #define FSW_PROGRAMS_REMOTE_ENDIAN_WIRE_H

@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-// The scheduler has places for all subsystems, the simulator, the operator and the relay; the run state has
-// a place for each link of the mission.
+// The scheduler has slots for all subsystems, the simulator, the operator and the relay; the run state has
+// a slot for each link of the mission.
 CAPACITY_CHECK(all_take_part, (MISSION_SUBSYSTEMS_MAX + 3U) <= OSAL_LOCKSTEP_PARTICIPANTS_MAX);
 CAPACITY_CHECK(every_link_has_a_route, RUN_LINKS_MAX >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(every_computer_has_an_address, RUN_COMPUTERS_MAX >= MISSION_COMPUTERS_MAX);
@@ -124,7 +124,7 @@ status_t run_state_note_flow(run_state_t* const block, const char* const name)
         if ((state == FLOW_NOTED) && (strcmp(flow->name, name) == 0)) {
             return STATUS_OK;
         }
-        // Several components note flows at the same time: the place is reserved before the name is written.
+        // Several components note flows at the same time: the slot is reserved before the name is written.
         if ((state == FLOW_FREE) && __atomic_compare_exchange_n(&flow->state, &state, FLOW_TAKEN, false,
                                                                 __ATOMIC_ACQUIRE, __ATOMIC_RELAXED)) {
             (void)memcpy(flow->name, name, strlen(name) + 1U);

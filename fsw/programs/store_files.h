@@ -3,7 +3,7 @@
 /// later flight with the same storage uses again. The lock of the component's journal
 /// (fsw/programs/record_store.h) protects these files, too.
 ///
-/// Ownership  The program places store_files_t in static storage.
+/// Ownership  The program provides store_files_t in static storage.
 /// Context    The component's loop.
 #ifndef FSW_PROGRAMS_STORE_FILES_H
 #define FSW_PROGRAMS_STORE_FILES_H

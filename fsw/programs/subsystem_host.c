@@ -50,7 +50,7 @@ static void print_refusal(const char* const refusal)
     text_t text = text_in(line, sizeof line);
     text_add(&text, refusal);
     text_add(&text, " (not reloaded: the descriptor in force stays)");
-    osal_console_complain(line);
+    osal_console_print_error(line);
 }
 
 /// Load the descriptor again for TC[129,6]. If it is refused, the old one stays in force.

@@ -21,7 +21,7 @@ typedef struct { // Private, except `component`.
     const subsystem_callbacks_t* callbacks;
     char path[RUN_PATH_MAX];
     uint8_t packet[PUS_PACKET_MAX];
-    message_place_t inbox[1]; // Messages from the supervisor.
+    message_slot_t inbox[1]; // Messages from the supervisor.
     record_store_t records;
     journal_slot_t slots[JOURNAL_SLOTS(SUBSYSTEM_HOST_RECORDS)];
     pus_persistence_t persistence;

@@ -34,7 +34,7 @@ typedef struct {
 static supervisor_program_t storage;
 /// Messages to the supervisor. In the image (all components in one process) they are kept when the
 /// supervisor restarts.
-static message_place_t inbox[MISSION_SUBSYSTEMS_MAX - 1U];
+static message_slot_t inbox[MISSION_SUBSYSTEMS_MAX - 1U];
 
 // ---- Platform: processes, which the launcher starts and ends ----
 
@@ -190,7 +190,7 @@ static void print_slow_disk(const supervisor_program_t* const program)
         text_add(&text, "supervisor: one write of the packet log took ");
         text_add_unsigned(&text, slowest_ms);
         text_add(&text, " ms");
-        osal_console_complain(line);
+        osal_console_print_error(line);
     }
 }
 
@@ -267,7 +267,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
     }
     // Descriptors that are compiled into the program are not read.
     if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
-        osal_console_complain(refusal);
+        osal_console_print_error(refusal);
     }
     *out_descriptor = other;
     return status;

@@ -7,11 +7,11 @@
 /// is complete at any instant. A bank also contains the blocks in the rings that were passed to the commit;
 /// usually the rings are empty.
 ///
-/// Annexes belong to the last commit and are emptied by the next one: the frames that have arrived since,
-/// the data to undo the writes since, and the number of outputs of the commit that were performed. A block
+/// Annexes belong to the last commit, and the next one empties them: the frames that have arrived after the
+/// commit, the data to undo the writes after it, and the number of its outputs that were performed. A block
 /// of an annex is complete or absent at any instant.
 ///
-/// Ownership  The caller places the memory.
+/// Ownership  The caller provides the memory.
 /// Context    One loop of one process at a time.
 /// Time       O(size): about 16 KiB, and the content of the rings.
 #ifndef FSW_SUPERVISOR_CHECKPOINT_H

@@ -24,11 +24,11 @@ void supervisor_ground_backlog_init(ground_backlog_t* const backlog)
     const status_t status =
         resource_init(&backlog->blocks, backlog->arena, GROUND_ARENA_WORDS, sizes, GROUND_SIZES);
     FSW_ASSERT(status == STATUS_OK);
-    uint16_t place = 0U;
+    uint16_t position = 0U;
     for (size_t i = 0U; i < PUS_CLASSES; i++) {
-        backlog->lines[i] =
-            (ground_line_t){.entries = &backlog->entries[place], .capacity = counts[i], .limit = limits[i]};
-        place = (uint16_t)(place + counts[i]);
+        backlog->lines[i] = (ground_line_t){
+            .entries = &backlog->entries[position], .capacity = counts[i], .limit = limits[i]};
+        position = (uint16_t)(position + counts[i]);
     }
     (void)memset(backlog->waiting, 0, sizeof backlog->waiting);
     backlog->next_stamp = 0U;
@@ -70,7 +70,7 @@ static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_cla
     return (taken < allowed) ? (allowed - taken) : 0U;
 }
 
-static bool has_place(const ground_line_t* const line, const size_t size)
+static bool has_slot(const ground_line_t* const line, const size_t size)
 {
     return ((line->octets + size) <= line->limit) && (line->span < line->capacity);
 }
@@ -79,7 +79,7 @@ bool supervisor_ground_backlog_accepts(const ground_backlog_t* const backlog, co
                                        const size_t size)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
-    return has_place(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
+    return has_slot(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
 }
 
 /// Returns the block that contains the report, with one more reference; allocates one if `block` is null.
@@ -106,7 +106,7 @@ status_t supervisor_ground_backlog_put(ground_backlog_t* const backlog, const ui
     ground_line_t* const line = &backlog->lines[class];
     // If a block contains the report already, no other one is needed: it does not count as taken.
     const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
-    if (!has_place(line, size) || !has_block) {
+    if (!has_slot(line, size) || !has_block) {
         return STATUS_FULL;
     }
     uint8_t* const held = block_of(backlog, packet, size, block);
@@ -123,12 +123,12 @@ status_t supervisor_ground_backlog_put(ground_backlog_t* const backlog, const ui
     return STATUS_OK;
 }
 
-static void offer(const ground_line_t* const line, const uint16_t place, const pus_class_t class,
+static void offer(const ground_line_t* const line, const uint16_t position, const pus_class_t class,
                   ground_report_t* const out_report)
 {
-    const ground_entry_t* const entry = &line->entries[place];
+    const ground_entry_t* const entry = &line->entries[position];
     *out_report =
-        (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .place = place};
+        (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .position = position};
 }
 
 /// Get the next report while only FIRM reports can be sent. A verification waits for the PLAIN and BULK
@@ -137,10 +137,10 @@ static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* co
 {
     const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
     for (uint16_t i = 0U; i < line->span; i++) {
-        const uint16_t place              = (uint16_t)((line->head + i) % line->capacity);
-        const ground_entry_t* const entry = &line->entries[place];
+        const uint16_t position           = (uint16_t)((line->head + i) % line->capacity);
+        const ground_entry_t* const entry = &line->entries[position];
         if ((entry->block != NULL) && (!entry->is_verification || (backlog->waiting[entry->source] == 0U))) {
-            offer(line, place, PUS_CLASS_FIRM, out_report);
+            offer(line, position, PUS_CLASS_FIRM, out_report);
             return true;
         }
     }
@@ -176,7 +176,7 @@ void supervisor_ground_backlog_sent(ground_backlog_t* const backlog, const groun
 {
     FSW_ASSERT((backlog != NULL) && (report != NULL));
     ground_line_t* const line   = &backlog->lines[report->class];
-    ground_entry_t* const entry = &line->entries[report->place];
+    ground_entry_t* const entry = &line->entries[report->position];
     FSW_ASSERT((entry->block != NULL) && (entry->block == report->packet));
     if (report->class != PUS_CLASS_FIRM) {
         backlog->waiting[entry->source]--;

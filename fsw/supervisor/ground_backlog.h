@@ -9,7 +9,7 @@
 ///
 /// Order      Reports are sent in order of arrival. While only FIRM reports can be sent, they overtake the
 ///            others; but a verification (ST[01]) does not overtake earlier reports of its own subsystem.
-/// Ownership  The caller places ground_backlog_t.
+/// Ownership  The caller provides ground_backlog_t.
 /// Context    One loop.
 /// Time       O(reports of the class).
 #ifndef FSW_SUPERVISOR_GROUND_BACKLOG_H
@@ -61,7 +61,7 @@ typedef struct { // A report that may be sent now.
     const uint8_t* packet;
     size_t size;
     pus_class_t class;
-    uint16_t place; // Private.
+    uint16_t position; // Private.
 } ground_report_t;
 
 typedef struct { // Private, except `blocks`, to be read.

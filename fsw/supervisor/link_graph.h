@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Graph of the open real-time links: each link is an edge, each connected component a real-time network.
 ///
-/// Ownership  The caller places link_graph_t.
+/// Ownership  The caller provides link_graph_t.
 /// Context    One loop.
 /// Time       O(links^2), links <= LINK_GRAPH_EDGES.
 #ifndef FSW_SUPERVISOR_LINK_GRAPH_H

@@ -28,7 +28,7 @@
 
 CAPACITY_CHECK(ring_holds_what_a_mission_may_ask_for,
                PACKET_LOG_RING_OCTETS >= (CAPACITY_RING_RECORDS * (LENGTH_OCTETS + RECORD_SHORT)));
-CAPACITY_CHECK(a_line_fits_behind_a_gap, PACKET_LOG_PIECE > (2U * LINE_MAX_CHARACTERS));
+CAPACITY_CHECK(a_line_fits_after_a_gap, PACKET_LOG_PIECE > (2U * LINE_MAX_CHARACTERS));
 
 // ---- Records ----
 
@@ -215,14 +215,14 @@ static void make_piece(packet_log_t* const log)
         encode_header(record, log->written_number + 1U, job->last_number, DIRECTION_GAP);
         add_record(log, record, RECORD_HEADER);
     }
-    size_t place = 0U;
-    while ((place < log->ring.used) && ((job->octets + LINE_MAX_CHARACTERS) <= sizeof log->piece)) {
+    size_t offset = 0U;
+    while ((offset < log->ring.used) && ((job->octets + LINE_MAX_CHARACTERS) <= sizeof log->piece)) {
         size_t size = 0U;
-        place       = message_ring_look(&log->ring, place, record, sizeof record, &size);
+        offset      = message_ring_look(&log->ring, offset, record, sizeof record, &size);
         add_record(log, record, size);
         job->last_number = octets_u64_at(record);
     }
-    job->is_rest = (place >= log->ring.used);
+    job->is_rest = (offset >= log->ring.used);
 }
 
 /// Remove the records of a written piece from the ring. The ring may already have dropped some of them;

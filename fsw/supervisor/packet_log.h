@@ -9,7 +9,7 @@
 ///     ring        the last records in memory; packets.ring (as ASCII) when the log is closed
 ///     PostgreSQL  refused in this build
 ///
-/// Ownership  The caller places packet_log_t.
+/// Ownership  The caller provides packet_log_t.
 /// Context    The supervisor's loop. Without a writer supervisor_packet_log_step waits for the disk. With a
 ///            writer, a task of its own, only supervisor_packet_log_select (which opens a file) and
 ///            supervisor_packet_log_close wait for the disk.

@@ -22,8 +22,8 @@ static bool is_of(const pending_table_t* const table, const size_t index, const 
 /// Returns the entry for a new request: that of a refused request with the same sequence count (so that no
 /// report is attributed to the old request), otherwise a free one, otherwise that of any refused request;
 /// PENDING_MAX if there is none.
-static size_t place_for(const pending_table_t* const table, const uint16_t apid,
-                        const pus_token_t* const token)
+static size_t slot_for(const pending_table_t* const table, const uint16_t apid,
+                       const pus_token_t* const token)
 {
     size_t free    = PENDING_MAX;
     size_t refused = PENDING_MAX;
@@ -50,7 +50,7 @@ status_t supervisor_pending_add(pending_table_t* const table, const uint16_t api
     if ((token->ack & PUS_ACK_ALL) == 0U) {
         return STATUS_OK;
     }
-    const size_t i = place_for(table, apid, token);
+    const size_t i = slot_for(table, apid, token);
     if (i == PENDING_MAX) {
         table->refused++;
         return STATUS_EXHAUSTED;

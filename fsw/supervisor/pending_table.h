@@ -5,7 +5,7 @@
 /// each, and no further report. Therefore, while only refused instructions of a request are known, the
 /// request is not reported as lost, and its entry can be used again.
 ///
-/// Ownership  The caller places the table.
+/// Ownership  The caller provides the table.
 /// Context    One loop.
 /// Time       O(PENDING_MAX).
 #ifndef FSW_SUPERVISOR_PENDING_TABLE_H

@@ -31,26 +31,26 @@ static bool has_member(const plan_run_t* const run, const uint16_t apid)
 }
 
 /// Returns the index of the run to which a subsystem belongs; PLAN_RUNS if it belongs to none.
-static size_t place_of(const plan_runner_t* const runner, const uint16_t apid)
+static size_t index_of(const plan_runner_t* const runner, const uint16_t apid)
 {
-    size_t place = 0U;
-    while ((place < PLAN_RUNS) && !has_member(&runner->runs[place], apid)) {
-        place++;
+    size_t index = 0U;
+    while ((index < PLAN_RUNS) && !has_member(&runner->runs[index], apid)) {
+        index++;
     }
-    return place;
+    return index;
 }
 
 static plan_run_t* run_of(plan_runner_t* const runner, const uint16_t apid)
 {
-    const size_t place = place_of(runner, apid);
-    return (place < PLAN_RUNS) ? &runner->runs[place] : NULL;
+    const size_t index = index_of(runner, apid);
+    return (index < PLAN_RUNS) ? &runner->runs[index] : NULL;
 }
 
 const plan_run_t* supervisor_plan_runner_of(const plan_runner_t* const runner, const uint16_t apid)
 {
     FSW_ASSERT(runner != NULL);
-    const size_t place = place_of(runner, apid);
-    return (place < PLAN_RUNS) ? &runner->runs[place] : NULL;
+    const size_t index = index_of(runner, apid);
+    return (index < PLAN_RUNS) ? &runner->runs[index] : NULL;
 }
 
 bool supervisor_plan_runner_overrule(plan_runner_t* const runner, const plan_run_t* const wanted,
@@ -82,13 +82,13 @@ static void add_members(plan_runner_t* const runner, plan_run_t* const run, cons
 
 static plan_run_t* free_run(plan_runner_t* const runner)
 {
-    size_t place = 0U;
-    while ((place < PLAN_RUNS) && (runner->runs[place].member_count > 0U)) {
-        place++;
+    size_t index = 0U;
+    while ((index < PLAN_RUNS) && (runner->runs[index].member_count > 0U)) {
+        index++;
     }
-    // There is a free place, because each run has a different failed subsystem, and this one has no run yet.
-    FSW_ASSERT(place < PLAN_RUNS);
-    return &runner->runs[place];
+    // There is a free index, because each run has a different failed subsystem, and this one has no run yet.
+    FSW_ASSERT(index < PLAN_RUNS);
+    return &runner->runs[index];
 }
 
 plan_verdict_t supervisor_plan_runner_start(plan_runner_t* const runner, const plan_run_t* const wanted)

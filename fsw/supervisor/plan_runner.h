@@ -9,7 +9,7 @@
 /// The failed subsystem is always a member of its run, and no subsystem is a member of two runs. Therefore
 /// one entry for each subsystem of a mission is enough, and the table cannot become full.
 ///
-/// Ownership  The caller places plan_runner_t, which has no pointers.
+/// Ownership  The caller provides plan_runner_t, which has no pointers.
 /// Context    One loop.
 /// Time       O(runs * members).
 #ifndef FSW_SUPERVISOR_PLAN_RUNNER_H

@@ -20,7 +20,7 @@ static status_t publish(void* const self)
     supervisor_t* const supervisor = (supervisor_t*)self;
     const struct {
         const parameter_definition_t* definition;
-        void* place;
+        void* storage;
     } rows[]        = {{&supervisor_definitions[SUPERVISOR_INDEX_STATUS], &supervisor->status},
                        {&supervisor_definitions[SUPERVISOR_INDEX_COUNTERS], &supervisor->counters},
                        {&supervisor_definitions[SUPERVISOR_INDEX_ORBIT_PERIOD], &supervisor->orbit_period_ms},
@@ -31,7 +31,7 @@ static status_t publish(void* const self)
                        {&supervisor_definitions[SUPERVISOR_INDEX_MESSAGES], &supervisor->messages}};
     status_t status = STATUS_OK;
     for (size_t i = 0U; (i < (sizeof rows / sizeof rows[0])) && (status == STATUS_OK); i++) {
-        status = subsystem_publish(&supervisor->subsystem, rows[i].definition, rows[i].place);
+        status = subsystem_publish(&supervisor->subsystem, rows[i].definition, rows[i].storage);
     }
     return status;
 }

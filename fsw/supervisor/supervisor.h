@@ -8,7 +8,7 @@
 ///     platform abstraction  packet_log (database interface), supervisor_platform_t (processes),
 ///                           message endpoint (communication interface)
 ///
-/// Ownership  The program places supervisor_t (static) and all that the configuration points to.
+/// Ownership  The program provides supervisor_t (static) and all that the configuration points to.
 /// Context    One loop; supervisor_step never blocks. It is woken by each message and every 10 ms.
 #ifndef FSW_SUPERVISOR_SUPERVISOR_H
 #define FSW_SUPERVISOR_SUPERVISOR_H

@@ -35,7 +35,7 @@ static uint32_t bucket_of(const uint32_t id)
 }
 
 /// Returns the bucket that contains this id, or the free one where it belongs.
-static uint32_t place_of(const telemetry_cache_t* const cache, const uint32_t id)
+static uint32_t bucket_with(const telemetry_cache_t* const cache, const uint32_t id)
 {
     uint32_t bucket = bucket_of(id);
     while ((cache->buckets[bucket] != 0U) && (cache->values[cache->buckets[bucket] - 1U].id != id)) {
@@ -64,7 +64,7 @@ static uint16_t size_of(const telemetry_cache_t* const cache, const uint32_t id)
 /// is not known), STATUS_EXHAUSTED.
 static status_t get(telemetry_cache_t* const cache, const uint32_t id, uint16_t* const out_index)
 {
-    const uint32_t bucket = place_of(cache, id);
+    const uint32_t bucket = bucket_with(cache, id);
     if (cache->buckets[bucket] != 0U) {
         *out_index = (uint16_t)(cache->buckets[bucket] - 1U);
         return STATUS_OK;
@@ -137,12 +137,12 @@ static void forget(telemetry_cache_t* const cache, telemetry_cache_structure_t* 
 static status_t add_entry(telemetry_cache_t* const cache, telemetry_cache_structure_t* const structure,
                           const telemetry_cache_entry_t entry)
 {
-    const uint32_t place = (uint32_t)structure->first + structure->count;
-    if (place >= TELEMETRY_CACHE_ENTRIES) {
+    const uint32_t index = (uint32_t)structure->first + structure->count;
+    if (index >= TELEMETRY_CACHE_ENTRIES) {
         cache->counters.full++;
         return STATUS_EXHAUSTED;
     }
-    cache->entries[place] = entry;
+    cache->entries[index] = entry;
     structure->count++;
     return STATUS_OK;
 }
@@ -322,7 +322,7 @@ pus_parameter_port_t supervisor_telemetry_cache_port(telemetry_cache_t* const ca
 static const telemetry_cache_value_t* find_value(const telemetry_cache_t* const cache,
                                                  const uint32_t parameter_id)
 {
-    const uint16_t found = cache->buckets[place_of(cache, parameter_id)];
+    const uint16_t found = cache->buckets[bucket_with(cache, parameter_id)];
     return (found == 0U) ? NULL : &cache->values[found - 1U];
 }
 

@@ -11,7 +11,7 @@
 ///
 /// A parameter is known after its first definition, report or look-up. Until its first report it is zero.
 ///
-/// Ownership  The caller places telemetry_cache_t.
+/// Ownership  The caller provides telemetry_cache_t.
 /// Context    One loop.
 /// Time       Look-up of a parameter O(1); a report O(structures + its values).
 #ifndef FSW_SUPERVISOR_TELEMETRY_CACHE_H

@@ -75,12 +75,12 @@ static bool split_index(const char* const name, size_t* const out_size, uint32_t
     if (name[size] == '\0') {
         return true;
     }
-    size_t place = size + 1U;
-    while ((name[place] >= '0') && (name[place] <= '9') && (*out_index <= INDEX_MAX)) {
-        *out_index = (*out_index * 10U) + (uint32_t)(name[place] - '0');
-        place++;
+    size_t position = size + 1U;
+    while ((name[position] >= '0') && (name[position] <= '9') && (*out_index <= INDEX_MAX)) {
+        *out_index = (*out_index * 10U) + (uint32_t)(name[position] - '0');
+        position++;
     }
-    return (place > (size + 1U)) && (name[place] == ']') && (name[place + 1U] == '\0');
+    return (position > (size + 1U)) && (name[position] == ']') && (name[position + 1U] == '\0');
 }
 
 status_t supervisor_telemetry_directory_find(const telemetry_directory_t* const directory,

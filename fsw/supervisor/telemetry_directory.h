@@ -6,7 +6,7 @@
 /// A scalar is named SUBSYSTEM.PARAMETER or, within a structured parameter, SUBSYSTEM.PARAMETER.FIELD; an
 /// element of an array has its index, from 0, in brackets: ARM.VALUES.POSITION[1].
 ///
-/// Ownership  The caller places telemetry_directory_t.
+/// Ownership  The caller provides telemetry_directory_t.
 /// Context    One loop.
 /// Time       Learning O(content), once at start; finding a name O(fields).
 #ifndef FSW_SUPERVISOR_TELEMETRY_DIRECTORY_H

@@ -5,7 +5,7 @@
 /// octets are not saved: those that a truncation by more than UNDO_CUT_MAX removes (the content of a
 /// medium that is emptied is no longer needed), and those for which the annex has no room.
 ///
-/// Ownership  The caller places undo_medium_t.
+/// Ownership  The caller provides undo_medium_t.
 /// Context    One loop.
 /// Time       A read of the octets that are overwritten.
 #ifndef FSW_SUPERVISOR_UNDO_H

@@ -170,7 +170,7 @@ class _Writer:
             first += len(parameter.fields)
         self.add("};", "")
         self.add(f"/// Offset of each parameter in {self.lower}_parameters_t, in the order of the definitions.")
-        self.add(f"static const size_t {self.lower}_places[] = {{")
+        self.add(f"static const size_t {self.lower}_offsets[] = {{")
         self.add(*(f"    offsetof({self.lower}_parameters_t, {parameter.name.lower()})," for parameter in parameters))
         self.add("};", "")
 

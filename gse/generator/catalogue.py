@@ -56,7 +56,7 @@ class Reader:
 def _coding(kind, reader):
     name, bits = (kind.split(":") + ["0"])[:2]
     if kind not in CODINGS and kind not in VARIABLE and kind not in ("id", "layout") and name not in ("bits", "octets"):
-        reader.wrong(kind, "a coding as the head of kinds.txt has them")
+        reader.wrong(kind, "a coding that the head of kinds.txt lists")
     return {"coding": name, "size": int(bits)} if int(bits) else {"coding": name}
 
 

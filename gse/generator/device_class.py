@@ -3,7 +3,7 @@
 
 A class has the name of its file. Object 0x1000 contains its profile: CiA 402 (drives), 401 (input and output modules),
 404 (measuring devices), or another number. Objects 0x60A8 and 0x60A9 define the units of an axis; without them the unit is an
-increment of the encoder (0x608F) behind the gear (0x6091). Flight software reads the rated torque, 0x6076, from each device."""
+increment of the encoder (0x608F) at the output of the gear (0x6091). Flight software reads the rated torque, 0x6076, from each device."""
 
 import functools
 import math
@@ -53,8 +53,8 @@ class _Class:
             self.fail(f"{len(loaded.emergencies)} lines EMCY in [Comments]: expected at most {EMERGENCIES_MAX}")
         self.hash = fnv64(loaded.path.read_bytes())
 
-    def fail(self, says):
-        raise SheetError(self.sheet.path, 0, says)
+    def fail(self, reason):
+        raise SheetError(self.sheet.path, 0, reason)
 
     def _number(self, key):
         if key not in self.values:
@@ -104,7 +104,7 @@ class _Class:
         return identifier & IDENTIFIER_MASK, not identifier & PDO_INVALID, is_each_sync, entries
 
     def _entry(self, index, subindex, bits, words):
-        """(index, subindex, octets, word, place) of a mapped object; place: axis of the word, or number of the value."""
+        """(index, subindex, octets, word, number) of a mapped object; number: axis of the word, or number of the value."""
         if bits % 8 or not 0 < bits <= 32:
             self.fail(f"{bits} bits of {index:#06x}:{subindex:02x} in a PDO: expected 8, 16, 24 or 32")
         if index < DATA_TYPES_END:  # A data type as mapped object only fills a gap.
@@ -178,7 +178,7 @@ class _Class:
 
 def _pdo_row(pdo):
     base, is_valid, is_each_sync, entries = pdo
-    rows = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{word}, {place}U}}" for index, subindex, octets, word, place in entries)
+    rows = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{word}, {number}U}}" for index, subindex, octets, word, number in entries)
     listed = f", .entries = {{{rows}}}" if entries else ""
     return (f"{{.cob_base = {base:#05x}U, .is_valid = {str(is_valid).lower()}, .is_each_sync = {str(is_each_sync).lower()}, "
             f".entry_count = {len(entries)}U{listed}}}")
@@ -206,6 +206,6 @@ def header(folder=sheet.FOLDER):
     lines = [HEAD, f"#define DEVICE_CLASSES_AXES_MAX {axes}U", f"#define DEVICE_CLASSES_HASH {_hash(classes):#018x}ULL",
              f'#define DEVICE_CLASSES_NAMES "{" ".join(each.sheet.path.stem for each in classes)}"',
              f"#define DEVICE_CLASSES_COUNT {len(classes)}U"]
-    lines += [f"#define DEVICE_CLASS_{place} {{{' '.join(each.row())}}}" for place, each in enumerate(classes)]
-    listed = ", ".join(f"DEVICE_CLASS_{place}" for place in range(len(classes)))
+    lines += [f"#define DEVICE_CLASS_{number} {{{' '.join(each.row())}}}" for number, each in enumerate(classes)]
+    listed = ", ".join(f"DEVICE_CLASS_{number}" for number in range(len(classes)))
     return "\n".join([*lines, f"#define DEVICE_CLASSES {listed}", "#endif", ""])

@@ -118,8 +118,8 @@ class _Tables:
 
     # ---- layouts of the descriptors ----
 
-    def _item(self, place, owner, one):
-        """Register a field of a descriptor under a place. Returns {field, type, count}."""
+    def _item(self, key, owner, one):
+        """Register a field of a descriptor under a key. Returns {field, type, count}."""
         words = None
         numbers = owner["enumerations"].get(one.get("enumeration"))
         if numbers and max(numbers.values()) <= LARGEST_WORD and one["type"] != "UINT64":
@@ -129,29 +129,29 @@ class _Tables:
             words = one["words"]["name"]
             self.words[words] = {int(number): word for number, word in one["words"]["numbers"].items()}
         unit = f" [{one['unit']}]" if one.get("unit") else ""
-        place = place.lower()
-        self.fields[place] = (one["type"], f"{place.rpartition('.')[2].upper()}{unit}", words)
+        key = key.lower()
+        self.fields[key] = (one["type"], f"{key.rpartition('.')[2].upper()}{unit}", words)
         if "bits" in one:
-            self._bits(place, one["type"], one["bits"])
-        return [place, one["type"], one.get("count", 1)]
+            self._bits(key, one["type"], one["bits"])
+        return [key, one["type"], one.get("count", 1)]
 
-    def _bits(self, place, kind, about):
+    def _bits(self, key, kind, about):
         """Register the parts of a number of bits: its state (each mask covers only some of the state's bits) and its flags."""
         mask = 0
         for one, _, _ in about["states"]:
             mask |= one
         self.words[about["name"]] = {number: name for number in range(mask + 1) if not number & ~mask
                                      for one, value, name in about["states"] if number & one == value}
-        self.fields[f"{place}.state"] = (kind, "State", about["name"], mask)
-        flags = {f"{place}.{name.lower()}": (1 << int(bit), name) for bit, name in about["flags"].items()}
+        self.fields[f"{key}.state"] = (kind, "State", about["name"], mask)
+        flags = {f"{key}.{name.lower()}": (1 << int(bit), name) for bit, name in about["flags"].items()}
         self.fields |= {flag: ("BOOL", name, None, only, 8 * SIZES[kind]) for flag, (only, name) in flags.items()}
-        self.bits[place] = [f"{place}.state", *flags]
+        self.bits[key] = [f"{key}.state", *flags]
 
     def _parameter(self, owner, parameter):
-        place = f"{owner['name']}.{parameter['name']}"
+        key = f"{owner['name']}.{parameter['name']}"
         if "fields" in parameter:
-            return [self._item(f"{place}.{one['name']}", owner, one) for one in parameter["fields"]]
-        return [self._item(place, owner, parameter)]
+            return [self._item(f"{key}.{one['name']}", owner, one) for one in parameter["fields"]]
+        return [self._item(key, owner, parameter)]
 
     def _subsystem(self, owner):
         items = {}
@@ -190,35 +190,35 @@ class _Tables:
     def _message_fields(self, number, service, fields):
         for field in fields:
             name = field.get("name") or field.get("repeat")
-            place = f"st{number}.{name}"
+            key = f"st{number}.{name}"
             if "repeat" in field:
-                self._register(place, "UINT16", name)
+                self._register(key, "UINT16", name)
                 self._message_fields(number, service, field["fields"])
             elif "choice" in field:
                 for case in field["cases"].values():
                     self._message_fields(number, service, case)
             elif field.get("kind") == "value":
-                self._register(place, "OCTETS", name)
+                self._register(key, "OCTETS", name)
                 for kind in self.dictionary["types"]:
-                    self._register(f"{place}.{kind.lower()}", kind, name)
+                    self._register(f"{key}.{kind.lower()}", kind, name)
             elif field.get("kind") and field["kind"] != "auxiliary":
-                self._kind_field(place, service, field)
+                self._kind_field(key, service, field)
 
-    def _kind_field(self, place, service, field):
+    def _kind_field(self, key, service, field):
         kind = self.kinds[field["kind"]]
         words = field["kind"] if field["kind"] in self.words else None
         listed = service["enumerations"].get(field["name"])
         if listed:
-            words = place
-            self.words[place] = {int(number): word for number, word in listed.items()}
+            words = key
+            self.words[key] = {int(number): word for number, word in listed.items()}
         elif field["kind"] == "bool8":
             words = "bool8"
             self.words[words] = {0: "false", 1: "true"}
-        self._register(place, KIND_OF.get(kind["coding"], "OCTETS"), field["name"], words)
+        self._register(key, KIND_OF.get(kind["coding"], "OCTETS"), field["name"], words)
 
-    def _register(self, place, kind, label, words=None):
+    def _register(self, key, kind, label, words=None):
         """Register a field. Raises ValueError if another message uses the name for another type."""
-        known = self.fields.get(place)
+        known = self.fields.get(key)
         if known and known[0] != kind:
-            raise ValueError(f"{place} is {known[0]} in one message and {kind} in another")
-        self.fields[place] = (kind, label.replace("_", " "), words or (known[2] if known else None))
+            raise ValueError(f"{key} is {known[0]} in one message and {kind} in another")
+        self.fields[key] = (kind, label.replace("_", " "), words or (known[2] if known else None))

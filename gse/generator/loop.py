@@ -10,8 +10,8 @@ BOUND = {
     "3": "each <HKService> names its loop",
     "5": "an event is reported in the cycle that raises it",
     "8": "functions act on devices",
-    "129": "the state machine leads the control",
-    "130": "links are opened, read and written with the control",
+    "129": "the state machine starts and stops the control",
+    "130": "links are opened, read and written in the cycle of the control",
 }
 
 

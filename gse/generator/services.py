@@ -31,11 +31,11 @@ OF_SUPERVISOR = (*OF_SPACECRAFT, 9, 13, 14, 131)  # fsw/supervisor/services/spac
 OFFERS = {
     2: Offer("device", ("pus_device_operation_t", 16, 4)),
     4: Offer("statistics", (None, 256, 16), None, {
-        "capacity": (("statistics", "pus_statistic_t", 1), ("due", "pus_due_t", 1), ("places", "uint16_t", 1)),
+        "capacity": (("statistics", "pus_statistic_t", 1), ("due", "pus_due_t", 1), ("positions", "uint16_t", 1)),
     }),
     6: Offer("memory", ("pus_memory_operation_t", 16, 4)),
     12: Offer("monitoring", (None, 2000, 32), (None, 200, 4), {
-        "capacity": (("pmons", "pus_pmon_t", 1), ("order", "uint16_t", 1), ("places", "uint16_t", 1), ("due", "pus_due_t", 1)),
+        "capacity": (("pmons", "pus_pmon_t", 1), ("order", "uint16_t", 1), ("positions", "uint16_t", 1), ("due", "pus_due_t", 1)),
         "functional": (("fmons", "pus_fmon_t", 1), ("touched", "uint16_t", 1), ("members", "pus_fmon_member_t", 16)),
     }),
 }

@@ -26,8 +26,8 @@ EMERGENCY = re.compile(r"EMCY\s+(0x[0-9A-Fa-f]{1,4})\s+(\w+)\s+(\S.*)\Z")
 class SheetError(Exception):
     """An error in a data sheet: file, line (0: unknown) and what is wrong."""
 
-    def __init__(self, path, line, says):
-        super().__init__(f"{path}:{line}: {says}")
+    def __init__(self, path, line, reason):
+        super().__init__(f"{path}:{line}: {reason}")
 
 
 @dataclass
@@ -118,8 +118,8 @@ def mapped(values, record):
 
 
 def units(values, axis=0):
-    """Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of the encoder (0x608F) behind the
-    gear (0x6091). None in the place of a unit that the sheet does not define."""
+    """Units of position [rad] and velocity [rad/s] of an axis: 0x60A8 and 0x60A9, or increments of the encoder (0x608F),
+    converted to the output of the gear (0x6091). None for a unit that the sheet does not define."""
     offset = axis * AXIS_STEP
     position, velocity = (values.get((index + offset, 0), 0) for index in (UNIT_POSITION, UNIT_VELOCITY))
     ratios = [values.get((index + offset, sub), 0) for index in (ENCODER, GEAR) for sub in (1, 2)]

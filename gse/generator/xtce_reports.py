@@ -118,7 +118,7 @@ def container(name, entries, base=None, restrictions=(), description=None, perio
 
 
 def _meaning(word):
-    """Description of an entry that the catalogue describes by its place only."""
+    """Description of an entry that the catalogue describes by its position only."""
     if "__" in word:
         return "determines the position of the entries after it"
     if word in ("n", "n1", "n2", "n3", "nfa"):
@@ -280,7 +280,7 @@ class Message:
             return
         shift = self.shift
         for code, kind in self.catalogue["layouts"].items():
-            self.shift = shift  # A packet contains only one of these parameters, at the same place.
+            self.shift = shift  # A packet contains only one of these parameters, at the same position.
             type_path = xt.scalar(self.system.root, "Parameter", kind, OF_PARAMETER)
             self.parameter(f"{field['name']}_{kind}", type_path, extra=((layout, code),), description=f"value of the parameter before it, if that is {kind}")
         self.offset = None
@@ -321,8 +321,8 @@ def _entry(path):
 
 def entry_at(path, octet):
     """An entry at an octet of the packet, which another entry may have read already."""
-    place = element("LocationInContainerInBits", element("FixedValue", str(8 * octet)), referenceLocation="containerStart")
-    return element("ParameterRefEntry", place, parameterRef=path)
+    location = element("LocationInContainerInBits", element("FixedValue", str(8 * octet)), referenceLocation="containerStart")
+    return element("ParameterRefEntry", location, parameterRef=path)
 
 
 def report(system, catalogue, message):

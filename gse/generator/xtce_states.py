@@ -33,7 +33,7 @@ lost.value = packets_lost;
 """
 
 
-def _places(catalogue, service, subtype):
+def _positions(catalogue, service, subtype):
     """(field, its first octet in the packet) of a report whose fields have one size."""
     message = next(one for one in catalogue["services"][service]["messages"] if one["direction"] == "TM" and one["subtype"] == subtype)
     at = reports.TM_HEADER
@@ -53,7 +53,7 @@ def of_subsystem(system, subsystem, catalogue, base):
     configurations = NONE | {one["id"]: one["name"] for one in subsystem["configurations"]}
     for subtype in (TRANSITION, STATUS):
         entries = []
-        for field, octet in _places(catalogue, MANAGEMENT, subtype):
+        for field, octet in _positions(catalogue, MANAGEMENT, subtype):
             if field["name"] not in OF_SUBSYSTEM:
                 continue
             if field["name"] == "configuration":
@@ -68,13 +68,13 @@ def of_subsystem(system, subsystem, catalogue, base):
 
 def of_links(systems, dictionary, catalogue, base):
     """Parameters LINK_<name>_STATE of both ends of each link, from TM[130,10]."""
-    places = {field["name"]: (field, octet) for field, octet in _places(catalogue, LINKS, LINK_TRANSITION)}
+    positions = {field["name"]: (field, octet) for field, octet in _positions(catalogue, LINKS, LINK_TRANSITION)}
     for link in dictionary["links"]:
         for end in ("producer", "consumer"):
             system = systems[link[end]]
             entries = []
             for name, words in (("state", "state"), ("cause", "cause of the last change of state")):
-                field, octet = places[name]
+                field, octet = positions[name]
                 kind = reports.kind_type(base, "Parameter", catalogue, LINKS, field)
                 path = system.parameter(f"LINK_{link['name']}_{name.upper()}", kind, f"{words} of the link {link['name']} at its {end}")
                 entries.append(reports.entry_at(path, octet))

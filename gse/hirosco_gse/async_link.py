@@ -47,7 +47,7 @@ class _Running:
 
 
 class AsyncDriver(WallClock):
-    """Runs any number of procedures of one session in wall-clock time at once: each is resumed whenever telemetry has arrived, and at its own
+    """Runs any number of procedures of one session concurrently in wall-clock time: each is resumed whenever telemetry has arrived, and at its own
     wake times."""
 
     def __init__(self, link, epoch_ns=None):

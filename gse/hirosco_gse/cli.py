@@ -99,10 +99,10 @@ def _parser():
 
 
 def _print(arguments, entry, meaning=None):
-    _say(values.json_of(values.in_words(entry)) if arguments.json else coloured(entry["text"], meaning))
+    _print_line(values.json_of(values.in_words(entry)) if arguments.json else coloured(entry["text"], meaning))
 
 
-def _complain(text, meaning="failed"):
+def _print_error(text, meaning="failed"):
     text = values.with_short_words(text)
     try:
         print(coloured(f"gse: {text}", meaning, sys.stderr), file=sys.stderr, flush=True)
@@ -110,7 +110,7 @@ def _complain(text, meaning="failed"):
         sys.stderr = open(os.devnull, "w", encoding="utf-8")
 
 
-def _say(text, end="\n"):
+def _print_line(text, end="\n"):
     """Print to the standard output. Raises OutputLost, BrokenPipeError."""
     try:
         print(text, end=end, flush=True)
@@ -144,7 +144,7 @@ class _Console:
         if not place.key:
             raise UsageError("gateway: telecommands of this run need no key; connect to its ground port, or give --key FILE")
         sdls.read_key(place.key)
-        gateway.serve(self.arguments.listen or gateway.PORT, (place.host, place.port), lambda: sdls.Sender(place.key), _say)
+        gateway.serve(self.arguments.listen or gateway.PORT, (place.host, place.port), lambda: sdls.Sender(place.key), _print_line)
         return SUCCESS
 
     def command(self):
@@ -157,7 +157,7 @@ class _Console:
                 for entry in craft.do(*words):
                     _print(self.arguments, entry)
         except KeyboardInterrupt:
-            _complain(f"{' '.join(words)}: the wait was ended; the spacecraft may still perform the command")
+            _print_error(f"{' '.join(words)}: the wait was ended; the spacecraft may still perform the command")
             return INTERRUPTED
         self._warn(craft)
         return SUCCESS
@@ -167,7 +167,7 @@ class _Console:
         for problem in craft.session.mismatches.values():
             if problem not in self._warned:
                 self._warned.add(problem)
-                _complain(f"warning: {problem}", "warning")
+                _print_error(f"warning: {problem}", "warning")
 
     def listen(self, wanted):
         """Print reports as they arrive."""
@@ -215,7 +215,7 @@ class _Console:
         if end is None:  # The user has left it.
             return SUCCESS
         words, code = end
-        _complain(words, "failed" if code else "ok")
+        _print_error(words, "failed" if code else "ok")
         return NO_LINK if code is None else FAILED if code else SUCCESS
 
     def permissions(self):
@@ -255,7 +255,7 @@ class _Console:
             raise UsageError(f"{run}: {problem or 'found no run.json, expected the folder of a flight that has ended'}")
         name = fact(facts, "scenario", run)
         known = ROOT / "sim" / "scenarios" / f"{name}.scn"
-        _say(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
+        _print_line(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
         return SUCCESS
 
     def replay(self):
@@ -295,7 +295,7 @@ class _Console:
         except mcap_export.ExportError as error:
             raise UsageError(str(error)) from error
         for problem in problems:
-            _complain(f"warning: {problem}", "warning")
+            _print_error(f"warning: {problem}", "warning")
         _print(self.arguments, {"text": f"{path}: {count} messages", "path": str(path), "messages": count, "problems": problems})
         return SUCCESS
 
@@ -306,7 +306,7 @@ class _Console:
         craft = self.spacecraft(first_sequence=0)
         script = Script.load(self.arguments.words[0], craft.dictionary)
         if not script.steps and not script.visits:
-            _say(f"{self.arguments.words[0]}: no line for the operator")
+            _print_line(f"{self.arguments.words[0]}: no line for the operator")
             return SUCCESS
         with contextlib.ExitStack() as stack:
             log = None
@@ -375,7 +375,7 @@ def _key(words):
     if len(words) != 2 or words[0] != "make":
         raise UsageError("usage: key make FILE")
     sdls.make_key(words[1])
-    _say(f"{words[1]}: made, with its marks .sent (ground) and .received (spacecraft); keep all three together")
+    _print_line(f"{words[1]}: made, with its marks .sent (ground) and .received (spacecraft); keep all three together")
     return SUCCESS
 
 
@@ -384,7 +384,7 @@ def _completion(words):
     scripts = {"bash": completion.BASH, "zsh": completion.ZSH}
     if len(words) != 1 or words[0] not in scripts:
         raise UsageError("usage: completion bash|zsh")
-    _say(scripts[words[0]], end="")
+    _print_line(scripts[words[0]], end="")
     return SUCCESS
 
 
@@ -395,7 +395,7 @@ def _complete(words):
         place = Place.of(options.get("--run"), dictionary=options.get("--dictionary"))
         return Dictionary.load(place.dictionary)
 
-    _say("\n".join(completion.complete(words, load)))
+    _print_line("\n".join(completion.complete(words, load)))
     return SUCCESS
 
 
@@ -473,17 +473,17 @@ def _performed(arguments):
     except KeyboardInterrupt:
         if arguments.command in WITHOUT_END:
             return SUCCESS
-        _complain(f"{arguments.command}: ended by Ctrl-C before its result")
+        _print_error(f"{arguments.command}: ended by Ctrl-C before its result")
         return INTERRUPTED
 
 
 def _flushed(code):
     """Write the text that argparse has printed. Returns the exit code, which differs from `code` if the text cannot be written."""
     try:
-        _say("", end="")
+        _print_line("", end="")
     except OutputLost as problem:
         _give_up_output()
-        _complain(problem)
+        _print_error(problem)
         return FAILED
     except BrokenPipeError:
         _give_up_output()
@@ -506,7 +506,7 @@ def main(argv=None):
             return _complete(argv[2:])
         asked = [word for word in argv if word in usage.table()]
         if asked and {"-h", "--help"} & set(argv):
-            _say(usage.help_of(asked[0]))
+            _print_line(usage.help_of(asked[0]))
             return SUCCESS
         return _performed(_parsed(argv))
     except SystemExit as end:  # argparse: 0 after --help, 2 after a usage error
@@ -519,5 +519,5 @@ def main(argv=None):
     except tuple(_PROBLEMS) as problem:
         if isinstance(problem, OutputLost):
             _give_up_output()
-        _complain(_words_of(problem))
+        _print_error(_words_of(problem))
         return next(code for kind, code in _PROBLEMS.items() if isinstance(problem, kind))

@@ -57,7 +57,7 @@ def _explain(code, detail, dictionary, apid):
         name, of = sender.failures[code]
         return f"{name}, {of} {detail}" if of else name
     if code not in dictionary.catalogue.failures:
-        return f"reason not known to this ground (detail {detail})"
+        return f"failure code not in the dictionary (detail {detail})"
     what, more = dictionary.catalogue.failures[code]
     high, low = detail >> 8 & 0xFF, detail & 0xFF
     modes = {mode["id"]: mode["name"] for mode in dictionary.modes}

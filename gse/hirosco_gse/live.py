@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The live port of a simulator that flies by the wall clock (docs/live.md): lines of hand and fault, and the pace of simulated time."""
+"""The live port of a simulator that flies in real time (docs/live.md): lines of hand and fault, and the pace of simulated time."""
 
 import collections
 import pathlib
@@ -54,8 +54,8 @@ def taken(answer):
 def pace_of(answer):
     """Decode the rest of an accepted answer: (speed of simulated time, name of the client that aims the hand or None)."""
     rest = [word for word in answer[2:] if word != "paused"]
-    said = dict(zip(rest[::2], rest[1::2]))
-    return float(said.get("speed", 1.0)), said.get("hand")
+    settings = dict(zip(rest[::2], rest[1::2]))
+    return float(settings.get("speed", 1.0)), settings.get("hand")
 
 
 class LiveWorld:

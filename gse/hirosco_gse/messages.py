@@ -185,7 +185,7 @@ class _Writer:
         self.catalogue, self.entry = catalogue, entry
         self.count_size = 1 if entry["direction"] == "TC" else 2
         self.seen = {}  # Numbers, for choices.
-        self.layouts = {}  # Parameter ids, or layouts shifted to their place in an id, for the values that refer to them.
+        self.layouts = {}  # Parameter ids, or layouts shifted to their position in an id, for the values that refer to them.
         self.bits, self.bit_count = 0, 0
 
     def group(self, fields, given):
@@ -357,7 +357,7 @@ class _Reader:
         self.structure, self.auxiliary = structure, auxiliary
         self.count_size = 1 if entry["direction"] == "TC" else 2
         self.seen = {}  # Numbers, for choices.
-        self.layouts = {}  # Parameter ids, or layouts shifted to their place in an id, for the values that refer to them.
+        self.layouts = {}  # Parameter ids, or layouts shifted to their position in an id, for the values that refer to them.
 
     def group(self, fields):
         found = {}

@@ -22,7 +22,7 @@ from .station.hub import Hub
 from .station.lights import LIGHTS
 
 REFRESH_S = 0.25  # Time between two updates of the views.
-GONE_S = 20.0  # A flight whose communication was started again has a link earlier.
+GONE_S = 20.0  # If `communication` restarts, there is a link again within a shorter time.
 STALE_S = 5.0  # A value that is older is shown dimmed, whatever its interval is.
 COMMANDS_SHOWN = 50
 STYLES = {"INFORMATIVE": "", "LOW": "cyan", "MEDIUM": "yellow", "HIGH": "bold red"}
@@ -64,7 +64,7 @@ class Monitor(App):
         super().__init__()
         self.hub = Hub(run, self._take, **given)
         self._new_events, self._task = [], None
-        self._linked_at = None  # When there last was a link; None before the first.
+        self._linked_at = None  # Monotonic time at which the link was last open; None before the first time.
 
     def compose(self):
         """The views."""
@@ -117,8 +117,8 @@ class Monitor(App):
 
     async def _live(self, line):
         answer = await self.hub.live(line)
-        said = f"refused: {answer['refused']}" if "refused" in answer else f"at {answer['time']:.4f} s"
-        self.query_one("#command", Input).border_subtitle = escape(f"{line}: {said}")
+        words = f"refused: {answer['refused']}" if "refused" in answer else f"at {answer['time']:.4f} s"
+        self.query_one("#command", Input).border_subtitle = escape(f"{line}: {words}")
 
     def _take(self, message):
         if message["kind"] == "event":

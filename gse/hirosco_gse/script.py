@@ -280,8 +280,8 @@ def _entry(step, start_ns, session, outcome):
     end_ns, asked = session.now_ns, [list(key) for key in session.asked]
     session.asked.clear()
     lines = outcome.split("\n")  # If there are several, each has a separate line after that of the step.
-    said = f" {outcome}" if len(lines) == 1 else "".join(f"\n    {line}" for line in lines)
-    text = f"[{end_ns / 1e9:9.4f} s] {step.text}:{said}"
+    result = f" {outcome}" if len(lines) == 1 else "".join(f"\n    {line}" for line in lines)
+    text = f"[{end_ns / 1e9:9.4f} s] {step.text}:{result}"
     return {
         "text": text,
         "time": start_ns / 1e9,

@@ -273,7 +273,7 @@ class Spacecraft:
 
         return self.run(waiting())
 
-    # The simulated world of a flight by the wall clock ------------------------------------------------------
+    # The simulated world of a flight in real time ----------------------------------------------------------
 
     def live(self, *words):
         """Send a line to the live port (docs/live.md). Returns the simulated time [s] at which it acts. Raises

@@ -116,7 +116,7 @@ def beyond_limits(request, dictionary):
 
 
 def decode(packet, dictionary):
-    """Content of a TC as a dict with at least "kind". If the content does not decode, "error" contains the reason."""
+    """Content of a TC as a dict with at least "kind". If the content cannot be decoded, "error" contains the reason."""
     try:
         if packet.message == (8, 1):
             return _function(packet, dictionary)
@@ -125,10 +125,10 @@ def decode(packet, dictionary):
             return {"kind": kind, **read(packet, dictionary)}
         entry = dictionary.catalogue.find("TC", *packet.message)
         if entry is None:
-            raise values.ValueProblem("not known to this ground")
+            raise values.ValueProblem("not in the catalogue of messages")
         return {"kind": entry["name"], **dictionary.catalogue.decode(packet)}
     except (struct.error, IndexError, KeyError, AttributeError, ValueError) as error:
-        return {"kind": "request", "error": f"{packet.title} does not decode: {error}"}
+        return {"kind": "request", "error": f"{packet.title} cannot be decoded: {error}"}
 
 
 def describe(packet, decoded, dictionary):

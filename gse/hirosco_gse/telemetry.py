@@ -390,7 +390,7 @@ def _by_catalogue(packet, dictionary, _):
     """Any other message of the standard."""
     entry = dictionary.catalogue.find(packet.direction, packet.service, packet.subtype)
     if entry is None:
-        raise values.ValueProblem("not known to this ground")
+        raise values.ValueProblem("not in the catalogue of messages")
     return {"kind": entry["name"], **dictionary.catalogue.decode(packet)}
 
 
@@ -402,7 +402,7 @@ def decode(packet, dictionary, configurations=None):
     try:
         return decoder(packet, dictionary, configurations)
     except (struct.error, IndexError, ValueError) as error:
-        return {"kind": decoder.__name__.strip("_"), "error": f"{packet.title} does not decode: {error}"}
+        return {"kind": decoder.__name__.strip("_"), "error": f"{packet.title} cannot be decoded: {error}"}
 
 
 def leaves(values_by_name):

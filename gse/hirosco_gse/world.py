@@ -79,7 +79,7 @@ class Robot:
     joints: list
     start: dict = field(default_factory=dict)
     base: str = "fixed"
-    at: np.ndarray = field(default_factory=lambda: np.eye(4))  # Pose of the root link at time 0, as its State says.
+    at: np.ndarray = field(default_factory=lambda: np.eye(4))  # Pose of the root link at time 0, from its State.
 
     @property
     def moving(self):
@@ -250,7 +250,7 @@ def _robot(element, folder):
     return robot
 
 
-def _place(element, robots):
+def _start_pose(element, robots):
     """Pose of the root link of a robot at time 0: its State, in the axes of the link `relativeTo` of a robot before it."""
     state = element.find("State")
     if state is None:
@@ -267,7 +267,7 @@ def _robots(root, folder):
     found = []
     for element in root.findall("Robot"):
         robot = _robot(element, folder)
-        robot.at = _place(element, found)
+        robot.at = _start_pose(element, found)
         found.append(robot)
     return found
 

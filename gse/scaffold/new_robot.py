@@ -97,10 +97,10 @@ def jacobian_columns(robot, angles):
     poses = list(poses_of(robot, angles))
     tool = urdf.composed(poses[-1][0], robot.tool)
 
-    def column(joint, place, axis):
+    def column(joint, origin, axis):
         if joint.is_prismatic:
             return (*axis, *urdf.ZERO)
-        return (*urdf.cross(axis, [p - q for p, q in zip(tool[0], place)]), *axis)
+        return (*urdf.cross(axis, [p - q for p, q in zip(tool[0], origin)]), *axis)
 
     return tool, [column(joint, pose[0], axis) for joint, (pose, axis) in zip(robot.joints, poses)]
 
@@ -136,7 +136,7 @@ def start_pose(robot, base="fixed"):
     easy = [angles for angles in poses if load_of(robot, angles, base)[0] < LOAD_MAX]
     if not easy:
         share, joint = min((load_of(robot, angles, base) for angles in poses), key=lambda load: load[0])
-        raise Refusal(f"URDF: {joint.place}: joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, "
+        raise Refusal(f"URDF: {joint.location}: joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, "
                       f"expected less than {LOAD_MAX:.0%}")
     return max(easy, key=lambda angles: manipulability(jacobian_columns(robot, angles)[1]))
 
@@ -157,7 +157,7 @@ def drive_of(joint):
     inertia = joint.link.mass if joint.is_prismatic else inertia
     stiffness = min((LINEAR_STIFFNESS if joint.is_prismatic else STIFFNESS) * effort, inertia * (0.5 / STEP_S) ** 2)
     if stiffness < STIFFNESS_MIN:
-        raise Refusal(f"URDF: {joint.place}: joint {joint.name}: moves {inertia:.3g} {'kg' if joint.is_prismatic else 'kgm2 about its axis'}, expected "
+        raise Refusal(f"URDF: {joint.location}: joint {joint.name}: moves {inertia:.3g} {'kg' if joint.is_prismatic else 'kgm2 about its axis'}, expected "
                       f"at least {STIFFNESS_MIN / (0.5 / STEP_S) ** 2:.3g}, with which the simulator can simulate its gear")
     damping = min((LINEAR_DAMPING if joint.is_prismatic else DAMPING) * effort, 0.5 * inertia / STEP_S)
     return {
@@ -176,7 +176,7 @@ def eds_of(joint):
     return "joint-drive.eds" if joint.effort <= 40.0 else "joint-drive-large.eds"
 
 
-def places(robot):
+def addresses(robot):
     """(bus, node) of each joint: up to four on a bus."""
     count = len(robot.joints)
     buses = -(-count // JOINTS_OF_A_BUS)
@@ -187,7 +187,7 @@ def places(robot):
 def world(robot, names, start, base):
     """Words of the template of the world. Joints with equal values share a drive type."""
     types, drives = {}, []
-    for number, (joint, (bus, node)) in enumerate(zip(robot.joints, places(robot)), 1):
+    for number, (joint, (bus, node)) in enumerate(zip(robot.joints, addresses(robot)), 1):
         effort = joint.effort
         sensor = attributes({"noise": 5e-4 * effort, "offset": 5e-3 * effort, "drift": 5e-6 * effort, "range": 1.5 * effort})
         kind = types.setdefault(f"{attributes(drive_of(joint))}>\n    <TorqueSensor {sensor}/>\n  </DriveType>", f"drive{len(types) + 1}")
@@ -208,9 +208,9 @@ def gains_of(joint):
     return kp * joint.effort, kd * joint.effort
 
 
-def device(joint, place, number, mode):
+def device(joint, address, number, mode):
     """A joint's drive in a configuration: CSP by the first RPDO or CST by the second, one each millisecond."""
-    bus, node = place
+    bus, node = address
     kp, kd = gains_of(joint)
     # CiA 402: torques are in per mille of the rated torque, which is 10 Nm, and 40 Nm for the large drive.
     limit = round(joint.effort / (0.01 if eds_of(joint) == "joint-drive.eds" else 0.04))
@@ -241,7 +241,7 @@ def device(joint, place, number, mode):
 
 def configuration(robot, number, name, mode, initial, has_joystick=False):
     """A configuration of the descriptor; `mode` is that of CiA 402, `has_joystick`: a joystick leads the tool."""
-    devices = (device(joint, place, i, mode) for i, (joint, place) in enumerate(zip(robot.joints, places(robot)), 1))
+    devices = (device(joint, address, i, mode) for i, (joint, address) in enumerate(zip(robot.joints, addresses(robot)), 1))
     initials = "".join(f'\n    <Initial parameter="CONTROL" field="{field}" value="{value}"/>' for field, value in initial.items())
     template = (TEMPLATES / "configuration.xml").read_text(encoding="utf-8").rstrip("\n")
     words = {"configuration": name, "number": str(number), "initial": initials, "devices": "\n".join(devices)}
@@ -402,8 +402,8 @@ def check_world(path, urdf_path, own_urdf):
     except OSError as error:
         raise Refusal(f"{relative(SIMULATOR)}: {error.strerror}, expected the simulator: make") from error
     if done.returncode != 0:
-        said = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
-        raise Refusal(f"{said[-1].replace(relative(own_urdf), str(urdf_path))}; {NEXT_STEP}")
+        messages = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
+        raise Refusal(f"{messages[-1].replace(relative(own_urdf), str(urdf_path))}; {NEXT_STEP}")
 
 
 def plan(path, name, tool, start_given, apid, base="fixed"):
@@ -416,7 +416,7 @@ def plan(path, name, tool, start_given, apid, base="fixed"):
     file = name.replace("_", "-")
     names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
     start = wanted_pose(robot, start_given) if start_given else start_pose(robot, base)
-    buses = sorted({bus for bus, _ in places(robot)})
+    buses = sorted({bus for bus, _ in addresses(robot)})
     values = {
         f"descriptors/subsystems/{file}.xml": ("descriptor.xml", descriptor(robot, names, base)),
         f"descriptors/worlds/{file}.xml": ("world.xml", world(robot, names, start, base)),
@@ -426,11 +426,11 @@ def plan(path, name, tool, start_given, apid, base="fixed"):
             names | {"buses": "\n".join(f'    <Bus name="{bus}" bitRate="1000000" dataBitRate="5000000"/>' for bus in buses)},
         ),
     }
-    files = {ROOT / place: fill((TEMPLATES / template).read_text(encoding="utf-8"), words) for place, (template, words) in values.items()}
+    files = {ROOT / made: fill((TEMPLATES / template).read_text(encoding="utf-8"), words) for made, (template, words) in values.items()}
     own_urdf = ROOT / f"descriptors/worlds/{file}.urdf"
     if own_urdf != pathlib.Path(path).resolve():
         files[own_urdf] = source
-    there = [relative(place) for place in files if place.exists()]
+    there = [relative(made) for made in files if made.exists()]
     expect(not there, "NAME", name, f"a name that is new; there is already {', '.join(there)}")
     return files, ROOT / f"descriptors/missions/{file}.xml", file, robot
 

@@ -33,7 +33,7 @@ BUSES_MAX = 8  # Buses of a mission (base/capacities.h).
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.
 # Endings of the names that the new sources and the generated header derive from the name of the subsystem.
-NAMED_AFTER = "t init callbacks open parameters_t program_t services_t add_services definitions fields places".split()
+NAMED_AFTER = "t init callbacks open parameters_t program_t services_t add_services definitions fields offsets".split()
 MACROS_AFTER = "NAME APID INTERFACE_HASH PARAMETER_COUNT FIELD_COUNT".split()
 
 ENTRY = """    <Subsystem name="@NAME@" id="@apid@" executable="@executable@" descriptor="../subsystems/@file@.xml"
@@ -120,7 +120,7 @@ def plan_files(names):
     """Dict path -> text of the new files."""
     name = names["name"]
     folder = f"fsw/subsystems/{name}"
-    places = {
+    templates = {
         f"descriptors/subsystems/{names['file']}.xml": "descriptor.xml",
         f"{folder}/{name}.h": "subsystem.h",
         f"{folder}/{name}.c": "subsystem.c",
@@ -130,7 +130,7 @@ def plan_files(names):
         f"test/unit/{folder}/subsystem_double.c": "subsystem_double.c",
         f"sim/scenarios/{names['file']}.scn": "scenario.scn",
     }
-    return {ROOT / path: fill((TEMPLATES / template).read_text(encoding="utf-8"), names) for path, template in places.items()}
+    return {ROOT / path: fill((TEMPLATES / template).read_text(encoding="utf-8"), names) for path, template in templates.items()}
 
 
 def fill(text, names):

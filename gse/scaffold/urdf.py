@@ -46,7 +46,7 @@ class Joint:
     effort: float
     speed: float
     is_prismatic: bool = False
-    place: str = ""  # File and line.
+    location: str = ""  # File and line.
     link: Mass = field(default_factory=Mass)
 
 

@@ -149,16 +149,16 @@ def check(folder, out, cans, memory):
 
 def failure(what, control):
     """Error text: output of the emulator, end of the console, next step."""
-    said = (control / "emulator").read_text(errors="replace").strip()
-    return (f"the micro-VM {what}" + (f"; {QEMU} says: {said}" if said else "") + "\nEnd of its console:\n"
+    output = (control / "emulator").read_text(errors="replace").strip()
+    return (f"the micro-VM {what}" + (f"; {QEMU} printed: {output}" if output else "") + "\nEnd of its console:\n"
             + console_end(control / "console") + f"\nNext step: {NEXT_STEP}")
 
 
 def start(line, control, interactive):
     """Start the emulator. Its output goes to the control folder, or to this terminal."""
-    with open(control / "emulator", "wb") as said:
-        return subprocess.Popen(line, stdin=None if interactive else subprocess.DEVNULL, stdout=None if interactive else said,
-                                stderr=said, start_new_session=not interactive)
+    with open(control / "emulator", "wb") as output:
+        return subprocess.Popen(line, stdin=None if interactive else subprocess.DEVNULL, stdout=None if interactive else output,
+                                stderr=output, start_new_session=not interactive)
 
 
 def wait_for_boot(process, control, boot_seconds):

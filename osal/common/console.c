@@ -13,10 +13,10 @@ bool osal_console_introduce(const int argument_count, char* const arguments[], c
     const bool is_version  = (strcmp(word, "--version") == 0);
     const bool is_help     = (usage != NULL) && (strcmp(word, "--help") == 0);
     if (is_version) {
-        osal_console_put(name);
-        osal_console_say(" " HIROSCO_VERSION);
+        osal_console_print(name);
+        osal_console_print_line(" " HIROSCO_VERSION);
     } else if (is_help) {
-        osal_console_say(usage);
+        osal_console_print_line(usage);
     } else {
         // The program itself evaluates its arguments.
     }

@@ -19,7 +19,7 @@ typedef struct {
     uint32_t messages;    ///< Deliveries not yet reported.
     uint32_t octets;      ///< Octets on the stream not yet reported.
     uint32_t incarnation; ///< Changes with each join and end; a wait that began with an older value returns.
-    bool is_new;          ///< Has joined, but has no place in the order of the present instant yet.
+    bool is_new;          ///< Has joined, but has no position in the order of the present instant yet.
     uint32_t stream_port;
     uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
     int32_t process;        ///< Process that joined last in a life of its own.

@@ -18,17 +18,17 @@ static void put(const char* const text, const char* const line_end)
     (void)xTaskResumeAll();
 }
 
-void osal_console_say(const char* const line)
+void osal_console_print_line(const char* const line)
 {
     put(line, "\n");
 }
 
-void osal_console_complain(const char* const line)
+void osal_console_print_error(const char* const line)
 {
     put(line, "\n");
 }
 
-void osal_console_put(const char* const text)
+void osal_console_print(const char* const text)
 {
     put(text, "");
 }

@@ -14,29 +14,29 @@
 typedef struct {
     uint8_t device;
     uint8_t octets[2];
-} place_t;
+} i2c_address_t;
 
-static place_t place_of(const uint32_t address)
+static i2c_address_t i2c_address_of(const uint32_t address)
 {
-    return (place_t){.device = (uint8_t)(DEVICE + (address / HALF_OCTETS)),
-                     .octets = {(uint8_t)(address >> 8U), (uint8_t)address}};
+    return (i2c_address_t){.device = (uint8_t)(DEVICE + (address / HALF_OCTETS)),
+                           .octets = {(uint8_t)(address >> 8U), (uint8_t)address}};
 }
 
 status_t eeprom_read(const uint32_t address, void* const octets, const size_t size)
 {
     FSW_ASSERT((octets != NULL) && (size > 0U) && (address < EEPROM_OCTETS));
     FSW_ASSERT(size <= (HALF_OCTETS - (address % HALF_OCTETS)));
-    const place_t place = place_of(address);
-    return i2c_read(place.device, place.octets, sizeof place.octets, octets, size);
+    const i2c_address_t from = i2c_address_of(address);
+    return i2c_read(from.device, from.octets, sizeof from.octets, octets, size);
 }
 
 /// The EEPROM acknowledges its address only when it has stored what was written before.
-static status_t await_stored(const place_t place)
+static status_t await_stored(const i2c_address_t to)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + WRITE_TIME_NS;
     status_t status         = STATUS_IO;
     do {
-        status = i2c_write(place.device, place.octets, sizeof place.octets, NULL, 0U);
+        status = i2c_write(to.device, to.octets, sizeof to.octets, NULL, 0U);
     } while ((status != STATUS_OK) && (osal_clock_monotonic_ns() < until_ns));
     return status;
 }
@@ -50,10 +50,10 @@ status_t eeprom_write(const uint32_t address, const void* const octets, const si
     while ((done < size) && (status == STATUS_OK)) {
         const uint32_t at = address + (uint32_t)done;
         const size_t room = EEPROM_PAGE - (at % EEPROM_PAGE); // A write beyond the page would begin it again.
-        const size_t count  = ((size - done) < room) ? (size - done) : room;
-        const place_t place = place_of(at);
-        status              = i2c_write(place.device, place.octets, sizeof place.octets, &all[done], count);
-        status              = (status == STATUS_OK) ? await_stored(place) : status;
+        const size_t count     = ((size - done) < room) ? (size - done) : room;
+        const i2c_address_t to = i2c_address_of(at);
+        status                 = i2c_write(to.device, to.octets, sizeof to.octets, &all[done], count);
+        status                 = (status == STATUS_OK) ? await_stored(to) : status;
         done += count;
     }
     return status;

@@ -65,8 +65,8 @@ static void close_file(const unsigned file)
     semihosting_close(files[file].handle);
 }
 
-/// Semihosting cannot sync. The process that serves the wire does it: it runs where the files are. Without
-/// a wire, what was written is there for other programs, but nothing says whether it is on a disk.
+/// Semihosting cannot sync. The process that serves the wire does it, on the machine that has the files.
+/// Without a wire, other programs can read the written octets, but it is unknown whether they are on a disk.
 static status_t force(const char* const path, const bool is_of_names)
 {
     if (!wire_is_open()) {

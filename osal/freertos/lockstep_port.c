@@ -10,7 +10,7 @@
 #include <task.h>
 
 typedef struct {
-    TaskHandle_t task; ///< Null: the place is free.
+    TaskHandle_t task; ///< Null: the slot is free.
     const uint32_t* word;
 } waiter_t;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Semihosting of Arm: the debugger or the emulator serves files and the console, and ends the program.
+/// Semihosting of Arm: the debugger or the emulator serves files and the console, and ends the program. A
+/// function that returns bool returns false on an error.
 #ifndef OSAL_FREERTOS_SEMIHOSTING_H
 #define OSAL_FREERTOS_SEMIHOSTING_H
 
@@ -17,7 +18,6 @@ typedef enum { // Modes of fopen: "rb", "r+b", "wb", "w+b", "ab".
 
 /// Open a file. Returns its handle, or -1 (semihosting_error has the reason).
 int semihosting_open(const char* path, semihosting_mode_t mode);
-/// The functions that return bool return false on an error.
 void semihosting_close(int handle);
 /// Read. Returns the number of octets read, 0 at the end of the file, -1 on an error. On a pipe it waits for
 /// the first octet.

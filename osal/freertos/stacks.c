@@ -69,7 +69,7 @@ void port_print_stacks(void)
                          stacks[i].size);
         text_add_unsigned(&text, stacks[i].used);
         if (!port_has_margin(&stacks[i])) {
-            osal_console_complain(line);
+            osal_console_print_error(line);
         }
     }
 }

@@ -19,7 +19,7 @@
 #define MARK_ADDRESS (BLOCKS * BLOCK)
 #define LOOKAHEAD 64U ///< One bit for each block.
 #define NAME_OCTETS 64U
-#define CYCLES 500 ///< Writes of a block for metadata, after which another block takes its place.
+#define CYCLES 500 ///< Writes of a block for metadata, after which another block is used.
 #define BLANK 0xFFU
 
 typedef struct { // An open file: one entry, even if it is opened several times.

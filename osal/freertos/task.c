@@ -16,9 +16,9 @@ typedef struct {
     bool is_taken;
     bool has_ended;
     TaskHandle_t joiner;
-} place_t;
+} slot_t;
 
-static place_t places[PORT_STARTED_MAX];
+static slot_t slots[PORT_STARTED_MAX];
 
 /// Priorities 1..99 share 2..31 of the kernel; priority 0 is that of main(), 1 in the kernel.
 static UBaseType_t native_priority(const int priority)
@@ -30,13 +30,13 @@ static UBaseType_t native_priority(const int priority)
 static void run(void* const context)
 {
     osal_task_t* const task = context;
-    place_t* const place    = &places[task->handle - 1U];
+    slot_t* const slot      = &slots[task->handle - 1U];
     task->entry(task->context);
     // In one critical section, as in osal_task_join: either the joiner sees that the task has ended, or this
     // task sees the joiner and notifies it.
     taskENTER_CRITICAL();
-    place->has_ended          = true;
-    const TaskHandle_t joiner = place->joiner;
+    slot->has_ended           = true;
+    const TaskHandle_t joiner = slot->joiner;
     taskEXIT_CRITICAL();
     if (joiner != NULL) {
         (void)xTaskNotifyGiveIndexed(joiner, PORT_NOTIFY_END);
@@ -44,13 +44,13 @@ static void run(void* const context)
     vTaskSuspend(NULL); // The task must not return; osal_task_join deletes it.
 }
 
-static place_t* take_place(void)
+static slot_t* take_slot(void)
 {
-    place_t* found = NULL;
+    slot_t* found = NULL;
     taskENTER_CRITICAL();
     for (unsigned i = 0U; (i < PORT_STARTED_MAX) && (found == NULL); i++) {
-        if (!places[i].is_taken) {
-            found            = &places[i];
+        if (!slots[i].is_taken) {
+            found            = &slots[i];
             found->is_taken  = true;
             found->has_ended = false;
             found->joiner    = NULL;
@@ -64,17 +64,17 @@ status_t osal_task_start(osal_task_t* const task, void (*entry)(void* context), 
                          const int priority)
 {
     FSW_ASSERT((task != NULL) && (entry != NULL) && (priority >= 0) && (priority <= PRIORITY_MAX));
-    *task                = (osal_task_t){.entry = entry, .context = context};
-    place_t* const place = take_place();
-    if (place == NULL) {
+    *task              = (osal_task_t){.entry = entry, .context = context};
+    slot_t* const slot = take_slot();
+    if (slot == NULL) {
         return STATUS_EXHAUSTED;
     }
-    task->handle     = (uint64_t)(place - places) + 1U;
+    task->handle     = (uint64_t)(slot - slots) + 1U;
     task->is_running = true;
     vTaskSuspendAll(); // The task must not run before it has its thread-local variables.
-    const TaskHandle_t made = xTaskCreateStatic(run, "task", sizeof place->stack / sizeof place->stack[0],
-                                                task, native_priority(priority), place->stack, &place->block);
-    port_tls_give(made, place->tls);
+    const TaskHandle_t made = xTaskCreateStatic(run, "task", sizeof slot->stack / sizeof slot->stack[0], task,
+                                                native_priority(priority), slot->stack, &slot->block);
+    port_tls_give(made, slot->tls);
     (void)xTaskResumeAll();
     return STATUS_OK;
 }
@@ -85,22 +85,22 @@ void osal_task_join(osal_task_t* const task)
     if (!task->is_running) {
         return;
     }
-    place_t* const place = &places[task->handle - 1U];
+    slot_t* const slot = &slots[task->handle - 1U];
     taskENTER_CRITICAL();
-    place->joiner  = xTaskGetCurrentTaskHandle();
-    bool has_ended = place->has_ended;
+    slot->joiner   = xTaskGetCurrentTaskHandle();
+    bool has_ended = slot->has_ended;
     taskEXIT_CRITICAL();
     while (!has_ended) {
         (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_END, pdTRUE, portMAX_DELAY);
         taskENTER_CRITICAL();
-        has_ended = place->has_ended;
+        has_ended = slot->has_ended;
         taskEXIT_CRITICAL();
     }
     // The kernel frees the block and the stack of another task at once; those of a task that deletes itself
     // would be in use until the idle task runs.
-    vTaskDelete((TaskHandle_t)&place->block);
+    vTaskDelete((TaskHandle_t)&slot->block);
     taskENTER_CRITICAL();
-    place->is_taken = false;
+    slot->is_taken = false;
     taskEXIT_CRITICAL();
     task->is_running = false;
 }

@@ -102,7 +102,7 @@ static void print_losses(void)
     text_t text = text_in(line, sizeof line);
     text_add(&text, "wire: datagrams lost because there was no room for them: ");
     text_add_unsigned(&text, wire.lost);
-    osal_console_complain(line);
+    osal_console_print_error(line);
 }
 
 void wire_close(void)
@@ -208,7 +208,7 @@ static status_t refuse(const target_wire_kind_t kind, const uint32_t size)
     text_add(&text, ", octets ");
     text_add_unsigned(&text, size);
     text_add(&text, "; build proxy and program again");
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return STATUS_CLOSED;
 }
 

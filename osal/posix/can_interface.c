@@ -74,7 +74,7 @@ static void add_text(request_t* const request, const unsigned short type, const 
     (void)add(request, type, text, strlen(text) + 1U);
 }
 
-/// Returns the structure of `size` octets behind the header of the answer; NULL when the answer is shorter.
+/// Returns the structure of `size` octets after the header of the answer; NULL when the answer is shorter.
 static const void* payload_of(const answer_t* const answer, const size_t size)
 {
     const struct nlmsghdr* const header = &answer->message.header;

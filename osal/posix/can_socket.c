@@ -211,12 +211,12 @@ static void read_control(osal_can_t* const can, struct msghdr* const message,
 status_t can_socket_receive(osal_can_t* const can, osal_can_frame_t* const out_frame)
 {
     struct canfd_frame raw;
-    struct iovec place = {.iov_base = &raw, .iov_len = sizeof raw};
+    struct iovec buffer = {.iov_base = &raw, .iov_len = sizeof raw};
     union {
         struct cmsghdr header; // Gives the buffer the alignment of a header.
         uint8_t octets[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
     } control;
-    struct msghdr message = {.msg_iov        = &place,
+    struct msghdr message = {.msg_iov        = &buffer,
                              .msg_iovlen     = 1U,
                              .msg_control    = control.octets,
                              .msg_controllen = sizeof control.octets};

@@ -11,9 +11,9 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-#define PATIENCE_MS 100 ///< Text for a reader that takes nothing for this time is lost [ms].
+#define TIMEOUT_MS 100 ///< Text for a reader that takes nothing for this time is lost [ms].
 
-/// Write text and line end in one call. Text that a full pipe does not accept within PATIENCE_MS is dropped,
+/// Write text and line end in one call. Text that a full pipe does not accept within TIMEOUT_MS is dropped,
 /// because a program in flight must not wait for its console.
 static void put(const int descriptor, const char* const text, const char* const line_end)
 {
@@ -25,7 +25,7 @@ static void put(const int descriptor, const char* const text, const char* const 
     (void)memcpy(&parts[1].iov_base, &line_end, sizeof line_end);
     parts[1].iov_len = strlen(line_end);
     size_t rest      = parts[0].iov_len + parts[1].iov_len;
-    while ((rest > 0U) && (poll(&watched, 1U, PATIENCE_MS) > 0)) {
+    while ((rest > 0U) && (poll(&watched, 1U, TIMEOUT_MS) > 0)) {
         const ssize_t size = writev(descriptor, parts, 2);
         if (size < 0) {
             if ((errno == EINTR) || (errno == EAGAIN)) {
@@ -42,17 +42,17 @@ static void put(const int descriptor, const char* const text, const char* const 
     }
 }
 
-void osal_console_say(const char* const line)
+void osal_console_print_line(const char* const line)
 {
     put(STDOUT_FILENO, line, "\n");
 }
 
-void osal_console_complain(const char* const line)
+void osal_console_print_error(const char* const line)
 {
     put(STDERR_FILENO, line, "\n");
 }
 
-void osal_console_put(const char* const text)
+void osal_console_print(const char* const text)
 {
     put(STDOUT_FILENO, text, "");
 }

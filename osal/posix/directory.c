@@ -341,12 +341,12 @@ static bool is_wanted(const listing_t* const listing, const char* const name)
 /// Insert a name in order; if there is no room, the last name is dropped.
 static void insert_name(listing_t* const listing, const char* const name, const bool is_directory)
 {
-    size_t place = (listing->count < listing->capacity) ? listing->count : (listing->capacity - 1U);
+    size_t position = (listing->count < listing->capacity) ? listing->count : (listing->capacity - 1U);
     listing->count += (listing->count < listing->capacity) ? 1U : 0U;
-    for (; (place > 0U) && (strcmp(name, listing->entries[place - 1U].name) < 0); place--) {
-        listing->entries[place] = listing->entries[place - 1U];
+    for (; (position > 0U) && (strcmp(name, listing->entries[position - 1U].name) < 0); position--) {
+        listing->entries[position] = listing->entries[position - 1U];
     }
-    osal_directory_entry_t* const entry = &listing->entries[place];
+    osal_directory_entry_t* const entry = &listing->entries[position];
     (void)memset(entry, 0, sizeof *entry);
     (void)memcpy(entry->name, name, strlen(name));
     entry->is_directory = is_directory;

@@ -33,14 +33,14 @@ static status_t status_of(const int error)
 status_t osal_network_enter(osal_network_t* const home, const char* const path)
 {
     FSW_ASSERT((home != NULL) && (path != NULL));
-    home->descriptor = open(OWN, O_RDONLY | O_CLOEXEC);
-    const int place  = open(path, O_RDONLY | O_CLOEXEC);
-    int error        = ((home->descriptor < 0) || (place < 0)) ? errno : 0;
-    if ((error == 0) && (setns(place, CLONE_NEWNET) != 0)) {
+    home->descriptor  = open(OWN, O_RDONLY | O_CLOEXEC);
+    const int entered = open(path, O_RDONLY | O_CLOEXEC);
+    int error         = ((home->descriptor < 0) || (entered < 0)) ? errno : 0;
+    if ((error == 0) && (setns(entered, CLONE_NEWNET) != 0)) {
         error = errno;
     }
-    if (place >= 0) {
-        (void)close(place);
+    if (entered >= 0) {
+        (void)close(entered);
     }
     if ((error != 0) && (home->descriptor >= 0)) {
         (void)close(home->descriptor);

@@ -168,9 +168,9 @@ status_t osal_udp_receive(osal_socket_t* const sock, osal_address_t* const out_f
 {
     FSW_ASSERT((sock != NULL) && (out_from != NULL) && (octets != NULL) && (out_size != NULL));
     struct sockaddr_in from = {.sin_family = AF_INET};
-    struct iovec place      = {.iov_base = octets, .iov_len = capacity};
+    struct iovec buffer     = {.iov_base = octets, .iov_len = capacity};
     struct msghdr message   = {
-          .msg_name = &from, .msg_namelen = sizeof from, .msg_iov = &place, .msg_iovlen = 1U};
+          .msg_name = &from, .msg_namelen = sizeof from, .msg_iov = &buffer, .msg_iovlen = 1U};
     ssize_t size = 0;
     do {
         size = socket_receive(sock, &message);

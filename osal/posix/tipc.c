@@ -155,10 +155,10 @@ status_t osal_tipc_receive(osal_socket_t* const sock, uint64_t* const out_from, 
         struct cmsghdr aligned;
         uint8_t octets[CONTROL_OCTETS];
     } control;
-    struct iovec place    = {.iov_base = octets, .iov_len = capacity};
+    struct iovec buffer   = {.iov_base = octets, .iov_len = capacity};
     struct msghdr message = {.msg_name       = &from,
                              .msg_namelen    = sizeof from,
-                             .msg_iov        = &place,
+                             .msg_iov        = &buffer,
                              .msg_iovlen     = 1U,
                              .msg_control    = &control,
                              .msg_controllen = sizeof control};

@@ -9,7 +9,7 @@
 /// A packet gets its sequence count when the port takes it, so a refused packet leaves no gap. If the port
 /// refuses, pus_tm_send returns its status, and pus_tm_post keeps the report (docs/services.md, "Reports").
 ///
-/// Ownership  The caller places the process and its queues. The process has one buffer, in which one report
+/// Ownership  The caller provides the process and its queues. The process has one buffer, in which one report
 ///            is built at a time. pus_tm_begin discards an unfinished report, whose writer can then no longer
 ///            be sent.
 /// Context    One loop.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Octet strings of any size in chains of equal blocks. Services store requests in them.
 ///
-/// Ownership  The caller places blocks and slots, which must exist as long as the chains. Each chain has one
-///            user, which frees it.
+/// Ownership  The caller provides blocks and slots, which must exist as long as the chains. Each chain has
+///            one user, which frees it.
 /// Context    One loop.
 /// Time       O(octets); no search for free blocks.
 /// Errors     The only error is that too few blocks are free; a status reports it.

@@ -5,12 +5,12 @@
 
 #include <string.h>
 
-void pus_due_init(pus_due_heap_t* const self, pus_due_t* const heap, uint16_t* const places,
+void pus_due_init(pus_due_heap_t* const self, pus_due_t* const heap, uint16_t* const positions,
                   const uint16_t capacity)
 {
-    FSW_ASSERT((self != NULL) && (heap != NULL) && (places != NULL));
-    *self = (pus_due_heap_t){.heap = heap, .places = places};
-    (void)memset(places, 0, capacity * sizeof places[0]);
+    FSW_ASSERT((self != NULL) && (heap != NULL) && (positions != NULL));
+    *self = (pus_due_heap_t){.heap = heap, .positions = positions};
+    (void)memset(positions, 0, capacity * sizeof positions[0]);
 }
 
 static bool is_before(const pus_due_t* const one, const pus_due_t* const other)
@@ -18,30 +18,30 @@ static bool is_before(const pus_due_t* const one, const pus_due_t* const other)
     return (one->due < other->due) || ((one->due == other->due) && (one->entry < other->entry));
 }
 
-static void put(pus_due_heap_t* const self, const uint16_t place, const pus_due_t item)
+static void put(pus_due_heap_t* const self, const uint16_t position, const pus_due_t item)
 {
-    self->heap[place]        = item;
-    self->places[item.entry] = (uint16_t)(place + 1U);
+    self->heap[position]        = item;
+    self->positions[item.entry] = (uint16_t)(position + 1U);
 }
 
-/// Insert an item at `place` or above, so that the heap is ordered.
-static void move_up(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
+/// Insert an item at `position` or above, so that the heap is ordered.
+static void move_up(pus_due_heap_t* const self, uint16_t position, const pus_due_t item)
 {
-    while (place > 0U) {
-        const uint16_t parent = (uint16_t)((place - 1U) / 2U);
+    while (position > 0U) {
+        const uint16_t parent = (uint16_t)((position - 1U) / 2U);
         if (!is_before(&item, &self->heap[parent])) {
             break;
         }
-        put(self, place, self->heap[parent]);
-        place = parent;
+        put(self, position, self->heap[parent]);
+        position = parent;
     }
-    put(self, place, item);
+    put(self, position, item);
 }
 
-/// Insert an item at `place` or below, so that the heap is ordered.
-static void move_down(pus_due_heap_t* const self, uint16_t place, const pus_due_t item)
+/// Insert an item at `position` or below, so that the heap is ordered.
+static void move_down(pus_due_heap_t* const self, uint16_t position, const pus_due_t item)
 {
-    uint32_t child = (2U * (uint32_t)place) + 1U;
+    uint32_t child = (2U * (uint32_t)position) + 1U;
     while (child < self->count) {
         if (((child + 1U) < self->count) && is_before(&self->heap[child + 1U], &self->heap[child])) {
             child++;
@@ -49,19 +49,19 @@ static void move_down(pus_due_heap_t* const self, uint16_t place, const pus_due_
         if (!is_before(&self->heap[child], &item)) {
             break;
         }
-        put(self, place, self->heap[child]);
-        place = (uint16_t)child;
-        child = (2U * (uint32_t)place) + 1U;
+        put(self, position, self->heap[child]);
+        position = (uint16_t)child;
+        child    = (2U * (uint32_t)position) + 1U;
     }
-    put(self, place, item);
+    put(self, position, item);
 }
 
-/// Insert an item at the empty position `place`, or above or below it, so that the heap is ordered.
-static void fill(pus_due_heap_t* const self, const uint16_t place, const pus_due_t item)
+/// Insert an item at the empty position `position`, or above or below it, so that the heap is ordered.
+static void fill(pus_due_heap_t* const self, const uint16_t position, const pus_due_t item)
 {
-    move_down(self, place, item);
-    if (self->places[item.entry] == (place + 1U)) {
-        move_up(self, place, item);
+    move_down(self, position, item);
+    if (self->positions[item.entry] == (position + 1U)) {
+        move_up(self, position, item);
     }
 }
 
@@ -69,8 +69,8 @@ void pus_due_set(pus_due_heap_t* const self, const uint16_t entry, const uint64_
 {
     FSW_ASSERT(self != NULL);
     const pus_due_t item = {.due = due, .entry = entry};
-    if (self->places[entry] != 0U) {
-        fill(self, (uint16_t)(self->places[entry] - 1U), item);
+    if (self->positions[entry] != 0U) {
+        fill(self, (uint16_t)(self->positions[entry] - 1U), item);
     } else {
         self->count++;
         move_up(self, (uint16_t)(self->count - 1U), item);
@@ -80,14 +80,14 @@ void pus_due_set(pus_due_heap_t* const self, const uint16_t entry, const uint64_
 void pus_due_remove(pus_due_heap_t* const self, const uint16_t entry)
 {
     FSW_ASSERT(self != NULL);
-    const uint16_t place = self->places[entry];
-    if (place == 0U) {
+    const uint16_t position = self->positions[entry];
+    if (position == 0U) {
         return;
     }
-    self->places[entry] = 0U;
+    self->positions[entry] = 0U;
     self->count--;
-    if ((place - 1U) < self->count) {
-        fill(self, (uint16_t)(place - 1U), self->heap[self->count]);
+    if ((position - 1U) < self->count) {
+        fill(self, (uint16_t)(position - 1U), self->heap[self->count]);
     }
 }
 

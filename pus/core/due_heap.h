@@ -3,7 +3,7 @@
 /// so that a cycle takes no time for entries that are not due. Entries due in the same cycle are ordered by
 /// their number.
 ///
-/// Ownership  The caller places both arrays, each with `capacity` elements; entry numbers are below
+/// Ownership  The caller provides both arrays, each with `capacity` elements; entry numbers are below
 ///            `capacity`.
 /// Context    One loop.
 /// Time       O(log entries); pus_due_next O(1).
@@ -20,12 +20,12 @@ typedef struct { // Private.
 
 typedef struct { // Private.
     pus_due_t* heap;
-    uint16_t* places; // Position of each entry in the heap, plus 1; 0: it is not in the heap.
+    uint16_t* positions; // Position of each entry in the heap, plus 1; 0: it is not in the heap.
     uint16_t count;
 } pus_due_heap_t;
 
 /// Begin with an empty heap.
-void pus_due_init(pus_due_heap_t* self, pus_due_t* heap, uint16_t* places, uint16_t capacity);
+void pus_due_init(pus_due_heap_t* self, pus_due_t* heap, uint16_t* positions, uint16_t capacity);
 /// Set the cycle in which an entry is due; insert the entry if it is not in the heap.
 void pus_due_set(pus_due_heap_t* self, uint16_t entry, uint64_t due);
 /// Remove an entry, if it is in the heap.

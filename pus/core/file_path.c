@@ -155,22 +155,22 @@ bool pus_file_pattern_read(octet_reader_t* const reader, char* const out_pattern
 bool pus_file_pattern_matches(const char* const pattern, const char* const name)
 {
     size_t at       = 0U; // Position in the pattern.
-    size_t place    = 0U; // Position in the name.
+    size_t position = 0U; // Position in the name.
     size_t star     = 0U; // Position after the last star in the pattern; 0: no star yet.
     size_t resume   = 0U; // Position in the name after the characters that this star matches.
     bool is_matched = true;
-    while (is_matched && (name[place] != '\0')) {
+    while (is_matched && (name[position] != '\0')) {
         if (pattern[at] == '*') {
             at++;
             star   = at;
-            resume = place;
-        } else if ((pattern[at] == '?') || (pattern[at] == name[place])) {
+            resume = position;
+        } else if ((pattern[at] == '?') || (pattern[at] == name[position])) {
             at++;
-            place++;
+            position++;
         } else if (star > 0U) { // Let the star match one more character.
             resume++;
-            at    = star;
-            place = resume;
+            at       = star;
+            position = resume;
         } else {
             is_matched = false;
         }

@@ -15,7 +15,7 @@ static bool send_packet(pus_long_report_t* const report, pus_app_process_t* cons
         pus_tm_begin(process, report->token.service, report->subtype, report->token.source, now_ns);
     octet_write_octets(&writer, report->front, report->front_size);
     // Not null, because a packet has room for it.
-    uint8_t* const count_place = octet_write_space(&writer, sizeof(uint16_t));
+    uint8_t* const count_field = octet_write_space(&writer, sizeof(uint16_t));
     octet_writer_t whole       = writer; // The packet up to its last complete entry.
     pus_report_cursor_t next   = begin;
     uint16_t count             = 0U;
@@ -26,7 +26,7 @@ static bool send_packet(pus_long_report_t* const report, pus_app_process_t* cons
         count++;
         has_more = entries->write(entries->self, &next, &writer);
     }
-    octets_put_u16(count_place, count);
+    octets_put_u16(count_field, count);
     if (pus_tm_send(process, &whole) != STATUS_OK) {
         report->cursor = begin;
         return false;

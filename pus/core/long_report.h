@@ -3,8 +3,8 @@
 /// continues in later steps, so that no packet is lost. Each packet is {octets in front, count (u16),
 /// entries}; a report without entries is one packet with count 0.
 ///
-/// Ownership  The service places pus_long_report_t, one report at a time. Packets are built in the buffer of
-///            the process.
+/// Ownership  The service provides pus_long_report_t, one report at a time. Packets are built in the buffer
+///            of the process.
 /// Context    One loop.
 /// Time       At most PUS_LONG_REPORT_PACKETS packets in a call.
 #ifndef PUS_CORE_LONG_REPORT_H

@@ -141,7 +141,7 @@ static status_t decode_tc(const uint8_t* const octets, const size_t size, const 
     out_tc->ack      = (uint8_t)(header.flags & PUS_ACK_ALL);
     out_tc->service  = header.service;
     out_tc->subtype  = header.subtype;
-    // In a shorter request, the octets at this place are absent or belong to the checksum.
+    // In a shorter request, the octets at this position are absent or belong to the checksum.
     out_tc->source     = (size >= PUS_TC_MIN) ? octet_read_u16(&reader) : PUS_USER_GROUND;
     out_tc->request_id = ((uint32_t)header.word0 << 16U) | header.word1;
     out_tc->data       = NULL;

@@ -48,7 +48,7 @@ static uint64_t number_of(const uint64_t address)
 }
 
 /// Offset of an octet of a slot on the medium.
-static uint64_t place_on_medium(const uint16_t slot, const uint64_t offset)
+static uint64_t offset_on_medium(const uint16_t slot, const uint64_t offset)
 {
     return ((uint64_t)slot * PUS_STORE_BLOCK) + offset;
 }
@@ -98,12 +98,12 @@ static status_t count_failure(pus_packet_store_t* const store, const status_t st
     return status;
 }
 
-static status_t write_at(pus_packet_store_t* const store, const uint64_t place, const uint8_t* const octets,
+static status_t write_at(pus_packet_store_t* const store, const uint64_t offset, const uint8_t* const octets,
                          const size_t size)
 {
     const medium_t* const medium = &store->config.medium;
     store->is_dirty              = true;
-    return count_failure(store, medium->write(medium->context, place, octets, size));
+    return count_failure(store, medium->write(medium->context, offset, octets, size));
 }
 
 status_t pus_packet_store_sync(pus_packet_store_t* const store)
@@ -140,7 +140,7 @@ static status_t read_record(pus_packet_store_t* const store, const uint64_t addr
         return STATUS_CHECKSUM;
     }
     const status_t status = count_failure(
-        store, medium->read(medium->context, place_on_medium(slot, offset), &buffer[SEED_SIZE], most));
+        store, medium->read(medium->context, offset_on_medium(slot, offset), &buffer[SEED_SIZE], most));
     if (status != STATUS_OK) {
         return STATUS_IO;
     }
@@ -176,7 +176,7 @@ static status_t write_header(pus_packet_store_t* const store, const uint16_t slo
     octet_write_u32(&writer, store->generation);
     octet_write_u64(&writer, number);
     octet_write_u32(&writer, crc32_iso(header, HEADER_SIZE - CRC_SIZE));
-    return write_at(store, place_on_medium(slot, 0U), header, sizeof header);
+    return write_at(store, offset_on_medium(slot, 0U), header, sizeof header);
 }
 
 /// Write the closing of the newest block: its times, end and number of packets, so that pus_packet_store_open
@@ -193,7 +193,7 @@ static status_t close_block(pus_packet_store_t* const store)
     octet_write_u16(&writer, block->end);
     octet_write_u16(&writer, block->packets);
     octet_write_u32(&writer, crc32_iso(closing, CLOSING_SIZE - CRC_SIZE));
-    return write_at(store, place_on_medium(block->slot, HEADER_SIZE), closing, sizeof closing);
+    return write_at(store, offset_on_medium(block->slot, HEADER_SIZE), closing, sizeof closing);
 }
 
 static void free_block(pus_packet_store_t* const store)
@@ -274,7 +274,7 @@ status_t pus_packet_store_append(pus_packet_store_t* const store, const uint64_t
     octets_put_u64(&buffer[TIME_AT], time_ns);
     octets_put_u32(&buffer[PACKET_AT + size], checksum_of(store, address_of(store->last, block->end), size));
     const status_t status =
-        write_at(store, place_on_medium(block->slot, block->end), &buffer[SEED_SIZE], size + FRAME_SIZE);
+        write_at(store, offset_on_medium(block->slot, block->end), &buffer[SEED_SIZE], size + FRAME_SIZE);
     if (status == STATUS_OK) {
         note_packet(block, time_ns, size);
         store->newest_ns = time_ns;
@@ -285,7 +285,7 @@ status_t pus_packet_store_append(pus_packet_store_t* const store, const uint64_t
 
 // ---- Reading ----
 
-uint64_t pus_packet_store_place(const pus_packet_store_t* const store, const uint64_t cursor)
+uint64_t pus_packet_store_next_address(const pus_packet_store_t* const store, const uint64_t cursor)
 {
     return (cursor > store->tail) ? cursor : store->tail;
 }
@@ -293,7 +293,7 @@ uint64_t pus_packet_store_place(const pus_packet_store_t* const store, const uin
 /// True if there is a record at or after an address; *address then moves to the block of this record.
 static bool is_there(const pus_packet_store_t* const store, uint64_t* const address)
 {
-    *address = pus_packet_store_place(store, *address);
+    *address = pus_packet_store_next_address(store, *address);
     if (*address >= pus_packet_store_head(store)) {
         return false;
     }
@@ -345,42 +345,42 @@ uint64_t pus_packet_store_seek(const pus_packet_store_t* const store, const uint
 
 uint64_t pus_packet_store_find(pus_packet_store_t* const store, const uint64_t from_ns)
 {
-    uint64_t cursor = pus_packet_store_seek(store, store->tail, from_ns, UINT64_MAX);
-    uint64_t place  = cursor;
+    uint64_t cursor  = pus_packet_store_seek(store, store->tail, from_ns, UINT64_MAX);
+    uint64_t address = cursor;
     pus_stored_packet_t packet;
     status_t status = pus_packet_store_next(store, &cursor, &packet);
     while ((status == STATUS_CHECKSUM) || ((status == STATUS_OK) && (packet.time_ns < from_ns))) {
-        cursor = pus_packet_store_seek(store, cursor, from_ns, UINT64_MAX);
-        place  = cursor;
-        status = pus_packet_store_next(store, &cursor, &packet);
+        cursor  = pus_packet_store_seek(store, cursor, from_ns, UINT64_MAX);
+        address = cursor;
+        status  = pus_packet_store_next(store, &cursor, &packet);
     }
-    return place;
+    return address;
 }
 
 uint64_t pus_packet_store_find_after(pus_packet_store_t* const store, const uint64_t time_ns)
 {
-    uint64_t place = store->tail;
-    bool is_behind = false; // True if a packet stored later than time_ns was found.
-    while (!is_behind && is_there(store, &place)) {
-        const pus_store_block_t* const block = block_of(store, number_of(place));
-        uint64_t cursor                      = place;
+    uint64_t address = store->tail;
+    bool is_behind   = false; // True if a packet stored later than time_ns was found.
+    while (!is_behind && is_there(store, &address)) {
+        const pus_store_block_t* const block = block_of(store, number_of(address));
+        uint64_t cursor                      = address;
         pus_stored_packet_t packet           = {.time_ns = 0U};
         if (block->latest_ns <= time_ns) {
-            place = address_of(block->number, block->end);
+            address = address_of(block->number, block->end);
         } else if ((pus_packet_store_next(store, &cursor, &packet) != STATUS_IO) &&
                    (packet.time_ns <= time_ns)) {
-            place = cursor;
+            address = cursor;
         } else {
             is_behind = true;
         }
     }
-    return place;
+    return address;
 }
 
 void pus_packet_store_cut(pus_packet_store_t* const store, const uint64_t tail)
 {
-    uint64_t place = tail;
-    store->tail    = is_there(store, &place) ? place : pus_packet_store_head(store);
+    uint64_t address = tail;
+    store->tail      = is_there(store, &address) ? address : pus_packet_store_head(store);
     while ((store->first < store->last) && (number_of(store->tail) > store->first)) {
         free_block(store);
     }
@@ -403,7 +403,7 @@ uint64_t pus_packet_store_newest_ns(const pus_packet_store_t* const store)
 /// Returns the number of octets of a slot that exist on the medium.
 static size_t size_of_slot(const uint64_t medium_size, const uint16_t slot)
 {
-    const uint64_t begin = place_on_medium(slot, 0U);
+    const uint64_t begin = offset_on_medium(slot, 0U);
     const uint64_t left  = (medium_size > begin) ? (medium_size - begin) : 0U;
     return (size_t)((left < PUS_STORE_BLOCK) ? left : PUS_STORE_BLOCK);
 }
@@ -448,7 +448,7 @@ static status_t look_at_slot(pus_packet_store_t* const store, const uint16_t slo
     (void)memset(octets, 0, RECORDS_AT);
     const size_t size = (present < RECORDS_AT) ? present : RECORDS_AT;
     const status_t status =
-        count_failure(store, medium->read(medium->context, place_on_medium(slot, 0U), octets, size));
+        count_failure(store, medium->read(medium->context, offset_on_medium(slot, 0U), octets, size));
     const uint64_t number          = (status == STATUS_OK) ? number_in_header(store, octets) : 0U;
     pus_store_block_t* const block = block_of(store, number);
     if (number > block->number) {
@@ -489,7 +489,7 @@ static status_t wipe_rest(pus_packet_store_t* const store, const pus_store_block
     (void)memset(store->config.buffer, 0, PUS_STORE_BUFFER_SIZE);
     for (size_t at = block->end; (at < present) && (status == STATUS_OK); at += PUS_STORE_BUFFER_SIZE) {
         const size_t left = present - at;
-        status            = write_at(store, place_on_medium(block->slot, at), store->config.buffer,
+        status            = write_at(store, offset_on_medium(block->slot, at), store->config.buffer,
                           (left < PUS_STORE_BUFFER_SIZE) ? left : PUS_STORE_BUFFER_SIZE);
     }
     return (status == STATUS_OK) ? pus_packet_store_sync(store) : status;

@@ -8,7 +8,7 @@
 /// index in memory has the times of each block, so that a search for a time reads only blocks that have
 /// packets of that time, also after the clock has jumped.
 ///
-/// Ownership  The caller places index and buffer; all stores of a loop may share one buffer.
+/// Ownership  The caller provides index and buffer; all stores of a loop may share one buffer.
 /// Context    One loop.
 /// Time       Append O(size), and once a block two syncs and O(blocks); next O(size); seek O(blocks) in
 ///            memory; find and cut O(blocks) and the records of one block; open O(blocks).
@@ -94,7 +94,7 @@ uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
 /// Returns the address that a reader at `cursor` reads next: that of the oldest packet if the packet at
 /// `cursor` was deleted, else `cursor`.
-uint64_t pus_packet_store_place(const pus_packet_store_t* store, uint64_t cursor);
+uint64_t pus_packet_store_next_address(const pus_packet_store_t* store, uint64_t cursor);
 /// Read the packet at the cursor and move the cursor past it. STATUS_OK; STATUS_EMPTY (no packet there yet);
 /// STATUS_CHECKSUM (the rest of the block is damaged; the cursor is after the block); STATUS_IO (the cursor
 /// did not move).

@@ -29,10 +29,10 @@ typedef struct {
 #define PUS_UNSIGNED_OF(octets)                                                                              \
     (((octets) == 8U) ? VALUE_UINT64                                                                         \
                       : (((octets) == 4U) ? VALUE_UINT32 : (((octets) == 2U) ? VALUE_UINT16 : VALUE_UINT8)))
-/// A member of a nested struct, which begins at offset `place` of the struct that the table describes.
-#define PUS_CODEC_FIELD_IN(place, record, member)                                                            \
+/// A member of a nested struct, which begins at offset `base` of the struct that the table describes.
+#define PUS_CODEC_FIELD_IN(base, record, member)                                                             \
     {                                                                                                        \
-        (uint8_t)((place) + offsetof(record, member)),                                                       \
+        (uint8_t)((base) + offsetof(record, member)),                                                        \
             (uint8_t)PUS_UNSIGNED_OF(sizeof(((const record*)NULL)->member))                                  \
     }
 #define PUS_CODEC_FIELD(record, member) PUS_CODEC_FIELD_IN(0U, record, member)

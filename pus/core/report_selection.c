@@ -52,7 +52,7 @@ static uint32_t last_key_of(const pus_selection_list_t list)
 }
 
 /// Returns the index of the first entry whose key is at least `key`; `count` if there is none.
-static uint16_t place_of(const pus_selection_t* const selection, const uint32_t key)
+static uint16_t index_of(const pus_selection_t* const selection, const uint32_t key)
 {
     uint16_t low  = 0U;
     uint16_t high = selection->count;
@@ -69,9 +69,9 @@ static uint16_t place_of(const pus_selection_t* const selection, const uint32_t 
 
 static pus_selection_entry_t* entry_of(const pus_selection_t* const selection, const uint32_t key)
 {
-    const uint16_t place = place_of(selection, key);
-    const bool is_there  = (place < selection->count) && (selection->entries[place].key == key);
-    return is_there ? &selection->entries[place] : NULL;
+    const uint16_t index = index_of(selection, key);
+    const bool is_there  = (index < selection->count) && (selection->entries[index].key == key);
+    return is_there ? &selection->entries[index] : NULL;
 }
 
 static bool has(const pus_selection_t* const selection, const uint32_t key)
@@ -79,15 +79,15 @@ static bool has(const pus_selection_t* const selection, const uint32_t key)
     return entry_of(selection, key) != NULL;
 }
 
-/// Remove the entries from index `place` on whose keys are at most `last`. Returns their number.
-static uint16_t remove_range(pus_selection_t* const selection, const uint16_t place, const uint32_t last)
+/// Remove the entries from index `index` on whose keys are at most `last`. Returns their number.
+static uint16_t remove_range(pus_selection_t* const selection, const uint16_t index, const uint32_t last)
 {
-    uint16_t end = place;
+    uint16_t end = index;
     while ((end < selection->count) && (selection->entries[end].key <= last)) {
         end++;
     }
-    const uint16_t removed = (uint16_t)(end - place);
-    (void)memmove(&selection->entries[place], &selection->entries[end],
+    const uint16_t removed = (uint16_t)(end - index);
+    (void)memmove(&selection->entries[index], &selection->entries[end],
                   (size_t)(selection->count - end) * sizeof(pus_selection_entry_t));
     selection->count = (uint16_t)(selection->count - removed);
     return removed;
@@ -97,15 +97,15 @@ static uint16_t remove_range(pus_selection_t* const selection, const uint16_t pl
 static bool insert(pus_selection_t* const selection, const uint32_t key, const uint32_t last,
                    const uint16_t rate)
 {
-    const uint16_t place   = place_of(selection, key);
-    const uint16_t removed = remove_range(selection, place, last);
+    const uint16_t index   = index_of(selection, key);
+    const uint16_t removed = remove_range(selection, index, last);
     if (selection->count >= selection->capacity) {
         FSW_ASSERT(removed == 0U); // An insertion that has removed an entry has room.
         return false;
     }
-    (void)memmove(&selection->entries[place + 1U], &selection->entries[place],
-                  (size_t)(selection->count - place) * sizeof(pus_selection_entry_t));
-    selection->entries[place] = (pus_selection_entry_t){.key = key, .rate = rate};
+    (void)memmove(&selection->entries[index + 1U], &selection->entries[index],
+                  (size_t)(selection->count - index) * sizeof(pus_selection_entry_t));
+    selection->entries[index] = (pus_selection_entry_t){.key = key, .rate = rate};
     selection->count++;
     return true;
 }
@@ -233,7 +233,7 @@ static uint16_t add(edit_t* const edit, const selection_target_t* const target, 
 static uint16_t erase(edit_t* const edit, const selection_target_t* const target)
 {
     const uint16_t removed =
-        remove_range(&edit->selection, place_of(&edit->selection, target->key), target->last);
+        remove_range(&edit->selection, index_of(&edit->selection, target->key), target->last);
     return (removed > 0U) ? PUS_FAILURE_NONE : PUS_FAILURE_UNKNOWN_ID;
 }
 
@@ -314,7 +314,7 @@ static void edit_entries(edit_t* const edit)
     if (processes == 0U) { // Only a request to delete may name no process: then it deletes the whole list.
         const uint32_t first = key_of_process(edit->list, 0U);
         const uint16_t removed =
-            remove_range(&edit->selection, place_of(&edit->selection, first), last_key_of(edit->list));
+            remove_range(&edit->selection, index_of(&edit->selection, first), last_key_of(edit->list));
         edit->is_changed = removed > 0U;
     }
     for (uint8_t i = 0U; i < processes; i++) {
@@ -449,14 +449,14 @@ typedef struct {
 
 static size_t begin_count(octet_writer_t* const writer)
 {
-    const size_t place = writer->position;
+    const size_t position = writer->position;
     octet_write_u16(writer, 0U);
-    return place;
+    return position;
 }
 
-static void count_one(const octet_writer_t* const writer, const size_t place)
+static void count_one(const octet_writer_t* const writer, const size_t position)
 {
-    octets_put_u16(&writer->octets[place], (uint16_t)(octets_u16_at(&writer->octets[place]) + 1U));
+    octets_put_u16(&writer->octets[position], (uint16_t)(octets_u16_at(&writer->octets[position]) + 1U));
 }
 
 static page_t begin_page(const pus_request_t* const request, const uint8_t subtype, const uint8_t* const name)
@@ -516,7 +516,7 @@ void pus_selection_report(const pus_selection_t* const selection, const pus_sele
     FSW_ASSERT((selection != NULL) && (list < PUS_SELECTION_LISTS) && (request != NULL));
     const uint32_t last = last_key_of(list);
     page_t page         = begin_page(request, subtype, name);
-    for (uint16_t i = place_of(selection, key_of_process(list, 0U));
+    for (uint16_t i = index_of(selection, key_of_process(list, 0U));
          (i < selection->count) && (selection->entries[i].key <= last); i++) {
         if ((page.writer.capacity - page.writer.position) < GROUP_ROOM) {
             pus_answer_send(request, &page.writer);

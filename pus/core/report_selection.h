@@ -3,7 +3,7 @@
 /// types by application process, service and subtype; housekeeping and diagnostic structures, each with a
 /// subsampling rate; and blocked events. Rules and refusals: docs/services/st14.md.
 ///
-/// Ownership  The caller places the entries.
+/// Ownership  The caller provides the entries.
 /// Context    One loop.
 /// Time       A decision is O(log entries).
 #ifndef PUS_CORE_REPORT_SELECTION_H

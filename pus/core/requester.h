@@ -8,7 +8,7 @@
 ///
 /// A request that the port refuses leaves no gap in the sequence count.
 ///
-/// Ownership  The caller places the requester.
+/// Ownership  The caller provides the requester.
 /// Context    One loop.
 #ifndef PUS_CORE_REQUESTER_H
 #define PUS_CORE_REQUESTER_H

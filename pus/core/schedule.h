@@ -9,7 +9,7 @@
 /// the requests in that record. If that record cannot be stored, the due requests are still released
 /// (counted in `unsaved`).
 ///
-/// Ownership  The caller places all arrays.
+/// Ownership  The caller provides all arrays.
 /// Context    One loop.
 /// Time       A step in which no request is due: O(1); insertion, release, deletion: O(log activities);
 ///            search by identifier: O(1). A step releases at most PUS_SCHEDULE_BATCH activities. Requests by

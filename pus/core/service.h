@@ -11,7 +11,7 @@
 /// pus_done(). If only some failed, the request ends with TM[1,8] PUS_FAILURE_SOME_FAILED; if all failed,
 /// with the TM[1,4].
 ///
-/// Ownership  The caller places dispatcher, service list and services; all outlive the dispatcher.
+/// Ownership  The caller provides dispatcher, service list and services; all outlive the dispatcher.
 /// Context    The loop of the process.
 /// Time       O(packet), and the time of the service.
 #ifndef PUS_CORE_SERVICE_H

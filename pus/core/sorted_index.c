@@ -69,12 +69,12 @@ void pus_sorted_index_insert(pus_sorted_index_t* const order, const uint16_t slo
     FSW_ASSERT((order != NULL) && (slot != NONE));
     pus_sorted_index_node_t* const nodes = order->nodes;
     uint16_t parent                      = NONE;
-    uint16_t* place                      = &order->root;
-    while (*place != NONE) {
-        parent = *place;
-        place  = &nodes[parent].children[is_before(&nodes[parent], tag, serial) ? LATER : EARLIER];
+    uint16_t* link                       = &order->root;
+    while (*link != NONE) {
+        parent = *link;
+        link   = &nodes[parent].children[is_before(&nodes[parent], tag, serial) ? LATER : EARLIER];
     }
-    *place = slot;
+    *link = slot;
     nodes[slot] =
         (pus_sorted_index_node_t){.tag = tag, .serial = serial, .parent = parent, .children = {NONE, NONE}};
     while ((nodes[slot].parent != NONE) && (rank_of(slot) > rank_of(nodes[slot].parent))) {

@@ -3,7 +3,7 @@
 /// serial numbers. The index is a treap: a binary tree by (tag, serial) that is a heap by a hash of the slot,
 /// so that its depth is logarithmic for any order of insertion.
 ///
-/// Ownership  The caller places the nodes, which must exist as long as the index. The caller knows which
+/// Ownership  The caller provides the nodes, which must exist as long as the index. The caller knows which
 ///            slots are in the index.
 /// Context    One loop.
 /// Time       Insert, remove, lower bound and next O(log count); first O(1). No recursion.

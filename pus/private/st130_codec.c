@@ -6,21 +6,21 @@
 
 #include <string.h>
 
-// Fields of the properties and of the two ends of a link, which begin at offset `place` of the struct.
-#define PROPERTIES(place)                                                                                    \
-    PUS_CODEC_FIELD_IN(place, pus_link_properties_t, layout_hash),                                           \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, layout_size),                                       \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, byte_order),                                        \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, period_us),                                         \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, tolerance_permille),                                \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, method),                                            \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, depth),                                             \
-        PUS_CODEC_FIELD_IN(place, pus_link_properties_t, age_max_us)
-#define ENDS(place)                                                                                          \
-    PUS_CODEC_FIELD_IN(place, pus_link_ends_t, producer_apid),                                               \
-        PUS_CODEC_FIELD_IN(place, pus_link_ends_t, producer_port),                                           \
-        PUS_CODEC_FIELD_IN(place, pus_link_ends_t, consumer_apid),                                           \
-        PUS_CODEC_FIELD_IN(place, pus_link_ends_t, consumer_port)
+// Fields of the properties and of the two ends of a link, which begin at offset `base` of the struct.
+#define PROPERTIES(base)                                                                                     \
+    PUS_CODEC_FIELD_IN(base, pus_link_properties_t, layout_hash),                                            \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, layout_size),                                        \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, byte_order),                                         \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, period_us),                                          \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, tolerance_permille),                                 \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, method),                                             \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, depth),                                              \
+        PUS_CODEC_FIELD_IN(base, pus_link_properties_t, age_max_us)
+#define ENDS(base)                                                                                           \
+    PUS_CODEC_FIELD_IN(base, pus_link_ends_t, producer_apid),                                                \
+        PUS_CODEC_FIELD_IN(base, pus_link_ends_t, producer_port),                                            \
+        PUS_CODEC_FIELD_IN(base, pus_link_ends_t, consumer_apid),                                            \
+        PUS_CODEC_FIELD_IN(base, pus_link_ends_t, consumer_port)
 
 const pus_codec_field_t link_request_fields[LINK_ENDS + LINK_PROPERTIES + 3U] = {
     PUS_CODEC_FIELD(pus_link_request_t, transaction), PUS_CODEC_FIELD(pus_link_request_t, link),

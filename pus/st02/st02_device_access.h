@@ -9,7 +9,7 @@
 /// Protocol-specific data are four octets; the port knows their meaning. The port defines the return codes of
 /// acquisitions; 0xFFFF is the time-out.
 ///
-/// Ownership  The caller places operations.
+/// Ownership  The caller provides operations.
 /// Context    The loop of the process.
 /// Time       A step is O(requests in progress).
 #ifndef PUS_ST02_ST02_DEVICE_ACCESS_H

@@ -7,7 +7,7 @@
 /// A structure can be deleted, extended or given another interval only while its periodic generation is
 /// disabled; it is disabled in a new structure. A report that the port refuses is dropped and counted.
 ///
-/// Ownership  The caller places structures and samples: structure i samples into
+/// Ownership  The caller provides structures and samples: structure i samples into
 ///            samples[i * sample_size .. (i + 1) * sample_size - 1].
 /// Context    The loop of the process; pus_hk_loop_step in its own loop.
 /// Time       A step is O(structures + values sampled).

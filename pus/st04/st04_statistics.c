@@ -22,7 +22,7 @@ void pus_statistics_init(pus_statistics_t* const self, const pus_statistics_conf
     FSW_ASSERT((self != NULL) && (config != NULL) && (config->process != NULL) &&
                (config->statistics != NULL) && (config->cycle_ns >= 1U));
     *self = (pus_statistics_t){.config = *config};
-    pus_due_init(&self->due, config->due, config->places, config->capacity);
+    pus_due_init(&self->due, config->due, config->positions, config->capacity);
     for (uint16_t i = 0U; i < config->capacity; i++) {
         config->statistics[i].in_use = false;
     }
@@ -200,42 +200,42 @@ static pus_failure_t keep(pus_statistics_t* const self, const uint32_t key, cons
 /// Check a definition and find its entry in the table. `offset` of the definition in the request: detail of a
 /// refusal.
 static pus_failure_t prepare(const pus_statistics_t* const self, pus_statistic_t* const candidate,
-                             pus_statistic_t** const out_place, const uint32_t offset)
+                             pus_statistic_t** const out_entry, const uint32_t offset)
 {
     candidate->interval = cycles_of(self, candidate->interval_ticks);
     if (candidate->interval == 0U) {
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
     }
-    *out_place = find(self, candidate->scalar.id);
-    *out_place = (*out_place != NULL) ? *out_place : find_free(self);
-    return pus_failure((*out_place != NULL) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
+    *out_entry = find(self, candidate->scalar.id);
+    *out_entry = (*out_entry != NULL) ? *out_entry : find_free(self);
+    return pus_failure((*out_entry != NULL) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
                        self->config.capacity);
 }
 
 /// Define a statistic. It is sampled from the next cycle on; if it was defined before, it restarts.
-static void define(pus_statistics_t* const self, pus_statistic_t* const place,
+static void define(pus_statistics_t* const self, pus_statistic_t* const entry,
                    const pus_statistic_t* const candidate)
 {
-    *place = *candidate;
-    pus_due_set(&self->due, (uint16_t)(place - self->config.statistics), self->cycle + 1U);
+    *entry = *candidate;
+    pus_due_set(&self->due, (uint16_t)(entry - self->config.statistics), self->cycle + 1U);
 }
 
 static pus_failure_t add(pus_statistics_t* const self, pus_statistic_t* const candidate,
                          const uint32_t offset)
 {
-    pus_statistic_t* place = NULL;
+    pus_statistic_t* entry = NULL;
     const uint32_t id      = candidate->scalar.id;
     const status_t status  = pus_scalar_find(&self->config.parameters, id, &candidate->scalar);
     if (status != STATUS_OK) {
         return pus_failure(pus_scalar_failure(status), id);
     }
-    pus_failure_t failure = prepare(self, candidate, &place, offset);
+    pus_failure_t failure = prepare(self, candidate, &entry, offset);
     if (failure.code == PUS_FAILURE_NONE) {
         failure = keep(self, candidate->scalar.id, candidate->interval_ticks);
     }
     if (failure.code == PUS_FAILURE_NONE) {
-        FSW_ASSERT(place != NULL); // `prepare` has found an entry, because there is no failure.
-        define(self, place, candidate);
+        FSW_ASSERT(entry != NULL); // `prepare` has found an entry, because there is no failure.
+        define(self, entry, candidate);
     }
     return failure;
 }
@@ -262,15 +262,15 @@ status_t pus_statistics_restore(pus_statistics_t* const self, const uint32_t key
     }
     pus_statistic_t candidate = {
         .in_use = true, .scalar = {.id = key, .type = pus_scalar_type(key)}, .interval_ticks = ticks};
-    pus_statistic_t* place      = NULL;
-    const pus_failure_t failure = prepare(self, &candidate, &place, 0U);
+    pus_statistic_t* entry      = NULL;
+    const pus_failure_t failure = prepare(self, &candidate, &entry, 0U);
     if ((candidate.scalar.type == VALUE_SCALARS) || (failure.code == PUS_FAILURE_OUT_OF_RANGE)) {
         return STATUS_INVALID;
     }
-    if (place == NULL) {
+    if (entry == NULL) {
         return STATUS_EXHAUSTED;
     }
-    define(self, place, &candidate);
+    define(self, entry, &candidate);
     return STATUS_OK;
 }
 

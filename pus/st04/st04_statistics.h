@@ -5,7 +5,7 @@
 ///
 /// Definitions and the reporting interval are persistent; samples are not.
 ///
-/// Ownership  The caller places all storage.
+/// Ownership  The caller provides all storage.
 /// Context    The loop of the process.
 /// Time       A step is O(samples due * log definitions), and O(definitions) if a report is due; a request
 ///            O(entries * definitions).
@@ -36,7 +36,7 @@ typedef struct {
     const pus_persistence_t* persistence; ///< Null: the service stores no records.
     pus_statistic_t* statistics;          ///< This array and the next two have `capacity` entries.
     pus_due_t* due;
-    uint16_t* places;
+    uint16_t* positions;
     uint16_t capacity;
     uint64_t cycle_ns; ///< Minimum sampling interval [ns], >= 1.
 } pus_statistics_config_t;

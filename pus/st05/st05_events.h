@@ -9,7 +9,7 @@
 /// event {event u16, count u32} reports them, for at most one event in a second. Recovery plans, ST[12] and
 /// ST[19] get the events that pass; the reaction of the subsystem itself does not depend on the limiter.
 ///
-/// Ownership  The caller places definitions and state.
+/// Ownership  The caller provides definitions and state.
 #ifndef PUS_ST05_ST05_EVENTS_H
 #define PUS_ST05_ST05_EVENTS_H
 

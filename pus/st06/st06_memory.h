@@ -7,7 +7,7 @@
 /// request are performed at once. Dumps, checks and loads by reference are operations: each step of the
 /// service advances every operation by PUS_MEMORY_SLICE octets.
 ///
-/// Ownership  The caller places memories, their states and operations.
+/// Ownership  The caller provides memories, their states and operations.
 /// Context    The loop of the process.
 /// Time       A step is O(operations in progress and scrubbed memories), times the slice.
 #ifndef PUS_ST06_ST06_MEMORY_H

@@ -70,13 +70,13 @@ static bool has_format(void* const self, octet_reader_t* const reader)
         return false;
     }
     for (uint8_t i = 0U; (i < count) && !reader->failed; i++) {
-        const uint8_t place = argument_of(function, octet_read_u16(reader));
-        if (!reader->failed && (place >= function->argument_count)) {
+        const uint8_t argument = argument_of(function, octet_read_u16(reader));
+        if (!reader->failed && (argument >= function->argument_count)) {
             // The length of its value is unknown, so the end of the arguments cannot be found.
             (void)octet_read_octets(reader, octet_reader_left(reader));
             return true;
         }
-        (void)octet_read_octets(reader, reader->failed ? 0U : size_of(&function->arguments[place]));
+        (void)octet_read_octets(reader, reader->failed ? 0U : size_of(&function->arguments[argument]));
     }
     return true;
 }
@@ -118,19 +118,19 @@ static bool decode(const pus_functions_t* const functions, const pus_function_t*
     (void)memset(functions->area, 0, functions->area_size);
     for (uint8_t i = 0U; i < count; i++) {
         const uint16_t id              = octet_read_u16(reader);
-        const uint8_t place            = argument_of(function, id);
+        const uint8_t argument         = argument_of(function, id);
         const uint32_t offset          = (uint32_t)reader->position;
         *out_reply                     = pus_refused(PUS_FAILURE_UNKNOWN_ID, id);
         out_reply->failure.instruction = (uint16_t)(i + 1U);
-        if (place >= function->argument_count) {
+        if (argument >= function->argument_count) {
             return false;
         }
-        if ((seen & (1UL << place)) != 0U) {
+        if ((seen & (1UL << argument)) != 0U) {
             out_reply->failure.code = PUS_FAILURE_DUPLICATE;
             return false;
         }
-        seen |= (uint32_t)(1UL << place);
-        if (!decode_argument(functions, &function->arguments[place], reader)) {
+        seen |= (uint32_t)(1UL << argument);
+        if (!decode_argument(functions, &function->arguments[argument], reader)) {
             out_reply->failure.code   = PUS_FAILURE_OUT_OF_RANGE;
             out_reply->failure.detail = offset;
             return false;

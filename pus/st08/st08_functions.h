@@ -7,7 +7,7 @@
 /// position of the argument as instruction number. Floating-point values that are not finite are refused. The
 /// port checks bounds.
 ///
-/// Ownership  The caller places definitions and area.
+/// Ownership  The caller provides definitions and area.
 #ifndef PUS_ST08_ST08_FUNCTIONS_H
 #define PUS_ST08_ST08_FUNCTIONS_H
 

@@ -7,7 +7,7 @@
 /// of mission time only one report is sent. A report that the port refuses is built again in the next step,
 /// with the time of that step. The rate is one persistent record, key 0.
 ///
-/// Ownership  The caller places pus_time_t.
+/// Ownership  The caller provides pus_time_t.
 /// Context    One loop.
 /// Time       O(1).
 #ifndef PUS_ST09_ST09_TIME_H

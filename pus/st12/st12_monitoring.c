@@ -18,7 +18,7 @@ void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_conf
                (config->touched != NULL) && (config->members != NULL) && (config->transitions != NULL) &&
                (config->transition_capacity >= 1U) && (config->fmon_members >= 1U));
     *self = (pus_monitoring_t){.config = *config, .reporting_delay = config->reporting_delay};
-    pus_due_init(&self->due, config->due, config->pmon_places, config->pmon_capacity);
+    pus_due_init(&self->due, config->due, config->pmon_positions, config->pmon_capacity);
     for (uint16_t i = 0U; i < config->pmon_capacity; i++) {
         config->pmon_order[i] = i;
     }
@@ -30,7 +30,7 @@ void pus_monitoring_init(pus_monitoring_t* const self, const pus_monitoring_conf
 // ---- Tables ----
 
 /// Returns the position of an id in the order, or the position at which it would be inserted.
-static uint16_t place_of(const pus_monitoring_t* const self, const uint16_t id)
+static uint16_t position_of(const pus_monitoring_t* const self, const uint16_t id)
 {
     uint16_t low  = 0U;
     uint16_t high = self->pmon_count;
@@ -45,28 +45,29 @@ static uint16_t place_of(const pus_monitoring_t* const self, const uint16_t id)
     return low;
 }
 
-static pus_pmon_t* pmon_at(const pus_monitoring_t* const self, const uint16_t place)
+static pus_pmon_t* pmon_at(const pus_monitoring_t* const self, const uint16_t position)
 {
-    return &self->config.pmons[self->config.pmon_order[place]];
+    return &self->config.pmons[self->config.pmon_order[position]];
 }
 
 pus_pmon_t* monitoring_pmon(const pus_monitoring_t* const self, const uint16_t id)
 {
-    const uint16_t place = place_of(self, id);
-    if ((place == self->pmon_count) || (pmon_at(self, place)->id != id)) {
+    const uint16_t position = position_of(self, id);
+    if ((position == self->pmon_count) || (pmon_at(self, position)->id != id)) {
         return NULL;
     }
-    return pmon_at(self, place);
+    return pmon_at(self, position);
 }
 
 /// Insert a definition. The caller has checked that there is room and that its id is new.
 static void insert(pus_monitoring_t* const self, const pus_pmon_t* const pmon)
 {
-    uint16_t* const order = self->config.pmon_order;
-    const uint16_t place  = place_of(self, pmon->id);
-    const uint16_t taken  = order[self->pmon_count];
-    (void)memmove(&order[place + 1U], &order[place], (size_t)(self->pmon_count - place) * sizeof order[0]);
-    order[place] = taken;
+    uint16_t* const order   = self->config.pmon_order;
+    const uint16_t position = position_of(self, pmon->id);
+    const uint16_t taken    = order[self->pmon_count];
+    (void)memmove(&order[position + 1U], &order[position],
+                  (size_t)(self->pmon_count - position) * sizeof order[0]);
+    order[position] = taken;
     self->pmon_count++;
     self->config.pmons[taken] = *pmon;
     self->is_unlinked         = true;
@@ -295,12 +296,12 @@ static pus_failure_t drop(pus_monitoring_t* const self, const uint16_t id)
 {
     const pus_failure_t failure = monitoring_forget(self, MONITORING_PMON_RECORD, id);
     if (failure.code == PUS_FAILURE_NONE) {
-        uint16_t* const order = self->config.pmon_order;
-        const uint16_t place  = place_of(self, id);
-        const uint16_t freed  = order[place];
+        uint16_t* const order   = self->config.pmon_order;
+        const uint16_t position = position_of(self, id);
+        const uint16_t freed    = order[position];
         self->pmon_count--;
-        (void)memmove(&order[place], &order[place + 1U],
-                      (size_t)(self->pmon_count - place) * sizeof order[0]);
+        (void)memmove(&order[position], &order[position + 1U],
+                      (size_t)(self->pmon_count - position) * sizeof order[0]);
         order[self->pmon_count] = freed;
     }
     return failure;

@@ -5,7 +5,7 @@
 /// The definitions with their statuses, the statuses of both monitoring functions and the reporting delay are
 /// persistent; the results of checks are not.
 ///
-/// Ownership  The caller places all storage.
+/// Ownership  The caller provides all storage.
 /// Context    The loop of the process.
 /// Time       A step is O(PMONs due * (log PMONs + FMONs that name them)); a request O(entries * (log PMONs +
 ///            FMON members)).
@@ -105,7 +105,7 @@ typedef struct {
     const pus_persistence_t* persistence; ///< Null: the service stores no records.
     pus_pmon_t* pmons;                    ///< This array and the next three have pmon_capacity entries.
     uint16_t* pmon_order;
-    uint16_t* pmon_places;
+    uint16_t* pmon_positions;
     pus_due_t* due;
     pus_fmon_t* fmons; ///< This array and the next have fmon_capacity entries.
     uint16_t* touched;

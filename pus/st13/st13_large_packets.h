@@ -6,8 +6,8 @@
 /// Downlink: a report of any service is built here instead of in the process. A report that fits a packet is
 /// sent in one packet. Uplink: when all parts of a request have arrived, `take` gets the request.
 ///
-/// Ownership  The caller places buffers and lists, which outlive the service. The argument of `take` is valid
-///            during the call.
+/// Ownership  The caller provides buffers and lists, which outlive the service. The argument of `take` is
+///            valid during the call.
 /// Context    One loop.
 /// Time       O(octets moved); a step sends at most `parts_per_step` parts, and is O(uplinks).
 #ifndef PUS_ST13_ST13_LARGE_PACKETS_H

@@ -11,7 +11,7 @@
 /// The configuration is one persistent record, key 0. A content report that is longer than a packet is split
 /// into several reports, each complete in itself.
 ///
-/// Ownership  The caller places entries and process list, which outlive the service.
+/// Ownership  The caller provides entries and process list, which outlive the service.
 /// Context    One loop.
 /// Time       A decision is O(log entries), a request O(entries x instructions).
 #ifndef PUS_ST14_ST14_FORWARDING_H

@@ -464,10 +464,10 @@ static pus_reply_t report_selection(void* const self, pus_request_t* const reque
 /// Returns the share of a store that the packets from an address on fill [per cent, rounded up].
 static uint8_t filled_from(const pus_packet_store_t* const log, const uint64_t cursor)
 {
-    const uint64_t place  = pus_packet_store_place(log, cursor);
-    const uint64_t head   = pus_packet_store_head(log);
-    const uint64_t size   = (uint64_t)log->limit * PUS_STORE_BLOCK;
-    const uint64_t octets = (place < head) ? (head - place) : 0U;
+    const uint64_t address = pus_packet_store_next_address(log, cursor);
+    const uint64_t head    = pus_packet_store_head(log);
+    const uint64_t size    = (uint64_t)log->limit * PUS_STORE_BLOCK;
+    const uint64_t octets  = (address < head) ? (head - address) : 0U;
     return (uint8_t)(((octets * PER_CENT) + (size - 1U)) / size);
 }
 

@@ -274,7 +274,7 @@ static void sync_stores(pus_storage_t* const storage, const uint64_t now_ns)
 }
 
 /// Store the positions of retrievals when the checkpoint interval has passed.
-static void keep_places(pus_storage_t* const storage, const uint64_t now_ns)
+static void store_positions(pus_storage_t* const storage, const uint64_t now_ns)
 {
     const pus_persistence_t* const persistence = storage->config.persistence;
     status_t status                            = STATUS_OK;
@@ -321,7 +321,7 @@ void pus_storage_step(pus_storage_t* const storage, const uint64_t now_ns)
     st15_retrieve(storage);
     st15_copy(storage, now_ns);
     sync_stores(storage, now_ns);
-    keep_places(storage, now_ns);
+    store_positions(storage, now_ns);
 }
 
 /// True if a store has a packet to send, or a medium to release.
@@ -331,7 +331,8 @@ static bool has_work(const pus_storage_t* const storage, const uint8_t number)
     const pus_store_state_t* const state = &store->state;
     return storage->is_stale[number] || (state->retrieval == (uint8_t)PUS_RETRIEVAL_RANGE) ||
            ((state->retrieval == (uint8_t)PUS_RETRIEVAL_OPEN) &&
-            (pus_packet_store_place(&store->log, state->open_cursor) < pus_packet_store_head(&store->log)));
+            (pus_packet_store_next_address(&store->log, state->open_cursor) <
+             pus_packet_store_head(&store->log)));
 }
 
 uint64_t pus_storage_due_ns(const pus_storage_t* const storage, const uint64_t now_ns)

@@ -7,7 +7,7 @@
 /// (pus/core/report_selection.h) includes the report stores it with the time of the call. The packets are on
 /// the medium after the next sync.
 ///
-/// Ownership  The caller places all objects to which the configuration points.
+/// Ownership  The caller provides all objects to which the configuration points.
 /// Context    One loop. `send` must not call functions of this service.
 /// Time       Observe O(stores x log entries + size); step O(stores + slice); see pus/core/packet_store.h.
 #ifndef PUS_ST15_ST15_STORAGE_H

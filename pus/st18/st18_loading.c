@@ -169,7 +169,7 @@ status_t pus_procedures_restore(pus_procedures_t* const self, const uint32_t key
 
 /// Find an entry for new code of this size. PUS_FAILURE_NONE, or the failure.
 static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* const id, const size_t size,
-                             pus_procedure_t** const out_place)
+                             pus_procedure_t** const out_entry)
 {
     if (self->is_stopped) {
         return pus_failure(PUS_FAILURE_STATE, procedures_detail(id));
@@ -180,23 +180,23 @@ static pus_failure_t prepare(const pus_procedures_t* const self, const uint8_t* 
     if ((size == 0U) || (size > PUS_PROCEDURE_CODE_MAX)) {
         return pus_failure(PUS_FAILURE_TABLE_FULL, PUS_PROCEDURE_CODE_MAX);
     }
-    *out_place = find_free(self);
-    return pus_failure((*out_place != NULL) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
+    *out_entry = find_free(self);
+    return pus_failure((*out_entry != NULL) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
                        self->config.capacity);
 }
 
-/// Complete the loading of a procedure, whose code is already in `place`.
-static pus_failure_t complete_loading(pus_procedures_t* const self, pus_procedure_t* const place,
+/// Complete the loading of a procedure, whose code is already in `entry`.
+static pus_failure_t complete_loading(pus_procedures_t* const self, pus_procedure_t* const entry,
                                       const uint8_t* const id, const size_t size)
 {
-    (void)memcpy(place->id, id, PUS_NAME_SIZE);
-    place->size     = (uint16_t)size;
-    place->checksum = crc16_ccitt(place->code, size);
-    place->level    = PUS_OBSERVE_NOTHING;
-    place->slot     = PUS_PROCEDURE_NONE;
+    (void)memcpy(entry->id, id, PUS_NAME_SIZE);
+    entry->size     = (uint16_t)size;
+    entry->checksum = crc16_ccitt(entry->code, size);
+    entry->level    = PUS_OBSERVE_NOTHING;
+    entry->slot     = PUS_PROCEDURE_NONE;
 
-    const pus_failure_t failure = save(self, place);
-    place->in_use               = failure.code == PUS_FAILURE_NONE;
+    const pus_failure_t failure = save(self, entry);
+    entry->in_use               = failure.code == PUS_FAILURE_NONE;
     return failure;
 }
 
@@ -206,17 +206,17 @@ pus_failure_t procedures_load(pus_procedures_t* const self, const uint8_t* const
     const uint16_t size         = octet_read_u16(code);
     const uint8_t* const octets = octet_read_octets(code, size);
     const uint16_t checksum     = octet_read_u16(code);
-    pus_procedure_t* place      = NULL;
-    const pus_failure_t failure = prepare(self, id, size, &place);
+    pus_procedure_t* entry      = NULL;
+    const pus_failure_t failure = prepare(self, id, size, &entry);
     if (failure.code != PUS_FAILURE_NONE) {
         return failure;
     }
-    FSW_ASSERT((place != NULL) && (octets != NULL)); // The dispatcher has checked the format.
+    FSW_ASSERT((entry != NULL) && (octets != NULL)); // The dispatcher has checked the format.
     if (crc16_ccitt(octets, size) != checksum) {
         return pus_failure(PUS_FAILURE_DATA_CHECKSUM, crc16_ccitt(octets, size));
     }
-    (void)memcpy(place->code, octets, size);
-    return complete_loading(self, place, id, size);
+    (void)memcpy(entry->code, octets, size);
+    return complete_loading(self, entry, id, size);
 }
 
 static pus_failure_t failure_of_file(const status_t status)
@@ -239,7 +239,7 @@ pus_failure_t procedures_load_file(pus_procedures_t* const self, const uint8_t* 
     const pus_file_port_t* const files = self->config.files;
     uint32_t file                      = 0U;
     uint32_t size                      = 0U;
-    pus_procedure_t* place             = NULL;
+    pus_procedure_t* entry             = NULL;
     if (files == NULL) {
         return pus_failure(PUS_FAILURE_ACCESS, 0U);
     }
@@ -247,13 +247,13 @@ pus_failure_t procedures_load_file(pus_procedures_t* const self, const uint8_t* 
     if (failure.code != PUS_FAILURE_NONE) {
         return failure;
     }
-    failure = prepare(self, id, size, &place);
+    failure = prepare(self, id, size, &entry);
     if (failure.code == PUS_FAILURE_NONE) {
-        FSW_ASSERT(place != NULL); // `prepare` has returned no failure, so it has found an entry.
-        failure = failure_of_file(files->read(files->context, file, 0U, place->code, size));
+        FSW_ASSERT(entry != NULL); // `prepare` has returned no failure, so it has found an entry.
+        failure = failure_of_file(files->read(files->context, file, 0U, entry->code, size));
     }
     (void)files->close(files->context, file); // No data was written, so the status does not matter.
-    return (failure.code == PUS_FAILURE_NONE) ? complete_loading(self, place, id, size) : failure;
+    return (failure.code == PUS_FAILURE_NONE) ? complete_loading(self, entry, id, size) : failure;
 }
 
 pus_failure_t procedures_unload(pus_procedures_t* const self, pus_procedure_t* const procedure)

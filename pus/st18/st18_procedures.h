@@ -6,7 +6,7 @@
 /// Loaded code and the status of the engine (running or stopped) are persistent; after a restart all
 /// procedures are inactive.
 ///
-/// Ownership  The caller places all storage.
+/// Ownership  The caller provides all storage.
 /// Context    The loop of the process.
 /// Time       A step is O(slots * budget); a request O(procedures).
 #ifndef PUS_ST18_ST18_PROCEDURES_H

@@ -47,25 +47,25 @@ static uint16_t* bucket_of(const event_action_t* const self, const uint16_t apid
 
 /// Returns the pointer to the index (of the bucket or of the definition before) that refers to the
 /// definition; it contains NONE if there is no such definition.
-uint16_t* event_action_place(const event_action_t* const self, const uint16_t apid, const uint16_t event)
+uint16_t* event_action_link(const event_action_t* const self, const uint16_t apid, const uint16_t event)
 {
-    uint16_t* place = bucket_of(self, apid, event);
-    while ((*place != NONE) && ((self->config.definitions[*place].apid != apid) ||
-                                (self->config.definitions[*place].event != event))) {
-        place = &self->config.definitions[*place].next;
+    uint16_t* link = bucket_of(self, apid, event);
+    while ((*link != NONE) && ((self->config.definitions[*link].apid != apid) ||
+                               (self->config.definitions[*link].event != event))) {
+        link = &self->config.definitions[*link].next;
     }
-    return place;
+    return link;
 }
 
 /// Move a definition from the free list to its bucket.
 void event_action_enter(event_action_t* const self, const uint16_t slot, const definition_t* const content)
 {
     definition_t* const definition = &self->config.definitions[slot];
-    uint16_t* place                = &self->free;
-    while (*place != slot) { // The slot is the first free one, except while records are restored.
-        place = &self->config.definitions[*place].next;
+    uint16_t* link                 = &self->free;
+    while (*link != slot) { // The slot is the first free one, except while records are restored.
+        link = &self->config.definitions[*link].next;
     }
-    *place                 = definition->next;
+    *link                  = definition->next;
     uint16_t* const bucket = bucket_of(self, content->apid, content->event);
     // The slot may still be in the queue, from a definition that was deleted: it must not be queued twice.
     const bool is_queued  = definition->is_queued;
@@ -84,11 +84,11 @@ void event_action_drop_waiting(event_action_t* const self, definition_t* const d
     definition->waiting = 0U;
 }
 
-void event_action_leave(event_action_t* const self, uint16_t* const place)
+void event_action_leave(event_action_t* const self, uint16_t* const link)
 {
-    const uint16_t slot            = *place;
+    const uint16_t slot            = *link;
     definition_t* const definition = &self->config.definitions[slot];
-    *place                         = definition->next;
+    *link                          = definition->next;
     event_action_drop_waiting(self, definition);
     pus_block_chain_free(self->config.chains, &definition->request);
     definition->in_use     = false;
@@ -164,7 +164,7 @@ static status_t restore_definition(event_action_t* const self, const uint32_t sl
         return STATUS_INVALID;
     }
     if (self->config.definitions[slot].in_use ||
-        (*event_action_place(self, content.apid, content.event) != NONE)) {
+        (*event_action_link(self, content.apid, content.event) != NONE)) {
         return STATUS_EXISTS;
     }
     const status_t status = pus_block_chain_append(self->config.chains, &content.request, octets, size);

@@ -14,11 +14,11 @@ typedef pus_event_action_definition_t definition_t;
 uint32_t event_action_key(uint16_t apid, uint16_t event);
 /// Returns the pointer to the index in its list that refers to the definition; the index is NONE if there is
 /// no such definition.
-uint16_t* event_action_place(const event_action_t* self, uint16_t apid, uint16_t event);
+uint16_t* event_action_link(const event_action_t* self, uint16_t apid, uint16_t event);
 /// Set the content of a free definition.
 void event_action_enter(event_action_t* self, uint16_t slot, const definition_t* content);
-/// Remove the definition whose index is at `place`.
-void event_action_leave(event_action_t* self, uint16_t* place);
+/// Remove the definition to which `link` refers.
+void event_action_leave(event_action_t* self, uint16_t* link);
 /// Drop the requests of a definition that wait for the port, and count them.
 void event_action_drop_waiting(event_action_t* self, definition_t* definition);
 /// Copy the request of a definition to `out_octets` (PUS_PACKET_MAX). Returns its size.

@@ -47,7 +47,7 @@ void pus_event_action_observe(event_action_t* const self, const uint16_t apid, c
     if (!self->is_enabled) {
         return;
     }
-    const uint16_t slot = *event_action_place(self, apid, event);
+    const uint16_t slot = *event_action_link(self, apid, event);
     if ((slot == NONE) || !self->config.definitions[slot].is_enabled) {
         return;
     }
@@ -134,7 +134,7 @@ static pus_failure_t replace(event_action_t* const self, const uint16_t slot,
 
 static pus_failure_t add(event_action_t* const self, const definition_t* const content)
 {
-    uint16_t slot = *event_action_place(self, content->apid, content->event);
+    uint16_t slot = *event_action_link(self, content->apid, content->event);
     if (slot != NONE) {
         return replace(self, slot, &content->request);
     }
@@ -142,7 +142,7 @@ static pus_failure_t add(event_action_t* const self, const definition_t* const c
     event_action_enter(self, slot, content);
     const status_t status = event_action_put(self, slot, false);
     if (status != STATUS_OK) {
-        event_action_leave(self, event_action_place(self, content->apid, content->event));
+        event_action_leave(self, event_action_link(self, content->apid, content->event));
     }
     return io_failure(status);
 }
@@ -152,7 +152,7 @@ static pus_failure_t add(event_action_t* const self, const definition_t* const c
 static pus_failure_t check(const event_action_t* const self, const definition_t* const content,
                            const uint32_t offset, const uint8_t* const octets, const size_t size)
 {
-    const uint16_t slot = *event_action_place(self, content->apid, content->event);
+    const uint16_t slot = *event_action_link(self, content->apid, content->event);
     if ((content->apid > PUS_APID_MAX) || (content->event == 0U)) {
         return pus_failure(PUS_FAILURE_OUT_OF_RANGE, offset);
     }
@@ -199,29 +199,29 @@ static pus_reply_t add_definitions(void* const object, pus_request_t* const requ
 
 /// Read a key and find its definition. PUS_FAILURE_NONE, or the failure if there is no such definition.
 static pus_failure_t find(const event_action_t* const self, octet_reader_t* const reader,
-                          uint16_t** const out_place)
+                          uint16_t** const out_link)
 {
     const uint16_t apid  = octet_read_u16(reader);
     const uint16_t event = octet_read_u16(reader);
-    *out_place           = event_action_place(self, apid, event);
-    return (**out_place != NONE) ? no_failure()
-                                 : pus_failure(PUS_FAILURE_UNKNOWN_ID, event_action_key(apid, event));
+    *out_link            = event_action_link(self, apid, event);
+    return (**out_link != NONE) ? no_failure()
+                                : pus_failure(PUS_FAILURE_UNKNOWN_ID, event_action_key(apid, event));
 }
 
 static pus_failure_t delete_one(event_action_t* const self, octet_reader_t* const reader)
 {
-    uint16_t* place             = NULL;
-    const pus_failure_t failure = find(self, reader, &place);
+    uint16_t* link              = NULL;
+    const pus_failure_t failure = find(self, reader, &link);
     if (failure.code != (uint16_t)PUS_FAILURE_NONE) {
         return failure;
     }
-    const definition_t* const definition = &self->config.definitions[*place];
+    const definition_t* const definition = &self->config.definitions[*link];
     if (definition->is_enabled) {
         return pus_failure(PUS_FAILURE_STATE, event_action_key(definition->apid, definition->event));
     }
-    const status_t status = event_action_erase(self, *place);
+    const status_t status = event_action_erase(self, *link);
     if (status == STATUS_OK) {
-        event_action_leave(self, place);
+        event_action_leave(self, link);
     }
     return io_failure(status);
 }
@@ -243,8 +243,8 @@ static pus_reply_t set_function(event_action_t* const self, const bool is_enable
     const status_t status  = event_action_put_function(self);
     self->is_enabled       = (status == STATUS_OK) ? is_enabled : was_enabled;
     for (uint16_t i = 0U; !self->is_enabled && (i < self->queue_count); i++) {
-        const uint32_t place = ((uint32_t)self->queue_first + i) % self->config.definition_count;
-        event_action_drop_waiting(self, &self->config.definitions[self->config.queue[place]]);
+        const uint32_t position = ((uint32_t)self->queue_first + i) % self->config.definition_count;
+        event_action_drop_waiting(self, &self->config.definitions[self->config.queue[position]]);
     }
     return reply_of(status);
 }
@@ -273,7 +273,7 @@ static pus_reply_t delete_all(void* const object, pus_request_t* const request)
             return reply_of(status);
         }
         if (definition->in_use) {
-            event_action_leave(self, event_action_place(self, definition->apid, definition->event));
+            event_action_leave(self, event_action_link(self, definition->apid, definition->event));
         }
     }
     return reply;
@@ -307,10 +307,10 @@ static pus_reply_t set_statuses(event_action_t* const self, pus_request_t* const
         }
     }
     for (uint16_t i = 1U; i <= count; i++) {
-        uint16_t* place       = NULL;
-        pus_failure_t failure = find(self, &request->reader, &place);
+        uint16_t* link        = NULL;
+        pus_failure_t failure = find(self, &request->reader, &link);
         if (failure.code == (uint16_t)PUS_FAILURE_NONE) {
-            failure = io_failure(set_status(self, *place, is_enabled));
+            failure = io_failure(set_status(self, *link, is_enabled));
         }
         perform_or_refuse(self, request, i, failure);
     }
@@ -393,11 +393,11 @@ static pus_reply_t report_definitions(void* const object, pus_request_t* const r
     }
     self->report_number++;
     for (uint16_t i = 1U; i <= count; i++) {
-        uint16_t* place             = NULL;
-        const pus_failure_t failure = find(self, &request->reader, &place);
+        uint16_t* link              = NULL;
+        const pus_failure_t failure = find(self, &request->reader, &link);
         perform_or_refuse(self, request, i, failure);
         if (failure.code == (uint16_t)PUS_FAILURE_NONE) {
-            self->config.definitions[*place].report = self->report_number;
+            self->config.definitions[*link].report = self->report_number;
         }
     }
     return (request->performed > 0U) ? begin_report(self, request, DEFINITION_REPORT, self->report_number)

@@ -6,7 +6,7 @@
 /// take at once wait in the order of the events. They are dropped and counted if the function or the
 /// definition is disabled meanwhile.
 ///
-/// Ownership  The caller places all arrays.
+/// Ownership  The caller provides all arrays.
 /// Context    One loop.
 /// Time       pus_event_action_observe is O(1) on average for any number of definitions, and O(request) if it
 ///            releases a request; a step is O(1) if no request waits.

@@ -18,29 +18,29 @@ void pus_parameter_definitions_init(pus_parameter_definitions_t* const definitio
                                     const pus_parameter_definitions_config_t* const config)
 {
     FSW_ASSERT((definitions != NULL) && (config != NULL) && (config->port.find != NULL) &&
-               (config->memories != NULL) && (config->states != NULL) && (config->places != NULL));
+               (config->memories != NULL) && (config->states != NULL) && (config->table != NULL));
     definitions->config = *config;
     for (uint16_t i = 0U; i < config->capacity; i++) {
-        config->places[i].in_use = false;
+        config->table[i].in_use = false;
     }
 }
 
-static pus_parameter_place_t* place_of(const pus_parameter_definitions_t* const definitions,
-                                       const uint32_t id)
+static pus_parameter_definition_t* definition_of(const pus_parameter_definitions_t* const definitions,
+                                                 const uint32_t id)
 {
     for (uint16_t i = 0U; i < definitions->config.capacity; i++) {
-        if (definitions->config.places[i].in_use && (definitions->config.places[i].id == id)) {
-            return &definitions->config.places[i];
+        if (definitions->config.table[i].in_use && (definitions->config.table[i].id == id)) {
+            return &definitions->config.table[i];
         }
     }
     return NULL;
 }
 
-static pus_parameter_place_t* free_place(const pus_parameter_definitions_t* const definitions)
+static pus_parameter_definition_t* free_entry(const pus_parameter_definitions_t* const definitions)
 {
     for (uint16_t i = 0U; i < definitions->config.capacity; i++) {
-        if (!definitions->config.places[i].in_use) {
-            return &definitions->config.places[i];
+        if (!definitions->config.table[i].in_use) {
+            return &definitions->config.table[i];
         }
     }
     return NULL;
@@ -53,12 +53,12 @@ static status_t find(void* const context, const uint32_t parameter_id, uint16_t*
 {
     const pus_parameter_definitions_t* const definitions = context;
     const pus_parameter_port_t* const port               = &definitions->config.port;
-    const pus_parameter_place_t* const place             = place_of(definitions, parameter_id);
-    if (place == NULL) {
+    const pus_parameter_definition_t* const definition   = definition_of(definitions, parameter_id);
+    if (definition == NULL) {
         return port->find(port->context, parameter_id, out_handle, out_size);
     }
-    *out_handle = (uint16_t)(HANDLE | (unsigned)(place - definitions->config.places));
-    *out_size   = (uint16_t)value_size((value_type_t)place->type);
+    *out_handle = (uint16_t)(HANDLE | (unsigned)(definition - definitions->config.table));
+    *out_size   = (uint16_t)value_size((value_type_t)definition->type);
     return STATUS_OK;
 }
 
@@ -70,15 +70,15 @@ static void read(void* const context, const uint16_t handle, octet_writer_t* con
         port->read(port->context, handle, writer);
         return;
     }
-    const pus_parameter_place_t* const place = &definitions->config.places[handle & (HANDLE - 1U)];
-    const pus_memory_t* const memory         = &definitions->config.memories[place->memory];
-    uint64_t value                           = 0U; // Aligned for every type; 0 if the memory cannot be read.
+    const pus_parameter_definition_t* const definition = &definitions->config.table[handle & (HANDLE - 1U)];
+    const pus_memory_t* const memory                   = &definitions->config.memories[definition->memory];
+    uint64_t value = 0U; // Aligned for every type; 0 if the memory cannot be read.
     uint8_t octets[sizeof value];
-    const size_t size = value_size((value_type_t)place->type);
-    if (memory->read(memory->context, place->address, octets, size) == STATUS_OK) {
+    const size_t size = value_size((value_type_t)definition->type);
+    if (memory->read(memory->context, definition->address, octets, size) == STATUS_OK) {
         (void)memcpy(&value, octets, size);
     }
-    value_encode(writer, (value_type_t)place->type, &value);
+    value_encode(writer, (value_type_t)definition->type, &value);
 }
 
 static status_t write(void* const context, const uint16_t handle, const uint8_t* const octets,
@@ -89,33 +89,34 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
     if ((handle & HANDLE) == 0U) {
         return (port->write != NULL) ? port->write(port->context, handle, octets, size) : STATUS_READ_ONLY;
     }
-    const pus_parameter_place_t* const place = &definitions->config.places[handle & (HANDLE - 1U)];
-    const pus_memory_t* const memory         = &definitions->config.memories[place->memory];
-    octet_reader_t reader                    = octet_reader(octets, size);
-    uint64_t value                           = 0U;
+    const pus_parameter_definition_t* const definition = &definitions->config.table[handle & (HANDLE - 1U)];
+    const pus_memory_t* const memory                   = &definitions->config.memories[definition->memory];
+    octet_reader_t reader                              = octet_reader(octets, size);
+    uint64_t value                                     = 0U;
     uint8_t own[sizeof value];
-    if ((memory->write == NULL) || definitions->config.states[place->memory].is_protected) {
+    if ((memory->write == NULL) || definitions->config.states[definition->memory].is_protected) {
         return STATUS_READ_ONLY;
     }
-    if (value_decode(&reader, (value_type_t)place->type, &value) != STATUS_OK) {
+    if (value_decode(&reader, (value_type_t)definition->type, &value) != STATUS_OK) {
         return STATUS_INVALID;
     }
     (void)memcpy(own, &value, size);
-    return (memory->write(memory->context, place->address, own, size) == STATUS_OK) ? STATUS_OK : STATUS_BUSY;
+    return (memory->write(memory->context, definition->address, own, size) == STATUS_OK) ? STATUS_OK
+                                                                                         : STATUS_BUSY;
 }
 
 // ---- Definitions ----
 
 /// Change an entry while the guard is locked, so that no other loop reads the entry meanwhile.
-static void put(const pus_parameter_definitions_t* const definitions, pus_parameter_place_t* const place,
-                const pus_parameter_place_t* const wanted)
+static void put(const pus_parameter_definitions_t* const definitions,
+                pus_parameter_definition_t* const definition, const pus_parameter_definition_t* const wanted)
 {
     osal_mutex_t* const guard = definitions->config.guard;
     if (guard != NULL) {
         // This cannot fail: a task that dies ends the process, so no other task is left to lock the mutex.
         (void)osal_mutex_lock(guard);
     }
-    *place = *wanted;
+    *definition = *wanted;
     if (guard != NULL) {
         osal_mutex_unlock(guard);
     }
@@ -123,8 +124,8 @@ static void put(const pus_parameter_definitions_t* const definitions, pus_parame
 
 /// Store the record of a definition; if this succeeds, apply the definition.
 static pus_failure_t store_definition(const pus_parameter_definitions_t* const definitions,
-                                      pus_parameter_place_t* const place,
-                                      const pus_parameter_place_t* const wanted)
+                                      pus_parameter_definition_t* const definition,
+                                      const pus_parameter_definition_t* const wanted)
 {
     const pus_persistence_t* const persistence = definitions->config.persistence;
     uint8_t record[RECORD_SIZE];
@@ -138,14 +139,14 @@ static pus_failure_t store_definition(const pus_parameter_definitions_t* const d
     if (status != STATUS_OK) {
         return pus_failure(PUS_FAILURE_IO, (uint32_t)status);
     }
-    put(definitions, place, wanted);
+    put(definitions, definition, wanted);
     return pus_no_failure();
 }
 
-/// Check id, PTC and PFC of a definition; `place`: octet offset of the definition. Returns PUS_FAILURE_NONE,
+/// Check id, PTC and PFC of a definition; `offset`: octet offset of the definition. Returns PUS_FAILURE_NONE,
 /// or the failure.
 static pus_failure_t check_id(const pus_parameter_definitions_t* const definitions, const uint32_t id,
-                              const uint8_t ptc, const uint16_t pfc, const size_t place)
+                              const uint8_t ptc, const uint16_t pfc, const size_t offset)
 {
     const pus_parameter_port_t* const port = &definitions->config.port;
     const uint32_t layout                  = (id >> LAYOUT_SHIFT) & LAYOUT_MASK;
@@ -159,7 +160,7 @@ static pus_failure_t check_id(const pus_parameter_definitions_t* const definitio
     }
     const pus_parameter_code_t code = pus_parameter_code_of(id);
     const bool is_type = (layout < (uint32_t)VALUE_SCALARS) && (code.ptc == ptc) && (code.pfc == pfc);
-    return is_type ? pus_no_failure() : pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)place);
+    return is_type ? pus_no_failure() : pus_failure(PUS_FAILURE_OUT_OF_RANGE, (uint32_t)offset);
 }
 
 static pus_failure_t define(void* const context, octet_reader_t* const reader, const bool is_object)
@@ -169,7 +170,7 @@ static pus_failure_t define(void* const context, octet_reader_t* const reader, c
     const uint32_t id                                    = octet_read_u32(reader);
     octet_reader_t memory_reader                         = *reader;
     memory_target_t target                               = {0};
-    pus_parameter_place_t* place                         = place_of(definitions, id);
+    pus_parameter_definition_t* definition               = definition_of(definitions, id);
     (void)octet_read_octets(reader, is_object ? 5U : 1U); // Memory id, and base id of an object.
     const uint32_t address = octet_read_u32(reader);
     const uint8_t ptc      = octet_read_u8(reader);
@@ -186,26 +187,26 @@ static pus_failure_t define(void* const context, octet_reader_t* const reader, c
     if (!memory_is_inside(&target, address, (uint32_t)value_size((value_type_t)type))) {
         return pus_failure(PUS_FAILURE_ADDRESS, address);
     }
-    place = (place == NULL) ? free_place(definitions) : place;
-    if (place == NULL) {
+    definition = (definition == NULL) ? free_entry(definitions) : definition;
+    if (definition == NULL) {
         return pus_failure(PUS_FAILURE_TABLE_FULL, definitions->config.capacity);
     }
-    const pus_parameter_place_t wanted = {.in_use  = true,
-                                          .memory  = target.index,
-                                          .type    = (uint8_t)type,
-                                          .id      = id,
-                                          .address = target.origin + address};
-    return store_definition(definitions, place, &wanted);
+    const pus_parameter_definition_t wanted = {.in_use  = true,
+                                               .memory  = target.index,
+                                               .type    = (uint8_t)type,
+                                               .id      = id,
+                                               .address = target.origin + address};
+    return store_definition(definitions, definition, &wanted);
 }
 
 static void locate(const void* const context, const uint32_t id, uint8_t* const out_memory_id,
                    uint32_t* const out_address)
 {
     const pus_parameter_definitions_t* const definitions = context;
-    const pus_parameter_place_t* const place             = place_of(definitions, id);
-    if (place != NULL) {
-        *out_memory_id = definitions->config.memories[place->memory].id;
-        *out_address   = place->address;
+    const pus_parameter_definition_t* const definition   = definition_of(definitions, id);
+    if (definition != NULL) {
+        *out_memory_id = definitions->config.memories[definition->memory].id;
+        *out_address   = definition->address;
     }
 }
 
@@ -217,10 +218,10 @@ static status_t restore(void* const context, const uint32_t key, const uint8_t* 
         (octets[RECORD_SIZE - 1U] >= (uint8_t)VALUE_SCALARS)) {
         return STATUS_INVALID;
     }
-    octet_reader_t reader        = octet_reader(octets, size);
-    memory_target_t target       = {0};
-    pus_parameter_place_t* place = place_of(definitions, key);
-    place                        = (place == NULL) ? free_place(definitions) : place;
+    octet_reader_t reader                  = octet_reader(octets, size);
+    memory_target_t target                 = {0};
+    pus_parameter_definition_t* definition = definition_of(definitions, key);
+    definition                             = (definition == NULL) ? free_entry(definitions) : definition;
     const pus_failure_t failure =
         memory_find(definitions->config.memories, definitions->config.memory_count, &reader, false, &target);
     const uint32_t address  = octet_read_u32(&reader);
@@ -229,12 +230,12 @@ static status_t restore(void* const context, const uint32_t key, const uint8_t* 
         !memory_is_inside(&target, address, (uint32_t)value_size(type))) {
         return STATUS_NOT_FOUND;
     }
-    if (place == NULL) {
+    if (definition == NULL) {
         return STATUS_EXHAUSTED;
     }
-    const pus_parameter_place_t kept = {
+    const pus_parameter_definition_t kept = {
         .in_use = true, .memory = target.index, .type = (uint8_t)type, .id = key, .address = address};
-    put(definitions, place, &kept);
+    put(definitions, definition, &kept);
     return STATUS_OK;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parameters of ST[20] that are defined by a place in memory, by TC[20,4] (address) and [20,5] (object and
-/// offset), and the parameter port that gives access to these parameters and to those of the dictionary.
+/// Parameters of ST[20] that are defined by an address in memory, by TC[20,4] (address) and [20,5] (object
+/// and offset), and the parameter port that gives access to these parameters and to those of the dictionary.
 ///
 /// The id of such a parameter has the APID of the process and is not in the dictionary; its layout bits are
 /// the scalar type that PTC and PFC define. The value is in memory in the byte order of the machine. A new
@@ -8,9 +8,9 @@
 /// (signed) with PFC 4, 12, 14 and 16 (8, 16, 32 and 64 bits), PTC 5 (real) with PFC 1 and 2, and PTC 1
 /// (boolean, one octet) with PFC 0. Definitions are persistent records (key: parameter id).
 ///
-/// Ownership  The caller places the structure and its array `places`.
+/// Ownership  The caller provides the structure and its array `table`.
 /// Context    The loop of the process.
-/// Time       O(places).
+/// Time       O(capacity).
 #ifndef PUS_ST20_ST20_DEFINITIONS_H
 #define PUS_ST20_ST20_DEFINITIONS_H
 
@@ -25,7 +25,7 @@ typedef struct { // Private.
     uint8_t type;   // value_type_t
     uint32_t id;
     uint32_t address;
-} pus_parameter_place_t;
+} pus_parameter_definition_t;
 
 typedef struct {
     uint16_t apid;             ///< APID in the ids that may be defined.
@@ -33,7 +33,7 @@ typedef struct {
     const pus_memory_t* memories;
     const pus_memory_state_t* states; ///< States of ST[06]: a parameter in protected memory cannot be set.
     uint8_t memory_count;
-    pus_parameter_place_t* places;
+    pus_parameter_definition_t* table;
     uint16_t capacity;                    ///< <= 1024.
     const pus_persistence_t* persistence; ///< Null: the service stores no records.
     /// Locked while another loop uses the port, and while a definition changes; null: no other loop uses it.

@@ -183,7 +183,7 @@ static pus_reply_t set_values(void* const self, pus_request_t* const request)
         if (status != STATUS_OK) {
             refuse(parameters, request, i, code_of_find(status), id);
         } else {
-            FSW_ASSERT(value != NULL); // `has_format` has checked the format.
+            FSW_ASSERT(value != NULL); // format_set has checked the format.
             set_one(parameters, request, i, id, handle, value, size);
         }
     }

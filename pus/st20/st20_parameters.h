@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// ST[20] parameter management, all 7 messages: report and set values, report definitions, and define
-/// parameters by their place in memory (st20_definitions.h; if that is not configured, TC[20,4] and [20,5]
+/// parameters by their address in memory (st20_definitions.h; if that is not configured, TC[20,4] and [20,5]
 /// are refused with PUS_FAILURE_ACCESS).
 ///
 /// Instructions are independent: an instruction with an unknown, unreadable or read-only parameter or a value
@@ -23,8 +23,8 @@ typedef struct {
     pus_parameter_port_t port; ///< Port to all parameters.
     /// Read one instruction of TC[20,4], or [20,5] if `is_object`, and perform it.
     pus_failure_t (*define)(void* context, octet_reader_t* reader, bool is_object);
-    /// Get the place of a parameter that was defined by request. For other parameters the outputs do not
-    /// change.
+    /// Get the memory address of a parameter that was defined by request. For other parameters the outputs do
+    /// not change.
     void (*locate)(const void* context, uint32_t id, uint8_t* out_memory_id, uint32_t* out_address);
     /// Restore a record. STATUS_OK, STATUS_INVALID (no such record), STATUS_NOT_FOUND (its memory),
     /// STATUS_EXHAUSTED.

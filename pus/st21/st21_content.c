@@ -42,7 +42,7 @@ uint16_t sequences_find(const sequences_t* const self, const uint64_t id)
 
 /// Find a slot for a new sequence: a free slot, or one with a sequence that was not restored completely.
 /// NO_SEQUENCE if there is none.
-static uint16_t find_place(const sequences_t* const self)
+static uint16_t find_slot(const sequences_t* const self)
 {
     for (uint16_t i = 0U; i < self->config.sequence_count; i++) {
         if (!sequences_is_loaded(&self->config.sequences[i])) {
@@ -262,7 +262,7 @@ static pus_reply_t begin(sequences_t* const self, const uint64_t id, const size_
     if (size > self->config.octets_max) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, self->config.octets_max);
     }
-    *out_slot = find_place(self);
+    *out_slot = find_slot(self);
     if (*out_slot == NO_SEQUENCE) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, self->config.sequence_count);
     }

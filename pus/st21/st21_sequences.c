@@ -47,8 +47,8 @@ static void deactivate(sequences_t* const self, const uint16_t slot)
     self->config.sequences[slot].is_active = false;
 }
 
-/// Release the next request of a due sequence, or end the sequence after the last. False: the port refuses
-/// the request.
+/// Release the next request of a due sequence, or end the sequence after its last one. False: the port
+/// refuses the request.
 static bool run(sequences_t* const self, const uint16_t slot)
 {
     sequence_t* const sequence = &self->config.sequences[slot];

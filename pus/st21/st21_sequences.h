@@ -6,7 +6,7 @@
 /// corrections of mission time. While the port refuses a request, the sequence waits; the next delay starts
 /// when the port takes the request. Loaded sequences survive a power cut, but their execution ends.
 ///
-/// Ownership  The caller places all arrays.
+/// Ownership  The caller provides all arrays.
 /// Context    One loop.
 /// Time       A step in which no request is due is O(1), for any number of sequences; a step releases at most
 ///            PUS_SEQUENCE_RELEASES requests. Loading is O(octets of the sequence) and reads a file in one

@@ -77,8 +77,8 @@ static uint32_t key_of(const pus_files_t* const files, const pus_file_copy_t* co
 /// Content of TC[23,14] or TC[23,15].
 typedef struct {
     uint16_t id;
-    st23_place_t source;
-    st23_place_t target;
+    st23_request_path_t source;
+    st23_request_path_t target;
     pus_file_about_t about; ///< Attributes of the source.
 } copy_request_t;
 
@@ -89,10 +89,10 @@ static pus_reply_t read_copy_request(pus_files_t* const files, pus_request_t* co
 {
     pus_file_about_t about;
     out_wanted->id = octet_read_u16(&request->reader);
-    if (!st23_read_place(request, &out_wanted->source)) {
+    if (!st23_read_path(request, &out_wanted->source)) {
         return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, out_wanted->source.bad_offset);
     }
-    if (!st23_read_place(request, &out_wanted->target)) {
+    if (!st23_read_path(request, &out_wanted->target)) {
         return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, out_wanted->target.bad_offset);
     }
     if (find_copy(files, out_wanted->id) != NULL) {
@@ -143,7 +143,7 @@ static void forget(pus_files_t* const files, pus_file_copy_t* const copy, const 
     copy->status = PUS_FILE_COPY_FREE;
 }
 
-static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
+static void remove_leftover(pus_files_t* const files, pus_file_copy_t* const copy)
 {
     forget(files, copy, true);
     (void)st23_commit(files); // If the commit fails, the next life tries again.
@@ -152,12 +152,12 @@ static void remove_left(pus_files_t* const files, pus_file_copy_t* const copy)
 
 /// Remove what an earlier life has left under the temporary name of a new copy; otherwise the first step
 /// would remove it from the new copy.
-static void remove_left_of(pus_files_t* const files, const pus_file_copy_t* const copy)
+static void remove_leftover_of(pus_files_t* const files, const pus_file_copy_t* const copy)
 {
     for (size_t i = 0U; i < files->config.copy_count; i++) {
         pus_file_copy_t* const other = &files->config.copies[i];
         if ((other->status == PUS_FILE_COPY_LEFT) && pus_file_path_is_same(&other->part, &copy->part)) {
-            remove_left(files, other);
+            remove_leftover(files, other);
         }
     }
 }
@@ -181,7 +181,7 @@ pus_reply_t st23_copy(void* const self, pus_request_t* const request)
                               .source = wanted.source.path,
                               .target = wanted.target.path};
     name_part(copy);
-    remove_left_of(files, copy);
+    remove_leftover_of(files, copy);
     const status_t status =
         st23_keep(files, key_of(files, copy), (const uint8_t*)copy->part.text, strlen(copy->part.text));
     if (status != STATUS_OK) {
@@ -443,7 +443,7 @@ static void step_copy(pus_files_t* const files, pus_file_copy_t* const copy, con
     }
 }
 
-static bool has_turn(const pus_file_copy_t* const copy)
+static bool has_work(const pus_file_copy_t* const copy)
 {
     return (copy->status == PUS_FILE_COPY_PENDING) || (copy->status == PUS_FILE_COPY_RUNNING) ||
            (copy->status == PUS_FILE_COPY_LEFT);
@@ -456,7 +456,7 @@ static pus_file_copy_t* next_copy(pus_files_t* const files)
         const size_t index          = files->next_copy;
         pus_file_copy_t* const copy = &files->config.copies[index];
         files->next_copy            = (index + 1U) % files->config.copy_count;
-        if (has_turn(copy)) {
+        if (has_work(copy)) {
             return copy;
         }
     }
@@ -470,7 +470,7 @@ void st23_step_copies(pus_files_t* const files, const uint64_t now_ns, const uin
         pus_file_copy_t* const copy = next_copy(files);
         has_more                    = (copy != NULL);
         if (has_more && (copy->status == PUS_FILE_COPY_LEFT)) {
-            remove_left(files, copy);
+            remove_leftover(files, copy);
         } else if (has_more) {
             step_copy(files, copy, now_ns);
         } else {
@@ -483,7 +483,7 @@ void st23_step_copies(pus_files_t* const files, const uint64_t now_ns, const uin
 bool st23_has_copies(const pus_files_t* const files)
 {
     for (size_t i = 0U; i < files->config.copy_count; i++) {
-        if (has_turn(&files->config.copies[i])) {
+        if (has_work(&files->config.copies[i])) {
             return true;
         }
     }

@@ -72,17 +72,17 @@ status_t st23_commit(const pus_files_t* const files)
     return (port != NULL) ? port->commit(port->context) : STATUS_OK;
 }
 
-bool st23_read_place(pus_request_t* const request, st23_place_t* const out_place)
+bool st23_read_path(pus_request_t* const request, st23_request_path_t* const out_path)
 {
     octet_reader_t* const reader = &request->reader;
-    out_place->directory_offset  = (uint32_t)reader->position;
-    out_place->bad_offset        = out_place->directory_offset;
-    if (!pus_file_path_read(reader, &out_place->path)) {
+    out_path->directory_offset   = (uint32_t)reader->position;
+    out_path->bad_offset         = out_path->directory_offset;
+    if (!pus_file_path_read(reader, &out_path->path)) {
         return false;
     }
-    out_place->name_offset = (uint32_t)reader->position;
-    out_place->bad_offset  = out_place->name_offset;
-    return pus_file_path_read_name(reader, &out_place->path);
+    out_path->name_offset = (uint32_t)reader->position;
+    out_path->bad_offset  = out_path->name_offset;
+    return pus_file_path_read_name(reader, &out_path->path);
 }
 
 status_t st23_look(const pus_files_t* const files, const pus_file_path_t* const path, const bool is_directory,
@@ -171,41 +171,41 @@ static pus_reply_t lock_file(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files = self;
     pus_file_about_t about;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
-    status_t status             = st23_look(files, &place.path, false, &about);
+    status_t status             = st23_look(files, &target.path, false, &about);
     pus_file_lock_t* const lock = find_lock(files, NULL);
-    if ((status == STATUS_OK) && st23_is_locked(files, &place.path)) {
+    if ((status == STATUS_OK) && st23_is_locked(files, &target.path)) {
         status = STATUS_FORBIDDEN;
     } else if ((status == STATUS_OK) && (lock == NULL)) {
         return refuse_locks_full(files);
     } else if (status == STATUS_OK) {
-        status = take_lock(files, lock, &place.path);
+        status = take_lock(files, lock, &target.path);
     } else {
         // Keep the status of the store.
     }
-    return st23_reply_of(files, status, place.name_offset);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 static pus_reply_t unlock_file(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files = self;
     pus_file_about_t about;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
-    pus_file_lock_t* const lock = find_lock(files, &place.path);
+    pus_file_lock_t* const lock = find_lock(files, &target.path);
     status_t status             = STATUS_OK;
     if (lock == NULL) {
-        status = st23_look(files, &place.path, false, &about);
+        status = st23_look(files, &target.path, false, &about);
         status = (status == STATUS_OK) ? STATUS_FORBIDDEN : status;
     } else {
         status = release_lock(files, lock);
     }
-    return st23_reply_of(files, status, place.name_offset);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 // ---- Files ----
@@ -235,9 +235,9 @@ static status_t make_locked_file(const pus_files_t* const files, const pus_file_
 static pus_reply_t create_file(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files = self;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
     const uint32_t room_offset = (uint32_t)request->reader.position;
     const uint32_t room        = octet_read_u32(&request->reader);
@@ -249,53 +249,53 @@ static pus_reply_t create_file(void* const self, pus_request_t* const request)
     if (flag > 1U) {
         return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, flag_offset);
     }
-    if (st23_is_claimed(files, &place.path)) {
-        return st23_refuse(files, PUS_FAILURE_EXISTS, place.name_offset);
+    if (st23_is_claimed(files, &target.path)) {
+        return st23_refuse(files, PUS_FAILURE_EXISTS, target.name_offset);
     }
     pus_file_lock_t* const lock = (flag == 1U) ? find_lock(files, NULL) : NULL;
     if ((flag == 1U) && (lock == NULL)) {
         return refuse_locks_full(files);
     }
     const pus_file_store_t* const store = &files->config.store;
-    const status_t status               = (lock != NULL) ? make_locked_file(files, &place.path, room, lock)
-                                                         : store->make_file(store->context, place.path.text, room);
-    return st23_reply_of(files, status, place.name_offset);
+    const status_t status               = (lock != NULL) ? make_locked_file(files, &target.path, room, lock)
+                                                         : store->make_file(store->context, target.path.text, room);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 static pus_reply_t delete_file(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files            = self;
     const pus_file_store_t* const store = &files->config.store;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
-    const bool is_kept    = st23_is_locked(files, &place.path) || st23_is_in_use(files, &place.path);
-    const status_t status = is_kept ? STATUS_FORBIDDEN : store->remove_file(store->context, place.path.text);
-    return st23_reply_of(files, status, place.name_offset);
+    const bool is_kept    = st23_is_locked(files, &target.path) || st23_is_in_use(files, &target.path);
+    const status_t status = is_kept ? STATUS_FORBIDDEN : store->remove_file(store->context, target.path.text);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 static pus_reply_t report_attributes(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files = self;
     pus_file_about_t about;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
-    const status_t status = st23_look(files, &place.path, false, &about);
+    const status_t status = st23_look(files, &target.path, false, &about);
     if (status == STATUS_OK) {
-        pus_file_path_t parent = place.path;
+        pus_file_path_t parent = target.path;
         pus_request_perform(request);
         octet_writer_t writer = pus_answer_begin(request, ATTRIBUTES);
         pus_file_path_leave(&parent);
         pus_file_path_write(&writer, &parent);
-        pus_file_name_write(&writer, pus_file_path_name(&place.path));
+        pus_file_name_write(&writer, pus_file_path_name(&target.path));
         octet_write_u32(&writer, (about.size < UINT32_MAX) ? (uint32_t)about.size : UINT32_MAX);
-        octet_write_u8(&writer, st23_is_locked(files, &place.path) ? 1U : 0U);
+        octet_write_u8(&writer, st23_is_locked(files, &target.path) ? 1U : 0U);
         (void)pus_tm_post(request->process, &writer); // The process counts lost reports.
     }
-    return st23_reply_of(files, status, place.name_offset);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 // ---- Directories ----
@@ -304,28 +304,28 @@ static pus_reply_t create_directory(void* const self, pus_request_t* const reque
 {
     pus_files_t* const files            = self;
     const pus_file_store_t* const store = &files->config.store;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
-    const status_t status = st23_is_claimed(files, &place.path)
+    const status_t status = st23_is_claimed(files, &target.path)
                                 ? STATUS_EXISTS
-                                : store->make_directory(store->context, place.path.text);
-    return st23_reply_of(files, status, place.name_offset);
+                                : store->make_directory(store->context, target.path.text);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 static pus_reply_t delete_directory(void* const self, pus_request_t* const request)
 {
     pus_files_t* const files            = self;
     const pus_file_store_t* const store = &files->config.store;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
-    const status_t status = st23_is_in_use(files, &place.path)
+    const status_t status = st23_is_in_use(files, &target.path)
                                 ? STATUS_FORBIDDEN
-                                : store->remove_directory(store->context, place.path.text);
-    return st23_reply_of(files, status, place.name_offset);
+                                : store->remove_directory(store->context, target.path.text);
+    return st23_reply_of(files, status, target.name_offset);
 }
 
 static pus_reply_t rename_directory(void* const self, pus_request_t* const request)
@@ -333,26 +333,27 @@ static pus_reply_t rename_directory(void* const self, pus_request_t* const reque
     pus_files_t* const files            = self;
     const pus_file_store_t* const store = &files->config.store;
     pus_file_about_t about;
-    st23_place_t place;
-    if (!st23_read_place(request, &place)) {
-        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, place.bad_offset);
+    st23_request_path_t target;
+    if (!st23_read_path(request, &target)) {
+        return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, target.bad_offset);
     }
     const uint32_t new_offset = (uint32_t)request->reader.position;
-    pus_file_path_t new_path  = place.path;
+    pus_file_path_t new_path  = target.path;
     pus_file_path_leave(&new_path);
     if (!pus_file_path_read_name(&request->reader, &new_path)) {
         return st23_refuse(files, PUS_FAILURE_OUT_OF_RANGE, new_offset);
     }
-    status_t status = st23_look(files, &place.path, true, &about);
-    if ((status == STATUS_OK) && (st23_is_locked(files, &place.path) || st23_is_in_use(files, &place.path))) {
+    status_t status = st23_look(files, &target.path, true, &about);
+    if ((status == STATUS_OK) &&
+        (st23_is_locked(files, &target.path) || st23_is_in_use(files, &target.path))) {
         status = STATUS_FORBIDDEN;
     }
     if (status != STATUS_OK) {
-        return st23_reply_of(files, status, place.name_offset);
+        return st23_reply_of(files, status, target.name_offset);
     }
     status = st23_is_claimed(files, &new_path)
                  ? STATUS_EXISTS
-                 : store->rename(store->context, place.path.text, new_path.text);
+                 : store->rename(store->context, target.path.text, new_path.text);
     return st23_reply_of(files, status, new_offset);
 }
 

@@ -7,7 +7,7 @@
 /// request can have, synced, and renamed at the end, so that the target is either complete or absent. A
 /// search reads one directory per step.
 ///
-/// Ownership  The caller places the lists of the configuration, which must exist as long as the service.
+/// Ownership  The caller provides the lists of the configuration, which must exist as long as the service.
 /// Context    One loop.
 /// Time       A request is O(locks + copies) and some calls of the store. A step reads one directory and
 ///            copies at most `slices` slices; without work it does not access the store.

@@ -28,10 +28,10 @@ typedef struct {
     uint32_t directory_offset;
     uint32_t name_offset;
     uint32_t bad_offset; ///< Offset of the field that is malformed.
-} st23_place_t;
+} st23_request_path_t;
 
 /// Read a repository path and a name. False: one of the fields is malformed.
-bool st23_read_place(pus_request_t* request, st23_place_t* out_place);
+bool st23_read_path(pus_request_t* request, st23_request_path_t* out_path);
 /// Describe a file, or a directory if `is_directory`. STATUS_OK; STATUS_NOT_FOUND, also if the
 /// path is that of the other kind.
 status_t st23_look(const pus_files_t* files, const pus_file_path_t* path, bool is_directory,

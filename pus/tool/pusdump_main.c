@@ -39,7 +39,7 @@ typedef struct {
     int first_file; ///< Index of the first argument that is not an option.
 } options_t;
 
-static int complain(const char* const words, const char* const what)
+static int report_error(const char* const words, const char* const what)
 {
     (void)fprintf(stderr, "pusdump: %s%s; see pusdump --help\n", words, what);
     return EXIT_USAGE;
@@ -85,15 +85,15 @@ static int read_options(const int count, char** const arguments, options_t* cons
         } else if (strcmp(option, "--format") == 0) {
             index++;
             if (!read_format(value, &out_options->format)) {
-                return complain("unknown format ", value);
+                return report_error("unknown format ", value);
             }
         } else if (strcmp(option, "--epoch") == 0) {
             index++;
             if (!read_epoch(value, &out_options->style)) {
-                return complain("not a number of seconds: ", value);
+                return report_error("not a number of seconds: ", value);
             }
         } else {
-            return complain("unknown option ", option);
+            return report_error("unknown option ", option);
         }
     }
     out_options->first_file = index;

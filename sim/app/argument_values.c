@@ -13,7 +13,7 @@ bool argument_refuse(const char* const option, const char* const value, const ch
     char line[256];
     (void)snprintf(line, sizeof line, "simulator: --%.40s '%.80s': expected %.80s (see --help)", option,
                    value, expected);
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return false;
 }
 

@@ -15,8 +15,8 @@ static unsigned find_segment(const segment_t* const segments, const unsigned cou
     return index;
 }
 
-void channels_complain(const segment_t* const segments, const unsigned count,
-                       const simulator_config_t* const config)
+void channels_report_unused(const segment_t* const segments, const unsigned count,
+                            const simulator_config_t* const config)
 {
     char line[SIMULATOR_ERROR_MAX];
     for (unsigned i = 0U; (i < count) && (config->bus_count > 0U); i++) {
@@ -30,7 +30,7 @@ void channels_complain(const segment_t* const segments, const unsigned count,
                 "simulator: %.200s: no program of this run is on bus %s, which has devices in this "
                 "world; the mission lists its buses",
                 config->world_path, segments[i].name);
-            osal_console_complain(line);
+            osal_console_print_error(line);
         }
     }
 }

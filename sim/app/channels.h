@@ -9,7 +9,7 @@
 
 /// Print a line for each bus that programs of this run cannot use, because only the world has it. If the run
 /// has no programs (no bus in the configuration), print nothing.
-void channels_complain(const segment_t* segments, unsigned count, const simulator_config_t* config);
+void channels_report_unused(const segment_t* segments, unsigned count, const simulator_config_t* config);
 /// Create the channels B of the configuration. out_channel_b has `count` entries, one per segment, initially
 /// null. STATUS_OK; else `error` is filled: STATUS_INVALID (no such bus, or it has a channel B already).
 MUST_USE status_t channels_pair(const segment_t* segments, unsigned count, const simulator_config_t* config,

@@ -35,7 +35,7 @@ static void find_supplies(device_log_t* const device_log, const world_power_unit
 {
     for (size_t i = 0U; i < unit->supply_count; i++) {
         for (size_t k = 0U; k < devices_count(device_log->devices); k++) {
-            if (strcmp(device_place(device_log->devices, k)->name, unit->supply[i]) == 0) {
+            if (strcmp(device_entry(device_log->devices, k)->name, unit->supply[i]) == 0) {
                 device_log->supply[device_log->supply_count] = k;
                 device_log->supply_count++;
             }
@@ -47,7 +47,7 @@ static status_t name_supplies(truth_t* const log, const device_log_t* const devi
 {
     const char* name[DEVICE_LOG_SUPPLIES_MAX];
     for (unsigned i = 0U; i < device_log->supply_count; i++) {
-        name[i] = device_place(device_log->devices, device_log->supply[i])->name;
+        name[i] = device_entry(device_log->devices, device_log->supply[i])->name;
     }
     return write_names(log, "POWER", device_log->supply_count, name);
 }

@@ -2,7 +2,7 @@
 /// Writes the devices and buses that are not part of the plant to the truth log: drives on benches,
 /// instruments, power units, buses.
 ///
-/// Ownership  The caller places device_log_t; the objects to which it points must exist as long as it does.
+/// Ownership  The caller provides device_log_t; the objects to which it points must exist as long as it does.
 #ifndef SIM_APP_DEVICE_LOG_H
 #define SIM_APP_DEVICE_LOG_H
 

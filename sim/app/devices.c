@@ -24,7 +24,7 @@ typedef struct {
 
 struct device {
     devices_t* devices;
-    const world_device_t* place;
+    const world_device_t* entry;
     const device_kind_t* kind;
     device_model_t model; // The function that creates the device sets it.
     drive_t* drive;       // Null: the device is not a drive.
@@ -70,8 +70,8 @@ static void report(const device_t* const device, const uint64_t now_ns, const un
                    const uint16_t statusword, const bool brake)
 {
     const devices_config_t* config = &device->devices->config;
-    const truth_drive_t event      = {.bus           = config->world->bus[device->place->bus],
-                                      .node          = (uint8_t)device->place->node,
+    const truth_drive_t event      = {.bus           = config->world->bus[device->entry->bus],
+                                      .node          = (uint8_t)device->entry->node,
                                       .axis          = (uint8_t)axis,
                                       .statusword    = statusword,
                                       .plugged       = node_is_plugged(device->model.node),
@@ -112,7 +112,7 @@ static status_t create_drive(device_t* const device, const void* const kind, con
     const devices_config_t* config = &device->devices->config;
     const uint64_t step_ns         = (uint64_t)config->world->step_ns;
     const drive_config_t wanted    = {.seed             = config->seed,
-                                      .sensor_device    = (device->place->bus << 8) | device->place->node,
+                                      .sensor_device    = (device->entry->bus << 8) | device->entry->node,
                                       .step_ns          = step_ns,
                                       .substep_ns       = step_ns / PLANT_SUBSTEPS,
                                       .most_nm          = device->most_nm,
@@ -122,8 +122,8 @@ static status_t create_drive(device_t* const device, const void* const kind, con
                                       .truth_context    = device,
                                       .observer         = on_axis,
                                       .observer_context = device};
-    const status_t status          = drive_create(config->segments[device->place->bus].bus, path,
-                                                  (uint8_t)device->place->node, &wanted, &device->drive, reason);
+    const status_t status          = drive_create(config->segments[device->entry->bus].bus, path,
+                                                  (uint8_t)device->entry->node, &wanted, &device->drive, reason);
     if (status == STATUS_OK) {
         device->model =
             (device_model_t){device->drive, drive_node(device->drive), destroy_drive, set_drive_error};
@@ -189,8 +189,8 @@ static status_t create_joystick(device_t* const device, const void* const kind, 
                                       .truth_context    = device,
                                       .observer         = on_axis,
                                       .observer_context = device};
-    const status_t status = joystick_create(device->devices->config.segments[device->place->bus].bus, path,
-                                            (uint8_t)device->place->node, &wanted, &device->joystick, reason);
+    const status_t status = joystick_create(device->devices->config.segments[device->entry->bus].bus, path,
+                                            (uint8_t)device->entry->node, &wanted, &device->joystick, reason);
     if (status == STATUS_OK) {
         device->model = (device_model_t){device->joystick, joystick_node(device->joystick), destroy_joystick,
                                          set_joystick_error};
@@ -251,15 +251,15 @@ static void set_wheel_error(void* const model, const uint16_t code, const bool i
 static status_t create_wheel(device_t* const device, const void* const kind, const char* const path,
                              char reason[EDS_ERROR_MAX])
 {
-    const world_wheel_t* place  = kind;
-    wheel_t* wheel              = NULL;
-    const wheel_config_t wanted = {.momentum_nms     = place->momentum,
-                                   .read_truth       = read_wheel_truth,
-                                   .truth_context    = device,
-                                   .observer         = on_wheel,
-                                   .observer_context = device};
-    const status_t status       = wheel_create(device->devices->config.segments[device->place->bus].bus, path,
-                                               (uint8_t)device->place->node, &wanted, &wheel, reason);
+    const world_wheel_t* wanted_wheel = kind;
+    wheel_t* wheel                    = NULL;
+    const wheel_config_t wanted       = {.momentum_nms     = wanted_wheel->momentum,
+                                         .read_truth       = read_wheel_truth,
+                                         .truth_context    = device,
+                                         .observer         = on_wheel,
+                                         .observer_context = device};
+    const status_t status = wheel_create(device->devices->config.segments[device->entry->bus].bus, path,
+                                         (uint8_t)device->entry->node, &wanted, &wheel, reason);
     if (status == STATUS_OK) {
         device->model = (device_model_t){wheel, wheel_node(wheel), destroy_wheel, set_wheel_error};
     }
@@ -334,8 +334,8 @@ static status_t create_box(device_t* const device, const void* const kind, const
         const unsigned valve  = valve_at(device, i);
         wanted.shortest_ns[i] = (valve < world->valve_count) ? (uint64_t)world->valve[valve].shortest_ns : 0U;
     }
-    const status_t status = valve_box_create(device->devices->config.segments[device->place->bus].bus, path,
-                                             (uint8_t)device->place->node, &wanted, &box, reason);
+    const status_t status = valve_box_create(device->devices->config.segments[device->entry->bus].bus, path,
+                                             (uint8_t)device->entry->node, &wanted, &box, reason);
     if (status == STATUS_OK) {
         device->model = (device_model_t){box, valve_box_node(box), destroy_box, set_box_error};
     }
@@ -396,9 +396,9 @@ static status_t create_sensor(device_t* const device, const void* const kind, co
     device->sensor        = (sensor_t){.plant   = config->plant,
                                        .element = element,
                                        .seed    = config->seed,
-                                       .device  = (device->place->bus << 8) | device->place->node};
-    const status_t status = measuring_device_create(config->segments[device->place->bus].bus, path,
-                                                    (uint8_t)device->place->node, &wanted, &model, reason);
+                                       .device  = (device->entry->bus << 8) | device->entry->node};
+    const status_t status = measuring_device_create(config->segments[device->entry->bus].bus, path,
+                                                    (uint8_t)device->entry->node, &wanted, &model, reason);
     if (status == STATUS_OK) {
         device->model =
             (device_model_t){model, measuring_device_node(model), destroy_sensor, set_sensor_error};
@@ -427,13 +427,13 @@ static status_t add(devices_t* const devices, const device_t* const wanted, cons
     device_t* device       = &devices->device[devices->count];
     *device                = *wanted;
     device->devices        = devices;
-    const unsigned bus     = device->place->bus;
+    const unsigned bus     = device->entry->bus;
     bus_t* const channel_b = devices->config.channel_b[bus];
-    (void)snprintf(path, sizeof path, "%s/%s", devices->config.folder, device->place->eds);
+    (void)snprintf(path, sizeof path, "%s/%s", devices->config.folder, device->entry->eds);
     const status_t status = create(device, kind, path, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %.150s:%u: %s", devices->config.world->path,
-                       device->place->line, reason);
+                       device->entry->line, reason);
         return status;
     }
     devices->count++;
@@ -444,7 +444,7 @@ static status_t add_bench(devices_t* const devices, const world_bench_t* const b
                           char error[SIMULATOR_ERROR_MAX])
 {
     const world_drive_type_t* type = &devices->config.world->drive_type[bench->type];
-    const device_t wanted          = {.place       = &bench->device,
+    const device_t wanted          = {.entry       = &bench->device,
                                       .kind        = &benches,
                                       .is_bench    = true,
                                       .bench_drive = plant_drive_of(type, -bench->range, bench->range)};
@@ -461,7 +461,7 @@ static status_t add_all(devices_t* const devices, char error[SIMULATOR_ERROR_MAX
     status_t status      = STATUS_OK;
     for (size_t i = 0U; (i < world->drive_count) && (status == STATUS_OK); i++) {
         const world_drive_t* drive = &world->drive[i];
-        const device_t wanted      = {.place   = &drive->device,
+        const device_t wanted      = {.entry   = &drive->device,
                                       .kind    = &drives,
                                       .most_nm = drive->force,
                                       .joint   = plant_joint(world, drive->robot, drive->joint)};
@@ -469,23 +469,23 @@ static status_t add_all(devices_t* const devices, char error[SIMULATOR_ERROR_MAX
     }
     for (size_t i = 0U; (i < world->joystick_count) && (status == STATUS_OK); i++) {
         const device_t wanted = {
-            .place = &world->joystick[i].device, .kind = &joysticks, .joint = (unsigned)i};
+            .entry = &world->joystick[i].device, .kind = &joysticks, .joint = (unsigned)i};
         status = add(devices, &wanted, create_joystick, &world->joystick[i], error);
     }
     for (size_t i = 0U; (i < world->bench_count) && (status == STATUS_OK); i++) {
         status = add_bench(devices, &world->bench[i], error);
     }
     for (size_t i = 0U; (i < world->wheel_count) && (status == STATUS_OK); i++) {
-        const device_t wanted = {.place = &world->wheel[i].device, .kind = &wheels, .joint = (unsigned)i};
+        const device_t wanted = {.entry = &world->wheel[i].device, .kind = &wheels, .joint = (unsigned)i};
         status                = add(devices, &wanted, create_wheel, &world->wheel[i], error);
     }
     for (size_t i = 0U; (i < world->valve_box_count) && (status == STATUS_OK); i++) {
         const device_t wanted = {
-            .place = &world->valve_box[i].device, .kind = &valve_boxes, .joint = (unsigned)i};
+            .entry = &world->valve_box[i].device, .kind = &valve_boxes, .joint = (unsigned)i};
         status = add(devices, &wanted, create_box, world, error);
     }
     for (size_t i = 0U; (i < world->sensor_count) && (status == STATUS_OK); i++) {
-        const device_t wanted = {.place = &world->sensor[i].device, .kind = &sensors};
+        const device_t wanted = {.entry = &world->sensor[i].device, .kind = &sensors};
         status                = add(devices, &wanted, create_sensor, &world->sensor[i], error);
     }
     return status;
@@ -524,9 +524,9 @@ size_t devices_count(const devices_t* const devices)
     return devices->count;
 }
 
-const world_device_t* device_place(const devices_t* const devices, const size_t index)
+const world_device_t* device_entry(const devices_t* const devices, const size_t index)
 {
-    return devices->device[index].place;
+    return devices->device[index].entry;
 }
 
 drive_t* device_drive(const devices_t* const devices, const size_t index)

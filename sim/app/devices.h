@@ -60,7 +60,7 @@ void devices_close(devices_t* devices);
 
 size_t devices_count(const devices_t* devices);
 /// Returns the entry of the device in the world.
-const world_device_t* device_place(const devices_t* devices, size_t index);
+const world_device_t* device_entry(const devices_t* devices, size_t index);
 /// Returns the drive at an index; null if the device is not a drive.
 drive_t* device_drive(const devices_t* devices, size_t index);
 /// Returns the test bench of the drive at an index; null if the device is not on a bench.

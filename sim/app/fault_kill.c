@@ -83,7 +83,7 @@ static void signal_process(const char* const process, const char* const verb, co
             line, sizeof line,
             "simulator: fault %.8s %.64s: no such process is running; run.json lists the processes", verb,
             process);
-        osal_console_complain(line);
+        osal_console_print_error(line);
     }
 }
 

@@ -15,7 +15,7 @@ typedef struct {
 } set_entry_t;
 
 struct instrument_set {
-    set_entry_t place[WORLD_INSTRUMENTS_MAX];
+    set_entry_t entry[WORLD_INSTRUMENTS_MAX];
     size_t count;
     FILE* log;
 };
@@ -23,11 +23,11 @@ struct instrument_set {
 static void log_octets(void* const context, const uint64_t now_ns, const bool is_sent,
                        const uint8_t* const octets, const size_t size)
 {
-    const set_entry_t* place = context;
-    FILE* log                = place->all->log;
+    const set_entry_t* entry = context;
+    FILE* log                = entry->all->log;
     if (log != NULL) {
         (void)fprintf(log, "%" PRIu64 ".%09" PRIu64 " %s %c ", now_ns / NS_PER_S, now_ns % NS_PER_S,
-                      place->name, is_sent ? '>' : '<');
+                      entry->name, is_sent ? '>' : '<');
         for (size_t i = 0U; i < size; i++) {
             (void)fprintf(log, "%02x", octets[i]);
         }
@@ -40,8 +40,8 @@ static status_t open_one(instrument_set_t* const instruments, const world_t* con
                          char error[SIMULATOR_ERROR_MAX])
 {
     char reason[STREAM_PORT_ERROR_MAX];
-    set_entry_t* place               = &instruments->place[instruments->count];
-    *place                           = (set_entry_t){.all = instruments, .name = wanted->name};
+    set_entry_t* entry               = &instruments->entry[instruments->count];
+    *entry                           = (set_entry_t){.all = instruments, .name = wanted->name};
     const instrument_config_t config = {
         .port         = {.kind       = (stream_port_kind_t)wanted->type,
                          .run        = run->flows,
@@ -55,8 +55,8 @@ static status_t open_one(instrument_set_t* const instruments, const world_t* con
         .speed        = wanted->speed,
         .period_ns    = (uint64_t)wanted->period_ns,
         .seen         = log_octets,
-        .context      = place};
-    const status_t status = instrument_open(&config, &place->instrument, reason);
+        .context      = entry};
+    const status_t status = instrument_open(&config, &entry->instrument, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %s:%u: %s", world->path, wanted->line, reason);
         return status;
@@ -109,7 +109,7 @@ status_t instrument_set_close(instrument_set_t* const instruments)
     bool is_complete = true;
     if (instruments != NULL) {
         for (size_t i = 0U; i < instruments->count; i++) {
-            instrument_close(instruments->place[i].instrument);
+            instrument_close(instruments->entry[i].instrument);
         }
         if (instruments->log != NULL) {
             is_complete = (ferror(instruments->log) == 0);
@@ -127,18 +127,18 @@ size_t instrument_set_count(const instrument_set_t* const instruments)
 
 instrument_t* instrument_set_at(const instrument_set_t* const instruments, const size_t index)
 {
-    return instruments->place[index].instrument;
+    return instruments->entry[index].instrument;
 }
 
 const char* instrument_set_name(const instrument_set_t* const instruments, const size_t index)
 {
-    return instruments->place[index].name;
+    return instruments->entry[index].name;
 }
 
 void instrument_set_step(instrument_set_t* const instruments, const uint64_t now_ns, const uint64_t end_ns)
 {
     for (size_t i = 0U; i < instrument_set_count(instruments); i++) {
-        instrument_step(instruments->place[i].instrument, now_ns, end_ns);
+        instrument_step(instruments->entry[i].instrument, now_ns, end_ns);
     }
 }
 
@@ -146,7 +146,7 @@ uint64_t instrument_set_lost(const instrument_set_t* const instruments)
 {
     uint64_t lost = 0U;
     for (size_t i = 0U; i < instrument_set_count(instruments); i++) {
-        lost += instrument_lost(instruments->place[i].instrument);
+        lost += instrument_lost(instruments->entry[i].instrument);
     }
     return lost;
 }

@@ -11,11 +11,11 @@ static void tell(const uint64_t count, const char* const what)
     char line[256];
     if (count > 0U) {
         (void)snprintf(line, sizeof line, "simulator: %" PRIu64 " %s", count, what);
-        osal_console_complain(line);
+        osal_console_print_error(line);
     }
 }
 
-bool losses_complain(const simulator_statistics_t* const statistics)
+bool losses_report(const simulator_statistics_t* const statistics)
 {
     tell(statistics->tools_lost, "tools in lock-step did not finish a step in 20 s and were disconnected");
     tell(statistics->tool_dropped, "messages to tools dropped, because the tools did not read them");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The losses that a simulator has counted, told on the console at the end of a run.
+/// The losses that a simulator has counted, which it prints at the end of a run.
 ///
 /// Context    The task of the simulator.
 #ifndef SIM_APP_LOSSES_H
@@ -10,6 +10,6 @@
 #include <stdbool.h>
 
 /// Print one line for each kind of loss. Returns true if one of them makes the run not reproducible.
-bool losses_complain(const simulator_statistics_t* statistics);
+bool losses_report(const simulator_statistics_t* statistics);
 
 #endif // SIM_APP_LOSSES_H

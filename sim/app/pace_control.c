@@ -23,7 +23,7 @@ static void restart(pace_control_t* const pace, const uint64_t now_ns, const dou
 static void wait_until(pace_control_t* const pace, const uint64_t wall_ns)
 {
     if (osal_clock_wait(&pace->wall, wall_ns, NULL, 0U) != STATUS_OK) {
-        osal_console_complain("simulator: cannot wait for the wall clock");
+        osal_console_print_error("simulator: cannot wait for the wall clock");
     }
 }
 

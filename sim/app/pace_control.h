@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pace of simulated time by the wall clock: it runs at the speed that the live port sets, and stands still
-/// while the live port pauses it.
+/// Pace of simulated time relative to the wall clock: it runs at the speed that the live port sets, and
+/// stands still while the live port pauses it.
 #ifndef SIM_APP_PACE_CONTROL_H
 #define SIM_APP_PACE_CONTROL_H
 

@@ -2,7 +2,8 @@
 /// A bus of the simulator with the controller of the flight software ("flight"), its log, and its publication
 /// to tools.
 ///
-/// Ownership  The caller places segment_t; it must not be moved. segment_close frees what segment_open made.
+/// Ownership  The caller provides segment_t; it must not be moved. segment_close frees what segment_open
+///            made.
 /// Context    One task.
 #ifndef SIM_APP_SEGMENT_H
 #define SIM_APP_SEGMENT_H

@@ -33,9 +33,9 @@ status_t senders_check(const devices_t* const devices, const world_t* const worl
                        char error[SIMULATOR_ERROR_MAX])
 {
     for (size_t i = 0U; i < devices_count(devices); i++) {
-        const world_device_t* device = device_place(devices, i);
+        const world_device_t* device = device_entry(devices, i);
         for (size_t k = 0U; k < i; k++) {
-            const world_device_t* other = device_place(devices, k);
+            const world_device_t* other = device_entry(devices, k);
             const uint32_t identifier   = (other->bus == device->bus) ? common_identifier(devices, k, i) : 0U;
             if (identifier != 0U) {
                 (void)snprintf(

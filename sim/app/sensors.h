@@ -6,7 +6,7 @@
 /// w, x, y, z from the axes of its link to those of the world, w >= 0. A pose camera has six, the position of
 /// the link that it sees [m] and x, y, z of its quaternion (w >= 0), both in the axes of the camera.
 ///
-/// Ownership  The caller places sensor_t. Plant and world outlive it.
+/// Ownership  The caller provides sensor_t. Plant and world outlive it.
 #ifndef SIM_APP_SENSORS_H
 #define SIM_APP_SENSORS_H
 

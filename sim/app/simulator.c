@@ -298,7 +298,7 @@ static status_t open_hand(simulator_t* const simulator, const simulator_config_t
     const world_t* world = &simulator->world;
     scene_t scene;
     if (world->hand_count == 0U) {
-        return hand_refuse(config->scenario_path, reason);
+        return hand_check_no_lines(config->scenario_path, reason);
     }
     const hand_parameters_t hand = hand_parameters_of(&world->hand[0]);
     const unsigned joystick      = world->hand[0].joystick;
@@ -367,20 +367,22 @@ static void name_targets(simulator_t* const simulator)
     }
     targets->device_count = devices_count(simulator->devices);
     for (unsigned i = 0U; i < targets->device_count; i++) {
-        const world_device_t* place = device_place(simulator->devices, i);
-        const device_model_t* model = device_model(simulator->devices, i);
-        targets->device[i]          = (fault_device_t){.name      = place->name,
-                                                       .bus       = place->bus,
-                                                       .id        = place->node,
-                                                       .node      = model->node,
-                                                       .drive     = device_drive(simulator->devices, i),
-                                                       .set_error = model->set_error,
-                                                       .model     = model->model};
+        const world_device_t* description = device_entry(simulator->devices, i);
+        const device_model_t* model       = device_model(simulator->devices, i);
+        targets->device[i]                = (fault_device_t){.name      = description->name,
+                                                             .bus       = description->bus,
+                                                             .id        = description->node,
+                                                             .node      = model->node,
+                                                             .drive     = device_drive(simulator->devices, i),
+                                                             .set_error = model->set_error,
+                                                             .model     = model->model};
     }
     for (size_t i = 0U; i < simulator->world.power_unit_count; i++) {
-        const world_device_t* place            = &simulator->world.power_unit[i].device;
-        targets->device[targets->device_count] = (fault_device_t){
-            .name = place->name, .bus = place->bus, .id = place->node, .unit = &simulator->supply};
+        const world_device_t* description      = &simulator->world.power_unit[i].device;
+        targets->device[targets->device_count] = (fault_device_t){.name = description->name,
+                                                                  .bus  = description->bus,
+                                                                  .id   = description->node,
+                                                                  .unit = &simulator->supply};
         targets->device_count++;
     }
     targets->instrument_count = instrument_set_count(simulator->instruments);
@@ -517,7 +519,7 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
     status          = (status == STATUS_OK) ? open_plant(simulator, config, error) : status;
     status          = (status == STATUS_OK) ? open_devices(simulator, config, error) : status;
     if (status == STATUS_OK) {
-        channels_complain(simulator->segment, simulator->bus_count, config);
+        channels_report_unused(simulator->segment, simulator->bus_count, config);
         status = instrument_set_open(&simulator->world, config, &simulator->instruments, error);
     }
     status = (status == STATUS_OK) ? open_faults(simulator, config, error) : status;

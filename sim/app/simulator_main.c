@@ -28,7 +28,7 @@
 #define TOOL_WAIT_MS 100U // Longest wait for a tool before the end of the run is checked.
 #define COSIMULATION_PORT_PATIENCE_MS                                                                        \
     200000U              ///< Longer than the launcher waits for simulated time to advance.
-#define REAL_PRIORITY 80 // Priority SCHED_FIFO of a run by the wall clock.
+#define REAL_PRIORITY 80 // Priority SCHED_FIFO of a run in real time.
 #define NO_LIMIT UINT64_MAX
 
 typedef enum {
@@ -327,7 +327,8 @@ static bool check_options(options_t* const options)
 {
     options->simulator.are_flows_counted = (options->scheduler_name != NULL);
     if (options->simulator.world_path == NULL) {
-        osal_console_complain("simulator: give --world FILE, e.g. one of descriptors/worlds/ (see --help)");
+        osal_console_print_error(
+            "simulator: give --world FILE, e.g. one of descriptors/worlds/ (see --help)");
         return false;
     }
     if (options->is_free) {
@@ -339,14 +340,14 @@ static bool check_options(options_t* const options)
         options->pace                 = PACE_SCHEDULER;
         options->waits_for_wall_clock = !options->is_stepped;
     } else if (options->is_stepped) {
-        osal_console_complain(
+        osal_console_print_error(
             "simulator: give --scheduler NAME, or --time real, or --free-run SECONDS (see --help)");
         return false;
     } else {
         options->pace = PACE_REAL;
     }
     if (options->simulator.tools_in_step && (!options->simulator.serve_tools || !options->is_free)) {
-        osal_console_complain("simulator: --in-step needs --socketcand PORT and --free-run SECONDS");
+        osal_console_print_error("simulator: --in-step needs --socketcand PORT and --free-run SECONDS");
         return false;
     }
     if ((options->cosimulation_path != NULL) && (options->pace != PACE_SCHEDULER)) {
@@ -357,7 +358,8 @@ static bool check_options(options_t* const options)
         options->pace = PACE_NONE;
     }
     if (options->simulator.is_live && (options->simulator.output_path == NULL)) {
-        osal_console_complain("simulator: --live needs --out DIR, where live.port and live.scn are written");
+        osal_console_print_error(
+            "simulator: --live needs --out DIR, where live.port and live.scn are written");
         return false;
     }
     options->simulator.is_paced = options->waits_for_wall_clock;
@@ -374,7 +376,7 @@ static int parse(options_t* const options, const int count, char* arguments[])
             break;
         }
         if (option == OPTION_HELP) {
-            osal_console_put(simulator_usage);
+            osal_console_print(simulator_usage);
             return EXIT_SUCCESS + 1;
         }
         if (option == '?') {
@@ -495,11 +497,11 @@ static void announce(const simulator_t* const simulator)
         const size_t used = strlen(line);
         (void)snprintf(&line[used], sizeof line - used, " %s", simulator_bus_name(simulator, i));
     }
-    osal_console_say(line);
+    osal_console_print_line(line);
 }
 
 /// True if the world has diverged.
-static bool complain_of_world(const simulator_t* const simulator)
+static bool report_unusable_world(const simulator_t* const simulator)
 {
     const char* failure = simulator_failure(simulator);
     char line[PLANT_FAILURE_MAX + 16U];
@@ -507,7 +509,7 @@ static bool complain_of_world(const simulator_t* const simulator)
         return false;
     }
     (void)snprintf(line, sizeof line, "simulator: %s", failure);
-    osal_console_complain(line);
+    osal_console_print_error(line);
     return true;
 }
 
@@ -522,7 +524,7 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
     options->simulator.process_fault   = process_faults_act;
     options->simulator.process_context = &options->processes;
     if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
-        osal_console_complain(error);
+        osal_console_print_error(error);
         return EXIT_FAILURE;
     }
     dying_simulator = simulator;
@@ -542,10 +544,10 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
         }
         run(simulator, options, &clock, scheduler);
         simulator_statistics(simulator, &statistics);
-        if (losses_complain(&statistics) && (scheduler != NULL)) {
+        if (losses_report(&statistics) && (scheduler != NULL)) {
             osal_lockstep_note_loss(scheduler);
         }
-        code = complain_of_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;
+        code = report_unusable_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;
     }
     close_cosimulation(&server, scheduler);
     if (scheduler != NULL) {
@@ -553,7 +555,7 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
     }
     dying_simulator = NULL;
     if (simulator_close(simulator) != STATUS_OK) {
-        osal_console_complain("simulator: a log is not complete; is the disk full?");
+        osal_console_print_error("simulator: a log is not complete; is the disk full?");
         code = EXIT_FAILURE;
     }
     return code;

@@ -10,7 +10,7 @@
 
 /// Connect the unit to its segment and to that of `channel_b` (null: there is none), and to the devices that
 /// it supplies, in their order. The unit must not be moved afterwards.
-void supply_open(power_unit_t* unit, const world_power_unit_t* place, segment_t* segments,
+void supply_open(power_unit_t* unit, const world_power_unit_t* description, segment_t* segments,
                  unsigned segment_count, const bus_t* channel_b, const devices_t* devices);
 
 #endif // SIM_APP_SUPPLY_H

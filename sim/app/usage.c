@@ -6,7 +6,7 @@ const char simulator_usage[] =
     "  the run\n"
     "    --scheduler NAME       take part in the run with this scheduler; NAME of its shared memory\n"
     "    --participant N       number of the simulator as participant (default 0)\n"
-    "    --time stepped|real   as fast as possible (default), or by the wall clock\n"
+    "    --time stepped|real   as fast as possible (default), or in real time\n"
     "    --origin NS           with --time real: monotonic time at which simulated time is 0 (default: now)\n"
     "    --duration S          end when simulated time is S seconds\n"
     "    --free-run S          without flight software: run for S seconds; --time sets the pace\n"

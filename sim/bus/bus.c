@@ -212,11 +212,11 @@ void bus_report(bus_t* const bus, const unsigned index, osal_can_frame_t* const 
 }
 
 /// Report an event that does not change the controller's state.
-static void report_event(bus_t* const bus, const unsigned index, const uint32_t class, const uint8_t place,
+static void report_event(bus_t* const bus, const unsigned index, const uint32_t class, const uint8_t position,
                          const uint8_t detail)
 {
     osal_can_frame_t report = controller_report(&bus->node[index].controller, class);
-    report.data[0]          = place;
+    report.data[0]          = position;
     report.data[1]          = detail;
     bus_report(bus, index, &report);
 }

@@ -5,7 +5,7 @@
 /// an acknowledge keeps its counter, so a node alone on the bus becomes passive and never bus-off), receive
 /// error +1, success -1. State changes are reported as SocketCAN error frames.
 ///
-/// Ownership  The caller places controller_t.
+/// Ownership  The caller provides controller_t.
 /// Time       O(1).
 #ifndef SIM_BUS_CONTROLLER_H
 #define SIM_BUS_CONTROLLER_H

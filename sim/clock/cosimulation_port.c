@@ -318,7 +318,7 @@ status_t cosimulation_port_serve(cosimulation_port_t* const cosimulation, osal_l
         }
     }
     osal_socket_close(&cosimulation->client);
-    // The client has disconnected, or has lost its place for another reason.
+    // The client has disconnected, or has lost its slot for another reason.
     const bool is_ended =
         (status == STATUS_NOT_FOUND) || ((status == STATUS_CLOSED) && !osal_lockstep_is_closed(scheduler));
     return is_ended ? STATUS_OK : status;

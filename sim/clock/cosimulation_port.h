@@ -12,7 +12,7 @@
 /// that disconnects, sends another line, or is silent for longer than `patience_ms` is removed from the
 /// scheduler; this is counted, and the run continues.
 ///
-/// Ownership  The caller places cosimulation_port_t. The arguments of _open must exist as long as it is open.
+/// Ownership  The caller provides cosimulation_port_t. The arguments of _open exist as long as it is open.
 /// Context    One task (processes: a task that runs _serve) or the loop of the image program.
 #ifndef SIM_CLOCK_COSIMULATION_PORT_H
 #define SIM_CLOCK_COSIMULATION_PORT_H

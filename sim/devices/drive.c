@@ -501,7 +501,7 @@ static bool find_objects(void* const context)
     drive_t* drive           = context;
     drive_objects_t* objects = &drive->objects;
     const struct {
-        object_t** place;
+        object_t** object;
         uint16_t index;
         uint8_t subindex;
     } wanted[] = {
@@ -519,10 +519,10 @@ static bool find_objects(void* const context)
         {&objects->following_error, 0x60F4U, 0U},   {&objects->rated_torque, 0x6076U, 0U},
     };
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
-        *wanted[i].place = node_object(drive->node, wanted[i].index, wanted[i].subindex);
+        *wanted[i].object = node_object(drive->node, wanted[i].index, wanted[i].subindex);
         // A drive without a torque sensor need not have the object of the torque.
-        const bool is_optional = (wanted[i].place == &objects->torque) && !has_torque_sensor(drive);
-        if ((*wanted[i].place == NULL) && !is_optional) {
+        const bool is_optional = (wanted[i].object == &objects->torque) && !has_torque_sensor(drive);
+        if ((*wanted[i].object == NULL) && !is_optional) {
             return false;
         }
     }

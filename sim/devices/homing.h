@@ -8,7 +8,7 @@
 /// Any other method fails at once. 0x609A limits the acceleration. At the reference the position becomes
 /// -0x607C: the zero of the axis is the home position plus the home offset.
 ///
-/// Ownership  The caller places homing_t; node and axis outlive it.
+/// Ownership  The caller provides homing_t; node and axis outlive it.
 #ifndef SIM_DEVICES_HOMING_H
 #define SIM_DEVICES_HOMING_H
 

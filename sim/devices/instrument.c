@@ -36,8 +36,8 @@ static void put_bits(const instrument_t* const instrument, const uint64_t bits, 
                      uint8_t* const octets)
 {
     for (size_t i = 0U; i < size; i++) {
-        const size_t place = instrument->config.port.framing.is_little ? i : (size - 1U - i);
-        octets[place]      = (uint8_t)(bits >> (8U * i));
+        const size_t position = instrument->config.port.framing.is_little ? i : (size - 1U - i);
+        octets[position]      = (uint8_t)(bits >> (8U * i));
     }
 }
 
@@ -45,8 +45,8 @@ static uint64_t get_bits(const instrument_t* const instrument, const uint8_t* co
 {
     uint64_t bits = 0U;
     for (size_t i = 0U; i < size; i++) {
-        const size_t place = instrument->config.port.framing.is_little ? i : (size - 1U - i);
-        bits |= (uint64_t)octets[place] << (8U * i);
+        const size_t position = instrument->config.port.framing.is_little ? i : (size - 1U - i);
+        bits |= (uint64_t)octets[position] << (8U * i);
     }
     return bits;
 }

@@ -205,7 +205,7 @@ static bool find_axis(joystick_t* const joystick, const unsigned number)
     stick_axis_t* axis    = &joystick->axis[number];
     const uint16_t offset = (uint16_t)(number * AXIS_STRIDE);
     const struct {
-        object_t** place;
+        object_t** object;
         uint16_t index;
     } wanted[] = {
         {&axis->target_torque, 0x6071U},  {&axis->torque_offset, 0x60B2U},  {&axis->max_torque, 0x6072U},
@@ -214,8 +214,8 @@ static bool find_axis(joystick_t* const joystick, const unsigned number)
         {&axis->torque_demand, 0x6074U},  {&axis->current, 0x6078U},
     };
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
-        *wanted[i].place = node_object(joystick->node, (uint16_t)(wanted[i].index + offset), 0U);
-        if (*wanted[i].place == NULL) {
+        *wanted[i].object = node_object(joystick->node, (uint16_t)(wanted[i].index + offset), 0U);
+        if (*wanted[i].object == NULL) {
             return false;
         }
     }

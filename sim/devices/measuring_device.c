@@ -143,20 +143,20 @@ void measuring_device_set_error(measuring_device_t* const device, const uint16_t
 {
     // A high temperature does not make the measurements invalid.
     const bool is_warning = (code == EMERGENCY_DEVICE_TEMPERATURE) || (code == EMERGENCY_DRIVE_TEMPERATURE);
-    unsigned place        = 0U;
+    unsigned index        = 0U;
     if (is_present) {
         node_raise(device->node, code, 0U, 0, now_ns);
     } else {
         node_clear(device->node, code, 0U, now_ns);
     }
-    while ((place < ERRORS_MAX) && (device->error[place] != code)) {
-        place++;
+    while ((index < ERRORS_MAX) && (device->error[index] != code)) {
+        index++;
     }
-    for (unsigned i = 0U; (place == ERRORS_MAX) && is_present && !is_warning && (i < ERRORS_MAX); i++) {
-        place = (device->error[i] == 0U) ? i : place;
+    for (unsigned i = 0U; (index == ERRORS_MAX) && is_present && !is_warning && (i < ERRORS_MAX); i++) {
+        index = (device->error[i] == 0U) ? i : index;
     }
-    if (place < ERRORS_MAX) {
-        device->error[place] = is_present ? code : 0U;
+    if (index < ERRORS_MAX) {
+        device->error[index] = is_present ? code : 0U;
     }
 }
 

@@ -8,7 +8,7 @@
 /// relay moves when its coil has had current for POWER_UNIT_LATCH_NS, so that a shorter pulse has no effect.
 /// Other frames are ignored.
 ///
-/// Ownership  The caller places power_unit_t; the nodes outlive it.
+/// Ownership  The caller provides power_unit_t; the nodes outlive it.
 /// Context    One task.
 /// Time       Simulated time, as an argument or that of the frame.
 #ifndef SIM_DEVICES_POWER_UNIT_H

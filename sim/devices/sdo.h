@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// SDO server of CiA 301: expedited and segmented upload and download. Block transfer is refused.
 ///
-/// Implements the protocol only: a request of eight octets gives a reply of eight octets, without time and
-/// bus.
+/// Implements the protocol only: a request of eight octets gives a reply of eight octets. It needs neither
+/// time nor bus.
 #ifndef SIM_DEVICES_SDO_H
 #define SIM_DEVICES_SDO_H
 

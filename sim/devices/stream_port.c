@@ -70,7 +70,7 @@ static bool is_stream(const stream_port_t* const port)
 
 // ---- Names ----
 
-static unsigned long number_behind(const char* const text, const char mark)
+static unsigned long number_after(const char* const text, const char mark)
 {
     const char* last = strrchr(text, mark);
     return (last != NULL) ? strtoul(&last[1], NULL, 10) : 0U;
@@ -81,7 +81,7 @@ static bool name_all(stream_port_t* const port)
     const stream_port_config_t* config = &port->config;
     const bool is_udp                  = config->kind == STREAM_PORT_UDP;
     const bool has_port                = is_udp || (config->kind == STREAM_PORT_TCP);
-    const unsigned long number         = number_behind(config->channel, ':');
+    const unsigned long number         = number_after(config->channel, ':');
     char channel[NAME_OCTETS];
     int size = has_port ? snprintf(channel, sizeof channel, "%s.%lu", is_udp ? "udp" : "tcp", number)
                         : snprintf(channel, sizeof channel, "%s",
@@ -90,9 +90,9 @@ static bool name_all(stream_port_t* const port)
         *next = (*next == '/') ? '.' : *next;
     }
     port->address =
-        (osal_address_t){OSAL_IPV4_OF_DEVICES((uint32_t)number_behind(config->run, '-')), (uint16_t)number};
+        (osal_address_t){OSAL_IPV4_OF_DEVICES((uint32_t)number_after(config->run, '-')), (uint16_t)number};
     port->peer =
-        (osal_address_t){OSAL_IPV4_OF_FLIGHT((uint32_t)number_behind(config->run, '-')), (uint16_t)number};
+        (osal_address_t){OSAL_IPV4_OF_FLIGHT((uint32_t)number_after(config->run, '-')), (uint16_t)number};
     const int most = snprintf(port->name, sizeof port->name, "/%s.flow.%s", config->run, channel);
     (void)snprintf(port->in, sizeof port->in, "%.58s.in", port->name);
     (void)snprintf(port->out, sizeof port->out, "%.58s.out", port->name);
@@ -450,14 +450,14 @@ void stream_port_send(stream_port_t* const port, const uint8_t* const message, c
 
 static status_t read_at_once(stream_port_t* const port, size_t* const out_size)
 {
-    uint8_t* place    = &port->received[port->held];
+    uint8_t* octets   = &port->received[port->held];
     const size_t room = sizeof port->received - port->held;
     *out_size         = 0U;
     if (room == 0U) {
         return STATUS_FULL;
     }
-    return is_terminal(port) ? osal_device_read(&port->terminal, place, room, out_size)
-                             : osal_stream_receive(&port->socket, place, room, out_size);
+    return is_terminal(port) ? osal_device_read(&port->terminal, octets, room, out_size)
+                             : osal_stream_receive(&port->socket, octets, room, out_size);
 }
 
 /// Read octets of a stream; in stepped time, wait for those that flight has announced.

@@ -143,7 +143,7 @@ static bool find_objects(void* const context)
 {
     wheel_t* wheel = context;
     const struct {
-        object_t** place;
+        object_t** object;
         uint16_t index;
     } wanted[] = {
         {&wheel->target_torque, 0x6071U},   {&wheel->torque_offset, 0x60B2U},
@@ -154,8 +154,8 @@ static bool find_objects(void* const context)
     };
     double position_unit = 0.0;
     for (size_t i = 0U; i < (sizeof wanted / sizeof wanted[0]); i++) {
-        *wanted[i].place = node_object(wheel->node, wanted[i].index, 0U);
-        if (*wanted[i].place == NULL) {
+        *wanted[i].object = node_object(wheel->node, wanted[i].index, 0U);
+        if (*wanted[i].object == NULL) {
             return false;
         }
     }

@@ -25,10 +25,10 @@ typedef struct {
 
 /// Create or overwrite the file. False: it cannot be created; record_file_close may still be called.
 bool record_file_open(record_file_t* file, const char* path);
-/// Returns a place for one record of up to `octets` octets, at most RECORD_FILE_BUFFER. The caller writes the
-/// record there and calls record_file_add.
+/// Returns the address for one record of up to `octets` octets, at most RECORD_FILE_BUFFER. The caller writes
+/// the record there and calls record_file_add.
 uint8_t* record_file_room(record_file_t* file, size_t octets);
-/// Add the record that the caller has written to the place that record_file_room returned; `octets` is its
+/// Add the record that the caller has written to the address that record_file_room returned; `octets` is its
 /// size.
 void record_file_add(record_file_t* file, size_t octets);
 /// Pass buffered records to the operating system.

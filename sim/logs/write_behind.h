@@ -43,7 +43,7 @@ typedef struct { // Private.
 /// Start the task. It may run on another processor if the program is pinned to one (osal_task_unpin). If it
 /// cannot be started, the caller consumes.
 void write_behind_open(write_behind_t* buffer, write_behind_consume_t consume, void* context);
-/// Returns a place for one record of up to `octets` octets. The caller writes the record there and calls
+/// Returns the address for one record of up to `octets` octets. The caller writes the record there and calls
 /// write_behind_add with its size.
 uint8_t* write_behind_room(write_behind_t* buffer, size_t octets);
 void write_behind_add(write_behind_t* buffer, size_t octets);

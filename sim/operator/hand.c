@@ -376,7 +376,7 @@ static status_t refuse_line(void* const context, const scenario_line_t* const li
     return scenario_error(line, "hand", "fault, operator or ground: this world has no Hand", error);
 }
 
-status_t hand_refuse(const char* const path, char error[SCENARIO_ERROR_MAX])
+status_t hand_check_no_lines(const char* const path, char error[SCENARIO_ERROR_MAX])
 {
     return (path != NULL) ? scenario_read(path, "hand", refuse_line, NULL, error) : STATUS_OK;
 }

@@ -56,7 +56,7 @@ MUST_USE status_t hand_load(const hand_parameters_t* parameters, const scene_t* 
 
 /// Check the scenario of a world without a hand (null: none). STATUS_OK if no line is for the hand; else
 /// `error` is filled as by hand_load: STATUS_NOT_FOUND, STATUS_INVALID.
-MUST_USE status_t hand_refuse(const char* path, char error[SCENARIO_ERROR_MAX]);
+MUST_USE status_t hand_check_no_lines(const char* path, char error[SCENARIO_ERROR_MAX]);
 
 /// Add one line of the actor `hand`; its time must not be before that of the last hand_step. The line acts
 /// after earlier lines of the same time. A refused line changes nothing. STATUS_OK; else `error` is filled:

@@ -199,12 +199,13 @@ status_t scenario_insert(scenario_lines_t* const lines, const void* const record
         return STATUS_EXHAUSTED;
     }
     uint8_t* const records = lines->record;
-    size_t place           = lines->count;
-    while ((place > lines->next) && (time_of(&records[(place - 1U) * octets]) > time_of(record))) {
-        place--;
+    size_t position        = lines->count;
+    while ((position > lines->next) && (time_of(&records[(position - 1U) * octets]) > time_of(record))) {
+        position--;
     }
-    memmove(&records[(place + 1U) * octets], &records[place * octets], (lines->count - place) * octets);
-    memcpy(&records[place * octets], record, octets);
+    memmove(&records[(position + 1U) * octets], &records[position * octets],
+            (lines->count - position) * octets);
+    memcpy(&records[position * octets], record, octets);
     lines->count++;
     return STATUS_OK;
 }

@@ -52,7 +52,7 @@ static void put(const dGeomID geom, const double position_m[3], const matrix_t* 
     dGeomSetPosition(geom, position_m[0], position_m[1], position_m[2]);
 }
 
-static void place(solid_t* const solid, const pose_t* const pose)
+static void move_to(solid_t* const solid, const pose_t* const pose)
 {
     memcpy(solid->position_m, pose->position_m, sizeof solid->position_m);
     put(solid->geom, pose->position_m, &pose->rotation);
@@ -77,7 +77,7 @@ static void follow(solid_t* const solid)
     pose_t now = pose_compose(&turn, &inner);
     dBodyGetRelPointPos(solid->body, centre[0], centre[1], centre[2], at);
     memcpy(now.position_m, at, sizeof now.position_m);
-    place(solid, &now);
+    move_to(solid, &now);
 }
 
 /// Returns the number of a shape of a link. The shape is made when the first contact names it.
@@ -103,7 +103,7 @@ static unsigned solid_of_link(plant_t* const plant, const unsigned robot, const 
     make_geometry(solid);
     if (solid->body == NULL) {
         const pose_t pose = pose_compose(&plant->robot[robot].base, &in_body);
-        place(solid, &pose);
+        move_to(solid, &pose);
     }
     return number;
 }
@@ -120,7 +120,7 @@ static unsigned solid_of_fixture(plant_t* const plant, const unsigned fixture, c
         for (unsigned i = 0U; i < 3U; i++) {
             pose.position_m[i] = own->at[i] + pose.position_m[i];
         }
-        place(solid, &pose);
+        move_to(solid, &pose);
     }
     return number;
 }

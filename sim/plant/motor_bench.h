@@ -3,7 +3,7 @@
 /// output touches an elastic object. This model is sufficient for a gripper, a shutter, or a drive on a
 /// table.
 ///
-/// Ownership  The caller places motor_bench_t.
+/// Ownership  The caller provides motor_bench_t.
 /// Context    One task.
 /// Results    Bit-identical if the same calls are repeated.
 #ifndef SIM_PLANT_MOTOR_BENCH_H

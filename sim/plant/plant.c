@@ -35,7 +35,7 @@ static void create_world(plant_t* const plant)
 }
 
 /// Positions of the origins of the links named by contacts and springs.
-static void read_places(plant_t* const plant)
+static void read_positions(plant_t* const plant)
 {
     const world_t* world = plant->world;
     for (size_t i = 0U; i < world->contact_count; i++) {
@@ -73,7 +73,7 @@ status_t plant_create(const world_t* const world, plant_t** const out_plant, cha
         return status;
     }
     robots_read(plant);
-    read_places(plant);
+    read_positions(plant);
     wheels_create(plant);
     for (size_t i = 0U; i < world->spring_count; i++) {
         plant->spring[i].below = plant->truth.spring[i].place_m[2] < world->spring[i].hook[2];
@@ -245,15 +245,15 @@ static void push_valves(plant_t* const plant, const plant_input_t* const input)
         const dBodyID body         = plant->robot[valve->robot].body[frame->body];
         const pose_t turn          = {.rotation = frame->pose.rotation};
         load_t load                = {.robot = valve->robot, .body = frame->body};
-        double place[3];
+        double at[3];
         double along[3];
         dVector3 direction;
         if (!input->valve_open[i] || (body == NULL)) {
             continue;
         }
-        pose_apply(&frame->pose, valve->at, place);
+        pose_apply(&frame->pose, valve->at, at);
         pose_apply(&turn, valve->direction, along);
-        robot_point(plant, load.robot, load.body, place, load.point_m);
+        robot_point(plant, load.robot, load.body, at, load.point_m);
         dBodyVectorToWorld(body, along[0], along[1], along[2], direction);
         for (unsigned k = 0U; k < 3U; k++) {
             load.force_n[k] = valve->force * direction[k];
@@ -266,8 +266,8 @@ static void push_valves(plant_t* const plant, const plant_input_t* const input)
 
 /// First all forces and torques of the present pose are added, because the check adds their effect to
 /// the speeds; the joints of latches and contacts are changed after the check, so a failed step changes none.
-/// Latches come before contacts, because a closed latch ends the contact between its links. The truth is that
-/// after the step, and is read last.
+/// Latches come before contacts, because a closed latch ends the contact between its links. Last, the state
+/// after the step is read into the truth.
 static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* const input, const double dt_s)
 {
     clear_sums(plant, input);
@@ -293,7 +293,7 @@ static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* con
     }
     robots_read(plant);
     wheels_read(plant);
-    read_places(plant);
+    read_positions(plant);
 }
 
 void plant_step(plant_t* const plant, const plant_input_t* const input, const uint64_t dt_ns)

@@ -65,45 +65,47 @@ static void direction(const matrix_t* const rotation, const double in_frame[3], 
 }
 
 /// Pose of the body that a joint moves, at the start position of the joint.
-static start_pose_t place_behind(const start_pose_t* const parent, const robot_joint_t* const joint,
-                                 const double position)
+static start_pose_t start_pose_of(const start_pose_t* const parent, const robot_joint_t* const joint,
+                                  const double position)
 {
-    const pose_t before = pose_compose(&parent->pose, &joint->origin);
-    start_pose_t place  = {.pose              = before,
-                           .still             = before.rotation,
-                           .is_still_constant = parent->is_still_constant && is_same(parent->axis, nowhere)};
+    const pose_t before     = pose_compose(&parent->pose, &joint->origin);
+    start_pose_t start_pose = {.pose  = before,
+                               .still = before.rotation,
+                               .is_still_constant =
+                                   parent->is_still_constant && is_same(parent->axis, nowhere)};
     if (joint->kind == ROBOT_JOINT_PRISMATIC) {
         const double along[3] = {joint->axis[0] * position, joint->axis[1] * position,
                                  joint->axis[2] * position};
-        pose_apply(&before, along, place.pose.position_m);
-        return place;
+        pose_apply(&before, along, start_pose.pose.position_m);
+        return start_pose;
     }
-    place.angle_rad = position;
-    memcpy(place.axis, joint->axis, sizeof place.axis);
+    start_pose.angle_rad = position;
+    memcpy(start_pose.axis, joint->axis, sizeof start_pose.axis);
     if (!is_turned(&joint->origin.rotation) && is_same(parent->axis, joint->axis)) {
-        place.still             = parent->still;
-        place.is_still_constant = parent->is_still_constant;
-        place.angle_rad += parent->angle_rad;
+        start_pose.still             = parent->still;
+        start_pose.is_still_constant = parent->is_still_constant;
+        start_pose.angle_rad += parent->angle_rad;
     }
-    const matrix_t turn = rotation_about(place.axis, place.angle_rad);
-    place.pose.rotation = turned(&place.still, &turn).rotation;
-    return place;
+    const matrix_t turn      = rotation_about(start_pose.axis, start_pose.angle_rad);
+    start_pose.pose.rotation = turned(&start_pose.still, &turn).rotation;
+    return start_pose;
 }
 
 // ---- Bodies ----
 
-static void set_rotation(const dBodyID body, const start_pose_t* const place)
+static void set_rotation(const dBodyID body, const start_pose_t* const start_pose)
 {
     dMatrix3 half; // The rotation as ODE computes it: from sine and cosine of half the angle.
     dMatrix3 rotation = {0.0};
     matrix_t turn;
-    dRFromAxisAndAngle(half, place->axis[0], place->axis[1], place->axis[2], place->angle_rad);
+    dRFromAxisAndAngle(half, start_pose->axis[0], start_pose->axis[1], start_pose->axis[2],
+                       start_pose->angle_rad);
     for (unsigned i = 0U; i < 3U; i++) {
         for (unsigned k = 0U; k < 3U; k++) {
             turn.at[i][k] = half[(4U * i) + k];
         }
     }
-    const matrix_t whole = turned(&place->still, &turn).rotation;
+    const matrix_t whole = turned(&start_pose->still, &turn).rotation;
     for (unsigned i = 0U; i < 3U; i++) {
         for (unsigned k = 0U; k < 3U; k++) {
             rotation[(4U * i) + k] = whole.at[i][k];
@@ -114,7 +116,7 @@ static void set_rotation(const dBodyID body, const start_pose_t* const place)
 
 /// Create a body. Its frame in ODE has the origin in the centre of mass and the axes of the model.
 static dBodyID create_body(const plant_t* const plant, const robot_mass_t* const mass,
-                           const start_pose_t* const place)
+                           const start_pose_t* const start_pose)
 {
     const matrix_t* inertia = &mass->inertia_kgm2;
     const dBodyID body      = dBodyCreate(plant->ode);
@@ -123,8 +125,8 @@ static dBodyID create_body(const plant_t* const plant, const robot_mass_t* const
     dMassSetParameters(&all, mass->mass_kg, 0.0, 0.0, 0.0, inertia->at[0][0], inertia->at[1][1],
                        inertia->at[2][2], inertia->at[0][1], inertia->at[0][2], inertia->at[1][2]);
     dBodySetMass(body, &all);
-    set_rotation(body, place);
-    pose_apply(&place->pose, mass->com_m, centre);
+    set_rotation(body, start_pose);
+    pose_apply(&start_pose->pose, mass->com_m, centre);
     dBodySetPosition(body, centre[0], centre[1], centre[2]);
     dBodySetGyroscopicMode(body, 1);
     return body;
@@ -158,10 +160,10 @@ static status_t limit(const plant_t* const plant, const world_robot_t* const rob
 }
 
 static void create_joint(const plant_t* const plant, joint_t* const joint, const dBodyID child,
-                         const start_pose_t* const place)
+                         const start_pose_t* const start_pose)
 {
-    const double* at = place->pose.position_m;
-    direction(&place->still, joint->model->axis, joint->axis);
+    const double* at = start_pose->pose.position_m;
+    direction(&start_pose->still, joint->model->axis, joint->axis);
     if (joint->model->kind == ROBOT_JOINT_PRISMATIC) {
         joint->ode = dJointCreateSlider(plant->ode, NULL);
         dJointAttach(joint->ode, child, joint->parent);
@@ -223,13 +225,13 @@ static void set_in_motion(const robot_start_t* const start, const dBodyID body)
 
 /// Add the motion that the rates of the joints give to the bodies that they carry.
 static void set_joint_rates(const plant_t* const plant, const unsigned index,
-                            const start_pose_t place[ROBOT_BODIES_MAX])
+                            const start_pose_t start_pose[ROBOT_BODIES_MAX])
 {
     const world_robot_t* robot = &plant->world->robot[index];
     const robot_t* own         = &plant->robot[index];
     for (unsigned i = 0U; i < robot->model.joint_count; i++) {
         const joint_t* joint = &plant->joint[own->first_joint + i];
-        const double* anchor = place[i + 1U].pose.position_m;
+        const double* anchor = start_pose[i + 1U].pose.position_m;
         const double turn[3] = {joint->axis[0] * robot->rate[i], joint->axis[1] * robot->rate[i],
                                 joint->axis[2] * robot->rate[i]};
         for (unsigned k = i + 1U; (robot->rate[i] != 0.0) && (k <= robot->model.joint_count); k++) {
@@ -259,27 +261,28 @@ static status_t create_robot(plant_t* const plant, const unsigned index, char er
     robot_t* own               = &plant->robot[index];
     robot_start_t start;
     robot_start(plant, index, &start);
-    start_pose_t place[ROBOT_BODIES_MAX] = {
+    start_pose_t start_pose[ROBOT_BODIES_MAX] = {
         {.pose = start.pose, .still = start.pose.rotation, .is_still_constant = !robot->is_free}};
     status_t status = STATUS_OK;
 
     own->base    = start.pose;
-    own->body[0] = robot->is_free ? create_body(plant, &model->body[0], &place[0]) : NULL;
+    own->body[0] = robot->is_free ? create_body(plant, &model->body[0], &start_pose[0]) : NULL;
     for (unsigned i = 0U; i < model->joint_count; i++) {
-        place[i + 1U]     = place_behind(&place[model->joint[i].parent], &model->joint[i], robot->start[i]);
-        own->body[i + 1U] = create_body(plant, &model->body[i + 1U], &place[i + 1U]);
+        start_pose[i + 1U] =
+            start_pose_of(&start_pose[model->joint[i].parent], &model->joint[i], robot->start[i]);
+        own->body[i + 1U] = create_body(plant, &model->body[i + 1U], &start_pose[i + 1U]);
     }
     for (unsigned i = 0U; (i < model->joint_count) && (status == STATUS_OK); i++) {
         joint_t* joint = &plant->joint[own->first_joint + i];
         prepare_joint(plant, index, i);
-        create_joint(plant, joint, own->body[i + 1U], &place[i + 1U]);
-        joint->is_axis_constant = place[i + 1U].is_still_constant;
+        create_joint(plant, joint, own->body[i + 1U], &start_pose[i + 1U]);
+        joint->is_axis_constant = start_pose[i + 1U].is_still_constant;
         status                  = limit(plant, robot, joint, error);
     }
     for (unsigned i = 0U; robot->is_free && (i <= model->joint_count); i++) {
         set_in_motion(&start, own->body[i]);
     }
-    set_joint_rates(plant, index, place);
+    set_joint_rates(plant, index, start_pose);
     return status;
 }
 

@@ -18,7 +18,7 @@ void relay_init(relay_t* const relay, const uint64_t seed, const relay_law_t* co
     }
 }
 
-static size_t place_of(const relay_t* const relay, const size_t rank)
+static size_t index_of(const relay_t* const relay, const size_t rank)
 {
     return (relay->first + rank) % RELAY_FRAMES_MAX;
 }
@@ -28,11 +28,11 @@ static void insert(relay_t* const relay, const uint16_t index)
 {
     const uint64_t due_ns = relay->frames[index].due_ns;
     size_t rank           = relay->count;
-    while ((rank > 0U) && (relay->frames[relay->order[place_of(relay, rank - 1U)]].due_ns > due_ns)) {
-        relay->order[place_of(relay, rank)] = relay->order[place_of(relay, rank - 1U)];
+    while ((rank > 0U) && (relay->frames[relay->order[index_of(relay, rank - 1U)]].due_ns > due_ns)) {
+        relay->order[index_of(relay, rank)] = relay->order[index_of(relay, rank - 1U)];
         rank--;
     }
-    relay->order[place_of(relay, rank)] = index;
+    relay->order[index_of(relay, rank)] = index;
     relay->count++;
 }
 
@@ -66,7 +66,7 @@ const relay_frame_t* relay_give(relay_t* const relay, const uint64_t now_ns)
     }
     const uint16_t index             = relay->order[relay->first];
     const relay_frame_t* const frame = &relay->frames[index];
-    relay->first                     = place_of(relay, 1U);
+    relay->first                     = index_of(relay, 1U);
     relay->count--;
     relay->unused[RELAY_FRAMES_MAX - 1U - relay->count] = index;
     relay->counters.delayed++;

@@ -277,21 +277,21 @@ static bool take_time(const char* const value, const field_t* const field, doubl
 
 static bool take_value(const char* const value, const field_t* const field, void* const record)
 {
-    void* place = (char*)record + field->offset;
+    void* member = (char*)record + field->offset;
     switch (field->kind) {
     case FIELD_NAME:
     case FIELD_TEXT:
-        return take_text(value, field->kind == FIELD_NAME, place);
+        return take_text(value, field->kind == FIELD_NAME, member);
     case FIELD_NUMBER:
-        return document_number(value, field->low, field->high, place);
+        return document_number(value, field->low, field->high, member);
     case FIELD_VECTOR:
-        return take_vector(value, field, place);
+        return take_vector(value, field, member);
     case FIELD_UNSIGNED:
-        return take_unsigned(value, field, place);
+        return take_unsigned(value, field, member);
     case FIELD_TIME:
         break;
     }
-    return take_time(value, field, place);
+    return take_time(value, field, member);
 }
 
 static status_t refuse_value(const element_t* const element, const field_t* const field,

@@ -12,7 +12,7 @@
 /// moment of inertia that is not positive, moments of which one exceeds the sum of the other two, and a
 /// moving body without mass.
 ///
-/// Ownership  The caller places robot_model_t; it has no pointers.
+/// Ownership  The caller provides robot_model_t; it has no pointers.
 /// Context    One task.
 #ifndef SIM_WORLD_ROBOT_MODEL_H
 #define SIM_WORLD_ROBOT_MODEL_H

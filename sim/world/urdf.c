@@ -18,7 +18,7 @@ typedef enum {
     IN_COLLISION,
     IN_GEOMETRY,
     IN_JOINT
-} urdf_place_t;
+} urdf_element_t;
 
 /// Inertia tensor, with the names of URDF.
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
 } moments_t;
 
 typedef struct {
-    urdf_place_t place;
+    urdf_element_t inside;
     urdf_t* urdf;
     urdf_origin_t origin; // Origin of the <inertial> or <collision> that is being read.
     double mass_kg;
@@ -111,7 +111,7 @@ static status_t start_link(urdf_reader_t* const reader, const element_t* const e
         }
     }
     reader->urdf->link_count++;
-    reader->place = IN_LINK;
+    reader->inside = IN_LINK;
     return status;
 }
 
@@ -146,7 +146,7 @@ static status_t start_joint(urdf_reader_t* const reader, const element_t* const 
     }
     joint->kind = (robot_joint_kind_t)kind;
     reader->urdf->joint_count++;
-    reader->place = IN_JOINT;
+    reader->inside = IN_JOINT;
     memset(reader->has, 0, sizeof reader->has);
     return STATUS_OK;
 }
@@ -180,13 +180,13 @@ static status_t start_in_link(urdf_reader_t* const reader, const element_t* cons
     reader->has_moments          = false;
     reader->has_shape            = false;
     if (is_mass) {
-        reader->place = IN_INERTIAL;
+        reader->inside = IN_INERTIAL;
         return (reader->urdf->link[reader->urdf->link_count - 1U].mass.mass_kg == 0.0)
                    ? element_take(element, NULL, 0U, NULL)
                    : element_refuse(element, element->name, "one inertial in each link");
     }
     if (is_shape) {
-        reader->place = IN_COLLISION;
+        reader->inside = IN_COLLISION;
         return element_take(element, label, 1U, reader);
     }
     return *out_is_skipped ? STATUS_OK
@@ -257,7 +257,7 @@ static status_t start_in_collision(urdf_reader_t* const reader, const element_t*
         return take_origin(reader, element);
     }
     if (strcmp(element->name, "geometry") == 0) {
-        reader->place = IN_GEOMETRY;
+        reader->inside = IN_GEOMETRY;
         return element_take(element, NULL, 0U, NULL);
     }
     return element_refuse(element, element->name, "origin or geometry");
@@ -312,27 +312,27 @@ static status_t start_robot(urdf_reader_t* const reader, const element_t* const 
         {"name", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, false},
         {"version", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true},
         {"xmlns:xacro", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}}; // xacro leaves it.
-    reader->place = IN_ROBOT;
+    reader->inside = IN_ROBOT;
     return (strcmp(element->name, "robot") == 0) ? element_take(element, labels, 3U, reader)
                                                  : element_refuse(element, element->name, "robot");
 }
 
-/// Depth of the open element while the reader is in `place`.
-static unsigned depth_of(const urdf_place_t place)
+/// Depth of the open element while the reader is in `inside`.
+static unsigned depth_of(const urdf_element_t inside)
 {
     static const unsigned depths[] = {
         [IN_NOTHING] = 0U,   [IN_ROBOT] = 1U,    [IN_LINK] = 2U, [IN_INERTIAL] = 3U,
         [IN_COLLISION] = 3U, [IN_GEOMETRY] = 4U, [IN_JOINT] = 2U};
-    return depths[place];
+    return depths[inside];
 }
 
 static status_t on_start(void* const context, const element_t* const element, bool* const out_is_skipped)
 {
     urdf_reader_t* reader = context;
-    if (element->depth != (depth_of(reader->place) + 1U)) {
+    if (element->depth != (depth_of(reader->inside) + 1U)) {
         return element_refuse(element, element->name, "no element inside of this one");
     }
-    switch (reader->place) {
+    switch (reader->inside) {
     case IN_NOTHING:
         break;
     case IN_ROBOT:
@@ -362,7 +362,7 @@ static status_t end_inertial(urdf_reader_t* const reader, const element_t* const
         .mass_kg      = reader->mass_kg,
         .inertia_kgm2 = {{{m->xx, m->xy, m->xz}, {m->xy, m->yy, m->yz}, {m->xz, m->yz, m->zz}}}};
     robot_mass_add(&reader->urdf->link[reader->urdf->link_count - 1U].mass, &pose, &mass);
-    reader->place = IN_LINK;
+    reader->inside = IN_LINK;
     return STATUS_OK;
 }
 
@@ -374,31 +374,31 @@ static status_t end_collision(urdf_reader_t* const reader, const element_t* cons
     reader->urdf->shape[reader->urdf->shape_count].pose =
         pose_of(reader->origin.position_m, reader->origin.rpy_rad);
     reader->urdf->shape_count++;
-    reader->place = IN_LINK;
+    reader->inside = IN_LINK;
     return STATUS_OK;
 }
 
 static status_t on_end(void* const context, const element_t* const element)
 {
     urdf_reader_t* reader = context;
-    if (element->depth != depth_of(reader->place)) {
-        return STATUS_OK; // The end of an element that cannot contain others does not change the place.
+    if (element->depth != depth_of(reader->inside)) {
+        return STATUS_OK; // The end of an element that cannot contain others does not change the inside.
     }
-    switch (reader->place) {
+    switch (reader->inside) {
     case IN_NOTHING:
     case IN_ROBOT:
-        reader->place = IN_NOTHING;
+        reader->inside = IN_NOTHING;
         break;
     case IN_LINK:
     case IN_JOINT:
-        reader->place = IN_ROBOT;
+        reader->inside = IN_ROBOT;
         break;
     case IN_INERTIAL:
         return end_inertial(reader, element);
     case IN_COLLISION:
         return end_collision(reader, element);
     case IN_GEOMETRY:
-        reader->place = IN_COLLISION;
+        reader->inside = IN_COLLISION;
         break;
     }
     return STATUS_OK;

@@ -106,8 +106,8 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
     return status;
 }
 
-/// Read an element whose attributes have the names of joints of the robot. `limit` is the largest amount of
-/// each number; if it is 0, the limits of the joints apply.
+/// Read an element whose attributes have the names of joints of the robot. `limit` is the largest magnitude
+/// of each number; if it is 0, the limits of the joints apply.
 static status_t take_joints(const world_robot_t* const robot, const element_t* const element,
                             const double limit, double out_value[ROBOT_JOINTS_MAX])
 {

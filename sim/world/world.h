@@ -6,7 +6,7 @@
 /// reader refuses, with file and line: unknown elements and attributes, values outside their range, unknown
 /// or repeated names, two devices with the same node id on a bus, two drives of one joint.
 ///
-/// Ownership  The caller places world_t; it has no pointers.
+/// Ownership  The caller provides world_t; it has no pointers.
 /// Context    One task.
 #ifndef SIM_WORLD_WORLD_H
 #define SIM_WORLD_WORLD_H

@@ -70,7 +70,7 @@ const field_t world_spring_fields[WORLD_SPRING_FIELDS] = {
     NUMBER(world_spring_t, "travel", travel, 1e-9, FAR_M),
     NUMBER(world_spring_t, "limit", limit, 1e-9, GREAT)};
 
-static bool is_same_place(const double a[3], const double b[3])
+static bool is_same_position(const double a[3], const double b[3])
 {
     return (a[0] == b[0]) && (a[1] == b[1]) && (a[2] == b[2]);
 }
@@ -80,7 +80,7 @@ status_t world_spring_finish(world_t* const world, const element_t* const elemen
     world_spring_t* spring = record;
     spring->line           = element->line;
     for (const world_spring_t* other = world->spring; other < spring; other++) {
-        if ((strcmp(spring->on, other->on) == 0) && is_same_place(spring->hook, other->hook)) {
+        if ((strcmp(spring->on, other->on) == 0) && is_same_position(spring->hook, other->hook)) {
             return element_refuse(element, element_attribute(element, "hook"),
                                   "a hook that no CableSpring above has on this link");
         }

@@ -22,7 +22,7 @@
 
 static message_endpoint_t ends[2];
 static message_ring_carrier_t hub;
-static message_place_t inboxes[2];
+static message_slot_t inboxes[2];
 static uint8_t message[OCTETS];
 static volatile uint32_t sink;              // Keeps the compiler from removing the work.
 static volatile size_t octets_now = OCTETS; // Keeps the compiler from generating code for one size.

@@ -17,7 +17,7 @@ static pus_app_process_t process;
 static pus_monitoring_t monitoring;
 static pus_pmon_t pmons[MONITORS];
 static uint16_t order[MONITORS];
-static uint16_t places[MONITORS];
+static uint16_t positions[MONITORS];
 static pus_due_t due[MONITORS];
 static pus_fmon_t fmons[1];
 static uint16_t touched[1];
@@ -93,19 +93,19 @@ static void restore_monitors(const uint32_t interval)
     const pus_port_t port          = {.send = drop};
     pus_app_process_init(&process, 16U, 0U, &port);
     pus_monitoring_init(&monitoring, &(const pus_monitoring_config_t){
-                                         .process       = &process,
-                                         .parameters    = {.find = find, .read = read_value},
-                                         .events        = {.is_known = is_known, .raise = raise_nothing},
-                                         .pmons         = pmons,
-                                         .pmon_order    = order,
-                                         .pmon_places   = places,
-                                         .due           = due,
-                                         .fmons         = fmons,
-                                         .touched       = touched,
-                                         .members       = members,
-                                         .transitions   = transitions,
-                                         .pmon_capacity = MONITORS,
-                                         .fmon_capacity = 1U,
+                                         .process        = &process,
+                                         .parameters     = {.find = find, .read = read_value},
+                                         .events         = {.is_known = is_known, .raise = raise_nothing},
+                                         .pmons          = pmons,
+                                         .pmon_order     = order,
+                                         .pmon_positions = positions,
+                                         .due            = due,
+                                         .fmons          = fmons,
+                                         .touched        = touched,
+                                         .members        = members,
+                                         .transitions    = transitions,
+                                         .pmon_capacity  = MONITORS,
+                                         .fmon_capacity  = 1U,
                                          .transition_capacity = TRANSITIONS,
                                          .fmon_members        = 1U,
                                      });

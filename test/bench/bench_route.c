@@ -28,10 +28,10 @@ static subsystem_descriptor_t descriptor;
 static descriptor_loader_t loader;
 static supervisor_t supervisor;
 static message_endpoint_t endpoint;
-static message_place_t inbox[MEMBERS];
+static message_slot_t inbox[MEMBERS];
 static message_ring_carrier_t hub;
 static message_endpoint_t ends[2];
-static message_place_t end_inboxes[2];
+static message_slot_t end_inboxes[2];
 static pus_app_process_t process;
 static pus_report_queues_t report_queues;
 static uint8_t packet[PUS_PACKET_MAX];
@@ -41,7 +41,7 @@ static unsigned routed;
 static const uint16_t apids[MEMBERS] = {COMMUNICATION_APID, 16U, 17U};
 static struct {
     message_endpoint_t endpoint;
-    message_place_t inbox[1];
+    message_slot_t inbox[1];
 } members[MEMBERS];
 
 static void ignore_notice(void* context, uint16_t to)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The light station beside flights by the wall clock, with the page in Chromium.
+"""The light station during flights in real time, with the page in Chromium.
 
     station_robot_moves      `make gse`, until the robot moves on the page, by the default scenario; baseline: 10 s
     station_picture          95 % of the housekeeping reports: from a packet's arrival at another client of the ground port
@@ -69,15 +69,15 @@ WATCH = """() => {
     };
 }"""
 # Records each movement of the pointer and its age, and each line of the hand with the simulated time at which it acts. The
-# browser reports a movement at once, and again before the next frame, which is no other movement.
+# browser reports a movement at once, and the same movement a second time before the next frame.
 WATCH_HAND = """() => {
     const bench = window.bench, store = station.store, live = store.live.bind(store);
     Object.assign(bench, {moves: [], ages: [], lines: []});
     let noted = "";
     const note = (event) => {
-        const place = `${event.clientX} ${event.clientY}`, now = performance.now();
-        if (place === noted) return;
-        noted = place;
+        const position = `${event.clientX} ${event.clientY}`, now = performance.now();
+        if (position === noted) return;
+        noted = position;
         bench.moves.push(now);
         bench.ages.push(now - event.timeStamp);
     };
@@ -159,7 +159,7 @@ class Listener:
                 self.parts.append((time.monotonic(), octets))
 
     def close(self):
-        """End. Returns all octets, and a function that gives the time of arrival of an octet by its place."""
+        """End. Returns all octets, and a function that gives the time of arrival of the octet at an offset."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._thread.join()
@@ -168,7 +168,7 @@ class Listener:
         for at, octets in self.parts:
             end += len(octets)
             ends.append((end, at))
-        return b"".join(octets for _, octets in self.parts), lambda place: ends[bisect.bisect_right(ends, (place, float("inf")))][1]
+        return b"".join(octets for _, octets in self.parts), lambda offset: ends[bisect.bisect_right(ends, (offset, float("inf")))][1]
 
 
 class Clients:
@@ -245,13 +245,13 @@ def lateness(reports, drawn, source, offset_ms):
     """For each report of the structure that moves the robot: time until the robot is drawn at its positions, less the period [ms]."""
     of_source = sorted((time_us, at) for (apid, structure, time_us), at in reports.items() if (apid, structure) == source)
     period_ms = statistics.median(late - early for (early, _), (late, _) in zip(of_source, of_source[1:])) / 1e3
-    found, place = [], 0
+    found, index = [], 0
     for time_us, at in of_source:
-        while place < len(drawn) and not (drawn[place][0] * 1e6 > time_us + 1 or drawn[place][1] and drawn[place][0] * 1e6 > time_us - 1):
-            place += 1
-        if place == len(drawn):
+        while index < len(drawn) and not (drawn[index][0] * 1e6 > time_us + 1 or drawn[index][1] and drawn[index][0] * 1e6 > time_us - 1):
+            index += 1
+        if index == len(drawn):
             break
-        found.append(drawn[place][2] - offset_ms - at - period_ms)
+        found.append(drawn[index][2] - offset_ms - at - period_ms)
     return found, period_ms
 
 
@@ -332,18 +332,18 @@ def hand(page):
     offset_ms = offset_of(page)
     measured = page.evaluate("window.bench")
     samples = samples_of(listener)
-    delays, acked, line, place = [], [], 0, 0
+    delays, acked, line, sample = [], [], 0, 0
     lines = [entry for entry in measured["lines"] if entry[1] is not None]
     for at in measured["moves"]:
         while line < len(lines) and lines[line][0] < at:
             line += 1
         if line == len(lines):
             break
-        while place < len(samples) and samples[place][0] < lines[line][1]:
-            place += 1
-        if place == len(samples):
+        while sample < len(samples) and samples[sample][0] < lines[line][1]:
+            sample += 1
+        if sample == len(samples):
             break
-        delays.append(samples[place][1] + offset_ms - at)
+        delays.append(samples[sample][1] + offset_ms - at)
         acked.append(lines[line][2] - lines[line][0])
     spread("movement of the pointer, until the page's event", measured["ages"], "ms")
     spread("line of the hand, until the page has its answer", acked, "ms")
@@ -351,8 +351,8 @@ def hand(page):
     print(f"BENCH station_hand {share(delays, 0.95):.2f} ms 5", flush=True)
 
 
-def beside_a_flight(browser):
-    """Rows of telemetry and hand, beside one flight."""
+def during_a_flight(browser):
+    """Rows of telemetry and hand, from one flight."""
     scenario = flying.write_scenario(ROOT / "runs" / "bench-station.scn", *SCENARIO)
     station = Station(f"SCENARIO={scenario}")
     try:
@@ -411,7 +411,7 @@ def main():
             spread("make gse to a moving robot", taken, "s")
             print(f"BENCH station_robot_moves {statistics.median(taken):.2f} s 10", flush=True)
         if "flight" in wanted:
-            beside_a_flight(browser)
+            during_a_flight(browser)
         if "replay" in wanted:
             replay(browser)
 

@@ -83,7 +83,7 @@ status_t __wrap_i2c_read(const uint8_t device, const uint8_t* const head, const 
 static void must(const status_t status)
 {
     if (status != STATUS_OK) {
-        osal_console_complain(status_text(status));
+        osal_console_print_error(status_text(status));
         port_exit(1);
     }
 }
@@ -123,7 +123,7 @@ static void print(const kind_t* const kind)
             text_add_unsigned(&text, numbers[j]);
         }
         if (one->instructions > 0U) {
-            osal_console_say(line);
+            osal_console_print_line(line);
         }
     }
 }

@@ -82,7 +82,7 @@ static enum {
 
 // The supervisor.
 static message_endpoint_t endpoint;
-static message_place_t place;
+static message_slot_t place;
 static pus_requester_t requester;
 static uint32_t reports; ///< Packets that have arrived.
 static uint64_t operational_ns;
@@ -177,7 +177,7 @@ status_t __wrap_osal_udp_receive(osal_socket_t* const sock, osal_address_t* cons
 static void must(const status_t status)
 {
     if (status != STATUS_OK) {
-        osal_console_complain(status_text(status));
+        osal_console_print_error(status_text(status));
         port_exit(1);
     }
 }
@@ -469,7 +469,7 @@ int __wrap_executive_run(const int argument_count, char* const arguments[], cons
     must(osal_task_start(&surroundings, make_run, &is_made, 0)); // It shall not use the stack of main.
     osal_task_join(&surroundings);
     if (!is_made) {
-        osal_console_complain("the program was not compiled for " MISSION);
+        osal_console_print_error("the program was not compiled for " MISSION);
         return 1;
     }
     return __real_executive_run(5, arguments_of_run, executable, open, descriptors);

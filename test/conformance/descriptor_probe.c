@@ -39,8 +39,8 @@ typedef struct {
 
 #define COMPILED(lower, UPPER)                                                                               \
     {                                                                                                        \
-#lower ".xml", UPPER##_INTERFACE_HASH, lower##_definitions, lower##_places, UPPER##_PARAMETER_COUNT, \
-            sizeof(lower##_parameters_t)                                                                     \
+#lower ".xml", UPPER##_INTERFACE_HASH, lower##_definitions, lower##_offsets,                         \
+            UPPER##_PARAMETER_COUNT, sizeof(lower##_parameters_t)                                            \
     }
 
 static const compiled_t all[] = {

@@ -3,7 +3,8 @@
 sensors measure its rotation.
 
 The simulator waits until the master sends, and each frame of the master lets `--quantum` of simulated time pass. The
-results therefore do not depend on the speed of the machine. A cycle of `command` has five frames, one of `sync` has one."""
+results therefore do not depend on the speed of the machine. A cycle of `command` has five frames, and a cycle of `sync` one
+frame."""
 
 import importlib
 import queue
@@ -52,7 +53,7 @@ def at_each_step(messages):
     return found
 
 
-def test_the_world_is_one_by_its_schema():
+def test_the_world_is_valid_by_its_schema():
     subprocess.run(["xmllint", "--noout", "--nonet", "--schema", ROOT / "descriptors/schema/world.xsd", CUBE], check=True)
 
 

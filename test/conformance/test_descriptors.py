@@ -137,22 +137,22 @@ VALUES = (
 )
 
 
-def damage(text, chance):
+def damage(text, rng):
     """A copy of a descriptor with one mistake or, by chance, with none."""
-    kind = chance.randrange(6)
+    kind = rng.randrange(6)
     attributes = list(re.finditer(r' (\w+)="([^"]*)"', text))
     lines = text.split("\n")
     if kind <= 2:
-        found = chance.choice(attributes)
-        return f'{text[: found.start(2)]}{chance.choice(VALUES)}{text[found.end(2) :]}'
+        found = rng.choice(attributes)
+        return f'{text[: found.start(2)]}{rng.choice(VALUES)}{text[found.end(2) :]}'
     if kind == 3:
-        found = chance.choice(attributes)
+        found = rng.choice(attributes)
         return text[: found.start()] + text[found.end() :]
     if kind == 4:
-        first, second = chance.choice(attributes), chance.choice(attributes)
+        first, second = rng.choice(attributes), rng.choice(attributes)
         return f"{text[: first.start(2)]}{second[2]}{text[first.end(2) :]}"
-    number = chance.choice([n for n, line in enumerate(lines) if line.strip().endswith("/>")])
-    change = chance.choice(([], [lines[number], lines[number]]))
+    number = rng.choice([n for n, line in enumerate(lines) if line.strip().endswith("/>")])
+    change = rng.choice(([], [lines[number], lines[number]]))
     return "\n".join(lines[:number] + change + lines[number + 1 :])
 
 
@@ -163,11 +163,11 @@ def line_of(error):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_both_readers_agree_on_damaged_subsystems(probe, tmp_path, seed):
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     paths = []
     for number in range(250):
         path = tmp_path / f"{number}.xml"
-        path.write_text(damage(chance.choice(SUBSYSTEMS).read_text(), chance), encoding="utf-8")
+        path.write_text(damage(rng.choice(SUBSYSTEMS).read_text(), rng), encoding="utf-8")
         paths.append(path)
     compare(probe, "subsystem", paths)
 
@@ -193,13 +193,13 @@ def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_both_readers_agree_on_damaged_missions(probe, tmp_path, seed):
-    chance = random.Random(100 + seed)
+    rng = random.Random(100 + seed)
     shutil.copytree(DESCRIPTORS / "subsystems", tmp_path / "subsystems")
     (tmp_path / "missions").mkdir()
     paths = []
     for number in range(200):
         path = tmp_path / "missions" / f"{number}.xml"
-        path.write_text(damage(MISSION.read_text(), chance), encoding="utf-8")
+        path.write_text(damage(MISSION.read_text(), rng), encoding="utf-8")
         paths.append(path)
     compare(probe, "mission", paths)
 
@@ -282,11 +282,11 @@ def test_both_readers_agree_on_damaged_structures_within_structures_and_loops(pr
 
 def compare_damaged(probe, tmp_path, document, seed):
     """Compare the readers on a document and on many damaged copies of it."""
-    chance = random.Random(200 + seed)
+    rng = random.Random(200 + seed)
     paths = []
     for number in range(250):
         path = tmp_path / f"{number}.xml"
-        path.write_text(damage(document, chance) if number else document, encoding="utf-8")
+        path.write_text(damage(document, rng) if number else document, encoding="utf-8")
         paths.append(path)
     assert read_in_python("subsystem", paths[0])[0], read_in_python("subsystem", paths[0])
     compare(probe, "subsystem", paths)
@@ -307,7 +307,7 @@ int main(void)
     parameters.all.joint.motor.current[1] = 2.0;
     parameters.all.joint.motor.coil.warm = true;
     parameters.all.tool.flag = 5;
-    const uint8_t* const memory = (const uint8_t*)&parameters + arm_places[0];
+    const uint8_t* const memory = (const uint8_t*)&parameters + arm_offsets[0];
     const double* const current = (const double*)(const void*)(memory + arm_fields[2].offset);
     return ((ARM_FIELD_COUNT == 7U) && (arm_definitions[0].wire_size == 24U) && (current[1] > 1.9) &&
             (memory[arm_fields[3].offset] == 1U) && (arm_fields[5].offset == offsetof(arm_all_t, tool))) ? 0 : 1;

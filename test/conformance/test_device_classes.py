@@ -95,7 +95,7 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         (_sheet({}), "no default of 0x1000:00"),
         (_sheet({(0x1000, 0): (7, "0x192")}), "no controlword 0x6040"),
@@ -116,10 +116,10 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
         (VALVES + "[Comments]\nLines=1\nLine1=EMCY 0xFF01 HIGH\n", "and a text"),
     ],
 )
-def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text, says):
+def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text, message):
     with pytest.raises(SheetError) as refused:
         _table(tmp_path, wrong=text)
-    assert "wrong.eds" in str(refused.value) and says in str(refused.value)
+    assert "wrong.eds" in str(refused.value) and message in str(refused.value)
 
 
 def test_a_class_keeps_the_hash_of_its_sheet(tmp_path):

@@ -66,7 +66,7 @@ def of_dictionary(text):
 
 
 def of_database(text):
-    """The space system of the subsystem; of the others how many elements of each kind they have."""
+    """The space system of the subsystem, and the number of elements of each kind in each space system."""
     tree = ET.fromstring(text)
     lines = [f"<!-- {tree.get('shortDescription')} -->"]
     for system in tree.iter(f"{XTCE}SpaceSystem"):
@@ -93,12 +93,12 @@ def of_dissector(text):
 def of_pages(text):
     """The section of the subsystem in the interface control document, a row of a table in each line."""
     paths = os.pathsep.join(str(ROOT / "gse" / part) for part in ("docs", "generator"))
-    command = ["/usr/bin/python3", "-c", SECTION, SUBSYSTEM]  # It has the packages for documents.
+    command = ["/usr/bin/python3", "-c", SECTION, SUBSYSTEM]  # This Python has the packages for documents.
     section = subprocess.run(command, input=text, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, check=True).stdout
     return re.sub(r"(</tr>|</h[1-6]>|</table>|</p>)", r"\1\n", section)
 
 
-# Golden -> file of the generator, and what of it is kept.
+# Golden -> file of the generator, and the function that extracts the compared part.
 KEPT = {
     "dictionary.json": (f"{MISSION}.json", of_dictionary),
     "database.xtce.xml": (f"{MISSION}.xtce.xml", of_database),
@@ -127,7 +127,7 @@ def test_a_generated_file_is_as_before(made, golden):
 
 
 def test_every_kind_of_generated_file_has_a_golden(made):
-    """Except the tables of device classes and of the catalogue, which are of no mission, and other subsystems' files of these kinds."""
+    """Except the tables of device classes and of the catalogue, which belong to no mission, and other subsystems' files of these kinds."""
     kind = re.compile(r"(\.xtce\.xml|\.events\.json|_descriptor\.h|_services\.h|\.\w+)$")
     kinds = {kind.search(name)[1] for name in made if not name.startswith("pus/") and name != "device_classes.h"}
     assert kinds == {kind.search(name)[1] for name, _ in KEPT.values()}

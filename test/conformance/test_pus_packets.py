@@ -217,12 +217,12 @@ def test_malformed_requests_are_reported_by_code(process):
 
 
 def test_random_octets_cause_no_crash(process):
-    chance = random.Random(1)
+    rng = random.Random(1)
     for _ in range(300):
-        octets = bytearray(request(chance.choice((5, 8, 17, 20)), chance.choice((1, 3, 5, 6)), chance.randbytes(20)).pack())
-        for _ in range(chance.randrange(4)):
-            octets[chance.randrange(len(octets))] = chance.randrange(256)
-        for answer in process.say((with_checksum(octets) if chance.random() < 0.7 else octets).hex()):
+        octets = bytearray(request(rng.choice((5, 8, 17, 20)), rng.choice((1, 3, 5, 6)), rng.randbytes(20)).pack())
+        for _ in range(rng.randrange(4)):
+            octets[rng.randrange(len(octets))] = rng.randrange(256)
+        for answer in process.say((with_checksum(octets) if rng.random() < 0.7 else octets).hex()):
             assert PusTm.unpack(answer, TIME_SIZE).apid == APID
 
 
@@ -230,16 +230,16 @@ def test_random_octets_cause_no_crash(process):
 
 
 def test_pusdump_reads_requests_of_the_peer():
-    chance = random.Random(2)
+    rng = random.Random(2)
     requests = [
         request(
-            chance.randrange(1, 256),
-            chance.randrange(1, 256),
-            chance.randbytes(chance.choice((0, 1, 4083, chance.randrange(200)))),
-            chance.randrange(16384),
-            chance.randrange(16),
-            chance.randrange(65536),
-            chance.randrange(2047),
+            rng.randrange(1, 256),
+            rng.randrange(1, 256),
+            rng.randbytes(rng.choice((0, 1, 4083, rng.randrange(200)))),
+            rng.randrange(16384),
+            rng.randrange(16),
+            rng.randrange(65536),
+            rng.randrange(2047),
         )
         for _ in range(60)
     ]
@@ -258,17 +258,17 @@ def test_pusdump_reads_requests_of_the_peer():
 
 
 def test_pusdump_reads_reports_of_the_peer():
-    chance = random.Random(3)
+    rng = random.Random(3)
     for _ in range(30):
         tm = PusTm(
-            service=chance.randrange(1, 256),
-            subservice=chance.randrange(1, 256),
+            service=rng.randrange(1, 256),
+            subservice=rng.randrange(1, 256),
             timestamp=TIME,
-            source_data=chance.randbytes(chance.randrange(100)),
-            apid=chance.randrange(1, 2047),
-            seq_count=chance.randrange(16384),
-            message_counter=chance.randrange(65536),
-            destination_id=chance.randrange(65536),
+            source_data=rng.randbytes(rng.randrange(100)),
+            apid=rng.randrange(1, 2047),
+            seq_count=rng.randrange(16384),
+            message_counter=rng.randrange(65536),
+            destination_id=rng.randrange(65536),
         )
         (found,), code = dump(bytes(tm.pack()).hex())
         assert code == 0 and found["direction"] == "TM" and found["time_ns"] == 42_500_000_000
@@ -288,23 +288,23 @@ DRAWN = 20_000
 TIME_CODE = 13
 
 
-def drawn_packet(chance):
+def drawn_packet(rng):
     """Draw a packet of the peer, change up to three octets, and sometimes cut or extend it; most packets get a correct checksum."""
-    if chance.random() < 0.5:
-        packet = request(chance.randrange(256), chance.randrange(256), chance.randbytes(chance.randrange(40)), chance.randrange(16384),
-                         chance.randrange(16), chance.randrange(65536), chance.randrange(2047)).pack()
+    if rng.random() < 0.5:
+        packet = request(rng.randrange(256), rng.randrange(256), rng.randbytes(rng.randrange(40)), rng.randrange(16384),
+                         rng.randrange(16), rng.randrange(65536), rng.randrange(2047)).pack()
     else:
-        packet = PusTm(chance.randrange(256), chance.randrange(256), timestamp=TIME, source_data=chance.randbytes(chance.randrange(40)),
-                       apid=chance.randrange(2047), seq_count=chance.randrange(16384), message_counter=chance.randrange(65536),
-                       destination_id=chance.randrange(65536)).pack()
+        packet = PusTm(rng.randrange(256), rng.randrange(256), timestamp=TIME, source_data=rng.randbytes(rng.randrange(40)),
+                       apid=rng.randrange(2047), seq_count=rng.randrange(16384), message_counter=rng.randrange(65536),
+                       destination_id=rng.randrange(65536)).pack()
     octets = bytearray(packet)
-    for _ in range(chance.choice((0, 0, 1, 1, 2, 3))):
-        octets[chance.randrange(min(len(octets), TIME_CODE))] = chance.randrange(256)
+    for _ in range(rng.choice((0, 0, 1, 1, 2, 3))):
+        octets[rng.randrange(min(len(octets), TIME_CODE))] = rng.randrange(256)
     if not octets[0] & 0x10 and len(octets) > TIME_CODE:
         octets[TIME_CODE] = TIME[0]
-    if chance.random() < 0.1:
-        octets = octets[:chance.randrange(7, len(octets))] if chance.random() < 0.5 else octets + chance.randbytes(chance.randrange(1, 4))
-    return with_checksum(octets) if chance.random() < 0.9 else bytes(octets)
+    if rng.random() < 0.1:
+        octets = octets[:rng.randrange(7, len(octets))] if rng.random() < 0.5 else octets + rng.randbytes(rng.randrange(1, 4))
+    return with_checksum(octets) if rng.random() < 0.9 else bytes(octets)
 
 
 def read_by_peer(octets):
@@ -325,8 +325,8 @@ def read_by_peer(octets):
 @pytest.mark.parametrize("seed", [1])
 def test_both_decoders_read_the_same_fields_of_drawn_packets(seed):
     """Each packet that we accept, the peer accepts, with the same fields. A packet that only we refuse breaks a rule of STRICTER."""
-    chance = random.Random(seed)
-    packets = [drawn_packet(chance) for _ in range(DRAWN)]
+    rng = random.Random(seed)
+    packets = [drawn_packet(rng) for _ in range(DRAWN)]
     found, _ = dump("".join(f"1.0 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for octets in packets))
     assert len(found) == DRAWN
     accepted, refused = 0, 0
@@ -460,45 +460,45 @@ def test_pusdump_decodes_fields_it_knows():
 # --- random input, our pusdump -------------------------------------------------------------------------------------
 
 
-def any_packet(chance):
+def any_packet(rng):
     """A packet of a message that pusdump knows, with random data, sometimes damaged."""
     # Service: highest subtype that is drawn.
     services = {1: 10, 3: 35, 5: 8, 8: 1, 17: 4, 20: 3, 129: 6, 130: 10, 131: 11}
-    service = chance.choice(list(services))
-    subtype = chance.randrange(1, services[service] + 1)
-    size = chance.choice((0, 1, 2, 3, 8, 20, 52, chance.randrange(300)))
-    data = bytes(chance.choice((0, 1, 2, 3, chance.randrange(256))) for _ in range(size))
-    if chance.random() < 0.5:
+    service = rng.choice(list(services))
+    subtype = rng.randrange(1, services[service] + 1)
+    size = rng.choice((0, 1, 2, 3, 8, 20, 52, rng.randrange(300)))
+    data = bytes(rng.choice((0, 1, 2, 3, rng.randrange(256))) for _ in range(size))
+    if rng.random() < 0.5:
         octets = bytes(request(service, subtype, data).pack())
     else:
         octets = bytes(PusTm(service, subtype, timestamp=TIME, source_data=data, apid=APID).pack())
-    if chance.random() < 0.3:
+    if rng.random() < 0.3:
         octets = bytearray(octets)
-        octets[chance.randrange(len(octets))] = chance.randrange(256)
-        octets = with_checksum(octets) if chance.random() < 0.5 else bytes(octets)
-    return octets[: chance.randrange(len(octets))] if chance.random() < 0.05 else octets
+        octets[rng.randrange(len(octets))] = rng.randrange(256)
+        octets = with_checksum(octets) if rng.random() < 0.5 else bytes(octets)
+    return octets[: rng.randrange(len(octets))] if rng.random() < 0.05 else octets
 
 
-def any_input(chance):
-    kind = chance.randrange(5)
+def any_input(rng):
+    kind = rng.randrange(5)
     if kind == 0:
-        return chance.randbytes(chance.randrange(5000))
+        return rng.randbytes(rng.randrange(5000))
     if kind == 1:
-        return b"".join(any_packet(chance) for _ in range(30))
+        return b"".join(any_packet(rng) for _ in range(30))
     if kind == 2:
         words = (b"", b"1.5 TC ", b"x TM ", b"2.0 TM ")
-        return b"\n".join(chance.choice(words) + any_packet(chance).hex().encode() for _ in range(60))
+        return b"\n".join(rng.choice(words) + any_packet(rng).hex().encode() for _ in range(60))
     if kind == 3:
-        return bytes(chance.choice(b"0123456789abcdefABCDEF \t\r\n#TCM.\0zx") for _ in range(chance.randrange(5000)))
-    return chance.randbytes(chance.randrange(200_000))
+        return bytes(rng.choice(b"0123456789abcdefABCDEF \t\r\n#TCM.\0zx") for _ in range(rng.randrange(5000)))
+    return rng.randbytes(rng.randrange(200_000))
 
 
 def test_pusdump_survives_any_input(tmp_path):
     sanitized = build(tmp_path / "pusdump", *sorted((ROOT / "pus/tool").glob("*.c")))
-    chance = random.Random(4)
+    rng = random.Random(4)
     for _ in range(120):
-        options = chance.choice(([], ["--format", "hex"], ["--format", "log"], ["--format", "binary"]))
-        run = subprocess.run([sanitized, "--json", *options], input=any_input(chance), capture_output=True, timeout=300)
+        options = rng.choice(([], ["--format", "hex"], ["--format", "log"], ["--format", "binary"]))
+        run = subprocess.run([sanitized, "--json", *options], input=any_input(rng), capture_output=True, timeout=300)
         assert run.stderr == b"" and run.returncode in (0, 1)
         found = [json.loads(line) for line in run.stdout.splitlines()]
         assert run.returncode == any(packet["error"] is not None for packet in found)

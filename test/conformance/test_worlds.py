@@ -281,20 +281,20 @@ def verdicts(tmp_path_factory):
     assert len(read) == len(CASES)
     by_schema = {}
     done = subprocess.run(["xmllint", "--noout", "--nonet", "--schema", SCHEMA, *paths.values()], capture_output=True, text=True, check=False)
-    for said in done.stderr.splitlines():
-        found = re.match(r"(.*?/case-\d+\.xml):(\d+): .*", said)
+    for refusal in done.stderr.splitlines():
+        found = re.match(r"(.*?/case-\d+\.xml):(\d+): .*", refusal)
         if found:
-            by_schema.setdefault(found[1], said)
+            by_schema.setdefault(found[1], refusal)
     assert done.stderr.count(" validates") + done.stderr.count(" fails to validate") == len(CASES)
     return {name: (by_schema.get(str(path)), None if line == "ok" else line) for (name, path), line in zip(paths.items(), read)}
 
 
-def verdict_of(said, refuses, case, slack):
-    """None if an end said what the case expects, in the right line; otherwise what is wrong."""
-    if (said is not None) != refuses:
-        return f"expected {'a refusal' if refuses else 'no refusal'}, found {said}"
-    line = int(re.search(r"\.xml:(\d+): ", said)[1]) if said and ".xml:" in said else case.line
-    return None if line - case.line in slack else f"expected line {case.line}: {said}"
+def verdict_of(refusal, refuses, case, slack):
+    """None if the refusal is the one that the case expects, in the right line; otherwise what is wrong."""
+    if (refusal is not None) != refuses:
+        return f"expected {'a refusal' if refuses else 'no refusal'}, found {refusal}"
+    line = int(re.search(r"\.xml:(\d+): ", refusal)[1]) if refusal and ".xml:" in refusal else case.line
+    return None if line - case.line in slack else f"expected line {case.line}: {refusal}"
 
 
 def test_the_schema_and_the_reader_agree_on_every_attribute_and_every_contradiction(verdicts):

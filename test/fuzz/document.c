@@ -184,7 +184,7 @@ static size_t change_value(uint8_t* const data, const size_t size, const size_t 
     return splice(data, size, max_size, value, piece, count);
 }
 
-/// Copy an element to another place, replace another element by it, or delete it.
+/// Copy an element to another position, replace another element by it, or delete it.
 static size_t change_element(uint8_t* const data, const size_t size, const size_t max_size,
                              const outline_t* const outline, uint32_t* const random)
 {

@@ -20,7 +20,7 @@
 
 static scripted_bus_t bus;
 static canopen_network_t network;
-static canopen_network_device_t places[2];
+static canopen_network_device_t slots[2];
 static scripted_node_t* joints[2];
 static uint64_t now_ns;
 
@@ -50,8 +50,8 @@ static void begin(void)
     joints[1] = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);
     now_ns    = 0U;
     canopen_network_init(&network, &config);
-    FUZZ_CHECK((canopen_network_add(&network, &places[0], "joint-drive", 0x11U) == STATUS_OK) &&
-               (canopen_network_add(&network, &places[1], "joint-drive", 0x12U) == STATUS_OK) &&
+    FUZZ_CHECK((canopen_network_add(&network, &slots[0], "joint-drive", 0x11U) == STATUS_OK) &&
+               (canopen_network_add(&network, &slots[1], "joint-drive", 0x12U) == STATUS_OK) &&
                (canopen_network_open(&network, &resolver, "robot", NULL) == STATUS_OK));
     for (uint8_t i = 0U; i < 2U; i++) {
         const canopen_setting_t mode = {.index = 0x6060U, .octets = 1U, .kind = SETTING_WRITE, .value = 10U};

@@ -23,8 +23,8 @@
 static message_endpoint_t endpoint;
 static message_endpoint_t peer;
 static message_ring_carrier_t hub;
-static message_place_t inbox[2];
-static message_place_t peer_inbox[1];
+static message_slot_t inbox[2];
+static message_slot_t peer_inbox[1];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
 
 static void delivered(void* const context, const uint16_t to)

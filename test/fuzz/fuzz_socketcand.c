@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The socketcand port receives arbitrary octets from two clients, while the bus carries arbitrary frames.
 // Each frame on the bus has a permitted length, each answer consists of printable characters, and after the
-// clients have closed their connections the server has all its places free again.
+// clients have closed their connections the server has all its slots free again.
 //
 // Records by kind:
 //   0, 1  client 0 or 1 sends the octets
@@ -110,7 +110,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* const data, const size_t size)
         socketcand_wait(server, 0U);
         (void)socketcand_receive(server);
         socketcand_send(server);
-        // All places are free again, so each new client gets the greeting.
+        // All slots are free again, so each new client gets the greeting.
         FUZZ_CHECK(osal_stream_receive(&later[i], octets, sizeof octets, &heard) == STATUS_OK);
     }
     for (unsigned i = 0U; i < SOCKETCAND_CLIENTS_MAX; i++) {

@@ -20,7 +20,7 @@
 #define MISSION "descriptors/missions/rokviss.xml"
 #define DESCRIPTOR "descriptors/subsystems/supervisor.xml"
 #define MEMBERS 3U
-#define PLACES 8U
+#define SLOTS 8U
 #define TICK_NS 10000000U
 #define SHUTDOWN_TICKS 6000U
 
@@ -28,7 +28,7 @@ static mission_descriptor_t mission;
 static subsystem_descriptor_t descriptor;
 static supervisor_t supervisor;
 static message_endpoint_t endpoint;
-static message_place_t inbox[PLACES];
+static message_slot_t inbox[SLOTS];
 static char log_folder[128];
 static uint64_t now_ns;
 static bool is_stop_requested;
@@ -37,7 +37,7 @@ static bool is_finished;
 static const uint16_t apids[MEMBERS] = {COMMUNICATION_APID, 16U, 17U};
 static struct {
     message_endpoint_t endpoint;
-    message_place_t inbox[PLACES];
+    message_slot_t inbox[SLOTS];
     bool is_running;
 } members[MEMBERS];
 
@@ -141,11 +141,11 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 
 static void begin(void)
 {
-    message_open(&endpoint, SUPERVISOR_APID, 1U, (message_carrier_t){NULL, to_member}, inbox, PLACES);
+    message_open(&endpoint, SUPERVISOR_APID, 1U, (message_carrier_t){NULL, to_member}, inbox, SLOTS);
     for (unsigned i = 0U; i < MEMBERS; i++) {
         members[i].is_running = false;
         message_open(&members[i].endpoint, apids[i], 1U, (message_carrier_t){NULL, to_supervisor},
-                     members[i].inbox, PLACES);
+                     members[i].inbox, SLOTS);
         FUZZ_CHECK((message_add_peer(&endpoint, apids[i]) == STATUS_OK) &&
                    (message_add_peer(&members[i].endpoint, SUPERVISOR_APID) == STATUS_OK));
     }

@@ -24,7 +24,7 @@
 static message_endpoint_t endpoint;
 static message_udp_carrier_t carrier;
 static osal_socket_t socket_of_endpoint;
-static message_place_t inbox[2];
+static message_slot_t inbox[2];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
 
 static void delivered(void* const context, const uint16_t to)

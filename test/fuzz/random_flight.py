@@ -105,16 +105,16 @@ def usual_requests(dictionary):
         yield from (entry_of(apid, 130, 7, struct.pack(">HB", link.number, 0)) for apid in (SUPERVISOR, link.producer, link.consumer))
 
 
-def private_data(kinds, fields, chance):
+def private_data(kinds, fields, rng):
     """Data of a request of the mission's own services: small numbers, and any."""
     data = b""
     for field in fields:
         if "fields" in field:
-            groups = chance.randrange(4)
-            data += bytes([groups]) + b"".join(private_data(kinds, field["fields"], chance) for _ in range(groups))
+            groups = rng.randrange(4)
+            data += bytes([groups]) + b"".join(private_data(kinds, field["fields"], rng) for _ in range(groups))
         else:
             size = SIZES[kinds[field["kind"]]["coding"]]
-            data += (chance.choice((0, 1, 2, 3, 16, 17)) if chance.random() < 0.7 else chance.getrandbits(8 * size)).to_bytes(size, "big")
+            data += (rng.choice((0, 1, 2, 3, 16, 17)) if rng.random() < 0.7 else rng.getrandbits(8 * size)).to_bytes(size, "big")
     return data
 
 
@@ -131,19 +131,19 @@ def drawn_data(catalogue, message, seed):
 
 def all_requests(dictionary, content):
     """Each request of the catalogue and of the mission's own services, for each subsystem that may have it."""
-    chance = random.Random(0)
+    rng = random.Random(0)
     apids = sorted(subsystem.apid for subsystem in dictionary.subsystems.values())
     for message in dictionary.catalogue.all("TC"):
         kind = message["service"], message["subtype"]
         for seed in range(DRAWS):
-            yield entry_of(chance.choice(apids), *kind, drawn_data(dictionary.catalogue, message, seed))
+            yield entry_of(rng.choice(apids), *kind, drawn_data(dictionary.catalogue, message, seed))
     private = content["catalogue"]["private"]
     for service in private["services"].values():
         for message in service["messages"]:
             kind = message["service"], message["subtype"]
             if message["direction"] == "TC" and kind != SHUTDOWN:
                 for _ in range(DRAWS):
-                    yield entry_of(chance.choice(apids), *kind, private_data(private["kinds"], message["fields"], chance))
+                    yield entry_of(rng.choice(apids), *kind, private_data(private["kinds"], message["fields"], rng))
 
 
 def write_pool(path):

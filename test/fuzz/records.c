@@ -64,53 +64,53 @@ bool fuzz_next(fuzz_input_t* const input, fuzz_record_t* const out_record)
 typedef struct {
     size_t offset; // Offset of its header.
     size_t size;   // Size of its octets.
-} place_t;
+} span_t;
 
-static size_t find_records(const uint8_t* const data, const size_t size, place_t places[RECORDS_MAX])
+static size_t find_records(const uint8_t* const data, const size_t size, span_t spans[RECORDS_MAX])
 {
     size_t count    = 0U;
     size_t position = 0U;
     while ((count < RECORDS_MAX) && ((size - position) >= FUZZ_RECORD_HEADER)) {
         const size_t left   = size - position - FUZZ_RECORD_HEADER;
         const size_t stated = ((size_t)data[position + 2U] << 8U) | data[position + 3U];
-        places[count]       = (place_t){position, (stated < left) ? stated : left};
-        position += FUZZ_RECORD_HEADER + places[count].size;
+        spans[count]        = (span_t){position, (stated < left) ? stated : left};
+        position += FUZZ_RECORD_HEADER + spans[count].size;
         count++;
     }
     return count;
 }
 
-/// Replace the record at `place` by `octets`. Returns the new size, or the old one if it does not fit.
-static size_t replace(uint8_t* const data, const size_t size, const size_t max_size, const place_t place,
+/// Replace the record at `span` by `octets`. Returns the new size, or the old one if it does not fit.
+static size_t replace(uint8_t* const data, const size_t size, const size_t max_size, const span_t span,
                       const uint8_t* const octets, const size_t count)
 {
-    const size_t end = place.offset + FUZZ_RECORD_HEADER + place.size;
-    if ((count > OCTETS_MAX) || ((size - place.size + count) > max_size)) {
+    const size_t end = span.offset + FUZZ_RECORD_HEADER + span.size;
+    if ((count > OCTETS_MAX) || ((size - span.size + count) > max_size)) {
         return size;
     }
-    (void)memmove(&data[place.offset + FUZZ_RECORD_HEADER + count], &data[end], size - end);
-    (void)memcpy(&data[place.offset + FUZZ_RECORD_HEADER], octets, count);
-    data[place.offset + 2U] = (uint8_t)(count >> 8U);
-    data[place.offset + 3U] = (uint8_t)count;
-    return size - place.size + count;
+    (void)memmove(&data[span.offset + FUZZ_RECORD_HEADER + count], &data[end], size - end);
+    (void)memcpy(&data[span.offset + FUZZ_RECORD_HEADER], octets, count);
+    data[span.offset + 2U] = (uint8_t)(count >> 8U);
+    data[span.offset + 3U] = (uint8_t)count;
+    return size - span.size + count;
 }
 
-static size_t mutate_octets(uint8_t* const data, const size_t size, const size_t max_size,
-                            const place_t place, uint32_t* const random, const fuzz_repair_t repair)
+static size_t mutate_octets(uint8_t* const data, const size_t size, const size_t max_size, const span_t span,
+                            uint32_t* const random, const fuzz_repair_t repair)
 {
     static uint8_t octets[OCTETS_MAX];
-    const size_t room = ((max_size - size) < (OCTETS_MAX - place.size)) ? (max_size - size) : 0U;
-    (void)memcpy(octets, &data[place.offset + FUZZ_RECORD_HEADER], place.size);
-    const size_t count = LLVMFuzzerMutate(octets, place.size, place.size + room);
+    const size_t room = ((max_size - size) < (OCTETS_MAX - span.size)) ? (max_size - size) : 0U;
+    (void)memcpy(octets, &data[span.offset + FUZZ_RECORD_HEADER], span.size);
+    const size_t count = LLVMFuzzerMutate(octets, span.size, span.size + room);
     if ((repair != NULL) && ((fuzz_random(random) % 8U) != 0U)) {
-        repair(data[place.offset], octets, count, random);
+        repair(data[span.offset], octets, count, random);
     }
-    return replace(data, size, max_size, place, octets, count);
+    return replace(data, size, max_size, span, octets, count);
 }
 
 /// Put a copy of one record in front of another.
-static size_t copy_record(uint8_t* const data, const size_t size, const size_t max_size, const place_t from,
-                          const place_t to)
+static size_t copy_record(uint8_t* const data, const size_t size, const size_t max_size, const span_t from,
+                          const span_t to)
 {
     static uint8_t record[FUZZ_RECORD_HEADER + OCTETS_MAX];
     const size_t count = FUZZ_RECORD_HEADER + from.size;
@@ -125,11 +125,11 @@ static size_t copy_record(uint8_t* const data, const size_t size, const size_t m
     return size + count;
 }
 
-static size_t drop_record(uint8_t* const data, const size_t size, const place_t place)
+static size_t drop_record(uint8_t* const data, const size_t size, const span_t span)
 {
-    const size_t end = place.offset + FUZZ_RECORD_HEADER + place.size;
-    (void)memmove(&data[place.offset], &data[end], size - end);
-    return size - (end - place.offset);
+    const size_t end = span.offset + FUZZ_RECORD_HEADER + span.size;
+    (void)memmove(&data[span.offset], &data[end], size - end);
+    return size - (end - span.offset);
 }
 
 static size_t new_record(uint8_t* const data, const size_t size, const size_t max_size,
@@ -148,32 +148,32 @@ size_t fuzz_mutate_records(uint8_t* const data, const size_t size, const size_t 
                            const fuzz_repair_t repair)
 {
     uint32_t random = seed;
-    place_t places[RECORDS_MAX];
-    const size_t count    = find_records(data, size, places);
+    span_t spans[RECORDS_MAX];
+    const size_t count    = find_records(data, size, spans);
     const uint32_t action = fuzz_random(&random) % 16U;
     if (count == 0U) {
         return new_record(data, 0U, max_size, &random);
     }
-    const place_t place = places[fuzz_random(&random) % count];
-    const place_t other = places[fuzz_random(&random) % count];
+    const span_t span  = spans[fuzz_random(&random) % count];
+    const span_t other = spans[fuzz_random(&random) % count];
     switch (action) {
     case 0:
         return LLVMFuzzerMutate(data, size, max_size);
     case 1:
-        return drop_record(data, size, place);
+        return drop_record(data, size, span);
     case 2:
     case 3:
-        return copy_record(data, size, max_size, place, other);
+        return copy_record(data, size, max_size, span, other);
     case 4:
         return new_record(data, size, max_size, &random);
     case 5:
-        data[place.offset] = (uint8_t)fuzz_random(&random);
+        data[span.offset] = (uint8_t)fuzz_random(&random);
         return size;
     case 6:
-        data[place.offset + 1U] = (uint8_t)fuzz_random(&random);
+        data[span.offset + 1U] = (uint8_t)fuzz_random(&random);
         return size;
     default:
-        return mutate_octets(data, size, max_size, place, &random, repair);
+        return mutate_octets(data, size, max_size, span, &random, repair);
     }
 }
 

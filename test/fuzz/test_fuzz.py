@@ -34,7 +34,7 @@ def test_kept_inputs_are_small():
             assert sum(path.stat().st_size for path in target.iterdir()) < 32 * 1024, target
 
 
-@pytest.mark.parametrize("hours, said", [("0.5", "--seconds 1800"), ("two", "HOURS=two: expected a number of hours")])
-def test_the_time_may_be_given_in_hours(hours, said):
+@pytest.mark.parametrize("hours, expected", [("0.5", "--seconds 1800"), ("two", "HOURS=two: expected a number of hours")])
+def test_the_time_may_be_given_in_hours(hours, expected):
     done = subprocess.run(["make", "--no-print-directory", "-n", "fuzz", "ONLY=text", f"HOURS={hours}"], capture_output=True, text=True)
-    assert said in done.stdout + done.stderr
+    assert expected in done.stdout + done.stderr

@@ -58,13 +58,13 @@ class Case:
 def drawn(number, on_real_buses=False):
     """Draw the case of a number: three of five cases are deaths, and more than half occur while all drives
     are in operation."""
-    chance = random.Random(number)
-    form = "processes" if on_real_buses else chance.choice(("processes", "processes", "processes", "image"))
-    if chance.random() < 0.6:
-        fault = f"kill {chance.choice(IN_IMAGE if form == 'image' else PROCESSES)}"
+    rng = random.Random(number)
+    form = "processes" if on_real_buses else rng.choice(("processes", "processes", "processes", "image"))
+    if rng.random() < 0.6:
+        fault = f"kill {rng.choice(IN_IMAGE if form == 'image' else PROCESSES)}"
     else:
-        fault = chance.choice(PULLS)
-    time_us = chance.randint(*(ENABLED_US if chance.random() < 0.5 else (FIRST_US, LAST_US)))
+        fault = rng.choice(PULLS)
+    time_us = rng.randint(*(ENABLED_US if rng.random() < 0.5 else (FIRST_US, LAST_US)))
     carrier = CARRIERS[number % len(CARRIERS)] if on_real_buses else ()
     return Case(number, fault, time_us, ("--form", form, *carrier))
 

@@ -208,7 +208,7 @@ LICENCE = "// SPDX-License-Identifier: Apache-2.0\n"
         (LICENCE + "/// Context    One task.\n/// Time       O(1),\n///            or O(n).\n", None),
         (LICENCE + "/// It is called at the given time. Time is pushed in.\n", None),
         (LICENCE + "/// Context    One task. Time: O(1).\n", "label 'Time' in the middle"),
-        (LICENCE + "/// A ring. Ownership  The caller places it.\n", "label 'Ownership' in the middle"),
+        (LICENCE + "/// A ring. Ownership  The caller provides it.\n", "label 'Ownership' in the middle"),
         (LICENCE + "/// Context    One task. Time O(1).\n", "label 'Time' in the middle"),
         (LICENCE + "/// Context    One task, that\n/// of the caller.\n", "not indented"),
     ],

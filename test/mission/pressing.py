@@ -52,22 +52,22 @@ def write_scenario(folder, x, force):
 
 def random_case(folder, seed, base="rokviss"):
     """World and scenario of a random case: (world, scenario, force)."""
-    chance = random.Random(seed)
-    x, force = chance.uniform(0.23, 0.39), chance.uniform(3, 30)
-    stiffness = 2000 * 10 ** chance.uniform(0, 1)
-    friction = chance.uniform(0.6, 1.0)
-    is_rigid = chance.random() < 0.5
+    rng = random.Random(seed)
+    x, force = rng.uniform(0.23, 0.39), rng.uniform(3, 30)
+    stiffness = 2000 * 10 ** rng.uniform(0, 1)
+    friction = rng.uniform(0.6, 1.0)
+    is_rigid = rng.random() < 0.5
     world = write_world(
         folder,
         base,
-        masses=(chance.uniform(0.95, 1.05), chance.uniform(0.95, 1.05)),
+        masses=(rng.uniform(0.95, 1.05), rng.uniform(0.95, 1.05)),
         contact={
             "stiffness": stiffness,
-            "friction": chance.uniform(0.1, 0.4),
+            "friction": rng.uniform(0.1, 0.4),
             "shear": 0 if is_rigid else 0.8 * stiffness,
             "shearDamping": 0 if is_rigid else 80,
         },
-        hand={"stiffness": chance.uniform(1.5, 4.5), "damping": chance.uniform(0.05, 0.15)},
+        hand={"stiffness": rng.uniform(1.5, 4.5), "damping": rng.uniform(0.05, 0.15)},
         drive={"coulomb": 2 * friction, "stiction": 2.4 * friction},
     )
     return world, write_scenario(folder, x, force), force

@@ -23,21 +23,21 @@ LINKED = '    <Link name="SHADOWED" from="JOYSTICK.HAND_POSITION" to="SHADOW.HAN
 BENCH = '  <Bench name="{}" type="light" bus="bench" node="{}" eds="joint-drive.eds" contact="10" stiffness="0" range="1.5707963267948966"/>\n'
 
 
-def _link_all(source, place, but=()):
-    place.mkdir()
+def _link_all(source, tree, but=()):
+    tree.mkdir()
     for entry in source.iterdir():
         if entry.name not in but:
-            (place / entry.name).symlink_to(entry)
+            (tree / entry.name).symlink_to(entry)
 
 
-def _descriptors(place):
+def _descriptors(tree):
     """Copy the descriptors and add SHADOW. Returns the path of SHADOW's descriptor."""
-    shutil.copytree(flying.ROOT / "descriptors", place)
-    arm, shadow = place / "subsystems" / "manipulator.xml", place / "subsystems" / "shadow.xml"
+    shutil.copytree(flying.ROOT / "descriptors", tree)
+    arm, shadow = tree / "subsystems" / "manipulator.xml", tree / "subsystems" / "shadow.xml"
     text = arm.read_text(encoding="utf-8").replace('name="MANIPULATOR" id="16"', 'name="SHADOW" id="18"', 1)
     text = text.replace('bus="robot" redundantBus="robot-b"', 'bus="bench"')
     shadow.write_text("\n".join(line for line in text.split("\n") if "<Supply " not in line and 'object="0x2000:03"' not in line), encoding="utf-8")
-    mission = place / "missions" / "rokviss.xml"
+    mission = tree / "missions" / "rokviss.xml"
     text = mission.read_text(encoding="utf-8")
     for after, more in (("  </Subsystems>", LISTED), ("  </Links>", LINKED), ("  </Buses>", '    <Bus name="bench" bitRate="1000000" dataBitRate="5000000"/>\n')):
         text = text.replace(after, more + after)
@@ -48,33 +48,33 @@ def _descriptors(place):
         text = text.replace(rule, rule + "\n" + rule.replace("HAND_POSITION", "SHADOWED"))
     mission.write_text(text.replace('name="rokviss"', 'name="shadow"', 1), encoding="utf-8")
     mission.rename(mission.with_name("shadow.xml"))
-    world = place / "worlds" / "rokviss.xml"
+    world = tree / "worlds" / "rokviss.xml"
     benches = BENCH.format("SHADOW1", "0x11") + BENCH.format("SHADOW2", "0x12")
     text = world.read_text(encoding="utf-8").replace('name="rokviss"', 'name="shadow"', 1).replace("</World>", benches + "</World>")
     world.with_name("shadow.xml").write_text(text, encoding="utf-8")
     return shadow
 
 
-def _gcc(place, *words):
-    include = [f"-I{folder}" for folder in (place / "build" / "shadow", flying.ROOT, flying.ROOT / "build")]
+def _gcc(tree, *words):
+    include = [f"-I{folder}" for folder in (tree / "build" / "shadow", flying.ROOT, flying.ROOT / "build")]
     command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", *include, *words]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
-def _link(name, place, tops, objects, *externals):
+def _link(name, tree, tops, objects, *externals):
     folders = {path.parent.relative_to(flying.ROOT) for top in tops for path in (flying.ROOT / top).rglob("*.c")}
     libraries = [flying.ROOT / "build" / "lib" / f"lib{'_'.join(folder.parts)}.a" for folder in sorted(folders)]
-    _gcc(place, "-o", place / "build" / "bin" / name, *objects, "-Wl,--start-group", *filter(pathlib.Path.exists, libraries), "-Wl,--end-group", "-Wl,--as-needed", *externals,
+    _gcc(tree, "-o", tree / "build" / "bin" / name, *objects, "-Wl,--start-group", *filter(pathlib.Path.exists, libraries), "-Wl,--end-group", "-Wl,--as-needed", *externals,
          "-lexpat", "-llua5.4", "-lnettle", "-lpthread", "-lm")
 
 
-def _compile(place, descriptor):
+def _compile(tree, descriptor):
     """Compile the manipulator's sources with the ids of another descriptor under the same names, as a program
     and into an image."""
     model = subsystem.load(descriptor)
     model.name = "MANIPULATOR"
-    made = place / "build" / "shadow"
+    made = tree / "build" / "shadow"
     (made / "generated").mkdir(parents=True)
     (made / "generated" / "manipulator_descriptor.h").write_text(c_header.header(model, descriptor.name), encoding="utf-8")
     listed = (flying.ROOT / "build" / "generated" / "programs.h").read_text(encoding="utf-8")
@@ -82,34 +82,34 @@ def _compile(place, descriptor):
     own = [path for path in flying.ROOT.glob("fsw/programs/manipulator_*.c") if not path.name.endswith("_main.c")]
     arm = [*own, *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
     main = [path for path in flying.ROOT.glob("fsw/programs/manipulator_*.c") if path.name.endswith("_main.c")]
-    _link("shadow", place, FLIGHT, [*arm, *main])
+    _link("shadow", tree, FLIGHT, [*arm, *main])
     # The image also contains the manipulator: only the function that opens the component may have a global
     # name.
-    _gcc(place, "-r", "-o", made / "arm.o", *arm)
+    _gcc(tree, "-r", "-o", made / "arm.o", *arm)
     command = ["objcopy", "--redefine-sym", "manipulator_open=shadow_open", "--keep-global-symbol=shadow_open", made / "arm.o", made / "shadow.o"]
     subprocess.run(command, check=True)
     image = [flying.ROOT / "fsw" / "programs" / "component_instance.c", flying.ROOT / "launcher" / "image_main.c"]
-    _link("image", place, (*FLIGHT, "launcher", "sim"), [made / "shadow.o", *image], "-lode", "-llcm", "-lsqlite3")
+    _link("image", tree, (*FLIGHT, "launcher", "sim"), [made / "shadow.o", *image], "-lode", "-llcm", "-lsqlite3")
 
 
-def build(place):
+def build(tree):
     """A copy of the project's folder with this mission in it."""
-    place.mkdir(parents=True)
-    descriptor = _descriptors(place / "descriptors")
-    (place / "sim").symlink_to(flying.ROOT / "sim")
-    shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))
+    tree.mkdir(parents=True)
+    descriptor = _descriptors(tree / "descriptors")
+    (tree / "sim").symlink_to(flying.ROOT / "sim")
+    shutil.copytree(flying.ROOT / "gse", tree / "gse", ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("base", "pus"):
-        (place / name).symlink_to(flying.ROOT / name)
-    _link_all(flying.ROOT / "build", place / "build", ("bin", "generated", "test"))
-    shutil.copytree(flying.BIN, place / "build" / "bin")
-    _compile(place, descriptor)
-    command = [sys.executable, place / "gse" / "generator" / "generate.py", "--mission", place / "descriptors" / "missions" / "shadow.xml",
-               "--out", place / "build" / "generated"]
+        (tree / name).symlink_to(flying.ROOT / name)
+    _link_all(flying.ROOT / "build", tree / "build", ("bin", "generated", "test"))
+    shutil.copytree(flying.BIN, tree / "build" / "bin")
+    _compile(tree, descriptor)
+    command = [sys.executable, tree / "gse" / "generator" / "generate.py", "--mission", tree / "descriptors" / "missions" / "shadow.xml",
+               "--out", tree / "build" / "generated"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return place
+    return tree
 
 
-def fly(place, folder, scenario, *options):
+def fly(tree, folder, scenario, *options):
     """Fly a scenario in that folder to its end."""
-    return flying.fly(folder, "--mission", "shadow", "--scenario", scenario, *options, root=place)
+    return flying.fly(folder, "--mission", "shadow", "--scenario", scenario, *options, root=tree)

@@ -265,8 +265,8 @@ def test_a_high_event_that_is_logged_late_is_a_violation():
     late = [_event(5.0, SUPERVISOR, logged_s=5.0 + 2 * STEP_S)]
     assert len(_violations(late)) == 1
     assert _violations(late, has_cut=True) == []
-    # The supervisor was dead and could not receive it: killed 30 ms before. One killed 90 ms before is back (OUTAGE_S), and one killed 10 ms
-    # after was alive.
+    # Killed 30 ms before the event, the supervisor could not receive it. If it is killed 90 ms before, the restarted supervisor
+    # receives it (OUTAGE_S); if it is killed 10 ms after, it was alive at the event.
     assert _violations(late, ["4.970000 fault kill SUPERVISOR"]) == []
     assert len(_violations(late, ["4.910000 fault kill SUPERVISOR"])) == 1
     assert len(_violations(late, ["5.010000 fault kill SUPERVISOR"])) == 1
@@ -339,18 +339,18 @@ def test_a_joint_that_is_neither_controlled_nor_braked_is_a_violation(status, br
 def test_logs_that_differ_between_two_flights_are_named(tmp_path):
     @dataclasses.dataclass
     class Logs:
-        place: pathlib.Path
+        directory: pathlib.Path
 
         def octets(self, name):
-            return (self.place / name).read_bytes()
+            return (self.directory / name).read_bytes()
 
     one, other = Logs(tmp_path / "1"), Logs(tmp_path / "2")
     for logs in (one, other):
-        logs.place.mkdir()
+        logs.directory.mkdir()
         for name in campaign.TRACED:
-            (logs.place / name).write_bytes(b"same")
+            (logs.directory / name).write_bytes(b"same")
     assert campaign.differences(one, other) == []
-    (other.place / "can-robot-b.log").write_bytes(b"another")
+    (other.directory / "can-robot-b.log").write_bytes(b"another")
     assert campaign.differences(one, other) == ["can-robot-b.log is not the same in another form"]
 
 

@@ -366,12 +366,12 @@ def made_robots(session_folder):
     shutil.rmtree(place)
 
 
-@pytest.mark.parametrize("old, new, says", [
+@pytest.mark.parametrize("old, new, message", [
     ('name="gantry"', 'name="again" axes="4"', ":1: found 'axes=\"4\"', expected name version xmlns:xacro; docs/arm.md lists what to change in the URDF of a manufacturer; nothing was changed"),
     ("</robot>", '<gazebo reference="base"/></robot>', "found 'gazebo', expected link, joint, material or transmission; docs/arm.md lists what to change in the URDF of a manufacturer; nothing was changed"),
     ("</link>", '<collision><geometry><mesh filename="cover.stl"/></geometry></collision></link>', "found 'mesh', expected one box, sphere or cylinder; docs/arm.md lists what to change"),
 ])
-def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path, old, new, says):
+def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path, old, new, message):
     place, _ = made_robots
     text = gantry(tmp_path / "again.urdf").read_text(encoding="utf-8")
     assert old in text
@@ -379,7 +379,7 @@ def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path
     there = sorted(place.glob("descriptors/*/*")) + sorted(place.glob("sim/scenarios/*"))
     made = make(place, tmp_path / "again.urdf", "--name", "again")
     assert made.returncode == 1 and "Traceback" not in made.stderr
-    assert f"{tmp_path}/again.urdf:" in made.stderr and says in made.stderr
+    assert f"{tmp_path}/again.urdf:" in made.stderr and message in made.stderr
     assert sorted(place.glob("descriptors/*/*")) + sorted(place.glob("sim/scenarios/*")) == there
 
 

@@ -331,8 +331,8 @@ def test_a_run_that_is_interrupted_three_times_ends_at_once(folder):
 @pytest.mark.parametrize("number", range(40))
 def test_kill_of_any_process_at_any_time(folder, number):
     """Many deaths; the number determines the process and the instant of wall-clock time."""
-    chance = random.Random(number)
-    name, moment = chance.choice(PROCESSES), chance.uniform(0.05, 3.5)
+    rng = random.Random(number)
+    name, moment = rng.choice(PROCESSES), rng.uniform(0.05, 3.5)
     flight = flying.start(folder, "--scenario", "telepresence", report="yes")
     time.sleep(moment)
     pid = flight.children().get(name)

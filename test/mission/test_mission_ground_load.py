@@ -16,7 +16,7 @@ from spacepackets.ecss import PusTc
 
 OPERATOR, USER = 1, 2
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
-PLACES = 8  # Connections that the ground port serves at a time.
+SLOTS = 8  # Connections that the ground port serves at a time.
 STEP_S = 0.0005
 GROUND_MISUSED = struct.pack(">H", 22)
 
@@ -151,10 +151,10 @@ def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
     assert sum(delay > 20 * STEP_S for delay in delays) <= 2 * PATIENCE_S / SPACING_S
 
 
-def test_operator_gets_the_place_of_an_idle_client(mission):
-    """Idle connections, one of them with half a header, have all places; the operator connects later and is
+def test_operator_gets_the_slot_of_an_idle_client(mission):
+    """Idle connections, one of them with half a header, have all slots; the operator connects later and is
     served."""
-    idle = [Ground(mission.port()) for _ in range(PLACES)]
+    idle = [Ground(mission.port()) for _ in range(SLOTS)]
     idle[1].stream.sendall(_ping(SUPERVISOR, 1)[:3])
     served = None
 
@@ -166,7 +166,7 @@ def test_operator_gets_the_place_of_an_idle_client(mission):
                 served.ask(SUPERVISOR, 1)
         return served.answers[1, 7] == 1
 
-    flying.wait_until(is_served, "a place", 60)
+    flying.wait_until(is_served, "a slot", 60)
     flying.wait_until(lambda: any(client.is_ended for client in idle), "the end of an idle connection")
     flying.wait_until(lambda: any(client.misuses for client in [*idle, served]), "GROUND_MISUSED")
     for client in [*idle, served]:
@@ -197,12 +197,12 @@ class Pinger(Ground):
 
 
 @pytest.mark.long
-def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
-    """As many clients as there are places send valid requests all the time and connect again when they are
+def test_operator_gets_a_slot_among_hostile_clients_that_ping(folder):
+    """As many clients as there are slots send valid requests all the time and connect again when they are
     disconnected; the operator, which also retries, is served."""
     flight = flying.start(folder, "--time", "real", "--scenario", "none")
     try:
-        hostile = [Pinger(flight.port()) for _ in range(PLACES)]
+        hostile = [Pinger(flight.port()) for _ in range(SLOTS)]
         flying.wait_until(lambda: all(client.sequences for client in hostile), "telemetry to each of them")
         served = Ground(flight.port(), OPERATOR)
         flying.wait_until(lambda: served.is_ended, "the refusal of one more")
@@ -215,8 +215,8 @@ def test_operator_gets_a_place_among_hostile_clients_that_ping(folder):
                 served.ask(SUPERVISOR, 1)
             return served.answers[1, 7] > 0
 
-        flying.wait_until(is_served, "a place", 60)
-        assert sum(client.evictions for client in hostile) <= PLACES
+        flying.wait_until(is_served, "a slot", 60)
+        assert sum(client.evictions for client in hostile) <= SLOTS
         flying.wait_until(lambda: served.misuses, "GROUND_MISUSED")
         for client in hostile:
             client.is_over.set()

@@ -109,7 +109,7 @@ PROGRAMS = sorted(path.name for path in flying.BIN.glob("*")) or ["hirosco"]
 
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("words", [(), ("--help",), ("--no-such-option",), ("--run",), ("--run", "/hirosco-0.run", "--component", "0")])
-def test_program_called_by_hand_says_something_and_ends(name, words):
+def test_program_called_by_hand_prints_something_and_ends(name, words):
     """No program of the project crashes or waits without end, whatever its arguments are."""
     done = subprocess.run([flying.BIN / name, *words], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
     assert done.returncode in (0, 1, USAGE), f"{name} {words} ended with {done.returncode}"
@@ -192,7 +192,7 @@ def test_storage_of_another_mission_is_refused_and_left_as_it_is(folder, tmp_pat
     assert before["mission"] == b"rokviss" and "SUPERVISOR.journal.0" in before
     refused = _fly_with_storage(folder / "2", storage, "classic")
     assert refused.code == 1
-    for words in (f"{storage}/mission", "says 'rokviss'", "expected 'classic'", "--storage", "--mission"):
+    for words in (f"{storage}/mission", "contains 'rokviss'", "expected 'classic'", "--storage", "--mission"):
         assert words in refused.output, refused.output
     assert {path.name: path.read_bytes() for path in storage.iterdir() if path.is_file()} == before
     assert _fly_with_storage(folder / "3", storage).code == 0

@@ -26,14 +26,14 @@ FILES = ("missions/rokviss.xml", "subsystems/joystick.xml", "subsystems/manipula
 PLACE = re.compile(r"\w+\.xml:\d+: ")
 
 
-def _mutate(place, chance):
+def _mutate(place, rng):
     """Change one place of a descriptor until the readers accept the result with the compiled interface.
     Returns the name of the file."""
     plain = mission_reader.load(flying.ROOT / "descriptors" / FILES[0]).interface_hash
     while True:
-        name = chance.choice(FILES)
+        name = rng.choice(FILES)
         text = (flying.ROOT / "descriptors" / name).read_text(encoding="utf-8")
-        changed = damages.damage(text, chance)
+        changed = damages.damage(text, rng)
         (place / name).write_text(changed, encoding="utf-8")
         try:
             if changed != text and mission_reader.load(place / FILES[0]).interface_hash == plain:
@@ -45,14 +45,14 @@ def _mutate(place, chance):
 
 @pytest.mark.parametrize("seed", range(SEEDS), ids=lambda seed: f"seed{seed}")
 def test_a_descriptor_is_refused_with_its_place_or_flies(folder, seed):
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     folder.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
     for name in ("build", "sim", "gse"):
         (folder / name).symlink_to(flying.ROOT / name)
-    changed = _mutate(folder / "descriptors", chance)
+    changed = _mutate(folder / "descriptors", rng)
     difference = f"diff {flying.ROOT}/descriptors/{changed} {folder}/descriptors/{changed}"
-    flight = flying.fly(folder / "out", "--scenario", "hil", "--form", chance.choice(("image", "processes")), root=folder)
+    flight = flying.fly(folder / "out", "--scenario", "hil", "--form", rng.choice(("image", "processes")), root=folder)
     printed = flight.output + flight.console
     assert "ssertion" not in printed, f"{difference}\n{printed}"
     assert "ended by signal" not in printed, f"{difference}\n{printed}"

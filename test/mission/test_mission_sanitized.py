@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same flights with programs built by SANITIZE=1: AddressSanitizer and UBSan report nothing, and the
-packets are the same."""
+"""Flights with programs built by SANITIZE=1: AddressSanitizer and UBSan report nothing, and the logs of telepresence are
+those of the other programs."""
 
 import re
 

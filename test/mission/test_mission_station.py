@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The light station in a browser, beside a flight by the wall clock: what the page shows of telecommands, refusals, hand and lost link."""
+"""The light station in a browser, beside a flight in real time: what the page shows of telecommands, refusals, hand and lost link."""
 
 import json
 import os
@@ -361,7 +361,7 @@ def test_a_movement_is_sent_at_once_and_four_lines_wait_for_answers(page):
         const { store } = window.station, { hand } = document.querySelector("station-work"), lines = [], answers = [];
         store.live = (line) => { lines.push(line); return new Promise((done) => answers.push(done)); };
         hand.aim = [0, 0];
-        for (let n = 1; n <= 7; n++) { hand.move(n / 100, 0); hand.say(); }
+        for (let n = 1; n <= 7; n++) { hand.move(n / 100, 0); hand.sendAim(); }
         const atOnce = lines.length;
         while (answers.length) { answers.shift()({}); await new Promise((done) => setTimeout(done)); }
         hand.aim = null;

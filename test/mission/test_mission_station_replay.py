@@ -67,13 +67,13 @@ def test_a_replay_at_rest_changes_nothing(page):
     assert page.evaluate(AT_REST) == []
 
 
-def test_a_lane_of_the_time_line_has_one_part_for_each_look(page):
+def test_a_lane_of_the_time_line_has_one_part_for_each_style(page):
     """An hour has thousands of states. Each part that is transparent as a whole would be a layer of its own."""
-    drawn, looks, passed = page.evaluate("""() => {
+    drawn, styles, passed = page.evaluate("""() => {
         const parts = [...document.querySelectorAll("station-player .lane")], lanes = [...station.store.lanes.values()];
         return [parts.length, new Set(parts.map((part) => part.getAttribute("style"))).size, Math.max(...lanes.map((lane) => lane.length))];
     }""")
-    assert 2 < looks <= 7 < passed and drawn <= 2 * looks
+    assert 2 < styles <= 7 < passed and drawn <= 2 * styles
     assert page.evaluate("[...document.querySelectorAll('station-player .lane')].every((part) => getComputedStyle(part).opacity === '1')")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of the station beside a telepresence by the wall clock: its joystick presses on the contour, keyboard and touch alone are enough,
+"""The page of the station beside a telepresence in real time: its joystick presses on the contour, keyboard and touch alone are enough,
 tables on board are full, and a device is lost."""
 
 import math
@@ -276,7 +276,7 @@ def test_only_a_station_that_does_not_answer_loses_the_hand(page, flight):
         const { hand } = document.querySelector("station-work"), { store } = window.station, answers = [];
         store.live = () => new Promise((answer) => answers.push(answer));
         hand.move(0.01, 0.01);
-        hand.say();
+        hand.sendAim();
         while (!answers.length) await new Promise((wake) => setTimeout(wake, 1));
         const end = performance.now() + 1500;
         while (performance.now() < end);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Telepresence in both forms and with two seeds: figures, logs, and logs that must be equal."""
+"""Telepresence in both forms and with two seeds: figures of each flight, and equality of the logs of repeated flights."""
 
 import flying
 import numpy as np
@@ -20,7 +20,7 @@ class TestFlight:
         assert flight.code == 0, flight.transcript()
         assert "failed" not in flight.output
 
-    def test_every_step_of_the_operator_went_as_written(self, shared_flights, form, seed):
+    def test_every_step_of_the_operator_succeeded(self, shared_flights, form, seed):
         flight = shared_flights.flight(form=form, seed=seed)
         scenario = (flying.ROOT / "sim" / "scenarios" / "telepresence.scn").read_text(encoding="utf-8")
         wanted = [line for line in scenario.splitlines() if line.split()[1:2] == ["operator"] and line.split()[0] != "#"]
@@ -56,7 +56,7 @@ class TestFigures:
         assert found["engagements"] >= 4
         assert found["torque_limits_exceeded"] == 1
 
-    def test_no_port_at_rest_gives_energy_away(self, shared_flights, form, seed):
+    def test_no_event_reports_a_loss_of_passivity(self, shared_flights, form, seed):
         found = [decoded for _, _, decoded in shared_flights.run(form=form, seed=seed).reports_of("event")]
         assert found and not [decoded for decoded in found if decoded["event"] == "PASSIVITY"]
 

@@ -194,34 +194,34 @@ def _gateway(flight, key):
         process.wait(flying.MOMENT_S)
 
 
-def _hostile(chance, tape, key):
+def _hostile(rng, tape, key):
     """One attack as octets for a separate connection: at most three frames, because the third refused frame
     ends the connection."""
-    genuine = chance.choice(tape)
-    kind = chance.randrange(6)
+    genuine = rng.choice(tape)
+    kind = rng.randrange(6)
     if kind == 0:  # Replay of a complete connection, or of what follows its first frame, whose length less 1 is in octets 2 and 3.
-        return genuine[chance.choice((0, genuine[3] + 1 + 256 * (genuine[2] & 3))) :]
+        return genuine[rng.choice((0, genuine[3] + 1 + 256 * (genuine[2] & 3))) :]
     if kind == 1:  # Another key.
-        cipher = sdls._cipher(chance.randbytes(32))
+        cipher = sdls._cipher(rng.randbytes(32))
         return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in range(3))
     octets = bytearray(genuine)
     if kind == 2:  # Flipped bits, with the session number of the recording (octets 12 to 15) or with a new one.
-        for _ in range(chance.randrange(1, 5)):
-            octets[chance.randrange(len(octets))] ^= 1 << chance.randrange(8)
-        octets[12:16] = chance.choice((bytes(octets[12:16]), (10**6).to_bytes(4, "big")))
+        for _ in range(rng.randrange(1, 5)):
+            octets[rng.randrange(len(octets))] ^= 1 << rng.randrange(8)
+        octets[12:16] = rng.choice((bytes(octets[12:16]), (10**6).to_bytes(4, "big")))
     elif kind == 3:  # Truncated.
-        del octets[chance.randrange(1, len(octets)) :]
+        del octets[rng.randrange(1, len(octets)) :]
     elif kind == 4:  # Packets without protection, or no frame at all.
-        return chance.choice((_ping(99), chance.randbytes(chance.randrange(1, 2000))))
+        return rng.choice((_ping(99), rng.randbytes(rng.randrange(1, 2000))))
     else:  # With the key, but in the wrong order.
         cipher = sdls._cipher(sdls.read_key(key))
-        return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in (1, 2, chance.randrange(3, 2**32)))
+        return b"".join(sdls.frame(cipher, 10**6, count, sdls.WHOLE, _ping(99)) for count in (1, 2, rng.randrange(3, 2**32)))
     return bytes(octets)
 
 
-def _attack(flight, key, tape, chance, times):
+def _attack(flight, key, tape, rng, times):
     for _ in range(times):
-        _throw(flight.port(), _hostile(chance, tape, key))
+        _throw(flight.port(), _hostile(rng, tape, key))
     for octets in tape:
         _throw(flight.port(), octets)
 
@@ -230,25 +230,25 @@ def test_attackers_are_refused_over_restarts(folder, key):
     """A recording of the link has no effect: neither at once, nor after communication has died, nor in the
     next flight."""
     folder.mkdir()
-    chance, tape = random.Random(SEED), []
+    rng, tape = random.Random(SEED), []
     for number in range(2):
         flight = flying.start(folder / str(number), *LIVE, "--key", key)
         try:
             flying.wait_until(_is_up(flight, key), "answers of all components")
             if tape:
-                _attack(flight, key, tape, chance, 20)
+                _attack(flight, key, tape, rng, 20)
             tap = Tap(flight.port())
             with contextlib.closing(tap), _gateway_through(tap, key) as port, flying.connect(port) as stream:
                 stream.sendall(_ping(1) + _ping(2))
                 assert len(_answers(stream, 8)) == 8
             tape += [bytes(octets) for octets in tap.uplinks if octets]
             assert len(tape) == number + 1
-            _attack(flight, key, tape, chance, 100)
+            _attack(flight, key, tape, rng, 100)
             reports = _counters(flight, key)
             assert reports["FORGED"] > 10 and reports["REPLAYED"] > 10 and reports["NO_FRAME"] > 10
             _revive(flight)
             flying.wait_until(_is_up(flight, key), "communication is back")
-            _attack(flight, key, tape, chance, 20)
+            _attack(flight, key, tape, rng, 20)
             assert _counters(flight, key)["REPLAYED"] >= len(tape)
             assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
             flight.wait()

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 /// PROVE: the statement is true whenever it is reached. IMPLIES, only within PROVE: if the condition is true,
-/// the consequence is true. NEVER: this place is not reached.
+/// the consequence is true. NEVER: this line is not reached.
 ///
 /// With PROOF_REACHED each assertion claims instead that the statement is never reached with all of its
 /// conditions true; run_proofs.py expects each to fail, because a statement that is never reached proves

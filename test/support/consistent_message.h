@@ -11,11 +11,11 @@ static inline bool message_is_consistent(const message_endpoint_t* endpoint)
 {
     bool is_sound = true;
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        const message_channel_t* const channel = &endpoint->places[i].channel;
+        const message_channel_t* const channel = &endpoint->slots[i].channel;
         const message_inbox_t* const inbox     = &channel->inbox;
         is_sound                               = is_sound && octet_ring_is_consistent(&inbox->blocks) &&
-                   (inbox->place <= inbox->blocks.used) &&
-                   ((inbox->place == inbox->blocks.used) == (inbox->checked == inbox->arrived)) &&
+                   (inbox->next <= inbox->blocks.used) &&
+                   ((inbox->next == inbox->blocks.used) == (inbox->checked == inbox->arrived)) &&
                    ((channel->position.sent - channel->position.credited) <= MESSAGE_WINDOW);
     }
     return is_sound;

@@ -2,7 +2,7 @@
 /// Point-to-point motion with minimum jerk: rest to rest in a given time, smooth to the second derivative;
 /// and a stop from such a motion with constant deceleration.
 ///
-/// Ownership  The caller places control_motion_t.
+/// Ownership  The caller provides control_motion_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_MOTION_H

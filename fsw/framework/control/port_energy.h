@@ -6,7 +6,7 @@
 /// since they were engaged. This sum never decreases, so a lost or late sample delays energy but never adds
 /// any. The increase of the sum is a reserve of the receiver: energy that its port may give away.
 ///
-/// Ownership  The caller places control_port_energy_t and control_reserve_t.
+/// Ownership  The caller provides control_port_energy_t and control_reserve_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_PORT_ENERGY_H

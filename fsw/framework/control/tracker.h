@@ -2,7 +2,7 @@
 /// Second-order tracker: follows a sampled signal and estimates its velocity and acceleration. It is
 /// critically damped, has the bandwidth `omega`, and follows ramps without lag.
 ///
-/// Ownership  The caller places control_tracker_t.
+/// Ownership  The caller provides control_tracker_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_CONTROL_TRACKER_H

@@ -17,14 +17,14 @@ static bool is_stream(const flow_t* const flow)
     return (kind == ENDNODE_TCP) || (kind == ENDNODE_SERIAL) || (kind == ENDNODE_FILE);
 }
 
-static uint32_t octets_of(const flow_t* const flow, const unsigned place)
+static uint32_t octets_of(const flow_t* const flow, const unsigned direction)
 {
-    return (place == TO_FLIGHT) ? flow->setup.octets_in : flow->setup.octets_out;
+    return (direction == TO_FLIGHT) ? flow->setup.octets_in : flow->setup.octets_out;
 }
 
-static const char* name_of(const flow_t* const flow, const unsigned place)
+static const char* name_of(const flow_t* const flow, const unsigned direction)
 {
-    return (place == TO_FLIGHT) ? flow->local : flow->peer;
+    return (direction == TO_FLIGHT) ? flow->local : flow->peer;
 }
 
 // ---- Beginning ----
@@ -67,15 +67,15 @@ static void init_stream(flow_t* const flow, const flow_resolver_t* const resolve
                      resolver);
 }
 
-static void init_queue(flow_t* const flow, const unsigned place, const flow_resolver_t* const resolver)
+static void init_queue(flow_t* const flow, const unsigned direction, const flow_resolver_t* const resolver)
 {
     const flow_setup_t* const setup = &flow->setup;
     if (setup->kind == ENDNODE_SHM) {
-        flow_shm_init(&flow->shm[place],
-                      &(flow_shm_setup_t){.name             = name_of(flow, place),
-                                          .is_writer        = (place == TO_DEVICE),
+        flow_shm_init(&flow->shm[direction],
+                      &(flow_shm_setup_t){.name             = name_of(flow, direction),
+                                          .is_writer        = (direction == TO_DEVICE),
                                           .shape            = {.kind         = FLOW_SHM_QUEUE,
-                                                               .value_octets = octets_of(flow, place),
+                                                               .value_octets = octets_of(flow, direction),
                                                                .depth        = FLOW_DEPTH},
                                           .order            = setup->format.order,
                                           .retry_first_ns   = setup->retry_first_ns,
@@ -83,11 +83,11 @@ static void init_queue(flow_t* const flow, const unsigned place, const flow_reso
                                           .quota            = setup->quota},
                       resolver);
     } else {
-        flow_mqueue_init(&flow->mqueue[place],
-                         &(flow_mqueue_setup_t){.name             = name_of(flow, place),
-                                                .is_receiver      = (place == TO_FLIGHT),
+        flow_mqueue_init(&flow->mqueue[direction],
+                         &(flow_mqueue_setup_t){.name             = name_of(flow, direction),
+                                                .is_receiver      = (direction == TO_FLIGHT),
                                                 .depth            = FLOW_DEPTH,
-                                                .message_octets   = octets_of(flow, place),
+                                                .message_octets   = octets_of(flow, direction),
                                                 .order            = setup->format.order,
                                                 .retry_first_ns   = setup->retry_first_ns,
                                                 .retry_longest_ns = setup->retry_longest_ns,
@@ -101,9 +101,9 @@ static void init_queues(flow_t* const flow, const flow_resolver_t* const resolve
     const char* const name = flow->setup.name;
     (void)text_join(flow->local, sizeof flow->local, (const char* const[]){name, ".in", NULL});
     (void)text_join(flow->peer, sizeof flow->peer, (const char* const[]){name, ".out", NULL});
-    for (unsigned place = TO_FLIGHT; place <= TO_DEVICE; place++) {
-        if (octets_of(flow, place) > 0U) {
-            init_queue(flow, place, resolver);
+    for (unsigned direction = TO_FLIGHT; direction <= TO_DEVICE; direction++) {
+        if (octets_of(flow, direction) > 0U) {
+            init_queue(flow, direction, resolver);
         }
     }
 }
@@ -128,21 +128,21 @@ void flow_init(flow_t* const flow, const flow_setup_t* const setup, const flow_r
 
 /// Returns a link of a flow. SHM and MQUEUE have one for each queue, other end nodes one. Null if there is
 /// no such link.
-static const flow_link_t* link_of(const flow_t* const flow, const unsigned place)
+static const flow_link_t* link_of(const flow_t* const flow, const unsigned direction)
 {
     if (flow->setup.kind == ENDNODE_UDP) {
-        return (place == TO_FLIGHT) ? &flow->udp.link : NULL;
+        return (direction == TO_FLIGHT) ? &flow->udp.link : NULL;
     }
     if (is_stream(flow)) {
-        return (place == TO_FLIGHT) ? &flow->stream.link : NULL;
+        return (direction == TO_FLIGHT) ? &flow->stream.link : NULL;
     }
-    if (octets_of(flow, place) == 0U) {
+    if (octets_of(flow, direction) == 0U) {
         return NULL;
     }
-    return (flow->setup.kind == ENDNODE_SHM) ? &flow->shm[place].link : &flow->mqueue[place].link;
+    return (flow->setup.kind == ENDNODE_SHM) ? &flow->shm[direction].link : &flow->mqueue[direction].link;
 }
 
-static status_t step_link(flow_t* const flow, const unsigned place, const uint64_t now_ns)
+static status_t step_link(flow_t* const flow, const unsigned direction, const uint64_t now_ns)
 {
     if (flow->setup.kind == ENDNODE_UDP) {
         return flow_udp_step(&flow->udp, now_ns);
@@ -150,17 +150,18 @@ static status_t step_link(flow_t* const flow, const unsigned place, const uint64
     if (is_stream(flow)) {
         return flow_stream_step(&flow->stream, now_ns);
     }
-    return (flow->setup.kind == ENDNODE_SHM) ? flow_shm_step(&flow->shm[place], now_ns)
-                                             : flow_mqueue_step(&flow->mqueue[place], now_ns);
+    return (flow->setup.kind == ENDNODE_SHM) ? flow_shm_step(&flow->shm[direction], now_ns)
+                                             : flow_mqueue_step(&flow->mqueue[direction], now_ns);
 }
 
 status_t flow_step(flow_t* const flow, const uint64_t now_ns)
 {
     FSW_ASSERT(flow != NULL);
     status_t status = STATUS_OK;
-    for (unsigned place = TO_FLIGHT; place <= TO_DEVICE; place++) {
-        const status_t of_link = (link_of(flow, place) != NULL) ? step_link(flow, place, now_ns) : STATUS_OK;
-        status                 = (status == STATUS_OK) ? of_link : status;
+    for (unsigned direction = TO_FLIGHT; direction <= TO_DEVICE; direction++) {
+        const status_t of_link =
+            (link_of(flow, direction) != NULL) ? step_link(flow, direction, now_ns) : STATUS_OK;
+        status = (status == STATUS_OK) ? of_link : status;
     }
     return status;
 }
@@ -169,8 +170,8 @@ flow_counters_t flow_counters(const flow_t* const flow)
 {
     FSW_ASSERT(flow != NULL);
     flow_counters_t counters = {0U, 0U, 0U, 0U};
-    for (unsigned place = TO_FLIGHT; place <= TO_DEVICE; place++) {
-        const flow_link_t* const link = link_of(flow, place);
+    for (unsigned direction = TO_FLIGHT; direction <= TO_DEVICE; direction++) {
+        const flow_link_t* const link = link_of(flow, direction);
         if (link != NULL) {
             counters.connected += link->reconnect.connected;
             counters.lost += link->reconnect.lost;
@@ -250,11 +251,11 @@ void flow_close(flow_t* const flow)
     } else if (is_stream(flow)) {
         flow_stream_close(&flow->stream);
     } else {
-        for (unsigned place = TO_FLIGHT; place <= TO_DEVICE; place++) {
-            if ((octets_of(flow, place) > 0U) && (flow->setup.kind == ENDNODE_SHM)) {
-                flow_shm_close(&flow->shm[place]);
-            } else if (octets_of(flow, place) > 0U) {
-                flow_mqueue_close(&flow->mqueue[place]);
+        for (unsigned direction = TO_FLIGHT; direction <= TO_DEVICE; direction++) {
+            if ((octets_of(flow, direction) > 0U) && (flow->setup.kind == ENDNODE_SHM)) {
+                flow_shm_close(&flow->shm[direction]);
+            } else if (octets_of(flow, direction) > 0U) {
+                flow_mqueue_close(&flow->mqueue[direction]);
             } else {
                 // This flow has no queue in this direction.
             }

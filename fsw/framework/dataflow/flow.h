@@ -10,7 +10,7 @@
 /// Call flow_step once a cycle, then send and receive. After a loss, flow_step opens the end node again, with
 /// back-off and without an end. A message longer than its limit is dropped and counted.
 ///
-/// Ownership  The caller places flow_t, which must not be moved; name, resolver and quota outlive it.
+/// Ownership  The caller provides flow_t, which must not be moved; name, resolver and quota outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
 /// Time       O(octets), bounded in each call.
 /// Errors     Each function lists its statuses.

@@ -19,7 +19,8 @@
 #define REOPEN_FIRST_NS 10000000ULL     ///< First delay before the bus is opened again.
 #define REOPEN_LONGEST_NS 1000000000ULL ///< Longest delay.
 
-// A master of an 11-bit protocol uses only standard frames; it counts remote requests.
+// A master of an 11-bit protocol uses only standard frames. Remote requests pass, too: the master counts
+// them.
 static const osal_can_filter_t standard_frames = {.id = 0U, .mask = OSAL_CAN_EXTENDED};
 
 void flow_can_init(flow_can_t* const flow)

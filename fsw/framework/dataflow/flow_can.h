@@ -7,7 +7,7 @@
 /// An interface that goes down or is removed while the flow is open is handled as bus-off: health is BUS_OFF,
 /// sending and receiving return STATUS_CLOSED, and flow_can_attend opens the bus again once it is back.
 ///
-/// Ownership  The caller places flow_can_t; it must not be moved while open.
+/// Ownership  The caller provides flow_can_t; it must not be moved while open.
 /// Context    One task. Never blocks, except for the counted transfer in stepped time (osal/can.h).
 /// Time       O(1).
 /// Errors     Each function lists its statuses; each refusal is counted.

@@ -6,7 +6,7 @@
 /// predecessor, and is replaced. A sender detects that; a sender that starts first waits for its receiver,
 /// with back-off. Call flow_mqueue_step once a cycle, then send or receive.
 ///
-/// Ownership  The caller places flow_mqueue_t; the name, the resolver and the quota outlive it.
+/// Ownership  The caller provides flow_mqueue_t; the name, the resolver and the quota outlive it.
 /// Context    One task. Never blocks.
 /// Time       O(message).
 /// Errors     Each function lists its statuses; each refusal is counted.

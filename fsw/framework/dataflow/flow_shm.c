@@ -196,8 +196,8 @@ static status_t write_value(const flow_shm_t* const flow, region_t* const region
         if ((written - __atomic_load_n(&region->read, __ATOMIC_ACQUIRE)) >= shape.depth) {
             return STATUS_FULL;
         }
-        const size_t place = (size_t)(written % shape.depth) * words_of(shape);
-        store_words(&region->words[place], value, shape.value_octets);
+        const size_t offset = (size_t)(written % shape.depth) * words_of(shape);
+        store_words(&region->words[offset], value, shape.value_octets);
         __atomic_store_n(&region->written, written + 1U, __ATOMIC_RELEASE);
     }
     return STATUS_OK;
@@ -244,8 +244,8 @@ static status_t read_queue(flow_shm_t* const flow, region_t* const region, void*
     if (__atomic_load_n(&region->written, __ATOMIC_ACQUIRE) == read) {
         return STATUS_EMPTY;
     }
-    const size_t place = (size_t)(read % flow->setup.shape.depth) * words_of(flow->setup.shape);
-    load_words(&region->words[place], out_value, flow->setup.shape.value_octets);
+    const size_t offset = (size_t)(read % flow->setup.shape.depth) * words_of(flow->setup.shape);
+    load_words(&region->words[offset], out_value, flow->setup.shape.value_octets);
     __atomic_store_n(&region->read, read + 1U, __ATOMIC_RELEASE);
     flow->counters.read++;
     return STATUS_OK;

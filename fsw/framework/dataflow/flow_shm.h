@@ -10,7 +10,7 @@
 /// a reader that starts first waits for its writer. Both repeat attempts with back-off. Call flow_shm_step
 /// once a cycle, then write or read.
 ///
-/// Ownership  The caller places flow_shm_t; the name, the resolver and the quota outlive it.
+/// Ownership  The caller provides flow_shm_t; the name, the resolver and the quota outlive it.
 /// Context    One task per end. Never blocks.
 /// Time       O(value size).
 /// Errors     Each function lists its statuses; each refusal is counted.

@@ -6,7 +6,7 @@
 /// connections, send and receive return STATUS_CLOSED; a frame that was cut by the end of a connection is
 /// lost in both directions.
 ///
-/// Ownership  The caller places flow_stream_t and the buffers; the name, the resolver and the quota outlive
+/// Ownership  The caller provides flow_stream_t and the buffers; the name, the resolver and the quota outlive
 ///            it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
 /// Time       O(octets), bounded in each call.

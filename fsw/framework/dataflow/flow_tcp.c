@@ -73,32 +73,32 @@ void flow_tcp_end_all(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
     }
 }
 
-static unsigned free_place(const flow_tcp_t* const flow)
+static unsigned free_slot(const flow_tcp_t* const flow)
 {
-    unsigned place = 0U;
-    while ((place < flow->capacity) && osal_socket_is_open(&flow->clients[place].socket)) {
-        place++;
+    unsigned slot = 0U;
+    while ((slot < flow->capacity) && osal_socket_is_open(&flow->clients[slot].socket)) {
+        slot++;
     }
-    return place;
+    return slot;
 }
 
-/// Find a place for a new connection; if all are taken, the user may choose a client whose connection is
-/// ended. Returns `capacity` if there is no place.
-static unsigned take_place(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
+/// Find a slot for a new connection; if all are taken, the user may choose a client whose connection is
+/// ended. Returns `capacity` if there is no slot.
+static unsigned take_slot(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
 {
-    const unsigned place = free_place(flow);
-    if ((place < flow->capacity) || (user->make_room == NULL)) {
-        return place;
+    const unsigned slot = free_slot(flow);
+    if ((slot < flow->capacity) || (user->make_room == NULL)) {
+        return slot;
     }
     const unsigned gone = user->make_room(user->context);
     if (gone < flow->capacity) {
         flow->counters.evicted++;
         flow_tcp_end(flow, user, gone);
     }
-    return free_place(flow);
+    return free_slot(flow);
 }
 
-/// Accept the connections that wait, and refuse those for which there is no place or no quota.
+/// Accept the connections that wait, and refuse those for which there is no slot or no quota.
 static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const user)
 {
     for (unsigned i = 0U; i <= flow->capacity; i++) {
@@ -107,10 +107,10 @@ static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const 
         if (osal_tcp_accept(&flow->listener, &arrived, &from) != STATUS_OK) {
             return;
         }
-        // The place comes first, because a client that is ended for it returns its quota.
-        const unsigned place  = take_place(flow, user);
+        // The slot comes first, because a client that is ended for it returns its quota.
+        const unsigned slot   = take_slot(flow, user);
         const bool is_granted = (quota_take(flow->quota) == STATUS_OK);
-        if (!is_granted || (place == flow->capacity)) {
+        if (!is_granted || (slot == flow->capacity)) {
             if (is_granted) {
                 quota_give(flow->quota);
             }
@@ -118,14 +118,14 @@ static void accept_clients(flow_tcp_t* const flow, const flow_tcp_user_t* const 
             osal_socket_close(&arrived);
             continue;
         }
-        flow->clients[place].socket    = arrived;
-        flow->clients[place].peer      = from;
-        flow->clients[place].held      = 0U;
-        flow->clients[place].octets_in = 0U;
-        flow->clients[place].epoch++;
+        flow->clients[slot].socket    = arrived;
+        flow->clients[slot].peer      = from;
+        flow->clients[slot].held      = 0U;
+        flow->clients[slot].octets_in = 0U;
+        flow->clients[slot].epoch++;
         flow->counters.accepted++;
         if (user->connected != NULL) {
-            user->connected(user->context, place);
+            user->connected(user->context, slot);
         }
     }
 }

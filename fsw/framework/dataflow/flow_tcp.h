@@ -5,7 +5,7 @@
 /// from the front. Sent octets go directly to the kernel, as many as it accepts; the caller queues the rest
 /// and decides what to drop if a reader is slow.
 ///
-/// Ownership  The caller places flow_tcp_t, the clients and their buffers; all outlive the flow.
+/// Ownership  The caller provides flow_tcp_t, the clients and their buffers; all outlive the flow.
 /// Context    One task, never blocks.
 /// Time       O(clients + octets).
 /// Errors     Each function lists its statuses; each refusal is counted.
@@ -26,7 +26,7 @@
 
 #define FLOW_TCP_UNLIMITED SIZE_MAX ///< No limit on the octets that one call receives.
 
-typedef struct { // Private; `epoch` counts the connections that have used this place.
+typedef struct { // Private; `epoch` counts the connections that have used this slot.
     osal_socket_t socket;
     osal_address_t peer;
     uint8_t* buffer;
@@ -38,7 +38,7 @@ typedef struct { // Private; `epoch` counts the connections that have used this 
 typedef struct {     // All counters wrap.
     uint32_t failed; ///< Attempts to listen that were refused.
     uint32_t accepted;
-    uint32_t turned_away; ///< Connections closed at once: no place was free, or the quota was used up.
+    uint32_t turned_away; ///< Connections closed at once: no slot was free, or the quota was used up.
     uint32_t evicted;     ///< Connections ended to make room for a new one.
     uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
     uint32_t malformed; ///< Connections ended because the framer gave up or its frame did not fit the buffer.
@@ -59,7 +59,7 @@ typedef struct {
     size_t (*frame)(void* context, unsigned client, const uint8_t* octets, size_t size);
     /// Returns the number of octets that may be read from a client in this step. Null: no limit.
     size_t (*allowance)(void* context, unsigned client);
-    /// Called if a client connects and no place is free. Returns the client whose connection is ended;
+    /// Called if a client connects and no slot is free. Returns the client whose connection is ended;
     /// `capacity` or more refuses the new connection. Null: the new connection is always refused.
     unsigned (*make_room)(void* context);
 } flow_tcp_user_t;
@@ -98,10 +98,10 @@ MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, s
 /// STATUS_CLOSED (no such client, or its connection has ended, which the next step reports).
 MUST_USE status_t flow_tcp_send(flow_tcp_t* flow, unsigned client, const uint8_t* octets, size_t size,
                                 size_t* out_sent);
-/// End one connection; reported to `user`. No effect on an empty place.
+/// End one connection; reported to `user`. No effect on an empty slot.
 void flow_tcp_end(flow_tcp_t* flow, const flow_tcp_user_t* user, unsigned client);
 
-/// Returns the octets received on the present connection [wraps]; 0 for an empty place.
+/// Returns the octets received on the present connection [wraps]; 0 for an empty slot.
 uint32_t flow_tcp_octets_in(const flow_tcp_t* flow, unsigned client);
 /// Get the address of the other end. STATUS_OK, STATUS_CLOSED (no such client).
 MUST_USE status_t flow_tcp_peer(const flow_tcp_t* flow, unsigned client, osal_address_t* out_peer);

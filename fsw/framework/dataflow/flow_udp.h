@@ -3,7 +3,7 @@
 /// opens the socket again with back-off. A datagram for which there is no receiver is refused or lost, and
 /// the flow stays open. Call flow_udp_step once a cycle, then send and receive.
 ///
-/// Ownership  The caller places flow_udp_t; names, the resolver and the quota outlive it.
+/// Ownership  The caller provides flow_udp_t; names, the resolver and the quota outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).
 /// Errors     Each function lists its statuses; each refusal is counted.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_UDP_H

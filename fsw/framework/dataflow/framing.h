@@ -5,7 +5,7 @@
 /// anywhere. Octets that do not form a frame, and frames that are too long for the buffer, are counted and
 /// skipped up to the next frame; invalid octets never end a flow.
 ///
-/// Ownership  The caller places the assembler and its buffer.
+/// Ownership  The caller provides the assembler and its buffer.
 /// Context    One task.
 /// Time       O(octets).
 /// Errors     Each function lists its statuses; a null argument is a coding error.

@@ -3,7 +3,7 @@
 /// opens the object when an attempt is due, counts it in a quota, closes it after an error, and opens it
 /// again after a delay. Each flow has a link and supplies the functions `open` and `close`.
 ///
-/// Ownership  The caller places flow_link_t in its flow; both must not be moved.
+/// Ownership  The caller provides flow_link_t in its flow; both must not be moved.
 /// Context    One task; the caller supplies the time.
 /// Time       O(1), and that of `open` and `close`.
 /// Errors     Each function lists its statuses.
@@ -25,7 +25,7 @@ typedef struct {
     void (*close)(void* flow); ///< Called also after a failed `open`.
 } flow_link_actions_t;
 
-typedef struct { // Private; read-only for the flow: is_open, is_pending (see open), failure, reconnect.
+typedef struct { // Private. The flow may read is_open, failure and reconnect; its `open` sets is_pending.
     const flow_link_actions_t* actions;
     void* flow;
     quota_t* quota;

@@ -3,7 +3,7 @@
 /// its first value after a connection that has lasted as long as the delay before it; a shorter connection
 /// counts as a failure.
 ///
-/// Ownership  The caller places flow_reconnect_t.
+/// Ownership  The caller provides flow_reconnect_t.
 /// Context    One task; the time is an argument.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_DATAFLOW_RECONNECT_H

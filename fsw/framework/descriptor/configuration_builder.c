@@ -66,14 +66,15 @@ void descriptor_configuration_builder_initial(source_t* const source)
 /// Report a service that must stay in the main loop, and why.
 static void refuse_bound_services(source_t* const source, const char* const services)
 {
-    static const char* const bound[][2] = {{"1", "the loop that performs a request verifies it"},
-                                           {"3", "each <HKService> names its loop"},
-                                           {"5", "an event is reported in the cycle that raises it"},
-                                           {"8", "functions act on devices"},
-                                           {"129", "the state machine leads the control"},
-                                           {"130", "links are opened, read and written with the control"}};
+    static const char* const bound[][2] = {
+        {"1", "the loop that performs a request verifies it"},
+        {"3", "each <HKService> names its loop"},
+        {"5", "an event is reported in the cycle that raises it"},
+        {"8", "functions act on devices"},
+        {"129", "the state machine starts and stops the control"},
+        {"130", "links are opened, read and written in the cycle of the control"}};
     for (size_t i = 0U; i < SOURCE_COUNT(bound); i++) {
-        if (descriptor_source_place(bound[i][0], strlen(bound[i][0]), services) != UINT32_MAX) {
+        if (descriptor_source_index(bound[i][0], strlen(bound[i][0]), services) != UINT32_MAX) {
             descriptor_source_refuse(source, source->line, "service % cannot have a <Loop> of its own: %",
                                      bound[i][0], bound[i][1], 0U);
         }
@@ -142,7 +143,7 @@ void descriptor_configuration_builder_sampled(source_t* const source)
     const descriptor_sampled_t* const sampled     = source->item;
     if ((structure->interval_cycles % sampled->nrep) != 0U) {
         descriptor_source_wrong(source, "nrep", "a divisor of the interval ");
-        descriptor_source_say(source, "#", NULL, NULL, structure->interval_cycles);
+        descriptor_source_append(source, "#", NULL, NULL, structure->interval_cycles);
     }
 }
 
@@ -285,7 +286,7 @@ void descriptor_configuration_builder_supply(source_t* const source)
 /// Returns the configurations that a function names, one bit for each.
 static uint16_t configurations_of(source_t* const source, const char* const chosen, const uint32_t line)
 {
-    uint8_t places[DESCRIPTOR_CONFIGURATIONS_MAX];
+    uint8_t indices[DESCRIPTOR_CONFIGURATIONS_MAX];
     char words[DESCRIPTOR_CONFIGURATIONS_MAX * (DESCRIPTOR_NAME_MAX + 1U)];
     text_t text   = text_in(words, sizeof words);
     uint32_t bits = 0U;
@@ -293,8 +294,8 @@ static uint16_t configurations_of(source_t* const source, const char* const chos
         return (uint16_t)((1U << descriptor_subsystem_builder_model(source)->configuration_count) - 1U);
     }
     descriptor_source_names(source, &descriptor_subsystem_configurations, &text);
-    for (uint32_t i = descriptor_source_places(chosen, words, places); i > 0U; i--) {
-        bits |= (uint32_t)1U << places[i - 1U];
+    for (uint32_t i = descriptor_source_indices(chosen, words, indices); i > 0U; i--) {
+        bits |= (uint32_t)1U << indices[i - 1U];
     }
     if (bits == 0U) {
         descriptor_source_fail(

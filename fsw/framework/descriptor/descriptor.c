@@ -36,7 +36,7 @@ static status_t feed_file(descriptor_loader_t* const loader, source_t* const sou
     }
     if (read != STATUS_OK) {
         descriptor_source_fail_as(source, 0U, read, "cannot read: ");
-        descriptor_source_say(source, "%", status_text(read), NULL, 0U);
+        descriptor_source_append(source, "%", status_text(read), NULL, 0U);
     }
     return (read != STATUS_OK) ? read : fed;
 }
@@ -99,8 +99,8 @@ static status_t load_listed(descriptor_loader_t* const loader, mission_builder_t
     const status_t status = descriptor_load_subsystem(loader, loader->path, out_descriptor);
     if (status == STATUS_NOT_FOUND) { // Report it at the line of the mission that names the descriptor.
         descriptor_source_fail_as(&builder->source, subsystem->line, status, "descriptor=\"");
-        descriptor_source_say(&builder->source, "%\" of <Subsystem>: expected a file, found none",
-                              subsystem->descriptor, NULL, 0U);
+        descriptor_source_append(&builder->source, "%\" of <Subsystem>: expected a file, found none",
+                                 subsystem->descriptor, NULL, 0U);
     }
     return (status == STATUS_OK)
                ? descriptor_mission_builder_take(builder, index, loader->path, out_descriptor)

@@ -3,7 +3,8 @@
 /// ends the loading; its text reads "file:line: what was found and what is expected"; the model is then
 /// empty.
 ///
-/// Ownership  The caller places loader and models; a loader can be used for any number of documents in turn.
+/// Ownership  The caller provides loader and models; a loader can be used for any number of documents in
+///            turn.
 /// Context    At start and for TC[129,6]; not in the control cycle, because a document takes milliseconds.
 /// Errors     Each function lists every status.
 ///

@@ -127,7 +127,7 @@ static void take_bus(mission_builder_t* const builder, const mission_bus_t* cons
         source->path = path;
         descriptor_source_refuse(source, line, "%=\"%\" of <Endnode>: expected a bus of its own, ", attribute,
                                  bus->name, 0U);
-        descriptor_source_say(source, "not that of %", (*owner)->name, NULL, 0U);
+        descriptor_source_append(source, "not that of %", (*owner)->name, NULL, 0U);
     }
     *owner = subsystem;
 }

@@ -5,7 +5,7 @@
 /// the supervisor needs of them: names and ids of configurations and ports, which ports are required, and the
 /// hashes. So every name in permissions, links and plans is checked and resolved to its id at load time.
 ///
-/// Ownership  The caller places the model (static; about 34 KiB); lists and strings lie inside: do not
+/// Ownership  The caller provides the model (static; about 34 KiB); lists and strings lie inside: do not
 ///            copy it.
 /// Context    Any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_MISSION_DESCRIPTOR_H

@@ -8,7 +8,7 @@ void descriptor_mission_builder_refuse(source_t* const source, const uint32_t li
                                        const char* const expected)
 {
     descriptor_source_refuse(source, line, "%=\"%\" of <", attribute, words, 0U);
-    descriptor_source_say(source, "%", expected, NULL, 0U);
+    descriptor_source_append(source, "%", expected, NULL, 0U);
 }
 
 /// True if the words SUBSYSTEM.PORT name a port of this subsystem.
@@ -47,7 +47,7 @@ status_t descriptor_mission_builder_take(mission_builder_t* const builder, const
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
         descriptor_source_refuse(source, subsystem->line, "% #: its descriptor says % ", subsystem->name,
                                  descriptor->name, subsystem->apid);
-        descriptor_source_say(source, "#", NULL, NULL, descriptor->apid);
+        descriptor_source_append(source, "#", NULL, NULL, descriptor->apid);
     }
     find_ports(builder, subsystem, descriptor);
     if (builder->scope != NULL) {

@@ -46,10 +46,10 @@ static uint8_t modes_of(source_t* const source, const mission_descriptor_t* cons
     char words[MISSION_MODE_WORDS];
     text_t text = text_in(words, sizeof words);
     descriptor_source_names(source, &descriptor_mission_modes, &text);
-    const uint16_t places = descriptor_source_bits(source, "modes", words);
-    uint32_t modes        = (places == UINT16_MAX) ? UINT8_MAX : 0U;
+    const uint16_t indices = descriptor_source_bits(source, "modes", words);
+    uint32_t modes         = (indices == UINT16_MAX) ? UINT8_MAX : 0U;
     for (uint16_t i = 0U; i < mission->mode_count; i++) {
-        modes |= (((uint32_t)places >> i) & 1U) << mission->modes[i].id;
+        modes |= (((uint32_t)indices >> i) & 1U) << mission->modes[i].id;
     }
     return (uint8_t)modes;
 }
@@ -72,9 +72,9 @@ static uint16_t target_of(source_t* const source, const char* const attribute, c
     text_t text = text_in(words, sizeof words);
     descriptor_source_names(source, &descriptor_mission_subsystems, &text);
     text_add(&text, others);
-    const uint32_t place = descriptor_source_word(source, attribute, words);
-    return (place < mission->subsystem_count) ? mission->subsystems[place].apid
-                                              : numbers[place - mission->subsystem_count];
+    const uint32_t index = descriptor_source_word(source, attribute, words);
+    return (index < mission->subsystem_count) ? mission->subsystems[index].apid
+                                              : numbers[index - mission->subsystem_count];
 }
 
 /// Read the selector of a rule; its kind depends on the telecommand.
@@ -139,7 +139,7 @@ static void check_action_attribute(source_t* const source, const char* const att
     if (descriptor_source_has(source, attribute) != is_needed) {
         descriptor_source_refuse(source, source->line, "<Action do=\"%\"> % attribute ",
                                  descriptor_source_raw(source, "do"), is_needed ? "needs" : "has no", 0U);
-        descriptor_source_say(source, "%", attribute, NULL, 0U);
+        descriptor_source_append(source, "%", attribute, NULL, 0U);
     }
 }
 

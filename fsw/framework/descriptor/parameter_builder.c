@@ -84,13 +84,13 @@ static uint32_t pass_groups(const subsystem_descriptor_t* const descriptor, cons
                             const uint16_t count, const char* const name, const size_t kept,
                             const uint32_t offset)
 {
-    uint32_t place = offset;
+    uint32_t rounded = offset;
     for (size_t length = strlen(name); length > kept; length--) {
         if (name[length - 1U] == '.') {
-            place = round_up(place, group_alignment(descriptor, first, count, name, length));
+            rounded = round_up(rounded, group_alignment(descriptor, first, count, name, length));
         }
     }
-    return place;
+    return rounded;
 }
 
 uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* const descriptor, const uint16_t first,

@@ -9,8 +9,8 @@
 
 // ---- Errors ----
 
-void descriptor_source_say(source_t* const source, const char* const pattern, const char* const one,
-                           const char* const other, const uint32_t number)
+void descriptor_source_append(source_t* const source, const char* const pattern, const char* const one,
+                              const char* const other, const uint32_t number)
 {
     if (source->is_reporting) {
         text_add_pattern(source->error, pattern, one, other, number);
@@ -25,8 +25,8 @@ void descriptor_source_refuse(source_t* const source, const uint32_t line, const
     if (source->is_reporting) {
         source->status = STATUS_INVALID;
     }
-    descriptor_source_say(source, "%:#: ", source->path, NULL, line);
-    descriptor_source_say(source, pattern, one, other, number);
+    descriptor_source_append(source, "%:#: ", source->path, NULL, line);
+    descriptor_source_append(source, pattern, one, other, number);
 }
 
 void descriptor_source_fail(source_t* const source, const uint32_t line, const char* const message)
@@ -48,7 +48,7 @@ void descriptor_source_wrong(source_t* const source, const char* const attribute
     const char* const value = descriptor_source_raw(source, attribute);
     FSW_ASSERT(value != NULL);
     descriptor_source_refuse(source, source->line, "%=\"%\" of <", attribute, value, 0U);
-    descriptor_source_say(source, "%>: expected %", source->open[source->depth - 1U]->name, expected, 0U);
+    descriptor_source_append(source, "%>: expected %", source->open[source->depth - 1U]->name, expected, 0U);
 }
 
 void descriptor_source_taken(source_t* const source, const char* const attribute, const char* const value,
@@ -60,7 +60,7 @@ void descriptor_source_taken(source_t* const source, const char* const attribute
 /// Complete an error text with a limit.
 static void add_limit(source_t* const source, const char* const what, const uint32_t most)
 {
-    descriptor_source_say(source, "%, at most #", what, NULL, most);
+    descriptor_source_append(source, "%, at most #", what, NULL, most);
 }
 
 void descriptor_source_limit(source_t* const source, const uint32_t octets, const uint32_t most,
@@ -115,7 +115,7 @@ static void hash_attributes(source_t* const source, const xml_element_t* const e
 
 // ---- Lists ----
 
-/// Returns the place of a counter in the model or in an item.
+/// Returns the address of a counter in the model or in an item.
 static uint16_t* count_at(void* const base, const uint32_t offset)
 {
     return (uint16_t*)(void*)((uint8_t*)base + offset);
@@ -208,9 +208,9 @@ static void check_attributes(source_t* const source, const source_row_t* const r
         if (i == row->number) {
             descriptor_source_refuse(source, source->line, "attribute % of <%>: expected ", attributes[given],
                                      row->name, 0U);
-            descriptor_source_say(source, (i > 0U) ? "one of" : "none", NULL, NULL, 0U);
+            descriptor_source_append(source, (i > 0U) ? "one of" : "none", NULL, NULL, 0U);
             for (i = 0U; i < row->number; i++) {
-                descriptor_source_say(source, " %", row->attributes[i].name, NULL, 0U);
+                descriptor_source_append(source, " %", row->attributes[i].name, NULL, 0U);
             }
         }
     }
@@ -227,16 +227,16 @@ static void refuse_element(source_t* const source, const uint8_t parent)
 {
     descriptor_source_refuse(source, source->line, "<%>", source->element->name, NULL, 0U);
     if (source->depth > 0U) {
-        descriptor_source_say(source, " in <%>", source->open[source->depth - 1U]->name, NULL, 0U);
+        descriptor_source_append(source, " in <%>", source->open[source->depth - 1U]->name, NULL, 0U);
     }
     const char* before = ": expected <%>";
     for (size_t i = 0U; i < source->row_count; i++) {
         if (source->rows[i].parent == parent) {
-            descriptor_source_say(source, before, source->rows[i].name, NULL, 0U);
+            descriptor_source_append(source, before, source->rows[i].name, NULL, 0U);
             before = " or <%>";
         }
     }
-    descriptor_source_say(source, (before[0] == ':') ? ": expected nothing" : "", NULL, NULL, 0U);
+    descriptor_source_append(source, (before[0] == ':') ? ": expected nothing" : "", NULL, NULL, 0U);
 }
 
 static const source_row_t* row_of(const source_t* const source, const uint8_t parent, const char* const name)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reading of a descriptor's elements: permitted places, conversion and destination of attributes, lists,
+/// Reading of a descriptor's elements: permitted positions, conversion and destination of attributes, lists,
 /// strings, hash, and errors. Internal to descriptor/.
 ///
 /// Each permitted element has a row in a table. An element becomes an item of a list of the model, or
@@ -60,7 +60,7 @@ typedef struct {
 
 /// Member of the item that stores an attribute's value: a number, enumeration or flag of 1, 2 or 4 octets,
 /// or a text.
-#define SOURCE_TO(type, place) .member = offsetof(type, place), .width = sizeof(((const type*)NULL)->place)
+#define SOURCE_TO(type, target) .member = offsetof(type, target), .width = sizeof(((const type*)NULL)->target)
 
 // Rows of a table of attributes. `form_of` is the form, with SOURCE_NEEDED and SOURCE_UNIQUE if they apply;
 // `unset` is the value if the attribute is absent.
@@ -80,32 +80,32 @@ typedef struct {
         .name = (id), .form = SOURCE_FREE | SOURCE_NEEDED                                                    \
     }
 /// An attribute of the form SOURCE_UNSIGNED or SOURCE_TIME, from `from` to `to`.
-#define SOURCE_WITHIN(id, form_of, from, to, unset, type, place)                                             \
+#define SOURCE_WITHIN(id, form_of, from, to, unset, type, target)                                            \
     {                                                                                                        \
         .name = (id), .form = (form_of), .low = (from), .high = (to), .otherwise = (unset),                  \
-        SOURCE_TO(type, place)                                                                               \
+        SOURCE_TO(type, target)                                                                              \
     }
 /// An attribute of the form SOURCE_UPPER, SOURCE_LOWER, SOURCE_NAMES or SOURCE_TEXT.
-#define SOURCE_STRING(id, form_of, longest, type, place)                                                     \
+#define SOURCE_STRING(id, form_of, longest, type, target)                                                    \
     {                                                                                                        \
-        .name = (id), .form = (form_of), .high = (longest), SOURCE_TO(type, place)                           \
+        .name = (id), .form = (form_of), .high = (longest), SOURCE_TO(type, target)                          \
     }
 /// An attribute of the form SOURCE_WORD.
-#define SOURCE_CHOICE(id, form_of, choices, from, unset, type, place)                                        \
+#define SOURCE_CHOICE(id, form_of, choices, from, unset, type, target)                                       \
     {                                                                                                        \
         .name = (id), .form = (form_of), .words = (choices), .low = (from), .otherwise = (unset),            \
-        SOURCE_TO(type, place)                                                                               \
+        SOURCE_TO(type, target)                                                                              \
     }
 /// An attribute of the form SOURCE_FLAG.
-#define SOURCE_SWITCH(id, unset, type, place)                                                                \
+#define SOURCE_SWITCH(id, unset, type, target)                                                               \
     {                                                                                                        \
-        .name = (id), .form = SOURCE_FLAG, .otherwise = (unset), SOURCE_TO(type, place)                      \
+        .name = (id), .form = SOURCE_FLAG, .otherwise = (unset), SOURCE_TO(type, target)                     \
     }
 /// Attributes `name` and `id` of an item, each unique in its list.
 #define SOURCE_NAMED(form_of, type)                                                                          \
     SOURCE_STRING("name", (form_of) | SOURCE_NEEDED | SOURCE_UNIQUE, DESCRIPTOR_NAME_MAX, type, name)
-#define SOURCE_NUMBERED(from, to, type, place)                                                               \
-    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, from, to, 0U, type, place)
+#define SOURCE_NUMBERED(from, to, type, target)                                                              \
+    SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED | SOURCE_UNIQUE, from, to, 0U, type, target)
 
 // A list of items in the model. Offsets within an item fit in 16 bits; 0: the item has no such member.
 typedef struct {
@@ -168,14 +168,14 @@ struct source {
 /// Returns the handler for xml_begin that reads into this source; items[0] must be the model.
 xml_handler_t descriptor_source_handler(source_t* source);
 
-/// Report errors. Each function begins an error text, to which descriptor_source_say appends; if the error is
-/// not the first one, the whole text is dropped. In a pattern, `one` replaces the first %, `other` the second
-/// %, and `number` replaces #. `fail` reports a message without replacements; `wrong` reports an attribute,
-/// its value and the expected value; `taken` reports the earlier line that uses the value.
+/// Report errors. Each function begins an error text, to which descriptor_source_append appends; if the error
+/// is not the first one, the whole text is dropped. In a pattern, `one` replaces the first %, `other` the
+/// second %, and `number` replaces #. `fail` reports a message without replacements; `wrong` reports an
+/// attribute, its value and the expected value; `taken` reports the earlier line that uses the value.
 void descriptor_source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one,
                               const char* other, uint32_t number);
-void descriptor_source_say(source_t* source, const char* pattern, const char* one, const char* other,
-                           uint32_t number);
+void descriptor_source_append(source_t* source, const char* pattern, const char* one, const char* other,
+                              uint32_t number);
 void descriptor_source_fail(source_t* source, uint32_t line, const char* message);
 void descriptor_source_wrong(source_t* source, const char* attribute, const char* expected);
 void descriptor_source_taken(source_t* source, const char* attribute, const char* value, uint32_t line);
@@ -211,10 +211,10 @@ const char* descriptor_source_text(source_t* source, const char* attribute, uint
 uint32_t descriptor_source_value(source_t* source, size_t index);
 /// Returns the index of the attribute's value in a list of words.
 uint32_t descriptor_source_word(source_t* source, const char* attribute, const char* words);
-/// Write the index of each word of the attribute's value to out_places. Each word must be in the list
+/// Write the index of each word of the attribute's value to out_indices. Each word must be in the list
 /// `words` and occur once. Returns the number of words.
 uint32_t descriptor_source_words(source_t* source, const char* attribute, const char* words,
-                                 uint8_t* out_places);
+                                 uint8_t* out_indices);
 /// Returns a bit for the index of each word of the attribute's value; all sixteen bits for "*".
 uint16_t descriptor_source_bits(source_t* source, const char* attribute, const char* words);
 /// Returns a bit for each state that the attribute's value names; bit n: state n.
@@ -225,10 +225,10 @@ uint64_t descriptor_source_number(source_t* source, const char* attribute, value
                                   double* out_real);
 
 /// Returns the index in `words` of a word of `length` characters, or UINT32_MAX.
-uint32_t descriptor_source_place(const char* word, size_t length, const char* words);
-/// Write the index in `words` of each word in `chosen` to out_places. Returns the number of words; 0 if a
+uint32_t descriptor_source_index(const char* word, size_t length, const char* words);
+/// Write the index in `words` of each word in `chosen` to out_indices. Returns the number of words; 0 if a
 /// word is unknown or occurs twice, or if there is none.
-uint32_t descriptor_source_places(const char* chosen, const char* words, uint8_t* out_places);
+uint32_t descriptor_source_indices(const char* chosen, const char* words, uint8_t* out_indices);
 /// True if single spaces separate the words, without spaces at the beginning and end.
 bool descriptor_source_is_spaced(const char* words);
 

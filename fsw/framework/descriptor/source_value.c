@@ -64,7 +64,7 @@ static bool are_identifiers(const char* const value, const uint8_t form, const u
     for (;;) {
         const size_t length = strcspn(at, separator);
         if (!is_identifier(at, length, form != SOURCE_LOWER) || (length > longest) ||
-            ((form == SOURCE_NAMES) && (descriptor_source_place(at, length, value) != order))) {
+            ((form == SOURCE_NAMES) && (descriptor_source_index(at, length, value) != order))) {
             return false;
         }
         if (at[length] == '\0') {
@@ -90,7 +90,7 @@ const char* descriptor_source_text(source_t* const source, const char* const att
         (form == SOURCE_TEXT) ? (strlen(value) <= longest) : are_identifiers(value, form, longest);
     if (!is_right) {
         descriptor_source_wrong(source, attribute, forms[form]);
-        descriptor_source_say(source, " of at most # characters", NULL, NULL, longest);
+        descriptor_source_append(source, " of at most # characters", NULL, NULL, longest);
     }
     return descriptor_source_keep(source, value);
 }
@@ -137,8 +137,8 @@ static uint32_t bounded(source_t* const source, const source_attribute_t* const 
     if ((number < attribute->low) || (number > attribute->high)) {
         descriptor_source_wrong(source, attribute->name,
                                 is_time ? "a time like 500us, 2ms or 1s, from " : "a number from ");
-        descriptor_source_say(source, "#% to ", unit, NULL, attribute->low);
-        descriptor_source_say(source, "#%", unit, NULL, attribute->high);
+        descriptor_source_append(source, "#% to ", unit, NULL, attribute->low);
+        descriptor_source_append(source, "#%", unit, NULL, attribute->high);
     }
     return (uint32_t)number;
 }
@@ -209,7 +209,7 @@ uint64_t descriptor_source_number(source_t* const source, const char* const attr
     if (!descriptor_source_is_spaced(value) || (number_read_value(&at, type, &scalar) != STATUS_OK) ||
         !number_is_end(at)) {
         descriptor_source_wrong(source, attribute, "a number of type ");
-        descriptor_source_say(source, "%", value_type_name(type), NULL, 0U);
+        descriptor_source_append(source, "%", value_type_name(type), NULL, 0U);
         return 0U;
     }
     *out_real = value_as_double(type, &scalar);
@@ -218,13 +218,13 @@ uint64_t descriptor_source_number(source_t* const source, const char* const attr
 
 // ---- Words ----
 
-uint32_t descriptor_source_place(const char* const word, const size_t length, const char* const words)
+uint32_t descriptor_source_index(const char* const word, const size_t length, const char* const words)
 {
-    uint32_t place = 0U;
-    for (const char* at = words; *at != '\0'; place++) {
+    uint32_t index = 0U;
+    for (const char* at = words; *at != '\0'; index++) {
         const size_t own = strcspn(at, " ");
         if ((own == length) && (strncmp(word, at, length) == 0)) {
-            return place;
+            return index;
         }
         at += own + ((at[own] == ' ') ? 1U : 0U);
     }
@@ -234,29 +234,29 @@ uint32_t descriptor_source_place(const char* const word, const size_t length, co
 uint32_t descriptor_source_word(source_t* const source, const char* const attribute, const char* const words)
 {
     const char* const value = descriptor_source_raw(source, attribute);
-    const uint32_t place    = descriptor_source_place(value, strlen(value), words);
-    if (place == UINT32_MAX) {
+    const uint32_t index    = descriptor_source_index(value, strlen(value), words);
+    if (index == UINT32_MAX) {
         descriptor_source_wrong(source, attribute, "one of ");
-        descriptor_source_say(source, "%", words, NULL, 0U);
+        descriptor_source_append(source, "%", words, NULL, 0U);
         return 0U;
     }
-    return place;
+    return index;
 }
 
-uint32_t descriptor_source_places(const char* const chosen, const char* const words,
-                                  uint8_t* const out_places)
+uint32_t descriptor_source_indices(const char* const chosen, const char* const words,
+                                   uint8_t* const out_indices)
 {
     uint32_t seen   = 0U;
     uint32_t number = 0U;
     const char* at  = chosen;
     for (;;) {
         const size_t length  = strcspn(at, " ");
-        const uint32_t place = descriptor_source_place(at, length, words);
-        if ((place == UINT32_MAX) || (((seen >> place) & 1U) != 0U)) {
+        const uint32_t index = descriptor_source_index(at, length, words);
+        if ((index == UINT32_MAX) || (((seen >> index) & 1U) != 0U)) {
             return 0U;
         }
-        seen |= (uint32_t)1U << place;
-        out_places[number] = (uint8_t)place;
+        seen |= (uint32_t)1U << index;
+        out_indices[number] = (uint8_t)index;
         number++;
         if (at[length] == '\0') {
             return number;
@@ -266,27 +266,27 @@ uint32_t descriptor_source_places(const char* const chosen, const char* const wo
 }
 
 uint32_t descriptor_source_words(source_t* const source, const char* const attribute, const char* const words,
-                                 uint8_t* const out_places)
+                                 uint8_t* const out_indices)
 {
     const uint32_t number =
-        descriptor_source_places(descriptor_source_raw(source, attribute), words, out_places);
+        descriptor_source_indices(descriptor_source_raw(source, attribute), words, out_indices);
     if (number == 0U) {
         descriptor_source_wrong(source, attribute,
                                 "one or more words, each once, separated by single spaces, of ");
-        descriptor_source_say(source, "%", words, NULL, 0U);
+        descriptor_source_append(source, "%", words, NULL, 0U);
     }
     return number;
 }
 
 uint16_t descriptor_source_bits(source_t* const source, const char* const attribute, const char* const words)
 {
-    uint8_t places[16];
+    uint8_t indices[16];
     uint32_t bits = 0U;
     if (strcmp(descriptor_source_raw(source, attribute), "*") == 0) {
         return UINT16_MAX;
     }
-    for (uint32_t i = descriptor_source_words(source, attribute, words, places); i > 0U; i--) {
-        bits |= (uint32_t)1U << places[i - 1U];
+    for (uint32_t i = descriptor_source_words(source, attribute, words, indices); i > 0U; i--) {
+        bits |= (uint32_t)1U << indices[i - 1U];
     }
     return (uint16_t)bits;
 }

@@ -54,19 +54,19 @@ static const char* numbers_of(source_t* const source, const char* const attribut
     text_t text     = text_in(characters, sizeof characters);
     const char* at  = names;
     size_t length   = 0U;
-    uint32_t place  = 0U;
+    uint32_t index  = 0U;
     uint16_t number = 0U;
     do {
         length = strcspn(at, " ");
-        place  = descriptor_source_place(at, length, field->enumeration->values);
-        text_add_unsigned(&text, (uint64_t)field->enumeration->first + place);
+        index  = descriptor_source_index(at, length, field->enumeration->values);
+        text_add_unsigned(&text, (uint64_t)field->enumeration->first + index);
         text_add_character(&text, at[length]);
         at += length + 1U;
         number++;
-    } while ((place != UINT32_MAX) && (at[-1] != '\0') && (number < field->count));
-    if ((place == UINT32_MAX) || (at[-1] != '\0') || (number < field->count)) {
+    } while ((index != UINT32_MAX) && (at[-1] != '\0') && (number < field->count));
+    if ((index == UINT32_MAX) || (at[-1] != '\0') || (number < field->count)) {
         descriptor_source_wrong(source, attribute, "");
-        descriptor_source_say(source, "# of: %", field->enumeration->values, NULL, field->count);
+        descriptor_source_append(source, "# of: %", field->enumeration->values, NULL, field->count);
     }
     return descriptor_source_keep(source, characters);
 }
@@ -89,8 +89,8 @@ const char* descriptor_subsystem_builder_values(source_t* const source, const ch
     }
     if (!is_right || !number_is_end(at)) {
         descriptor_source_wrong(source, attribute, "");
-        descriptor_source_say(source, "# number(s) of type %, one space between",
-                              value_type_name(field->type), NULL, field->count);
+        descriptor_source_append(source, "# number(s) of type %, one space between",
+                                 value_type_name(field->type), NULL, field->count);
     } else if (!is_within) {
         descriptor_source_wrong(source, attribute, "numbers within min and max");
     } else {
@@ -366,11 +366,11 @@ void descriptor_subsystem_builder_service(source_t* const source)
                                            OF_SPACECRAFT(22U, DESCRIPTOR_POSITION_ACTIVITIES_MAX),
                                            OF_SPACECRAFT(23U, DESCRIPTOR_FILE_LOCKS_MAX)};
     descriptor_service_t* const service = source->item;
-    const uint32_t place                = descriptor_source_word(source, "type", OFFERED);
+    const uint32_t index                = descriptor_source_word(source, "type", OFFERED);
     if (source->status != STATUS_OK) {
         return;
     }
-    const offer_t* const offer = &offers[place];
+    const offer_t* const offer = &offers[index];
     if (offer->is_of_spacecraft && (descriptor_subsystem_builder_model(source)->apid != SUPERVISOR_APID)) {
         descriptor_source_refuse(source, source->line, "only the supervisor (id 1) can have service %",
                                  descriptor_source_raw(source, "type"), "", 0U);

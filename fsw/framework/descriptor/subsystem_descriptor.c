@@ -70,9 +70,9 @@ const void* descriptor_numbered(const void* const entries, const uint16_t count,
 {
     const uint8_t* entry = entries;
     for (uint32_t left = count; left > 0U; left--) {
-        const void* const place = &entry[offsetof(head_t, id)];
-        uint16_t own            = 0U;
-        (void)memcpy(&own, place, sizeof own);
+        const void* const member = &entry[offsetof(head_t, id)];
+        uint16_t own             = 0U;
+        (void)memcpy(&own, member, sizeof own);
         if (own == id) {
             return entry;
         }

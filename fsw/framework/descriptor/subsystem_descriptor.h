@@ -10,7 +10,7 @@
 /// interface_hash protects it; all else is configuration, which is read at run time, and configuration_hash
 /// protects it (docs/descriptors.md defines both).
 ///
-/// Ownership  The caller places the model (static; about 71 KiB).
+/// Ownership  The caller provides the model (static; about 71 KiB).
 /// Context    Any, read-only after loading.
 #ifndef FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H
 #define FSW_FRAMEWORK_DESCRIPTOR_SUBSYSTEM_DESCRIPTOR_H

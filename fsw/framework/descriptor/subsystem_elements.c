@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The permitted contents of a subsystem descriptor, and their places in the model.
+// The permitted contents of a subsystem descriptor, and the members of the model that store them.
 #include "fsw/framework/descriptor/subsystem_builder.h"
 
 #include "osal/include/osal/can_interface.h"

@@ -104,14 +104,14 @@ static status_t begin_generation(const medium_t* const medium, const uint32_t ge
 
 /// Make the medium `index` the active one and continue at `tail`. Its generation contains no commit yet.
 static void go_on(journal_t* const journal, const size_t index, const uint32_t generation,
-                  const journal_place_t* const tail)
+                  const journal_position_t* const tail)
 {
     journal->active           = index;
     journal->is_provisional   = true;
     journal->is_tail_unclean  = false;
     journal->is_suspect       = false;
     journal->tail             = *tail;
-    journal->synced           = journal_first_place(generation);
+    journal->synced           = journal_first_position(generation);
     journal->stats.generation = generation;
     journal->stats.used       = tail->offset;
 }
@@ -123,10 +123,10 @@ static void go_on(journal_t* const journal, const size_t index, const uint32_t g
 static status_t begin_move(journal_t* const journal)
 {
     const uint32_t generation = journal->stats.generation + 1U;
-    journal->move.from        = journal_first_place(journal->stats.generation);
-    journal->move.to          = journal_first_place(generation);
+    journal->move.from        = journal_first_position(journal->stats.generation);
+    journal->move.to          = journal_first_position(generation);
     journal->move.begin       = journal->tail.offset;
-    journal->is_other_long    = true;
+    journal->is_cut_due       = true;
     const status_t status     = begin_generation(medium_of(journal, 1U - journal->active), generation);
     journal->is_moving        = (status == STATUS_OK);
     return status;
@@ -272,15 +272,15 @@ status_t journal_erase(void* const context, const uint8_t table, const uint32_t 
 static status_t write_again(journal_t* const journal)
 {
     const medium_t* const medium = active_of(journal);
-    journal_place_t place        = journal->synced;
+    journal_position_t position  = journal->synced;
     status_t status              = STATUS_OK;
     if (journal->is_provisional) {
         status = journal_write_head(medium, journal->stats.generation);
     }
-    while ((status == STATUS_OK) && (place.offset < journal->tail.offset)) {
+    while ((status == STATUS_OK) && (position.offset < journal->tail.offset)) {
         journal_record_t record;
-        journal_place_t same = place;
-        status               = journal_read_record(medium, &place, &record, journal->buffer);
+        journal_position_t same = position;
+        status                  = journal_read_record(medium, &position, &record, journal->buffer);
         if (status == STATUS_OK) {
             status = journal_write_record(medium, &same, &record, journal->buffer);
         }
@@ -300,10 +300,10 @@ static void write_mark(journal_t* const journal)
         status             = journal_write_record(other, &journal->move.to, &record, journal->buffer);
         journal->is_moving = (status == STATUS_OK);
     } else {
-        if (journal->is_other_long) {
+        if (journal->is_cut_due) {
             // A file system that never overwrites would copy the whole log at each mark.
-            status                 = other->resize(other->context, JOURNAL_HEAD_SIZE);
-            journal->is_other_long = (status != STATUS_OK);
+            status              = other->resize(other->context, JOURNAL_HEAD_SIZE);
+            journal->is_cut_due = (status != STATUS_OK);
         }
         if (status == STATUS_OK) {
             status = journal_write_mark(other, &mark);
@@ -393,11 +393,11 @@ status_t journal_commit(void* const context)
 /// Fill the index from the medium, up to the tail. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
 static status_t build_index(journal_t* const journal)
 {
-    journal_place_t place = journal_first_place(journal->stats.generation);
-    while (place.offset < journal->tail.offset) {
+    journal_position_t position = journal_first_position(journal->stats.generation);
+    while (position.offset < journal->tail.offset) {
         journal_record_t record;
-        const uint32_t offset = place.offset;
-        if (journal_read_record(active_of(journal), &place, &record, journal->buffer) != STATUS_OK) {
+        const uint32_t offset = position.offset;
+        if (journal_read_record(active_of(journal), &position, &record, journal->buffer) != STATUS_OK) {
             return STATUS_IO;
         }
         journal_slot_t* const slot = find(journal, record.table, record.key);
@@ -435,8 +435,8 @@ static status_t cut_tail(journal_t* const journal)
 /// STATUS_FULL, STATUS_IO.
 static status_t begin_journal(journal_t* const journal, const journal_survey_t surveys[2])
 {
-    const journal_place_t tail = journal_first_place(1U);
-    status_t status            = STATUS_OK;
+    const journal_position_t tail = journal_first_position(1U);
+    status_t status               = STATUS_OK;
     go_on(journal, 0U, 1U, &tail);
     if (surveys[1].size > 0U) { // A later start must not use a mark of an earlier journal.
         status = empty_medium(medium_of(journal, 1U));
@@ -498,7 +498,7 @@ status_t journal_open(journal_t* const journal, const journal_configuration_t* c
     }
     go_on(journal, valid, surveys[valid].generation, &surveys[valid].end);
     journal->is_provisional = false;
-    journal->is_other_long  = (surveys[1U - valid].size > JOURNAL_HEAD_SIZE);
+    journal->is_cut_due     = (surveys[1U - valid].size > JOURNAL_HEAD_SIZE);
     journal->synced         = surveys[valid].end;
     status_t status         = build_index(journal);
     if (status == STATUS_OK) {
@@ -524,11 +524,11 @@ bool journal_report_damage(const journal_t* const journal, const uint32_t refuse
 status_t journal_replay(journal_t* const journal, const journal_take_t take, void* const context)
 {
     FSW_ASSERT((journal != NULL) && (take != NULL));
-    journal_place_t place = journal_first_place(journal->stats.generation);
-    while (place.offset < journal->tail.offset) {
+    journal_position_t position = journal_first_position(journal->stats.generation);
+    while (position.offset < journal->tail.offset) {
         journal_record_t record;
-        const uint32_t offset = place.offset;
-        if (journal_read_record(active_of(journal), &place, &record, journal->buffer) != STATUS_OK) {
+        const uint32_t offset = position.offset;
+        if (journal_read_record(active_of(journal), &position, &record, journal->buffer) != STATUS_OK) {
             return failed(journal);
         }
         const journal_slot_t* const slot = find(journal, record.table, record.key);

@@ -69,29 +69,29 @@ typedef struct {
     uint64_t octets;  ///< Octets of the media that are ignored.
 } journal_damage_t;
 
-typedef struct { // Private: place of a record, and the values that the record must contain to be valid.
+typedef struct { // Private: position of a record, and the values that the record must contain to be valid.
     uint32_t offset;
     uint32_t chain; // Checksum of the previous record.
     uint32_t sequence;
-} journal_place_t;
+} journal_position_t;
 
 typedef struct { // Private, except `stats`, read-only, for telemetry, and `damage`.
     journal_configuration_t configuration;
     size_t slot_count;
-    size_t active;          // Index of the medium that is written to.
-    bool is_provisional;    // The generation on that medium has no commit yet.
-    bool is_tail_unclean;   // The medium may contain octets after `tail`.
-    bool is_suspect;        // Octets after `synced` may be lost, even if a read returns them.
-    bool is_moving;         // A compaction is in progress.
-    bool is_other_long;     // The other medium may contain more than a mark.
-    bool is_replaying;      // The callback of journal_replay is using the buffer.
-    uint32_t changes;       // Changes since the last valid commit.
-    journal_place_t tail;   // Place of the next record.
-    journal_place_t synced; // Place after the last valid commit.
+    size_t active;             // Index of the medium that is written to.
+    bool is_provisional;       // The generation on that medium has no commit yet.
+    bool is_tail_unclean;      // The medium may contain octets after `tail`.
+    bool is_suspect;           // Octets after `synced` may be lost, even if a read returns them.
+    bool is_moving;            // A compaction is in progress.
+    bool is_cut_due;           // The other medium may contain more than a mark: cut it before the next mark.
+    bool is_replaying;         // The callback of journal_replay is using the buffer.
+    uint32_t changes;          // Changes since the last valid commit.
+    journal_position_t tail;   // Position of the next record.
+    journal_position_t synced; // Position after the last valid commit.
     struct {
-        journal_place_t from; // Place of the next record to read on the active medium.
-        journal_place_t to;   // Place of the next record to write on the other medium.
-        uint32_t begin;       // Tail when the compaction began.
+        journal_position_t from; // Position of the next record to read on the active medium.
+        journal_position_t to;   // Position of the next record to write on the other medium.
+        uint32_t begin;          // Tail when the compaction began.
     } move;
     uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
     journal_damage_t damage; ///< Damage found when the journal was opened. Read-only.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/framework/journal/journal_damage.h"
 
-/// Records found after the place where reading stops.
+/// Records found after the position where reading stops.
 typedef struct {
     uint32_t records;
     bool has_commit;
@@ -21,7 +21,7 @@ status_t journal_survey(const medium_t* const medium, journal_survey_t* const ou
         status               = journal_read_head(medium, &out_survey->generation);
         out_survey->has_head = (status == STATUS_OK);
     }
-    out_survey->stop = journal_first_place(out_survey->generation);
+    out_survey->stop = journal_first_position(out_survey->generation);
     while ((status == STATUS_OK) && out_survey->has_head) {
         journal_record_t record;
         status = journal_read_record(medium, &out_survey->stop, &record, buffer);
@@ -38,16 +38,16 @@ status_t journal_survey(const medium_t* const medium, journal_survey_t* const ou
     return ((status == STATUS_OK) || (status == STATUS_EMPTY)) ? STATUS_OK : STATUS_IO;
 }
 
-/// Count the valid records after the place where reading stops. STATUS_OK, STATUS_IO.
+/// Count the valid records after the position where reading stops. STATUS_OK, STATUS_IO.
 static status_t find_orphans(const medium_t* const medium, const journal_survey_t* const survey,
                              orphans_t* const out_orphans, uint8_t* const buffer)
 {
-    journal_place_t place = survey->stop;
-    status_t status       = STATUS_OK;
-    *out_orphans          = (orphans_t){.records = 0U};
+    journal_position_t position = survey->stop;
+    status_t status             = STATUS_OK;
+    *out_orphans                = (orphans_t){.records = 0U};
     while (status == STATUS_OK) {
         journal_record_t record;
-        status = journal_find_record(medium, survey->size, &place, &record, buffer);
+        status = journal_find_record(medium, survey->size, &position, &record, buffer);
         if (status == STATUS_OK) {
             const bool is_commit          = (record.kind == JOURNAL_COMMIT);
             const bool is_change          = !is_commit && (record.kind != JOURNAL_MARK);

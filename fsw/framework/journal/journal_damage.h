@@ -5,8 +5,8 @@
 /// A power cut may leave an incomplete transaction after the last commit: that is not damage. Damage means
 /// that an acknowledged commit is lost. It is detected in three ways: by the mark on the medium that is not
 /// being written to, which contains the length of the other medium after a successful commit; by a commit and
-/// a later record, both after the place where reading stops; and, if no medium has a readable commit, by any
-/// octets that are not the beginning of a journal.
+/// a later record, both after the position where reading stops; and, if no medium has a readable commit, by
+/// any octets that are not the beginning of a journal.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_DAMAGE_H
 #define FSW_FRAMEWORK_JOURNAL_JOURNAL_DAMAGE_H
 
@@ -18,8 +18,8 @@ typedef struct { // Content of a medium.
     bool has_commit;
     bool has_mark;
     uint32_t generation;
-    journal_place_t end;  // After the last commit.
-    journal_place_t stop; // After the last readable record.
+    journal_position_t end;  // After the last commit.
+    journal_position_t stop; // After the last readable record.
     journal_mark_t mark;
 } journal_survey_t;
 

@@ -28,10 +28,10 @@ static uint32_t make_head(const uint32_t generation, uint8_t* const head)
     return crc;
 }
 
-journal_place_t journal_first_place(const uint32_t generation)
+journal_position_t journal_first_position(const uint32_t generation)
 {
     uint8_t head[JOURNAL_HEAD_SIZE];
-    return (journal_place_t){
+    return (journal_position_t){
         .offset = JOURNAL_HEAD_SIZE, .chain = make_head(generation, head), .sequence = 1U};
 }
 
@@ -90,28 +90,28 @@ status_t journal_read_mark(const medium_t* const medium, journal_mark_t* const o
                                                                                     : STATUS_EMPTY;
 }
 
-static void advance(journal_place_t* const place, const size_t size, const uint32_t crc)
+static void advance(journal_position_t* const position, const size_t size, const uint32_t crc)
 {
-    place->offset += (uint32_t)JOURNAL_RECORD_SIZE(size);
-    place->chain = crc;
-    place->sequence++;
+    position->offset += (uint32_t)JOURNAL_RECORD_SIZE(size);
+    position->chain = crc;
+    position->sequence++;
 }
 
-status_t journal_write_record(const medium_t* const medium, journal_place_t* const place,
+status_t journal_write_record(const medium_t* const medium, journal_position_t* const position,
                               const journal_record_t* const record, uint8_t* const buffer)
 {
     const size_t end = JOURNAL_OCTETS_AT + (size_t)record->size;
     buffer[0]        = record->kind;
     buffer[TABLE]    = record->table;
     octets_put_u16(&buffer[SIZE], record->size);
-    octets_put_u32(&buffer[SEQUENCE], place->sequence);
+    octets_put_u32(&buffer[SEQUENCE], position->sequence);
     octets_put_u32(&buffer[KEY], record->key);
-    octets_put_u32(&buffer[CHAIN], place->chain);
+    octets_put_u32(&buffer[CHAIN], position->chain);
     const uint32_t crc = crc32_iso(buffer, end);
     octets_put_u32(&buffer[end], crc);
-    const status_t status = medium->write(medium->context, place->offset, buffer, end + CRC_SIZE);
+    const status_t status = medium->write(medium->context, position->offset, buffer, end + CRC_SIZE);
     if (status == STATUS_OK) {
-        advance(place, record->size, crc);
+        advance(position, record->size, crc);
     }
     return status;
 }
@@ -133,27 +133,27 @@ static bool is_header(const journal_record_t* const record)
 }
 
 /// True if the header in the buffer has the sequence number and the chain of the next record.
-static bool is_next(const journal_place_t* const place, const journal_record_t* const record,
+static bool is_next(const journal_position_t* const position, const journal_record_t* const record,
                     const uint8_t* const buffer)
 {
-    return is_header(record) && (octets_u32_at(&buffer[SEQUENCE]) == place->sequence) &&
-           (octets_u32_at(&buffer[CHAIN]) == place->chain);
+    return is_header(record) && (octets_u32_at(&buffer[SEQUENCE]) == position->sequence) &&
+           (octets_u32_at(&buffer[CHAIN]) == position->chain);
 }
 
-status_t journal_read_record(const medium_t* const medium, journal_place_t* const place,
+status_t journal_read_record(const medium_t* const medium, journal_position_t* const position,
                              journal_record_t* const out_record, uint8_t* const buffer)
 {
-    status_t status = read_up_to_end(medium, place->offset, buffer, JOURNAL_OCTETS_AT);
+    status_t status = read_up_to_end(medium, position->offset, buffer, JOURNAL_OCTETS_AT);
     if (status != STATUS_OK) {
         return status;
     }
     *out_record = record_in(buffer);
-    if (!is_next(place, out_record, buffer)) {
+    if (!is_next(position, out_record, buffer)) {
         return STATUS_EMPTY;
     }
     const size_t end = JOURNAL_OCTETS_AT + (size_t)out_record->size;
-    status           = read_up_to_end(medium, place->offset + JOURNAL_OCTETS_AT, &buffer[JOURNAL_OCTETS_AT],
-                                      (size_t)out_record->size + CRC_SIZE);
+    status = read_up_to_end(medium, position->offset + JOURNAL_OCTETS_AT, &buffer[JOURNAL_OCTETS_AT],
+                            (size_t)out_record->size + CRC_SIZE);
     if (status != STATUS_OK) {
         return status;
     }
@@ -161,56 +161,57 @@ status_t journal_read_record(const medium_t* const medium, journal_place_t* cons
     if (octets_u32_at(&buffer[end]) != crc) {
         return STATUS_EMPTY;
     }
-    advance(place, out_record->size, crc);
+    advance(position, out_record->size, crc);
     return STATUS_OK;
 }
 
-/// Returns the offset in the buffer where a record may begin that lies at or after `place` and ends at
+/// Returns the offset in the buffer where a record may begin that lies at or after `position` and ends at
 /// `end` at the latest. If there is none, returns the first offset that leaves no room for an empty record:
 /// the search continues there.
-static size_t candidate_in(const uint8_t* const buffer, const size_t size, const journal_place_t* const place,
-                           const uint64_t end)
+static size_t candidate_in(const uint8_t* const buffer, const size_t size,
+                           const journal_position_t* const position, const uint64_t end)
 {
-    const uint64_t left = end - place->offset;
-    // Between `place` and the end, at most this number of records has room.
-    const uint64_t sequence = place->sequence + (left / JOURNAL_RECORD_SIZE(0U));
+    const uint64_t left = end - position->offset;
+    // Between `position` and the end, at most this number of records has room.
+    const uint64_t sequence = position->sequence + (left / JOURNAL_RECORD_SIZE(0U));
     size_t at               = 0U;
     bool is_candidate       = false;
     while (!is_candidate && ((at + JOURNAL_RECORD_SIZE(0U)) <= size)) {
         const journal_record_t record = record_in(&buffer[at]);
         const uint32_t found          = octets_u32_at(&buffer[at + SEQUENCE]);
-        is_candidate = is_header(&record) && (found >= place->sequence) && (found <= sequence) &&
+        is_candidate = is_header(&record) && (found >= position->sequence) && (found <= sequence) &&
                        ((at + JOURNAL_RECORD_SIZE((size_t)record.size)) <= left);
         at += is_candidate ? 0U : 1U;
     }
     return at;
 }
 
-status_t journal_find_record(const medium_t* const medium, const uint64_t end, journal_place_t* const place,
-                             journal_record_t* const out_record, uint8_t* const buffer)
+status_t journal_find_record(const medium_t* const medium, const uint64_t end,
+                             journal_position_t* const position, journal_record_t* const out_record,
+                             uint8_t* const buffer)
 {
-    while ((place->offset + JOURNAL_RECORD_SIZE((uint64_t)0U)) <= end) {
-        const uint64_t left = end - place->offset;
+    while ((position->offset + JOURNAL_RECORD_SIZE((uint64_t)0U)) <= end) {
+        const uint64_t left = end - position->offset;
         const size_t size   = (left < JOURNAL_RECORD_SIZE((uint64_t)JOURNAL_RECORD_MAX))
                                   ? (size_t)left
                                   : JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX);
-        if (medium->read(medium->context, place->offset, buffer, size) != STATUS_OK) {
+        if (medium->read(medium->context, position->offset, buffer, size) != STATUS_OK) {
             return STATUS_IO;
         }
-        const size_t at = candidate_in(buffer, size, place, end);
+        const size_t at = candidate_in(buffer, size, position, end);
         *out_record     = record_in(buffer);
         if (at > 0U) {
             // The next round reads from the candidate, so that the whole record is in the buffer.
-            place->offset += (uint32_t)at;
+            position->offset += (uint32_t)at;
         } else {
             const size_t covered = JOURNAL_OCTETS_AT + (size_t)out_record->size;
             const uint32_t crc   = crc32_iso(buffer, covered);
             if (octets_u32_at(&buffer[covered]) == crc) {
-                place->sequence = octets_u32_at(&buffer[SEQUENCE]);
-                advance(place, out_record->size, crc);
+                position->sequence = octets_u32_at(&buffer[SEQUENCE]);
+                advance(position, out_record->size, crc);
                 return STATUS_OK;
             }
-            place->offset++;
+            position->offset++;
         }
     }
     return STATUS_EMPTY;

@@ -5,7 +5,7 @@
 ///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32
 ///     mark     "HJMK", generation u32, offset u32, CRC-32
 ///
-/// The mark is on the medium that is not written to, at the place of its head. While a compaction is in
+/// The mark is on the medium that is not written to, at the position of its head. While a compaction is in
 /// progress, the head of the next generation is there, and records of the kind JOURNAL_MARK take the place of
 /// the mark. Their key is the offset; the generation is the one before that of the head.
 #ifndef FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H
@@ -29,8 +29,8 @@ typedef struct {
     uint32_t key;
 } journal_record_t;
 
-/// Returns the place of the first record of a generation.
-journal_place_t journal_first_place(uint32_t generation);
+/// Returns the position of the first record of a generation.
+journal_position_t journal_first_position(uint32_t generation);
 /// Write a head. Statuses of the medium's `write`.
 status_t journal_write_head(const medium_t* medium, uint32_t generation);
 /// Read a head. STATUS_OK, STATUS_EMPTY (there is none), STATUS_IO.
@@ -48,17 +48,17 @@ status_t journal_write_mark(const medium_t* medium, const journal_mark_t* mark);
 status_t journal_read_mark(const medium_t* medium, journal_mark_t* out_mark);
 
 /// Write a record whose octets are in the buffer already, and advance past it. Statuses of the medium's
-/// `write`; after an error the place is unchanged.
-status_t journal_write_record(const medium_t* medium, journal_place_t* place, const journal_record_t* record,
-                              uint8_t* buffer);
+/// `write`; after an error the position is unchanged.
+status_t journal_write_record(const medium_t* medium, journal_position_t* position,
+                              const journal_record_t* record, uint8_t* buffer);
 /// Read a complete record into the buffer, and advance past it. STATUS_OK, STATUS_EMPTY (not the next record:
-/// the place does not change), STATUS_IO.
-status_t journal_read_record(const medium_t* medium, journal_place_t* place, journal_record_t* out_record,
-                             uint8_t* buffer);
-/// Find the next octets from `place` up to `end` that are a valid record with a possible sequence number,
-/// even if the record before it is unreadable; set `place` to the octet after it. STATUS_OK, STATUS_EMPTY,
+/// the position does not change), STATUS_IO.
+status_t journal_read_record(const medium_t* medium, journal_position_t* position,
+                             journal_record_t* out_record, uint8_t* buffer);
+/// Find the next octets from `position` up to `end` that are a valid record with a possible sequence number,
+/// even if the record before it is unreadable; set `position` to the octet after it. STATUS_OK, STATUS_EMPTY,
 /// STATUS_IO. It takes O(octets read).
-status_t journal_find_record(const medium_t* medium, uint64_t end, journal_place_t* place,
+status_t journal_find_record(const medium_t* medium, uint64_t end, journal_position_t* position,
                              journal_record_t* out_record, uint8_t* buffer);
 
 #endif // FSW_FRAMEWORK_JOURNAL_JOURNAL_RECORD_H

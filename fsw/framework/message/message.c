@@ -14,18 +14,18 @@
 #define FIRST_LIFE 1U
 
 void message_open(message_endpoint_t* const endpoint, const uint16_t self, const uint32_t life,
-                  const message_carrier_t carrier, message_place_t* const places, const size_t place_count)
+                  const message_carrier_t carrier, message_slot_t* const slots, const size_t slot_count)
 {
-    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (places != NULL) && (life >= 1U));
-    FSW_ASSERT(place_count <= MESSAGE_PEERS_MAX);
+    FSW_ASSERT((endpoint != NULL) && (carrier.send != NULL) && (slots != NULL) && (life >= 1U));
+    FSW_ASSERT(slot_count <= MESSAGE_PEERS_MAX);
     (void)memset(endpoint, 0, sizeof *endpoint);
-    endpoint->self        = self;
-    endpoint->life        = life;
-    endpoint->window      = MESSAGE_ROOM_OCTETS;
-    endpoint->carrier     = carrier;
-    endpoint->outlet      = carrier;
-    endpoint->places      = places;
-    endpoint->place_count = place_count;
+    endpoint->self       = self;
+    endpoint->life       = life;
+    endpoint->window     = MESSAGE_ROOM_OCTETS;
+    endpoint->carrier    = carrier;
+    endpoint->outlet     = carrier;
+    endpoint->slots      = slots;
+    endpoint->slot_count = slot_count;
 }
 
 status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t peer)
@@ -34,13 +34,13 @@ status_t message_add_peer(message_endpoint_t* const endpoint, const uint16_t pee
     if (message_channel_of(endpoint, peer) != NULL) {
         return STATUS_EXISTS;
     }
-    if (endpoint->channel_count == endpoint->place_count) {
+    if (endpoint->channel_count == endpoint->slot_count) {
         return STATUS_EXHAUSTED;
     }
-    message_place_t* const place = &endpoint->places[endpoint->channel_count];
-    place->channel =
+    message_slot_t* const slot = &endpoint->slots[endpoint->channel_count];
+    slot->channel =
         (message_channel_t){.position.peer = peer, .window = MESSAGE_WINDOW_OCTETS, .sync_at = STRAYS_MAX};
-    message_inbox_init(&place->channel.inbox, place->octets, sizeof place->octets);
+    message_inbox_init(&slot->channel.inbox, slot->octets, sizeof slot->octets);
     endpoint->channel_count++;
     return STATUS_OK;
 }
@@ -469,8 +469,8 @@ static void process_all_of(message_endpoint_t* const endpoint, message_channel_t
 static void process_arrivals(message_endpoint_t* const endpoint)
 {
     for (size_t i = 0U; endpoint->has_arrivals && (i < endpoint->channel_count); i++) {
-        if (message_inbox_has_arrivals(&endpoint->places[i].channel.inbox)) {
-            process_all_of(endpoint, &endpoint->places[i].channel);
+        if (message_inbox_has_arrivals(&endpoint->slots[i].channel.inbox)) {
+            process_all_of(endpoint, &endpoint->slots[i].channel);
         }
     }
     endpoint->has_arrivals = false;
@@ -479,7 +479,7 @@ static void process_arrivals(message_endpoint_t* const endpoint)
 static void return_all_credit(message_endpoint_t* const endpoint)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        return_credit(endpoint, &endpoint->places[i].channel);
+        return_credit(endpoint, &endpoint->slots[i].channel);
     }
 }
 
@@ -497,7 +497,7 @@ static message_channel_t* next_channel(message_endpoint_t* const endpoint,
     message_channel_t* found = NULL;
     uint32_t first           = 0U;
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        message_channel_t* const channel = &endpoint->places[i].channel;
+        message_channel_t* const channel = &endpoint->slots[i].channel;
         uint32_t stamp                   = 0U;
         if (message_inbox_oldest(&channel->inbox, &stamp) &&
             ((found == NULL) || ((first - stamp) < (UINT32_MAX / 2U))) &&

@@ -8,7 +8,7 @@
 /// message_send_plain does not use them. Each peer has its own inbox, which holds a full window of that peer:
 /// a peer that floods its window, or whose blocks are not taken, does not block other peers.
 ///
-/// Ownership  The caller places the endpoint and its places.
+/// Ownership  The caller provides the endpoint and its slots.
 /// Context    One task. Never blocks.
 /// Time       O(size).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
@@ -105,7 +105,7 @@ typedef struct { // Private.
 typedef struct {
     message_channel_t channel;
     uint8_t octets[MESSAGE_ROOM_OCTETS + (MESSAGE_WINDOW * 4U)];
-} message_place_t;
+} message_slot_t;
 
 typedef struct { // Private, except `counters`.
     message_carrier_t carrier;
@@ -114,9 +114,9 @@ typedef struct { // Private, except `counters`.
     uint16_t self;
     uint32_t life;
     uint32_t window; // Octets that may be on their way from each peer.
-    message_place_t* places;
-    size_t place_count;
-    size_t channel_count; // Number of places in use, from the first one.
+    message_slot_t* slots;
+    size_t slot_count;
+    size_t channel_count; // Number of slots in use, from the first one.
     uint32_t stamp;       // Stamp of the next frame that arrives.
     bool has_arrivals;    // Frames have arrived that were not checked yet.
     bool is_past;         // The block taken last was sent by an earlier life of its peer.
@@ -130,11 +130,11 @@ typedef struct {
     bool (*admits)(void* context, uint16_t peer);
 } message_filter_t;
 
-/// Open an endpoint. life >= 1: the start count of this component. places: one for each peer, at most
+/// Open an endpoint. life >= 1: the start count of this component. slots: one for each peer, at most
 /// MESSAGE_PEERS_MAX; they need not be cleared.
 void message_open(message_endpoint_t* endpoint, uint16_t self, uint32_t life, message_carrier_t carrier,
-                  message_place_t* places, size_t place_count);
-/// Add a channel to a peer. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED (no place is free).
+                  message_slot_t* slots, size_t slot_count);
+/// Add a channel to a peer. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED (no slot is free).
 MUST_USE status_t message_add_peer(message_endpoint_t* endpoint, uint16_t peer);
 /// Set the window of all channels to `component`, which is a peer or this endpoint: octets that may be on
 /// their way to it on one channel; 0: MESSAGE_WINDOW_OCTETS. Both ends of a channel must set the same number

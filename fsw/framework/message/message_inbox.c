@@ -77,8 +77,8 @@ bool message_inbox_next(message_inbox_t* const inbox, uint8_t header[MESSAGE_INB
     if (inbox->checked == inbox->arrived) {
         return false;
     }
-    inbox->last  = inbox->place;
-    inbox->place = message_ring_look(&inbox->blocks, inbox->place, header, MESSAGE_INBOX_HEADER, out_size);
+    inbox->last = inbox->next;
+    inbox->next = message_ring_look(&inbox->blocks, inbox->next, header, MESSAGE_INBOX_HEADER, out_size);
     inbox->checked++;
     *out_kind = KIND_DATA;
     return true;
@@ -103,8 +103,8 @@ static void remove_first(message_inbox_t* const inbox)
     const status_t status = message_ring_take(&inbox->blocks, &none, 0U, &size);
     (void)status; // With capacity 0 the block is removed without a copy, and the status has no meaning.
     const size_t gone = before - inbox->blocks.used;
-    if (inbox->place >= gone) {
-        inbox->place -= gone;
+    if (inbox->next >= gone) {
+        inbox->next -= gone;
     } else { // The block was removed before it was checked.
         inbox->checked++;
     }
@@ -129,7 +129,7 @@ bool message_inbox_forget(message_inbox_t* const inbox, const uint32_t life)
 bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stamp)
 {
     FSW_ASSERT((inbox != NULL) && (out_stamp != NULL));
-    while (inbox->place > 0U) {
+    while (inbox->next > 0U) {
         uint8_t mark[AT_DROPPED + 2U];
         size_t size = 0U;
         (void)message_ring_look(&inbox->blocks, 0U, mark, sizeof mark, &size);
@@ -145,10 +145,10 @@ bool message_inbox_oldest(message_inbox_t* const inbox, uint32_t* const out_stam
 status_t message_inbox_take(message_inbox_t* const inbox, uint8_t header[MESSAGE_INBOX_HEADER],
                             uint8_t* const octets, const size_t capacity, size_t* const out_size)
 {
-    FSW_ASSERT((inbox != NULL) && (inbox->place > 0U)); // message_inbox_oldest has found a checked block.
+    FSW_ASSERT((inbox != NULL) && (inbox->next > 0U)); // message_inbox_oldest has found a checked block.
     const size_t before = inbox->blocks.used;
     const status_t status =
         message_ring_take_parts(&inbox->blocks, header, MESSAGE_INBOX_HEADER, octets, capacity, out_size);
-    inbox->place -= before - inbox->blocks.used;
+    inbox->next -= before - inbox->blocks.used;
     return status;
 }

@@ -34,8 +34,8 @@ typedef struct {           // Private, except `blocks`, to be read.
     message_ring_t blocks; ///< Frames with data, the checked ones first.
     uint32_t arrived;      // Number of frames with data that have arrived.
     uint32_t checked;      // Number of these frames that were checked.
-    size_t place;          // Position of the next frame to check, from the first octet of the ring.
-    size_t last;           // Place of the frame that was checked last.
+    size_t next;           // Position of the next frame to check, from the first octet of the ring.
+    size_t last;           // Position of the frame that was checked last.
     uint32_t notes_set;    // Number of notes that are set.
     message_note_t notes[MESSAGE_INBOX_NOTES];
 } message_inbox_t;

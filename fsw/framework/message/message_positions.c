@@ -10,7 +10,7 @@ bool message_position(const message_endpoint_t* const endpoint, const size_t ind
     if (index >= endpoint->channel_count) {
         return false;
     }
-    *out_position = endpoint->places[index].channel.position;
+    *out_position = endpoint->slots[index].channel.position;
     return true;
 }
 
@@ -37,14 +37,14 @@ static void resume(message_channel_t* const channel, const message_position_t* c
     }
     channel->inbox.arrived = channel->inbox.blocks.blocks; // All waiting frames have been checked.
     channel->inbox.checked = channel->inbox.arrived;
-    channel->inbox.place   = channel->inbox.blocks.used;
+    channel->inbox.next    = channel->inbox.blocks.used;
 }
 
 void message_resume(message_endpoint_t* const endpoint, const message_position_t* const position)
 {
     FSW_ASSERT((endpoint != NULL) && (position != NULL) && message_position_is_sound(position));
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        message_channel_t* const channel = &endpoint->places[i].channel;
+        message_channel_t* const channel = &endpoint->slots[i].channel;
         if (channel->position.peer == position->peer) {
             resume(channel, position);
         }
@@ -54,7 +54,7 @@ void message_resume(message_endpoint_t* const endpoint, const message_position_t
 message_ring_t* message_waiting(message_endpoint_t* const endpoint, const size_t index)
 {
     FSW_ASSERT(endpoint != NULL);
-    return (index < endpoint->channel_count) ? &endpoint->places[index].channel.inbox.blocks : NULL;
+    return (index < endpoint->channel_count) ? &endpoint->slots[index].channel.inbox.blocks : NULL;
 }
 
 void message_clock(const message_endpoint_t* const endpoint, uint32_t* const out_life,

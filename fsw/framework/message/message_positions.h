@@ -3,7 +3,7 @@
 /// process continues the channels of a process that died, in the same life; the peers do not notice the
 /// change. For this purpose the caller can store the frames that are sent and received.
 ///
-/// Ownership  The caller places positions.
+/// Ownership  The caller provides positions.
 /// Context    As the endpoint.
 /// Time       O(MESSAGE_WINDOW).
 #ifndef FSW_FRAMEWORK_MESSAGE_MESSAGE_POSITIONS_H

@@ -72,13 +72,13 @@ status_t message_ring_put_parts(message_ring_t* const ring, const uint8_t* const
         return STATUS_FULL;
     }
     const uint32_t length = (uint32_t)size;
-    size_t place =
+    size_t position =
         write_at(ring, wrapped(ring, ring->head + ring->used), (const uint8_t*)&length, LENGTH_OCTETS);
     if (head_size > 0U) {
-        place = write_at(ring, place, head, head_size);
+        position = write_at(ring, position, head, head_size);
     }
     if (rest_size > 0U) {
-        (void)write_at(ring, place, octets, rest_size);
+        (void)write_at(ring, position, octets, rest_size);
     }
     ring->used += LENGTH_OCTETS + size;
     ring->blocks++;
@@ -95,14 +95,14 @@ status_t message_ring_take_parts(message_ring_t* const ring, uint8_t* const head
         return STATUS_EMPTY;
     }
     uint32_t length    = 0U;
-    size_t place       = read_at(ring, ring->head, (uint8_t*)&length, LENGTH_OCTETS);
+    size_t position    = read_at(ring, ring->head, (uint8_t*)&length, LENGTH_OCTETS);
     const size_t size  = length;
     const size_t first = (size < head_size) ? size : head_size;
     FSW_ASSERT((LENGTH_OCTETS + size) <= ring->used);
-    place           = read_at(ring, place, head, first);
+    position        = read_at(ring, position, head, first);
     const bool fits = ((size - first) <= capacity);
     if (fits) {
-        (void)read_at(ring, place, octets, size - first);
+        (void)read_at(ring, position, octets, size - first);
     }
     ring->head = wrapped(ring, ring->head + LENGTH_OCTETS + size);
     ring->used -= LENGTH_OCTETS + size;
@@ -134,22 +134,22 @@ status_t message_ring_peek(const message_ring_t* const ring, uint8_t* const octe
     return STATUS_OK;
 }
 
-size_t message_ring_look(const message_ring_t* const ring, const size_t place, uint8_t* const head,
+size_t message_ring_look(const message_ring_t* const ring, const size_t offset, uint8_t* const head,
                          const size_t head_size, size_t* const out_size)
 {
-    FSW_ASSERT((ring != NULL) && (head != NULL) && (out_size != NULL) && (place < ring->used));
+    FSW_ASSERT((ring != NULL) && (head != NULL) && (out_size != NULL) && (offset < ring->used));
     uint32_t length    = 0U;
-    const size_t start = read_at(ring, wrapped(ring, ring->head + place), (uint8_t*)&length, LENGTH_OCTETS);
+    const size_t start = read_at(ring, wrapped(ring, ring->head + offset), (uint8_t*)&length, LENGTH_OCTETS);
     (void)read_at(ring, start, head, (length < head_size) ? length : head_size);
     *out_size = length;
-    return place + LENGTH_OCTETS + length;
+    return offset + LENGTH_OCTETS + length;
 }
 
-void message_ring_overwrite(message_ring_t* const ring, const size_t place, const uint8_t* const octets,
+void message_ring_overwrite(message_ring_t* const ring, const size_t offset, const uint8_t* const octets,
                             const size_t size)
 {
-    FSW_ASSERT((ring != NULL) && (octets != NULL) && ((place + LENGTH_OCTETS + size) <= ring->used));
-    (void)write_at(ring, wrapped(ring, ring->head + place + LENGTH_OCTETS), octets, size);
+    FSW_ASSERT((ring != NULL) && (octets != NULL) && ((offset + LENGTH_OCTETS + size) <= ring->used));
+    (void)write_at(ring, wrapped(ring, ring->head + offset + LENGTH_OCTETS), octets, size);
 }
 
 size_t message_ring_copy(const message_ring_t* const ring, uint8_t* const octets, const size_t capacity)

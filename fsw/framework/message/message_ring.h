@@ -42,13 +42,13 @@ MUST_USE status_t message_ring_take_parts(message_ring_t* ring, uint8_t* head, s
 /// the size of the whole block. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t message_ring_peek(const message_ring_t* ring, uint8_t* octets, size_t capacity,
                                     size_t* out_size);
-/// Copy the first octets (up to head_size) of the block at `place` without taking it; *out_size is the size
-/// of the whole block. `place` is the distance from the first block [octets]: 0, or an earlier result minus
-/// the octets taken since then; there must be a block at that place. Returns the place of the next block.
-size_t message_ring_look(const message_ring_t* ring, size_t place, uint8_t* head, size_t head_size,
+/// Copy the first octets (up to head_size) of the block at `offset` without taking it; *out_size is the size
+/// of the whole block. `offset` is the distance from the first block [octets]: 0, or an earlier result minus
+/// the octets taken since then; there must be a block at that offset. Returns the offset of the next block.
+size_t message_ring_look(const message_ring_t* ring, size_t offset, uint8_t* head, size_t head_size,
                          size_t* out_size);
-/// Overwrite the first `size` octets of the block at `place`, which must have at least as many.
-void message_ring_overwrite(message_ring_t* ring, size_t place, const uint8_t* octets, size_t size);
+/// Overwrite the first `size` octets of the block at `offset`, which must have at least as many.
+void message_ring_overwrite(message_ring_t* ring, size_t offset, const uint8_t* octets, size_t size);
 /// Copy all blocks as one sequence of octets, for message_ring_refill. Returns its size; 0: the ring is
 /// empty, or the sequence does not fit `capacity`.
 size_t message_ring_copy(const message_ring_t* ring, uint8_t* octets, size_t capacity);

@@ -12,20 +12,20 @@
 void message_ring_refill(message_ring_t* const ring, const uint8_t* const octets, const size_t size)
 {
     FSW_ASSERT((ring != NULL) && (octets != NULL));
-    size_t place = 0U;
-    while (place < size) {
+    size_t position = 0U;
+    while (position < size) {
         uint32_t length   = 0U;
-        const size_t left = size - place;
+        const size_t left = size - position;
         if (left >= LENGTH_OCTETS) {
-            (void)memcpy((uint8_t*)&length, &octets[place], LENGTH_OCTETS);
+            (void)memcpy((uint8_t*)&length, &octets[position], LENGTH_OCTETS);
         }
         if ((left < LENGTH_OCTETS) || (length > BLOCK_MAX) || (length > (left - LENGTH_OCTETS))) {
             ring->refused++;
             return;
         }
-        if (message_ring_put(ring, &octets[place + LENGTH_OCTETS], length) != STATUS_OK) {
+        if (message_ring_put(ring, &octets[position + LENGTH_OCTETS], length) != STATUS_OK) {
             return; // There is no room for this block; later blocks must not be appended before it.
         }
-        place += LENGTH_OCTETS + length;
+        position += LENGTH_OCTETS + length;
     }
 }

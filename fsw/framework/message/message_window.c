@@ -12,8 +12,8 @@ CAPACITY_CHECK(smallest_window_has_room_for_any_block,
 message_channel_t* message_channel_of(const message_endpoint_t* const endpoint, const uint16_t peer)
 {
     for (size_t i = 0U; i < endpoint->channel_count; i++) {
-        if (endpoint->places[i].channel.position.peer == peer) {
-            return &endpoint->places[i].channel;
+        if (endpoint->slots[i].channel.position.peer == peer) {
+            return &endpoint->slots[i].channel;
         }
     }
     return NULL;

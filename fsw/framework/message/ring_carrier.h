@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames inside one program: a frame is copied into the inbox of the addressed endpoint.
 ///
-/// Ownership  The caller places the hub; endpoints outlive it.
+/// Ownership  The caller provides the hub; endpoints outlive it.
 /// Context    One task runs all components.
 #ifndef FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_RING_CARRIER_H

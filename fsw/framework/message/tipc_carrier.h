@@ -7,7 +7,7 @@
 /// name of a peer appears again, a SYNC is sent at once. These reports are hints only: decisions about a peer
 /// depend on its own frames, on their life and on heartbeats.
 ///
-/// Ownership  The caller places message_tipc_carrier_t; the program opens or adopts the sockets.
+/// Ownership  The caller provides message_tipc_carrier_t; the program opens or adopts the sockets.
 /// Context    One task.
 #ifndef FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_TIPC_CARRIER_H

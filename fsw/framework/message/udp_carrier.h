@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Carrier of message frames over UDP: one datagram for each frame, one socket for each component.
 ///
-/// Ownership  The caller places message_udp_carrier_t; the program opens or adopts the socket.
+/// Ownership  The caller provides message_udp_carrier_t; the program opens or adopts the socket.
 /// Context    One task.
 #ifndef FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H
 #define FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H

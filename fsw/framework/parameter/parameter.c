@@ -45,7 +45,7 @@ static void unlock_values(parameter_dictionary_t* const dictionary)
 
 /// Returns the hash of a key: index of one of `capacity` lists. Consecutive keys are distributed over all
 /// lists.
-static uint16_t place_of(const parameter_dictionary_t* const dictionary, const uint32_t key)
+static uint16_t bucket_of(const parameter_dictionary_t* const dictionary, const uint32_t key)
 {
     const uint32_t spread = key * SPREAD;
     return (uint16_t)(((uint64_t)spread * dictionary->capacity) >> 32U);
@@ -53,7 +53,7 @@ static uint16_t place_of(const parameter_dictionary_t* const dictionary, const u
 
 static parameter_entry_t* entry_of_id(const parameter_dictionary_t* const dictionary, const uint32_t id)
 {
-    uint16_t index = dictionary->entries[place_of(dictionary, id)].first_of_id;
+    uint16_t index = dictionary->entries[bucket_of(dictionary, id)].first_of_id;
     while ((index != NO_ENTRY) && (dictionary->entries[index].definition->id != id)) {
         index = dictionary->entries[index].next_of_id;
     }
@@ -91,7 +91,7 @@ status_t parameter_init(parameter_dictionary_t* const dictionary, parameter_entr
 /// Insert the new entry at the front of the list of its id's hash.
 static void enter(parameter_dictionary_t* const dictionary, parameter_entry_t* const entry)
 {
-    parameter_entry_t* const of_id = &dictionary->entries[place_of(dictionary, entry->definition->id)];
+    parameter_entry_t* const of_id = &dictionary->entries[bucket_of(dictionary, entry->definition->id)];
     entry->next_of_id              = of_id->first_of_id;
     of_id->first_of_id             = dictionary->count;
     __atomic_store_n(&dictionary->count, (uint16_t)(dictionary->count + 1U), __ATOMIC_RELAXED);
@@ -217,8 +217,8 @@ static bool is_within(const value_type_t type, const scalar_t* const scalar,
     return is_finite && (value >= bounds->min) && (value <= bounds->max);
 }
 
-/// Check scalar number `place` of field `index`, and store it only if `is_for_real`.
-static status_t take_scalar(const parameter_entry_t* const entry, const uint16_t index, const uint16_t place,
+/// Check scalar number `number` of field `index`, and store it only if `is_for_real`.
+static status_t take_scalar(const parameter_entry_t* const entry, const uint16_t index, const uint16_t number,
                             const scalar_t* const scalar, const bool is_for_real)
 {
     const parameter_field_t* const field = &entry->definition->fields[index];
@@ -227,7 +227,7 @@ static status_t take_scalar(const parameter_entry_t* const entry, const uint16_t
         return STATUS_OUT_OF_RANGE;
     }
     if (is_for_real) {
-        (void)memcpy((uint8_t*)entry->storage + field->offset + (place * size), scalar, size);
+        (void)memcpy((uint8_t*)entry->storage + field->offset + (number * size), scalar, size);
     }
     return STATUS_OK;
 }

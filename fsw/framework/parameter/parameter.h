@@ -6,7 +6,7 @@
 /// flags and initial values are set after publishing, from the descriptor. On the wire a parameter is
 /// always complete: its fields one after the other, big-endian, without padding.
 ///
-/// Ownership  The caller places entries, bounds and the published storage; all outlive the dictionary.
+/// Ownership  The caller provides entries, bounds and the published storage; all outlive the dictionary.
 /// Context    Any thread: a mutex with priority inheritance guards the content. The owner updates a published
 ///            structure between parameter_lock and parameter_unlock and calls no other function of this
 ///            header in between. parameter_read_entry reads without the mutex, and locks it only if values
@@ -53,7 +53,7 @@ typedef struct { // Bounds of one field; -DBL_MAX and DBL_MAX if the descriptor 
     double max;
 } parameter_bounds_t;
 
-typedef struct { // Placed by the caller, who may read the fields, but not write them.
+typedef struct { // Provided by the caller, who may read the fields, but not write them.
     const parameter_definition_t* definition;
     void* storage;
     parameter_bounds_t* bounds; ///< One per field.

@@ -10,7 +10,7 @@
 /// of an earlier producer, which are refused; sequence numbers show losses. A consumer whose period is n
 /// times the producer's reads every n-th sample.
 ///
-/// Ownership  The caller places the ends.
+/// Ownership  The caller provides the ends.
 /// Context    One task for each end; the ends may be in different processes. Never blocks.
 /// Time       O(payload); a reader that finds the writer busy LINK_READ_ATTEMPTS times keeps its last sample.
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).

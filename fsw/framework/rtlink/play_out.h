@@ -5,7 +5,7 @@
 /// any order and more than once. A sample is stale when it is older than its play-out time by more than the
 /// agreed age of the link and by more than RTLINK_PLAY_OUT_BUDGETS budgets.
 ///
-/// Ownership  The caller places rtlink_play_out_t. It belongs to one consumer while the consumer is open.
+/// Ownership  The caller provides rtlink_play_out_t. It belongs to one consumer while the consumer is open.
 /// Context    The task of the consumer.
 /// Time       rtlink_play_out_put and rtlink_play_out_take: O(samples in the buffer).
 #ifndef FSW_FRAMEWORK_RTLINK_PLAY_OUT_H

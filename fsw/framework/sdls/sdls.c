@@ -68,7 +68,7 @@ static size_t length_of(const uint8_t* const octets)
     return is_ours ? length : 0U;
 }
 
-/// Decrypt the frame into the place after the received parts of the packet. True if the MAC is correct;
+/// Decrypt the frame after the received parts of the packet. True if the MAC is correct;
 /// otherwise the decrypted octets must not be used.
 static bool is_authentic(sdls_receiver_t* const self, sdls_session_t* const session,
                          const uint8_t* const octets, const size_t content)

@@ -8,7 +8,7 @@
 /// late or out of order, even after a restart or a power cut. A frame that cannot be accepted (another kind
 /// of frame, a full disk) is refused and counted.
 ///
-/// Ownership  The caller places receiver and sessions.
+/// Ownership  The caller provides receiver and sessions.
 /// Context    One task; the first frame of a session waits for the disk.
 /// Time       O(frame). Nothing is allocated.
 #ifndef FSW_FRAMEWORK_SDLS_SDLS_H

@@ -9,7 +9,7 @@
 ///     copy at octet 0 and at octet 512: "SDLS" | version 1 | 3 zeros | session (4) | check of the key (8) |
 ///                                       8 zeros | CRC-32 (4); big-endian
 ///
-/// Ownership  The caller places sdls_session_mark_t; the medium outlives it.
+/// Ownership  The caller provides sdls_session_mark_t; the medium outlives it.
 /// Context    One task; waits for the medium.
 #ifndef FSW_FRAMEWORK_SDLS_SESSION_MARK_H
 #define FSW_FRAMEWORK_SDLS_SESSION_MARK_H

@@ -3,7 +3,7 @@
 /// `device_port` offers. A subsystem that lists this service must have that callback. A device has one second
 /// to answer.
 ///
-/// Ownership  The generated program places device_service_t.
+/// Ownership  The generated program provides device_service_t.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_DEVICE_SERVICE_H

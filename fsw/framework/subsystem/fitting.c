@@ -22,7 +22,7 @@ static bool refuse_above(subsystem_misfit_t* const misfit, const uint32_t line, 
     return false;
 }
 
-/// Check the lists that have a place for each item of the descriptor.
+/// Check the lists that have an entry for each item of the descriptor.
 static bool lists_fit(const subsystem_descriptor_t* const descriptor, subsystem_misfit_t* const out_misfit)
 {
     if (descriptor->parameter_count > SUBSYSTEM_PARAMETERS) {

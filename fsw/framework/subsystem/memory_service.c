@@ -17,8 +17,8 @@ static uint32_t occupied(const parameter_entry_t* const entry)
     return ((size + PARAMETER_ALIGNMENT - 1U) / PARAMETER_ALIGNMENT) * PARAMETER_ALIGNMENT;
 }
 
-/// Find the parameter octets at `address`. Returns their place and the number of contiguous octets, at most
-/// `size`; null if there are none.
+/// Find the parameter octets at `address`. Returns their address in the storage and the number of contiguous
+/// octets, at most `size`; null if there are none.
 static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t address, const size_t size,
                              size_t* const out_size)
 {
@@ -46,14 +46,14 @@ static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t add
     FSW_ASSERT((from != NULL) || (into != NULL));
     parameter_lock(&subsystem->dictionary);
     while ((done < size) && (status == STATUS_OK)) {
-        size_t piece         = 0U;
-        uint8_t* const place = parameter_at(subsystem, address + (uint32_t)done, size - done, &piece);
-        if (place == NULL) {
+        size_t piece          = 0U;
+        uint8_t* const stored = parameter_at(subsystem, address + (uint32_t)done, size - done, &piece);
+        if (stored == NULL) {
             status = STATUS_NOT_FOUND;
         } else if (from != NULL) {
-            (void)memcpy(place, &from[done], piece);
+            (void)memcpy(stored, &from[done], piece);
         } else {
-            (void)memcpy(&into[done], place, piece);
+            (void)memcpy(&into[done], stored, piece);
         }
         done += piece;
     }
@@ -153,7 +153,7 @@ static void define_parameters(subsystem_t* const subsystem, memory_service_t* co
                                                             .memories = service->memories,
                                                             .states   = service->states,
                                                             .memory_count = memory_count,
-                                                            .places       = service->places,
+                                                            .table        = service->definition_table,
                                                             .capacity     = MEMORY_DEFINITIONS,
                                                             .persistence  = subsystem_persistence(subsystem),
                                                             .guard        = &subsystem->loop_guard};

@@ -8,7 +8,7 @@
 /// (TC[20,4], [20,5]). Such parameters are not in the dictionary; therefore housekeeping and monitoring
 /// cannot use them.
 ///
-/// Ownership  The generated program places memory_service_t.
+/// Ownership  The generated program provides memory_service_t.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MEMORY_SERVICE_H
@@ -32,7 +32,7 @@ typedef struct { // Private, except `memory.counters`.
     pus_memory_t memories[MEMORY_COUNT + MEMORY_FURTHER];
     pus_memory_state_t states[MEMORY_COUNT + MEMORY_FURTHER];
     pus_parameter_definitions_t definitions;
-    pus_parameter_place_t places[MEMORY_DEFINITIONS];
+    pus_parameter_definition_t definition_table[MEMORY_DEFINITIONS];
 } memory_service_t;
 
 /// Add the service to a component, with room for `count` operations that run at the same time.

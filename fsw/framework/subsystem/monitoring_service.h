@@ -6,7 +6,7 @@
 /// pus/st12/st12_monitoring.h, or parameters that the event definition samples, or empty; a monitor may not
 /// refer to an event with other auxiliary data.
 ///
-/// Ownership  The generated program places monitoring_service_t and its arrays.
+/// Ownership  The generated program provides monitoring_service_t and its arrays.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_MONITORING_SERVICE_H
@@ -24,11 +24,11 @@ typedef struct { // Private, except `monitoring.counters`.
     pus_check_transition_t transitions[MONITORING_TRANSITIONS];
 } monitoring_service_t;
 
-/// The arrays that the generator places.
+/// The arrays that the generated program provides.
 typedef struct {
     pus_pmon_t* pmons; ///< `capacity` elements in each of these arrays.
     uint16_t* order;
-    uint16_t* places;
+    uint16_t* positions;
     pus_due_t* due;
     uint16_t capacity;
     /// `functional` elements in each of these arrays, and MONITORING_FMON_MEMBERS times as many members.

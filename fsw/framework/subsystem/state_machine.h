@@ -5,7 +5,7 @@
 /// outcomes of entry actions to the machine, and performs the action that the machine requests. The machine
 /// always reports its actual state.
 ///
-/// Ownership  The caller places state_machine_t.
+/// Ownership  The caller provides state_machine_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATE_MACHINE_H

@@ -28,7 +28,7 @@ void subsystem_statistics_service_add(subsystem_t* const subsystem, statistics_s
                                             .persistence = subsystem_persistence(subsystem),
                                             .statistics  = room->statistics,
                                             .due         = room->due,
-                                            .places      = room->places,
+                                            .positions   = room->positions,
                                             .capacity    = room->capacity,
                                             .cycle_ns    = SAMPLING_NS};
     pus_statistics_init(&service->statistics, &config);

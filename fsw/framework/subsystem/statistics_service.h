@@ -3,7 +3,7 @@
 /// scalar parameters. `capacity` is the number of parameters. Sampling intervals are multiples of 1 ms; a
 /// component with a longer cycle samples at most once in each of its cycles.
 ///
-/// Ownership  The generated program places statistics_service_t and the arrays.
+/// Ownership  The generated program provides statistics_service_t and the arrays.
 /// Context    The main loop of the component.
 #ifndef FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
 #define FSW_FRAMEWORK_SUBSYSTEM_STATISTICS_SERVICE_H
@@ -15,10 +15,10 @@ typedef struct { // Private, except `statistics.counters`.
     pus_statistics_t statistics;
 } statistics_service_t;
 
-typedef struct { // The arrays that the generator places, each with `capacity` elements.
+typedef struct { // The arrays that the generated program provides, each with `capacity` elements.
     pus_statistic_t* statistics;
     pus_due_t* due;
-    uint16_t* places;
+    uint16_t* positions;
     uint16_t capacity;
 } statistics_room_t;
 

@@ -10,7 +10,7 @@
 ///     control                     the cyclic code of the state
 ///     emit                        commands to the devices, SYNC last; then write links, sample housekeeping
 ///
-/// Ownership  The program places subsystem_t and what subsystem_config_t points to; all outlive the
+/// Ownership  The program offsets subsystem_t and what subsystem_config_t points to; all outlive the
 ///            subsystem.
 /// Context    One task; the callbacks run inside subsystem_step and never block. The time is an argument.
 /// Errors     Each function lists its statuses.
@@ -122,10 +122,10 @@ parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
 /// Publish one parameter in software_init. Statuses of parameter_publish.
 MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_definition_t* definition,
                                     void* storage);
-/// Publish all parameters of the generated header: `definitions` and `places` are its tables, `storage` is
+/// Publish all parameters of the generated header: `definitions` and `offsets` are its tables, `storage` is
 /// the structure of all parameters.
 MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_definition_t* definitions,
-                                        const size_t* places, size_t count, void* storage);
+                                        const size_t* offsets, size_t count, void* storage);
 
 /// Raise an event of the descriptor with auxiliary octets (big-endian, in the order that the descriptor
 /// defines). If size is 0, the parameters to which the event refers are sampled now. After an event of

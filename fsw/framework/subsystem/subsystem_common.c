@@ -5,13 +5,13 @@
 #include "base/assertion.h"
 
 status_t subsystem_publish_all(subsystem_t* const subsystem, const parameter_definition_t* const definitions,
-                               const size_t* const places, const size_t count, void* const storage)
+                               const size_t* const offsets, const size_t count, void* const storage)
 {
-    FSW_ASSERT((subsystem != NULL) && (definitions != NULL) && (places != NULL) && (storage != NULL));
+    FSW_ASSERT((subsystem != NULL) && (definitions != NULL) && (offsets != NULL) && (storage != NULL));
     uint8_t* const octets = storage;
     status_t status       = STATUS_OK;
     for (size_t i = 0U; (status == STATUS_OK) && (i < count); i++) {
-        status = subsystem_publish(subsystem, &definitions[i], &octets[places[i]]);
+        status = subsystem_publish(subsystem, &definitions[i], &octets[offsets[i]]);
     }
     return status;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a program places and runs a generic subsystem (subsystem.h is for developers of specific subsystems).
+/// How a program stores and runs a generic subsystem (subsystem.h is for developers of specific subsystems).
 ///
 ///     subsystem_init(&component, &config);
 ///     for (;;) {
@@ -10,7 +10,7 @@
 ///
 /// Further loops of a configuration, for services: docs/framework.md, "Loops of services".
 ///
-/// Ownership  The program places subsystem_t (static; about 120 KiB) and all that the configuration points
+/// Ownership  The program provides subsystem_t (static; about 120 KiB) and all that the configuration points
 ///            to.
 /// Context    One loop; subsystem_loop_step and subsystem_loop_priority may run in the task of their loop.
 ///            They block only for short critical sections with priority inheritance.

@@ -236,7 +236,7 @@ static uint32_t open_call_token(subsystem_t* const subsystem, const pus_token_t*
         return 0U;
     }
     uint32_t i = 0U;
-    // The search ends, because a free block in the pool means a free place.
+    // The search ends, because a free block in the pool means a free entry.
     while (subsystem->open_call_tokens[i] != NULL) {
         i++;
         FSW_ASSERT(i < SUBSYSTEM_CALL_TOKENS);

@@ -10,7 +10,7 @@
 typedef struct { // Numbers of parameter elements that the devices counted so far use.
     uint16_t axes;
     uint16_t values[2]; // Numbers of inputs and outputs.
-} places_t;
+} counts_t;
 
 #define INPUTS 0U
 #define OUTPUTS 1U
@@ -59,45 +59,45 @@ static double approach(const double from, const double to, const double step)
 
 /// Command VELOCITY to an axis in CSV while the subsystem is OPERATIONAL; otherwise set VELOCITY to 0, so
 /// that each operation begins at rest.
-static void command_velocity(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place)
+static void command_velocity(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t index)
 {
     if (!is_operational(own)) {
-        own->parameters.velocity[place] = 0.0;
+        own->parameters.velocity[index] = 0.0;
     }
-    canopen_cia402_axis_command_velocity(axis, own->parameters.velocity[place], 0.0);
+    canopen_cia402_axis_command_velocity(axis, own->parameters.velocity[index], 0.0);
 }
 
 /// Read the state of an axis, and command its next position or its velocity.
-static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t place,
+static void serve_axis(actuators_t* const own, canopen_cia402_axis_t* const axis, const uint16_t index,
                        const int mode)
 {
     actuators_cur_values_t* const values = &own->parameters.cur_values;
     const double step         = own->parameters.speed * ((double)subsystem_period_ns(own->generic) * 1e-9);
-    values->position[place]   = canopen_cia402_axis_position_rad(axis);
-    values->torque[place]     = canopen_cia402_axis_torque_nm(axis);
-    values->statusword[place] = axis->statusword;
+    values->position[index]   = canopen_cia402_axis_position_rad(axis);
+    values->torque[index]     = canopen_cia402_axis_torque_nm(axis);
+    values->statusword[index] = axis->statusword;
     if (!is_operational(own)) { // The next motion begins at the present position.
-        own->reference_rad[place]     = values->position[place];
-        own->parameters.target[place] = values->position[place];
+        own->reference_rad[index]     = values->position[index];
+        own->parameters.target[index] = values->position[index];
     }
     if (mode == CIA402_MODE_CSV) {
-        command_velocity(own, axis, place);
+        command_velocity(own, axis, index);
         return;
     }
-    own->reference_rad[place] = approach(own->reference_rad[place], own->parameters.target[place], step);
-    canopen_cia402_axis_command_position(axis, own->reference_rad[place], 0.0);
+    own->reference_rad[index] = approach(own->reference_rad[index], own->parameters.target[index], step);
+    canopen_cia402_axis_command_position(axis, own->reference_rad[index], 0.0);
 }
 
-static void serve_values(actuators_t* const own, canopen_device_t* const device, places_t* const places)
+static void serve_values(actuators_t* const own, canopen_device_t* const device, counts_t* const counts)
 {
     for (uint8_t i = 0U; i < device->profile->value_count; i++) {
         if (canopen_device_profile_is_output(device->profile, i)) {
-            const double wanted = is_operational(own) ? own->parameters.output[places->values[OUTPUTS]] : 0.0;
+            const double wanted = is_operational(own) ? own->parameters.output[counts->values[OUTPUTS]] : 0.0;
             canopen_device_set_value(device, i, wanted);
-            places->values[OUTPUTS]++;
+            counts->values[OUTPUTS]++;
         } else {
-            own->parameters.cur_values.input[places->values[INPUTS]] = canopen_device_value(device, i);
-            places->values[INPUTS]++;
+            own->parameters.cur_values.input[counts->values[INPUTS]] = canopen_device_value(device, i);
+            counts->values[INPUTS]++;
         }
     }
 }
@@ -112,16 +112,16 @@ static int mode_of(const actuators_t* const own, const uint16_t position)
 static void control(void* const self)
 {
     actuators_t* const own   = self;
-    places_t places          = {.axes = 0U};
+    counts_t counts          = {.axes = 0U};
     uint16_t position        = 0U;
     canopen_device_t* device = drives_device(&own->drives, 0U);
     parameter_lock(subsystem_dictionary(own->generic));
     while (device != NULL) {
         if (device->profile->axis_count == 0U) {
-            serve_values(own, device, &places);
+            serve_values(own, device, &counts);
         } else {
-            serve_axis(own, &device->axes[0], places.axes, mode_of(own, position));
-            places.axes++;
+            serve_axis(own, &device->axes[0], counts.axes, mode_of(own, position));
+            counts.axes++;
         }
         position++;
         device = drives_device(&own->drives, position);
@@ -180,15 +180,15 @@ void actuators_init(actuators_t* const own, subsystem_t* const generic, const fl
 static status_t software_init(void* const self)
 {
     actuators_t* const own = self;
-    return subsystem_publish_all(own->generic, actuators_definitions, actuators_places,
+    return subsystem_publish_all(own->generic, actuators_definitions, actuators_offsets,
                                  ACTUATORS_PARAMETER_COUNT, &own->parameters);
 }
 
-static void count_places(const canopen_device_profile_t* const profile, places_t* const places)
+static void add_counts(const canopen_device_profile_t* const profile, counts_t* const counts)
 {
-    places->axes = (uint16_t)(places->axes + profile->axis_count);
+    counts->axes = (uint16_t)(counts->axes + profile->axis_count);
     for (uint8_t i = 0U; (profile->axis_count == 0U) && (i < profile->value_count); i++) {
-        places->values[canopen_device_profile_is_output(profile, i) ? OUTPUTS : INPUTS]++;
+        counts->values[canopen_device_profile_is_output(profile, i) ? OUTPUTS : INPUTS]++;
     }
 }
 
@@ -203,18 +203,18 @@ static bool are_few(const uint16_t count, const size_t most, const char* const r
     return true;
 }
 
-static bool places_fit(const subsystem_descriptor_t* const descriptor,
+static bool counts_fit(const subsystem_descriptor_t* const descriptor,
                        const descriptor_configuration_t* const configuration,
                        subsystem_misfit_t* const out_misfit)
 {
-    places_t places = {.axes = 0U};
+    counts_t counts = {.axes = 0U};
     for (uint16_t i = 0U; i < configuration->device_count; i++) {
         const descriptor_device_t* const device = &descriptor->devices[configuration->first_device + i];
-        count_places(canopen_device_profile_find(device->type), &places);
-        if (!are_few(places.axes, ACTUATORS_AXES_MAX, "axes of a <Configuration>", device, out_misfit) ||
-            !are_few(places.values[INPUTS], ACTUATORS_INPUTS_MAX, "inputs of a <Configuration>", device,
+        add_counts(canopen_device_profile_find(device->type), &counts);
+        if (!are_few(counts.axes, ACTUATORS_AXES_MAX, "axes of a <Configuration>", device, out_misfit) ||
+            !are_few(counts.values[INPUTS], ACTUATORS_INPUTS_MAX, "inputs of a <Configuration>", device,
                      out_misfit) ||
-            !are_few(places.values[OUTPUTS], ACTUATORS_OUTPUTS_MAX, "outputs of a <Configuration>", device,
+            !are_few(counts.values[OUTPUTS], ACTUATORS_OUTPUTS_MAX, "outputs of a <Configuration>", device,
                      out_misfit)) {
             return false;
         }
@@ -235,7 +235,7 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
             "<Device>: expected a <Setting> of 0x6060:00 to 8 (position), 9 (velocity) or 6 (homing)"};
     bool fits = drives_fit(descriptor, &need, out_misfit);
     for (uint16_t i = 0U; fits && (i < descriptor->configuration_count); i++) {
-        fits = places_fit(descriptor, &descriptor->configurations[i], out_misfit);
+        fits = counts_fit(descriptor, &descriptor->configurations[i], out_misfit);
     }
     return fits;
 }

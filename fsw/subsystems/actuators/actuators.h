@@ -10,7 +10,7 @@
 /// the order of its process data. The descriptor that the program is built from says how many there are at
 /// most: the counts of its parameters TARGET, INPUT and OUTPUT.
 ///
-/// Ownership  The program places actuators_t and the generic subsystem; both must not be moved.
+/// Ownership  The program provides actuators_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
 #ifndef FSW_SUBSYSTEMS_ACTUATORS_ACTUATORS_H
 #define FSW_SUBSYSTEMS_ACTUATORS_ACTUATORS_H

@@ -24,9 +24,9 @@ static status_t software_init(void* const self)
 {
     arm_t* const arm = self;
     arm_definitions_make(&arm->definitions, subsystem_descriptor(arm->generic));
-    drives_counters_place(&arm->drives, &arm->definitions.definitions[ARM_PARAMETER_COUNTERS],
-                          &arm->parameters.counters);
-    return subsystem_publish_all(arm->generic, arm->definitions.definitions, arm->definitions.places,
+    drives_counters_bind(&arm->drives, &arm->definitions.definitions[ARM_PARAMETER_COUNTERS],
+                         &arm->parameters.counters);
+    return subsystem_publish_all(arm->generic, arm->definitions.definitions, arm->definitions.offsets,
                                  arm->definitions.count, &arm->parameters);
 }
 

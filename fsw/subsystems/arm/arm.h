@@ -11,7 +11,7 @@
 /// A configuration with the port HAND_POSITION is for telepresence: an operator's hand moves the tool
 /// (arm_hand.h), and the port ROBOT_STATE returns the force on the tool.
 ///
-/// Ownership  The program places arm_t and the generic subsystem; both must not be moved.
+/// Ownership  The program provides arm_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_H
 #define FSW_SUBSYSTEMS_ARM_ARM_H

@@ -12,7 +12,7 @@
 /// the tool to its desired pose; t: velocity of the tool; Kp, Kd, Kt, Dt, Dj, G: parameter CONTROL. offset,
 /// bias: differences from the model at engagement, which decay.
 ///
-/// Ownership  The caller places arm_control_t.
+/// Ownership  The caller provides arm_control_t.
 /// Context    One task. O(joints).
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_CONTROL_H
 #define FSW_SUBSYSTEMS_ARM_ARM_CONTROL_H

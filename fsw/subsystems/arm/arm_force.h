@@ -10,7 +10,7 @@
 /// 1 cm. While the actuators are off, the zero of the sensors is learned, up to a limit: if the arm then
 /// touches an object, only the part of the force beyond the limit is estimated.
 ///
-/// Ownership  The caller places arm_force_t.
+/// Ownership  The caller provides arm_force_t.
 /// Context    One task.
 /// Time       O(joints).
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_FORCE_H

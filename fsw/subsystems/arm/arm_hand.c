@@ -83,29 +83,29 @@ typedef struct {
     arm_jacobian_t jacobian;
     double offset_m[ARM_HAND_AXES];
     arm_twist_t deviation; ///< Displacement from the tool to the pose that it must keep.
-} place_t;
+} tool_state_t;
 
-/// Compute the place of the tool for a pose of the joints.
-static place_t place_of(const arm_hand_t* const hand, const arm_hand_setup_t* const setup,
-                        const double position_rad[ARM_JOINTS_MAX])
+/// Compute the state of the tool for a pose of the joints.
+static tool_state_t tool_state_of(const arm_hand_t* const hand, const arm_hand_setup_t* const setup,
+                                  const double position_rad[ARM_JOINTS_MAX])
 {
-    place_t place;
-    arm_kinematics(setup->model, position_rad, &place.kinematics);
-    arm_jacobian(setup->model, &place.kinematics, &place.jacobian);
-    const arm_pose_t* const tool = &place.kinematics.tool;
-    place.deviation =
+    tool_state_t tool_state;
+    arm_kinematics(setup->model, position_rad, &tool_state.kinematics);
+    arm_jacobian(setup->model, &tool_state.kinematics, &tool_state.jacobian);
+    const arm_pose_t* const tool = &tool_state.kinematics.tool;
+    tool_state.deviation =
         (arm_twist_t){.linear_m_s    = arm_difference(hand->anchor.position_m, tool->position_m),
                       .angular_rad_s = arm_rotation_between(&tool->rotation, &hand->anchor.rotation)};
     for (unsigned i = 0U; i < ARM_HAND_AXES; i++) {
         const arm_vector_t direction = setup->settings.direction[i];
-        place.offset_m[i]            = -arm_dot(direction, place.deviation.linear_m_s);
-        place.deviation.linear_m_s =
-            arm_sum(place.deviation.linear_m_s, arm_times(direction, place.offset_m[i]));
+        tool_state.offset_m[i]       = -arm_dot(direction, tool_state.deviation.linear_m_s);
+        tool_state.deviation.linear_m_s =
+            arm_sum(tool_state.deviation.linear_m_s, arm_times(direction, tool_state.offset_m[i]));
     }
     if (setup->model->joint_count < JOINTS_OF_A_POSE) {
-        place.deviation.angular_rad_s = (arm_vector_t){{0.0}};
+        tool_state.deviation.angular_rad_s = (arm_vector_t){{0.0}};
     }
-    return place;
+    return tool_state;
 }
 
 /// Returns the next speed of the tool in one direction: that of a critically damped system, within the limits
@@ -126,20 +126,20 @@ static double next_speed(const arm_hand_setup_t* const setup, const double left_
 
 /// Returns the velocity that moves the tool towards the goal, and back to the pose that it must keep.
 static arm_twist_t wanted_twist(const arm_hand_t* const hand, const arm_hand_setup_t* const setup,
-                                const place_t* const place, const arm_motion_t* const motion)
+                                const tool_state_t* const tool_state, const arm_motion_t* const motion)
 {
     arm_vector_t velocity = {{0.0}};
-    arm_twist_t twist     = {.linear_m_s    = arm_times(place->deviation.linear_m_s, KEEPING_1_S),
-                             .angular_rad_s = arm_times(place->deviation.angular_rad_s, KEEPING_1_S)};
+    arm_twist_t twist     = {.linear_m_s    = arm_times(tool_state->deviation.linear_m_s, KEEPING_1_S),
+                             .angular_rad_s = arm_times(tool_state->deviation.angular_rad_s, KEEPING_1_S)};
     for (unsigned i = 0U; i < setup->model->joint_count; i++) {
         for (unsigned k = 0U; k < 3U; k++) {
-            velocity.at[k] += place->jacobian.at[k][i] * motion->velocity_rad_s[i];
+            velocity.at[k] += tool_state->jacobian.at[k][i] * motion->velocity_rad_s[i];
         }
     }
     for (unsigned i = 0U; i < ARM_HAND_AXES; i++) {
         const arm_vector_t direction = setup->settings.direction[i];
         const double speed =
-            next_speed(setup, hand->goal_m[i] - place->offset_m[i], arm_dot(direction, velocity));
+            next_speed(setup, hand->goal_m[i] - tool_state->offset_m[i], arm_dot(direction, velocity));
         twist.linear_m_s = arm_sum(twist.linear_m_s, arm_times(direction, speed));
     }
     return twist;
@@ -245,7 +245,7 @@ void arm_hand_step(arm_hand_t* const hand, const arm_hand_setup_t* const setup, 
                    arm_motion_t* const motion)
 {
     FSW_ASSERT((hand != NULL) && (setup != NULL) && (motion != NULL) && (setup->period_s > 0.0));
-    const place_t now = place_of(hand, setup, motion->position_rad);
+    const tool_state_t now = tool_state_of(hand, setup, motion->position_rad);
     for (unsigned i = 0U; i < ARM_HAND_AXES; i++) {
         hand->offset_m[i] = now.offset_m[i];
     }

@@ -8,7 +8,7 @@
 /// difference accumulates meanwhile. Without samples of the hand the tool comes to rest; when samples arrive
 /// (again), the hand is coupled at the present pose. See docs/arm.md.
 ///
-/// Ownership  The caller places the structures.
+/// Ownership  The caller provides the structures.
 /// Context    One task.
 /// Time       O(joints).
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_HAND_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Limits of the motions of an arm.
 ///
-/// Ownership  The caller places the structure.
+/// Ownership  The caller provides the structure.
 /// Context    Any, no state.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_LIMITS_H
 #define FSW_SUBSYSTEMS_ARM_ARM_LIMITS_H

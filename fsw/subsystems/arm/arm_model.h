@@ -6,7 +6,7 @@
 ///            joint 0 in the base), as in URDF.
 /// Units      In all files of the arm: for a prismatic joint, read m, N and kg where names contain rad, Nm
 ///            and kgm2.
-/// Ownership  The caller places the structures.
+/// Ownership  The caller provides the structures.
 /// Context    Any, no state.
 /// Time       O(joints).
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_MODEL_H

@@ -163,7 +163,7 @@ static bool field_fits(const descriptor_field_t* const field, const field_row_t*
 {
     if (strcmp(field->name, row->name) != 0) {
         return refuse(out_misfit, field->line,
-                      "name of <ParamRef>: expected the next one that an arm has here (docs/arm.md)");
+                      "name of <ParamRef>: expected the next one of this structure of an arm (docs/arm.md)");
     }
     if (field->type != row->type) {
         return refuse(out_misfit, field->line, "type of <ParamRef>: expected that of an arm (docs/arm.md)");
@@ -196,7 +196,7 @@ static bool parameter_fits(const subsystem_descriptor_t* const descriptor, const
 
 /// Returns the number after the name of a field and an underscore: 2 for "TORQUE_2" and the field "TORQUE".
 /// 0 if the name has another form.
-static unsigned number_behind(const char* const name, const char* const field)
+static unsigned number_after(const char* const name, const char* const field)
 {
     const size_t length = strlen(field);
     unsigned number     = 0U;
@@ -220,7 +220,7 @@ static const field_row_t* source_of(const descriptor_parameter_t* const paramete
 {
     for (size_t i = 0U; i < (sizeof cur_values / sizeof cur_values[0]); i++) {
         const field_row_t* const row = &cur_values[i];
-        const unsigned number        = number_behind(parameter->name, row->name);
+        const unsigned number        = number_after(parameter->name, row->name);
         if ((number >= 1U) && (number <= count_of(row, joint_count))) {
             *out_offset = offsetof(arm_parameters_t, cur_values) + row->offset +
                           ((size_t)(number - 1U) * value_size(row->type));
@@ -240,7 +240,7 @@ static bool scalar_fits(const subsystem_descriptor_t* const descriptor,
     if (parameter->is_struct || (row == NULL)) {
         return refuse(
             out_misfit, parameter->line,
-            "<Parameters>: expected those of an arm, and no other than single values of CUR_VALUES, "
+            "<Parameters>: expected the structures of an arm, and single values of CUR_VALUES only, "
             "e.g. TORQUE_1 (docs/arm.md)");
     }
     if ((field->type != row->type) || (field->count != 1U) || parameter->is_settable) {
@@ -295,7 +295,7 @@ static uint16_t define_structure(arm_definitions_t* const definitions, const par
                                  const descriptor_parameter_t* const parameter, const unsigned joint_count,
                                  const uint16_t used)
 {
-    definitions->places[definitions->count] = row->offset;
+    definitions->offsets[definitions->count] = row->offset;
     definitions->definitions[definitions->count] =
         (parameter_definition_t){.name        = row->name,
                                  .id          = parameter->id,
@@ -318,7 +318,7 @@ static void define_scalar(arm_definitions_t* const definitions, const descriptor
                           const unsigned joint_count, const uint16_t used)
 {
     const field_row_t* const row =
-        source_of(parameter, joint_count, &definitions->places[definitions->count]);
+        source_of(parameter, joint_count, &definitions->offsets[definitions->count]);
     FSW_ASSERT(row != NULL);
     definitions->fields[used] = (parameter_field_t){.name = parameter->name, .type = row->type, .count = 1U};
     definitions->definitions[definitions->count] =

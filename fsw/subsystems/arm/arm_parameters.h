@@ -6,7 +6,7 @@
 /// the second value of TORQUE.
 ///
 /// Units      The descriptor gives the unit of each value; for prismatic joints see arm_model.h.
-/// Ownership  The caller places the structures.
+/// Ownership  The caller offsets the structures.
 /// Context    Any.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H
 #define FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H
@@ -139,7 +139,7 @@ typedef struct { // Private.
     size_t count;
     parameter_field_t fields[ARM_FIELDS + ARM_SCALARS];
     parameter_definition_t definitions[ARM_PARAMETERS + ARM_SCALARS];
-    size_t places[ARM_PARAMETERS + ARM_SCALARS];
+    size_t offsets[ARM_PARAMETERS + ARM_SCALARS];
 } arm_definitions_t;
 
 /// Returns the number of joints of the arm; 0 if the descriptor has no configuration.

@@ -7,7 +7,7 @@
 /// begins, a check follows the line with larger steps and finds out whether the motion is possible; the same
 /// conditions are checked during the motion.
 ///
-/// Ownership  The caller places the structures.
+/// Ownership  The caller provides the structures.
 /// Context    One task.
 /// Time       O(joints) for each step.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_PATH_H

@@ -119,8 +119,8 @@ static double velocity_before(const arm_trajectory_t* const trajectory, const un
 }
 
 /// Returns the velocity of a joint on the line after a point; 0 at the last point.
-static double velocity_behind(const arm_trajectory_t* const trajectory, const unsigned point,
-                              const unsigned joint)
+static double velocity_after(const arm_trajectory_t* const trajectory, const unsigned point,
+                             const unsigned joint)
 {
     return (point == trajectory->point_count) ? 0.0 : velocity_on(trajectory, point, joint);
 }
@@ -214,16 +214,16 @@ static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t*
     double duration_s = BLEND_MIN_S;
     double largest    = 0.0;
     double before[ARM_JOINTS_MAX];
-    double behind[ARM_JOINTS_MAX];
+    double after[ARM_JOINTS_MAX];
     double change[ARM_JOINTS_MAX];
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
         before[i] = velocity_before(trajectory, point, i);
-        behind[i] = velocity_behind(trajectory, point, i);
-        change[i] = behind[i] - before[i];
+        after[i]  = velocity_after(trajectory, point, i);
+        change[i] = after[i] - before[i];
     }
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
         const double own     = magnitude(trajectory, change, i);
-        const double fastest = larger(magnitude(trajectory, before, i), magnitude(trajectory, behind, i));
+        const double fastest = larger(magnitude(trajectory, before, i), magnitude(trajectory, after, i));
         // The even changes on both sides of the point need a part of the acceleration, too.
         const double even = is_rotation(trajectory, i) ? (CURVATURE * fastest * fastest) : 0.0;
         const double rest = acceleration_of(trajectory, limits, i) - even;
@@ -286,7 +286,7 @@ static void move_near(const arm_trajectory_t* const trajectory, const unsigned p
     const double beyond_s   = larger(since_s - (0.5 * duration_s), 0.0);
     for (unsigned i = 0U; i < trajectory->joint_count; i++) {
         const double before            = velocity_before(trajectory, point, i);
-        const double change            = velocity_behind(trajectory, point, i) - before;
+        const double change            = velocity_after(trajectory, point, i) - before;
         const double gained            = (duration_s * x * x * x * (1.0 - (0.5 * x))) + beyond_s;
         motion->position_rad[i]        = trajectory->point[point][i] + (before * since_s) + (change * gained);
         motion->velocity_rad_s[i]      = before + (change * x * x * (3.0 - (2.0 * x)));

@@ -9,7 +9,7 @@
 /// The tool has six coordinates: its position, and its rotation vector from the orientation at the start.
 /// The limits of the tool and `blend` apply to the length of the position vector and of the rotation vector.
 ///
-/// Ownership  The caller places the structures.
+/// Ownership  The caller provides the structures.
 /// Context    One task.
 /// Time       O(points x joints) for a round of the plan; O(points + joints) for a point of the motion.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_TRAJECTORY_H

@@ -165,7 +165,7 @@ static unsigned participant_client(const communication_t* const self)
 /// Choose the client to disconnect for a new one. With a key, it is a client that has not proved that it has
 /// the key, otherwise a silent one. Without a key the operator cannot be distinguished from other clients:
 /// it is a silent client, otherwise the one that has been connected longest. The participant of the
-/// scheduler gets a place immediately, because simulated time does not pass while it waits.
+/// scheduler gets a slot immediately, because simulated time does not pass while it waits.
 static unsigned make_room(void* const context)
 {
     const communication_t* const self = (const communication_t*)context;
@@ -348,7 +348,7 @@ size_t communication_sockets(communication_t* const self, osal_socket_t** const 
 static status_t publish(void* const context)
 {
     communication_t* const self = (communication_t*)context;
-    return subsystem_publish_all(self->generic, communication_definitions, communication_places,
+    return subsystem_publish_all(self->generic, communication_definitions, communication_offsets,
                                  COMMUNICATION_PARAMETER_COUNT, &self->parameters);
 }
 

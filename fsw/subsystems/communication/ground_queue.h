@@ -3,7 +3,7 @@
 /// dropped. Other reports, such as events and verification, are never dropped: they have their own queue.
 /// The order of arrival is kept across both queues.
 ///
-/// Ownership  The caller places communication_ground_queue_t.
+/// Ownership  The caller provides communication_ground_queue_t.
 /// Context    One loop.
 /// Time       O(size).
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_GROUND_QUEUE_H

@@ -29,24 +29,24 @@ void communication_ground_routes_init(communication_ground_routes_t* const route
     (void)memset(routes, 0, sizeof *routes);
 }
 
-/// Note that a client uses a user id. If no place is free, the last one is used again.
+/// Note that a client uses a user id. If no entry is free, the last one is used again.
 static void note_user(communication_ground_routes_t* const routes, const uint16_t user, const uint32_t client)
 {
-    size_t place = GROUND_USERS;
+    size_t index = GROUND_USERS;
     for (size_t i = GROUND_USERS; i > 0U; i--) {
         const bool is_free = (routes->users[i - 1U].clients == 0U);
         if (!is_free && (routes->users[i - 1U].user == user)) {
             routes->users[i - 1U].clients |= client;
             return;
         }
-        place = is_free ? (i - 1U) : place;
+        index = is_free ? (i - 1U) : index;
     }
-    if (place == GROUND_USERS) {
-        place = GROUND_USERS - 1U;
+    if (index == GROUND_USERS) {
+        index = GROUND_USERS - 1U;
         routes->forgotten++;
     }
-    routes->users[place].user    = user;
-    routes->users[place].clients = client;
+    routes->users[index].user    = user;
+    routes->users[index].clients = client;
 }
 
 static ground_request_t* find(communication_ground_routes_t* const routes, const uint16_t user,
@@ -62,9 +62,9 @@ static ground_request_t* find(communication_ground_routes_t* const routes, const
     return NULL;
 }
 
-/// Returns a free place. If there is none, returns the place of the oldest request whose end is not awaited,
+/// Returns a free entry. If there is none, returns that of the oldest request whose end is not awaited,
 /// otherwise that of the oldest request.
-static ground_request_t* place_for(communication_ground_routes_t* const routes)
+static ground_request_t* entry_for(communication_ground_routes_t* const routes)
 {
     ground_request_t* found = &routes->requests[0];
     for (size_t i = 0U; (i < GROUND_REQUESTS) && (found->clients != 0U); i++) {
@@ -92,7 +92,7 @@ void communication_ground_routes_note(communication_ground_routes_t* const route
     note_user(routes, user, bit);
     ground_request_t* request = find(routes, user, apid, sequence);
     if (request == NULL) {
-        request  = place_for(routes);
+        request  = entry_for(routes);
         *request = (ground_request_t){.user = user, .apid = apid, .sequence = sequence};
     }
     request->clients |= bit; // Two connections may have used the same sequence number: both get the report.
@@ -137,7 +137,7 @@ uint32_t communication_ground_routes_of(communication_ground_routes_t* const rou
     ground_request_t* const request = find(routes, user, octets_u16_at(id) & APID_MASK,
                                            octets_u16_at(&id[SEQUENCE_OFFSET]) & SEQUENCE_MASK);
     if (request == NULL) {
-        // The request was longer than a packet (ST[13]), or its place was used again.
+        // The request was longer than a packet (ST[13]), or its entry was used again.
         return of_user(routes, user);
     }
     const uint32_t clients = request->clients;

@@ -32,7 +32,7 @@ static bool fits(const subsystem_descriptor_t* const descriptor, subsystem_misfi
 static status_t software_init(void* const self)
 {
     instruments_t* const own = self;
-    return subsystem_publish_all(own->generic, instruments_definitions, instruments_places,
+    return subsystem_publish_all(own->generic, instruments_definitions, instruments_offsets,
                                  INSTRUMENTS_PARAMETER_COUNT, &own->parameters);
 }
 
@@ -55,26 +55,26 @@ static status_t engage(void* const self)
 
 // ---- The cycle ----
 
-static void measure(instruments_t* const own, const uint16_t place, const stream_device_t* const device)
+static void measure(instruments_t* const own, const uint16_t index, const stream_device_t* const device)
 {
     instruments_cur_values_t* const values = &own->parameters.cur_values;
     instruments_counters_t* const counters = &own->parameters.counters;
-    values->value[place] = stream_device_value(device, stream_device_field(device, false, "VALUE"));
-    values->count[place] = (uint16_t)stream_device_value(device, stream_device_field(device, false, "COUNT"));
-    values->lost[place]  = stream_device_is_lost(device) ? 1U : 0U;
-    counters->received[place]  = device->counters.received;
-    counters->unfit[place]     = device->counters.unfit + flow_counters(&device->flow).malformed;
-    counters->sent[place]      = device->counters.sent;
-    counters->refused[place]   = device->counters.refused;
-    counters->connected[place] = flow_counters(&device->flow).connected;
+    values->value[index] = stream_device_value(device, stream_device_field(device, false, "VALUE"));
+    values->count[index] = (uint16_t)stream_device_value(device, stream_device_field(device, false, "COUNT"));
+    values->lost[index]  = stream_device_is_lost(device) ? 1U : 0U;
+    counters->received[index]  = device->counters.received;
+    counters->unfit[index]     = device->counters.unfit + flow_counters(&device->flow).malformed;
+    counters->sent[index]      = device->counters.sent;
+    counters->refused[index]   = device->counters.refused;
+    counters->connected[index] = flow_counters(&device->flow).connected;
 }
 
 /// Command one axis. True if it is at its target.
-static bool follow(const instruments_t* const own, const uint16_t place, stream_device_t* const device)
+static bool follow(const instruments_t* const own, const uint16_t index, stream_device_t* const device)
 {
     const bool is_on    = (subsystem_state(own->generic) == STATE_OPERATIONAL);
-    const double target = own->parameters.target[place];
-    const double away   = target - own->parameters.cur_values.value[place];
+    const double target = own->parameters.target[index];
+    const double away   = target - own->parameters.cur_values.value[index];
     (void)stream_device_set(device, stream_device_field(device, true, "ENABLE"), is_on ? 1.0 : 0.0);
     (void)stream_device_set(device, stream_device_field(device, true, "TARGET"), target);
     return control_absolute(away) <= ARRIVED_RAD;

@@ -4,7 +4,7 @@
 /// their end nodes and their records, which must have the fields COUNT and VALUE in the direction to flight,
 /// and ENABLE and TARGET in the direction to the device.
 ///
-/// Ownership  The program places instruments_t and the generic subsystem; both must not be moved.
+/// Ownership  The program provides instruments_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks block only as those of fsw/devices do.
 #ifndef FSW_SUBSYSTEMS_INSTRUMENTS_INSTRUMENTS_H
 #define FSW_SUBSYSTEMS_INSTRUMENTS_INSTRUMENTS_H

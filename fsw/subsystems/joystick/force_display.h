@@ -2,7 +2,7 @@
 /// Display of a commanded torque: the torque rises at a limited rate, is held, and is zero again when its
 /// duration ends.
 ///
-/// Ownership  The caller places joystick_force_display_t.
+/// Ownership  The caller provides joystick_force_display_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_FORCE_DISPLAY_H

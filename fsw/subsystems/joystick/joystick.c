@@ -21,9 +21,9 @@ void joystick_init(joystick_t* const joystick, subsystem_t* const generic,
 static status_t software_init(void* const self)
 {
     joystick_t* const joystick = self;
-    drives_counters_place(&joystick->drives, &joystick_definitions[JOYSTICK_INDEX_COUNTERS],
-                          &joystick->parameters.counters);
-    return subsystem_publish_all(joystick->generic, joystick_definitions, joystick_places,
+    drives_counters_bind(&joystick->drives, &joystick_definitions[JOYSTICK_INDEX_COUNTERS],
+                         &joystick->parameters.counters);
+    return subsystem_publish_all(joystick->generic, joystick_definitions, joystick_offsets,
                                  JOYSTICK_PARAMETER_COUNT, &joystick->parameters);
 }
 

@@ -7,7 +7,7 @@
 /// required port ROBOT_STATE or ROBOT_CONTACT reflects the torque of a robot; a configuration without these
 /// ports displays torques. All tunable values are in the parameters CONTROL and REMOTE.
 ///
-/// Ownership  The program places joystick_t and the generic subsystem; both must not be moved.
+/// Ownership  The program provides joystick_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
 ///
 ///     static joystick_t joystick;

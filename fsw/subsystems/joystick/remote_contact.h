@@ -11,7 +11,7 @@
 /// tangential force is limited to a share of it. The torque is proportional to the reported push as long as
 /// this is small: in free space r is only an estimation error, which the hand must not feel.
 ///
-/// Ownership  The caller places joystick_remote_contact_t. Settings are the parameter REMOTE.
+/// Ownership  The caller provides joystick_remote_contact_t. Settings are the parameter REMOTE.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_REMOTE_CONTACT_H

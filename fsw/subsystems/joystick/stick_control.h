@@ -10,7 +10,7 @@
 /// larger in contact. The larger torque determines s for both axes, because the external torque of a joint
 /// that friction holds does not show a contact.
 ///
-/// Ownership  The caller places joystick_stick_control_t. Gains are the parameter CONTROL.
+/// Ownership  The caller provides joystick_stick_control_t. Gains are the parameter CONTROL.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_JOYSTICK_STICK_CONTROL_H

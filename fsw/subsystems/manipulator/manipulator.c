@@ -37,9 +37,9 @@ void manipulator_take_model(manipulator_t* const manipulator)
 static status_t software_init(void* const self)
 {
     manipulator_t* const manipulator = self;
-    drives_counters_place(&manipulator->drives, &manipulator_definitions[MANIPULATOR_INDEX_COUNTERS],
-                          &manipulator->parameters.counters);
-    return subsystem_publish_all(manipulator->generic, manipulator_definitions, manipulator_places,
+    drives_counters_bind(&manipulator->drives, &manipulator_definitions[MANIPULATOR_INDEX_COUNTERS],
+                         &manipulator->parameters.counters);
+    return subsystem_publish_all(manipulator->generic, manipulator_definitions, manipulator_offsets,
                                  MANIPULATOR_PARAMETER_COUNT, &manipulator->parameters);
 }
 

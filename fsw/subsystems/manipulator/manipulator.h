@@ -7,7 +7,7 @@
 /// its devices is CST; the link has a delay if the configuration has the port HAND_MOTION. All tunable
 /// values are in the parameters CONTROL, MODEL, REMOTE and TORQUE_LIMIT.
 ///
-/// Ownership  The program places manipulator_t and the generic subsystem; both must not be moved.
+/// Ownership  The program provides manipulator_t and the generic subsystem; both must not be moved.
 /// Context    The task of the generic subsystem; its callbacks never block.
 ///
 ///     static manipulator_t manipulator;

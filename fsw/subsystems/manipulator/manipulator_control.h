@@ -6,7 +6,7 @@
 /// the loop; in position mode the drive does, and gets the motor angle and a feed-forward torque. Equations:
 /// docs/control.md.
 ///
-/// Ownership  The caller places manipulator_arm_control_t. Gains and model: parameters CONTROL and MODEL.
+/// Ownership  The caller provides manipulator_arm_control_t. Gains and model: parameters CONTROL and MODEL.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_CONTROL_H

@@ -6,8 +6,8 @@
 /// The momentum observer is linear in the masses, so its estimate is a sum of residuals: that of the torque
 /// alone, and that of each link with unit mass. The acceleration is not needed.
 ///
-/// Ownership  The caller places manipulator_arm_identification_t. Assumptions: the parameter IDENTIFICATION;
-///            with MASS_SHARE 0 nothing is identified.
+/// Ownership  The caller provides manipulator_arm_identification_t. Assumptions: the parameter
+///            IDENTIFICATION; with MASS_SHARE 0 nothing is identified.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_IDENTIFICATION_H

@@ -4,7 +4,7 @@
 /// The sensors are on the output side of the gears, so motor friction and rotor inertia have no influence.
 /// The model removes gravity, inertia and coupling of the links without a second derivative of the angle.
 ///
-/// Ownership  The caller places manipulator_arm_observer_t.
+/// Ownership  The caller provides manipulator_arm_observer_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_OBSERVER_H

@@ -5,7 +5,7 @@
 /// A motion restarts the mean. An offset beyond the ceiling counts as a contact: the tare fails and the old
 /// zero stays in force.
 ///
-/// Ownership  The caller places manipulator_arm_tare_t.
+/// Ownership  The caller provides manipulator_arm_tare_t.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_TARE_H

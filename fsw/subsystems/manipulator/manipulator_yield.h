@@ -10,7 +10,7 @@
 /// The part of a step that was cut off is added later, a small part in each cycle. All energy is in units of
 /// the joystick: torque times the force scale, angles of the joystick.
 ///
-/// Ownership  The caller places manipulator_arm_yield_t. Settings are the parameter REMOTE.
+/// Ownership  The caller provides manipulator_arm_yield_t. Settings are the parameter REMOTE.
 /// Context    One task.
 /// Time       O(1).
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_YIELD_H

@@ -28,14 +28,14 @@ static bool path_of(const pus_file_name_t* const name, pus_file_path_t* const ou
            pus_file_path_read_name(&reader, out_path);
 }
 
-/// Returns the index of a free place; SPACECRAFT_FILES_OPEN if there is none.
-static uint32_t free_place(const spacecraft_files_t* const files)
+/// Returns the index of a free index; SPACECRAFT_FILES_OPEN if there is none.
+static uint32_t free_index(const spacecraft_files_t* const files)
 {
-    uint32_t place = 0U;
-    while ((place < SPACECRAFT_FILES_OPEN) && files->open[place].is_used) {
-        place++;
+    uint32_t index = 0U;
+    while ((index < SPACECRAFT_FILES_OPEN) && files->open[index].is_used) {
+        index++;
     }
-    return place;
+    return index;
 }
 
 static status_t open_file(void* const context, const pus_file_name_t* const name, uint32_t* const out_file,
@@ -43,22 +43,22 @@ static status_t open_file(void* const context, const pus_file_name_t* const name
 {
     supervisor_t* const supervisor  = context;
     spacecraft_files_t* const files = &supervisor->spacecraft.files;
-    const uint32_t place            = free_place(files);
+    const uint32_t index            = free_index(files);
     pus_file_path_t path;
     pus_file_about_t about = {0};
     if (!path_of(name, &path)) {
         return STATUS_INVALID;
     }
-    if (place == SPACECRAFT_FILES_OPEN) {
+    if (index == SPACECRAFT_FILES_OPEN) {
         return STATUS_EXHAUSTED;
     }
     const status_t status = store_of(supervisor)->describe(store_of(supervisor)->context, path.text, &about);
     if ((status != STATUS_OK) || about.is_directory || (about.size > UINT32_MAX)) {
         return ((status == STATUS_OK) || (status == STATUS_NOT_FOUND)) ? STATUS_NOT_FOUND : STATUS_IO;
     }
-    files->open[place].is_used = true;
-    files->open[place].path    = path;
-    *out_file                  = place;
+    files->open[index].is_used = true;
+    files->open[index].path    = path;
+    *out_file                  = index;
     *out_size                  = (uint32_t)about.size;
     return STATUS_OK;
 }
@@ -67,21 +67,21 @@ static status_t create_file(void* const context, const pus_file_name_t* const na
 {
     supervisor_t* const supervisor  = context;
     spacecraft_files_t* const files = &supervisor->spacecraft.files;
-    const uint32_t place            = free_place(files);
+    const uint32_t index            = free_index(files);
     pus_file_path_t path;
     if (!path_of(name, &path)) {
         return STATUS_INVALID;
     }
-    if (place == SPACECRAFT_FILES_OPEN) {
+    if (index == SPACECRAFT_FILES_OPEN) {
         return STATUS_EXHAUSTED;
     }
     const status_t status = store_of(supervisor)->make_file(store_of(supervisor)->context, path.text, 0U);
     if (status != STATUS_OK) {
         return ((status == STATUS_EXISTS) || (status == STATUS_NOT_FOUND)) ? status : STATUS_IO;
     }
-    files->open[place].is_used = true;
-    files->open[place].path    = path;
-    *out_file                  = place;
+    files->open[index].is_used = true;
+    files->open[index].path    = path;
+    *out_file                  = index;
     return STATUS_OK;
 }
 

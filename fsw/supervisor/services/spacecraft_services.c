@@ -100,15 +100,15 @@ static void restore_record(void* const context, const uint8_t table, const uint3
                            const uint8_t* const octets, const size_t size)
 {
     struct supervisor* const supervisor = (struct supervisor*)context;
-    size_t place                        = 0U;
-    while ((place < BINDINGS) && (bindings[place]->type != table)) {
-        place++;
+    size_t index                        = 0U;
+    while ((index < BINDINGS) && (bindings[index]->type != table)) {
+        index++;
     }
     status_t status = STATUS_OK;
     if (table == PUS_SERVICE_MISSION) {
         status = supervisor_mode_restore(supervisor, octets, size);
-    } else if ((place < BINDINGS) && (bindings[place]->restore != NULL)) {
-        status = bindings[place]->restore(supervisor, key, octets, size);
+    } else if ((index < BINDINGS) && (bindings[index]->restore != NULL)) {
+        status = bindings[index]->restore(supervisor, key, octets, size);
     } else {
         status = subsystem_restore(&supervisor->subsystem, table, key, octets, size);
     }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make gse`: the light ground station beside a flight; starts a flight by the wall clock if none is running."""
+"""`make gse`: the light ground station beside a flight; starts a flight in real time if none is running."""
 
 from .. import interrupt
 

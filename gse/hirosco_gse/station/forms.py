@@ -71,9 +71,9 @@ def _options(names):
 
 def _range(kind):
     """(least, greatest) of a kind of the catalogue, or None."""
-    said = _RANGE.search(kind["meaning"])
-    if said:
-        return int(said[1]), int(said[2])
+    bounds = _RANGE.search(kind["meaning"])
+    if bounds:
+        return int(bounds[1]), int(bounds[2])
     if kind["coding"] in NUMBERS:
         size, signed = NUMBERS[kind["coding"]]
         return (-(1 << 8 * size - 1), (1 << 8 * size - 1) - 1) if signed else (0, (1 << 8 * size) - 1)

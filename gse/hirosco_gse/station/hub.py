@@ -173,7 +173,7 @@ class Hub:
         except (world.WorldError, AttributeError, TypeError, ValueError):
             self.world = None
         self.publish(self.hello())
-        self._say_mismatch(CLASSES, CLASSES)
+        self._publish_mismatch(CLASSES, CLASSES)
 
     async def serve(self):
         """Follow the run folder until cancelled."""
@@ -190,23 +190,23 @@ class Hub:
 
     async def _connect(self, run):
         if (run / "run.json").exists():  # It has ended: another flight may use its port now.
-            self._say_link(False, *end_of(run))
+            self._publish_link(False, *end_of(run))
             return
         if not self._given.get("port") and not (run / "ground.port").exists():
-            self._say_link(False, f"no flight in {run.name}")
+            self._publish_link(False, f"no flight in {run.name}")
             return
         place = Place.of(run, **self._given)
         try:
             place.check()
         except LinkLost as problem:
-            self._say_link(False, str(problem))
+            self._publish_link(False, str(problem))
             return
         port, where = place.port, f"{place.host}:{place.port}"
         end = f"trying {where} again"
         try:
             reader, writer = await asyncio.open_connection(place.host, port)
         except OSError:
-            self._say_link(False, f"no link, trying {where}")
+            self._publish_link(False, f"no link, trying {where}")
             return
         try:
             if self.flight != (str(run), port):
@@ -222,7 +222,7 @@ class Hub:
             if self.session:
                 self.session.link_lost()
                 self._resume_all()
-            self._say_link(False, end)
+            self._publish_link(False, end)
 
     async def _receive(self, reader, writer):
         self._connection = AsyncLink(reader, writer, self.session)
@@ -232,14 +232,14 @@ class Hub:
 
         def arrived():
             self._silence.heard()
-            self._say_link(True, where)
+            self._publish_link(True, where)
             self._resume_all()
 
-        self._say_link(True, where)
+        self._publish_link(True, where)
         self.begin_own(self._ask_all())
         await self._connection.receive(arrived)
 
-    def _say_link(self, is_live, text, code=None, is_silent=False):
+    def _publish_link(self, is_live, text, code=None, is_silent=False):
         """code: exit code of the flight that has ended; is_silent: the connection is open, but nothing arrives."""
         now = {"kind": "link", "is_live": is_live, "text": text} | ({} if code is None else {"code": code}) | ({"is_silent": True} if is_silent else {})
         if now != self.link:
@@ -251,10 +251,10 @@ class Hub:
             await asyncio.sleep(TICK_S)
             if self._connection:
                 self._keep()
-                self._say_counts()
+                self._publish_counts()
                 self._resume_all()
                 if self._silence.look(self._is_watched() and not self.pace["is_paused"], self.pace["speed"]):
-                    self._say_link(False, "no telemetry arrives", is_silent=True)
+                    self._publish_link(False, "no telemetry arrives", is_silent=True)
 
     @property
     def is_linked(self):
@@ -415,7 +415,7 @@ class Hub:
             row["lost"] += gap if 0 < gap < GAP_MAX else 0
             self._counters[key] = packet.counter
 
-    def _say_counts(self):
+    def _publish_counts(self):
         now = time.monotonic()
         if now - self._counted >= COUNT_S:
             self._counted = now
@@ -437,7 +437,7 @@ class Hub:
             self._take_state(packet, decoded, subsystem)
         elif kind == "subsystems":
             for row in decoded["rows"]:
-                self._say_state(row["subsystem"], row, None)
+                self._publish_state(row["subsystem"], row, None)
         elif kind == "event":
             self._take_event(packet, decoded, subsystem)
         elif kind == "mode":
@@ -469,12 +469,12 @@ class Hub:
     def _take_state(self, packet, decoded, subsystem):
         if decoded["kind"] == "status":
             self.display.saw_status(packet.apid)
-            self._say_mismatch(packet.apid, subsystem)
-        self._say_state(subsystem, decoded, self.seconds)
+            self._publish_mismatch(packet.apid, subsystem)
+        self._publish_state(subsystem, decoded, self.seconds)
         if decoded["kind"] == "transition":
             self.publish_targets()
 
-    def _say_mismatch(self, apid, subsystem):
+    def _publish_mismatch(self, apid, subsystem):
         """Publish whether the interface hash of a subsystem, or the hash of the device classes, differs from the dictionary; without
         words: it no longer differs. Each snapshot contains the message."""
         words = self.session.mismatches.get(apid)
@@ -482,7 +482,7 @@ class Hub:
             self.mismatches[subsystem] = {"kind": "mismatch", "subsystem": subsystem, "words": words}
             self.publish(self.mismatches[subsystem])
 
-    def _say_state(self, subsystem, decoded, seconds):
+    def _publish_state(self, subsystem, decoded, seconds):
         old = self.states.get(subsystem, {})
         message = {
             "kind": "state",
@@ -541,8 +541,8 @@ class Hub:
             self._step_end_s = seconds + float(words[1]) if words[0] == "step" else -math.inf
         # Simulated time is paused in a step, too: it stands still after it, and a page can only resume it.
         is_paused = is_paused or seconds < self._step_end_s
-        self._say_pace({"kind": "pace", "is_there": True, "is_paused": is_paused, "speed": self.world_port.speed})
-        self._say_hand()
+        self._publish_pace({"kind": "pace", "is_there": True, "is_paused": is_paused, "speed": self.world_port.speed})
+        self._publish_hand()
         return {"kind": "live", "line": line, "time": seconds}
 
     async def leave_hand(self, page):
@@ -557,7 +557,7 @@ class Hub:
             return "another page"
         return self.world_port.hand
 
-    def _say_hand(self):
+    def _publish_hand(self):
         number, since = self._aims
         number = number if time.monotonic() - since < HAND_S else None
         hand = {"kind": "hand", "page": number, "other": self.world_port.hand}
@@ -565,7 +565,7 @@ class Hub:
             self.hand = hand
             self.publish(hand)
 
-    def _say_pace(self, pace):
+    def _publish_pace(self, pace):
         if pace != self.pace:
             self.pace = pace
             self.publish(pace)
@@ -575,7 +575,7 @@ class Hub:
         while True:
             await asyncio.sleep(RETRY_S)
             if self.flight and self._connection and "refused" in await self.live("time"):
-                self._say_pace({**self.pace, "is_there": False})
+                self._publish_pace({**self.pace, "is_there": False})
 
     # Browsers -----------------------------------------------------------------------------------------------
 

@@ -39,7 +39,7 @@ class Network:
         for link in self._hub.dictionary.links:
             if link.number == decoded["link"]:
                 self._rows[link.name] = {**self._rows.get(link.name, {"name": link.name}), "state": decoded["state"], "cause": decoded["cause"]}
-                self._say()
+                self._publish()
         self._hub.begin_own_later(self.ask())
 
     def ask(self):
@@ -53,7 +53,7 @@ class Network:
                 found = yield from self._ask_ends(session)
                 rows = {row["name"]: row for row in found}
                 self._rows = {link.name: self._row(link.name, rows.get(link.name)) for link in dictionary.links}
-                self._say()
+                self._publish()
         finally:
             self._is_asking = False
 
@@ -90,7 +90,7 @@ class Network:
         row["heard"] = seconds if not is_same or grown > 0 else before.get("heard")
         return row
 
-    def _say(self):
+    def _publish(self):
         self.open = {name for name, row in self._rows.items() if row["state"] == "open"}
         self.message = {"kind": "links", "rows": list(self._rows.values())}
         self._hub.publish(self.message)

@@ -199,9 +199,9 @@ class Station:
         """Octets of the recording of a run."""
         words = (sys.executable, "-m", "hirosco_gse.recording", folder)
         maker = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE)
-        octets, said = await maker.communicate()
+        octets, error_text = await maker.communicate()
         if maker.returncode:
-            reason = said.decode("utf-8", "replace").strip().rpartition("\n")[2]
+            reason = error_text.decode("utf-8", "replace").strip().rpartition("\n")[2]
             raise web.HTTPInternalServerError(text=f"{folder} cannot be replayed: {reason or f'exit code {maker.returncode}'}")
         return octets
 

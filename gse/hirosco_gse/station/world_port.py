@@ -215,7 +215,7 @@ class Taps:
             database, warning = None, f"frames are not decoded: {error}"
         return BusTap(name, about.get("bit_rate") or 1e6, about.get("data_bit_rate") or 5e6, database, warning, bits_of(self._dictionary.content))
 
-    def _said(self, tap):
+    def _message_of(self, tap):
         """Message of a tap. If a subsystem flies another interface, the message contains a warning about the frames."""
         message = tap.message()
         return message | {"warning": message["warning"] or next(iter(self._mismatches.values()), None)}
@@ -229,6 +229,6 @@ class Taps:
                 tap.feed(octets)
                 if time.monotonic() - shown >= SHOW_S:
                     shown = time.monotonic()
-                    self._publish(self._said(tap))
+                    self._publish(self._message_of(tap))
         finally:
             writer.close()

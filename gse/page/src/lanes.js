@@ -36,8 +36,8 @@ export function ticks(x, end, y, width) {
   return found;
 }
 
-// A lane has one path for each look of its states, because an hour of flight has thousands of states. The
-// look uses `fill-opacity`: an `opacity` would make the browser draw each path into a layer of its own.
+// A lane has one path for each style of its states, because an hour of flight has thousands of states. The
+// style uses `fill-opacity`: an `opacity` would make the browser draw each path into a layer of its own.
 export function lanes(x, members, end, top) {
   return members.flatMap((name, row) => {
     const lane = store.lanes.get(name),

@@ -59,8 +59,8 @@ export function orbit(canvas, camera, target, changed) {
     },
     { passive: false },
   );
-  // Listeners of the window are called last: the arrow keys move the hand instead while the user has taken
-  // it.
+  // Listeners of the window are called last. While the user moves the hand of the simulator, the arrow keys
+  // move the hand instead of the camera, because a listener before this one has taken the event.
   window.addEventListener("keydown", (event) => {
     const isFree = !event.defaultPrevented && !event.ctrlKey && !event.altKey && !event.metaKey;
     if (event.target !== canvas || !isFree || !keys[event.key]) return;

@@ -295,7 +295,7 @@ export class SceneMarks extends HTMLElement {
     while (this.trace.length > 2 && this.trace[0][0] < time - TRACE_S) this.trace.shift();
   }
 
-  // In a flight the robot is drawn one period behind the last report, whose place is therefore left out.
+  // In a flight the robot is drawn one period behind the last report, whose position is therefore left out.
   drawTrace(tip) {
     if (store.replay) this.remember(store.time, tip);
     const points = store.replay ? this.trace : [...this.trace.slice(0, -1), [store.time, ...tip]];

@@ -374,7 +374,7 @@ class Network extends HTMLElement {
       .members()
       .map((item) => item.name)
       .sort((a, b) => store.drives(store.subsystem(b)) - store.drives(store.subsystem(a)));
-    const place = new Map(
+    const positions = new Map(
       members.map((name, n) => [
         name,
         [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch],
@@ -384,8 +384,8 @@ class Network extends HTMLElement {
     this.graph.setAttribute("viewBox", `0 0 308 ${height}`);
     this.graph.style.height = `${height}px`;
     return [
-      ...links.flatMap((link, n) => this.arrow(link, rows.get(link.name), place, n)),
-      ...members.flatMap((name) => this.member(name, ...place.get(name))),
+      ...links.flatMap((link, n) => this.arrow(link, rows.get(link.name), positions, n)),
+      ...members.flatMap((name) => this.member(name, ...positions.get(name))),
     ];
   }
 
@@ -403,8 +403,8 @@ class Network extends HTMLElement {
     return found;
   }
 
-  // Draw a member with its devices below: the member red in an error state, and red and dashed the line to
-  // each device that was lost.
+  // Draw a member with its devices below. A member in an error state is red; the line to each device that was
+  // lost is red and dashed.
   member(name, x, y) {
     const about = store.subsystem(name);
     const part = store.configuration(name) ?? about.configurations[0];
@@ -456,9 +456,9 @@ class Network extends HTMLElement {
     return found;
   }
 
-  arrow(link, row, place, n) {
-    const from = place.get(link.producer),
-      to = place.get(link.consumer);
+  arrow(link, row, positions, n) {
+    const from = positions.get(link.producer),
+      to = positions.get(link.consumer);
     if (!from || !to) return [];
     const isOpen = row?.state === "open";
     const kind = isBroken(row?.state) ? "wire broken" : isOpen ? "wire open" : "wire closed";

@@ -117,7 +117,7 @@ class Hand {
         this.from.aim[0] + (event.clientX - this.from.x) * scale,
         this.from.aim[1] - (event.clientY - this.from.y) * scale,
       );
-      this.say();
+      this.sendAim();
     });
     this.field.addEventListener("pointerup", () => {
       this.from = null;
@@ -257,11 +257,11 @@ class Hand {
       }[key] ?? [0, 0];
       this.move(this.aim[0] + x, this.aim[1] + y);
     }
-    this.say();
+    this.sendAim();
   }
 
   // Send the aim at once. If LINES_MAX lines have no answer yet, send the present aim after an answer.
-  say() {
+  sendAim() {
     this.isChanged = true;
     if (this.silent > ANSWER_MS) this.release("the station does not answer");
     else this.send();

@@ -155,7 +155,7 @@ static status_t software_init(void* const self)
 {
     @name@_t* const own = self;
 
-    return subsystem_publish_all(own->generic, @name@_definitions, @name@_places, @NAME@_PARAMETER_COUNT,
+    return subsystem_publish_all(own->generic, @name@_definitions, @name@_offsets, @NAME@_PARAMETER_COUNT,
                                  &own->parameters);
 }
 

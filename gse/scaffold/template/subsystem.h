@@ -2,7 +2,8 @@
 /// The subsystem @NAME@: in OPERATIONAL a motor and a probe follow DES_VALUE at RATE, twice as fast at the
 /// pace FAST; an event reports the arrival. MOVE commands both with one request, which ends at the arrival.
 ///
-/// Ownership  The program places @name@_t and the generic subsystem. Neither may be moved after @name@_init.
+/// Ownership  The program provides @name@_t and the generic subsystem. Neither may be moved after
+///            @name@_init.
 /// Context    The task of the generic subsystem; its callbacks block only as those of fsw/devices do.
 #ifndef FSW_SUBSYSTEMS_@NAME@_@NAME@_H
 #define FSW_SUBSYSTEMS_@NAME@_@NAME@_H

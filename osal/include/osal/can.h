@@ -8,9 +8,9 @@
 ///
 /// The node end is the flight side's controller; the wire end is for the simulator's bus model, which
 /// arbitrates and delivers. A controller transmits in the order of sending and does not receive its own
-/// frames. Frames are laid out as in Linux SocketCAN (linux/can.h, linux/can/error.h).
+/// frames. Identifiers, flags and error data are those of Linux SocketCAN (linux/can.h, linux/can/error.h).
 ///
-/// Ownership  The caller places osal_can_t; it must not be moved while open.
+/// Ownership  The caller provides osal_can_t; it must not be moved while open.
 /// Context    One task per end. Only the counted hand-over waits, OSAL_CAN_PATIENCE_MS at most.
 /// Time       O(1).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
@@ -33,7 +33,7 @@
 #define OSAL_CAN_ERROR_LOST_ARBITRATION 0x002U ///< data[0]: bit at which arbitration was lost, 0 if unknown.
 /// data[1]: 0x01/0x02 overflow rx/tx, 0x04/0x08 warning, 0x10/0x20 passive, 0x40 active again.
 #define OSAL_CAN_ERROR_CONTROLLER 0x004U
-/// data[2]: type of the violation, data[3]: its place in the frame.
+/// data[2]: type of the violation, data[3]: its position in the frame.
 #define OSAL_CAN_ERROR_PROTOCOL 0x008U
 #define OSAL_CAN_ERROR_TRANSCEIVER 0x010U ///< data[4]: the bus line concerned.
 #define OSAL_CAN_ERROR_NO_ACK 0x020U

@@ -3,7 +3,7 @@
 ///
 /// The program that prepares a run uses it; flight components open a bus by its address (osal/can.h).
 ///
-/// Ownership  The caller places all structures.
+/// Ownership  The caller provides all structures.
 /// Context    Any task. Each call waits for the answer of the kernel.
 /// Errors     Each function lists every status it returns; on a system without SocketCAN each returns
 ///            STATUS_UNSUPPORTED, whatever its arguments. A null argument is a coding error (FSW_ASSERT).

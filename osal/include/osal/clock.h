@@ -12,7 +12,7 @@
 /// keep the grant: simulated time does not advance, and their time-outs are wall-clock time. Such a wait for
 /// a participant that needs a grant is a deadlock.
 ///
-/// Ownership  The caller places osal_clock_t.
+/// Ownership  The caller provides osal_clock_t.
 /// Context    The one task that runs the program's loop.
 #ifndef OSAL_CLOCK_H
 #define OSAL_CLOCK_H

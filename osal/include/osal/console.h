@@ -7,11 +7,11 @@
 #include <stdbool.h>
 
 /// Write `line` and a line end to standard output.
-void osal_console_say(const char* line);
+void osal_console_print_line(const char* line);
 /// Write `line` and a line end to standard error.
-void osal_console_complain(const char* line);
+void osal_console_print_error(const char* line);
 /// Write text without a line end, for example progress.
-void osal_console_put(const char* text);
+void osal_console_print(const char* text);
 /// True if standard output is a terminal.
 bool osal_console_is_terminal(void);
 /// If the only argument is --version, write `name version`; if it is --help and `usage` is not null, write

@@ -3,7 +3,7 @@
 /// a driver writes. Octets pass in both directions, without waiting; one write of the partner may arrive in
 /// several pieces. A serial line (serial.h) is also opened as a device.
 ///
-/// Ownership  The caller places osal_device_t; closed by osal_device_close.
+/// Ownership  The caller provides osal_device_t; closed by osal_device_close.
 /// Context    One task. Only osal_device_wait_readable blocks.
 /// Errors     Each function lists its statuses; interrupted calls are repeated inside. On a system without
 ///            devices each of them returns STATUS_UNSUPPORTED at once, and the device stays closed. A null

@@ -10,7 +10,7 @@
 /// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: the argument
 /// is not such a path.
 ///
-/// Ownership  The caller places the handle.
+/// Ownership  The caller provides the handle.
 /// Context    Any.
 /// Time       A few calls of the system per name in the path; list reads the whole directory.
 #ifndef OSAL_DIRECTORY_H

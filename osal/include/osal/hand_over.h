@@ -8,8 +8,8 @@
 /// and begins each connection with osal_hand_over_begin, so that nothing is due in either direction.
 ///
 /// Names      As in shm.h.
-/// Ownership  The caller places osal_hand_over_t. If it is closed, the operations have no effect and nothing
-///            is due, so that a flow without counts is no special case.
+/// Ownership  The caller provides osal_hand_over_t. If it is closed, the operations have no effect and
+///            nothing is due, so that a flow without counts is no special case.
 /// Context    One task per end; the scheduler of the run grants one end at a time.
 /// Time       O(1).
 #ifndef OSAL_HAND_OVER_H

@@ -6,7 +6,7 @@
 /// by removing the queue and making it again; a sender that still has the removed queue open gets
 /// STATUS_CLOSED.
 ///
-/// Ownership  The caller places osal_mqueue_t.
+/// Ownership  The caller provides osal_mqueue_t.
 /// Names      '/' and then 1..60 of [A-Za-z0-9._-], but neither "." nor ".." alone.
 /// Context    Any task. Never blocks.
 /// Time       O(message).

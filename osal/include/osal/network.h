@@ -2,7 +2,7 @@
 /// Network namespaces: separate network stacks on one machine. The caller makes them. A socket always belongs
 /// to the stack in which it was opened.
 ///
-/// Ownership  The caller places osal_network_t.
+/// Ownership  The caller provides osal_network_t.
 /// Context    One task; only that task changes its stack.
 /// Errors     Each function lists its statuses; on a system without namespaces each returns
 ///            STATUS_UNSUPPORTED.

@@ -3,7 +3,7 @@
 /// address. Non-blocking, except the functions whose comment says that they wait. Interrupted calls are
 /// repeated inside.
 ///
-/// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
+/// Ownership  The caller provides osal_socket_t; closed by osal_socket_close.
 /// Errors     Each function lists its statuses. On a system without a network, calls that open a socket of a
 ///            kind that it does not have return STATUS_UNSUPPORTED, and so does osal_socket_local_address.
 #ifndef OSAL_SOCKET_H

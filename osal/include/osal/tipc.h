@@ -6,7 +6,7 @@
 /// The sockets are those of osal/socket.h: adopted, waited for and closed in the same way. All calls are
 /// non-blocking; interrupted ones are repeated inside.
 ///
-/// Ownership  The caller places osal_socket_t; closed by osal_socket_close.
+/// Ownership  The caller provides osal_socket_t; closed by osal_socket_close.
 /// Errors     Each function lists its statuses; on a system without TIPC each returns STATUS_UNSUPPORTED.
 #ifndef OSAL_TIPC_H
 #define OSAL_TIPC_H

@@ -2,8 +2,9 @@
 /// The watchdog of the computer: if no program feeds it for one period, it resets the computer. A system with
 /// processes has none: there the launcher and the supervisor watch each process.
 ///
-/// Context    The task whose loop is watched; one task in a program. It feeds only while the tasks below it
-///            make progress, because the watchdog itself detects only what keeps this task from running.
+/// Context    The task whose loop is watched; one task in a program. It feeds only while the tasks of
+///            lower priority make progress, because the watchdog itself detects only what keeps this task
+///            from running.
 #ifndef OSAL_WATCHDOG_H
 #define OSAL_WATCHDOG_H
 

@@ -227,7 +227,7 @@ def test_without_files_there_is_no_load_by_reference(station, settable):
     station.refuse(UNKNOWN_ID, SUBSYSTEM, 6, 19, memory_id=PARAMETERS, n=[area], **names)
 
 
-def test_parameters_are_defined_by_their_place_in_memory(station, settable):
+def test_parameters_are_defined_by_their_address_in_memory(station, settable):
     base, defined = settable.parameter_id, station.dictionary.subsystem(SUBSYSTEM).apid << 21 | 9 << 16 | 900  # A DOUBLE.
     place = {"parameter_id": defined, "memory_id": PARAMETERS, "base_id": base, "offset": 8, "ptc": 5, "pfc": 2}
     station.do(SUBSYSTEM, 20, 5, n=[place])

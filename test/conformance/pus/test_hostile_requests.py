@@ -33,10 +33,10 @@ def _malformed(catalogue, entry):
     for seed in range(SEEDS):
         whole = catalogue.encode("TC", entry["service"], entry["subtype"], Values(catalogue, seed).group(entry, entry["fields"]))
         found |= {whole[:size] for size in range(len(whole))} | {whole + b"\0"}
-        chance = random.Random(seed)
+        rng = random.Random(seed)
         for _ in range(MUTATIONS if whole else 0):
-            place = chance.randrange(len(whole))
-            found.add(whole[:place] + bytes([chance.choice((0, 1, 2, 127, 255, chance.randrange(256)))]) + whole[place + 1 :])
+            place = rng.randrange(len(whole))
+            found.add(whole[:place] + bytes([rng.choice((0, 1, 2, 127, 255, rng.randrange(256)))]) + whole[place + 1 :])
     return sorted(octets for octets in found if not _is_well_formed(catalogue, entry, octets))
 
 

@@ -37,13 +37,13 @@ class Plan:
     subtype, fields, new entries of the state: None for a removed one)."""
 
     def __init__(self, seed):
-        self.chance = random.Random(seed)
+        self.rng = random.Random(seed)
         self.number = 0
 
     def draw(self, state):
         """The next request."""
         kinds = (self._activity, self._group, self._definition, self._sequence, self._store, self._procedure, self._file, self._folder)
-        while not (request := self.chance.choice(kinds)(state)):
+        while not (request := self.rng.choice(kinds)(state)):
             pass
         return request
 
@@ -53,38 +53,38 @@ class Plan:
 
     def _grows(self, state, kind):
         """True if an entry should be added: the fuller the state, the less likely."""
-        return self.chance.random() > len(_keys(state, kind)) / MOST[kind]
+        return self.rng.random() > len(_keys(state, kind)) / MOST[kind]
 
     def _some(self, state, kind, most=1, where=lambda value: True):
         keys = [key for key in _keys(state, kind) if where(state[key])]
-        return self.chance.sample(keys, min(len(keys), self.chance.randint(1, most)))
+        return self.rng.sample(keys, min(len(keys), self.rng.randint(1, most)))
 
     # ---- ST[11] ----
 
     def _group(self, state):
         if self._grows(state, "group"):
             group = next(n for n in range(1, 99) if ("group", n) not in state)
-            entry = {"group_id": group, "group_status": self.chance.choice(("disabled", "enabled"))}
+            entry = {"group_id": group, "group_status": self.rng.choice(("disabled", "enabled"))}
             return 11, 22, {"n": [entry]}, {("group", group): entry["group_status"]}
         used = {value[1] for key, value in state.items() if key[0] == "activity"}
         (key,) = self._some(state, "group")
-        if key[1] not in used and self.chance.random() < 0.5:
+        if key[1] not in used and self.rng.random() < 0.5:
             return 11, 23, {"n": [key[1]]}, {key: None}
-        status = self.chance.choice(("disabled", "enabled"))
+        status = self.rng.choice(("disabled", "enabled"))
         return 11, (24 if status == "enabled" else 25), {"n": [key[1]]}, {key: status}
 
     def _activity(self, state):
         groups = self._some(state, "group")
         if groups and self._grows(state, "activity"):
-            sub_schedule, group = self.chance.randint(1, 4), groups[0][1]
-            changes = {("activity", n): (sub_schedule, group, FAR + n, _ping(n)) for n in (self._new() for _ in range(self.chance.randint(1, 3)))}
+            sub_schedule, group = self.rng.randint(1, 4), groups[0][1]
+            changes = {("activity", n): (sub_schedule, group, FAR + n, _ping(n)) for n in (self._new() for _ in range(self.rng.randint(1, 3)))}
             entries = [{"group_id": group, "release_time": value[2], "request": value[3]} for value in changes.values()]
             changes[("sub-schedule", sub_schedule)] = state.get(("sub-schedule", sub_schedule), "disabled")
             return 11, 4, {"sub_schedule_id": sub_schedule, "n": entries}, changes
         if not (keys := self._some(state, "activity", 3)):
             return None
         identities = [{"source_id": USER, "apid": JOYSTICK, "sequence_count": key[1]} for key in keys]
-        if self.chance.random() < 0.5:
+        if self.rng.random() < 0.5:
             return 11, 5, {"n": identities}, dict.fromkeys(keys)
         later = {key: (*state[key][:2], state[key][2] + 64.0, state[key][3]) for key in keys}
         return 11, 7, {"time_offset": 64.0, "n": identities}, later
@@ -93,17 +93,17 @@ class Plan:
 
     def _definition(self, state):
         if self._grows(state, "definition"):
-            numbers = [self._new() for _ in range(self.chance.randint(1, 3))]
+            numbers = [self._new() for _ in range(self.rng.randint(1, 3))]
             entries = [{"apid": JOYSTICK, "event_definition_id": n, "request": _ping(n)} for n in numbers]
             return 19, 1, {"n": entries}, {("definition", n): ("disabled", _ping(n)) for n in numbers}
-        status = self.chance.choice(("disabled", "enabled"))
+        status = self.rng.choice(("disabled", "enabled"))
         keys = self._some(state, "definition", 3, lambda value: value[0] == status)
         named = {"n": [{"apid": JOYSTICK, "event_definition_id": key[1]} for key in keys]}
         if not keys:
             return None
         if status == "enabled":
             return 19, 5, named, {key: ("disabled", state[key][1]) for key in keys}
-        if self.chance.random() < 0.5:
+        if self.rng.random() < 0.5:
             return 19, 4, named, {key: ("enabled", state[key][1]) for key in keys}
         return 19, 2, named, dict.fromkeys(keys)
 
@@ -111,7 +111,7 @@ class Plan:
 
     def _sequence(self, state):
         if self._grows(state, "sequence"):
-            name, entries = f"Q{self._new()}", [(_ping(n), n / 4) for n in range(self.chance.choice((1, 5, 200)))]
+            name, entries = f"Q{self._new()}", [(_ping(n), n / 4) for n in range(self.rng.choice((1, 5, 200)))]
             fields = {"request_sequence_id": name, "n": [{"request": request, "delay": delay} for request, delay in entries]}
             return 21, 1, fields, {("sequence", name): entries}
         (key,) = self._some(state, "sequence")
@@ -120,7 +120,7 @@ class Plan:
     def _procedure(self, state):
         if self._grows(state, "procedure"):
             name = f"P{self._new()}"
-            code = f"step(1) -- {name} ".encode() * self.chance.choice((1, 100))
+            code = f"step(1) -- {name} ".encode() * self.rng.choice((1, 100))
             fields = {"obcp_id": name, "obcp_code": code.hex(), "checksum": packets.crc16(code)}
             return 18, 1, fields, {("procedure", name): fields["checksum"]}
         (key,) = self._some(state, "procedure")
@@ -131,12 +131,12 @@ class Plan:
     def _store(self, state):
         if self._grows(state, "store"):
             name = f"S{self._new()}"
-            value = (self.chance.choice(STORE_SIZES), self.chance.choice(("circular", "bounded")), self.chance.randint(0, 3), "disabled", ())
+            value = (self.rng.choice(STORE_SIZES), self.rng.choice(("circular", "bounded")), self.rng.randint(0, 3), "disabled", ())
             fields = dict(zip(("packet_store_size", "packet_store_type", "virtual_channel"), value))
             return 15, 20, {"n": [{"packet_store_id": name, **fields}]}, {("store", name): value}
         (key,) = self._some(state, "store")
         size, kind, channel, status, selected = state[key]
-        name, what = {"packet_store_id": key[1]}, self.chance.randrange(4)
+        name, what = {"packet_store_id": key[1]}, self.rng.randrange(4)
         if what == 0:
             other = "enabled" if status == "disabled" else "disabled"
             return 15, (1 if other == "enabled" else 2), {"n": [name]}, {key: (size, kind, channel, other, selected)}
@@ -145,7 +145,7 @@ class Plan:
         if what == 2:
             return 15, 28, {**name, "virtual_channel": channel ^ 1}, {key: (size, kind, channel ^ 1, status, selected)}
         # No subsystem sends reports of these service types: the selection changes, and the store stays empty.
-        service = self.chance.choice([number for number in range(200, 256) if number not in selected])
+        service = self.rng.choice([number for number in range(200, 256) if number not in selected])
         if len(selected) < 5:
             chosen = [{"apid": JOYSTICK, "n2": [{"service_type": service, "n3": []}]}]
             return 15, 3, {**name, "n1": chosen}, {key: (size, kind, channel, status, tuple(sorted((*selected, service))))}
@@ -171,14 +171,14 @@ class Plan:
     def _file(self, state):
         if not (folders := _keys(state, "folder")):
             return None
-        folder, name = self.chance.choice(folders)[1], f"F{self._new()}"
+        folder, name = self.rng.choice(folders)[1], f"F{self._new()}"
         if self._grows(state, "file"):
-            locked = self.chance.randrange(2)
+            locked = self.rng.randrange(2)
             fields = {"repository_path": folder, "file_name": name, "maximum_size": 4096, "file_locked_status": locked}
             return 23, 1, fields, {("file", f"{folder}/{name}"): locked}
         (key,) = self._some(state, "file")
         named = dict(zip(("repository_path", "file_name"), key[1].rsplit("/", 1)))
-        what = self.chance.choice(("lock", "copy", "away"))
+        what = self.rng.choice(("lock", "copy", "away"))
         if what == "lock":
             return 23, (6 if state[key] else 5), named, {key: 1 - state[key]}
         both = {"operation_id": self._new(), **{f"source_{word}": text for word, text in named.items()}}
@@ -187,7 +187,7 @@ class Plan:
             return 23, 14, both, {("file", f"{folder}/{name}"): 0}
         if state[key]:
             return None  # A locked file is neither deleted nor moved.
-        return (23, 2, named, {key: None}) if self.chance.random() < 0.5 else (23, 15, both, {key: None, ("file", f"{folder}/{name}"): 0})
+        return (23, 2, named, {key: None}) if self.rng.random() < 0.5 else (23, 15, both, {key: None, ("file", f"{folder}/{name}"): 0})
 
 
 def _keys(state, kind):
@@ -313,7 +313,7 @@ def _campaign(cutter, folder, seed, lives):
     possible, last_action = [{}], "nothing"
     for life in range(lives):
         cut = {"LD_PRELOAD": str(cutter), "POWER_CUT_STORAGE": str(storage), "POWER_CUT_SEED": str(seed * 1000 + life)}
-        cut["POWER_CUT_AFTER"] = str(plan.chance.randint(1, CHANGES))
+        cut["POWER_CUT_AFTER"] = str(plan.rng.randint(1, CHANGES))
         flight, ground = _fly(folder / str(life), storage, cut)
         try:
             if ground is not None:

@@ -108,16 +108,16 @@ def test_a_procedure_has_arguments(station):
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "says"),
+    ("text", "line", "message"),
     [("step(1)\nerror('no light')", 2, "no light"), ("wait(", 1, "near"), ("local t = {}\n\nt.a.b = 1", 3, "index"), ("send(1)", 1, "")],
 )
-def test_an_error_is_reported_with_its_line(station, text, line, says):
+def test_an_error_is_reported_with_its_line(station, text, line, message):
     _load(station, text)
     since = len(station.reports)
     _failed(station, _start(station), PROCEDURE, line)
     (reported,) = _reported(station, since, "PROCEDURE_FAILED")
     assert (reported["PROCEDURE"], reported["WHAT"], reported["DETAIL"]) == ("LOOK", FAILED, line)
-    assert says in reported["TEXT"]
+    assert message in reported["TEXT"]
 
 
 def test_requests_are_routed_and_judged(station):

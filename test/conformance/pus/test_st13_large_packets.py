@@ -213,11 +213,11 @@ def test_the_number_of_large_packets_in_reception_is_limited(station):
 
 
 def test_parts_at_random_do_no_harm(station):
-    chance = random.Random(13)
+    rng = random.Random(13)
     sent = []
     for _ in range(200):
-        subtype, transaction, number = chance.choice((9, 10, 11)), chance.randrange(6), chance.choice((0, 1, 1, 2, 2, 3, 0xFFFF))
-        data = struct.pack(">HH", transaction, number) + chance.randbytes(chance.choice((0, 1, 6, 13, 400, 4000)))
+        subtype, transaction, number = rng.choice((9, 10, 11)), rng.randrange(6), rng.choice((0, 1, 1, 2, 2, 3, 0xFFFF))
+        data = struct.pack(">HH", transaction, number) + rng.randbytes(rng.choice((0, 1, 6, 13, 400, 4000)))
         request = Request(SUPERVISOR, 13, subtype, data, "a part at random")
         sent.append(station.session.send(request))
     for verification in sent:

@@ -12,7 +12,7 @@ MANIPULATOR, JOYSTICK, NOBODY = 16, 17, 99
 
 
 @pytest.fixture(scope="module")
-def hand(station):
+def joystick(station):
     """JOYSTICK in PRE_OPERATIONAL; OFFLINE at the end."""
     station.command("state", "JOYSTICK", "PRE_OPERATIONAL")
     yield
@@ -30,7 +30,7 @@ def _about(verification):
     return lambda report: report["request_sequence"] == sequence and report["request_apid"] == verification.request.apid
 
 
-def test_every_stage_is_reported(station, hand):
+def test_every_stage_is_reported(station, joystick):
     since = len(station.reports)
     good = station.send("JOYSTICK", 17, 1)
     station.settle(good)
@@ -48,14 +48,14 @@ def test_every_stage_is_reported(station, hand):
     station.command("state", "JOYSTICK", "PRE_OPERATIONAL")
 
 
-def test_a_failure_after_the_start_is_reported(station, hand):
+def test_a_failure_after_the_start_is_reported(station, joystick):
     """A request to report two structures, one of which does not exist."""
     since = len(station.reports)
     both = station.send("SUPERVISOR", 3, 27, n=[1, 60000])
     station.report(1, 8, since=since, where=_about(both))
 
 
-def test_informative_and_low_events_are_reported_with_their_severity(station, hand):
+def test_informative_and_low_events_are_reported_with_their_severity(station, joystick):
     since = len(station.reports)
     for mode in (0, 1):
         station.settle(station.send_data(1, 131, 1, bytes([mode])))
@@ -84,7 +84,7 @@ def test_medium_and_high_events_are_raised_by_a_monitor(station, severity, name)
     station.command("state", "MANIPULATOR", "OFFLINE")
 
 
-def test_event_reports_are_switched_off_and_on(station, hand):
+def test_event_reports_are_switched_off_and_on(station, joystick):
     event = station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id
     station.do("SUPERVISOR", 5, 6, n=[event])
     assert station.ask("SUPERVISOR", 5, 7)["events"] == ["MODE_CHANGED"]

@@ -31,8 +31,8 @@ def test_reports_of_the_flight_are_dissected_to_the_same_values(station, tmp_pat
     kinds = collections.defaultdict(list)
     for packet, _ in station.reports:
         kinds[packet.apid, packet.message, packet.data[:2] if packet.service in (3, 5) else b""].append(packet.raw)
-    chance = random.Random(1)
-    chosen = [found if len(found) <= OF_EACH_KIND else chance.sample(found, OF_EACH_KIND) for found in kinds.values()]
+    rng = random.Random(1)
+    chosen = [found if len(found) <= OF_EACH_KIND else rng.sample(found, OF_EACH_KIND) for found in kinds.values()]
     compared = dissection.compare(SCRIPT, tmp_path / "chosen.pcap", [raw for found in chosen for raw in found], station.dictionary)
     assert all(compared[title] for title in ("TM[1,1]", "TM[1,7]", "TM[17,2]")), compared
 
@@ -54,12 +54,12 @@ def test_made_up_messages_of_every_kind_are_dissected_to_the_same_values(diction
 @pytest.mark.parametrize("mission", ["rokviss", "ur5e"])
 def test_housekeeping_events_and_functions_of_all_subsystems_are_dissected_to_the_same_values(mission, tmp_path):
     known = Dictionary.load(GENERATED / f"{mission}.json")
-    raws, chance = list(reports_of(known, random.Random(2))), random.Random(3)
+    raws, rng = list(reports_of(known, random.Random(2))), random.Random(3)
     for subsystem in known.subsystems.values():
         for function in subsystem.functions.values():
             data = function.name.encode().ljust(8, b"\0") + bytes([len(function.arguments)])
             for item in function.arguments:
-                data += struct.pack(">H", item.id) + (struct.pack(">" + "B" * item.size, *bytes(item.size)) if item.words else chance.randbytes(item.size))
+                data += struct.pack(">H", item.id) + (struct.pack(">" + "B" * item.size, *bytes(item.size)) if item.words else rng.randbytes(item.size))
             raws.append(packets.build_tc(subsystem.apid, 1, 8, 1, data))
     compared = dissection.compare(GENERATED / f"{mission}.lua", tmp_path / "reports.pcap", raws, known)
     assert compared["TM[3,25]"] > 100 and compared["TC[8,1]"] > 10, compared

@@ -65,9 +65,9 @@ def test_the_flight_reads_the_same_by_the_database(flight, station, definition, 
         if packet.apid == 0:  # Spacecraft time packets have neither service nor subtype.
             continue
         kinds[(packet.apid, packet.message, packet.data[:2] if packet.service in (3, 5) else b"")].append(packet)
-    chance, compared = random.Random(1), collections.Counter()
+    rng, compared = random.Random(1), collections.Counter()
     for packets_of_kind in kinds.values():
-        chosen = packets_of_kind if len(packets_of_kind) <= OF_EACH_KIND else chance.sample(packets_of_kind, OF_EACH_KIND)
+        chosen = packets_of_kind if len(packets_of_kind) <= OF_EACH_KIND else rng.sample(packets_of_kind, OF_EACH_KIND)
         for packet in chosen:
             compared[packet.message] += check(definition, packet, dictionary)
     assert all(compared[message] for message in ((1, 1), (1, 4), (1, 7), (3, 25), (17, 2))), compared

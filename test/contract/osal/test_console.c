@@ -16,11 +16,11 @@ void tearDown(void)
 
 static void text_of_any_length_is_taken(void)
 {
-    osal_console_put("");
-    osal_console_put("a part of a line and ");
-    osal_console_say("its end");
-    osal_console_say("");
-    osal_console_complain("a complaint");
+    osal_console_print("");
+    osal_console_print("a part of a line and ");
+    osal_console_print_line("its end");
+    osal_console_print_line("");
+    osal_console_print_error("a complaint");
 }
 
 static char program[] = "program";

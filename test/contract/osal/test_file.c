@@ -38,7 +38,7 @@ void tearDown(void)
     }
 }
 
-/// A port that cannot force a file to its medium says so.
+/// A port that cannot force a file to its medium returns STATUS_UNSUPPORTED.
 static void expect_forced(const status_t status)
 {
     TEST_ASSERT_TRUE((status == STATUS_OK) || (status == STATUS_UNSUPPORTED));

@@ -205,26 +205,26 @@ static void the_holder_is_reported(void)
     TEST_ASSERT_EQUAL_UINT32(1U, after - before);
 }
 
-// ---- All places taken ----
+// ---- All slots taken ----
 
-#define PLACES OSAL_LOCKSTEP_PARTICIPANTS_MAX
+#define SLOTS OSAL_LOCKSTEP_PARTICIPANTS_MAX
 
-/// Each place has a life that joined at time 0 and wakes in each time step: life 1, except the first place,
+/// Each slot has a life that joined at time 0 and wakes in each time step: life 1, except the first slot,
 /// which was not expected.
-static void take_all_places(void)
+static void take_all_slots(void)
 {
-    for (unsigned i = 0U; i < PLACES; i++) {
+    for (unsigned i = 0U; i < SLOTS; i++) {
         osal_lockstep_expect(scheduler, i, 1U, 0U);
     }
-    for (unsigned i = 1U; i < PLACES; i++) {
+    for (unsigned i = 1U; i < SLOTS; i++) {
         osal_lockstep_done(scheduler, i, 0U);
     }
 }
 
-/// Run one time step, in which all places except one (PLACES: none) have their turn once, in order.
+/// Run one time step, in which all slots except one (SLOTS: none) have their turn once, in order.
 static void run_time_step(uint64_t now_ns, unsigned without)
 {
-    for (unsigned i = 0U; i < PLACES; i++) {
+    for (unsigned i = 0U; i < SLOTS; i++) {
         if (i != without) {
             (void)next_is(i, now_ns);
             osal_lockstep_done(scheduler, i, now_ns + STEP_NS);
@@ -232,51 +232,51 @@ static void run_time_step(uint64_t now_ns, unsigned without)
     }
 }
 
-/// A place that is taken is not given again: the life in it continues unaffected.
+/// A slot that is taken is not given again: the life in it continues unaffected.
 static void an_expected_life_does_not_replace_a_present_one(void)
 {
-    take_all_places();
-    run_time_step(0U, PLACES);
-    for (unsigned i = 0U; i < PLACES; i++) {
+    take_all_slots();
+    run_time_step(0U, SLOTS);
+    for (unsigned i = 0U; i < SLOTS; i++) {
         (void)next_is(i, STEP_NS);
-        for (unsigned k = 0U; k < PLACES; k++) { // In the middle of the time step, too.
+        for (unsigned k = 0U; k < SLOTS; k++) { // In the middle of the time step, too.
             osal_lockstep_expect(scheduler, k, 2U, STEP_NS);
             TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(k, (k == FIRST) ? 0U : 1U));
         }
         osal_lockstep_done(scheduler, i, 2U * STEP_NS);
     }
-    run_time_step(2U * STEP_NS, PLACES);
-    TEST_ASSERT_EQUAL(PLACES, osal_lockstep_awaited(scheduler)); // Time waits for no participant.
+    run_time_step(2U * STEP_NS, SLOTS);
+    TEST_ASSERT_EQUAL(SLOTS, osal_lockstep_awaited(scheduler)); // Time waits for no participant.
 }
 
 static void expect_one_too_many(void)
 {
-    osal_lockstep_expect(scheduler, PLACES, 1U, 0U);
+    osal_lockstep_expect(scheduler, SLOTS, 1U, 0U);
 }
 
 static void deliver_to_one_too_many(void)
 {
-    osal_lockstep_deliver(scheduler, FIRST, PLACES, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
+    osal_lockstep_deliver(scheduler, FIRST, SLOTS, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
 }
 
-/// There is no further place: a request for one is a coding error.
-static void one_place_too_many_is_a_coding_error(void)
+/// There is no further slot: a request for one is a coding error.
+static void one_slot_too_many_is_a_coding_error(void)
 {
-    take_all_places();
+    take_all_slots();
     TEST_ASSERT_TRUE(assertion_fails(expect_one_too_many));
     TEST_ASSERT_TRUE(assertion_fails(deliver_to_one_too_many));
-    run_time_step(0U, PLACES);
+    run_time_step(0U, SLOTS);
 }
 
-/// Restart one place after the other: the others keep order and time, and the next life gets no deliveries of
+/// Restart one slot after the other: the others keep order and time, and the next life gets no deliveries of
 /// the ended one.
-static void a_place_that_was_freed_is_taken_again(void)
+static void a_slot_that_was_freed_is_taken_again(void)
 {
-    take_all_places();
+    take_all_slots();
     uint64_t now_ns = 0U;
-    for (unsigned i = 0U; i < PLACES; i++) {
-        run_time_step(now_ns, PLACES);
-        osal_lockstep_deliver(scheduler, (i + 1U) % PLACES, i, OSAL_LOCKSTEP_ANY_LIFE, 5U, 7U);
+    for (unsigned i = 0U; i < SLOTS; i++) {
+        run_time_step(now_ns, SLOTS);
+        osal_lockstep_deliver(scheduler, (i + 1U) % SLOTS, i, OSAL_LOCKSTEP_ANY_LIFE, 5U, 7U);
         osal_lockstep_end(scheduler, i, OSAL_LOCKSTEP_ANY_LIFE);
         now_ns += STEP_NS;
         run_time_step(now_ns, i);
@@ -284,7 +284,7 @@ static void a_place_that_was_freed_is_taken_again(void)
         osal_lockstep_expect(scheduler, i, 9U, now_ns);
         awaited_is(i);
         osal_lockstep_done(scheduler, i, now_ns);
-        for (unsigned k = 0U; k < PLACES; k++) {
+        for (unsigned k = 0U; k < SLOTS; k++) {
             const osal_grant_t grant = next_is(k, now_ns);
             TEST_ASSERT_EQUAL_UINT32(0U, grant.messages + grant.octets);
             osal_lockstep_done(scheduler, k, now_ns + STEP_NS);
@@ -292,17 +292,17 @@ static void a_place_that_was_freed_is_taken_again(void)
         TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_JOINED, presence(i, 9U));
         now_ns += STEP_NS;
     }
-    run_time_step(now_ns, PLACES);
+    run_time_step(now_ns, SLOTS);
 }
 
-/// All places except one are expected at one instant and fail before it: each life ends at that instant, and
-/// the one place continues.
-static void all_places_may_fail_to_begin_at_once(void)
+/// All slots except one are expected at one instant and fail before it: each life ends at that instant, and
+/// the one slot continues.
+static void all_slots_may_fail_to_begin_at_once(void)
 {
     for (uint32_t life = 1U; life <= 3U; life++) {
         const uint64_t begin_ns = 10U * life * STEP_NS;
         (void)next_is(FIRST, begin_ns - (10U * STEP_NS));
-        for (unsigned i = 1U; i < PLACES; i++) {
+        for (unsigned i = 1U; i < SLOTS; i++) {
             osal_lockstep_expect(scheduler, i, life, begin_ns);
             osal_lockstep_end(scheduler, i, life);
             TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(i, life));
@@ -310,7 +310,7 @@ static void all_places_may_fail_to_begin_at_once(void)
         osal_lockstep_done(scheduler, FIRST, begin_ns);
     }
     (void)next_is(FIRST, 30U * STEP_NS);
-    for (unsigned i = 1U; i < PLACES; i++) {
+    for (unsigned i = 1U; i < SLOTS; i++) {
         TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(i, 3U));
     }
     osal_lockstep_done(scheduler, FIRST, OSAL_LOCKSTEP_NEVER);
@@ -417,9 +417,9 @@ int main(void)
     RUN_TEST(a_participant_can_be_suspended_only_after_its_life_has_begun);
     RUN_TEST(the_holder_is_reported);
     RUN_TEST(an_expected_life_does_not_replace_a_present_one);
-    RUN_TEST(one_place_too_many_is_a_coding_error);
-    RUN_TEST(a_place_that_was_freed_is_taken_again);
-    RUN_TEST(all_places_may_fail_to_begin_at_once);
+    RUN_TEST(one_slot_too_many_is_a_coding_error);
+    RUN_TEST(a_slot_that_was_freed_is_taken_again);
+    RUN_TEST(all_slots_may_fail_to_begin_at_once);
     RUN_TEST(a_stream_ends_with_the_life_of_its_server);
     RUN_TEST(a_server_that_cuts_a_stream_wakes_its_participant);
     RUN_TEST(a_stream_that_was_cut_is_not_cut_again);

@@ -17,9 +17,9 @@ typedef struct {
     uint64_t random;     // State of the generator.
     const uint8_t* pool; // Entries: apid u16 | service | subtype | size u16 | data.
     const uint8_t* entry[8192];
-    uint32_t count;  // Entries of the pool.
-    uint32_t usual;  // Number of first entries of the pool that bring subsystems up; drawn more often.
-    uint32_t script; // Number of first entries of these that lead to operation with links, in order.
+    uint32_t count;          // Entries of the pool.
+    uint32_t usual;          // The first `usual` entries bring subsystems up; they are drawn more often.
+    uint32_t script;         // The first `script` of these, in order, lead to operation with links.
     uint16_t sequence[2048]; // Next sequence count of each APID.
 } telecommands_t;
 

@@ -217,7 +217,7 @@ def bring_up_controllers():
 # --- flights ----------------------------------------------------------------------------------------------------------
 
 def case_vcan_flight_is_seen_by_candump():
-    """One of the interfaces exists before the run and delays frames on purpose; the run makes the others."""
+    """The interfaces of bus robot exist before the run, and that of flight software delays frames on purpose; the run makes the others."""
     WORK.mkdir(exist_ok=True)
     ip("link", "add", "fsw-robot", "mtu", "72", "type", "vcan")
     ip("link", "set", "fsw-robot", "up")

@@ -60,10 +60,10 @@ void proof(void)
     for (unsigned bit = 0U; bit < 16U; bit++) {
         prove_equal((uint16_t)(1U << bit), zeros);
     }
-    for (size_t place = 0U; place < BLOCK; place++) {
+    for (size_t index = 0U; index < BLOCK; index++) {
         for (unsigned bit = 0U; bit < 8U; bit++) {
             uint8_t octets[BLOCK] = {0};
-            octets[place]         = (uint8_t)(1U << bit);
+            octets[index]         = (uint8_t)(1U << bit);
             prove_equal(0U, octets);
         }
     }

@@ -53,10 +53,10 @@ static void prove_equal(const size_t size)
 {
     const uint8_t zeros[STRING] = {0};
     PROVE(crc32_iso(zeros, size) == by_definition(zeros, size), "a string of zeros");
-    for (size_t place = 0U; place < size; place++) {
+    for (size_t index = 0U; index < size; index++) {
         for (unsigned bit = 0U; bit < 8U; bit++) {
             uint8_t octets[STRING] = {0};
-            octets[place]          = (uint8_t)(1U << bit);
+            octets[index]          = (uint8_t)(1U << bit);
             PROVE(crc32_iso(octets, size) == by_definition(octets, size), "a string with a single bit");
         }
     }

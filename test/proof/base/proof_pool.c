@@ -2,7 +2,7 @@
 // Proves: every call on every sound pool leaves a sound pool: each block is either taken or exactly once in
 //     the list of free blocks, and the counters agree. A block that is given was free and is inside the
 //     storage; only pool_take_reserved gives the blocks of the reserve; a wrong pointer is refused and
-//     counted, and changes neither the holders of the block at its place nor the number of taken blocks.
+//     counted, and changes neither the holders of the block that contains it nor the number of taken blocks.
 // Bounds: pools of four blocks of 8 octets with a reserve of one block, every sound state, one call; by
 //     induction any number of calls.
 // Replaced: nothing.

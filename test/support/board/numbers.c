@@ -17,5 +17,5 @@ void print_numbers(const char* const word, const char* const name, const uint32_
         text_add(&text, " ");
         text_add_unsigned(&text, numbers[i]);
     }
-    osal_console_say(line);
+    osal_console_print_line(line);
 }

@@ -48,7 +48,7 @@ int _write(const int descriptor, const char* const text, const int size)
             done++;
         }
         piece[count] = '\0';
-        osal_console_put(piece);
+        osal_console_print(piece);
     }
     return size;
 }

@@ -210,22 +210,22 @@ static void a_pool_agrees_with_a_model_over_many_random_steps(void)
     unsigned taken              = 0U;
     uint32_t random             = 0x12345678U;
     for (unsigned step = 0U; step < 200000U; step++) {
-        const unsigned place   = next_random(&random) % BLOCKS;
+        const unsigned index   = next_random(&random) % BLOCKS;
         const unsigned action  = next_random(&random) % 4U;
         const bool is_reserved = (action == 3U);
-        if ((references[place] == 0U) && ((action == 0U) || is_reserved)) {
+        if ((references[index] == 0U) && ((action == 0U) || is_reserved)) {
             const unsigned limit = BLOCKS - (is_reserved ? 0U : 3U);
-            held[place]          = is_reserved ? pool_take_reserved(&pool) : pool_take(&pool);
-            TEST_ASSERT_EQUAL(taken < limit, held[place] != NULL);
-            references[place] += (held[place] != NULL) ? 1U : 0U;
-            taken += (held[place] != NULL) ? 1U : 0U;
-        } else if ((references[place] > 0U) && (action == 1U)) {
-            TEST_ASSERT_EQUAL(STATUS_OK, pool_retain(&pool, held[place]));
-            references[place]++;
-        } else if ((references[place] > 0U) && (action == 2U)) {
-            TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, held[place]));
-            references[place]--;
-            taken -= (references[place] == 0U) ? 1U : 0U;
+            held[index]          = is_reserved ? pool_take_reserved(&pool) : pool_take(&pool);
+            TEST_ASSERT_EQUAL(taken < limit, held[index] != NULL);
+            references[index] += (held[index] != NULL) ? 1U : 0U;
+            taken += (held[index] != NULL) ? 1U : 0U;
+        } else if ((references[index] > 0U) && (action == 1U)) {
+            TEST_ASSERT_EQUAL(STATUS_OK, pool_retain(&pool, held[index]));
+            references[index]++;
+        } else if ((references[index] > 0U) && (action == 2U)) {
+            TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, held[index]));
+            references[index]--;
+            taken -= (references[index] == 0U) ? 1U : 0U;
         }
         TEST_ASSERT_EQUAL_UINT16(taken, pool.stats.taken);
         if ((step % 100U) == 0U) {

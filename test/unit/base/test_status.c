@@ -36,12 +36,12 @@ static void ok_is_zero_and_called_ok(void)
 }
 
 /// Write a number as the octets of an unsigned integer of this machine.
-static void set_octets(void* const place, const uint64_t number, const size_t size)
+static void set_octets(void* const object, const uint64_t number, const size_t size)
 {
     const uint16_t probe     = 1U;
     const bool is_big_endian = (*(const uint8_t*)&probe == 0U);
     for (size_t i = 0U; i < size; i++) {
-        ((uint8_t*)place)[is_big_endian ? (size - 1U - i) : i] = (uint8_t)(number >> (8U * i));
+        ((uint8_t*)object)[is_big_endian ? (size - 1U - i) : i] = (uint8_t)(number >> (8U * i));
     }
 }
 

@@ -75,7 +75,7 @@ static void nodes_of_all_configurations_count_once(void)
     expect("#define DRIVES_BUSES_MAX 2U\n#define DRIVES_DEVICES_MAX 3U\n#define DRIVES_MAPPINGS_MAX 2U\n");
 }
 
-static void lists_have_a_place_for_each_item(void)
+static void lists_have_a_slot_for_each_item(void)
 {
     model.storage.parameters[0].field_count         = 3U;
     model.storage.parameters[1].field_count         = 4U;
@@ -125,7 +125,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_empty_descriptor_needs_the_smallest_capacities);
     RUN_TEST(nodes_of_all_configurations_count_once);
-    RUN_TEST(lists_have_a_place_for_each_item);
+    RUN_TEST(lists_have_a_slot_for_each_item);
     RUN_TEST(the_largest_of_all_missions_counts);
     return UNITY_END();
 }

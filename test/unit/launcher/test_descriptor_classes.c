@@ -39,11 +39,11 @@ static void write(void)
 static const char* line_of(const char* const type)
 {
     static char line[128];
-    unsigned place = 0U;
-    while (strcmp(canopen_device_profile_at(place)->type, type) != 0) {
-        place++;
+    unsigned position = 0U;
+    while (strcmp(canopen_device_profile_at(position)->type, type) != 0) {
+        position++;
     }
-    (void)snprintf(line, sizeof line, "    DEVICE_CLASS_%u, /* %s */\n", place, type);
+    (void)snprintf(line, sizeof line, "    DEVICE_CLASS_%u, /* %s */\n", position, type);
     return line;
 }
 

@@ -84,7 +84,7 @@ status_t __wrap_osal_can_hand_over(const char* address, osal_can_hand_over_t* ou
     return mock_type(status_t);
 }
 
-void __wrap_osal_console_say(const char* line)
+void __wrap_osal_console_print_line(const char* line)
 {
     check_expected_ptr(line);
 }
@@ -466,7 +466,7 @@ static void late_lost_and_external_frames_are_summed_and_printed(void** state)
         for (size_t i = 0U; i < COUNT(cases); i++) {
             counts = cases[i];
             expect_end(STATUS_OK);
-            expect_string(__wrap_osal_console_say, line, lines[i]);
+            expect_string(__wrap_osal_console_print_line, line, lines[i]);
             launcher_remove_buses(&launcher);
         }
         assert_int_equal(round * 1U, launcher.late_frames);

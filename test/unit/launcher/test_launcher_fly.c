@@ -94,12 +94,12 @@ bool __wrap_osal_console_is_terminal(void)
     return false;
 }
 
-void __wrap_osal_console_put(const char* text)
+void __wrap_osal_console_print(const char* text)
 {
     check_expected_ptr(text);
 }
 
-void __wrap_osal_console_say(const char* line)
+void __wrap_osal_console_print_line(const char* line)
 {
     assert_string_equal("\nshutting the mission down (Ctrl-C twice more ends it at once)", line);
     function_called();
@@ -274,7 +274,7 @@ static void expect_wait(const size_t alive, void (*const step)(void), const unsi
 
 static void expect_progress(const char* const line)
 {
-    expect_string(__wrap_osal_console_put, text, line);
+    expect_string(__wrap_osal_console_print, text, line);
 }
 
 static void expect_end(const unsigned participant, const uint32_t life)
@@ -338,7 +338,7 @@ static void ctrl_c_asks_the_mission_to_shut_down(void** state)
     expect_function_call(__wrap_launcher_start_all);
     expect_wait(3U, pass_a_second, 1U);
     expect_function_call(__wrap_osal_lockstep_hold);
-    expect_function_call(__wrap_osal_console_say);
+    expect_function_call(__wrap_osal_console_print_line);
     expect_wait(3U, finish, 1U);
     launcher_fly(&launcher);
     assert_int_equal(1U, run.is_stop_requested);

@@ -57,7 +57,7 @@ status_t __wrap_osal_process_stop(osal_process_t* process, bool by_force)
     return STATUS_OK;
 }
 
-void __wrap_osal_console_complain(const char* line)
+void __wrap_osal_console_print_error(const char* line)
 {
     check_expected_ptr(line);
 }
@@ -164,8 +164,8 @@ static void a_guard_that_was_killed_is_started_again(void** state)
     guard_keep(&guard);
     assert_int_equal(1U, guard.starts);
     expect_poll(true, STATUS_OK);
-    expect_string(__wrap_osal_console_complain, line,
-                  "hirosco: the guard of the run was killed, another takes its place");
+    expect_string(__wrap_osal_console_print_error, line,
+                  "hirosco: the guard of the run was killed; another one is started");
     expect_start(STATUS_OK);
     guard_keep(&guard);
     assert_int_equal(2U, guard.starts);
@@ -183,12 +183,12 @@ static void a_run_without_a_guard_is_reported(void** state)
     for (unsigned i = 0U; i < GUARD_ARGUMENTS_MAX; i++) {
         many[i] = word;
     }
-    expect_any(__wrap_osal_console_complain, line);
+    expect_any(__wrap_osal_console_print_error, line);
     guard_start(&guard, "hirosco", (int)GUARD_ARGUMENTS_MAX, many); // More options than there is room for.
     assert_int_equal(0U, guard.starts);
     expect_any(__wrap_osal_process_start, words);
     will_return(__wrap_osal_process_start, STATUS_NOT_FOUND);
-    expect_any(__wrap_osal_console_complain, line);
+    expect_any(__wrap_osal_console_print_error, line);
     guard_start(&guard, "hirosco", 1, many);
     assert_int_equal(0U, guard.starts);
 }

@@ -24,12 +24,12 @@ status_t __wrap_osal_process_loaded_size(const char* path, uint64_t* out_octets)
     return mock_type(status_t);
 }
 
-void __wrap_osal_console_say(const char* line)
+void __wrap_osal_console_print_line(const char* line)
 {
     check_expected_ptr(line);
 }
 
-void __wrap_osal_console_complain(const char* line)
+void __wrap_osal_console_print_error(const char* line)
 {
     check_expected_ptr(line);
 }
@@ -102,7 +102,8 @@ static void a_missing_limit_is_derived_from_the_program_and_printed(void** state
     launcher.mission.storage.subsystems[0].memory_kib = 0U;
     expect_program("bin/arm", (1000U * 1024U) + 1023U, STATUS_OK);
     expect_program("bin/gripper", 9999999U, STATUS_INVALID); // A script.
-    expect_string(__wrap_osal_console_say, line, "m.xml:10: ARM has no memoryKiB: limited to 11490 KiB");
+    expect_string(__wrap_osal_console_print_line, line,
+                  "m.xml:10: ARM has no memoryKiB: limited to 11490 KiB");
     assert_true(launcher_set_limits(&launcher, "m.xml"));
     // A quarter more than 1000 KiB for the program and 8192 KiB for the rest.
     assert_int_equal(11490U, launcher.memory_limit_kib[0]);
@@ -169,7 +170,7 @@ static void the_memory_of_a_component_that_failed_is_printed(void** state)
     for (size_t i = 0U; i < 2U; i++) {
         result_to_come                 = ends[i];
         result_to_come.memory_high_kib = 77U;
-        expect_string(__wrap_osal_console_complain, line,
+        expect_string(__wrap_osal_console_print_error, line,
                       "arm: had 77 KiB of memory at most; its address space is limited to 500 KiB");
         will_return(__wrap_osal_process_poll, STATUS_OK);
         assert_true(launcher_has_ended(&launcher, &child));

@@ -366,7 +366,7 @@ static void the_storage_of_another_mission_is_refused(void** state)
     make_the_folders();
     (void)snprintf(
         expected, sizeof expected,
-        "the storage is that of another mission: %s/storage/mission says 'rokvis', expected 'rokviss'; "
+        "the storage is that of another mission: %s/storage/mission contains 'rokvis', expected 'rokviss'; "
         "choose another folder with --storage, or fly that mission with --mission",
         folder);
     prepare_fails(expected);

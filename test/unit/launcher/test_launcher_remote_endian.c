@@ -107,7 +107,7 @@ static void subsystems_that_share_memory_and_unknown_ones_are_refused(void** sta
         expect_string(__wrap_launcher_fail, detail, names[i]);
         assert_false(launcher_check_remote_endian(&launcher));
     }
-    launcher.options.remote_endian   = "ARM"; // The place after the last subsystem.
+    launcher.options.remote_endian   = "ARM"; // The entry after the last subsystem.
     launcher.mission.subsystem_count = 2U;
     expect_string(__wrap_launcher_fail, detail, "ARM");
     assert_false(launcher_check_remote_endian(&launcher));

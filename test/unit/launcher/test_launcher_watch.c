@@ -9,12 +9,12 @@
 #define HANG_NS 5000000000ULL ///< Limit of processor time in stepped time.
 
 static launcher_t launcher;
-static uint64_t scheduler_place; // Only its address is used.
+static uint64_t scheduler_storage; // Only its address is used.
 
 void setUp(void)
 {
     launcher                         = (launcher_t){0};
-    launcher.scheduler               = (osal_lockstep_t*)(void*)&scheduler_place;
+    launcher.scheduler               = (osal_lockstep_t*)(void*)&scheduler_storage;
     launcher.child_count             = 1U;
     launcher.children[0].participant = HOLDER;
     launcher.children[0].is_alive    = true;
@@ -104,7 +104,7 @@ static void only_the_holder_of_the_grant_can_be_starved(void)
     launcher.watch.since_ns = 1U;
     launcher.scheduler      = NULL; // Each process has its own clock.
     TEST_ASSERT_FALSE(launcher_is_starved(&launcher));
-    launcher.scheduler = (osal_lockstep_t*)(void*)&scheduler_place;
+    launcher.scheduler = (osal_lockstep_t*)(void*)&scheduler_storage;
     TEST_ASSERT_TRUE(launcher_is_starved(&launcher));
     end();
     TEST_ASSERT_FALSE(launcher_is_starved(&launcher)); // The process has ended.

@@ -20,7 +20,7 @@
 
 static launcher_t launcher;
 static run_state_t run;
-static uint64_t scheduler_place; // Only its address is used.
+static uint64_t scheduler_storage; // Only its address is used.
 
 static uint64_t now_ns;
 static osal_process_look_t look; // State that each process reports.
@@ -57,34 +57,34 @@ status_t __wrap_osal_process_suspend(osal_process_t* process)
     return STATUS_OK;
 }
 
-void __wrap_osal_console_complain(const char* line)
+void __wrap_osal_console_print_error(const char* line)
 {
     check_expected_ptr(line);
 }
 
 unsigned __wrap_osal_lockstep_holder(osal_lockstep_t* scheduler, uint32_t* out_grants)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     *out_grants = grants;
     return holder;
 }
 
 unsigned __wrap_osal_lockstep_awaited(const osal_lockstep_t* scheduler)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     return awaited;
 }
 
 uint64_t __wrap_osal_lockstep_now_ns(const osal_lockstep_t* scheduler)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     return simulated_ns;
 }
 
 osal_lockstep_presence_t __wrap_osal_lockstep_presence(const osal_lockstep_t* scheduler, unsigned participant,
                                                        uint32_t* out_life)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     assert_int_equal(awaited, participant);
     *out_life = LIFE;
     return OSAL_LOCKSTEP_EXPECTED;
@@ -92,14 +92,14 @@ osal_lockstep_presence_t __wrap_osal_lockstep_presence(const osal_lockstep_t* sc
 
 void __wrap_osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     check_expected(participant);
 }
 
 void __wrap_osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
                                    uint64_t at_ns)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     check_expected(participant);
     assert_int_equal(LIFE, life);
     check_expected(at_ns);
@@ -107,7 +107,7 @@ void __wrap_osal_lockstep_postpone(osal_lockstep_t* scheduler, unsigned particip
 
 void __wrap_osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_t life)
 {
-    assert_ptr_equal(&scheduler_place, scheduler);
+    assert_ptr_equal(&scheduler_storage, scheduler);
     check_expected(participant);
     assert_int_equal(LIFE, life);
 }
@@ -130,7 +130,7 @@ static int set_up(void** state)
     run.components[SUPERVISOR].apid = SUPERVISOR_APID;
     run.components[ARM].apid        = SUPERVISOR_APID + 1U;
     launcher.run                    = &run;
-    launcher.scheduler              = (osal_lockstep_t*)(void*)&scheduler_place;
+    launcher.scheduler              = (osal_lockstep_t*)(void*)&scheduler_storage;
     launcher.options.is_stepped     = true;
     launcher.child_count            = 3U;
     for (unsigned i = 0U; i < 3U; i++) {
@@ -160,7 +160,7 @@ static void watch_at(const uint64_t at_ns)
 
 static void expect_suspension(void)
 {
-    expect_string(__wrap_osal_console_complain, line,
+    expect_string(__wrap_osal_console_print_error, line,
                   "arm hangs: suspended, so that the others continue; the supervisor kills it");
     expect_value(__wrap_osal_process_suspend, process, &child(ARM)->process);
     expect_value(__wrap_osal_lockstep_suspend, participant, run_participant(ARM));
@@ -168,7 +168,7 @@ static void expect_suspension(void)
 
 static void expect_kill(const unsigned index, const char* const line)
 {
-    expect_string(__wrap_osal_console_complain, line, line);
+    expect_string(__wrap_osal_console_print_error, line, line);
     expect_value(__wrap_osal_process_stop, process, &child(index)->process);
 }
 
@@ -213,7 +213,7 @@ static void a_holder_is_suspended_once_its_time_is_used(void** state)
     }
 }
 
-/// In a run paced by the wall clock a mission may declare more than 20 ms for a slow machine, but not less.
+/// in a run in real time a mission may declare more than 20 ms for a slow machine, but not less.
 static void a_holder_has_the_time_that_its_mission_declares(void** state)
 {
     static const struct {
@@ -301,7 +301,7 @@ static void a_child_that_has_ended_is_not_the_holder(void** state)
     watch_at(BEGIN_NS);
     watch_at(BEGIN_NS + (60000U * NS_PER_MS));
     assert_int_equal(0U, launcher.watch.since_ns);
-    launcher.child_count = 1U; // The launcher does not read the place after the last child.
+    launcher.child_count = 1U; // The launcher does not read the entry after the last child.
     child(ARM)->is_alive = true;
     watch_at(BEGIN_NS);
     assert_int_equal(0U, launcher.watch.since_ns);

@@ -60,22 +60,22 @@ static int listen_to(int descriptor, int count, void (*speak)(int number))
     return exit_status;
 }
 
-static void say_three(int number)
+static void print_three_texts(int number)
 {
     (void)number;
-    osal_console_say("one");
-    osal_console_put("two ");
-    osal_console_put("");
-    osal_console_say("");
-    osal_console_complain("to the other");
+    osal_console_print_line("one");
+    osal_console_print("two ");
+    osal_console_print("");
+    osal_console_print_line("");
+    osal_console_print_error("to the other");
     _exit(osal_console_is_terminal() ? 1 : 0);
 }
 
 static void lines_and_parts_of_lines_go_to_their_stream_unchanged(void)
 {
-    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, say_three));
+    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, 1, print_three_texts));
     TEST_ASSERT_EQUAL_STRING("one\ntwo \n", output);
-    TEST_ASSERT_EQUAL(0, listen_to(STDERR_FILENO, 1, say_three));
+    TEST_ASSERT_EQUAL(0, listen_to(STDERR_FILENO, 1, print_three_texts));
     TEST_ASSERT_EQUAL_STRING("to the other\n", output);
 }
 
@@ -106,19 +106,19 @@ static void name_version_and_usage_are_printed_on_request(void)
     TEST_ASSERT_EQUAL_STRING("", output);
 }
 
-static void say_many(int number)
+static void print_many_lines(int number)
 {
     char line[80];
     memset(line, 'a' + number, sizeof line);
     line[79] = '\0';
     for (int i = 0; i < LINES; i++) {
-        osal_console_say(line);
+        osal_console_print_line(line);
     }
 }
 
 static void lines_of_several_processes_do_not_mix(void)
 {
-    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, WRITERS, say_many));
+    TEST_ASSERT_EQUAL(0, listen_to(STDOUT_FILENO, WRITERS, print_many_lines));
     TEST_ASSERT_EQUAL(WRITERS * LINES * 80, output_size);
     for (size_t i = 0U; i < output_size; i += 80U) {
         for (size_t k = 0U; k < 79U; k++) {
@@ -143,7 +143,7 @@ static void a_slow_reader_does_not_stop_the_caller(void)
             // Fill the pipe.
         }
         (void)fcntl(STDOUT_FILENO, F_SETFL, 0);
-        osal_console_say("lost");
+        osal_console_print_line("lost");
         _exit(7);
     }
     int exit_status = 0;
@@ -161,28 +161,29 @@ static void fail(int number)
 static const struct {
     const char* file;
     int line;
-    const char* said;
-} places[] = {{"a.c", 7, "a.c:7: assertion failed\n"},
-              {"a.c", 10, "a.c:10: assertion failed\n"},
-              {"a.c", INT_MAX, "a.c:2147483647: assertion failed\n"},
-              {"a.c", 0, "a.c:0: assertion failed\n"},
-              {"a.c", -1, "a.c:0: assertion failed\n"},
-              {NULL, 123456, "?:123456: assertion failed\n"}};
-static unsigned place;
+    const char* printed;
+} assertions[] = {{"a.c", 7, "a.c:7: assertion failed\n"},
+                  {"a.c", 10, "a.c:10: assertion failed\n"},
+                  {"a.c", INT_MAX, "a.c:2147483647: assertion failed\n"},
+                  {"a.c", 0, "a.c:0: assertion failed\n"},
+                  {"a.c", -1, "a.c:0: assertion failed\n"},
+                  {NULL, 123456, "?:123456: assertion failed\n"}};
+static unsigned assertion_index;
 
 static void fail_there(int number)
 {
     (void)number;
-    fsw_assertion_failed(places[place].file, places[place].line);
+    fsw_assertion_failed(assertions[assertion_index].file, assertions[assertion_index].line);
 }
 
 static void a_failed_assertion_prints_its_file_and_line(void)
 {
-    for (place = 0U; place < (sizeof places / sizeof places[0]); place++) {
+    for (assertion_index = 0U; assertion_index < (sizeof assertions / sizeof assertions[0]);
+         assertion_index++) {
         const int exit_status = listen_to(STDERR_FILENO, 1, fail_there);
         TEST_ASSERT_TRUE(WIFSIGNALED(exit_status));
         TEST_ASSERT_EQUAL(SIGABRT, WTERMSIG(exit_status));
-        TEST_ASSERT_EQUAL_STRING(places[place].said, output);
+        TEST_ASSERT_EQUAL_STRING(assertions[assertion_index].printed, output);
     }
 }
 

@@ -206,7 +206,7 @@ static void print_to_a_full_pipe(void)
     }
     (void)fflush(stdout);
     TEST_ASSERT_EQUAL(STDOUT_FILENO, dup2(ends[1], STDOUT_FILENO));
-    osal_console_say("lost");
+    osal_console_print_line("lost");
     TEST_ASSERT_EQUAL(STDOUT_FILENO, dup2(kept, STDOUT_FILENO));
     (void)close(kept);
     (void)close(ends[0]);

@@ -121,10 +121,10 @@ typedef struct {
     uint64_t called_ns; ///< Time at which a delivery wakes the participant.
     uint32_t messages;
     uint32_t octets;
-} place_t;
+} slot_t;
 
 typedef struct {
-    place_t places[PARTICIPANTS];
+    slot_t slots[PARTICIPANTS];
     uint64_t now_ns;
     int last;
 } model_t;
@@ -140,27 +140,27 @@ static uint64_t model_slot_after(uint64_t now_ns)
 
 static void model_join(model_t* model, unsigned participant, uint64_t wake_ns)
 {
-    place_t* const place = &model->places[participant];
-    place->is_here       = true;
-    place->is_joining    = true;
-    place->asked_ns      = wake_ns;
+    slot_t* const slot = &model->slots[participant];
+    slot->is_here      = true;
+    slot->is_joining   = true;
+    slot->asked_ns     = wake_ns;
 }
 
 static void model_expect(model_t* model, unsigned participant)
 {
-    model->places[participant] =
-        (place_t){.is_counting = true, .asked_ns = OSAL_LOCKSTEP_NEVER, .called_ns = OSAL_LOCKSTEP_NEVER};
+    model->slots[participant] =
+        (slot_t){.is_counting = true, .asked_ns = OSAL_LOCKSTEP_NEVER, .called_ns = OSAL_LOCKSTEP_NEVER};
 }
 
 static void model_deliver(model_t* model, unsigned sender, unsigned receiver, uint32_t messages,
                           uint32_t octets)
 {
-    place_t* const place   = &model->places[receiver];
+    slot_t* const slot     = &model->slots[receiver];
     const uint64_t call_ns = (receiver > sender) ? model->now_ns : model_slot_after(model->now_ns);
-    if (place->is_counting) {
-        place->messages += messages;
-        place->octets += octets;
-        place->called_ns = (call_ns < place->called_ns) ? call_ns : place->called_ns;
+    if (slot->is_counting) {
+        slot->messages += messages;
+        slot->octets += octets;
+        slot->called_ns = (call_ns < slot->called_ns) ? call_ns : slot->called_ns;
     }
 }
 
@@ -169,27 +169,27 @@ static unsigned model_next(model_t* model, osal_grant_t* out_grant)
     int best         = -1;
     uint64_t best_ns = OSAL_LOCKSTEP_NEVER;
     for (int i = 0; i < (int)PARTICIPANTS; i++) {
-        place_t* const place = &model->places[i];
-        uint64_t wake_ns     = (place->asked_ns < place->called_ns) ? place->asked_ns : place->called_ns;
-        if (place->is_joining && (wake_ns <= model->now_ns)) {
-            wake_ns          = (i > model->last) ? model->now_ns : model_slot_after(model->now_ns);
-            place->asked_ns  = wake_ns;
-            place->called_ns = OSAL_LOCKSTEP_NEVER;
+        slot_t* const slot = &model->slots[i];
+        uint64_t wake_ns   = (slot->asked_ns < slot->called_ns) ? slot->asked_ns : slot->called_ns;
+        if (slot->is_joining && (wake_ns <= model->now_ns)) {
+            wake_ns         = (i > model->last) ? model->now_ns : model_slot_after(model->now_ns);
+            slot->asked_ns  = wake_ns;
+            slot->called_ns = OSAL_LOCKSTEP_NEVER;
         }
-        place->is_joining = false;
-        if (place->is_here && (wake_ns < best_ns)) {
+        slot->is_joining = false;
+        if (slot->is_here && (wake_ns < best_ns)) {
             best    = i;
             best_ns = wake_ns;
         }
     }
     TEST_ASSERT_TRUE(best >= 0);
-    place_t* const place = &model->places[best];
-    model->now_ns        = best_ns;
-    model->last          = best;
-    *out_grant           = (osal_grant_t){best_ns, place->messages, place->octets};
-    place->messages      = 0U;
-    place->octets        = 0U;
-    place->called_ns     = OSAL_LOCKSTEP_NEVER;
+    slot_t* const slot = &model->slots[best];
+    model->now_ns      = best_ns;
+    model->last        = best;
+    *out_grant         = (osal_grant_t){best_ns, slot->messages, slot->octets};
+    slot->messages     = 0U;
+    slot->octets       = 0U;
+    slot->called_ns    = OSAL_LOCKSTEP_NEVER;
     return (unsigned)best;
 }
 
@@ -217,11 +217,11 @@ static void run_model(uint64_t seed, uint32_t length, trace_t* trace)
         }
         if (decision.is_end) {
             trace->is_gone[participant] = 1U;
-            model.places[participant] =
-                (place_t){.asked_ns = OSAL_LOCKSTEP_NEVER, .called_ns = OSAL_LOCKSTEP_NEVER};
+            model.slots[participant] =
+                (slot_t){.asked_ns = OSAL_LOCKSTEP_NEVER, .called_ns = OSAL_LOCKSTEP_NEVER};
         } else {
-            const bool is_later                = (decision.wake_ns > model.now_ns);
-            model.places[participant].asked_ns = is_later ? decision.wake_ns : model_slot_after(model.now_ns);
+            const bool is_later               = (decision.wake_ns > model.now_ns);
+            model.slots[participant].asked_ns = is_later ? decision.wake_ns : model_slot_after(model.now_ns);
         }
     }
 }

@@ -21,7 +21,7 @@
 
 static osal_network_t home;
 static pid_t keeper;
-static char place[64];
+static char kept[64];
 
 void setUp(void)
 {
@@ -57,7 +57,7 @@ static bool make_namespace(void)
     TEST_ASSERT_EQUAL(1, read(ready[0], &word, 1U));
     (void)close(ready[0]);
     (void)close(ready[1]);
-    (void)snprintf(place, sizeof place, "/proc/%ld/ns/net", (long)keeper);
+    (void)snprintf(kept, sizeof kept, "/proc/%ld/ns/net", (long)keeper);
     return word == 'y';
 }
 
@@ -82,7 +82,7 @@ static void a_socket_belongs_to_where_it_was_opened(void)
     osal_address_t address = {OSAL_IPV4_LOOPBACK, 0U};
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&here, address, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_socket_local_address(&here, &address));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_enter(&home, place));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_network_enter(&home, kept));
     TEST_ASSERT_TRUE(before != stack_now());
     // The port is free, because it belongs to another network stack.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_udp_open(&there, address, 0U));
@@ -127,7 +127,7 @@ static void a_name_is_removed_with_or_without_its_mount(void)
     file = open(path, O_CREAT | O_RDONLY, 0600);
     TEST_ASSERT_TRUE(file >= 0);
     (void)close(file);
-    TEST_ASSERT_EQUAL(0, mount(place, path, "none", MS_BIND, NULL));
+    TEST_ASSERT_EQUAL(0, mount(kept, path, "none", MS_BIND, NULL));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_network_enter(&home, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_network_leave(&home));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_network_remove(path));

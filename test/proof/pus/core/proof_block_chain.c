@@ -3,7 +3,8 @@
 //     blocks, nothing changes and no block is lost; after the chain is freed, it is empty and every block is
 //     free. No access is outside a block.
 // Bounds: three blocks of 56 octets; two strings of 0..90 octets, of which the proof follows any one octet.
-// Replaced: memcpy checks that both ranges are accessible, and follows the octet, which can be at any place.
+// Replaced: memcpy checks that both ranges are accessible, and follows the octet, which can be at any
+//     position.
 // Sources: base/pool.c
 // Options: --unwind 5
 // Fault: pus/core/block_chain.c
@@ -50,8 +51,8 @@ void proof(void)
     uint8_t second[STRING];
     const size_t first_size  = any_size(STRING);
     const size_t second_size = any_size(STRING);
-    const size_t place       = any_size(2U * STRING);
-    followed                 = (place < first_size) ? &first[place] : &second[(place - first_size) % STRING];
+    const size_t position    = any_size(2U * STRING);
+    followed = (position < first_size) ? &first[position] : &second[(position - first_size) % STRING];
     pus_block_chains_init(&chains, storage, slots, BLOCKS);
     PROVE(pus_block_chain_append(&chains, &chain, first, first_size) == STATUS_OK, "the first string fits");
     const uint16_t taken  = chains.pool.stats.taken;
@@ -64,10 +65,10 @@ void proof(void)
     PROVE(chain.size == whole, "the size is that of all octets");
     PROVE(chains.pool.stats.taken == PUS_BLOCK_CHAIN_BLOCKS(whole), "no block more than needed");
 
-    if (place < whole) {
+    if (position < whole) {
         pus_block_chain_reader_t reader = pus_block_chain_reader(&chain);
         uint8_t octet                   = 0U;
-        pus_block_chain_skip(&reader, place);
+        pus_block_chain_skip(&reader, position);
         PROVE(pus_block_chain_read(&reader, &octet, 1U) == 1U, "an octet is left");
         PROVE(followed == &octet, "the octet found is the one that was appended there");
     }

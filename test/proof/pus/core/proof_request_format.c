@@ -4,7 +4,7 @@
 //     without a scalar value and a nested request of a size that no request can have, and continues at the
 //     right word. A group is repeated as often as its count states; then the format continues after it. No
 //     access is outside the data or the format. So a request is read as its format states, word by word.
-// Bounds: data of 0..20 octets that were read up to any place; any operands, selector, layouts and nested
+// Bounds: data of 0..20 octets that were read up to any position; any operands, selector, layouts and nested
 //     counts; one word and one end of groups, by induction the words of any format. Groups are nested, and
 //     operands number layouts, only as far as the generator of the formats permits.
 // Replaced: nothing.
@@ -44,16 +44,16 @@ static void any_state(void)
     __CPROVER_havoc_object(words);
     __CPROVER_havoc_object(data);
     const size_t size = any_size(DATA); // The data end with the array: the first octet after them is outside.
-    const size_t place = any_size(size);
-    reader             = octet_reader(&data[DATA - size], size);
-    reader.position    = place;
-    field              = &data[DATA - size + place];
-    left               = size - place;
-    before             = (interpreter_t){.next = &words[AT + 1U], .reader = &reader};
-    before.layouts[0]  = nondet_u32();
-    before.layouts[1]  = nondet_u32();
-    before.selector    = nondet_u8();
-    before.depth       = nondet_u8();
+    const size_t position = any_size(size);
+    reader                = octet_reader(&data[DATA - size], size);
+    reader.position       = position;
+    field                 = &data[DATA - size + position];
+    left                  = size - position;
+    before                = (interpreter_t){.next = &words[AT + 1U], .reader = &reader};
+    before.layouts[0]     = nondet_u32();
+    before.layouts[1]     = nondet_u32();
+    before.selector       = nondet_u8();
+    before.depth          = nondet_u8();
     ASSUME(before.depth <= PUS_REQUEST_FORMAT_DEPTH);
     for (size_t i = 0U; i < PUS_REQUEST_FORMAT_DEPTH; i++) {
         before.loops[i] = (loop_t){&words[any_size(WORDS)], &words[any_size(WORDS)], nondet_u8()};
@@ -67,9 +67,9 @@ static bool takes(const size_t size)
     return (size <= left) ? (!reader.failed && (octet_reader_left(&reader) == (left - size))) : reader.failed;
 }
 
-static bool goes_to(const size_t place)
+static bool goes_to(const size_t position)
 {
-    return (after.next == &words[place]) && (after.depth == before.depth);
+    return (after.next == &words[position]) && (after.depth == before.depth);
 }
 
 static void prove_count(const bool is_good)

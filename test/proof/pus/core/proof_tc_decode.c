@@ -49,14 +49,14 @@ void proof(void)
     const size_t stated =
         (size >= PUS_PRIMARY_HEADER_SIZE) ? ((size_t)octets_u16_at(&octets[4]) + 7U) : (size + 1U);
     PROVE((is_framed == STATUS_OK) == ((stated <= size) && (stated <= PUS_PACKET_MAX)),
-          "exactly a complete packet of a permitted size is framed");
+          "a packet is framed if and only if it is complete and has a permitted size");
     PROVE(IMPLIES(is_framed == STATUS_OK, framed == stated), "a frame has the size of its length field");
 
     const status_t status = pus_tc_decode(octets, size, &tc, &failure);
     PROVE((status == STATUS_OK) == ((size >= PUS_TC_MIN) && (size <= PUS_PACKET_MAX) && (stated == size) &&
                                     (crc == 0U) && ((octets_u16_at(octets) & 0xF800U) == 0x1800U) &&
                                     ((octets[2] >> 6U) == 3U) && ((octets[6] >> 4U) == 2U)),
-          "exactly a right request is accepted");
+          "a request is accepted if and only if it is right");
     if (status == STATUS_OK) {
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
         PROVE((tc.size == size - PUS_TC_MIN) && (tc.data == &octets[PUS_TC_MIN - PUS_CRC_SIZE]),

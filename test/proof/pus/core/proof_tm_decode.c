@@ -46,7 +46,7 @@ void proof(void)
                (((size_t)octets_u16_at(&octets[4]) + 7U) == size) && (crc == 0U) &&
                ((octets_u16_at(octets) & 0xF800U) == 0x0800U) && ((octets[2] >> 6U) == 3U) &&
                ((octets[6] >> 4U) == 2U) && (octets[PUS_TM_HEADER_SIZE - PUS_TIME_SIZE] == PUS_TIME_P_FIELD)),
-          "exactly a right report is accepted");
+          "a report is accepted if and only if it is right");
     if (status == STATUS_OK) {
         PROVE(failure.code == PUS_FAILURE_NONE, "what is accepted has no failure");
         PROVE((tm.size == size - PUS_TM_MIN) && (tm.data == &octets[PUS_TM_HEADER_SIZE]),

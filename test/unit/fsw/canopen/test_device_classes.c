@@ -24,7 +24,7 @@ static void classes_are_in_the_order_of_names(void)
     }
 }
 
-static void each_class_is_found_by_name_and_place(void)
+static void each_class_is_found_by_name_and_position(void)
 {
     for (size_t i = 0U; i < canopen_device_classes.count; i++) {
         const canopen_device_profile_t* const class = &canopen_device_classes.rows[i];
@@ -34,7 +34,7 @@ static void each_class_is_found_by_name_and_place(void)
     }
 }
 
-static void another_name_or_place_has_no_class(void)
+static void another_name_or_position_has_no_class(void)
 {
     TEST_ASSERT_NULL(canopen_device_profile_find("gyroscope"));
     TEST_ASSERT_NULL(canopen_device_profile_find(""));
@@ -45,7 +45,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(classes_are_in_the_order_of_names);
-    RUN_TEST(each_class_is_found_by_name_and_place);
-    RUN_TEST(another_name_or_place_has_no_class);
+    RUN_TEST(each_class_is_found_by_name_and_position);
+    RUN_TEST(another_name_or_position_has_no_class);
     return UNITY_END();
 }

@@ -35,7 +35,7 @@ static void disable_transmit_pdo(void)
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 0U, 0U));
 }
 
-static void entries_become_words_at_their_places(void)
+static void entries_become_words_at_their_positions(void)
 {
     disable_transmit_pdo();
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 1U, TORQUE));
@@ -98,7 +98,7 @@ static void an_object_that_is_not_a_word_of_an_axis_is_a_value(void)
     TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 2U, TORQUE_DEMAND)); // The value is already known.
     TEST_ASSERT_EQUAL_UINT8(values + 1U, own.value_count);
     TEST_ASSERT_EQUAL(PROFILE_VALUE, own.transmit[0].entries[1].word);
-    TEST_ASSERT_EQUAL_UINT8(values, own.transmit[0].entries[1].place);
+    TEST_ASSERT_EQUAL_UINT8(values, own.transmit[0].entries[1].number);
     TEST_ASSERT_EQUAL_UINT8(values, canopen_device_profile_value(&own, 0x6074U, 0U));
     TEST_ASSERT_TRUE(own.values[values].is_signed);
 }
@@ -128,7 +128,7 @@ static void pdos_entries_octets_and_values_are_limited(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(entries_become_words_at_their_places);
+    RUN_TEST(entries_become_words_at_their_positions);
     RUN_TEST(a_mapping_must_follow_the_order_of_cia_301);
     RUN_TEST(an_object_has_its_length_and_direction);
     RUN_TEST(each_object_of_a_data_sheet_is_found_from_the_first_to_the_last);

@@ -423,7 +423,7 @@ static void a_value_of_another_size_is_a_refusal_for_its_format(void)
     expect_refusal(0x12U, REFUSAL_FORMAT, 0x100000U, 0U);
 }
 
-/// A drive has one axis; the other places of axes in its object are not used.
+/// A drive has one axis; the other positions of axes in its object are not used.
 static void axes_that_a_device_does_not_have_take_no_part(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));

@@ -17,7 +17,7 @@
 static scripted_bus_t bus[NETWORK_CHANNELS];
 static scripted_node_t* nodes[NETWORK_CHANNELS][2];
 static canopen_network_t network;
-static canopen_network_device_t places[2];
+static canopen_network_device_t slots[2];
 static uint64_t now_ns;
 static bool is_a_missing;
 static bool is_b_missing;
@@ -60,9 +60,9 @@ static void open_network(void)
 {
     canopen_network_clear(&network);
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      canopen_network_add(&network, &places[network.device_count], "joint-drive", 0x11U));
+                      canopen_network_add(&network, &slots[network.device_count], "joint-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      canopen_network_add(&network, &places[network.device_count], "joint-drive", 0x12U));
+                      canopen_network_add(&network, &slots[network.device_count], "joint-drive", 0x12U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", "robot-b"));
 }
 
@@ -424,7 +424,7 @@ static void a_channel_that_does_not_exist_is_not_missing(void)
 {
     canopen_network_clear(&network);
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      canopen_network_add(&network, &places[network.device_count], "joint-drive", 0x11U));
+                      canopen_network_add(&network, &slots[network.device_count], "joint-drive", 0x11U));
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_open(&network, &resolver, "robot", NULL));
     run();
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_BUS_WARNING, NETWORK_BUS_MISSING + NETWORK_BUS_CHANNEL_B));

@@ -36,8 +36,8 @@ const canopen_network_config_t config = {.master              = {.node_id       
 
 status_t add_device(const char* const type, const uint8_t node)
 {
-    static canopen_network_device_t places[NETWORK_DEVICES_MAX + 1U];
-    return canopen_network_add(&network, &places[network.device_count], type, node);
+    static canopen_network_device_t slots[NETWORK_DEVICES_MAX + 1U];
+    return canopen_network_add(&network, &slots[network.device_count], type, node);
 }
 
 void two_drives_open(void)

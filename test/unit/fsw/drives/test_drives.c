@@ -416,7 +416,7 @@ static void counters_are_published_where_the_descriptor_names_them(void)
     uint32_t storage[9];
     memset(storage, 0xA5, sizeof storage);
     const uint32_t untouched = storage[0];
-    drives_counters_place(&drives, &definition, storage);
+    drives_counters_bind(&drives, &definition, storage);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
     select(2U);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
@@ -429,7 +429,7 @@ static void counters_are_published_where_the_descriptor_names_them(void)
     const uint32_t expected[9] = {untouched, 1001U,     12U,       11U,      generic.cycle,
                                   7U,        untouched, untouched, untouched};
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
-    drives_counters_place(&drives, &none, storage);
+    drives_counters_bind(&drives, &none, storage);
     drives.buses[0].network.flows[0].counters.sent = 2000U;
     drives_counters_publish(&drives, 5U);
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);

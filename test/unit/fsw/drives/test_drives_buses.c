@@ -461,7 +461,7 @@ static void drives_are_numbered_without_devices_on_streams(void)
     make(1U, 2U, false);
     descriptor.storage.devices[0].type = DESCRIPTOR_STREAM_TYPE;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
-    drives_place(&drives, &descriptor.configurations[0]);
+    drives_note_devices(&drives, &descriptor.configurations[0]);
     TEST_ASSERT_NULL(drives_device(&drives, 0U)); // The configuration is not applied yet.
     drives.configuration = &descriptor.configurations[0];
     TEST_ASSERT_NOT_NULL(drives_device(&drives, 0U));

@@ -38,7 +38,7 @@ static void each_counter_is_published_under_its_name(void)
         fields[i] = (parameter_field_t){names[i], VALUE_UINT32, 1U, i * (uint32_t)sizeof storage[0]};
     }
     const parameter_definition_t definition = {"COUNTERS", 1U, fields, NAMES, sizeof storage, sizeof storage};
-    drives_counters_place(&drives, &definition, storage);
+    drives_counters_bind(&drives, &definition, storage);
     canopen_master_counters_t* const master = &drives.buses[0].network.master.counters;
     flow_can_t* const flow                  = &drives.buses[0].network.flows[0];
     flow->counters.received                 = 1U;

@@ -14,8 +14,8 @@
     "<Device name='" name "' type='joint-drive'><Setting object='0x6060:00' type='INT8' value='" mode        \
     "'/><Endnode type='CAN' bus='robot' node='" node "'/></Device>\n"
 #define VALVES "<Device name='V' type='valve-box'><Endnode type='CAN' bus='robot' node='0x3A'/></Device>\n"
-// The stream device precedes the drives, so the place of a drive among all devices differs from its place
-// among the devices on CAN.
+// The stream device precedes the drives, so the position of a drive among all devices differs from its
+// position among the devices on CAN.
 #define STREAM                                                                                               \
     "<Device name='S' type='stream'><Field name='V' direction='IN' type='UINT8'/>"                           \
     "<Endnode type='SHM' name='s' silence='20ms' retry='1ms' retryLongest='2ms'/></Device>\n"

@@ -37,12 +37,12 @@ static uint8_t octets[DRIVES_QUANTITY_OCTETS];
 static status_t parse(const char* const from, const char* const to)
 {
     char text[sizeof document + 64U];
-    const char* const place = strstr(document, from);
-    TEST_ASSERT_NOT_NULL(place);
-    const size_t before = (size_t)(place - document);
+    const char* const found = strstr(document, from);
+    TEST_ASSERT_NOT_NULL(found);
+    const size_t before = (size_t)(found - document);
     memcpy(text, document, before);
     (void)strcpy(&text[before], to);
-    (void)strcat(text, &place[strlen(from)]);
+    (void)strcat(text, &found[strlen(from)]);
     descriptor_loader_init(&loader);
     return descriptor_parse_subsystem(&loader, "test", text, strlen(text), &descriptor);
 }

@@ -78,17 +78,17 @@ static bool fits(subsystem_misfit_t* const out_misfit)
     static const char* const out[]             = {"ENABLE", NULL};
     static const drives_need_t drives          = {.axes            = 1U,
                                                   .permits_streams = true,
-                                                  .reason_type     = "says type",
+                                                  .reason_type     = "wrong type",
                                                   .count           = 1U,
-                                                  .reason_count    = "says count",
+                                                  .reason_count    = "wrong count",
                                                   .modes           = modes,
-                                                  .reason_mode     = "says mode"};
+                                                  .reason_mode     = "wrong mode"};
     static const stream_devices_need_t streams = {.in             = in,
                                                   .out            = out,
-                                                  .reason_in      = "says in",
-                                                  .reason_out     = "says out",
+                                                  .reason_in      = "wrong in",
+                                                  .reason_out     = "wrong out",
                                                   .most           = 3U,
-                                                  .reason_most    = "says most",
+                                                  .reason_most    = "wrong most",
                                                   .permits_drives = true};
     return equipment_fit(&descriptor, &drives, &streams, out_misfit);
 }
@@ -371,16 +371,16 @@ static void expect_refused(const char* const document, const uint32_t line, cons
 static void what_does_not_fit_is_refused(void)
 {
     expect_refused(BEGIN CONFIGURATION("ONE", "1") STREAM("A", "a") DRIVE("9", "") END_CONFIGURATION END, 6U,
-                   "says mode");
+                   "wrong mode");
     expect_refused(BEGIN CONFIGURATION("ONE", "1") STREAM("A", "a") STREAM("B", "a") DRIVE("8", "")
                        END_CONFIGURATION END,
                    7U, "no device above has");
     expect_refused(BEGIN CONFIGURATION("ONE", "1") DRIVE("8", "") END_CONFIGURATION CONFIGURATION("TWO", "2")
                        STREAM("A", "a") END_CONFIGURATION END,
-                   7U, "says count");
+                   7U, "wrong count");
     expect_refused(BEGIN CONFIGURATION("ONE", "1") DRIVE("8", "") STREAM("A", "a") STREAM("B", "b")
                        STREAM("C", "c") STREAM("D", "d") END_CONFIGURATION END,
-                   12U, "says most");
+                   12U, "wrong most");
     expect_refused(
         BEGIN CONFIGURATION(
             "ONE", "1") "<Device name='A' type='stream'><Field name='VALUE' "

@@ -12,7 +12,7 @@ static run_state_t run;
 static mission_descriptor_t mission;
 static message_ring_carrier_t hub;
 static component_runtime_t runtimes[2];
-static message_place_t places[2];
+static message_slot_t slots[2];
 
 static void ignore(void* const context, const uint16_t to)
 {
@@ -42,7 +42,7 @@ void tearDown(void)
 
 static status_t open_inbox(const unsigned index)
 {
-    return component_runtime_open_inbox(&runtimes[index], &places[index], 1U);
+    return component_runtime_open_inbox(&runtimes[index], &slots[index], 1U);
 }
 
 static uint32_t send_largest(const unsigned from, const uint16_t to)

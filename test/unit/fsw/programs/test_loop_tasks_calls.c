@@ -73,7 +73,7 @@ status_t __wrap_osal_clock_wait(osal_clock_t* clock, uint64_t wake_ns, osal_sock
     return mock_type(status_t);
 }
 
-void __wrap_osal_console_complain(const char* text)
+void __wrap_osal_console_print_error(const char* text)
 {
     check_expected(text);
 }
@@ -163,7 +163,7 @@ static void a_task_asks_for_each_new_priority_once(void** state)
     expect_round(30U, 0U, 0U, STATUS_OK);
     expect_round(30U, 0U, 0U, STATUS_OK);
     expect_priority(1U, STATUS_DENIED);
-    expect_string(__wrap_osal_console_complain, text, note);
+    expect_string(__wrap_osal_console_print_error, text, note);
     expect_round(1U, 0U, 0U, STATUS_OK);
     expect_round(1U, 0U, 0U, STATUS_OK);
     expect_priority(0U, STATUS_DENIED); // A task may always give up its priority, so no note is printed.

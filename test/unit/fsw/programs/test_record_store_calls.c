@@ -54,7 +54,7 @@ status_t __wrap_osal_file_remove(const char* path)
     return STATUS_OK;
 }
 
-void __wrap_osal_console_complain(const char* text)
+void __wrap_osal_console_print_error(const char* text)
 {
     check_expected(text);
 }
@@ -96,7 +96,7 @@ static void a_copy_is_whole_on_the_disk_before_it_is_reported(void** state)
     will_return(__wrap_osal_file_write, STATUS_OK);
     will_return(__wrap_osal_file_sync, STATUS_OK);
     expect_function_call(__wrap_osal_file_close);
-    expect_string(__wrap_osal_console_complain, text,
+    expect_string(__wrap_osal_console_print_error, text,
                   "damaged: /s/ARM.kind; a copy is /s/ARM.kind.damaged.0");
     assert_true(keep());
 }
@@ -113,7 +113,7 @@ static void a_copy_that_cannot_be_written_or_forced_to_the_disk_is_removed(void*
         }
         expect_function_call(__wrap_osal_file_close);
         expect_string(__wrap_osal_file_remove, path, "/s/ARM.kind.damaged.0");
-        expect_string(__wrap_osal_console_complain, text,
+        expect_string(__wrap_osal_console_print_error, text,
                       "damaged: /s/ARM.kind; no copy: input/output error");
         assert_false(keep());
     }
@@ -124,7 +124,7 @@ static void a_copy_that_cannot_be_made_is_reported(void** state)
     (void)state;
     expect_open("/s/ARM.kind.damaged.0", STATUS_NOT_FOUND);
     expect_create("/s/ARM.kind.damaged.0", STATUS_FULL);
-    expect_string(__wrap_osal_console_complain, text, "damaged: /s/ARM.kind; no copy: full");
+    expect_string(__wrap_osal_console_print_error, text, "damaged: /s/ARM.kind; no copy: full");
     assert_false(keep());
 }
 
@@ -150,7 +150,7 @@ static void earlier_copies_stay_and_the_last_one_is_replaced(void** state)
         will_return(__wrap_osal_file_write, STATUS_OK);
         will_return(__wrap_osal_file_sync, STATUS_OK);
         expect_function_call(__wrap_osal_file_close);
-        expect_string(__wrap_osal_console_complain, text, lines[made]);
+        expect_string(__wrap_osal_console_print_error, text, lines[made]);
         assert_true(keep());
     }
 }
@@ -165,7 +165,7 @@ static void a_path_without_room_for_the_number_of_the_copy_is_refused(void** sta
     (void)strcpy(line, "damaged: ");
     (void)strcat(line, run.storage);
     (void)strcat(line, "/ARM.kind; no copy: too large");
-    expect_string(__wrap_osal_console_complain, text, line);
+    expect_string(__wrap_osal_console_print_error, text, line);
     assert_false(keep());
 }
 
@@ -185,7 +185,7 @@ static void the_longest_paths_have_room_on_the_line(void** state)
     will_return(__wrap_osal_file_write, STATUS_OK);
     will_return(__wrap_osal_file_sync, STATUS_OK);
     expect_function_call(__wrap_osal_file_close);
-    expect_string(__wrap_osal_console_complain, text, line);
+    expect_string(__wrap_osal_console_print_error, text, line);
     assert_true(keep());
 }
 

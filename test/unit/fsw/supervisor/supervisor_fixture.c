@@ -170,7 +170,7 @@ static void enter(fixture_member_t* member, state_t state)
     report_state(member, previous);
 }
 
-void fixture_place(unsigned index, state_t state)
+void fixture_put_in_state(unsigned index, state_t state)
 {
     fixture_member_t* const member = &fixture.members[index];
     if (state >= STATE_PRE_OPERATIONAL) {
@@ -530,8 +530,8 @@ uint16_t fixture_close_link(uint16_t link)
 
 void fixture_link_up(state_t state)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     for (uint16_t link = LINK_ARM_STATE; link <= LINK_HAND_POS; link++) {
         (void)fixture_request_link(link);
         fixture_run(4U);
@@ -540,8 +540,8 @@ void fixture_link_up(state_t state)
     }
     TEST_ASSERT_EQUAL(2U, fixture.supervisor.graph.count);
     if (state != STATE_PRE_OPERATIONAL) {
-        fixture_place(FIXTURE_ARM, state);
-        fixture_place(FIXTURE_HAND, state);
+        fixture_put_in_state(FIXTURE_ARM, state);
+        fixture_put_in_state(FIXTURE_HAND, state);
     }
     fixture_run(1U);
     fixture_forget();

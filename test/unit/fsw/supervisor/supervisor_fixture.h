@@ -49,7 +49,7 @@
 typedef struct {
     uint16_t apid;
     message_endpoint_t endpoint;
-    message_place_t inbox[2];
+    message_slot_t inbox[2];
     pus_app_process_t process;
     state_t state;
     state_phase_t phase;
@@ -72,7 +72,7 @@ typedef struct {
     supervisor_t supervisor;
     message_ring_carrier_t hub;
     message_endpoint_t endpoint; // Endpoint of the supervisor.
-    message_place_t inbox[8];
+    message_slot_t inbox[8];
     fixture_member_t members[FIXTURE_MEMBERS];
     uint64_t now_ns;
     uint64_t next_status_ns;
@@ -129,7 +129,7 @@ void fixture_verify(unsigned member, uint8_t subtype, uint16_t number);
 /// Send TM[130,10] of a member.
 void fixture_link_changed(unsigned member, uint16_t link, uint8_t previous, uint8_t state);
 /// Put a member into a state as if it had reported it, with phase and configuration that fit.
-void fixture_place(unsigned member, state_t state);
+void fixture_put_in_state(unsigned member, state_t state);
 /// Bring both members to PRE_OPERATIONAL, negotiate and open their links, then put them into a state; forget
 /// the lines.
 void fixture_link_up(state_t state);

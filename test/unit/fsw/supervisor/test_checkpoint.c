@@ -307,7 +307,7 @@ static void a_link_that_the_mission_does_not_have_is_refused(void)
     NO_TRUTH_REFUSED(CHECKPOINT_LINK, graph.edges[0].is_stale);
     REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
     REFUSED(CHECKPOINT_LINK, renewed, 2U);
-    state.accepted[1] = state.accepted[0]; // The entry is at the place of another subsystem.
+    state.accepted[1] = state.accepted[0]; // The entry is at the position of another subsystem.
     expect_flaw(CHECKPOINT_LINK);
     state.graph.count    = 2U; // The same link twice.
     state.graph.edges[1] = state.graph.edges[0];
@@ -495,12 +495,12 @@ static const char* blocks(bool is_backwards)
 {
     static char content[200];
     size_t length        = 0U;
-    size_t place         = 0U;
+    size_t position      = 0U;
     size_t size          = 0U;
     const uint8_t* block = NULL;
     do {
-        block = is_backwards ? supervisor_checkpoint_before(&checkpoint, ANNEX, &place, &size)
-                             : supervisor_checkpoint_next(&checkpoint, ANNEX, &place, &size);
+        block = is_backwards ? supervisor_checkpoint_before(&checkpoint, ANNEX, &position, &size)
+                             : supervisor_checkpoint_next(&checkpoint, ANNEX, &position, &size);
         if (block != NULL) {
             (void)memcpy(&content[length], block, size);
             length += size;

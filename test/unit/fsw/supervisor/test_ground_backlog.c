@@ -236,7 +236,7 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
-/// All places of all queues, which share one block: the largest number of waiting reports.
+/// All slots of all queues, which share one block: the largest number of waiting reports.
 static void full_queues_are_copied_completely(void)
 {
     static const uint8_t types[PUS_CLASSES][2] = {{1U, 7U}, {17U, 2U}, {3U, 25U}};
@@ -246,7 +246,7 @@ static void full_queues_are_copied_completely(void)
     size_t size       = 0U;
     unsigned expected = 0U;
     message_ring_init(&ring, storage, sizeof storage);
-    for (unsigned i = 0U; i < 300U; i++) { // Afterwards the queues do not begin at their first place.
+    for (unsigned i = 0U; i < 300U; i++) { // Afterwards the queues do not begin at their first slot.
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 7U, 0U, 30U));
         expect(true, 0U);
     }

@@ -75,7 +75,7 @@ static void a_full_graph_refuses(void)
     }
     const link_edge_t more = edge(99U, 16U, 17U);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, supervisor_link_graph_add(&graph, &more));
-    add(&graph, 5U, 16U, 18U); // Replacing an edge needs no free place.
+    add(&graph, 5U, 16U, 18U); // Replacing an edge needs no free slot.
     TEST_ASSERT_TRUE(supervisor_link_graph_remove(&graph, LINK_GRAPH_EDGES));
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_link_graph_add(&graph, &more));
 }

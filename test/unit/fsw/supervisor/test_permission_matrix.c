@@ -89,7 +89,8 @@ static void a_request_is_denied_if_any_part_of_its_key_differs(void)
     }
 }
 
-/// True for service * 1000 + subtype of requests that only cause a report, in addition to ST[17].
+/// True for the requests of the built-in set, except TC[129,1]: reports, reads, ST[17], closing a link,
+/// shutdown. A key is service * 1000 + subtype.
 static bool is_in(const uint8_t service, const uint8_t subtype)
 {
     static const unsigned keys[] = {

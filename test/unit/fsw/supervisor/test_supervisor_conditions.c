@@ -69,7 +69,7 @@ static void any_doubt_about_a_member_forbids_the_transition_to_operational(void)
 
 static void a_mission_without_a_power_limit_needs_no_power(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_OFFLINE);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OFFLINE);
     mission()->power_available_w = 1U;
     TEST_ASSERT_EQUAL(PUS_FAILURE_RESOURCES, refusal_of(ARM, STATE_PRE_OPERATIONAL));
     mission()->power_available_w = 0U;
@@ -82,12 +82,12 @@ static void requests_for_impossible_states_are_passed_to_the_target(void)
     mission()->storage.rules[0].is_any = true;
     mission()->storage.rules[0].modes  = UINT8_MAX;
     mission()->storage.rules[0].states = UINT16_MAX;
-    fixture_place(FIXTURE_ARM, STATE_OFFLINE);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OFFLINE);
     mission()->power_available_w = 1U;
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, 77U));
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_ERROR_OPERATIONAL));
     TEST_ASSERT_EQUAL(PUS_FAILURE_RESOURCES, refusal_of(ARM, STATE_PRE_OPERATIONAL));
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     entry_of(ARM)->doubt = DOUBT_SILENT; // A request for a higher state would be refused.
     TEST_ASSERT_EQUAL(PUS_FAILURE_NONE, refusal_of(ARM, STATE_POST_OPERATIONAL));
     entry_of(ARM)->state = STATE_OFFLINE;
@@ -99,7 +99,7 @@ static void requests_for_impossible_states_are_passed_to_the_target(void)
 static void a_report_that_is_too_short_changes_no_state(void)
 {
     static const uint8_t pre_operational[] = {STATE_PRE_OPERATIONAL};
-    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_TRANSITION, pre_operational, 1U);
     fixture_report(FIXTURE_ARM, PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_STATUS, pre_operational, 1U);
     fixture_step();
@@ -119,7 +119,7 @@ static void occur_event(const uint16_t apid, const uint8_t severity, const uint1
 static state_t ordered_state_after(const state_t open, const uint16_t event)
 {
     registry_entry_t* const arm = entry_of(ARM);
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     arm->is_order_pending = true;
     arm->ordered          = open;
     occur_event(ARM, PUS_SEVERITY_MEDIUM, event);
@@ -144,7 +144,7 @@ static void a_waiting_order_for_a_lower_state_is_not_replaced(void)
 
 static void the_loss_of_a_process_outside_of_the_mission_orders_nothing(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_forget();
     supervisor_error_member_lost(&fixture.supervisor, UNKNOWN, SUPERVISOR_EVENT_PROCESS_LOST);
     fixture_run(2U);
@@ -177,7 +177,7 @@ static void a_high_finding_about_the_supervisor_needs_a_plan_of_its_own(void)
 static uint16_t event_of_loss(const uint16_t event)
 {
     fixture.supervisor.plans = (plan_runner_t){0};
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     supervisor_error_member_lost(&fixture.supervisor, ARM, event);
     const plan_run_t* const run = supervisor_plan_runner_of(&fixture.supervisor.plans, ARM);
     TEST_ASSERT_NOT_NULL(run);
@@ -229,8 +229,8 @@ static void an_own_event_is_about_the_subsystem_that_its_first_field_names(void)
 
 static void members_are_ready(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture_forget();
 }
 

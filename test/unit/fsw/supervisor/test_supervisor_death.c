@@ -56,7 +56,7 @@ void tearDown(void)
 /// Kill the supervisor and open the next one, which has none of the memory of the first.
 static void die(void)
 {
-    static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
+    static message_slot_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
     osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     life++; // The channels begin a new life, too.
@@ -201,8 +201,8 @@ static void the_graph_follows_the_link_reports_of_subsystems(void)
 /// A link that was agreed and is not open yet can be opened as without the death.
 static void a_restarted_supervisor_has_the_link_agreements(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     for (uint16_t link = LINK_ARM_STATE; link <= LINK_HAND_POS; link++) {
         (void)fixture_request_link(link);
         fixture_run(5U);
@@ -228,7 +228,7 @@ static void a_restarted_supervisor_has_the_networks(void)
     fixture_step();
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0602 from 8001"));
     die();
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_run(60U); // The plan continues to its end.
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
@@ -237,8 +237,8 @@ static void a_restarted_supervisor_has_the_networks(void)
 
 static void a_negotiation_continues(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].takes_nothing = true;
     const uint16_t number                      = fixture_request_link(LINK_ARM_STATE);
     fixture_step();
@@ -468,7 +468,7 @@ static void a_shutdown_continues(void)
 
 static void the_report_of_the_member_takes_precedence(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_step();
     die();
     fixture.members[FIXTURE_ARM].state = STATE_ERROR_OPERATIONAL; // The report of this state was lost.

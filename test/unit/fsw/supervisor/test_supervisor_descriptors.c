@@ -65,7 +65,7 @@ static void another_interface_is_reported_once_and_refused(void)
 
 static void with_another_interface_a_subsystem_may_go_down_and_answer(void)
 {
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture.members[FIXTURE_LONE].interface_offset = OTHER_HASH;
     fixture_run(TICKS_OF_A_STATUS);
     fixture_forget();

@@ -37,7 +37,7 @@ static void cut_off_arm(void)
     run_ms(1700);
     fixture.members[FIXTURE_ARM].state = STATE_ERROR_OPERATIONAL;
     fixture.members[FIXTURE_ARM].phase = PHASE_SECURED;
-    fixture_place(FIXTURE_HAND, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_SAFE_OPERATIONAL);
     fixture_forget();
 }
 

@@ -38,14 +38,14 @@ static uint64_t patience_of(uint16_t apid)
 static void a_high_error_shuts_the_network_down_in_the_same_step(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
     // HAND gets a command; ARM goes down without one; LONE is not in the network. The events report that
     // network 16 was shut down because of 16, and that its plan has started.
     fixture_expect("G/16 5.4 0005\nG 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(490);
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
     fixture_forget();
@@ -85,11 +85,11 @@ static void an_event_whose_report_is_disabled_has_the_same_reaction(void)
     // The event is not reported to the ground.
     fixture_expect("G 5.1 000300100010\nG 5.1 000600100005\n17 TC 129.8 0602 from 8001\n");
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     run_ms(520);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0003 from 8001"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_forget();
     notice(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();
@@ -122,7 +122,7 @@ static void one_failure_has_one_plan(void)
 static void failures_of_separate_networks_have_separate_plans(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_event(FIXTURE_LONE, PUS_SEVERITY_HIGH, BROKEN);
@@ -136,7 +136,7 @@ static void failures_of_separate_networks_have_separate_plans(void)
 static void a_partner_in_error_or_lost_receives_no_second_command(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_run(2U);
@@ -162,7 +162,7 @@ static void a_plan_of_the_mission_replaces_the_built_in_one(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("G 131.2 010003")); // NOMINAL to SAFE, cause plan.
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
-    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     run_ms(170);
     TEST_ASSERT_FALSE(fixture_has("17 TC"));
@@ -173,7 +173,7 @@ static void a_plan_of_the_mission_replaces_the_built_in_one(void)
 
 static void a_plan_that_only_logs_has_no_other_effect(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, BROKEN);
     run_ms(1000);
@@ -183,7 +183,7 @@ static void a_plan_that_only_logs_has_no_other_effect(void)
 static void a_subsystem_without_links_goes_down_alone(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_LONE, PUS_SEVERITY_HIGH, BROKEN);
     run_ms(700);
@@ -199,7 +199,7 @@ static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_s
 {
     static const uint16_t events[] = {STRAIN, TIRED}; // The first has a plan, the second has none.
     for (unsigned i = 0U; i < 2U; i++) {
-        fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+        fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
         fixture_forget();
         fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, events[i]);
         fixture_step();
@@ -219,7 +219,7 @@ static void a_medium_error_never_commands_a_higher_state(void)
     static const uint16_t events[] = {STRAIN, TIRED};
     for (unsigned i = 0U; i < 4U; i++) {
         for (unsigned k = 0U; k < 2U; k++) {
-            fixture_place(FIXTURE_ARM, states[i]);
+            fixture_put_in_state(FIXTURE_ARM, states[i]);
             fixture_forget();
             fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, events[k]);
             fixture_run(3U);
@@ -234,7 +234,7 @@ static void a_plan_may_take_a_member_to_its_safe_state(void)
     static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_OPERATIONAL,
                                      STATE_ERROR_OPERATIONAL};
     for (unsigned i = 0U; i < 4U; i++) {
-        fixture_place(FIXTURE_LONE, states[i]);
+        fixture_put_in_state(FIXTURE_LONE, states[i]);
         fixture_forget();
         fixture_event(FIXTURE_LONE, PUS_SEVERITY_MEDIUM, STRAIN);
         fixture_run(2U);
@@ -402,7 +402,7 @@ static void nothing_is_sent_to_a_restarted_process_before_it_is_heard(void)
     TEST_ASSERT_TRUE(fixture_has("G 1.10 #0 0002"));
     TEST_ASSERT_EQUAL(0U, fixture.members[FIXTURE_LONE].heartbeats);
     fixture.members[FIXTURE_LONE].is_silent = false;
-    fixture_place(FIXTURE_LONE, STATE_OFFLINE);
+    fixture_put_in_state(FIXTURE_LONE, STATE_OFFLINE);
     fixture_run(2U);
     fixture_forget();
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -486,7 +486,7 @@ static void random_errors_leave_the_supervisor_consistent(void)
         } else if (chance == 5U) {
             fixture.members[member].is_running = ((random >> 24U) % 16U) != 0U;
         } else if (chance == 6U) {
-            fixture_place(member, (state_t)((random >> 22U) % 7U));
+            fixture_put_in_state(member, (state_t)((random >> 22U) % 7U));
         } else if (chance == 7U) {
             (void)fixture_request_link((uint16_t)(1U + ((random >> 22U) % 2U)));
         } else if (chance == 8U) {
@@ -516,7 +516,7 @@ static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // A new failure; HAND needs no command.
     fixture_step();
@@ -526,7 +526,7 @@ static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure without a command.
     fixture_step();
     TEST_ASSERT_FALSE(fixture_has(shut_down));
-    fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS); // The same failure with a command.
     fixture_step();
@@ -538,7 +538,7 @@ static void a_shutdown_of_a_network_is_reported_once_for_each_failure_or_command
 static void a_command_without_an_answer_is_repeated_after_a_second(void)
 {
     const registry_entry_t* const arm = supervisor_registry_find(&fixture.supervisor, ARM);
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].is_passive = true;
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TIRED);
     fixture_step();

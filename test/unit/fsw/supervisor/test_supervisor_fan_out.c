@@ -21,7 +21,7 @@ static void bring_second_reader(void)
 void setUp(void)
 {
     fixture_open_up();
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_link_up(STATE_PRE_OPERATIONAL);
     bring_second_reader();
 }

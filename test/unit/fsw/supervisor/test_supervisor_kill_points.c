@@ -244,7 +244,7 @@ static void watch_arrivals(void)
 /// Open the next supervisor, which has none of its predecessor's memory.
 static void open_successor(void)
 {
-    static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
+    static message_slot_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
     osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);
     message_open(&fixture.endpoint, SUPERVISOR_APID, 1U, carrier, inbox, sizeof inbox / sizeof inbox[0]);
@@ -294,8 +294,8 @@ void setUp(void)
     REQUEST(PUS_SERVICE_STORAGE, 31U, RING "\1\0\20\0");
     REQUEST(PUS_SERVICE_STORAGE, 1U, "\1" RING);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
 }
 
 void tearDown(void)
@@ -382,8 +382,8 @@ static void expect_frames_once(void)
 {
     for (unsigned i = FIXTURE_GROUND; i <= FIXTURE_ARM; i++) {
         const message_endpoint_t* const member = &fixture.members[i].endpoint;
-        const message_channel_t* const up      = &member->places[0].channel;
-        const message_channel_t* const down    = &fixture.endpoint.places[i].channel;
+        const message_channel_t* const up      = &member->slots[0].channel;
+        const message_channel_t* const down    = &fixture.endpoint.slots[i].channel;
         TEST_ASSERT_EQUAL(0U, member->counters.lost);
         TEST_ASSERT_TRUE(member->counters.stale <= 2U); // Each death may cause one repeated frame.
         TEST_ASSERT_EQUAL(down->position.sent, member->counters.received);

@@ -125,8 +125,8 @@ static const char* at(const char* text, const char* line)
     return found;
 }
 
-/// The subsystem in the first place of the table starts like the others.
-static void an_autostart_subsystem_starts_at_any_place_of_the_table(void)
+/// The subsystem at the first position of the table starts like the others.
+static void an_autostart_subsystem_starts_at_any_position_of_the_table(void)
 {
     fixture_open();
     mission_subsystem_t* const first = (mission_subsystem_t*)fixture.supervisor.registry[0].mission;
@@ -158,7 +158,7 @@ static void a_mission_shuts_down_with_communication_last(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     const uint8_t mode[1] = {MODE_SAFE};
     (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // This request is allowed in every mode.
@@ -202,7 +202,7 @@ static void a_stop_request_shuts_the_mission_down(void)
 {
     fixture_open_up();
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     fixture.is_stop_requested = true;
     fixture_run(30U);
@@ -387,7 +387,7 @@ static void a_log_that_can_be_written_again_is_reported(void)
 static void subsystems_are_listed(void)
 {
     fixture_open_up();
-    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     fixture_forget();
     (void)mission_tc(PUS_MISSION_REPORT_SUBSYSTEMS, NULL, 0U);
     fixture_run(2U);
@@ -430,7 +430,7 @@ static void processes_are_stopped_and_started(void)
 static void a_request_to_start_or_stop_is_refused_where_it_is_not_permitted(void)
 {
     fixture_open_up();
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
     (void)process_tc(PUS_MISSION_STOP_PROCESS, ARM); // The subsystem is not OFFLINE.
     (void)process_tc(PUS_MISSION_STOP_PROCESS, SUPERVISOR_APID);
@@ -530,7 +530,7 @@ static void reports_of_unknown_states_are_ignored(void)
 {
     static const uint8_t states[] = {10U, 11U, 128U, 255U};
     fixture_open_up();
-    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     for (unsigned i = 0U; i < sizeof states; i++) {
         const pus_transition_t made         = {.state = states[i], .phase = 0U};
         const pus_subsystem_status_t status = {.state = states[i], .phase = 0U};
@@ -567,7 +567,7 @@ int main(void)
     RUN_TEST(a_mission_shuts_down_with_communication_last);
     RUN_TEST(a_stop_request_shuts_the_mission_down);
     RUN_TEST(a_stop_request_right_after_the_start_is_obeyed);
-    RUN_TEST(an_autostart_subsystem_starts_at_any_place_of_the_table);
+    RUN_TEST(an_autostart_subsystem_starts_at_any_position_of_the_table);
     RUN_TEST(the_first_member_delays_no_other_when_it_hangs);
     RUN_TEST(a_member_that_hangs_delays_no_other);
     RUN_TEST(the_mission_shuts_down_without_communication);

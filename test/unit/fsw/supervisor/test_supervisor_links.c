@@ -12,8 +12,8 @@
 void setUp(void)
 {
     fixture_open_up();
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture_forget();
 }
 
@@ -118,14 +118,14 @@ static void two_links_are_negotiated_at_once(void)
 
 static void impossible_requests_are_refused(void)
 {
-    fixture_place(FIXTURE_HAND, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_SAFE_OPERATIONAL);
     fixture_forget();
     (void)fixture_request_link(LINK_ARM_STATE);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("G 130.5 000000070600")); // Reason: state.
     TEST_ASSERT_TRUE(fixture_has("G 1.8 #0 0409 600"));
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture_forget();
     (void)fixture_open_link(LINK_ARM_STATE); // This link was not negotiated.
     (void)fixture_open_link(0U);
@@ -402,7 +402,7 @@ static void an_end_that_closes_by_itself_receives_no_request_to_close(void)
         tearDown();
         setUp();
         fixture_link_up(STATE_PRE_OPERATIONAL);
-        fixture_place(FIXTURE_HAND, downwards[i]);
+        fixture_put_in_state(FIXTURE_HAND, downwards[i]);
         fixture_link_changed(FIXTURE_ARM, LINK_ARM_STATE, PUS_LINK_STATE_OPEN, PUS_LINK_STATE_CLOSED);
         fixture_run(10U);
         TEST_ASSERT_FALSE(fixture_has("17 TC 130.7"));
@@ -516,7 +516,7 @@ static void the_manager_reports_its_links(void)
 /// Only a request for a higher state requires open links.
 static void a_request_for_the_present_state_needs_no_link(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     fixture_forget();
     (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL);
     fixture_run(1U);

@@ -24,7 +24,8 @@ static uint16_t process_tc(uint8_t subtype, uint16_t apid)
     return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, sizeof data);
 }
 
-/// Another user commands a subsystem while the mission shuts down: it would not be OFFLINE at the end.
+/// Another user commands a subsystem while the mission shuts down. If the supervisor passed the request on,
+/// the subsystem would not be OFFLINE at the end.
 static void no_subsystem_goes_up_and_no_process_starts_during_the_shutdown(void)
 {
     fixture_link_up(STATE_OPERATIONAL);

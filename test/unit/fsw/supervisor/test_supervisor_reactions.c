@@ -50,7 +50,7 @@ static const failure_t failures[] = {
 static void fail(const failure_t* failure)
 {
     if (failure->severity == PUS_SEVERITY_HIGH) {
-        fixture_place(failure->member, STATE_ERROR_OPERATIONAL);
+        fixture_put_in_state(failure->member, STATE_ERROR_OPERATIONAL);
     }
     fixture_event(failure->member, failure->severity, failure->event);
     fixture_step();
@@ -60,8 +60,8 @@ static void fail(const failure_t* failure)
 /// Put both members into OPERATIONAL again, as after commands of the operator.
 static void bring_back_up(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
 }
 
@@ -114,7 +114,7 @@ static void a_high_error_ends_a_medium_plan(void)
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, TORQUE);
     fixture_run(2U);
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 0403 from 8001"));
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, GRIPLESS);
     fixture_step();
@@ -126,7 +126,7 @@ static void a_high_error_ends_a_medium_plan(void)
     run_ms(600);
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 0003 from 8001"));
     fixture_forget();
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     run_ms(25000); // The plan of 20 s has no effect any more.
     TEST_ASSERT_FALSE(fixture_has("16 TC"));
 }
@@ -134,10 +134,10 @@ static void a_high_error_ends_a_medium_plan(void)
 static void a_medium_error_during_a_high_plan_starts_no_plan(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_HIGH, JAMMED);
     fixture_run(2U);
-    fixture_place(FIXTURE_HAND, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_OPERATIONAL);
     fixture_forget();
     fixture_event(FIXTURE_HAND, PUS_SEVERITY_MEDIUM, STRAIN);
     fixture_run(2U);
@@ -234,7 +234,7 @@ static void break_the_log(void)
 
 static void the_supervisors_own_errors_have_plans(void)
 {
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     break_the_log();
     run_ms(300);
@@ -293,8 +293,8 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.counters.plans_started);
 }
 
-/// An event of the supervisor is recorded once in a step; an event without a place is counted.
-static void own_events_are_recorded_once_and_counted_without_a_place(void)
+/// An event of the supervisor is recorded once in a step; an event without a slot is counted.
+static void own_events_are_recorded_once_and_counted_without_a_slot(void)
 {
     supervisor_t* const supervisor          = &fixture.supervisor;
     const uint8_t octets[3]                 = {0U, (uint8_t)SUPERVISOR_EVENT_LOG_FAILED, 0U};
@@ -314,7 +314,7 @@ static void own_events_are_recorded_once_and_counted_without_a_place(void)
         supervisor->own_events[k].event_id = (uint16_t)(1000U + k);
     }
     supervisor->own_event_count = SUPERVISOR_OWN_EVENTS - 1U;
-    supervisor_error_own_event(supervisor, &tm, &occurrence); // The last place.
+    supervisor_error_own_event(supervisor, &tm, &occurrence); // The last slot.
     TEST_ASSERT_EQUAL(SUPERVISOR_OWN_EVENTS, supervisor->own_event_count);
     supervisor->own_events[SUPERVISOR_OWN_EVENTS - 1U].event_id = 2000U;
     supervisor_error_own_event(supervisor, &tm, &occurrence);
@@ -336,6 +336,6 @@ int main(void)
     RUN_TEST(the_supervisors_own_errors_have_plans);
     RUN_TEST(a_disabled_report_does_not_disable_the_recovery_plan);
     RUN_TEST(an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descriptor);
-    RUN_TEST(own_events_are_recorded_once_and_counted_without_a_place);
+    RUN_TEST(own_events_are_recorded_once_and_counted_without_a_slot);
     return UNITY_END();
 }

@@ -12,9 +12,9 @@
 
 #define SECOND 100U ///< Ticks.
 // Reports of events, up to the event number; APID and further fields follow.
-#define BACK "G 5.1 001F"    ///< RECOMMISSIONED.
-#define STOPPED "G 5.2 0020" ///< RECOMMISSION_STOPPED.
-#define HUNG "G 5.4 001E"    ///< PROCESS_HUNG.
+#define RETURNED "G 5.1 001F" ///< RECOMMISSIONED.
+#define STOPPED "G 5.2 0020"  ///< RECOMMISSION_STOPPED.
+#define HUNG "G 5.4 001E"     ///< PROCESS_HUNG.
 
 static mission_subsystem_t* mission_of(uint16_t apid)
 {
@@ -45,7 +45,7 @@ static void expect_line(const char* format, unsigned first, unsigned second)
 
 static void expect_back(uint16_t apid, state_t state)
 {
-    expect_line(BACK "%04X%04X", apid, (unsigned)state);
+    expect_line(RETURNED "%04X%04X", apid, (unsigned)state);
 }
 
 static bool is_under_way(uint16_t apid)
@@ -71,7 +71,7 @@ void tearDown(void)
     fixture_close();
 }
 
-// ---- The way back ----
+// ---- Return to the earlier state ----
 
 static void a_network_is_recommissioned_with_its_links(void)
 {
@@ -128,7 +128,7 @@ static void no_subsystem_is_recommissioned_unless_the_mission_requires_that(void
     mission_of(ARM)->is_recommissioned = false;
     die(FIXTURE_ARM);
     fixture_run(3U * SECOND);
-    TEST_ASSERT_FALSE(fixture_has(BACK));
+    TEST_ASSERT_FALSE(fixture_has(RETURNED));
     TEST_ASSERT_FALSE(fixture_has(STOPPED));
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_ARM].state);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state);
@@ -208,7 +208,7 @@ static void a_new_phase_is_progress(void)
     fixture.members[FIXTURE_ARM].is_passive = true;
     fixture_run(4U * SECOND);
     TEST_ASSERT_EQUAL(PHASE_UNCONFIGURED, fixture.members[FIXTURE_ARM].phase);
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL); // Now the member is configured.
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL); // Now the member is configured.
     TEST_ASSERT_EQUAL(PHASE_CONFIGURED, fixture.members[FIXTURE_ARM].phase);
     fixture_run(4U * SECOND);
     TEST_ASSERT_TRUE(is_under_way(ARM));
@@ -251,7 +251,7 @@ static void a_member_that_fails_again_is_not_recommissioned(void)
     fixture.members[FIXTURE_ARM].ignores_links = true;
     fixture_run(SECOND + (SECOND / 2U));
     TEST_ASSERT_EQUAL(STATE_PRE_OPERATIONAL, fixture.members[FIXTURE_ARM].state);
-    fixture_place(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_ERROR_OPERATIONAL);
     fixture_run(2U);
     expect_stopped(ARM, STATE_ERROR_OPERATIONAL, PUS_FAILURE_STATE);
 }
@@ -272,7 +272,7 @@ static void a_member_commanded_down_by_a_user_is_not_recommissioned(void)
 static void a_member_that_had_failed_before_is_not_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_run(SECOND / 5U);
     die(FIXTURE_ARM);
     TEST_ASSERT_TRUE(is_under_way(ARM));
@@ -283,7 +283,7 @@ static void a_member_that_had_failed_before_is_not_recommissioned(void)
 static void a_member_that_failed_by_the_same_death_is_recommissioned(void)
 {
     link_up(STATE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     die(FIXTURE_ARM);
     fixture_run(1U);
     TEST_ASSERT_TRUE(is_under_way(HAND));
@@ -380,7 +380,7 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, deaths_of(ARM), where);
         TEST_ASSERT_EQUAL_MESSAGE(0U, times_reported(text, "G 5.4"), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, BACK "00100005"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, RETURNED "00100005"), where);
         TEST_ASSERT_EQUAL_MESSAGE(0U, times_reported(text, STOPPED), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state, where);
@@ -413,9 +413,9 @@ static void the_recovery_plan_of_a_hanging_partner_ends_recommissioning(void)
         TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, HUNG "0011"), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(
-            1U, times_reported(text, BACK "0010") + times_reported(text, STOPPED "0010"), where);
+            1U, times_reported(text, RETURNED "0010") + times_reported(text, STOPPED "0010"), where);
         TEST_ASSERT_EQUAL_MESSAGE(
-            1U, times_reported(text, BACK "0011") + times_reported(text, STOPPED "0011"), where);
+            1U, times_reported(text, RETURNED "0011") + times_reported(text, STOPPED "0011"), where);
         fixture_close();
     }
     fixture_open();
@@ -451,7 +451,7 @@ static void hangs_during_recommissioning_use_up_the_restart_budget(void)
     const char* const text = fixture_look();
     TEST_ASSERT_EQUAL(1U, times_reported(text, HUNG "0010"));
     TEST_ASSERT_EQUAL(1U, times_reported(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
-    TEST_ASSERT_EQUAL(0U, times_reported(text, BACK "0010"));
+    TEST_ASSERT_EQUAL(0U, times_reported(text, RETURNED "0010"));
 }
 
 // ---- Budget ----

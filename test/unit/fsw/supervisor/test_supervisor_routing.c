@@ -286,7 +286,7 @@ static void a_request_that_no_rule_allows_is_denied(void)
     (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
     fixture_run(1U);
     fixture_expect("G 1.2 #0 0110 100\n"); // Mode 1, state 0.
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_forget();
     (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "REST\0\0\0\0\0", 9U);
     (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0X\0", 9U);
@@ -308,7 +308,7 @@ static void a_request_that_no_rule_allows_is_denied(void)
 
 static void a_rule_allows_a_request_in_its_mode_and_state(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_forget();
     (void)fixture_tc(ARM, PUS_SERVICE_FUNCTIONS, 1U, "MOVE\0\0\0\0\0", 9U);
     fixture_run(1U);
@@ -326,7 +326,7 @@ static void connection_tests_reads_and_status_are_always_allowed(void)
 {
     const uint8_t mode[1] = {MODE_SAFE};
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SET_MODE, mode, 1U);
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     fixture_run(1U);
     fixture_forget();
     (void)fixture_tc(ARM, PUS_SERVICE_TEST, 1U, NULL, 0U);
@@ -348,8 +348,8 @@ static void connection_tests_reads_and_status_are_always_allowed(void)
 
 static void a_request_beyond_the_power_is_refused(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
-    fixture_place(FIXTURE_LONE, STATE_PRE_OPERATIONAL); // 41 W.
+    fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
+    fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL); // 41 W.
     fixture_close_link(LINK_HAND_POS);
     fixture.members[FIXTURE_ARM].configuration = 1U; // Configuration 1 has no links.
     fixture_run(60U);
@@ -367,12 +367,12 @@ static void a_request_beyond_the_power_is_refused(void)
 
 static void links_are_needed_on_the_way_up(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
     (void)fixture_request_state(ARM, STATE_SAFE_OPERATIONAL);
     fixture_run(1U);
     fixture_expect("G 1.2 #0 0111 100002\n"); // Consumer 16, port 2.
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture_forget();
     (void)fixture_request_state(HAND, STATE_SAFE_OPERATIONAL);
     fixture_run(1U);
@@ -406,7 +406,7 @@ static void a_stale_link_counts_as_missing(void)
 static void no_member_goes_up_while_a_partner_is_in_error(void)
 {
     fixture_link_up(STATE_SAFE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
     fixture_forget();
     const uint16_t barred = fixture_request_state(ARM, STATE_OPERATIONAL);
     fixture_run(1U);
@@ -439,7 +439,7 @@ static void no_member_leaves_safe_operational_while_a_partner_operates(void)
 
 static void an_upward_request_may_go_up_by_one_state_only(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
     (void)fixture_request_state(ARM, STATE_OPERATIONAL);
     fixture_run(1U);

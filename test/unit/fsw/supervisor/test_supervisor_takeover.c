@@ -42,7 +42,7 @@ void tearDown(void)
 
 static void take_over(void)
 {
-    static message_place_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
+    static message_slot_t inbox[sizeof fixture.inbox / sizeof fixture.inbox[0]];
     former = fixture.supervisor;
     osal_file_close(&fixture.supervisor.log.file); // The system closes the file of a dead process.
     (void)memset(&fixture.supervisor, 0, sizeof fixture.supervisor);

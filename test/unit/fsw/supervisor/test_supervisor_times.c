@@ -145,8 +145,8 @@ static void earlier_deaths_do_not_count_after_a_life_of_the_restart_period(void)
 
 static void a_negotiation_ends_at_its_deadline(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
-    fixture_place(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_HAND, STATE_PRE_OPERATIONAL);
     fixture.members[FIXTURE_ARM].ignores_links = true;
     fixture_run(1U);
     (void)fixture_request_link(LINK_ARM_STATE);
@@ -216,7 +216,7 @@ static void a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second(void)
         ((mission_subsystem_t*)entry_of(ARM)->mission)->is_recommissioned  = true;
         ((mission_subsystem_t*)entry_of(HAND)->mission)->is_recommissioned = true;
         fixture_link_up(STATE_OPERATIONAL);
-        fixture_place(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
+        fixture_put_in_state(FIXTURE_HAND, STATE_ERROR_OPERATIONAL);
         die_at(entry_of(HAND)->error_ns + (100U * MS) + ((i == 0U) ? 0U : TICK));
         TEST_ASSERT_TRUE(entry_of(ARM)->recommission.is_active);
         TEST_ASSERT_EQUAL(i == 0U, entry_of(HAND)->recommission.is_active);
@@ -227,7 +227,7 @@ static void a_partner_in_error_is_recommissioned_up_to_a_tenth_of_a_second(void)
 
 static void a_step_of_the_shutdown_ends_after_more_than_three_seconds(void)
 {
-    fixture_place(FIXTURE_LONE, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_LONE, STATE_OPERATIONAL);
     fixture.members[FIXTURE_LONE].is_passive = true;
     fixture.is_stop_requested                = true;
     fixture_run(2U);

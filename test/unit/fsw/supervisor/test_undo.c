@@ -9,7 +9,7 @@
 
 static checkpoint_t checkpoint;
 static checkpoint_state_t state;
-static undo_medium_t places[2];
+static undo_medium_t storage[2];
 static medium_t inner;
 static medium_t medium; // The medium with the undo record.
 static bool fails;      // Reads and some queries of the size fail.
@@ -33,7 +33,7 @@ static status_t size_of_inner(void* context, uint64_t* out_size)
 
 static void open_medium(void)
 {
-    medium = supervisor_undo_open(&places[0], &checkpoint, 0U, &inner);
+    medium = supervisor_undo_open(&storage[0], &checkpoint, 0U, &inner);
 }
 
 static void commit(void)
@@ -95,7 +95,7 @@ static void the_other_functions_are_those_of_the_inner_medium(void)
     TEST_ASSERT_EQUAL(3U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, medium.read(medium.context, 0U, octets, sizeof octets));
     TEST_ASSERT_EQUAL_MEMORY("abc", octets, 3U);
-    const medium_t bare = supervisor_undo_open(&places[0], NULL, 0U, &inner);
+    const medium_t bare = supervisor_undo_open(&storage[0], NULL, 0U, &inner);
     TEST_ASSERT_EQUAL_PTR(inner.context, bare.context);
 }
 
@@ -103,9 +103,9 @@ static void each_medium_has_its_own_undo_record(void)
 {
     write_text(0U, "abc");
     const medium_t second    = recorded_medium(1U);
-    const medium_t of_second = supervisor_undo_open(&places[1], &checkpoint, 1U, &second);
+    const medium_t of_second = supervisor_undo_open(&storage[1], &checkpoint, 1U, &second);
     TEST_ASSERT_EQUAL(STATUS_OK, of_second.write(of_second.context, 0U, (const uint8_t*)"12", 2U));
-    (void)supervisor_undo_open(&places[1], &checkpoint, 1U, &second);
+    (void)supervisor_undo_open(&storage[1], &checkpoint, 1U, &second);
     TEST_ASSERT_EQUAL(0U, recorded.image[1].size);
     expect_text("abc");
 }
@@ -161,10 +161,10 @@ static void random_writes_are_undone(void)
         before              = recorded.image[0];
         for (uint32_t left = draw(6U); left > 0U; left--) {
             (void)memset(octets, (int)draw(256U), sizeof octets);
-            const uint32_t place = draw(20000U);
+            const uint32_t offset = draw(20000U);
             const status_t status =
-                (draw(5U) == 0U) ? medium.resize(medium.context, place)
-                                 : medium.write(medium.context, place, octets, 1U + draw(sizeof octets));
+                (draw(5U) == 0U) ? medium.resize(medium.context, offset)
+                                 : medium.write(medium.context, offset, octets, 1U + draw(sizeof octets));
             TEST_ASSERT_EQUAL(STATUS_OK, status);
         }
         if (is_dying) {

@@ -79,13 +79,13 @@ def test_a_field_has_the_bounds_of_its_enumeration(with_side):
     assert untouched.enumeration is None
 
 
-@pytest.mark.parametrize("line, name, item, says", [(9, "FOOT", field(), "an <Enumeration> defined above; there are: SIDE"),
+@pytest.mark.parametrize("line, name, item, message", [(9, "FOOT", field(), "an <Enumeration> defined above; there are: SIDE"),
                                                      (1, "SIDE", field(), "an <Enumeration> defined above; there are: none"),
                                                      (9, "SIDE", field(min=0), "with an enumeration there is no min and no max"),
                                                      (9, "SIDE", field("INT8"), "one whose numbers fit INT8"),
                                                      (9, "SIDE", field("BOOL"), "one whose numbers fit BOOL")])
-def test_a_field_that_cannot_have_an_enumeration_is_refused(with_side, line, name, item, says):
-    with pytest.raises(DescriptorError, match=f"d.xml:{line}: .*{says}"):
+def test_a_field_that_cannot_have_an_enumeration_is_refused(with_side, line, name, item, message):
+    with pytest.raises(DescriptorError, match=f"d.xml:{line}: .*{message}"):
         names.enumerate_field(with_side, Element("d.xml", line, "Field", {"enumeration": name}), item)
 
 
@@ -96,11 +96,11 @@ def test_a_loop_performs_the_services_that_it_names():
     assert loop.loop_of(bare).services == []
 
 
-@pytest.mark.parametrize("services, says", [("17 8", r"service 8 cannot have a <Loop> of its own: functions act on devices"), ("17 17", "of 17 20"),
+@pytest.mark.parametrize("services, message", [("17 8", r"service 8 cannot have a <Loop> of its own: functions act on devices"), ("17 17", "of 17 20"),
                                             ("9", "of 17 20")])
-def test_services_that_cannot_have_a_loop_are_refused(services, says):
+def test_services_that_cannot_have_a_loop_are_refused(services, message):
     (element,) = container({"name": "SLOW", "samplingTime": "4ms", "priority": "5", "services": services}).children
-    with pytest.raises(DescriptorError, match=says):
+    with pytest.raises(DescriptorError, match=message):
         loop.loop_of(element)
 
 

@@ -68,10 +68,10 @@ def test_a_code_is_described_once(tmp_path):
         load(tmp_path, "[Comments]\nLine1=EMCY 0x1000 LOW a\nLine2=EMCY 0x1000 LOW b\n")
 
 
-@pytest.mark.parametrize("text, says", [("[1000]\nDataType=seven\n", r":0: \[1000\] DataType=seven: expected a number"),
+@pytest.mark.parametrize("text, message", [("[1000]\nDataType=seven\n", r":0: \[1000\] DataType=seven: expected a number"),
                                         ("[1000]\nDataType=7\n[1000]\nDataType=7\n", ":3: not a data sheet"), ("DataType=7\n", ":1: not a data sheet")])
-def test_a_file_that_is_not_a_data_sheet_is_refused(tmp_path, text, says):
-    with pytest.raises(sheet.SheetError, match=says):
+def test_a_file_that_is_not_a_data_sheet_is_refused(tmp_path, text, message):
+    with pytest.raises(sheet.SheetError, match=message):
         load(tmp_path, text)
 
 

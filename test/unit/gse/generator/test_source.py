@@ -79,7 +79,7 @@ def test_ids_are_compared_as_numbers_and_names_as_text():
         source.unique([first, second], "name", "id")
 
 
-@pytest.mark.parametrize("text, line, says", [
+@pytest.mark.parametrize("text, line, message", [
     ("<Other name='a'/>", 1, "<Other>: expected <Top>"),
     ("<Top name='a'>\n<Part/></Top>", 2, "<Part> in <Top>: expected one of Item"),
     ("<Top name='a'><Item name='b'><Part><Item/></Part></Item></Top>", 1, "<Item> in <Part>: expected nothing"),
@@ -92,11 +92,11 @@ def test_ids_are_compared_as_numbers_and_names_as_text():
     ("<Top name='a'>\n</Item>", 2, "not well-formed: mismatched tag"),
     (b"<Top name='\xff'/>", 1, "not well-formed: not well-formed (invalid token)"),
     (b"<!--" + bytes((32,)) * (1 << 20) + b"--><Top name='a'/>", 0, "octets, at most 1048576")])
-def test_a_file_that_is_no_descriptor_is_refused_with_the_line(tmp_path, text, line, says):
+def test_a_file_that_is_no_descriptor_is_refused_with_the_line(tmp_path, text, line, message):
     with pytest.raises(DescriptorError) as refused:
         read(tmp_path, text)
     assert str(refused.value).startswith(f"{tmp_path}/d.xml:{line}: ")
-    assert says is None or str(refused.value).endswith(says)
+    assert message is None or str(refused.value).endswith(message)
 
 
 def test_a_file_that_is_missing_is_refused(tmp_path):

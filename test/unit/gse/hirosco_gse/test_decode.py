@@ -57,9 +57,9 @@ def test_telecommands_in_hexadecimal_are_decoded(shown):
         ((1, 130, 3, struct.pack(">IHHHHH", 7, 0, 17, 1, 16, 2)), "TC[130,3]  to SUPERVISOR: request a link  transaction=7  link=HAND_POSITION"),
         ((16, 17, 1, b""), "TC[17,1]   to MANIPULATOR: perform an are-you-alive connection test"),
         ((16, 8, 1, b"DANCE\0\0\0\0"), "no function of MANIPULATOR 'DANCE'"),
-        ((16, 129, 1, b""), "TC[129,1] does not decode"),
-        ((16, 250, 1, b""), "not known to this ground"),
-        ((999, 8, 1, move), "to APID 999: TC[8,1] does not decode"),
+        ((16, 129, 1, b""), "TC[129,1] cannot be decoded"),
+        ((16, 250, 1, b""), "not in the catalogue of messages"),
+        ((999, 8, 1, move), "to APID 999: TC[8,1] cannot be decoded"),
     ]:
         apid, service, subtype, data = request
         code, lines, _ = shown(packets.build_tc(apid, 5, service, subtype, data).hex())

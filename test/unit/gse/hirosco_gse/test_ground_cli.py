@@ -135,7 +135,7 @@ def test_numbers_are_shown_by_their_names(named):
     assert code == 0 and "CHOICE=[QUICK, 7]" in out.replace(": ", "=")
 
 
-@pytest.mark.parametrize(("number", "words"), [(0x8001, "TOO_FAR, JOINT 2 [0x8001]"), (0x8002, "TOO_FAST [0x8002]"), (0x8003, "not known to this ground")])
+@pytest.mark.parametrize(("number", "words"), [(0x8001, "TOO_FAR, JOINT 2 [0x8001]"), (0x8002, "TOO_FAST [0x8002]"), (0x8003, "failure code not in the dictionary")])
 def test_failures_of_a_subsystem_are_shown_by_their_names(named, number, words):
     code, _, err, _ = named(lambda p: failure(p, 8, number, 2), "cmd", "MANIPULATOR.STOP")
     assert code == 1 and words in err

@@ -178,7 +178,7 @@ def test_every_truncation_is_an_error_and_no_exception(dictionary):
         (0x0106, 3 << 8 | 99, r"\[3,99\]"),
         (0x0408, 17, "JOYSTICK"),
         (0x0409, 1 << 8 | 1, "layout"),
-        (0x7777, 5, "not known"),
+        (0x7777, 5, "not in the dictionary"),
     ],
 )
 def test_a_failure_is_written_in_words(dictionary, code, detail, words):
@@ -194,7 +194,7 @@ def test_every_failure_has_words_and_its_detail(dictionary):
     for code, (what, detail) in dictionary.catalogue.failures.items():
         text = Failure.decode(4, struct.pack(">HHI", code, 0, 0x12345678)).words(dictionary)
         assert text.startswith(f"refused at start of execution: {what}")
-        assert "{" not in text and "not known" not in text
+        assert "{" not in text and "not in the dictionary" not in text
         assert not detail or not text.startswith(f"refused at start of execution: {what} [0x")
 
 

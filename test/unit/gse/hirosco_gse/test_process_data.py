@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places of objects in process data, and units, from data sheets."""
+"""Positions of objects in process data, and units, from data sheets."""
 
 import math
 import pathlib
@@ -42,7 +42,7 @@ def load(tmp_path):
     return loaded
 
 
-def test_padding_takes_place_and_signs_are_those_of_the_objects(load):
+def test_padding_shifts_positions_and_signs_are_those_of_the_objects(load):
     assert process_data.layout(load(DRIVE), 0x6064, 0x6041) == (0x180, 7, [(3, "i4"), (0, "u2")])
 
 

@@ -27,10 +27,10 @@ def lines():
     for verb in commands.VERBS:
         for form in usage.forms(verb):
             words = [SAMPLES.get(word, "1") if re.search("[A-Z]", word) else word.split("|")[0] for word in form if word != "..."]
-            for place, word in enumerate(form[: len(words)]):
-                if place and re.search("[A-Z]|[|]", word):
-                    for long in (LONG, f"n={LONG}", f"{LONG}=1", f"UINT8:{LONG}", f"{words[place]}.{LONG}", f"/{LONG}", f'n=["{LONG}"]', f'n=[{{"{LONG}":1}}]'):
-                        yield [*words[:place], long, *words[place + 1 :]]
+            for index, word in enumerate(form[: len(words)]):
+                if index and re.search("[A-Z]|[|]", word):
+                    for long in (LONG, f"n={LONG}", f"{LONG}=1", f"UINT8:{LONG}", f"{words[index]}.{LONG}", f"/{LONG}", f'n=["{LONG}"]', f'n=[{{"{LONG}":1}}]'):
+                        yield [*words[:index], long, *words[index + 1 :]]
 
 
 def test_a_refusal_repeats_a_part_of_a_long_word(dictionary):

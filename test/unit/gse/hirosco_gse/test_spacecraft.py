@@ -167,7 +167,7 @@ def test_time_outs_in_stepped_time_do_not_depend_on_the_wall_clock(dictionary):
 
 
 def test_a_jump_of_mission_time_is_no_time_out(crafts, dictionary):
-    """The first packet has mission time 1000 s; the wait of 60 s continues by the wall clock."""
+    """The first packet has mission time 1000 s; the wait of 60 s continues in real time."""
     craft, _ = crafts(lambda packet: success(packet))
     craft.cmd("MANIPULATOR.TARE")
     craft.cmd("MANIPULATOR.TARE")

@@ -43,7 +43,7 @@ def read(tmp_path):
 ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
 
 
-@pytest.mark.parametrize("parts, says", [
+@pytest.mark.parametrize("parts, message", [
     ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint after a link, an arm is a chain; there is shoulder; make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
     ((link("base"), link("upper"), joint("slide", "base", "upper", "floating")),
      'robot.urdf:1: joint slide: type="floating": expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives; for a base that'
@@ -93,10 +93,10 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((*ARM[:2], ARM[2].replace('velocity="2"', 'velocity="0"')), 'joint shoulder: velocity="0": expected more than 0'),
     (('<xacro:arm prefix="left"/>',), "robot.urdf:1: <xacro:arm>: expected an element of URDF; a file for xacro must be expanded first"),
 ])
-def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, says):
+def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, message):
     with pytest.raises(urdf.UrdfError) as refusal:
         read(*parts)
-    assert says in str(refusal.value)
+    assert message in str(refusal.value)
 
 
 def test_a_refusal_names_the_line(tmp_path):
@@ -155,7 +155,7 @@ def test_links_that_fixed_joints_connect_become_one(read):
     assert robot.tool_name == "hand" and robot.tool[0] == pytest.approx((0.5, 0.0, 0.0))
 
 
-def test_the_tool_is_a_link_behind_the_last_joint(read):
+def test_the_tool_is_a_link_after_the_last_joint(read):
     parts = (*ARM, link("hand"), joint("flange", "upper", "hand", "fixed", 0.5))
     assert read(*parts, tool="upper").tool[0] == urdf.ZERO
     with pytest.raises(urdf.UrdfError, match="tool base: expected a link after the last joint: upper hand"):

@@ -31,7 +31,7 @@ int __wrap_semihosting_open(const char* path, semihosting_mode_t mode);
 void __wrap_semihosting_close(int handle);
 int __wrap_semihosting_read(int handle, void* octets, size_t capacity);
 bool __wrap_semihosting_write(int handle, const void* octets, size_t size);
-void __wrap_osal_console_complain(const char* text);
+void __wrap_osal_console_print_error(const char* text);
 
 int __wrap_semihosting_open(const char* const path, const semihosting_mode_t mode)
 {
@@ -66,7 +66,7 @@ bool __wrap_semihosting_write(const int handle, const void* const octets, const 
     return true;
 }
 
-void __wrap_osal_console_complain(const char* const text)
+void __wrap_osal_console_print_error(const char* const text)
 {
     lines++;
     TEST_ASSERT_TRUE(strlen(text) < sizeof line);

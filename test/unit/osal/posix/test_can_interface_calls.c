@@ -305,7 +305,7 @@ static void the_attributes_of_an_interface_are_reported(void** state)
     }
 }
 
-/// An answer truncated at any place: the port reads nothing beyond it and reports the part before.
+/// An answer truncated at any position: the port reads nothing beyond it and reports the part before.
 static void a_truncated_answer_is_used_up_to_its_last_complete_attribute(void** state)
 {
     const link_t link = {IFF_UP, CANFD_MTU, "hirosco", "can", 500000U, 2000000U, CAN_STATE_BUS_OFF};

@@ -15,7 +15,7 @@
 
 #include <cmocka.h>
 
-#define PATIENCE_MS 100
+#define TIMEOUT_MS 100
 
 static char output[64];
 static size_t output_size;
@@ -31,7 +31,7 @@ int __wrap_poll(struct pollfd* watched, nfds_t count, int timeout_ms)
 {
     assert_int_equal(1, count);
     assert_int_equal(POLLOUT, watched->events);
-    assert_int_equal(PATIENCE_MS, timeout_ms);
+    assert_int_equal(TIMEOUT_MS, timeout_ms);
     check_expected(watched->fd);
     return answer(mock_type(int));
 }
@@ -71,18 +71,18 @@ static void a_line_that_is_accepted_in_parts_is_written_completely(void** state)
     for (int first = 1; first < 4; first++) {
         expect_part(STDOUT_FILENO, first);
         expect_part(STDOUT_FILENO, 4 - first);
-        osal_console_say("abc");
+        osal_console_print_line("abc");
         expect_output("abc\n");
     }
     for (int i = 0; i < 4; i++) {
         expect_part(STDERR_FILENO, 1);
     }
-    osal_console_complain("abc");
+    osal_console_print_error("abc");
     expect_output("abc\n");
-    expect_part(STDOUT_FILENO, 3); // osal_console_put adds no line end.
-    osal_console_put("abc");
+    expect_part(STDOUT_FILENO, 3); // osal_console_print adds no line end.
+    osal_console_print("abc");
     expect_output("abc");
-    osal_console_put(""); // An empty text causes no write.
+    osal_console_print(""); // An empty text causes no write.
     expect_output("");
 }
 
@@ -93,11 +93,11 @@ static void an_interrupted_write_is_repeated_and_a_failed_one_is_not(void** stat
     expect_part(STDOUT_FILENO, -EINTR);
     expect_part(STDOUT_FILENO, -EAGAIN);
     expect_part(STDOUT_FILENO, 2);
-    osal_console_say("abc");
+    osal_console_print_line("abc");
     expect_output("abc\n");
     expect_part(STDOUT_FILENO, 2);
     expect_part(STDOUT_FILENO, -EPIPE);
-    osal_console_say("abc");
+    osal_console_print_line("abc");
     expect_output("ab");
 }
 
@@ -107,11 +107,11 @@ static void text_that_a_slow_reader_does_not_accept_is_dropped(void** state)
     expect_part(STDOUT_FILENO, 1);
     expect_value(__wrap_poll, watched->fd, STDOUT_FILENO);
     will_return(__wrap_poll, 0);
-    osal_console_say("abc");
+    osal_console_print_line("abc");
     expect_output("a");
     expect_value(__wrap_poll, watched->fd, STDERR_FILENO);
     will_return(__wrap_poll, -ENOMEM);
-    osal_console_complain("abc");
+    osal_console_print_error("abc");
     expect_output("");
 }
 

@@ -122,7 +122,7 @@ static void a_holder_that_continues_in_between_is_not_killed(void** state)
     lock_and_unlock();
 }
 
-static void a_process_without_a_place_in_the_run_is_never_killed(void** state)
+static void a_process_without_a_slot_in_the_run_is_never_killed(void** state)
 {
     (void)state;
     for (unsigned i = 0U; i < 3U; i++) {
@@ -243,7 +243,7 @@ int main(void)
         TEST(a_holder_that_runs_or_waits_is_not_killed),
         TEST(a_holder_that_is_seen_stopped_twice_is_killed),
         TEST(a_holder_that_continues_in_between_is_not_killed),
-        TEST(a_process_without_a_place_in_the_run_is_never_killed),
+        TEST(a_process_without_a_slot_in_the_run_is_never_killed),
         TEST(the_default_patience_is_that_of_the_contract),
         TEST(without_a_robust_lock_there_is_no_scheduler),
         TEST(a_kill_at_any_instruction_of_the_end_of_a_life_counts_one_life),

@@ -258,7 +258,7 @@ static void memory_that_cannot_be_made_leaves_nothing(void** state)
         expect_function_calls(__wrap_close, 2);
         assert_int_equal(shm_errors[i].status, osal_shm_create(&shm, NAME, sizeof memory));
         will_return(__wrap_posix_fallocate, 0);
-        will_return(__wrap_mmap, -shm_errors[i].error); // There is no place in the address space.
+        will_return(__wrap_mmap, -shm_errors[i].error); // There is no room in the address space.
         assert_int_equal(shm_errors[i].status, osal_shm_create(&shm, NAME, sizeof memory));
         assert_null(osal_shm_address(&shm));
         assert_int_equal(0U, osal_shm_size(&shm));

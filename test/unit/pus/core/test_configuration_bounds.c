@@ -157,7 +157,7 @@ static void begin_statistics(void)
                                                                 .parameters = {.find = find, .read = read},
                                                                 .statistics = (void*)room,
                                                                 .due        = (void*)room,
-                                                                .places     = (void*)room,
+                                                                .positions  = (void*)room,
                                                                 .cycle_ns   = value});
 }
 
@@ -181,17 +181,17 @@ static void begin_monitoring(const uint16_t transitions, const uint8_t members)
 {
     static pus_monitoring_t monitoring;
     pus_monitoring_init(&monitoring,
-                        &(pus_monitoring_config_t){.process     = &bench.process,
-                                                   .parameters  = {.find = find, .read = read},
-                                                   .events      = {.is_known = is_known, .raise = raise_none},
-                                                   .pmons       = (void*)room,
-                                                   .pmon_order  = (void*)room,
-                                                   .pmon_places = (void*)room,
-                                                   .due         = (void*)room,
-                                                   .fmons       = (void*)room,
-                                                   .touched     = (void*)room,
-                                                   .members     = (void*)room,
-                                                   .transitions = (void*)room,
+                        &(pus_monitoring_config_t){.process    = &bench.process,
+                                                   .parameters = {.find = find, .read = read},
+                                                   .events     = {.is_known = is_known, .raise = raise_none},
+                                                   .pmons      = (void*)room,
+                                                   .pmon_order = (void*)room,
+                                                   .pmon_positions      = (void*)room,
+                                                   .due                 = (void*)room,
+                                                   .fmons               = (void*)room,
+                                                   .touched             = (void*)room,
+                                                   .members             = (void*)room,
+                                                   .transitions         = (void*)room,
                                                    .transition_capacity = transitions,
                                                    .fmon_members        = members});
 }

@@ -10,12 +10,12 @@
 
 static pus_due_heap_t heap;
 static pus_due_t items[CAPACITY];
-static uint16_t places[CAPACITY];
+static uint16_t positions[CAPACITY];
 
 void setUp(void)
 {
-    memset(places, 0xFF, sizeof places);
-    pus_due_init(&heap, items, places, CAPACITY);
+    memset(positions, 0xFF, sizeof positions);
+    pus_due_init(&heap, items, positions, CAPACITY);
 }
 
 void tearDown(void)

@@ -40,12 +40,12 @@ static void definitions_of_statistics_fill_each_packet(void)
     static pus_statistics_t statistics;
     static pus_statistic_t table[ENTRIES];
     static pus_due_t due[ENTRIES];
-    static uint16_t places[ENTRIES];
+    static uint16_t positions[ENTRIES];
     pus_statistics_init(&statistics, &(pus_statistics_config_t){.process    = &bench.process,
                                                                 .parameters = dictionary_port(),
                                                                 .statistics = table,
                                                                 .due        = due,
-                                                                .places     = places,
+                                                                .positions  = positions,
                                                                 .capacity   = ENTRIES,
                                                                 .cycle_ns   = 1U});
     for (uint16_t i = 0U; i < ENTRIES; i++) {
@@ -76,24 +76,24 @@ static void states_of_monitoring_definitions_fill_each_packet(void)
     static pus_monitoring_t monitoring;
     static pus_pmon_t pmons[ENTRIES];
     static uint16_t order[ENTRIES];
-    static uint16_t places[ENTRIES];
+    static uint16_t positions[ENTRIES];
     static pus_due_t due[ENTRIES];
     static pus_fmon_t fmons[ENTRIES];
     static uint16_t touched[ENTRIES];
     static pus_fmon_member_t members[ENTRIES];
     static pus_check_transition_t transitions[1];
     pus_monitoring_init(&monitoring,
-                        &(pus_monitoring_config_t){.process     = &bench.process,
-                                                   .parameters  = dictionary_port(),
-                                                   .events      = {.is_known = is_known, .raise = raise_none},
-                                                   .pmons       = pmons,
-                                                   .pmon_order  = order,
-                                                   .pmon_places = places,
-                                                   .due         = due,
-                                                   .fmons       = fmons,
-                                                   .touched     = touched,
-                                                   .members     = members,
-                                                   .transitions = transitions,
+                        &(pus_monitoring_config_t){.process    = &bench.process,
+                                                   .parameters = dictionary_port(),
+                                                   .events     = {.is_known = is_known, .raise = raise_none},
+                                                   .pmons      = pmons,
+                                                   .pmon_order = order,
+                                                   .pmon_positions      = positions,
+                                                   .due                 = due,
+                                                   .fmons               = fmons,
+                                                   .touched             = touched,
+                                                   .members             = members,
+                                                   .transitions         = transitions,
                                                    .pmon_capacity       = ENTRIES,
                                                    .fmon_capacity       = ENTRIES,
                                                    .transition_capacity = 1U,

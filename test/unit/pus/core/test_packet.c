@@ -171,7 +171,7 @@ static void every_truncated_size_is_refused(void)
     }
 }
 
-/// The octets at the place of the source id are then those of the checksum.
+/// The octets at the position of the source id are then those of the checksum.
 static void a_request_without_room_for_a_source_has_none(void)
 {
     for (size_t size = PUS_TC_HEADER_SIZE; size < PUS_TC_MIN; size++) {

@@ -201,10 +201,10 @@ static void times_are_found_without_reading_the_rest(void)
     pus_packet_store_change(&store, CAPACITY, false);
     fill(1U, 28U, LARGE);
     for (unsigned time = 0U; time <= 28U; time++) {
-        recorded.calls       = 0U;
-        const uint64_t place = pus_packet_store_find(&store, time);
-        const unsigned reads = recorded.calls;
-        uint64_t cursor      = place;
+        recorded.calls         = 0U;
+        const uint64_t address = pus_packet_store_find(&store, time);
+        const unsigned reads   = recorded.calls;
+        uint64_t cursor        = address;
         expect_packet(&cursor, (time > 0U) ? time : 1U, LARGE);
         TEST_ASSERT_TRUE(reads <= 4U);
         recorded.calls = 0U;
@@ -326,9 +326,9 @@ static void blocks_beyond_the_capacity_are_not_read(void)
 }
 
 /// Change one octet of the medium.
-static void spoil(const size_t place)
+static void spoil(const size_t offset)
 {
-    recorded.image[0].octets[place] ^= 0x10U;
+    recorded.image[0].octets[offset] ^= 0x10U;
 }
 
 static void damage_loses_the_rest_of_its_block(void)
@@ -358,10 +358,10 @@ static void a_damaged_header_ends_the_chain(void)
     static image_t image; // Too large for the stack of a board.
     image = recorded.image[0];
     // Octets of the magic number, the generation, the block number and the checksum.
-    static const size_t places[] = {0U, 4U, 8U, 15U, 19U};
-    for (size_t i = 0U; i < (sizeof places / sizeof places[0]); i++) {
+    static const size_t offsets[] = {0U, 4U, 8U, 15U, 19U};
+    for (size_t i = 0U; i < (sizeof offsets / sizeof offsets[0]); i++) {
         recorded.image[0] = image;
-        spoil(PUS_STORE_BLOCK + places[i]);
+        spoil(PUS_STORE_BLOCK + offsets[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
         expect_content(9U, 12U, LARGE);
         TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The damaged header hides the block before it.

@@ -15,7 +15,7 @@
 #define SAMPLE_SIZE 64U
 
 static pus_hk_t hk;
-static pus_hk_structure_t structures[STRUCTURES + 1U];    // The last one is not of the service.
+static pus_hk_structure_t structures[STRUCTURES + 1U];    // The last one does not belong to the service.
 static pus_hk_functional_t definitions[DEFINITIONS + 1U]; // Likewise.
 static uint8_t samples[STRUCTURES * SAMPLE_SIZE];
 static uint32_t cycle;

@@ -13,7 +13,7 @@
 #define SAMPLE_SIZE 64U
 
 static pus_hk_t hk;
-static pus_hk_structure_t structures[STRUCTURES + 1U]; // The last one is not of the service.
+static pus_hk_structure_t structures[STRUCTURES + 1U]; // The last one does not belong to the service.
 static uint8_t samples[STRUCTURES * SAMPLE_SIZE];
 static uint32_t cycle;
 
@@ -435,7 +435,7 @@ static void intervals_are_modified_one_by_one(void)
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(6U, false));
     TEST_ASSERT_EQUAL(STATUS_OK, add_simple_structure(7U, true));
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(31U, data, sizeof data));
-    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // Not one instruction is valid.
+    EXPECT_MESSAGES(1, 1, 1, 4, 1, 4, 1, 4, 1, 4);            // No instruction is valid.
     expect_failure(1U, 4U, PUS_FAILURE_OUT_OF_RANGE, 1U, 3U); // 3 samples need 3 cycles.
     expect_failure(2U, 4U, PUS_FAILURE_UNKNOWN_ID, 2U, 8U);
     expect_failure(3U, 4U, PUS_FAILURE_OUT_OF_RANGE, 3U, 15U);

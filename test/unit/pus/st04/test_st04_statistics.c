@@ -18,9 +18,9 @@
 #define REAL SCALAR_ID(VALUE_DOUBLE, 1U)
 
 static pus_statistics_t statistics;
-static pus_statistic_t entries[CAPACITY + 1U]; // The last one is not of the service.
+static pus_statistic_t entries[CAPACITY + 1U]; // The last one does not belong to the service.
 static pus_due_t due[CAPACITY];
-static uint16_t places[CAPACITY];
+static uint16_t positions[CAPACITY];
 static uint8_t octets[PUS_TC_DATA_MAX];
 static octet_writer_t data;
 static uint32_t cycle;
@@ -32,14 +32,14 @@ static void start(const pus_parameter_port_t* const port)
                                             .persistence = records_port(),
                                             .statistics  = entries,
                                             .due         = due,
-                                            .places      = places,
+                                            .positions   = positions,
                                             .capacity    = CAPACITY,
                                             .cycle_ns    = CYCLE_NS};
     memset(entries, 0xA5, sizeof entries);
     cycle = 0U;
     bench_start();
     memset(due, 0xA5, sizeof due);
-    memset(places, 0xA5, sizeof places);
+    memset(positions, 0xA5, sizeof positions);
     memset(&statistics, 0xA5, sizeof statistics);
     pus_statistics_init(&statistics, &config);
     bench_serve(pus_statistics_service(&statistics));

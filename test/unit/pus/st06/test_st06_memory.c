@@ -315,7 +315,7 @@ static void a_request_fails_when_its_record_cannot_be_stored(void)
     pus_memory_init(&memory_service, &config);
     memory_begin(RAM);
     memory_request(15U);
-    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // A memory without a place for its record is not recorded.
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7); // A memory without room for its record is not recorded.
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 1U);
     memory_add_area(RAM_BASE, 1U);

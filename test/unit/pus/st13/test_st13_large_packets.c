@@ -17,7 +17,7 @@
 #define MS 1000000ULL
 
 static pus_large_t large;
-static pus_large_report_t reports[REPORTS + 1U]; // The last one is not of the service.
+static pus_large_report_t reports[REPORTS + 1U]; // The last one does not belong to the service.
 static uint8_t report_octets[REPORTS * REPORT_SIZE];
 static pus_large_uplink_t uplinks[UPLINKS + 1U]; // Likewise.
 static uint8_t uplink_octets[UPLINKS * UPLINK_SIZE];

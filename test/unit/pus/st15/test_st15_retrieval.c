@@ -382,7 +382,7 @@ static void a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost(void)
     TEST_ASSERT_FALSE(stores_is_idle());
     expect_stores_sent(1U, 4U);
     stores_cut();
-    stores_reports(5U, 6U); // Packets 5 and 6 are stored at the places of 3 and 4.
+    stores_reports(5U, 6U); // Packets 5 and 6 are stored in the blocks of 3 and 4.
     stores_step(2U, 12U);
     expect_stores_sent(5U, 6U);
 }

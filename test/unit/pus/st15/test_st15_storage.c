@@ -91,9 +91,9 @@ static void bad_creation_requests_are_refused(void)
 static void names_are_printable_characters_without_blanks(void)
 {
     for (unsigned letter = 1U; letter < 256U; letter++) {
-        for (unsigned place = 0U; place < 2U; place++) { // The letter is the first or the last character.
-            char name[PUS_NAME_SIZE + 1U]      = "abcdefgh";
-            name[place * (PUS_NAME_SIZE - 1U)] = (char)letter;
+        for (unsigned end = 0U; end < 2U; end++) { // The letter is the first or the last character.
+            char name[PUS_NAME_SIZE + 1U]    = "abcdefgh";
+            name[end * (PUS_NAME_SIZE - 1U)] = (char)letter;
             stores_create(name, SIZE(2U), 0U, 0U);
             if ((letter > (unsigned)' ') && (letter <= (unsigned)'~')) {
                 expect_stores_performed(20U);

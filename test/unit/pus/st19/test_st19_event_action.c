@@ -17,7 +17,8 @@
 
 static pus_event_action_t actions;
 static pus_event_action_config_t config;
-static pus_event_action_definition_t definitions[DEFINITIONS + 1U]; // The last one is not of the service.
+static pus_event_action_definition_t
+    definitions[DEFINITIONS + 1U]; // The last one does not belong to the service.
 static uint16_t queue[DEFINITIONS];
 static uint16_t buckets[1024];
 static uint64_t storage[PUS_BLOCK_CHAIN_WORDS(DEFINITION_BLOCKS)];

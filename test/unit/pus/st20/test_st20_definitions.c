@@ -12,14 +12,14 @@
 
 #include <string.h>
 
-#define PLACES 2U
+#define CAPACITY 2U
 #define NEW_U32 ID_OF(VALUE_UINT32, 500)
 #define NEW_DOUBLE ID_OF(VALUE_DOUBLE, 501)
 #define NEW_BOOL ID_OF(VALUE_BOOL, 502)
 
 static pus_parameters_t parameters;
 static pus_parameter_definitions_t definitions;
-static pus_parameter_place_t places[PLACES];
+static pus_parameter_definition_t table[CAPACITY];
 static bool is_base_fixed;
 static osal_mutex_t guard;
 
@@ -32,13 +32,13 @@ static void start(void)
                                                        .memories     = memory_list(),
                                                        .states       = memory_states,
                                                        .memory_count = 3U,
-                                                       .places       = places,
-                                                       .capacity     = PLACES,
+                                                       .table        = table,
+                                                       .capacity     = CAPACITY,
                                                        .persistence  = is_base_fixed ? NULL : records_port(),
                                                        .guard        = is_base_fixed ? NULL : &guard};
     memset(&parameters, 0xA5, sizeof parameters);
     pus_parameters_init(&parameters, &port);
-    memset(places, 0xA5, sizeof places);
+    memset(table, 0xA5, sizeof table);
     memset(&definitions, 0xA5, sizeof definitions);
     pus_parameter_definitions_init(&definitions, &config);
     const pus_parameter_definer_t definer = pus_parameter_definitions_definer(&definitions);
@@ -211,7 +211,7 @@ static void each_faulty_definition_is_refused_alone(void)
     define(NEW_U32, RAM, RAM_BASE, 3U, 14U);
     define(NEW_DOUBLE, RAM, RAM_BASE, 5U, 2U);
     define(NEW_BOOL, RAM, RAM_BASE, 1U, 0U);
-    expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 1U, PLACES);
+    expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 1U, CAPACITY);
     define(NEW_U32, ROM, 4U, 3U, 14U); // The parameter gets another address.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     ask(6U, NEW_U32);
@@ -292,8 +292,8 @@ static void invalid_records_are_refused(void)
     record[4] = 64U;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_parameters_restore(&parameters, NEW_BOOL, record, sizeof record));
     record[4] = 63U;
-    for (uint32_t i = 0U; i <= PLACES; i++) {
-        TEST_ASSERT_EQUAL((i < PLACES) ? STATUS_OK : STATUS_EXHAUSTED,
+    for (uint32_t i = 0U; i <= CAPACITY; i++) {
+        TEST_ASSERT_EQUAL((i < CAPACITY) ? STATUS_OK : STATUS_EXHAUSTED,
                           pus_parameters_restore(&parameters, NEW_BOOL + i, record, sizeof record));
     }
 }

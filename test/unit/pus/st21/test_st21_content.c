@@ -209,7 +209,7 @@ static void an_impossible_activity_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
-    st21_fixture_load('b', 1U, 1U); // The place can be used for another sequence.
+    st21_fixture_load('b', 1U, 1U); // The slot can be used for another sequence.
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);
     st21_fixture_start(SEQUENCES, 1U);
     octets[11] = 100U;

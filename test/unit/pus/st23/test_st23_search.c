@@ -121,7 +121,7 @@ static void expect_found(const char* const path, const char* const pattern, cons
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void place_files(void)
+static void create_files(void)
 {
     static const char* const directories[] = {"a", "a/b", "a/b/c", "a/empty", "d"};
     static const char* const names[]       = {"x.txt",       "a/a.txt", "a/b/b.txt", "a/b/c/c.txt",
@@ -136,7 +136,7 @@ static void place_files(void)
 
 static void files_are_found_below_a_directory(void)
 {
-    place_files();
+    create_files();
     expect_found("/", "*.txt",
                  (const char* const[]){"/a/a.txt", "/a/b/b.txt", "/a/b/c/c.txt", "/a/z.txt", "/x.txt", NULL});
     expect_found("/a/b", "c.*", (const char* const[]){"/a/b/c/c.bin", "/a/b/c/c.txt", NULL});
@@ -155,7 +155,7 @@ static void files_are_found_below_a_directory(void)
 
 static void an_invalid_search_is_refused(void)
 {
-    place_files();
+    create_files();
     find("/a/no", "*");
     EXPECT_MESSAGES(1, 1, 1, 4);
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, 0U);
@@ -185,7 +185,7 @@ static void an_invalid_search_is_refused(void)
 static void a_directory_is_summarised(void)
 {
     uint16_t count = 0U;
-    place_files();
+    create_files();
     summarise("a");
     bench_clear();
     TEST_ASSERT_EQUAL_UINT32(1U, run());
@@ -278,7 +278,7 @@ static void a_port_that_refuses_reports_delays_the_search(void)
 
 static void the_last_report_is_tried_again(void)
 {
-    place_files();
+    create_files();
     summarise("/a");
     bench_clear();
     bench.refusals = 1U;
@@ -350,7 +350,7 @@ static void names_that_no_request_can_have_are_skipped(void)
 
 static void a_directory_that_disappears_is_skipped(void)
 {
-    place_files();
+    create_files();
     find("/", "*.txt");
     step(); // The search is in /a.
     step(); // The search is in /a/b.
@@ -377,7 +377,7 @@ static void a_directory_that_disappears_is_skipped(void)
 
 static void a_search_that_fails_is_reported(void)
 {
-    place_files();
+    create_files();
     find("/", "*");
     step();
     disk.fail_call = disk.calls + 1U;
@@ -391,7 +391,7 @@ static void a_search_that_fails_is_reported(void)
 
 static void searches_take_turns(void)
 {
-    place_files();
+    create_files();
     find("/", "*.txt");
     summarise("/d");
     bench_clear();

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-void __wrap_osal_console_complain(const char* line)
+void __wrap_osal_console_print_error(const char* line)
 {
     check_expected_ptr(line);
 }
@@ -39,7 +39,7 @@ static void a_text_that_is_no_time_is_refused(void** state)
 {
     (void)state;
     uint64_t ns = 7U;
-    expect_string(__wrap_osal_console_complain, line,
+    expect_string(__wrap_osal_console_print_error, line,
                   "simulator: --duration '-1': expected a time in seconds (see --help)");
     assert_false(argument_seconds("duration", "-1", &ns));
     assert_int_equal(ns, 7U);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The devices of a world on the buses of a run: their places, their effect on the plant, benches, and missing
-// data sheets.
+// The devices of a world on the buses of a run: their addresses, their effect on the plant, benches, and
+// missing data sheets.
 #include "sim/app/devices.h"
 #include "sim/app/supply.h"
 #include "test/support/bounds.h"
@@ -117,9 +117,9 @@ static void each_device_boots_on_its_bus_and_is_reported(void)
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(segments[2].bus, &listening, &node));
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_from("descriptors/devices"), error);
     TEST_ASSERT_EQUAL_UINT(4U, devices_count(devices));
-    TEST_ASSERT_EQUAL_STRING("JOINT2", device_place(devices, 1U)->name);
+    TEST_ASSERT_EQUAL_STRING("JOINT2", device_entry(devices, 1U)->name);
     TEST_ASSERT_NULL(device_drive(devices, 2U));
-    TEST_ASSERT_EQUAL_STRING("MOTOR", device_place(devices, 3U)->name);
+    TEST_ASSERT_EQUAL_STRING("MOTOR", device_entry(devices, 3U)->name);
     devices_power_on(devices);
     run(200U);
     TEST_ASSERT_TRUE(heard[0x731] > 1U);      // Boot-up and heartbeats.
@@ -170,7 +170,7 @@ static void valves_and_latches_follow_their_outputs(void)
     world.latch[1]    = (world_latch_t){.trigger = WORLD_LATCH_WIRED, .output = 16U, .box = 1U};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, bus_add_node(segments[0].bus, &listening, &node));
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_from("descriptors/devices"), error);
-    TEST_ASSERT_EQUAL_STRING("VALVES", device_place(devices, 1U)->name);
+    TEST_ASSERT_EQUAL_STRING("VALVES", device_entry(devices, 1U)->name);
     devices_power_on(devices);
     run(10U);
     send(node, 0U, 2U, start);

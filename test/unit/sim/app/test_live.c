@@ -332,7 +332,7 @@ static void a_ninth_client_is_refused_and_an_endless_line_disconnects(void)
         status = osal_stream_receive(&others[0], (uint8_t*)heard, sizeof heard, &got);
     }
     TEST_ASSERT_TRUE(status != STATUS_EMPTY);
-    join(&client); // Its place is free again.
+    join(&client); // Its slot is free again.
     accepts("time\n", "ok ");
     for (unsigned i = 0U; i < LIVE_CLIENTS_MAX; i++) {
         osal_socket_close(&others[i]);

@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-void __wrap_osal_console_complain(const char* line)
+void __wrap_osal_console_print_error(const char* line)
 {
     check_expected_ptr(line);
 }
@@ -18,7 +18,7 @@ static void a_run_without_losses_prints_nothing(void** state)
     (void)state;
     // The flight software itself counts the frames that its bus refused.
     const simulator_statistics_t none = {.busy_ns = {7U}, .refused = 1U, .tool_frames = 3U};
-    assert_false(losses_complain(&none));
+    assert_false(losses_report(&none));
 }
 
 static void each_kind_of_loss_is_told_with_its_count(void** state)
@@ -26,13 +26,13 @@ static void each_kind_of_loss_is_told_with_its_count(void** state)
     (void)state;
     const simulator_statistics_t of_tools = {
         .tools_lost = 1U, .tool_dropped = 2U, .unpublished = 1ULL << 32U};
-    expect_string(__wrap_osal_console_complain, line,
+    expect_string(__wrap_osal_console_print_error, line,
                   "simulator: 1 tools in lock-step did not finish a step in 20 s and were disconnected");
-    expect_string(__wrap_osal_console_complain, line,
+    expect_string(__wrap_osal_console_print_error, line,
                   "simulator: 2 messages to tools dropped, because the tools did not read them");
-    expect_string(__wrap_osal_console_complain, line,
+    expect_string(__wrap_osal_console_print_error, line,
                   "simulator: 4294967296 frames not published, because the interface did not accept them");
-    assert_false(losses_complain(&of_tools));
+    assert_false(losses_report(&of_tools));
 }
 
 static void announced_octets_that_did_not_arrive_make_a_run_not_reproducible(void** state)
@@ -40,10 +40,10 @@ static void announced_octets_that_did_not_arrive_make_a_run_not_reproducible(voi
     (void)state;
     const simulator_statistics_t of_flows = {.undelivered = 5U};
     expect_string(
-        __wrap_osal_console_complain, line,
+        __wrap_osal_console_print_error, line,
         "simulator: 5 octets and datagrams of devices that were announced have not arrived; the run is not "
         "reproducible");
-    assert_true(losses_complain(&of_flows));
+    assert_true(losses_report(&of_flows));
 }
 
 int main(void)

@@ -522,7 +522,7 @@ static void the_tap_shows_the_wire_and_the_reports_of_one_controller(void)
     TEST_ASSERT_EQUAL_UINT(12U, tapped);
 }
 
-static void a_new_node_can_take_the_place_of_a_removed_one(void)
+static void a_new_node_can_replace_a_removed_one(void)
 {
     unsigned extra[BUS_NODES_MAX];
     const bus_callbacks_t silent = {.context = NULL};
@@ -562,6 +562,6 @@ int main(void)
     RUN_TEST(a_dominant_bus_drives_the_sender_bus_off_and_the_others_error_passive);
     RUN_TEST(a_delayed_node_sends_later_by_the_delay);
     RUN_TEST(the_tap_shows_the_wire_and_the_reports_of_one_controller);
-    RUN_TEST(a_new_node_can_take_the_place_of_a_removed_one);
+    RUN_TEST(a_new_node_can_replace_a_removed_one);
     return UNITY_END();
 }

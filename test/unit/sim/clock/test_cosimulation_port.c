@@ -213,7 +213,7 @@ static void a_malformed_answer_disconnects_the_client(void)
     }
 }
 
-static void a_client_that_disconnects_or_is_silent_loses_its_place(void)
+static void a_client_that_disconnects_or_is_silent_loses_its_slot(void)
 {
     const osal_grant_t grant = {0U, 0U, 0U};
     uint64_t wake_ns         = 0U;
@@ -372,7 +372,7 @@ int main(void)
     RUN_TEST(a_join_may_arrive_in_pieces);
     RUN_TEST(well_formed_answers_are_accepted);
     RUN_TEST(a_malformed_answer_disconnects_the_client);
-    RUN_TEST(a_client_that_disconnects_or_is_silent_loses_its_place);
+    RUN_TEST(a_client_that_disconnects_or_is_silent_loses_its_slot);
     RUN_TEST(end_of_the_run_ends_every_wait);
     RUN_TEST(the_path_of_the_socket_is_created_and_removed);
     RUN_TEST(time_continues_after_the_operator_leaves);

@@ -222,7 +222,7 @@ static void move_is_smooth_and_arrives(void)
     TEST_ASSERT_EQUAL_STRING("move", intent->verb);
 }
 
-static void press_touches_at_its_speed_then_leans(void)
+static void press_touches_at_its_speed_then_applies_its_force(void)
 {
     play("0 hand move 0.25 -0.02 1\n2 hand press 15 0.02\n");
     EXPECT_WITHIN(-0.025, 1e-9, at(2.25)->wanted_tip_m[1]);
@@ -274,13 +274,13 @@ static void pull_stretches_the_spring_and_release_ends_the_force(void)
     EXPECT_WITHIN(0.0, 1e-12, at(11.0)->intent_rad[1]);
 }
 
-static void rest_stops_leaning_without_moving(void)
+static void rest_ends_the_force_without_moving(void)
 {
     play("0 hand move 0.327 0.145 1\n1 hand pull 0.06 2\n4 hand rest\n6 hand home 1\n");
     const double tip = at(4.0)->wanted_tip_m[1];
     double before    = at(4.0)->intent_rad[0];
     for (double t = 4.0; t < 5.0; t += 0.0005) {
-        EXPECT_WITHIN(before, 5e-4, at(t)->intent_rad[0]); // The lean fades.
+        EXPECT_WITHIN(before, 5e-4, at(t)->intent_rad[0]); // The offset for the expected torque fades.
         before = at(t)->intent_rad[0];
     }
     EXPECT_WITHIN(0.0, 0.0, at(5.0)->expected_torque_nm[0]);
@@ -382,7 +382,7 @@ static void a_hand_without_a_scene_leads_the_stick_and_expects_nothing(void)
     EXPECT_WITHIN(0.0, 0.0, at(10.5)->grip);
 }
 
-static void a_hand_without_a_scene_refuses_places_and_forces(void)
+static void a_hand_without_a_scene_refuses_positions_and_forces(void)
 {
     static const char* const texts[] = {"0 hand move 0.3 0.1 1\n", "0 hand press 5 0.02\n",
                                         "0 hand follow 0.3 1\n",   "0 hand pull 0.1 1\n",
@@ -397,10 +397,10 @@ static void a_hand_without_a_scene_refuses_places_and_forces(void)
 
 static void a_world_without_a_hand_refuses_its_lines(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, hand_refuse(NULL, error));
-    TEST_ASSERT_EQUAL(STATUS_OK, hand_refuse(script_file_write("0 fault unplug robot\n"), error));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, hand_refuse("nowhere.scn", error));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, hand_refuse(script_file_write("\n0 hand rest\n"), error));
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_check_no_lines(NULL, error));
+    TEST_ASSERT_EQUAL(STATUS_OK, hand_check_no_lines(script_file_write("0 fault unplug robot\n"), error));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, hand_check_no_lines("nowhere.scn", error));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, hand_check_no_lines(script_file_write("\n0 hand rest\n"), error));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, ":2: found 'hand', expected "), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "this world has no Hand"), error);
 }
@@ -558,18 +558,18 @@ int main(void)
     RUN_TEST(the_torque_is_that_of_a_spring_and_a_damper);
     RUN_TEST(circle_ramps_holds_and_ends_where_it_began);
     RUN_TEST(move_is_smooth_and_arrives);
-    RUN_TEST(press_touches_at_its_speed_then_leans);
+    RUN_TEST(press_touches_at_its_speed_then_applies_its_force);
     RUN_TEST(follow_keeps_the_force_over_the_bump);
     RUN_TEST(lifting_the_finger_ends_the_expected_force);
     RUN_TEST(pull_stretches_the_spring_and_release_ends_the_force);
-    RUN_TEST(rest_stops_leaning_without_moving);
+    RUN_TEST(rest_ends_the_force_without_moving);
     RUN_TEST(let_go_leaves_the_stick_and_the_next_verb_takes_it);
     RUN_TEST(grip_changes_the_stiffness_and_not_the_motion);
     RUN_TEST(a_new_verb_begins_at_the_pose_of_the_old_one);
     RUN_TEST(equal_scripts_give_equal_motions);
     RUN_TEST(mission_script_is_accepted_and_stays_within_the_stick);
     RUN_TEST(a_hand_without_a_scene_leads_the_stick_and_expects_nothing);
-    RUN_TEST(a_hand_without_a_scene_refuses_places_and_forces);
+    RUN_TEST(a_hand_without_a_scene_refuses_positions_and_forces);
     RUN_TEST(a_world_without_a_hand_refuses_its_lines);
     RUN_TEST(bad_lines_are_reported_with_their_number);
     RUN_TEST(a_missing_script_is_reported);

@@ -33,10 +33,10 @@ static status_t take(const char* path)
 
 static void expect_refusal(const char* path, const char* at, const char* words)
 {
-    char place[64];
-    (void)snprintf(place, sizeof place, "w.xml:%u: found '", line_of(path, at));
+    char location[64];
+    (void)snprintf(location, sizeof location, "w.xml:%u: found '", line_of(path, at));
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_INVALID, take(path), words);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 

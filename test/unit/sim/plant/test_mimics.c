@@ -182,13 +182,13 @@ static void equal_steps_are_bit_identical(void)
 
 static void expect_refusal(const char* text, unsigned line, const char* words)
 {
-    char place[64];
+    char location[64];
     const char* path      = temporary_file("w.xml", text);
     const status_t status = world_read(path, &world, error);
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID,
                           (status == STATUS_OK) ? plant_create(&world, &plant, error) : status);
-    (void)snprintf(place, sizeof place, "w.xml:%u: found '", line);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    (void)snprintf(location, sizeof location, "w.xml:%u: found '", line);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 

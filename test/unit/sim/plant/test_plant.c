@@ -46,11 +46,11 @@ static void hold_pose(void* context, unsigned substep, const plant_rotor_t* moto
     }
 }
 
-static plant_t* plant_in(const world_t* place)
+static plant_t* plant_in(const world_t* of)
 {
     char error[DOCUMENT_ERROR_MAX];
     plant_t* made = NULL;
-    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(place, &made, error), error);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(of, &made, error), error);
     return made;
 }
 

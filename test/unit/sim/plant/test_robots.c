@@ -342,13 +342,13 @@ static void momentum_of_a_free_tree_is_conserved(void)
 
 static void expect_refusal(const char* text, const char* at, const char* words)
 {
-    char place[64];
+    char location[64];
     const char* path = temporary_file("w.xml", text);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, world_read(path, &world, error), error);
     TEST_ASSERT_EQUAL_INT(STATUS_INVALID, plant_create(&world, &plant, error));
     TEST_ASSERT_NULL(plant);
-    (void)snprintf(place, sizeof place, "w.xml:%u: found '", line_of(path, at));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    (void)snprintf(location, sizeof location, "w.xml:%u: found '", line_of(path, at));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 

@@ -82,7 +82,7 @@ static void press_at(double x, double below_m)
     rest();
 }
 
-/// Returns the place of the point of the finger that is 12 mm below the tip.
+/// Returns the position of the point of the finger that is 12 mm below the tip.
 static double touching_x(const plant_truth_t* truth)
 {
     return truth->contact[0].place_m[0] + 0.012 * (truth->link_position_rad[0] + truth->link_position_rad[1]);

@@ -73,7 +73,7 @@ static void thrust_changes_momentum_by_force_and_torque_times_time(void)
     TEST_ASSERT_TRUE(plant_truth(plant)->valve_open[2] && !plant_truth(plant)->valve_open[0]);
     EXPECT_WITHIN(1.0 / 60.0, 1e-9, base->rate_rad_s[2]);
     EXPECT_WITHIN(0.0, 1e-9, base->velocity_m_s[0]);
-    // Angular acceleration 0.5 rad/s2: torque over inertia.
+    // Angle after 1 s: half the angular acceleration, which is the torque over the inertia, 1/60 rad/s2.
     EXPECT_WITHIN(0.5 / 60.0, 1e-5, 2.0 * base->rotation[3]);
     input.valve_open[2] = false;
     input.valve_open[3] = false;
@@ -87,7 +87,7 @@ static void thrust_changes_momentum_by_force_and_torque_times_time(void)
 }
 
 /// The nozzle is fixed to the link with its x along y of the body; the direction need not have length 1.
-static void a_push_on_a_welded_link_has_its_place_and_direction(void)
+static void a_push_on_a_welded_link_has_its_position_and_direction(void)
 {
     const plant_truth_t* truth =
         open_world(WORLD("free", VALVE("A", "sat.nozzle", "0 0 0", "7 0 0", "2", "1")));
@@ -128,7 +128,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(thrust_changes_momentum_by_force_and_torque_times_time);
-    RUN_TEST(a_push_on_a_welded_link_has_its_place_and_direction);
+    RUN_TEST(a_push_on_a_welded_link_has_its_position_and_direction);
     RUN_TEST(a_push_on_a_link_loads_its_joint);
     return UNITY_END();
 }

@@ -141,7 +141,7 @@ static void records_that_do_not_fit_are_lost_and_counted(void)
     begin(&relay, 1U, 10U * MS, 0.0, 0.0);
     relay_take(&relay, 0U, octets, RELAY_FRAME_MAX + 1U, 0U);
     TEST_ASSERT_EQUAL_UINT64(1U, relay.counters.lost);
-    for (uint32_t round = 0U; round < 3U; round++) { // Use each place of the relay several times.
+    for (uint32_t round = 0U; round < 3U; round++) { // Use each slot of the relay several times.
         for (uint32_t i = 0U; i < RELAY_FRAMES_MAX; i++) {
             relay_take(&relay, 0U, octets, RELAY_FRAME_MAX, round * 20U * MS);
         }

@@ -179,7 +179,7 @@ static void a_client_that_does_not_read_loses_messages_and_delays_no_other(void)
     osal_socket_close(&client);
 }
 
-static void a_fifth_client_is_refused_until_a_place_is_free(void)
+static void a_fifth_client_is_refused_until_a_slot_is_free(void)
 {
     osal_socket_t clients[5];
     for (unsigned i = 0U; i < 5U; i++) {
@@ -189,7 +189,7 @@ static void a_fifth_client_is_refused_until_a_place_is_free(void)
     }
     osal_socket_close(&clients[0]);
     serve();
-    TEST_ASSERT_EQUAL_STRING("< hi >", take(&clients[4])); // The fifth client has taken the place.
+    TEST_ASSERT_EQUAL_STRING("< hi >", take(&clients[4])); // The fifth client has taken the slot.
     for (unsigned i = 1U; i < 5U; i++) {
         osal_socket_close(&clients[i]);
     }
@@ -279,7 +279,7 @@ int main(void)
     RUN_TEST(messages_may_arrive_in_pieces_and_several_at_once);
     RUN_TEST(wrong_words_are_answered_with_an_error);
     RUN_TEST(a_client_that_does_not_read_loses_messages_and_delays_no_other);
-    RUN_TEST(a_fifth_client_is_refused_until_a_place_is_free);
+    RUN_TEST(a_fifth_client_is_refused_until_a_slot_is_free);
     RUN_TEST(clients_receive_the_frames_of_each_other);
     RUN_TEST(simulated_time_waits_for_a_client_in_lock_step);
     RUN_TEST(frames_have_the_text_of_socketcand);

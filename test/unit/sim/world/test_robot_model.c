@@ -44,10 +44,10 @@ static void expect_robot(const char* body)
 
 static void expect_refusal(const char* body, unsigned line, const char* words)
 {
-    char place[40];
-    (void)snprintf(place, sizeof place, "robot.urdf:%u: found '", line);
+    char location[40];
+    (void)snprintf(location, sizeof location, "robot.urdf:%u: found '", line);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_INVALID, load(body), words);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 

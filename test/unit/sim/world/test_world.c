@@ -53,11 +53,11 @@ static void expect_world(const char* text)
 
 static void expect_refusal(const char* text, unsigned line, const char* words)
 {
-    char place[40];
-    (void)snprintf(place, sizeof place, "w.xml:%u: found '", line);
+    char location[40];
+    (void)snprintf(location, sizeof location, "w.xml:%u: found '", line);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_INVALID, world_read(temporary_file("w.xml", text), &world, error),
                                   words);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
@@ -266,9 +266,9 @@ static void a_state_is_relative_to_a_link_and_valid_at_a_time(void)
             "<Spread mass=\"0.02\" com=\"0.001\" at=\"0.05\" rpy=\"0.1\" velocity=\"0.005\" "
             "rate=\"0.02\"/>")));
     const world_robot_t* robot = &world.robot[1];
-    const double place[3]      = {1.0, 2.0, 4.0}; // The lever along y of the link is along z of the world.
+    const double expected[3]   = {1.0, 2.0, 4.0}; // The lever along y of the link is along z of the world.
     for (unsigned i = 0U; i < 3U; i++) {
-        EXPECT_WITHIN(place[i], 1e-12, robot->pose.position_m[i]);
+        EXPECT_WITHIN(expected[i], 1e-12, robot->pose.position_m[i]);
     }
     EXPECT_WITHIN(0.5, 1e-12, robot->velocity_m_s[2]);
     EXPECT_WITHIN(1.0, 1e-12, robot->rate_rad_s[0]);

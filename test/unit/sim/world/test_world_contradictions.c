@@ -57,11 +57,11 @@ static void expect_world(const char* text)
 
 static void expect_refusal(const char* text, unsigned line, const char* words)
 {
-    char place[40];
-    (void)snprintf(place, sizeof place, "w.xml:%u: found '", line);
+    char location[40];
+    (void)snprintf(location, sizeof location, "w.xml:%u: found '", line);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_INVALID, world_read(temporary_file("w.xml", text), &world, error),
                                   words);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 

@@ -107,12 +107,12 @@ static void bad_latches_are_refused(void)
          6U, "expected at most 4"}};
     for (size_t i = 0U; i < sizeof bad / sizeof bad[0]; i++) {
         char whole[8192];
-        char place[40];
+        char location[40];
         (void)snprintf(whole, sizeof whole, "%s%s%s", HEAD, bad[i].text, END);
-        (void)snprintf(place, sizeof place, "w.xml:%u: found '", bad[i].line);
+        (void)snprintf(location, sizeof location, "w.xml:%u: found '", bad[i].line);
         TEST_ASSERT_EQUAL_INT_MESSAGE(
             STATUS_INVALID, world_read(temporary_file("w.xml", whole), &world, error), bad[i].words);
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, bad[i].words), error);
     }
 }

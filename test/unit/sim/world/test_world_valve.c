@@ -46,14 +46,14 @@ static void valves_are_read_with_their_box_link_and_output(void)
 /// Expect that the world with `text` before its end is refused; the first line of `text` has number 1.
 static void expect_refusal(const char* text, const unsigned line, const char* words)
 {
-    char place[40];
+    char location[40];
     char whole[8192];
     const unsigned end = line_of(WORLD, "</World>");
     (void)snprintf(whole, sizeof whole, "%s</World>", text);
     const char* path = temporary_variant("w.xml", WORLD, "</World>", whole);
-    (void)snprintf(place, sizeof place, "w.xml:%u: found '", end + line - 1U);
+    (void)snprintf(location, sizeof location, "w.xml:%u: found '", end + line - 1U);
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_INVALID, world_read(path, &world, error), words);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, place), error);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, location), error);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: reading one record from a medium of any content accesses nothing outside the buffer or beyond the
 //     end of the medium. Only a record of an existing kind is accepted, with the sequence number and chain
-//     that its place requires and with a correct checksum; then the place advances to the end of the record.
-//     Otherwise the place does not change. A record that was written is read with the same octets.
-// Bounds: media of 0..44 octets of any content, records of 0..8 octets, any place up to the end.
+//     that its position requires and with a correct checksum; then the position advances to the end of the
+//     record. Otherwise the position does not change. A record that was written is read with the same octets.
+// Bounds: media of 0..44 octets of any content, records of 0..8 octets, any position up to the end.
 // Replaced: crc32_iso returns any value, the same in every call (test/proof/base/proof_crc32.c proves the
 //     function); the medium is an array whose reads may fail.
 // Sources: fsw/framework/journal/journal_record.c
@@ -16,8 +16,8 @@
 //   - return is_kind && (record->size <= JOURNAL_RECORD_MAX);
 //   + return is_kind;
 // Fault: fsw/framework/journal/journal_record.c
-//   - (octets_u32_at(&buffer[CHAIN]) == place->chain);
-//   + (octets_u32_at(&buffer[CHAIN]) >= place->chain);
+//   - (octets_u32_at(&buffer[CHAIN]) == position->chain);
+//   + (octets_u32_at(&buffer[CHAIN]) >= position->chain);
 // Fault: fsw/framework/journal/journal_record.c
 //   - if (octets_u32_at(&buffer[end]) != crc) {
 //   + if (octets_u32_at(&buffer[end]) < crc) {
@@ -78,11 +78,11 @@ static uint8_t buffer[JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX)];
 
 static void prove_any_content(void)
 {
-    journal_place_t place;
+    journal_position_t position;
     journal_record_t record;
-    ASSUME(place.offset <= MEDIUM);
-    const journal_place_t before = place;
-    const status_t status        = journal_read_record(&medium, &place, &record, buffer);
+    ASSUME(position.offset <= MEDIUM);
+    const journal_position_t before = position;
+    const status_t status           = journal_read_record(&medium, &position, &record, buffer);
     if (status == STATUS_OK) {
         const uint8_t* const octets = &disk[before.offset];
         PROVE((record.kind == JOURNAL_PUT) || (record.kind == JOURNAL_ERASE) ||
@@ -96,29 +96,29 @@ static void prove_any_content(void)
         PROVE((octets_u16_at(&octets[2]) == record.size) && (octets[0] == record.kind) &&
                   (octets[1] == record.table) && (octets_u32_at(&octets[8]) == record.key),
               "the record has the fields of the medium");
-        PROVE((place.offset == (before.offset + JOURNAL_RECORD_SIZE((size_t)record.size))) &&
-                  (place.offset <= end),
-              "the place is the end of the record, inside the medium");
-        PROVE((place.sequence == (before.sequence + 1U)) && (place.chain == checksum),
-              "sequence and chain of the place advance");
+        PROVE((position.offset == (before.offset + JOURNAL_RECORD_SIZE((size_t)record.size))) &&
+                  (position.offset <= end),
+              "the position is the end of the record, inside the medium");
+        PROVE((position.sequence == (before.sequence + 1U)) && (position.chain == checksum),
+              "sequence and chain of the position advance");
     } else {
         PROVE((status == STATUS_EMPTY) || (status == STATUS_IO), "statuses of the contract");
-        PROVE((place.offset == before.offset) && (place.sequence == before.sequence) &&
-                  (place.chain == before.chain),
-              "the place does not change");
+        PROVE((position.offset == before.offset) && (position.sequence == before.sequence) &&
+                  (position.chain == before.chain),
+              "the position does not change");
     }
 }
 
 static void prove_written(void)
 {
-    journal_place_t place         = journal_first_place(nondet_u32());
-    journal_place_t again         = place;
+    journal_position_t position   = journal_first_position(nondet_u32());
+    journal_position_t again      = position;
     const journal_record_t record = {
         .kind = JOURNAL_PUT, .table = nondet_u8(), .size = nondet_u16(), .key = nondet_u32()};
     ASSUME(record.size <= RECORD);
     const size_t at     = any_size(RECORD - 1U);
     const uint8_t octet = buffer[JOURNAL_OCTETS_AT + at];
-    if (journal_write_record(&medium, &place, &record, buffer) == STATUS_OK) {
+    if (journal_write_record(&medium, &position, &record, buffer) == STATUS_OK) {
         PROVE((summed == buffer) && (summed_size == (JOURNAL_OCTETS_AT + (size_t)record.size)),
               "the checksum that is written is that of all octets of the record");
         journal_record_t got;
@@ -126,7 +126,7 @@ static void prove_written(void)
         const status_t status          = journal_read_record(&medium, &again, &got, buffer);
         PROVE((status == STATUS_OK) || (status == STATUS_IO), "what is written is read again");
         PROVE(IMPLIES(status == STATUS_OK, (got.table == record.table) && (got.size == record.size) &&
-                                               (got.key == record.key) && (again.offset == place.offset)),
+                                               (got.key == record.key) && (again.offset == position.offset)),
               "the record is the same");
         PROVE(IMPLIES((status == STATUS_OK) && (at < record.size), buffer[JOURNAL_OCTETS_AT + at] == octet),
               "its octets are the same");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: message_frame_is_well_formed accesses no octet outside a frame, and accepts exactly the frames to
-//     this component whose size, magic, version and kind exist and whose sender has a life; the fields that
-//     message_frame_write wrote are read with the same values, all together and one by one.
+// Proves: message_frame_is_well_formed accesses no octet outside a frame, and accepts a frame if and only if
+//     it is for this component, its size, magic, version and kind exist and its sender has a life; the fields
+//     that message_frame_write wrote are read with the same values, all together and one by one.
 // Bounds: every frame of 0..MESSAGE_FRAME_MAX + 1 octets, every header.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_frame.c

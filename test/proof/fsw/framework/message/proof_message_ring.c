@@ -2,8 +2,8 @@
 // Proves: a ring returns the blocks that were put, in the same order, wherever the ring wraps; a block that
 //     does not fit is refused and changes nothing but the counter of refusals; `used` is the sum of the sizes
 //     of the blocks and their length fields; no access is outside the storage.
-// Bounds: a ring of 16 octets that begins at any place of its storage; two blocks of 0..5 octets: the first
-//     is put in two parts, the second may not fit.
+// Bounds: a ring of 16 octets that begins at any position of its storage; two blocks of 0..5 octets: the
+//     first is put in two parts, the second may not fit.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_ring.c
 // Options: --unwind 7
@@ -24,9 +24,9 @@ static void prove_taken(message_ring_t* const ring, const uint8_t* const block, 
     uint8_t got[BLOCK];
     size_t got_size       = 0U;
     const status_t status = message_ring_take(ring, got, BLOCK, &got_size);
-    const size_t place    = any_size(BLOCK - 1U);
+    const size_t index    = any_size(BLOCK - 1U);
     PROVE((status == STATUS_OK) && (got_size == size), "a block that is taken has the size that was put");
-    PROVE(IMPLIES(place < size, got[place] == block[place]),
+    PROVE(IMPLIES(index < size, got[index] == block[index]),
           "a block that is taken has the octets that were put");
 }
 

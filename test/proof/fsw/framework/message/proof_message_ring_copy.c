@@ -2,7 +2,7 @@
 // Proves: the copy of a ring is the sequence of its blocks in order, each with its length field in front,
 //     as proof_message_ring_refill.c reads it; a ring that is larger than the room for the copy is not
 //     copied; the ring does not change. No access is outside the storage or the room for the copy.
-// Bounds: a ring of 16 octets that begins at any place of its storage; none, one or two blocks of 0..3
+// Bounds: a ring of 16 octets that begins at any position of its storage; none, one or two blocks of 0..3
 //     octets; room for 0..16 octets.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_ring.c
@@ -32,15 +32,15 @@ static void put(const uint8_t* const block, const size_t size)
     ASSUME(status == STATUS_OK); // message_ring proves it: there is room for the block.
 }
 
-/// The block is at `place` of the copy: its length field, and each of its octets.
-static void prove_block(const uint8_t* const copy, const size_t place, const uint8_t* const block,
+/// The block is at `offset` of the copy: its length field, and each of its octets.
+static void prove_block(const uint8_t* const copy, const size_t offset, const uint8_t* const block,
                         const size_t size)
 {
     uint32_t length    = 0U;
     const size_t index = any_size(BLOCK - 1U);
-    (void)memcpy((uint8_t*)&length, &copy[place], LENGTH);
+    (void)memcpy((uint8_t*)&length, &copy[offset], LENGTH);
     PROVE(length == size, "a block follows its length field");
-    PROVE(IMPLIES(index < size, copy[place + LENGTH + index] == block[index]), "a block has its octets");
+    PROVE(IMPLIES(index < size, copy[offset + LENGTH + index] == block[index]), "a block has its octets");
 }
 
 void proof(void)

@@ -28,7 +28,7 @@
 
 static uint8_t octets[SEQUENCE];
 static const uint8_t* sequence; // It ends with the array: the first octet after it is outside.
-static size_t place;            // Distance from the start of the sequence to the next block.
+static size_t offset;           // Distance from the start of the sequence to the next block.
 static size_t left;             // Octets from there to the end of the sequence.
 static bool is_full;            // The ring has refused a block.
 
@@ -37,7 +37,7 @@ static uint32_t next_length(void)
 {
     uint32_t length = nondet_u32();
     if (left >= LENGTH) {
-        (void)memcpy((uint8_t*)&length, &sequence[place], LENGTH);
+        (void)memcpy((uint8_t*)&length, &sequence[offset], LENGTH);
     }
     return length;
 }
@@ -46,9 +46,9 @@ status_t message_ring_put(message_ring_t* const ring, const uint8_t* const block
 {
     PROVE(!is_full, "after a refused block no other one is offered");
     PROVE(left >= (LENGTH + size), "an offered block ends inside the sequence");
-    PROVE(block == &sequence[place + LENGTH], "a block begins where the one before it ends");
+    PROVE(block == &sequence[offset + LENGTH], "a block begins where the one before it ends");
     PROVE((size == next_length()) && (size <= LARGEST), "an offered block has the size in its length field");
-    place += LENGTH + size;
+    offset += LENGTH + size;
     left -= LENGTH + size;
     is_full = nondet_bool();
     ring->refused += is_full ? 1U : 0U;

@@ -51,10 +51,10 @@ void proof(void)
     ASSUME((consumer.terms.layout_octets >= 1U) && (consumer.terms.layout_octets <= PAYLOAD));
     const uint32_t sequence = consumer.sequence;
     const bool had_sample   = consumer.has_sample;
-    const size_t place      = any_size(PAYLOAD - 1U);
-    consumer.payload[place] = nondet_u8();
+    const size_t index      = any_size(PAYLOAD - 1U);
+    consumer.payload[index] = nondet_u8();
     consumer.sample_time_ns = nondet_u64();
-    const uint8_t octet     = consumer.payload[place];
+    const uint8_t octet     = consumer.payload[index];
     const uint64_t time_ns  = consumer.sample_time_ns;
 
     const size_t size = any_size(RECEIVED);
@@ -69,12 +69,12 @@ void proof(void)
         PROVE(!had_sample || ((consumer.sequence - sequence - 1U) < (UINT32_MAX / 2U)),
               "the sample is newer than the last one");
         PROVE(consumer.has_sample, "there is a sample");
-        PROVE(consumer.payload[place] ==
-                  ((place < consumer.terms.layout_octets) ? frame[LINK_FRAME_HEADER_OCTETS + place] : octet),
-              "exactly the payload is copied");
+        PROVE(consumer.payload[index] ==
+                  ((index < consumer.terms.layout_octets) ? frame[LINK_FRAME_HEADER_OCTETS + index] : octet),
+              "the payload is copied, and nothing else");
     } else {
         PROVE((consumer.sequence == sequence) && (consumer.has_sample == had_sample) &&
-                  (consumer.payload[place] == octet) && (consumer.sample_time_ns == time_ns),
+                  (consumer.payload[index] == octet) && (consumer.sample_time_ns == time_ns),
               "what is refused changes nothing");
     }
 }

@@ -61,8 +61,8 @@ static void prove_round_trip(void)
     PROVE((got.producer_state == sent.producer_state) && (got.link == sent.link) &&
               (got.epoch == sent.epoch) && (got.sequence == sent.sequence) && (got.time_ns == sent.time_ns),
           "the header is the same");
-    const size_t place = any_size(PAYLOAD);
-    PROVE(IMPLIES(place < payload_size, data[place] == payload[place]), "the payload is the same");
+    const size_t index = any_size(PAYLOAD);
+    PROVE(IMPLIES(index < payload_size, data[index] == payload[index]), "the payload is the same");
     PROVE(rtlink_frame_epoch(frame, size) == sent.epoch, "the epoch is read without decoding");
 }
 

@@ -31,10 +31,10 @@
 typedef struct {
     state_t state;
     state_phase_t phase;
-} place_t;
+} stage_t;
 
 /// State and phase while an action runs.
-static const place_t places[ACTION_COUNT] = {
+static const stage_t stages[ACTION_COUNT] = {
     [ACTION_SOFTWARE_INIT]   = {STATE_SOFTWARE_INIT, PHASE_ENTERING},
     [ACTION_HARDWARE_INIT]   = {STATE_HARDWARE_INIT, PHASE_ENTERING},
     [ACTION_CONFIGURE]       = {STATE_PRE_OPERATIONAL, PHASE_CONFIGURING},
@@ -65,7 +65,7 @@ static const uint16_t targets[ACTION_COUNT] = {
     [ACTION_SOFTWARE_DEINIT] = BIT(STATE_OFFLINE),
 };
 
-static bool is_rest_place(const state_machine_t* const machine)
+static bool is_rest_stage(const state_machine_t* const machine)
 {
     switch (machine->state) {
     case STATE_OFFLINE:
@@ -100,10 +100,10 @@ static bool is_sound(const state_machine_t* const machine)
         return false;
     }
     if (machine->action == ACTION_NONE) {
-        return is_rest_place(machine) && (machine->target == machine->state);
+        return is_rest_stage(machine) && (machine->target == machine->state);
     }
-    return (machine->state == places[machine->action].state) &&
-           (machine->phase == places[machine->action].phase) &&
+    return (machine->state == stages[machine->action].state) &&
+           (machine->phase == stages[machine->action].phase) &&
            ((targets[machine->action] & BIT(machine->target)) != 0U) &&
            !((machine->action == ACTION_CONFIGURE) && machine->is_configured);
 }

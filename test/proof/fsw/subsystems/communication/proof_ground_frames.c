@@ -77,7 +77,7 @@ void proof(void)
           "an incomplete frame waits and is not refused");
     PROVE((status == STATUS_CLOSED) ==
               (is_refused && ((unit.taken == 0U) || (security.refusals[CLIENT] == GROUND_REFUSALS_MAX))),
-          "exactly a lost start or the third refused frame closes the connection");
+          "the connection is closed if and only if a start is lost or a third frame is refused");
     PROVE(security.refusals[CLIENT] == (refusals + (is_refused ? 1U : 0U)), "refused frames are counted");
     if (unit.packet != NULL) {
         PROVE(cipher_is_authentic && (status == STATUS_OK) && !is_refused,

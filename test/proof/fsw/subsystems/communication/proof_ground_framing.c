@@ -56,8 +56,9 @@ void proof(void)
     const size_t stated     = has_header ? ((size_t)octets_u16_at(&octets[4]) + 7U) : 0U;
     const bool is_too_large = has_header && (stated > PUS_PACKET_MAX);
     PROVE((status == STATUS_TRUNCATED) == (!has_header || (!is_too_large && (size < stated))),
-          "exactly an incomplete packet waits");
+          "a packet waits if and only if it is incomplete");
     PROVE(IMPLIES(status == STATUS_TRUNCATED, unit.size <= PUS_PACKET_MAX),
           "an awaited packet is not too large");
-    PROVE((status == STATUS_CLOSED) == is_too_large, "exactly a packet that is too large closes the stream");
+    PROVE((status == STATUS_CLOSED) == is_too_large,
+          "the stream is closed if and only if a packet is too large");
 }

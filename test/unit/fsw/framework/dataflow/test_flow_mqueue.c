@@ -161,7 +161,7 @@ static void a_full_queue_and_a_message_that_is_too_large_are_reported(void)
 }
 
 /// A receiver killed in another process leaves its queue; its successor begins with an empty one.
-static void a_new_receiver_takes_the_place_of_a_killed_one(void)
+static void a_new_receiver_replaces_a_killed_one(void)
 {
     const pid_t other = fork();
     if (other == 0) {
@@ -201,7 +201,8 @@ static void a_queue_that_cannot_be_opened_reports_the_reason(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, sender.link.failure);
     quota_init(&quota, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the only place, as an open receiver does.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      quota_take(&quota)); // Takes the only unit of the quota, as an open receiver does.
     begin(&sender, "commands", false, OCTETS);
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_mqueue_step(&sender, 0U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, sender.link.failure);
@@ -214,7 +215,7 @@ int main(void)
     RUN_TEST(records_have_the_byte_order_of_the_flow);
     RUN_TEST(a_record_that_is_too_long_is_a_coding_error);
     RUN_TEST(a_full_queue_and_a_message_that_is_too_large_are_reported);
-    RUN_TEST(a_new_receiver_takes_the_place_of_a_killed_one);
+    RUN_TEST(a_new_receiver_replaces_a_killed_one);
     RUN_TEST(a_queue_that_cannot_be_opened_reports_the_reason);
     return UNITY_END();
 }

@@ -207,7 +207,8 @@ static void a_refused_opening_is_counted_with_its_reason(void)
         TEST_ASSERT_EQUAL_UINT32(1U, reader.link.reconnect.failed);
     }
     quota_init(&quota, 1U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the only place, as an open writer does.
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      quota_take(&quota)); // Takes the only unit of the quota, as an open writer does.
     begin(&reader, "x", false, queue);
     expect_refusal(&reader, 0U, STATUS_EXHAUSTED);
 }
@@ -272,7 +273,7 @@ static void a_writer_that_closes_is_reported_after_its_last_value(void)
 
 /// A writer that is killed in another process leaves its memory. Its successor creates the memory again and
 /// the reader follows, even if the dead writer was writing a value.
-static void a_new_writer_takes_the_place_of_a_killed_one(void)
+static void a_new_writer_replaces_a_killed_one(void)
 {
     static const flow_shm_shape_t shapes[] = {{FLOW_SHM_LATEST, 5U, 1U}, {FLOW_SHM_QUEUE, 5U, 3U}};
     for (unsigned i = 0U; i < 2U; i++) {
@@ -399,7 +400,7 @@ int main(void)
     RUN_TEST(impossible_shapes_are_coding_errors);
     RUN_TEST(a_reader_that_starts_first_waits_with_back_off);
     RUN_TEST(a_writer_that_closes_is_reported_after_its_last_value);
-    RUN_TEST(a_new_writer_takes_the_place_of_a_killed_one);
+    RUN_TEST(a_new_writer_replaces_a_killed_one);
     RUN_TEST(a_replaced_writer_removes_nothing_of_its_successor);
     RUN_TEST(shared_memory_of_another_layout_is_refused);
     RUN_TEST(a_value_is_never_read_in_part);

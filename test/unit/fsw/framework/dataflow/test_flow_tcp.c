@@ -217,7 +217,7 @@ static void each_client_has_its_own_limit(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_peer(&flow, 7U, &peer));
 }
 
-static void waiting_clients_are_served_in_turn_up_to_the_number_of_places(void)
+static void waiting_clients_are_served_in_turn_up_to_the_number_of_slots(void)
 {
     osal_socket_t* sockets[8];
     TEST_ASSERT_EQUAL_UINT64(1U, flow_tcp_sockets(&flow, sockets, 8U));
@@ -237,7 +237,7 @@ static void waiting_clients_are_served_in_turn_up_to_the_number_of_places(void)
     (void)step(FLOW_TCP_UNLIMITED);
     TEST_ASSERT_EQUAL_UINT(1U, seen.disconnected);
     TEST_ASSERT_FALSE(flow_tcp_is_connected(&flow, 0U));
-    join(3U); // The place is free again.
+    join(3U); // The slot is free again.
     TEST_ASSERT_EQUAL_UINT32(3U, flow.counters.accepted);
     TEST_ASSERT_EQUAL_UINT32(2U, clients[0].epoch);
 }
@@ -370,14 +370,14 @@ static void sockets_are_counted_where_a_quota_is_given(void)
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
     TEST_ASSERT_EQUAL(STATUS_OK, listen_with(&flow));
     flow_tcp_t second;
-    flow_tcp_client_t places[1];
+    flow_tcp_client_t slots[1];
     uint8_t room[BUFFER];
     join(0U);
     TEST_ASSERT_EQUAL_UINT16(2U, quota.stats.used);
-    join(1U); // A place is free, but the quota has no further socket.
+    join(1U); // A slot is free, but the quota has no further socket.
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.turned_away);
     TEST_ASSERT_EQUAL_UINT32(1U, quota.stats.refused);
-    flow_tcp_init(&second, places, 1U, room, BUFFER);
+    flow_tcp_init(&second, slots, 1U, room, BUFFER);
     flow_tcp_set_quota(&second, &quota);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, flow_tcp_adopt(&second, 0));
     TEST_ASSERT_EQUAL_UINT32(1U, second.counters.failed);
@@ -419,7 +419,7 @@ int main(void)
     RUN_TEST(a_step_reads_no_more_octets_than_its_limit);
     RUN_TEST(two_reads_share_one_limit);
     RUN_TEST(each_client_has_its_own_limit);
-    RUN_TEST(waiting_clients_are_served_in_turn_up_to_the_number_of_places);
+    RUN_TEST(waiting_clients_are_served_in_turn_up_to_the_number_of_slots);
     RUN_TEST(clients_are_served_in_turn);
     RUN_TEST(a_client_may_be_disconnected_to_make_room_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);

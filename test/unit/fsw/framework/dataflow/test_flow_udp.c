@@ -193,7 +193,7 @@ static void a_refused_opening_is_counted_with_its_reason(void)
     flow_udp_close(&third);
     flow_udp_close(&third);
     quota_init(&quota, 2U);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the places of left and right.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Takes the units of left and right.
     TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota));
     begin(&third, "2", "1");
     expect_refusal(&third, STATUS_EXHAUSTED);

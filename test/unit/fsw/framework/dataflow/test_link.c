@@ -66,7 +66,7 @@ static void a_failed_attempt_is_closed_and_returns_its_quota(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.closed);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Another link has taken the last place of the quota.
+    TEST_ASSERT_EQUAL(STATUS_OK, quota_take(&quota)); // Another link has taken the last unit of the quota.
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_link_step(&link, 10U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, link.failure);
     TEST_ASSERT_EQUAL_UINT(1U, object.opened);

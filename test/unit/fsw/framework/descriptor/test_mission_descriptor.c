@@ -232,12 +232,12 @@ static void each_error_contains_file_line_and_cause(void)
 {
     for (size_t i = 0U; i < (sizeof damages / sizeof damages[0]); i++) {
         const damage_t* const damage = &damages[i];
-        char place[32];
-        (void)snprintf(place, sizeof place, ".xml:%u: ", damage->line);
+        char location[32];
+        (void)snprintf(location, sizeof location, ".xml:%u: ", damage->line);
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID,
                                   load(damaged(flight_document, damage->find, damage->replacement)),
                                   damage->reason);
-        if ((strstr(descriptor_error(&loader), place) == NULL) ||
+        if ((strstr(descriptor_error(&loader), location) == NULL) ||
             (strstr(descriptor_error(&loader), damage->reason) == NULL)) {
             char message[512];
             (void)snprintf(message, sizeof message, "expected line %u, \"%s\"; got \"%s\"", damage->line,

@@ -118,10 +118,10 @@ static void each_error_contains_line_and_cause(void)
         {"value='OFF'", "value='OUT'", 13U, "value=\"OUT\" of <Initial>: expected 1 of: LOST SILENT OFF"},
     };
     for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
-        char place[32];
-        (void)snprintf(place, sizeof place, "arm.xml:%u: ", cases[i].line);
+        char location[32];
+        (void)snprintf(location, sizeof location, "arm.xml:%u: ", cases[i].line);
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, load(damaged(named_document, cases[i].find, cases[i].replacement)));
-        TEST_ASSERT_EQUAL_STRING_LEN(place, descriptor_error(&loader), strlen(place));
+        TEST_ASSERT_EQUAL_STRING_LEN(location, descriptor_error(&loader), strlen(location));
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(descriptor_error(&loader), cases[i].cause),
                                      descriptor_error(&loader));
     }

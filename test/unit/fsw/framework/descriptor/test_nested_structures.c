@@ -124,11 +124,11 @@ static void mistakes_in_nested_structures_are_reported(void)
          "structures nested more than 3 deep"},
     };
     for (size_t i = 0U; i < (sizeof mistakes / sizeof mistakes[0]); i++) {
-        char place[32];
+        char location[32];
         const char* const document = damaged(nested_document, mistakes[i].find, mistakes[i].replacement);
-        (void)snprintf(place, sizeof place, "arm.xml:%u: ", mistakes[i].line);
+        (void)snprintf(location, sizeof location, "arm.xml:%u: ", mistakes[i].line);
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, load(document), mistakes[i].reason);
-        TEST_ASSERT_EQUAL_STRING_LEN(place, descriptor_error(&loader), strlen(place));
+        TEST_ASSERT_EQUAL_STRING_LEN(location, descriptor_error(&loader), strlen(location));
         if (strstr(descriptor_error(&loader), mistakes[i].reason) == NULL) {
             TEST_FAIL_MESSAGE(descriptor_error(&loader));
         }

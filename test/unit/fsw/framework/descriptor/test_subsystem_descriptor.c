@@ -406,9 +406,10 @@ static const damage_t damages[] = {
     {"<HKService id='4711'", SERVICES("A", "8") "<HKService id='4711'", 29U,
      "service 8 cannot have a <Loop> of its own: functions act on devices"},
     {"<HKService id='4711'", SERVICES("A", "17 129") "<HKService id='4711'", 29U,
-     "service 129 cannot have a <Loop> of its own: the state machine leads the control"},
+     "service 129 cannot have a <Loop> of its own: the state machine starts and stops the control"},
     {"<HKService id='4711'", SERVICES("A", "130 17") "<HKService id='4711'", 29U,
-     "service 130 cannot have a <Loop> of its own: links are opened, read and written with the control"},
+     "service 130 cannot have a <Loop> of its own: links are opened, read and written in the cycle of the "
+     "control"},
     {"<HKService id='4711'", SERVICES("A", "3") "<HKService id='4711'", 29U,
      "service 3 cannot have a <Loop> of its own: each <HKService> names its loop"},
     {"<HKService id='4711'", SERVICES("A", "17 5 20") "<HKService id='4711'", 29U,
@@ -495,12 +496,12 @@ static void each_error_contains_file_line_and_cause(void)
 {
     for (size_t i = 0U; i < (sizeof damages / sizeof damages[0]); i++) {
         const damage_t* const damage = &damages[i];
-        char place[32];
-        (void)snprintf(place, sizeof place, "arm.xml:%u: ", damage->line);
+        char location[32];
+        (void)snprintf(location, sizeof location, "arm.xml:%u: ", damage->line);
         TEST_ASSERT_EQUAL_MESSAGE(
             STATUS_INVALID, load(damaged(arm_document, damage->find, damage->replacement)), damage->reason);
         const char* const error = descriptor_error(&loader);
-        if ((strncmp(error, place, strlen(place)) != 0) || (strstr(error, damage->reason) == NULL)) {
+        if ((strncmp(error, location, strlen(location)) != 0) || (strstr(error, damage->reason) == NULL)) {
             char message[512];
             (void)snprintf(message, sizeof message, "expected line %u, \"%s\"; got \"%s\"", damage->line,
                            damage->reason, error);

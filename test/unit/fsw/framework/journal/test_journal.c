@@ -365,13 +365,13 @@ static void any_damaged_octet_is_detected(void)
 /// The journal never writes such a record, but the reader must be able to skip it.
 static void erasing_a_missing_record_is_skipped(void)
 {
-    const medium_t medium = recorded_medium(1U);
-    journal_place_t place = journal_first_place(9U);
+    const medium_t medium       = recorded_medium(1U);
+    journal_position_t position = journal_first_position(9U);
     TEST_ASSERT_EQUAL(STATUS_OK, journal_write_head(&medium, 9U));
-    TEST_ASSERT_EQUAL(
-        STATUS_OK,
-        journal_write_record(&medium, &place, &(journal_record_t){.kind = JOURNAL_ERASE, .key = 5U}, octets));
-    TEST_ASSERT_EQUAL(STATUS_OK, journal_write_record(&medium, &place,
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      journal_write_record(&medium, &position,
+                                           &(journal_record_t){.kind = JOURNAL_ERASE, .key = 5U}, octets));
+    TEST_ASSERT_EQUAL(STATUS_OK, journal_write_record(&medium, &position,
                                                       &(journal_record_t){.kind = JOURNAL_COMMIT}, octets));
     reopen();
     TEST_ASSERT_EQUAL_UINT64(0U, kept_count);
@@ -519,10 +519,10 @@ static void a_commit_fails_as_long_as_its_records_cannot_be_read(void)
     recorded.fail_from  = 2U; // The sync.
     recorded.fail_count = 1U;
     TEST_ASSERT_EQUAL(STATUS_IO, journal_commit(&journal));
-    const size_t place = JOURNAL_HEAD_SIZE + JOURNAL_RECORD_SIZE(10U) + COMMIT_SIZE + 3U;
-    recorded.image[0].octets[place] ^= 1U;
+    const size_t offset = JOURNAL_HEAD_SIZE + JOURNAL_RECORD_SIZE(10U) + COMMIT_SIZE + 3U;
+    recorded.image[0].octets[offset] ^= 1U;
     TEST_ASSERT_EQUAL(STATUS_IO, journal_commit(&journal));
-    recorded.image[0].octets[place] ^= 1U;
+    recorded.image[0].octets[offset] ^= 1U;
     commit();
     reopen_durable();
     TEST_ASSERT_EQUAL_UINT64(2U, kept_count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Damage at every place of the media of a journal between two lives: either all records are read, or the
+// Damage at every offset of the media of a journal between two lives: either all records are read, or the
 // journal reports that it is damaged; no record is lost without a report. The damaged content is preserved
 // before it is changed, and is reported once.
 #include "fsw/framework/journal/journal.h"
@@ -130,10 +130,10 @@ static bool is_whole(void)
 }
 
 /// Open the damaged media in `work` and check the result.
-static void judge(const char* const what, const size_t place)
+static void judge(const char* const what, const size_t offset)
 {
     char message[96];
-    (void)snprintf(message, sizeof message, "%s at %lu", what, (unsigned long)place);
+    (void)snprintf(message, sizeof message, "%s at %lu", what, (unsigned long)offset);
     kept_calls = 0U;
     recorded_clear(work);
     open_journal();
@@ -243,7 +243,7 @@ static void a_cut_during_a_compaction_is_reported(void)
     damage_everywhere();
 }
 
-/// Any two damaged places of one medium, in journals of different lengths; very many of them with LONG=1.
+/// Any two damaged offsets of one medium, in journals of different lengths; very many of them with LONG=1.
 static void several_damaged_octets_are_reported_or_harmless(void)
 {
     const unsigned count = (getenv("LONG") != NULL) ? RANDOM_LONG : RANDOM_SHORT;
@@ -255,22 +255,22 @@ static void several_damaged_octets_are_reported_or_harmless(void)
         const size_t medium = random_below(2U);
         recorded_copy(work, original);
         for (unsigned k = 0U; k < 2U; k++) {
-            const size_t place = random_below((uint32_t)work[medium].size);
-            const size_t left  = original[medium].size - place;
-            const size_t size  = 1U + random_below((uint32_t)left);
+            const size_t offset = random_below((uint32_t)work[medium].size);
+            const size_t left   = original[medium].size - offset;
+            const size_t size   = 1U + random_below((uint32_t)left);
             switch (random_below(4U)) {
             case 0U:
-                work[medium].octets[place] ^= (uint8_t)(1U + random_below(255U));
+                work[medium].octets[offset] ^= (uint8_t)(1U + random_below(255U));
                 break;
             case 1U:
-                memset(&work[medium].octets[place], (random_below(2U) == 0U) ? 0 : 0xFF, size);
+                memset(&work[medium].octets[offset], (random_below(2U) == 0U) ? 0 : 0xFF, size);
                 break;
             case 2U:
-                memmove(&work[medium].octets[place],
-                        &original[medium].octets[random_below((uint32_t)place + 1U)], size);
+                memmove(&work[medium].octets[offset],
+                        &original[medium].octets[random_below((uint32_t)offset + 1U)], size);
                 break;
             default:
-                work[medium].size = (place > 0U) ? place : 1U;
+                work[medium].size = (offset > 0U) ? offset : 1U;
                 memset(&work[medium].octets[work[medium].size], 0, MEDIUM_MAX - work[medium].size);
                 break;
             }
@@ -375,12 +375,12 @@ static void errors_of_damaged_media_are_reported(void)
                                                    .limit    = 1500U,
                                                    .slots    = slots,
                                                    .capacity = CAPACITY};
-    for (size_t place = 3U; place < 40U; place += 17U) { // A place in the head, then places in records.
+    for (size_t offset = 3U; offset < 40U; offset += 17U) { // An offset in the head, then offsets in records.
         unsigned failures = 0U;
         status_t status   = STATUS_IO;
         for (unsigned i = 1U; (status != STATUS_OK) || (recorded.calls >= i); i++) {
             recorded_copy(work, original);
-            work[0].octets[place] ^= 1U;
+            work[0].octets[offset] ^= 1U;
             recorded_clear(work);
             recorded.fail_from = i;
             status             = journal_open(&journal, &configuration);

@@ -28,7 +28,7 @@ typedef struct {
     party_t* party;
     unsigned index;
     message_endpoint_t endpoint;
-    message_place_t inbox[PARTY_MEMBERS];
+    message_slot_t inbox[PARTY_MEMBERS];
     osal_socket_t socket;
     osal_address_t address;
     message_udp_carrier_t udp;

@@ -99,12 +99,12 @@ static void send_to_unknown_peers(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, message_add_peer(end(0U), party_id(1U)));
 }
 
-static void no_more_peers_are_added_than_there_are_places(void)
+static void no_more_peers_are_added_than_there_are_slots(void)
 {
-    static message_place_t places[MESSAGE_PEERS_MAX];
+    static message_slot_t slots[MESSAGE_PEERS_MAX];
     static message_endpoint_t alone;
     party_open(&party, PARTY_RING);
-    message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), places, MESSAGE_PEERS_MAX);
+    message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), slots, MESSAGE_PEERS_MAX);
     for (uint16_t i = 0U; i < MESSAGE_PEERS_MAX; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, (uint16_t)(100U + i)));
     }
@@ -112,7 +112,7 @@ static void no_more_peers_are_added_than_there_are_places(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED,
                       message_send(&alone, 100U, block, 1U)); // The carrier has no address of this peer.
     TEST_ASSERT_EQUAL(1U, alone.counters.unreachable);
-    message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), places, 1U);
+    message_open(&alone, 1U, 1U, message_ring_carrier_port(&party.hub), slots, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&alone, 100U));
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, message_add_peer(&alone, 101U));
     party_close(&party);
@@ -124,7 +124,7 @@ static void ignore_delivery(void* const context, const uint16_t to)
     (void)to;
 }
 
-static void an_endpoint_takes_one_place_of_the_ring_carrier_in_all_its_lives(void)
+static void an_endpoint_takes_one_slot_of_the_ring_carrier_in_all_its_lives(void)
 {
     static message_endpoint_t endpoints[MESSAGE_PEERS_MAX + 1U];
     static message_ring_carrier_t carrier;
@@ -508,9 +508,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(octets_arrive_unchanged);
-    RUN_TEST(an_endpoint_takes_one_place_of_the_ring_carrier_in_all_its_lives);
+    RUN_TEST(an_endpoint_takes_one_slot_of_the_ring_carrier_in_all_its_lives);
     RUN_TEST(addresses_that_are_no_peer_are_refused);
-    RUN_TEST(no_more_peers_are_added_than_there_are_places);
+    RUN_TEST(no_more_peers_are_added_than_there_are_slots);
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(no_more_messages_than_a_window_are_unacknowledged);
     RUN_TEST(no_more_octets_than_a_window_are_unacknowledged);

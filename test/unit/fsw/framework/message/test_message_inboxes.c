@@ -271,7 +271,7 @@ static void fill_a_small_window(void)
     TEST_ASSERT_EQUAL(0U, credit(0U, 1U));
     party_take_in(&party, 1U);
     // The inbox stores the blocks with a length field of 4 octets each.
-    TEST_ASSERT_TRUE(end(1U)->places[0].channel.inbox.blocks.peak <= (SMALL + (MESSAGE_WINDOW * 4U)));
+    TEST_ASSERT_TRUE(end(1U)->slots[0].channel.inbox.blocks.peak <= (SMALL + (MESSAGE_WINDOW * 4U)));
     uint32_t blocks = 0U; // The other direction keeps the largest window.
     while (party_send(&party, 1U, 0U, block, MESSAGE_PAYLOAD_MAX) == STATUS_OK) {
         blocks++;

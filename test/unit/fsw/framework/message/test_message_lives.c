@@ -263,8 +263,8 @@ static void send_far_ahead(void)
 {
     exchange(0U, 3U);
     // As after a forged credit, or in an endpoint that was copied.
-    end(0U)->places[0].channel.position.sent += 100U;
-    end(0U)->places[0].channel.position.credited += 100U;
+    end(0U)->slots[0].channel.position.sent += 100U;
+    end(0U)->slots[0].channel.position.credited += 100U;
     unsigned passed = 0U;
     for (uint32_t i = 0U; i < 200U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
@@ -302,16 +302,16 @@ static void expect_healing(void)
 static void forge_each_field(void)
 {
     static const uint32_t values[] = {0U, 1U, 2U, 20U, 33U, 1000U, 0x7FFFFFFFU, 0x80000000U, UINT32_MAX};
-    static const size_t places[]   = {AT_FROM_LIFE, AT_TO_LIFE, AT_SEQUENCE, AT_TAKEN};
+    static const size_t fields[]   = {AT_FROM_LIFE, AT_TO_LIFE, AT_SEQUENCE, AT_TAKEN};
     for (uint8_t kind = 0U; kind < 4U; kind++) {
         for (unsigned i = 0U; i < (4U * 9U * 3U); i++) {
             uint8_t frame[MESSAGE_HEADER_OCTETS + 4U];
             exchange(0U, 3U);
             forge(frame, 0U, 1U);
             frame[AT_KIND] = kind;
-            octets_put_u32(&frame[AT_SEQUENCE], end(0U)->places[0].channel.position.sent);
-            octets_put_u32(&frame[AT_TAKEN], end(0U)->places[0].channel.position.taken);
-            octets_put_u32(&frame[places[i % 4U]], values[(i / 4U) % 9U]);
+            octets_put_u32(&frame[AT_SEQUENCE], end(0U)->slots[0].channel.position.sent);
+            octets_put_u32(&frame[AT_TAKEN], end(0U)->slots[0].channel.position.taken);
+            octets_put_u32(&frame[fields[i % 4U]], values[(i / 4U) % 9U]);
             for (unsigned k = 0U; k <= (i / 36U); k++) {
                 inject(frame, 0U, 1U);
             }
@@ -356,8 +356,8 @@ static void damage_at_random(void)
         for (unsigned i = draw(20U); i > 0U; i--) {
             forge(frame, from, 1U - from);
             frame[AT_KIND] = (uint8_t)draw(4U);
-            octets_put_u32(&frame[AT_SEQUENCE], end(from)->places[0].channel.position.sent + draw(3U));
-            octets_put_u32(&frame[AT_TAKEN], end(from)->places[0].channel.position.taken + draw(3U));
+            octets_put_u32(&frame[AT_SEQUENCE], end(from)->slots[0].channel.position.sent + draw(3U));
+            octets_put_u32(&frame[AT_TAKEN], end(from)->slots[0].channel.position.taken + draw(3U));
             frame[AT_FROM_LIFE + draw(16U)] ^= (uint8_t)(1U << draw(8U));
             inject(frame, from, 1U - from);
             (void)next_number(1U - from);

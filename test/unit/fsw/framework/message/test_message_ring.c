@@ -299,15 +299,15 @@ static void blocks_are_read_in_place(void)
             const uint8_t block[6] = {round, i, 2U, 3U, 4U, 5U};
             TEST_ASSERT_EQUAL(STATUS_OK, message_ring_put(&ring, block, (size_t)(2U + (2U * i))));
         }
-        size_t place = 0U;
+        size_t offset = 0U;
         for (uint8_t i = 0U; i < 3U; i++) {
             const uint8_t mark[2] = {(uint8_t)(100U + i), i};
-            message_ring_overwrite(&ring, place, mark, sizeof mark);
-            place = message_ring_look(&ring, place, head, sizeof head, &size);
+            message_ring_overwrite(&ring, offset, mark, sizeof mark);
+            offset = message_ring_look(&ring, offset, head, sizeof head, &size);
             TEST_ASSERT_EQUAL(2U + (2U * i), size);
             TEST_ASSERT_EQUAL_HEX8_ARRAY(mark, head, sizeof mark);
         }
-        TEST_ASSERT_EQUAL(ring.used, place);
+        TEST_ASSERT_EQUAL(ring.used, offset);
         for (uint8_t i = 0U; i < 3U; i++) {
             TEST_ASSERT_EQUAL(STATUS_OK, message_ring_take(&ring, octets, sizeof octets, &size));
             TEST_ASSERT_EQUAL(100U + i, octets[0]);

@@ -108,8 +108,8 @@ static void deliver_twice(void)
     exchange(0U, 1U, 300U, 3U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, message_credit(end(0U), party_id(1U)) +
-                                          (end(1U)->places[0].channel.position.taken -
-                                           end(1U)->places[0].channel.position.acknowledged));
+                                          (end(1U)->slots[0].channel.position.taken -
+                                           end(1U)->slots[0].channel.position.acknowledged));
 }
 
 static void a_duplicated_frame_is_delivered_once(void)
@@ -140,7 +140,7 @@ static void report_credit_twice(void)
         inject(&header, 0U); // The same count as before.
         TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
         TEST_ASSERT_EQUAL(MESSAGE_WINDOW - 5U, message_credit(end(1U), party_id(0U)));
-        TEST_ASSERT_EQUAL(5U * (MESSAGE_HEADER_OCTETS + 4U), end(1U)->places[0].channel.position.under_way);
+        TEST_ASSERT_EQUAL(5U * (MESSAGE_HEADER_OCTETS + 4U), end(1U)->slots[0].channel.position.under_way);
     }
     for (uint32_t i = 0U; i < 5U; i++) {
         TEST_ASSERT_EQUAL(10U + i, next_number(0U));

@@ -23,7 +23,7 @@ typedef struct {
 
 static message_ring_carrier_t hub;
 static message_endpoint_t ends[2];
-static message_place_t places[2];
+static message_slot_t slots[2];
 static uint8_t block[MESSAGE_PAYLOAD_MAX];
 static uint8_t heard[MESSAGE_PAYLOAD_MAX];
 static bool is_losing_data; // Frames with data are lost.
@@ -40,7 +40,7 @@ static uint16_t id(const unsigned index)
 
 static message_channel_t* channel(const unsigned index)
 {
-    return &places[index].channel;
+    return &slots[index].channel;
 }
 
 static uint32_t draw(const uint32_t below)
@@ -77,7 +77,7 @@ static status_t pass(void* const context, const uint16_t to, const uint8_t* cons
 static void start(const unsigned index, const uint32_t life)
 {
     const message_carrier_t carrier = {NULL, pass};
-    message_open(&ends[index], id(index), life, carrier, &places[index], 1U);
+    message_open(&ends[index], id(index), life, carrier, &slots[index], 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, message_add_peer(&ends[index], id(1U - index)));
     TEST_ASSERT_EQUAL(STATUS_OK, message_set_window(&ends[index], id(index), SMALL));
     TEST_ASSERT_EQUAL(STATUS_OK, message_set_window(&ends[index], id(1U - index), SMALL));
@@ -220,7 +220,7 @@ static void an_exactly_full_window_fits_the_inbox_of_a_board(void)
     for (unsigned i = 0U; i < 3U; i++) {
         fill_exactly(0U);
         TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 99U, sizeof(uint32_t)));
-        TEST_ASSERT_EQUAL(sizeof places[1].octets, channel(1U)->inbox.blocks.used);
+        TEST_ASSERT_EQUAL(sizeof slots[1].octets, channel(1U)->inbox.blocks.used);
         expect_numbers(1U, MESSAGE_WINDOW);
         message_take_control(&ends[0]);
         TEST_ASSERT_EQUAL_UINT32(MESSAGE_WINDOW, message_credit(&ends[0], id(1U)));

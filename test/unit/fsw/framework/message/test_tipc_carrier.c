@@ -28,7 +28,7 @@ static osal_socket_t plug  = {.descriptor = 7};
 static osal_socket_t watch = {.descriptor = 8};
 static message_tipc_carrier_t carrier;
 static message_endpoint_t endpoint;
-static message_place_t inbox[PEERS];
+static message_slot_t inbox[PEERS];
 static const uint8_t octets[3] = {1U, 2U, 3U};
 
 // ---- The mocked kernel ----

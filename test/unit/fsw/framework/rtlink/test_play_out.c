@@ -142,7 +142,7 @@ static void expect_nothing_due(void)
 }
 
 /// The buffer keeps one copy of each sample.
-static void a_duplicated_sample_takes_no_place(void)
+static void a_duplicated_sample_takes_no_slot(void)
 {
     for (uint32_t round = 0U; round < 2U; round++) {
         for (uint32_t sequence = 0U; sequence < 3U; sequence++) {
@@ -331,7 +331,7 @@ int main(void)
     RUN_TEST(a_sample_is_read_at_its_play_out_time_and_not_before);
     RUN_TEST(a_clock_that_is_behind_the_producers_waits_for_its_time);
     RUN_TEST(reordered_and_duplicated_samples_are_read_once_in_their_order);
-    RUN_TEST(a_duplicated_sample_takes_no_place);
+    RUN_TEST(a_duplicated_sample_takes_no_slot);
     RUN_TEST(samples_that_lie_far_apart_are_in_order);
     RUN_TEST(without_delay_and_budget_a_sample_is_due_at_its_time);
     RUN_TEST(the_newest_of_several_due_samples_is_read_and_all_are_counted);

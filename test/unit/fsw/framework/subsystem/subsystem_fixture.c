@@ -96,10 +96,10 @@ static status_t software_init(void* self)
         {"COUNT", PARAMETER_ID(FIXTURE_APID, VALUE_UINT16, 2U), &fields[3], 1U, 2U, 2U},
     };
     (void)self;
-    void* const places[] = {&fixture.values, &fixture.limit, &fixture.count};
-    const status_t first = act(ACTION_SOFTWARE_INIT, "software_init");
+    void* const storage[] = {&fixture.values, &fixture.limit, &fixture.count};
+    const status_t first  = act(ACTION_SOFTWARE_INIT, "software_init");
     for (unsigned i = 0U; (i < 3U) && (first == STATUS_OK); i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, subsystem_publish(&fixture.subsystem, &definitions[i], places[i]));
+        TEST_ASSERT_EQUAL(STATUS_OK, subsystem_publish(&fixture.subsystem, &definitions[i], storage[i]));
     }
     return first;
 }

@@ -103,9 +103,9 @@ static void each_record_is_restored_by_its_service(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, subsystem_restore(&fixture.subsystem, 200U, 5U, (const uint8_t*)"\11", 1U));
     TEST_ASSERT_EQUAL_UINT32(5U, storage.key);
-    static const uint8_t place[] = {MEMORY_PARAMETERS, 0, 0, 0, 0, 0};
+    static const uint8_t record[] = {MEMORY_PARAMETERS, 0, 0, 0, 0, 0};
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      subsystem_restore(&fixture.subsystem, 20U, FIXTURE_APID << 21U, place, sizeof place));
+                      subsystem_restore(&fixture.subsystem, 20U, FIXTURE_APID << 21U, record, sizeof record));
     TEST_ASSERT_EQUAL(STATUS_OK, subsystem_restore(&fixture.subsystem, 3U, 5U, (const uint8_t*)"\0", 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
                       subsystem_restore(&fixture.subsystem, 201U, 5U, (const uint8_t*)"\11", 1U));

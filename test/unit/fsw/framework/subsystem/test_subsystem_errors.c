@@ -366,7 +366,7 @@ static void only_events_of_low_severity_are_raised_by_command(void)
 static void publishing_several_parameters_ends_at_the_first_refused_one(void)
 {
     static const parameter_field_t field               = {"X", VALUE_UINT32, 1U, 0U};
-    static const size_t places[]                       = {4U, 0U, 8U};
+    static const size_t offsets[]                      = {4U, 0U, 8U};
     static const parameter_definition_t definitions[3] = {
         {"ONE", PARAMETER_ID(FIXTURE_APID, VALUE_UINT32, 11U), &field, 1U, 4U, 4U},
         {"ONE", PARAMETER_ID(FIXTURE_APID, VALUE_UINT32, 12U), &field, 1U, 4U, 4U}, // A name that is taken.
@@ -375,7 +375,7 @@ static void publishing_several_parameters_ends_at_the_first_refused_one(void)
     parameter_dictionary_t* const dictionary = subsystem_dictionary(&fixture.subsystem);
     const parameter_entry_t* entry           = NULL;
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
-                      subsystem_publish_all(&fixture.subsystem, definitions, places, 3U, storage));
+                      subsystem_publish_all(&fixture.subsystem, definitions, offsets, 3U, storage));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(dictionary, definitions[0].id, &entry));
     TEST_ASSERT_EQUAL_PTR(&storage[1], entry->storage);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, parameter_find(dictionary, definitions[2].id, &entry));

@@ -228,7 +228,7 @@ static void octets_of_a_producer_of_the_other_byte_order_are_swapped(void)
     TEST_ASSERT_EQUAL_DOUBLE(-1e-3, in_value[1]);
 }
 
-static void a_slower_consumer_does_not_miss_the_samples_between(void)
+static void samples_that_a_slower_consumer_skips_are_not_lost(void)
 {
     pus_link_request_t request = request_of(PORT_IN, 1U);
     const rtlink_terms_t terms = terms_of(PORT_IN);
@@ -418,7 +418,7 @@ int main(void)
     RUN_TEST(a_consumer_opens_and_reads);
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
     RUN_TEST(octets_of_a_producer_of_the_other_byte_order_are_swapped);
-    RUN_TEST(a_slower_consumer_does_not_miss_the_samples_between);
+    RUN_TEST(samples_that_a_slower_consumer_skips_are_not_lost);
     RUN_TEST(totals_of_links_count_what_was_received_lost_late_and_refused);
     RUN_TEST(a_link_that_cannot_be_opened_is_refused);
     RUN_TEST(an_accepted_link_waits_five_seconds);

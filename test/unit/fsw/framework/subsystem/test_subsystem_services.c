@@ -420,10 +420,10 @@ static void change(const char* from, const char* to)
 {
     static char xml[8192];
     (void)snprintf(xml, sizeof xml, "%s", fixture_descriptor());
-    char* const place = strstr(xml, from);
-    TEST_ASSERT_NOT_NULL(place);
+    char* const found = strstr(xml, from);
+    TEST_ASSERT_NOT_NULL(found);
     TEST_ASSERT_EQUAL(strlen(from), strlen(to));
-    (void)memcpy(place, to, strlen(to));
+    (void)memcpy(found, to, strlen(to));
     TEST_ASSERT_TRUE(fixture_parse(xml, &changed));
     fixture.next_descriptor = &changed;
 }

@@ -19,7 +19,7 @@ static struct {
     monitoring_service_t monitoring;
     pus_pmon_t pmons[PMONS];
     uint16_t order[PMONS];
-    uint16_t places[PMONS];
+    uint16_t positions[PMONS];
     pus_due_t due[PMONS];
     pus_fmon_t fmons[1];
     uint16_t touched[1];
@@ -27,7 +27,7 @@ static struct {
     statistics_service_t statistics;
     pus_statistic_t entries[STATISTICS];
     pus_due_t samples[STATISTICS];
-    uint16_t sample_places[STATISTICS];
+    uint16_t sample_positions[STATISTICS];
 } storage;
 static struct {
     unsigned puts;
@@ -66,7 +66,7 @@ static void add_services(void* context, subsystem_t* subsystem)
     TEST_ASSERT_EQUAL_PTR(&storage, context);
     const monitoring_room_t room     = {.pmons      = storage.pmons,
                                         .order      = storage.order,
-                                        .places     = storage.places,
+                                        .positions  = storage.positions,
                                         .due        = storage.due,
                                         .capacity   = PMONS,
                                         .fmons      = storage.fmons,
@@ -75,7 +75,7 @@ static void add_services(void* context, subsystem_t* subsystem)
                                         .functional = 1U};
     const statistics_room_t sampling = {.statistics = storage.entries,
                                         .due        = storage.samples,
-                                        .places     = storage.sample_places,
+                                        .positions  = storage.sample_positions,
                                         .capacity   = STATISTICS};
     subsystem_monitoring_service_add(subsystem, &storage.monitoring, &room);
     subsystem_statistics_service_add(subsystem, &storage.statistics, &sampling);

@@ -25,25 +25,25 @@ void tearDown(void)
 {
 }
 
-/// Each array of the control law, at the place after the last joint.
-static void place_behind(double* out_places[], const unsigned joint)
+/// Get the addresses after the last joint in the arrays of the control law.
+static void values_after(double* out_values[], const unsigned joint)
 {
-    double* const places[] = {
+    double* const values[] = {
         &control.motor_rad[joint],        &control.torque_nm[joint],       &control.link_rad[joint],
         &control.motor[joint].velocity,   &control.offset_rad[joint],      &control.bias_nm[joint],
         &control.motor_target_rad[joint], &control.feed_forward_nm[joint], &control.command_nm[joint]};
-    (void)memcpy(out_places, places, sizeof places);
+    (void)memcpy(out_values, values, sizeof values);
 }
 
-static void values_behind_the_last_joint_stay(void)
+static void values_after_the_last_joint_stay(void)
 {
-    double* behind[9];
+    double* after[9];
     arm_motion_t motion                    = {.position_rad = {0.0}};
     const double motor_rad[ARM_JOINTS_MAX] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7};
     const double torque_nm[ARM_JOINTS_MAX] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
-    place_behind(behind, RIG_JOINTS);
+    values_after(after, RIG_JOINTS);
     for (unsigned i = 0U; i < 9U; i++) {
-        *behind[i] = KEPT;
+        *after[i] = KEPT;
     }
     (void)memcpy(motion.position_rad, rig_pose_rad, sizeof rig_pose_rad);
     arm_control_sense(&control, &setup, motor_rad, torque_nm);
@@ -52,7 +52,7 @@ static void values_behind_the_last_joint_stay(void)
     arm_control_comply(&control, &setup, &motion);
     arm_control_sense(&control, &setup, motor_rad, torque_nm);
     for (unsigned i = 0U; i < 9U; i++) {
-        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(KEPT, *behind[i], "a value of a joint that the arm does not have");
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(KEPT, *after[i], "a value of a joint that the arm does not have");
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.6, control.motor_rad[RIG_JOINTS - 1U]);
     TEST_ASSERT_TRUE(control.command_nm[RIG_JOINTS - 1U] != 0.0);
@@ -62,6 +62,6 @@ int main(void)
 {
     rig_load();
     UNITY_BEGIN();
-    RUN_TEST(values_behind_the_last_joint_stay);
+    RUN_TEST(values_after_the_last_joint_stay);
     return UNITY_END();
 }

@@ -26,9 +26,9 @@ static descriptor_field_t* field_of(const char* const parameter, const char* con
     const descriptor_parameter_t* const found = descriptor_find_parameter(&changed, parameter);
     TEST_ASSERT_NOT_NULL(found);
     for (uint16_t i = 0U; i < found->field_count; i++) {
-        descriptor_field_t* const place = &changed.storage.fields[found->first_field + i];
-        if (strcmp(place->name, field) == 0) {
-            return place;
+        descriptor_field_t* const item = &changed.storage.fields[found->first_field + i];
+        if (strcmp(item->name, field) == 0) {
+            return item;
         }
     }
     TEST_FAIL_MESSAGE(field);
@@ -94,7 +94,7 @@ static void all_parameters_and_no_others_are_required(void)
     changed.storage.parameters[changed.parameter_count]      = changed.storage.parameters[0];
     changed.storage.parameters[changed.parameter_count].name = "OTHERS";
     changed.parameter_count++;
-    expect_refusal(changed.parameters[0].line, "no other");
+    expect_refusal(changed.parameters[0].line, "CUR_VALUES only");
 }
 
 static void functions_are_those_of_an_arm(void)
@@ -163,7 +163,7 @@ static void single_values_of_cur_values_may_be_parameters(void)
     const uint32_t sizes[]       = {8U, 2U, 8U};
     for (unsigned i = 0U; i < 3U; i++) {
         const parameter_definition_t* const made = &definitions.definitions[ARM_PARAMETERS + i];
-        TEST_ASSERT_EQUAL_PTR(expected[i], (const uint8_t*)&values + definitions.places[ARM_PARAMETERS + i]);
+        TEST_ASSERT_EQUAL_PTR(expected[i], (const uint8_t*)&values + definitions.offsets[ARM_PARAMETERS + i]);
         TEST_ASSERT_EQUAL_UINT32(changed.parameters[ARM_PARAMETERS + i].id, made->id);
         TEST_ASSERT_EQUAL_UINT32(sizes[i], made->memory_size);
         TEST_ASSERT_EQUAL_STRING(made->name, made->fields[0].name);
@@ -178,11 +178,11 @@ static void names_other_than_values_of_cur_values_are_refused(void)
     descriptor_parameter_t* const parameter = add_scalar("TORQUE_1", VALUE_DOUBLE);
     for (unsigned i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         parameter->name = names[i];
-        expect_refusal(88U, "no other");
+        expect_refusal(88U, "CUR_VALUES only");
     }
     parameter->name      = "TORQUE_1";
     parameter->is_struct = true;
-    expect_refusal(88U, "no other");
+    expect_refusal(88U, "CUR_VALUES only");
     parameter->is_struct   = false;
     parameter->is_settable = true;
     expect_refusal(88U, "not settable");
@@ -308,7 +308,7 @@ static void a_model_without_a_direction_or_with_a_negative_value_is_refused(void
 }
 
 /// The six numbers of a link, XX XY XZ YY YZ ZZ, form a symmetric matrix.
-static void each_number_of_an_inertia_has_its_place(void)
+static void each_number_of_an_inertia_has_its_position(void)
 {
     static const unsigned places[3][3] = {{0U, 1U, 2U}, {1U, 3U, 4U}, {2U, 4U, 5U}};
     arm_model_t model;
@@ -361,6 +361,6 @@ int main(void)
     RUN_TEST(an_axis_becomes_a_direction);
     RUN_TEST(a_model_without_a_direction_or_with_a_negative_value_is_refused);
     RUN_TEST(only_the_joints_of_the_arm_have_limits_and_links);
-    RUN_TEST(each_number_of_an_inertia_has_its_place);
+    RUN_TEST(each_number_of_an_inertia_has_its_position);
     return UNITY_END();
 }

@@ -92,7 +92,7 @@ static void invalid_octets_end_only_their_own_connection(void)
     fixture_run_until_requests(1U);
     TEST_ASSERT_FALSE(fixture_is_ended(1U));
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
-    fixture_connect(2U); // The place is free again.
+    fixture_connect(2U); // The slot is free again.
     fixture_write_request(2U, 1U, 2U, 0U);
     fixture_run_until_requests(2U);
 }
@@ -222,7 +222,7 @@ static void a_user_is_removed_with_its_connection(void)
     fixture_report(1U, 1U, 7U, 1U, 0U);
     fixture_disconnect(0U);
     fixture_run(3U);
-    fixture_connect(1U); // The client gets the same place.
+    fixture_connect(1U); // The client gets the same slot.
     fixture_report(1U, 1U, 7U, 100U, 0U);
     fixture_run(2U);
     TEST_ASSERT_EQUAL_MESSAGE(UINT32_MAX, fixture_next_report(1U), "a report for another client");
@@ -230,7 +230,7 @@ static void a_user_is_removed_with_its_connection(void)
     TEST_ASSERT_EQUAL(1U, fixture.events[COMMUNICATION_EVENT_GROUND_LOST]);
 }
 
-static void users_beyond_the_table_share_its_last_place(void)
+static void users_beyond_the_table_share_its_last_entry(void)
 {
     fixture_connect(0U);
     fixture_connect(1U);
@@ -550,7 +550,7 @@ int main(void)
     RUN_TEST(reports_go_to_the_connections_of_their_user);
     RUN_TEST(time_packets_are_sent_to_all_connections);
     RUN_TEST(a_user_is_removed_with_its_connection);
-    RUN_TEST(users_beyond_the_table_share_its_last_place);
+    RUN_TEST(users_beyond_the_table_share_its_last_entry);
     RUN_TEST(reports_to_users_on_board_are_not_sent_to_the_ground);
     RUN_TEST(every_sent_octet_is_counted);
     RUN_TEST(a_slow_reader_loses_housekeeping_only);

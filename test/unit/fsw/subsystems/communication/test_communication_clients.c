@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clients that are idle, slow or hostile: the operator nevertheless gets a place, and an event reports these
+// Clients that are idle, slow or hostile: the operator nevertheless gets a slot, and an event reports these
 // clients.
 #include "fsw/subsystems/communication/communication.h"
 
@@ -21,7 +21,7 @@ void tearDown(void)
 }
 
 /// Four connections are idle, and one of them has sent half a header. The operator connects as the fifth
-/// client and gets a place.
+/// client and gets a slot.
 static void idle_clients_are_disconnected_to_make_room(void)
 {
     static const uint8_t half[3] = {0x18U, 0x01U, 0xC0U};
@@ -67,7 +67,7 @@ static void keep_busy(const unsigned first, const unsigned clients, const uint64
     }
 }
 
-/// Clients that send valid requests all the time occupy all places. The operator connects last, gets a place
+/// Clients that send valid requests all the time occupy all slots. The operator connects last, gets a slot
 /// after a bounded time, and keeps it for that time whichever clients connect then.
 static void busy_clients_are_served_in_turn(void)
 {
@@ -78,7 +78,7 @@ static void busy_clients_are_served_in_turn(void)
     keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_HOLD_NS - COMMUNICATION_IDLE_NS);
     fixture_connect(COMMUNICATION_CLIENTS);
     fixture_run(2U);
-    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // No client has had its place for long enough.
+    TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS)); // No client has had its slot for long enough.
     fixture_disconnect(COMMUNICATION_CLIENTS);
     keep_busy(0U, COMMUNICATION_CLIENTS, COMMUNICATION_IDLE_NS);
     fixture_connect(COMMUNICATION_CLIENTS);
@@ -103,7 +103,7 @@ static void busy_clients_are_served_in_turn(void)
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
 }
 
-static void a_client_without_a_valid_request_loses_its_place(void)
+static void a_client_without_a_valid_request_loses_its_slot(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -122,7 +122,7 @@ static void a_client_without_a_valid_request_loses_its_place(void)
     TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
 }
 
-static void a_participant_keeps_its_place(void)
+static void a_participant_keeps_its_slot(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
         fixture_connect(i);
@@ -136,7 +136,7 @@ static void a_participant_keeps_its_place(void)
 }
 
 /// Simulated time waits for a participant, so a limit in simulated time must not keep it out.
-static void a_new_participant_gets_a_place_at_once(void)
+static void a_new_participant_gets_a_slot_at_once(void)
 {
     osal_address_t own = {0U, 0U};
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -268,8 +268,8 @@ static void each_kind_of_misuse_is_reported_alone_and_with_any_other(void)
     TEST_ASSERT_EQUAL(1U, misuses_after(1U));
 }
 
-/// After exactly 10 s without a valid telecommand a client loses its place, one period earlier it does not.
-static void a_client_loses_its_place_after_10_s_of_silence(void)
+/// After exactly 10 s without a valid telecommand a client loses its slot, one period earlier it does not.
+static void a_client_loses_its_slot_after_10_s_of_silence(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
         fixture_connect(i);
@@ -293,7 +293,7 @@ static void a_client_loses_its_place_after_10_s_of_silence(void)
 }
 
 /// The other clients may have connected at the same instant.
-static void a_participant_gets_the_place_of_a_client_that_came_with_it(void)
+static void a_participant_gets_the_slot_of_a_client_that_came_with_it(void)
 {
     osal_address_t own = {0U, 0U};
     for (unsigned i = 0U; i <= COMMUNICATION_CLIENTS; i++) {
@@ -475,16 +475,16 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(idle_clients_are_disconnected_to_make_room);
     RUN_TEST(busy_clients_are_served_in_turn);
-    RUN_TEST(a_client_without_a_valid_request_loses_its_place);
-    RUN_TEST(a_participant_keeps_its_place);
-    RUN_TEST(a_new_participant_gets_a_place_at_once);
+    RUN_TEST(a_client_without_a_valid_request_loses_its_slot);
+    RUN_TEST(a_participant_keeps_its_slot);
+    RUN_TEST(a_new_participant_gets_a_slot_at_once);
     RUN_TEST(misuse_is_counted_and_reported_once_a_second);
     RUN_TEST(a_client_with_the_source_of_a_user_on_board_is_counted_and_reported);
     RUN_TEST(a_client_that_does_not_read_is_no_longer_read);
     RUN_TEST(a_release_ends_every_connection);
     RUN_TEST(each_kind_of_misuse_is_reported_alone_and_with_any_other);
-    RUN_TEST(a_client_loses_its_place_after_10_s_of_silence);
-    RUN_TEST(a_participant_gets_the_place_of_a_client_that_came_with_it);
+    RUN_TEST(a_client_loses_its_slot_after_10_s_of_silence);
+    RUN_TEST(a_participant_gets_the_slot_of_a_client_that_came_with_it);
     RUN_TEST(octets_announced_before_the_connection_are_taken_after_it);
     RUN_TEST(a_participant_is_waited_for_again_when_there_is_room_above);
     RUN_TEST(no_participant_is_awaited_before_the_port_is_open);

@@ -254,7 +254,7 @@ static void clients_without_authentication_make_room_for_others(void)
 
 /// The key identifies the operator: a client that has proved to have it and continues to send keeps its
 /// place.
-static void busy_clients_with_the_key_keep_their_places(void)
+static void busy_clients_with_the_key_keep_their_slots(void)
 {
     for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {
         connect(i);
@@ -336,7 +336,7 @@ int main(void)
     RUN_TEST(many_refusals_are_reported_by_few_events);
     RUN_TEST(a_counter_that_cannot_be_stored_is_reported);
     RUN_TEST(clients_without_authentication_make_room_for_others);
-    RUN_TEST(busy_clients_with_the_key_keep_their_places);
+    RUN_TEST(busy_clients_with_the_key_keep_their_slots);
     RUN_TEST(without_a_key_every_client_counts_as_authenticated);
     RUN_TEST(each_refusal_is_published_under_its_name);
     RUN_TEST(refusals_of_each_kind_are_reported_at_exact_intervals);

@@ -14,7 +14,7 @@ void setUp(void)
 {
     telemetry_directory_t* const directory = &fixture.supervisor.spacecraft.directory;
     fixture_open_up();
-    fixture_place(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     directory->parameters[0]   = (telemetry_parameter_t){FORCE, 2U}; // As if the descriptors had been read.
     directory->parameters[1]   = (telemetry_parameter_t){NOWHERE, 2U};
     directory->parameter_count = 2U;
@@ -82,9 +82,9 @@ static void a_subsystem_that_is_offline_or_not_heard_has_no_values(void)
 {
     uint16_t handle = 0U;
     report_force(1U);
-    fixture_place(FIXTURE_ARM, STATE_OFFLINE);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OFFLINE);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, find(FORCE, &handle));
-    fixture_place(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_OK, find(FORCE, &handle));
     fixture.members[FIXTURE_ARM].is_silent = true;
     fixture_run(160U);

@@ -130,7 +130,7 @@ static void a_procedure_is_notified_when_an_addressee_does_not_answer(void)
 
 static void requests_share_the_sequence_counts_of_the_supervisor(void)
 {
-    fixture_place(FIXTURE_ARM, STATE_OPERATIONAL);
+    fixture_put_in_state(FIXTURE_ARM, STATE_OPERATIONAL);
     run("for i = 1, 3 do assert(send(16, 17, 1, '', true)) end");
     fixture_event(FIXTURE_ARM, PUS_SEVERITY_MEDIUM, STRAIN); // The plan of this event commands ARM.
     fixture_run(10U);

@@ -54,12 +54,12 @@ def test_the_page_is_informed_that_names_of_frames_may_be_wrong(dictionary):
     taps, mismatches = world_port.Taps(None), {}
     taps.move_to("run", dictionary, mismatches)
     tap = taps._tap("robot")
-    assert taps._said(tap)["warning"] is None
+    assert taps._message_of(tap)["warning"] is None
     mismatches[16] = "MANIPULATOR flies interface 0x0a"
-    assert taps._said(tap)["warning"] == "MANIPULATOR flies interface 0x0a"
+    assert taps._message_of(tap)["warning"] == "MANIPULATOR flies interface 0x0a"
     other = copy.copy(dictionary)
     other.content = dictionary.content | {"configuration_hash": "0x00000000000000BB"}
     taps.move_to("run", other, {})
-    assert taps._said(taps._tap("robot"))["warning"].startswith("rokviss-robot.dbc: made from other descriptors than the dictionary")
+    assert taps._message_of(taps._tap("robot"))["warning"].startswith("rokviss-robot.dbc: made from other descriptors than the dictionary")
     other.mission = "unknown"
-    assert taps._said(taps._tap("robot"))["warning"].startswith("frames are not decoded: ")
+    assert taps._message_of(taps._tap("robot"))["warning"].startswith("frames are not decoded: ")
