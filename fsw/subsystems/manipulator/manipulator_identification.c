@@ -86,10 +86,11 @@ void manipulator_arm_identification_step(manipulator_arm_identification_t* const
 {
     FSW_ASSERT((identification != NULL) && (model != NULL) && (gains != NULL));
     delay(identification, gains, link_rad, torque_nm);
-    const double* const angle = identification->late_rad[ARM_LAGS - 1U];
+    const manipulator_arm_directions_t at =
+        manipulator_arm_directions(identification->late_rad[ARM_LAGS - 1U]);
     for (unsigned part = 0U; part < ARM_PARTS; part++) {
         const manipulator_model_t unit      = part_of(model, part);
-        const manipulator_arm_terms_t terms = manipulator_arm_terms(&unit, angle);
+        const manipulator_arm_terms_t terms = manipulator_arm_terms_at(&unit, &at);
         double momentum[ARM_JOINTS];
         double coriolis[ARM_JOINTS];
         manipulator_arm_inertia_times(&terms, velocity_rad_s, momentum);

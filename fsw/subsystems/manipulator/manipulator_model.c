@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fsw/subsystems/manipulator/manipulator_model.h"
 
-#include "fsw/framework/control/elementary.h"
-
-manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* const model,
-                                              const double angle_rad[ARM_JOINTS])
+manipulator_arm_directions_t manipulator_arm_directions(const double angle_rad[ARM_JOINTS])
 {
-    const control_sine_cosine_t elbow    = control_sine_cosine(angle_rad[1]);
-    const control_sine_cosine_t shoulder = control_sine_cosine(angle_rad[0]);
-    const control_sine_cosine_t forearm  = control_sine_cosine(angle_rad[0] + angle_rad[1]);
+    return (manipulator_arm_directions_t){.shoulder = control_sine_cosine(angle_rad[0]),
+                                          .elbow    = control_sine_cosine(angle_rad[1]),
+                                          .forearm  = control_sine_cosine(angle_rad[0] + angle_rad[1])};
+}
 
+manipulator_arm_terms_t manipulator_arm_terms_at(const manipulator_model_t* const model,
+                                                 const manipulator_arm_directions_t* const at)
+{
     const double m1       = model->link_mass[0];
     const double m2       = model->link_mass[1];
     const double l1       = model->link_length[0];
@@ -18,15 +19,22 @@ manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* const m
     const double coupling = m2 * l1 * c2;
     const double outer    = model->link_inertia[1] + (m2 * c2 * c2);
     const double inner    = model->link_inertia[0] + (m1 * c1 * c1) + (m2 * l1 * l1);
-    const double weight2  = model->gravity * m2 * c2 * forearm.cosine;
+    const double weight2  = model->gravity * m2 * c2 * at->forearm.cosine;
 
     return (manipulator_arm_terms_t){
-        .m11        = inner + outer + (2.0 * coupling * elbow.cosine),
-        .m12        = outer + (coupling * elbow.cosine),
+        .m11        = inner + outer + (2.0 * coupling * at->elbow.cosine),
+        .m12        = outer + (coupling * at->elbow.cosine),
         .m22        = outer,
-        .h          = coupling * elbow.sine,
-        .gravity_nm = {(model->gravity * ((m1 * c1) + (m2 * l1)) * shoulder.cosine) + weight2, weight2},
+        .h          = coupling * at->elbow.sine,
+        .gravity_nm = {(model->gravity * ((m1 * c1) + (m2 * l1)) * at->shoulder.cosine) + weight2, weight2},
     };
+}
+
+manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* const model,
+                                              const double angle_rad[ARM_JOINTS])
+{
+    const manipulator_arm_directions_t at = manipulator_arm_directions(angle_rad);
+    return manipulator_arm_terms_at(model, &at);
 }
 
 void manipulator_arm_inertia_times(const manipulator_arm_terms_t* const terms,

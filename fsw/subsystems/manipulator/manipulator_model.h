@@ -9,11 +9,18 @@
 #ifndef FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_MODEL_H
 #define FSW_SUBSYSTEMS_MANIPULATOR_MANIPULATOR_MODEL_H
 
+#include "fsw/framework/control/elementary.h"
 #include "fsw/framework/control/planar.h"
 
 #include "generated/manipulator_descriptor.h"
 
 #define ARM_JOINTS 2U
+
+typedef struct { // Sines and cosines of the angles of one pose.
+    control_sine_cosine_t shoulder;
+    control_sine_cosine_t elbow;
+    control_sine_cosine_t forearm; ///< Of the sum of both angles.
+} manipulator_arm_directions_t;
 
 typedef struct { // Terms of the equations of motion in one pose.
     double m11;  ///< Mass matrix (link side, without rotors) [kgm2].
@@ -23,6 +30,10 @@ typedef struct { // Terms of the equations of motion in one pose.
     double gravity_nm[ARM_JOINTS]; ///< Torque that holds the arm still.
 } manipulator_arm_terms_t;
 
+manipulator_arm_directions_t manipulator_arm_directions(const double angle_rad[ARM_JOINTS]);
+/// Terms in a pose whose directions are known: several models in one pose then need them only once.
+manipulator_arm_terms_t manipulator_arm_terms_at(const manipulator_model_t* model,
+                                                 const manipulator_arm_directions_t* at);
 manipulator_arm_terms_t manipulator_arm_terms(const manipulator_model_t* model,
                                               const double angle_rad[ARM_JOINTS]);
 
