@@ -17,10 +17,7 @@ uint64_t bus_random_next(bus_random_t* const random)
     return mixed ^ (mixed >> 31);
 }
 
-bool bus_random_chance(bus_random_t* const random, const double probability)
+bool bus_random_draw(bus_random_t* const random, const double probability)
 {
-    if (probability <= 0.0) {
-        return false;
-    }
     return ((double)(bus_random_next(random) >> 11) * TWO_POWER_MINUS_53) < probability;
 }

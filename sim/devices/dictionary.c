@@ -103,24 +103,3 @@ bool object_is_text(const object_t* const object)
 {
     return (object->type == OBJECT_VISIBLE_STRING) || (object->type == OBJECT_OCTET_STRING);
 }
-
-bool object_is_signed(const object_t* const object)
-{
-    return (object->type == OBJECT_INTEGER8) || (object->type == OBJECT_INTEGER16) ||
-           (object->type == OBJECT_INTEGER32) || (object->type == OBJECT_INTEGER64);
-}
-
-int64_t object_signed(const object_t* const object)
-{
-    if (!object_is_signed(object) || (object->size == 8U)) {
-        return (int64_t)object->value;
-    }
-    const uint64_t sign = 1ULL << ((8U * object->size) - 1U);
-    return (int64_t)((object->value ^ sign) - sign);
-}
-
-void object_set(object_t* const object, const int64_t value)
-{
-    const uint64_t mask = (object->size == 8U) ? UINT64_MAX : ((1ULL << (8U * object->size)) - 1U);
-    object->value       = (uint64_t)value & mask;
-}

@@ -78,13 +78,32 @@ bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index);
 uint16_t dictionary_index_of(const dictionary_t* dictionary, const char* name);
 
 bool object_is_text(const object_t* object);
-bool object_is_signed(const object_t* object);
 /// Returns the number of octets of a number of this type; 0 for strings.
 uint8_t object_type_size(object_type_t type);
 
+/// True for a type with a sign. This and the following functions are inline, because devices read and set
+/// most of their objects in every cycle.
+static inline bool object_is_signed(const object_t* const object)
+{
+    return (object->type == OBJECT_INTEGER8) || (object->type == OBJECT_INTEGER16) ||
+           (object->type == OBJECT_INTEGER32) || (object->type == OBJECT_INTEGER64);
+}
+
 /// Returns the number with its sign.
-int64_t object_signed(const object_t* object);
+static inline int64_t object_signed(const object_t* const object)
+{
+    if (!object_is_signed(object) || (object->size == 8U)) {
+        return (int64_t)object->value;
+    }
+    const uint64_t sign = 1ULL << ((8U * object->size) - 1U);
+    return (int64_t)((object->value ^ sign) - sign);
+}
+
 /// Set a number; bits beyond the object's size are cut.
-void object_set(object_t* object, int64_t value);
+static inline void object_set(object_t* const object, const int64_t value)
+{
+    const uint64_t mask = (object->size == 8U) ? UINT64_MAX : ((1ULL << (8U * object->size)) - 1U);
+    object->value       = (uint64_t)value & mask;
+}
 
 #endif // SIM_DEVICES_DICTIONARY_H
