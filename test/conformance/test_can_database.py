@@ -245,8 +245,9 @@ def copied(tmp_path):
     """A copy of descriptors and generator that may be changed: edit(file, old, new), then make()."""
     for part in ("descriptors", "gse/generator", "pus/catalogue"):
         shutil.copytree(ROOT / part, tmp_path / part)
-    (tmp_path / "pus" / "core").mkdir()
-    shutil.copy2(ROOT / "pus" / "core" / "tailoring.h", tmp_path / "pus" / "core")
+    for header in ("base/status.h", "fsw/canopen/network.h", "pus/core/tailoring.h", "pus/st18/st18_procedures.h"):
+        (tmp_path / header).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / header, tmp_path / header)
 
     def edit(name, old, new):
         path = tmp_path / "descriptors" / name

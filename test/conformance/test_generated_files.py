@@ -73,7 +73,8 @@ SMALL = {
             {"name": "LIGHT", "parameter_id": 0x02000001, "type": "UINT8", "count": 1, "unit": "", "enumeration": "LIGHT"},
             {"name": "HEAT", "parameter_id": 0x02180002, "type": "STRUCT", "fields": [{"name": "CORE", "type": "FLOAT", "count": 2, "unit": "K"}]},
         ],
-        "events": [{"name": "HOT", "id": 3, "parameters": ["HEAT.CORE", {"name": "PART", "type": "UINT8", "count": 1, "unit": ""}]}],
+        "events": [{"name": "HOT", "id": 3, "parameters": ["HEAT.CORE", {"name": "PART", "type": "UINT8", "count": 1, "unit": "", "kind": "device"}]}],
+        "identifiers": {"CANopen node": {}, "device": {"2": "BULB"}},
         "functions": [{"name": "DIM", "arguments": [{"name": "TO", "id": 1, "type": "UINT8", "count": 1, "unit": "", "enumeration": "LIGHT"}]}],
         "configurations": [{"id": 7, "housekeeping": [{"id": 5, "once": ["LIGHT"], "repeated": [{"nrep": 4, "parameters": ["HEAT"]}]}]}],
     }],
@@ -100,6 +101,7 @@ local LAYOUTS = {
 local WORDS = {
   ["LAMP.LIGHT"] = {[0] = "DARK", [1] = "BRIGHT"},
   ["apid"] = {[16] = "LAMP"},
+  ["device_LAMP"] = {[2] = "BULB"},
   ["failure_code"] = {[1] = "no route", [32769] = "LAMP.BURNT"},
   ["layout"] = {[0] = "UINT8", [8] = "FLOAT"},
   ["link_id"] = {},
@@ -111,7 +113,7 @@ local WORDS = {
 '''
 FIELDS = '''  ["lamp.dim.to"] = {"UINT8", "TO", "LAMP.LIGHT"},
   ["lamp.heat.core"] = {"FLOAT", "CORE [K]", false},
-  ["lamp.hot.part"] = {"UINT8", "PART", false},
+  ["lamp.hot.part"] = {"UINT8", "PART", "device_LAMP"},
   ["lamp.light"] = {"UINT8", "LIGHT", "LAMP.LIGHT"},
 '''
 LAYOUTS = '''local PARAMETERS = {

@@ -98,7 +98,7 @@ def build(tree):
     descriptor = _descriptors(tree / "descriptors")
     (tree / "sim").symlink_to(flying.ROOT / "sim")
     shutil.copytree(flying.ROOT / "gse", tree / "gse", ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("base", "pus"):
+    for name in ("base", "fsw", "pus"):
         (tree / name).symlink_to(flying.ROOT / name)
     _link_all(flying.ROOT / "build", tree / "build", ("bin", "generated", "test"))
     shutil.copytree(flying.BIN, tree / "build" / "bin")

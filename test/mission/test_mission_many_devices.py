@@ -91,7 +91,7 @@ def tree(session_folder):
     for name in ("build", "gse"):
         (place / name).unlink()
     shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))  # It reads the dictionary beside it.
-    for name in ("base", "pus"):
+    for name in ("base", "fsw", "pus"):
         (place / name).symlink_to(flying.ROOT / name)
     second_reader._link_all(flying.ROOT / "build", place / "build", ("bin", "generated", "test"))
     shutil.copytree(flying.BIN, place / "build" / "bin")  # A launcher looks for programs where it is itself.
