@@ -137,7 +137,7 @@ def scenario(folder):
     return flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
 
 
-@pytest.mark.parametrize("victim", [RUNNER, "proxy"])
+@pytest.mark.parametrize("victim", [RUNNER, pytest.param("proxy", marks=pytest.mark.long)])
 def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
     """The program or its proxy dies: the subsystem is lost like any other one, its drives leave operation,
     and its partner follows."""
@@ -185,7 +185,7 @@ def _assert_safe(flight):
     flying.assert_clean(flight)
 
 
-@pytest.mark.parametrize("name", MEMBERS)
+@pytest.mark.parametrize("name", [name if name == "MANIPULATOR" else pytest.param(name, marks=pytest.mark.long) for name in MEMBERS])
 def test_lives_are_those_of_a_native_program(folder, name):
     """Stops, kills, hangs and restarts of the program of the other byte order and of its partner: the buses
     are the same, and so are the packets except for the byte order in reports of its link."""

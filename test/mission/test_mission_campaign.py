@@ -10,7 +10,7 @@ import campaign_faults as faults
 
 BATCHES = 8
 LONG = {1: 250, 2: 125}  # Flights in a batch.
-SHORT = 3  # Flights with two faults.
+SHORT = 1  # Flights with two faults.
 SLOW = ("connection_cut",)  # Kinds of faults for which a flight waits in wall-clock time.
 
 

@@ -119,7 +119,7 @@ def _die(folder, scenario, name, step, form="processes"):
     return flight
 
 
-@pytest.mark.parametrize("name", [name if name in ("simulator", "supervisor", "manipulator") else
+@pytest.mark.parametrize("name", [name if name in ("simulator", "supervisor") else
                                   pytest.param(name, marks=pytest.mark.long) for name in PROCESSES])
 def test_a_run_whose_process_is_killed_fails_and_names_the_process(folder, scenario, name):
     """The process is killed after a step of the operator that its name determines."""

@@ -92,6 +92,7 @@ def test_a_flight_on_a_full_disk_continues_to_its_end(disk):
     flying.assert_clean(flight)
 
 
+@pytest.mark.long
 def test_the_log_continues_when_the_disk_has_room_again(disk, scenario):
     """While the disk is full, the ring in memory keeps the records; at the end no record is missing."""
     place = disk(64_000_000)
@@ -264,6 +265,7 @@ def failing_disk(folder):
     subprocess.run(["umount", path], check=True)
 
 
+@pytest.mark.long
 def test_a_flight_continues_when_the_kernel_makes_the_file_system_read_only(failing_disk, scenario):
     """As after an error of the disk, open files fail permanently. The flight continues to its end."""
     place, fail = failing_disk

@@ -96,7 +96,8 @@ def _hung(flight):
     }
 
 
-@pytest.mark.parametrize(("name", "apid"), [("joystick", 17), ("manipulator", 16), ("communication", 2)])
+@pytest.mark.parametrize(("name", "apid"), [
+    pytest.param("joystick", 17, marks=pytest.mark.long), ("manipulator", 16), pytest.param("communication", 2, marks=pytest.mark.long)])
 def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
     """In wall-clock time the supervisor detects the hang by the missing beat. The process is killed and
     started again; simulated time does not wait for it."""

@@ -17,6 +17,7 @@ SEND = "station-work button.go"  # The time line has a button of this class, too
 SIZES = {"laptop": (1440, 900), "tablet": (1024, 768), "phone": (390, 844)}
 TABS = {("laptop", "dark"): ["Operate", "Telemetry"], ("laptop", "light"): ["Keys", "On-board"], ("tablet", "dark"): ["State", "Command"],
         ("tablet", "light"): ["Network", "Bus"], ("phone", "dark"): ["Operate"], ("phone", "light"): ["Operate"]}
+QUICK_VIEWS = [("laptop", "dark"), ("tablet", "light"), ("phone", "light")]  # The others with LONG=1.
 PAUSE_MS = 1200  # Longer than a report of the display structure, or the status of a subsystem, may be late.
 # Ages of subsystems, and of the structures in the tab Telemetry.
 AGES = "[...document.querySelectorAll('station-subsystems .age, .readings .age')].map((age) => age.textContent)"
@@ -342,8 +343,7 @@ def test_the_page_pauses_simulated_time(page, resumed):
     until(page, "Math.abs(window.station.scene.joints[0] - 0.4) < 0.002")
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(("size", "theme"), [pytest.param(*view, id="-".join(view), marks=() if view in QUICK_VIEWS else pytest.mark.long) for view in TABS])
 def test_the_page_is_accessible(page, theme, size, session_folder):
     page.set_viewport_size(dict(zip(("width", "height"), SIZES[size])))
     found = []

@@ -47,7 +47,7 @@ def full_schedule(station):
 
 
 @pytest.mark.usefixtures("full_schedule")
-@pytest.mark.parametrize("request_type, report", [(17, 13), (16, 10)])
+@pytest.mark.parametrize("request_type, report", [pytest.param(17, 13, marks=pytest.mark.long), (16, 10)])
 def test_all_parts_of_a_long_list_arrive(station, request_type, report):
     """48 and 68 packets; the request completes after the last one."""
     since = len(station.reports)

@@ -43,7 +43,8 @@ SLOWEST = 10
 # station, each of which flies in wall-clock time with a browser, do not fly at the same time.
 LONGEST = ["test/mission/test_mission_artefacts.py", "test/hil/test_nodes.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
            "test/mission/test_mission_station.py", "test/mission/test_tutorial.py", "test/conformance/pus/",
-           "test/mission/test_mission_station_telepresence.py"]
+           "test/mission/test_mission_station_telepresence.py", "test/hil/test_rtos.py", "test/unit/gse/hirosco_gse/test_ground_figures.py",
+           "test/unit/gse/hirosco_gse/test_ground_report.py", "test/mission/test_mission_disk.py", "test/mission/test_mission_crashes.py"]
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.MULTILINE)
 CMOCKA = re.compile(r"^\[ +(PASSED|FAILED|SKIPPED) +\] (\d+) test", re.MULTILINE)
 CLOSING = re.compile(r"^(\d+ Tests \d+ Failures.*|OK|FAIL|\[ +(PASSED|FAILED|SKIPPED) +\] \d+ test.*)$")
