@@ -15,9 +15,6 @@ from recordings import assert_wireshark_names_all
 
 MASTER = "test/hil/guest/canopen_master.py"
 SLAVES = "test/hil/guest/canopen_slaves.py"
-# Slaves without and with each deviation fly on shared memory in every run (test/conformance/test_drive_deviations.py), and over
-# SocketCAN with LONG=1.
-QUICK_SLAVES = ()
 # Each case of the master runs over the port of the simulator in every run, and over SocketCAN with LONG=1.
 QUICK_MASTER = ("scan_finds_the_nodes_of_each_bus", "emergency_of_a_drive_whose_master_falls_silent",
                 "joint_moves_in_cyclic_synchronous_position", "simulator_and_recorder_end_well")
@@ -43,12 +40,12 @@ def test_master_over_the_port(over_port, case):
 def both_programs(request, place):
     """Results of both programs that run on vcan-robot and vcan-joystick, one after the other: starting a
     machine is slow."""
-    def asked(program, test, quick):
+    def asked(program, test, quick=()):
         params = {item.callspec.params["case"] for item in request.session.items if item.name.startswith(test)}
         names = [case for case in cases(program) if case in {*params, *quick}]
         return f"{PYTHON} {program} {' '.join(names)}" if names else "true"
 
-    slaves, master = asked(SLAVES, "test_flight_commissions_", QUICK_SLAVES), asked(MASTER, "test_master_over_socketcan", QUICK_MASTER)
+    slaves, master = asked(SLAVES, "test_flight_commissions_"), asked(MASTER, "test_master_over_socketcan", QUICK_MASTER)
     return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {slaves}; "
                      f"OUT=$OUT/master CANOPEN_INTERFACES=vcan- {master}", LIMIT_S)
 
@@ -64,12 +61,7 @@ def over_socketcan(both_programs):
     return part(both_programs, "master")
 
 
-def long_but(quick, program):
-    """The cases of a program, those that are not quick with the mark `long`."""
-    return [case if case in quick else pytest.param(case, marks=pytest.mark.long) for case in cases(program)]
-
-
-@pytest.mark.parametrize("case", long_but(QUICK_MASTER, MASTER))
+@pytest.mark.parametrize("case", [case if case in QUICK_MASTER else pytest.param(case, marks=pytest.mark.long) for case in cases(MASTER)])
 def test_master_over_socketcan(over_socketcan, case):
     over_socketcan.check(case)
 
@@ -125,6 +117,8 @@ def commissioned(both_programs):
     return part(both_programs, "slaves")
 
 
-@pytest.mark.parametrize("case", long_but(QUICK_SLAVES, SLAVES))
+# Slaves without and with each deviation fly on shared memory in every run (test/conformance/test_drive_deviations.py).
+@pytest.mark.long
+@pytest.mark.parametrize("case", cases(SLAVES))
 def test_flight_commissions_slaves_over_socketcan(commissioned, case):
     commissioned.check(case)
