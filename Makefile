@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The only entry point of the project. All output goes under build/ and runs/.
 #
-# Every folder with C sources becomes one static library; every *_main.c becomes a program in build/bin/. Lines that
+# Every directory with C sources becomes one static library; every *_main.c becomes a program in build/bin/. Lines that
 # begin with two number signs are what `make help` prints.
 
 ## hirosco: flight software, simulator and ground segment
@@ -12,7 +12,7 @@
 ##                                                               BUS=shm|vcan|can
 ##                                                               TRANSPORT=udp|tipc  LINKS=shm|udp|tipc  NODES=1|2
 ##                                                               DELAY=<ms>: round trip of real-time links by a relay
-##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<folder to keep>
+##                                                               PORT=  TOOLS=  OUT=runs/...  STORAGE=<path to keep>
 ##                                                               KEY=<file>: accept only telecommands protected by it
 ##                                                               BUS=can: ROBOT_IF=can0  JOYSTICK_IF=can1
 ##                                                                        SIM_ROBOT_IF=  SIM_JOYSTICK_IF=
@@ -35,12 +35,12 @@
 ##                   the faults planted for it           ONLY=<part of a proof's path>
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect
-##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 fails below 95 % (90 % in a folder)
+##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 (95 %, a directory 90 %)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn from its kept inputs        ONLY=<part of a name>  SECONDS=20
 ##                   HOURS=2: two hours for each target, also for make check-full
 ##   make vm         a shell in a micro-VM with vcan and TIPC over this tree; files written there are lost, except
-##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=folder
+##                   in build/vm/out             CMD='one command instead'  SECONDS=300  CANS=0  MEMORY=1024  OUT=path
 ##   make bench      measure speed and size, print a table, write build/bench.json    ONLY=<part of a name>  CHECK=1
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
 ##   make new-robot URDF=arm.urdf       make a mission with that arm, which flies

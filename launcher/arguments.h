@@ -3,7 +3,7 @@
 /// with null at the end.
 ///
 ///     arguments_t arguments = {.count = 0U};
-///     arguments_add_joined(&arguments, folder, "simulator");
+///     arguments_add_joined(&arguments, directory, "simulator");
 ///     arguments_add_number(&arguments, "--seed", 7U);
 ///     const osal_process_start_t start = {.arguments = arguments.list, ...};
 ///

@@ -162,12 +162,12 @@ static bool write_capacities(compiler_t* const self)
     return status == STATUS_OK;
 }
 
-/// Create the file `<folder>/<name><ending>`. False on an error, which is printed.
-static bool create(compiler_t* const self, const char* const folder, const char* const name,
+/// Create the file `<directory>/<name><ending>`. False on an error, which is printed.
+static bool create(compiler_t* const self, const char* const directory, const char* const name,
                    const char* const ending)
 {
     char path[DESCRIPTOR_PATH_CHARACTERS];
-    const bool fits = text_join(path, sizeof path, (const char* const[]){folder, "/", name, ending, NULL});
+    const bool fits = text_join(path, sizeof path, (const char* const[]){directory, "/", name, ending, NULL});
     if (!fits || (osal_file_create(&self->file, path) != STATUS_OK)) {
         (void)report_error("cannot write ", path);
         return false;
@@ -188,9 +188,10 @@ static bool finish(compiler_t* const self)
 
 int main(const int argument_count, char* arguments[])
 {
-    static const char usage[] = "usage: descriptor-compiler FOLDER NAME EXECUTABLE MISSION...: writes "
-                                "FOLDER/NAME_descriptors.c, FOLDER/NAME_main.c and FOLDER/NAME_capacities.h";
-    compiler_t* const self    = &storage;
+    static const char usage[] =
+        "usage: descriptor-compiler DIRECTORY NAME EXECUTABLE MISSION...: writes "
+        "DIRECTORY/NAME_descriptors.c, DIRECTORY/NAME_main.c and DIRECTORY/NAME_capacities.h";
+    compiler_t* const self = &storage;
     if (osal_console_introduce(argument_count, arguments, "descriptor-compiler", usage)) {
         return 0;
     }

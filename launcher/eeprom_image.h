@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Image of the EEPROM of an emulated board: a file in the storage folder of the run, which the emulator
+/// Image of the EEPROM of an emulated board: a file in the storage directory of the run, which the emulator
 /// reads and writes. It keeps the records of the program from one life to the next, and from one flight to
 /// the next.
 #ifndef LAUNCHER_EEPROM_IMAGE_H
@@ -16,7 +16,7 @@ typedef struct {        // Private; both are closed at first.
 /// Open `<storage>/<component>.eeprom`, and make it if it is missing: blank, all octets 0xFF. It is locked
 /// until it is closed here and in each process that has inherited its descriptors. STATUS_OK; for other
 /// statuses, the image is closed: STATUS_BUSY (another flight uses it), STATUS_TOO_LARGE (the path, or the
-/// file: it is not an image), STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_NOT_FOUND (the folder).
+/// file: it is not an image), STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_NOT_FOUND (the directory).
 MUST_USE status_t eeprom_image_open(eeprom_image_t* image, const char* storage, const char* component);
 void eeprom_image_close(eeprom_image_t* image);
 

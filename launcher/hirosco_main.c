@@ -18,16 +18,16 @@ static int report_error(const char* const what)
     return 2;
 }
 
-/// Returns the folder of this program, which also contains the other programs, with a slash at the end.
-static const char* folder_of(const char* const path)
+/// Returns the directory of this program, which also contains the other programs, with a slash at the end.
+static const char* directory_of(const char* const path)
 {
-    static char folder[LAUNCH_PATH_MAX];
+    static char directory[LAUNCH_PATH_MAX];
     const char* const slash = strrchr(path, '/');
-    text_t text             = text_in(folder, sizeof folder);
+    text_t text             = text_in(directory, sizeof directory);
     for (const char* next = path; (slash != NULL) && (next <= slash); next++) {
         text_add_character(&text, *next);
     }
-    return folder;
+    return directory;
 }
 
 static void announce(void)
@@ -40,7 +40,7 @@ static void announce(void)
                               launch_time_text(&launcher.options), " time, ground port ",
                               (launcher.mission.is_ground_open != 0U) ? "0.0.0.0:" : "127.0.0.1:", NULL});
     text_add_unsigned(&text, launcher.run->ground_port);
-    text_add_words(&text, (const char* const[]){", folder ", launcher.run->folder, NULL});
+    text_add_words(&text, (const char* const[]){", directory ", launcher.run->directory, NULL});
     osal_console_print_line(line);
 }
 
@@ -51,7 +51,7 @@ static void conclude(void)
     (void)text_join(line, sizeof line,
                     (const char* const[]){osal_console_is_terminal() ? "\n" : "",
                                           is_good ? "flown to the end: " : "failed: ", launcher.reason,
-                                          is_good ? "" : "; ", launcher.run->folder,
+                                          is_good ? "" : "; ", launcher.run->directory,
                                           launcher.options.has_report ? "/report.html" : "/run.json", NULL});
     osal_console_print_line(line);
 }
@@ -63,7 +63,7 @@ static int run(const int argument_count, char* const arguments[], const launch_o
     int code = 1;
     osal_process_catch_stop();
     guard_start(&guard, arguments[0], argument_count - 2, &arguments[2]);
-    if (launcher_prepare(&launcher, options, folder_of(arguments[0]))) {
+    if (launcher_prepare(&launcher, options, directory_of(arguments[0]))) {
         launcher.guard = &guard;
         announce();
         launcher_fly(&launcher);
@@ -86,7 +86,7 @@ static int watch(char* const arguments[], const launch_options_t* const options)
             "expected `hirosco guard hirosco-NUMBER ...`; guards are started by `hirosco run`");
     }
     osal_process_ignore_interrupt();
-    const int code = guard_watch(&launcher, options, folder_of(arguments[0]), arguments[2]);
+    const int code = guard_watch(&launcher, options, directory_of(arguments[0]), arguments[2]);
     if (launcher.run != NULL) {
         conclude();
     } else if (code != 0) {

@@ -251,7 +251,7 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
                                  .process_context   = &self->process_faults,
                                  .scenario_path     = options->scenario,
                                  .world_path        = options->world,
-                                 .output_path       = self->run->folder,
+                                 .output_path       = self->run->directory,
                                  .flows             = self->run->identity,
                                  .are_flows_counted = true,
                                  .seed              = options->seed};

@@ -49,10 +49,11 @@ const char* launch_options_help(void)
            "  --port N           ground port on 127.0.0.1 (default: the first free from the mission's)\n"
            "  --tools N          serve bus tools on 127.0.0.1 at this port (socketcand; python-can, "
            "SavvyCAN)\n"
-           "  --out FOLDER       folder of the logs of the run (default: a new one under runs/)\n"
-           "  --storage FOLDER   persistent data: schedules, definitions, stores, files; a run continues the "
+           "  --out DIRECTORY       directory of the logs of the run (default: a new one under runs/)\n"
+           "  --storage DIRECTORY   persistent data: schedules, definitions, stores, files; a run continues "
+           "the "
            "data\n"
-           "                     of an earlier run (default: FOLDER/storage of --out)\n"
+           "                     of an earlier run (default: DIRECTORY/storage of --out)\n"
            "  --key FILE         accept only telecommands protected with this key (`gse key make "
            "FILE`;\n"
            "                     default: that of the mission, if it has one)\n"
@@ -249,7 +250,7 @@ static bool take_path(launch_options_t* const options, const char* const option,
     } else {
         *(is_word(option, "--out") ? &options->output : &options->storage) = value;
     }
-    // Names of files in the folder are appended to the path.
+    // Names of files in the directory are appended to the path.
     return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
 }
 

@@ -45,10 +45,9 @@ typedef struct {
     uint16_t port;         ///< Ground port; 0: the first free port, beginning with that of the mission.
     uint16_t delay_ms;     ///< Round-trip delay of the links, through a relay; 0: no delay.
     uint16_t tools;        ///< Port of the simulator's socketcand server for bus tools; 0: none.
-    const char* output;    ///< Output folder; empty: a new one under runs/.
-    const char*
-        storage; ///< Folder of persistent records, stores and files; empty: "storage" in the output folder.
-    const char* key;           ///< File with the key of telecommands; empty: the mission's.
+    const char* output;    ///< Output directory; empty: a new one under runs/.
+    const char* storage; ///< Directory of persistent records, stores and files; empty: "storage" in `output`.
+    const char* key;     ///< File with the key of telecommands; empty: the mission's.
     const char* remote_endian; ///< Subsystem with a program of another byte order and a proxy; "": none.
     const char*
         rtos; ///< Subsystems whose programs run on FreeRTOS on an emulated board, with commas; "": none.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The launcher: the parent of all processes of a run. It creates the folder and the shared objects of the
+/// The launcher: the parent of all processes of a run. It creates the directory and the shared objects of the
 /// run, starts the processes, starts processes again when the supervisor orders this, and removes the shared
 /// objects at the end.
 ///
@@ -62,7 +62,7 @@ typedef struct {
 
 typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     launch_options_t options;
-    const char* program_folder;
+    const char* program_directory;
     mission_descriptor_t mission;
     subsystem_descriptor_t scratch;
     descriptor_loader_t loader;
@@ -113,9 +113,9 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     char reason[LAUNCHER_REASON_MAX];
 } launcher_t;
 
-/// Read the mission, and create the folder and the shared objects. False: `reason` contains the error and
+/// Read the mission, and create the directory and the shared objects. False: `reason` contains the error and
 /// the next step.
-bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_folder);
+bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_directory);
 /// Start all processes and wait until the run has ended. exit_code and reason are the result.
 void launcher_fly(launcher_t* launcher);
 /// End remaining processes, remove every name of the run, complete the logs, write run.json and the report.

@@ -31,7 +31,7 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
 {
     char output[LAUNCH_PATH_MAX + 32U];
     (void)text_join(output, sizeof output,
-                    (const char* const[]){launcher->run->folder, "/console.log", NULL});
+                    (const char* const[]){launcher->run->directory, "/console.log", NULL});
     // In stepped time only one process runs at a time: all processes of the run share one processor, because
     // the grant then passes fastest. The id of the launcher chooses it, so that runs beside each other are
     // spread over two processors.
@@ -152,9 +152,9 @@ static void start_simulator(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
     char name[RUN_NAME_MAX];
-    arguments_add_joined(&arguments, launcher->program_folder, "simulator");
+    arguments_add_joined(&arguments, launcher->program_directory, "simulator");
     add_world(&arguments, launcher);
-    arguments_add_option(&arguments, "--out", launcher->run->folder);
+    arguments_add_option(&arguments, "--out", launcher->run->directory);
     add_buses(&arguments, launcher);
     arguments_add_option(&arguments, "--flows", launcher->run->identity);
     unsigned communication = 0U;
@@ -199,7 +199,7 @@ static void start_relay(launcher_t* const launcher)
     int descriptors[RUN_LINKS_MAX];
     const size_t count = add_relay_descriptors(launcher->run, descriptors, 0U);
     FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
-    arguments_add_joined(&arguments, launcher->program_folder, "relay");
+    arguments_add_joined(&arguments, launcher->program_directory, "relay");
     arguments_add_option(&arguments, "--run", name);
     launcher_start_child(launcher, new_child(launcher, "relay", run_relay(launcher->run)), &arguments,
                          descriptors, count);
@@ -223,7 +223,7 @@ static void start_image(launcher_t* const launcher)
         launcher->run->components[i].found_life = 1U;
         launcher->run->components[i].process    = (uint32_t)RUN_PROCESS_RUNNING;
     }
-    arguments_add_joined(&arguments, launcher->program_folder, "image");
+    arguments_add_joined(&arguments, launcher->program_directory, "image");
     arguments_add_option(&arguments, "--run", name);
     add_world(&arguments, launcher);
     if (launcher->has_operator) {
@@ -244,7 +244,7 @@ static void start_operator(launcher_t* const launcher)
     arguments_add_words(&arguments, (const char* const[]){launcher_python(), "gse/gse", "script",
                                                           launcher->scenario_path, NULL});
     arguments_add_number(&arguments, "--port", launcher->run->ground_port);
-    arguments_add_option(&arguments, "--run", launcher->run->folder);
+    arguments_add_option(&arguments, "--run", launcher->run->directory);
     if (launcher->run->key[0] != '\0') {
         arguments_add_option(&arguments, "--key", launcher->run->key);
     }
@@ -261,8 +261,8 @@ static void start_operator(launcher_t* const launcher)
 static void start_archive(launcher_t* const launcher)
 {
     arguments_t arguments = {.count = 0U};
-    arguments_add_joined(&arguments, launcher->program_folder, "packet-archive-sqlite");
-    arguments_add_option(&arguments, "follow", launcher->run->folder);
+    arguments_add_joined(&arguments, launcher->program_directory, "packet-archive-sqlite");
+    arguments_add_option(&arguments, "follow", launcher->run->directory);
     launcher_start_child(launcher, new_child(launcher, "packet-archive-sqlite", LAUNCHER_NO_PARTICIPANT),
                          &arguments, NULL, 0U);
 }

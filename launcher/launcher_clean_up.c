@@ -143,9 +143,9 @@ bool launcher_run_tool(launcher_t* const launcher, const arguments_t* const argu
 static void complete_logs(launcher_t* const launcher)
 {
     arguments_t merge = {.count = 0U};
-    arguments_add_joined(&merge, launcher->program_folder, "packet-archive-sqlite");
+    arguments_add_joined(&merge, launcher->program_directory, "packet-archive-sqlite");
     arguments_add(&merge, "merge");
-    arguments_add_number(&merge, launcher->run->folder,
+    arguments_add_number(&merge, launcher->run->directory,
                          __atomic_load_n(&launcher->run->log_records, __ATOMIC_ACQUIRE));
     if (!launcher_run_tool(launcher, &merge, "packet-archive-sqlite")) {
         (void)launcher_fail(launcher, "the packet log is not complete", "; see console.log");
@@ -157,7 +157,7 @@ static void draw_report(launcher_t* const launcher)
     arguments_t report = {.count = 0U};
     arguments_add_words(&report,
                         (const char* const[]){"/usr/bin/env", "PYTHONPATH=gse", launcher_python(), "-m",
-                                              "hirosco_gse.report", launcher->run->folder, NULL});
+                                              "hirosco_gse.report", launcher->run->directory, NULL});
     if (run_tool(launcher, &report, "report", true)) {
         return;
     }
@@ -169,7 +169,7 @@ static void draw_report(launcher_t* const launcher)
         (void)launcher_fail(launcher, "the report could not be made, so the figures are not known",
                             "; see console.log");
     } else {
-        osal_console_print_error("the report could not be drawn; see console.log in the run's folder");
+        osal_console_print_error("the report could not be drawn; see console.log in the run's directory");
     }
 }
 
@@ -188,7 +188,7 @@ void launcher_clean_up(launcher_t* const launcher)
     if ((launcher->child_count > 0U) || launcher->is_taken_over) {
         complete_logs(launcher);
         if (!run_summary_write(launcher)) {
-            osal_console_print_error("cannot write run.json into the run's folder");
+            osal_console_print_error("cannot write run.json into the run's directory");
             (void)launcher_fail(launcher, "run.json could not be written", "");
         }
         // The report is made of a flight that has ended: nothing listens at its ground port.

@@ -33,11 +33,12 @@ static const char* const link_addresses[RUN_COMPUTERS_MAX]  = {"10.0.0.5/30", "1
 
 // ---- On-board computers ----
 
-static void name_computer(const char* const folder, const char* const identity, const unsigned computer,
+static void name_computer(const char* const directory, const char* const identity, const unsigned computer,
                           char* const name, const size_t capacity)
 {
     FSW_ASSERT(computer < RUN_COMPUTERS_MAX);
-    (void)text_join(name, capacity, (const char* const[]){folder, identity, ".", interfaces[computer], NULL});
+    (void)text_join(name, capacity,
+                    (const char* const[]){directory, identity, ".", interfaces[computer], NULL});
 }
 
 bool launcher_enter_computer(launcher_t* const launcher, const unsigned computer)
@@ -118,7 +119,7 @@ static bool delay_link_end(launcher_t* const launcher, const char* const name, c
                "--delay --nodes 2: cannot delay the network between the nodes: it needs `tc` of iproute2 "
                "and netem in the kernel (console.log has what `tc` said); load it as root: `modprobe "
                "sch_netem`, or fly in the micro-VM (`make vm`): ",
-               launcher->run->folder);
+               launcher->run->directory);
 }
 
 static bool set_up_link_end(launcher_t* const launcher, const char* const name, const unsigned computer)
@@ -242,7 +243,7 @@ bool launcher_make_computers(launcher_t* const launcher)
                launcher,
                "--nodes 2: cannot make two network namespaces and a veth between them (needs iproute2 and "
                "root; console.log has what `ip` said): ",
-               run->folder);
+               run->directory);
 }
 
 void launcher_remove_computers(const char* const identity)

@@ -113,9 +113,9 @@ static void wait_for_children(const run_state_t* const run)
 }
 
 int guard_watch(launcher_t* const launcher, const launch_options_t* const options,
-                const char* const program_folder, const char* const identity)
+                const char* const program_directory, const char* const identity)
 {
-    FSW_ASSERT((launcher != NULL) && (options != NULL) && (program_folder != NULL) && (identity != NULL));
+    FSW_ASSERT((launcher != NULL) && (options != NULL) && (program_directory != NULL) && (identity != NULL));
     osal_shm_t shm         = {0};
     run_state_t* const run = wait_for_end(&shm, identity);
     if ((run != NULL) && (__atomic_load_n(&run->is_cleaned_up, __ATOMIC_ACQUIRE) != 0U)) {
@@ -124,7 +124,7 @@ int guard_watch(launcher_t* const launcher, const launch_options_t* const option
     if (run != NULL) {
         wait_for_children(run);
     }
-    launcher_take_over(launcher, options, program_folder, run);
+    launcher_take_over(launcher, options, program_directory, run);
     launcher_clean_up(launcher);
     launcher_remove_all(identity);
     return 1;

@@ -28,7 +28,7 @@ void guard_keep(guard_t* guard);
 void guard_stop(guard_t* guard);
 /// Main function of the guard: wait until the launcher with this identity ("hirosco-<number>") has ended,
 /// and clean up if the launcher could not. Returns the exit code.
-int guard_watch(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
+int guard_watch(launcher_t* launcher, const launch_options_t* options, const char* program_directory,
                 const char* identity);
 
 #endif // LAUNCHER_LAUNCHER_GUARD_H

@@ -67,7 +67,7 @@ bool launcher_has_ended(const launcher_t* launcher, child_t* child);
 
 /// launcher_prepare.c: take over the remains of a run whose launcher was killed, to clean them up. `run` is
 /// null if the run state was not created yet.
-void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_folder,
+void launcher_take_over(launcher_t* launcher, const launch_options_t* options, const char* program_directory,
                         run_state_t* run);
 /// Returns the process number after "hirosco-" in an identity; 0 if there is none.
 int32_t launcher_owner_of(const char* identity);

@@ -35,7 +35,7 @@ static bool set_limit(launcher_t* const launcher, const char* const mission_path
     char line[LAUNCHER_REASON_MAX];
     uint64_t octets = 0U;
     (void)text_join(path, sizeof path,
-                    (const char* const[]){launcher->program_folder, subsystem->executable, NULL});
+                    (const char* const[]){launcher->program_directory, subsystem->executable, NULL});
     // This fails for a script, which is no executable with a size of its own.
     const status_t status = osal_process_loaded_size(path, &octets);
     if ((status == STATUS_OK) && (subsystem->memory_kib > 0U) && (subsystem->memory_kib < (octets / 1024U))) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preparation of a run before its first process: mission, folder, shared memory, buses, sockets.
+// Preparation of a run before its first process: mission, directory, shared memory, buses, sockets.
 #include "launcher/launcher_internal.h"
 
 #include "fsw/programs/ground_key.h"
@@ -18,16 +18,16 @@
 /// Longest wall-clock time for which a stopped process may block the scheduler in real time.
 #define REAL_PATIENCE_NS 40000000ULL
 #define PORT_TRIES 200U
-#define FOLDER_TRIES 1000U
+#define DIRECTORY_TRIES 1000U
 
-// ---- Mission and folder ----
+// ---- Mission and directory ----
 
 static bool load_mission(launcher_t* const launcher, char* const path, const size_t capacity)
 {
     (void)text_join(path, capacity,
                     (const char* const[]){"descriptors/missions/", launcher->options.mission, ".xml", NULL});
     if (!osal_file_exists(path)) {
-        return launcher_fail(launcher, "no such mission (run hirosco in the project's folder): ", path);
+        return launcher_fail(launcher, "no such mission (run hirosco in the project's directory): ", path);
     }
     descriptor_loader_init(&launcher->loader);
     if (descriptor_load_mission(&launcher->loader, path, MISSION_ANY_TARGET, &descriptor_mission_whole,
@@ -37,14 +37,14 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
     return true;
 }
 
-/// Check that the program of each subsystem is in the folder of the launcher.
+/// Check that the program of each subsystem is in the directory of the launcher.
 static bool find_programs(launcher_t* const launcher, const char* const mission_path)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
         char path[LAUNCH_PATH_MAX];
         char line[16];
-        const char* const words[] = {launcher->program_folder, subsystem->executable, NULL};
+        const char* const words[] = {launcher->program_directory, subsystem->executable, NULL};
         if (text_join(path, sizeof path, words) && osal_file_exists(path)) {
             continue;
         }
@@ -53,7 +53,7 @@ static bool find_programs(launcher_t* const launcher, const char* const mission_
         return launcher_refuse(
             launcher,
             (const char* const[]){mission_path, ":", line, ": executable=\"", subsystem->executable,
-                                  "\" of <Subsystem>: expected a program in ", launcher->program_folder,
+                                  "\" of <Subsystem>: expected a program in ", launcher->program_directory,
                                   "; `make` builds one of each fsw/programs/*_main.c", NULL});
     }
     return true;
@@ -141,7 +141,7 @@ static bool find_inputs(launcher_t* const launcher)
     return find_scenario(launcher) && find_world(launcher);
 }
 
-/// Add the file name of the scenario, without folders and ending.
+/// Add the file name of the scenario, without directories and ending.
 static void add_scenario_name(text_t* const text, const char* const scenario)
 {
     const char* const slash = strrchr(scenario, '/');
@@ -153,41 +153,41 @@ static void add_scenario_name(text_t* const text, const char* const scenario)
     }
 }
 
-static bool is_used(const char* const folder)
+static bool is_used(const char* const directory)
 {
     char path[LAUNCH_PATH_MAX + 16U];
-    (void)text_join(path, sizeof path, (const char* const[]){folder, "/run.json", NULL});
+    (void)text_join(path, sizeof path, (const char* const[]){directory, "/run.json", NULL});
     return osal_file_exists(path);
 }
 
-/// Create the requested folder, or the first unused one of this scenario, form and seed.
-static bool make_folder(launcher_t* const launcher, char* const folder, const size_t capacity)
+/// Create the requested directory, or the first unused one of this scenario, form and seed.
+static bool make_directory(launcher_t* const launcher, char* const directory, const size_t capacity)
 {
     const launch_options_t* const options = &launcher->options;
-    text_t text                           = text_in(folder, capacity);
+    text_t text                           = text_in(directory, capacity);
     if (options->output[0] != '\0') {
         text_add(&text, options->output);
-        if (is_used(folder)) {
-            return launcher_fail(launcher,
-                                 "there is a run in this folder already; choose another --out: ", folder);
+        if (is_used(directory)) {
+            return launcher_fail(
+                launcher, "there is a run in this directory already; choose another --out: ", directory);
         }
     } else {
         bool is_free = false;
-        for (unsigned number = 1U; !is_free && (number < FOLDER_TRIES); number++) {
-            text = text_in(folder, capacity);
+        for (unsigned number = 1U; !is_free && (number < DIRECTORY_TRIES); number++) {
+            text = text_in(directory, capacity);
             text_add(&text, "runs/");
             add_scenario_name(&text, options->scenario);
             text_add(&text, options->is_image ? "-image-" : "-processes-");
             text_add_unsigned(&text, options->seed);
             text_add(&text, "-");
             text_add_digits(&text, number, 3U);
-            is_free = !osal_file_exists(folder);
+            is_free = !osal_file_exists(directory);
         }
     }
-    if (text.cut || (osal_directory_create(folder) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make the output folder ", folder);
+    if (text.cut || (osal_directory_create(directory) != STATUS_OK)) {
+        return launcher_fail(launcher, "cannot make the output directory ", directory);
     }
-    const char* const base = (strncmp(folder, "runs/", 5U) == 0) ? &folder[5] : NULL;
+    const char* const base = (strncmp(directory, "runs/", 5U) == 0) ? &directory[5] : NULL;
     if (base != NULL) {
         const status_t status = osal_file_link(base, "runs/latest");
         (void)status; // The link runs/latest is optional: another run may have created it at the same time.
@@ -281,7 +281,7 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
             (const char* const[]){
                 "the storage is that of another mission: ", path, " contains '", owner, "', expected '",
                 launcher->options.mission,
-                "'; choose another folder with --storage, or fly that mission with --mission", NULL});
+                "'; choose another directory with --storage, or fly that mission with --mission", NULL});
     } else {
         // The storage belongs to this mission, or the file cannot be read.
     }
@@ -303,7 +303,7 @@ static bool claim_storage(launcher_t* const launcher)
         return launcher_refuse(
             launcher,
             (const char* const[]){"cannot write the storage: ", path,
-                                  "; make it writable, or choose another folder with --storage", NULL});
+                                  "; make it writable, or choose another directory with --storage", NULL});
     }
     const bool is_ours = check_owner(launcher, &file, path);
     osal_file_close(&file);
@@ -311,7 +311,7 @@ static bool claim_storage(launcher_t* const launcher)
 }
 
 static bool make_run_state(launcher_t* const launcher, const char* const mission_path,
-                           const char* const folder)
+                           const char* const directory)
 {
     char identity[RUN_IDENTITY_MAX];
     text_t text = text_in(identity, sizeof identity);
@@ -324,11 +324,11 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     const char* const asked = launcher->options.storage;
     const bool is_asked     = (asked[0] != '\0');
     (void)text_join(run->mission_path, sizeof run->mission_path, (const char* const[]){mission_path, NULL});
-    (void)text_join(run->folder, sizeof run->folder, (const char* const[]){folder, NULL});
-    const char* const storage[] = {is_asked ? asked : folder, is_asked ? "" : "/storage", NULL};
+    (void)text_join(run->directory, sizeof run->directory, (const char* const[]){directory, NULL});
+    const char* const storage[] = {is_asked ? asked : directory, is_asked ? "" : "/storage", NULL};
     if (!text_join(run->storage, sizeof run->storage, storage) ||
         (osal_directory_create(run->storage) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make the storage folder ", run->storage);
+        return launcher_fail(launcher, "cannot make the storage directory ", run->storage);
     }
     if (!claim_storage(launcher)) {
         return false;
@@ -451,15 +451,15 @@ static bool listen_to_ground(launcher_t* const launcher)
     return true;
 }
 
-/// Write one line of text into a file of the run's folder.
+/// Write one line of text into a file of the run's directory.
 static bool write_line(launcher_t* const launcher, const char* const name, const char* const line)
 {
     char path[LAUNCH_PATH_MAX + 32U];
     osal_file_t file = {-1};
-    (void)text_join(path, sizeof path, (const char* const[]){launcher->run->folder, name, NULL});
+    (void)text_join(path, sizeof path, (const char* const[]){launcher->run->directory, name, NULL});
     if (osal_file_create(&file, path) != STATUS_OK) {
         return launcher_refuse(
-            launcher, (const char* const[]){"cannot write the output folder: ", path,
+            launcher, (const char* const[]){"cannot write the output directory: ", path,
                                             "; make it writable, or choose another one with --out", NULL});
     }
     const bool is_written = (osal_file_write(&file, line, strlen(line)) == STATUS_OK) &&
@@ -483,10 +483,10 @@ static bool write_ground_files(launcher_t* const launcher)
            ((launcher->run->key[0] == '\0') ||
             write_line(launcher, "/ground.key-file", launcher->run->key)) &&
            (run_summary_reserve(launcher) ||
-            launcher_fail(launcher, "no room for run.json in ", launcher->run->folder));
+            launcher_fail(launcher, "no room for run.json in ", launcher->run->directory));
 }
 
-/// Place the co-simulation port in the folder of shared memories. Therefore containers, each with its own
+/// Place the co-simulation port in the directory of shared memories. Therefore containers, each with its own
 /// /dev/shm, have separate ports even if the process numbers are the same, and the clean-up after a killed
 /// launcher removes the port.
 static void name_cosimulation(launcher_t* const launcher)
@@ -496,11 +496,11 @@ static void name_cosimulation(launcher_t* const launcher)
 }
 
 static void begin(launcher_t* const launcher, const launch_options_t* const options,
-                  const char* const program_folder)
+                  const char* const program_directory)
 {
     (void)memset(launcher, 0, sizeof *launcher);
     launcher->options           = *options;
-    launcher->program_folder    = program_folder;
+    launcher->program_directory = program_directory;
     launcher->ground.descriptor = -1;
     for (size_t i = 0U; i < MISSION_SUBSYSTEMS_MAX; i++) {
         launcher->messages[i].descriptor = -1;
@@ -524,19 +524,19 @@ static bool read_mission(launcher_t* const launcher, char* const path, const siz
 }
 
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
-                      const char* const program_folder)
+                      const char* const program_directory)
 {
     char mission_path[LAUNCH_PATH_MAX];
-    char folder[LAUNCH_PATH_MAX];
-    begin(launcher, options, program_folder);
+    char directory[LAUNCH_PATH_MAX];
+    begin(launcher, options, program_directory);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
         read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
-        make_folder(launcher, folder, sizeof folder) && make_run_state(launcher, mission_path, folder) &&
-        make_scheduler(launcher) && make_checkpoint(launcher) && launcher_make_buses(launcher) &&
-        launcher_make_computers(launcher) && launcher_open_sockets(launcher) && listen_to_ground(launcher) &&
-        write_ground_files(launcher);
+        make_directory(launcher, directory, sizeof directory) &&
+        make_run_state(launcher, mission_path, directory) && make_scheduler(launcher) &&
+        make_checkpoint(launcher) && launcher_make_buses(launcher) && launcher_make_computers(launcher) &&
+        launcher_open_sockets(launcher) && listen_to_ground(launcher) && write_ground_files(launcher);
     if (is_ready) {
         name_cosimulation(launcher);
         // Time begins 0.3 s later, when all processes have started.
@@ -546,10 +546,10 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
 }
 
 void launcher_take_over(launcher_t* const launcher, const launch_options_t* const options,
-                        const char* const program_folder, run_state_t* const run)
+                        const char* const program_directory, run_state_t* const run)
 {
     char path[LAUNCH_PATH_MAX];
-    begin(launcher, options, program_folder);
+    begin(launcher, options, program_directory);
     if (load_mission(launcher, path, sizeof path) && choose_methods(launcher, path)) {
         launcher_adopt_interfaces(launcher);
     }

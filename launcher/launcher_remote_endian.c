@@ -13,9 +13,9 @@
 typedef struct {
     const char* option;
     const char* runner;
-    const char* package; ///< Debian package that contains the emulator.
-    const char* folder;  ///< Folder of the programs for this processor.
-    const char* target;  ///< Command that builds these programs.
+    const char* package;   ///< Debian package that contains the emulator.
+    const char* directory; ///< Directory of the programs for this processor.
+    const char* target;    ///< Command that builds these programs.
     /// Name of the emulated board; null: the program is a process of another byte order.
     const char* board;
 } processor_t;
@@ -122,7 +122,7 @@ static bool check(launcher_t* const launcher, const processor_t* const processor
                       subsystem->name);
     }
     (void)text_join(program, sizeof program,
-                    (const char* const[]){processor->folder, subsystem->executable, NULL});
+                    (const char* const[]){processor->directory, subsystem->executable, NULL});
     if (!osal_file_exists(program)) {
         (void)text_join(
             what, sizeof what,
@@ -204,14 +204,14 @@ void launcher_add_component(const launcher_t* const launcher, const unsigned com
     const processor_t* const processor = processor_of(launcher, component);
     char name[RUN_NAME_MAX];
     FSW_ASSERT(run_name(launcher->run, "run", 0U, name, sizeof name));
-    arguments_add_joined(arguments, launcher->program_folder, (processor != NULL) ? "proxy" : executable);
+    arguments_add_joined(arguments, launcher->program_directory, (processor != NULL) ? "proxy" : executable);
     arguments_add_option(arguments, "--run", name);
     arguments_add_number(arguments, "--component", component);
     if (processor == NULL) {
         return;
     }
     arguments_add(arguments, "--program");
-    arguments_add_joined(arguments, processor->folder, executable);
+    arguments_add_joined(arguments, processor->directory, executable);
     arguments_add_option(arguments, "--runner", processor->runner);
     if (processor->board != NULL) {
         arguments_add_option(arguments, "--board", processor->board);

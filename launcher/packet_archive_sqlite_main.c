@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program that writes the SQLite packet log, and merges all parts of a run's packet log.
 //
-//     packet-archive-sqlite follow FOLDER   insert packets.spool into packets.db as it grows, until ended
-//     packet-archive-sqlite merge FOLDER [RECORDS]
+//     packet-archive-sqlite follow DIRECTORY   insert packets.spool into packets.db as it grows, until ended
+//     packet-archive-sqlite merge DIRECTORY [RECORDS]
 //                                           packets.ascii, .spool, .ring -> packets.db and packets.log
 //
 // The merge fails (exit code 1) if a record number up to RECORDS is missing (the program prints the missing
@@ -29,7 +29,7 @@
 #define FOLLOW_PAUSE_NS 20000000ULL
 
 typedef struct {
-    const char* folder;
+    const char* directory;
     sqlite3* database;
     sqlite3_stmt* insert;
     uint64_t expected; ///< Number of the last record; 0: the last existing one.
@@ -60,7 +60,8 @@ static int report_error(const char* const what, const char* const detail)
 static void path_of(const archive_t* const archive, const char* const name,
                     char out_path[PATH_MAX_CHARACTERS])
 {
-    (void)text_join(out_path, PATH_MAX_CHARACTERS, (const char* const[]){archive->folder, "/", name, NULL});
+    (void)text_join(out_path, PATH_MAX_CHARACTERS,
+                    (const char* const[]){archive->directory, "/", name, NULL});
 }
 
 static bool execute(archive_t* const archive, const char* const sql)
@@ -484,7 +485,7 @@ static int merge(archive_t* const archive)
     const bool is_whole   = !archive->is_failed && check_numbers(archive);
     if (!is_written) {
         (void)report_error("cannot write packets.log: the packets are in packets.ascii, .spool and .ring of ",
-                           archive->folder);
+                           archive->directory);
     }
     return (is_stored && is_whole) ? 0 : 1;
 }
@@ -498,7 +499,7 @@ static uint64_t number_of(const char* const words)
 
 int main(const int argument_count, char* arguments[])
 {
-    static const char usage[] = "usage: packet-archive-sqlite follow FOLDER, or merge FOLDER [RECORDS]";
+    static const char usage[] = "usage: packet-archive-sqlite follow DIRECTORY, or merge DIRECTORY [RECORDS]";
     if (osal_console_introduce(argument_count, arguments, "packet-archive-sqlite", usage)) {
         return 0;
     }
@@ -511,8 +512,8 @@ int main(const int argument_count, char* arguments[])
     }
     osal_process_catch_stop();
     osal_process_ignore_interrupt();
-    archive_t archive = {.folder   = arguments[2],
-                         .expected = (argument_count == 4) ? number_of(arguments[3]) : 0U};
+    archive_t archive = {.directory = arguments[2],
+                         .expected  = (argument_count == 4) ? number_of(arguments[3]) : 0U};
     open_archive(&archive);
     const int code = is_follow ? follow(&archive) : merge(&archive);
     close_database(&archive);

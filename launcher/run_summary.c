@@ -167,9 +167,9 @@ static void add_speed(text_t* const text, const launcher_t* const launcher)
 static bool name_files(const launcher_t* const launcher, char out_part[SUMMARY_PATH],
                        char out_path[SUMMARY_PATH])
 {
-    const char* const folder = launcher->run->folder;
-    return text_join(out_part, SUMMARY_PATH, (const char* const[]){folder, "/run.json.part", NULL}) &&
-           text_join(out_path, SUMMARY_PATH, (const char* const[]){folder, "/run.json", NULL});
+    const char* const directory = launcher->run->directory;
+    return text_join(out_part, SUMMARY_PATH, (const char* const[]){directory, "/run.json.part", NULL}) &&
+           text_join(out_path, SUMMARY_PATH, (const char* const[]){directory, "/run.json", NULL});
 }
 
 bool run_summary_reserve(const launcher_t* const launcher)
@@ -209,7 +209,7 @@ static void add_live(text_t* const text, const launcher_t* const launcher)
     osal_file_t file = {-1};
     size_t size      = 0U;
     uint64_t lines   = 0U;
-    if (!text_join(path, sizeof path, (const char* const[]){launcher->run->folder, "/live.scn", NULL}) ||
+    if (!text_join(path, sizeof path, (const char* const[]){launcher->run->directory, "/live.scn", NULL}) ||
         (osal_file_open_read(&file, path) != STATUS_OK)) {
         return;
     }

@@ -5,7 +5,7 @@
 
 #include "launcher/launcher.h"
 
-/// Reserve disk space for run.json in the run's folder (run.json.part), so that it can be written even if
+/// Reserve disk space for run.json in the run's directory (run.json.part), so that it can be written even if
 /// the disk becomes full. False if there is no space.
 bool run_summary_reserve(const launcher_t* launcher);
 /// Write run.json into that space; the file is complete or absent at any moment. False if it could not be

@@ -216,7 +216,7 @@ static status_t wait_for_program(target_link_t* const link, const uint8_t* const
     return (status == STATUS_OK) ? send_record(link, TARGET_WIRE_WAITED, 0U) : status;
 }
 
-/// Force a file of the program, or the names in its folder, to the disk.
+/// Force a file of the program, or the names in its directory, to the disk.
 static status_t sync_file(target_link_t* const link, const uint8_t* const content, const size_t size)
 {
     char path[TARGET_WIRE_PATH_MAX + 1U];

@@ -43,7 +43,7 @@ fuzz-corpus: build/setup/pytest build/setup/clang
 	@$(VENV) test/fuzz/make_corpus.py $(call selected,$(FUZZ_TARGETS))
 
 # The image program with random telecommands (test/fuzz/flight): random_flight.py starts it by a launcher in the same
-# folder. A function named __wrap_x replaces the function x.
+# directory. A function named __wrap_x replaces the function x.
 FLIGHT_FUZZ := $(wildcard test/fuzz/flight/*.c)
 FLIGHT_WRAPS := $(patsubst __wrap_%,-Wl$(comma)--wrap=%,$(if $(FLIGHT_FUZZ),$(shell grep -oh '__wrap_[A-Za-z0-9_]*' \
                 $(FLIGHT_FUZZ) | LC_ALL=C sort -u)))

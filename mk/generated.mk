@@ -18,8 +18,8 @@ build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	   for name in $(patsubst %_program.c,%,$(notdir $(sort $(wildcard fsw/programs/*_program.c)))); do \
 	       echo "COMPONENT($$name, \"$$(echo "$$name" | tr _ -)\")"; done; } >$@.part
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
-# Folders whose sources include generated files, and the folders of their tests: these objects need the generator
-# first.
+# Directories whose sources include generated files, and the directories of their tests: the generator runs before
+# the compiler.
 SEES_GENERATED := $(foreach p,pus fsw/canopen fsw/drives fsw/supervisor fsw/subsystems fsw/programs launcher, \
                   $p/% test/unit/$p/%) \
                   test/bench/% test/fuzz/%

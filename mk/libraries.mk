@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Libraries: one for each folder.
+# Libraries: one for each directory.
 
 SOURCES  := $(shell find base osal pus fsw launcher sim -name '*.c' 2>/dev/null | LC_ALL=C sort)
 ifneq ($(S390X)$(BOARD),) # Programs of subsystems alone: without Lua, Nettle and all that only other programs need.

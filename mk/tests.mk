@@ -13,7 +13,7 @@ SUPPORT_SOURCES := $(filter-out test/support/sealer.c,$(call portable,$(SUPPORT_
 # What a test on a board needs: the port of the operating system layer, and the system calls that the C library uses.
 BOARD_SYSTEM := $(call objects,test/support/board/system.c) \
                 $(foreach d,base $(filter osal/%,$(DIRS)),$(call library,$d))
-CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_FOLDER='"/eeprom"' # The EEPROM of the board.
+CPPFLAGS  += -DUNITY_SUPPORT_64 -DTEST_DIRECTORY='"/eeprom"' # The EEPROM of the board.
 endif
 SUPPORT   := $(call objects,$(SUPPORT_SOURCES))
 SUPPORT_A := $B/lib/libtest_support.a
@@ -23,11 +23,11 @@ LAYERS    := $(shell awk -F ' *: *' \
 
 comma     := ,
 under      = $(foreach l,$(DIRS),$(if $(filter $1 $1/%,$l),$l))
-# layer_of: line `layer:included,included` of the layer to which a folder belongs. A test in the folder links
+# layer_of: line `layer:included,included` of the layer to which a directory belongs. A test in the directory links
 # the libraries of this layer and of all layers that it may include. If a single header may be included, the
-# library of its folder is linked; a layer that may include the headers of osal/ links a port of it.
+# library of its directory is linked; a layer that may include the headers of osal/ links a port of it.
 layer_of   = $(firstword $(foreach l,$(LAYERS),$(if $(filter $(call home,$l) $(call home,$l)/%,$1),$l)))
-# home: folder of such a line; seen: folders that it may include; under: the folder and all folders below it.
+# home: directory of such a line; seen: directories that it may include; under: the directory and all below it.
 home       = $(firstword $(subst :, ,$1))
 seen       = $(patsubst %/status.h,%,$(patsubst osal/include,osal,$(subst $(comma), ,$(word 2,$(subst :, ,$1)))))
 layer_libraries = $(foreach d,$(sort $(foreach s,$1 $(call home,$(call layer_of,$1)) $(call seen,$(call layer_of,$1)),\

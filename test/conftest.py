@@ -9,7 +9,7 @@ import signal
 
 import pytest
 
-# The files of a group share flights and run in one worker: those of a folder, and those that use the fixture shared_flights.
+# The files of a group share flights and run in one worker: those of a directory, and those that use the fixture shared_flights.
 GROUPS = {
     "pus": ["test/conformance/pus/"],
     "telepresence": [f"test/mission/test_mission_{name}.py" for name in

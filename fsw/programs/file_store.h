@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A folder of the operating system as the store of the file service. The root is open and outlives the
+/// A directory of the operating system as the store of the file service. The root is open and outlives the
 /// store.
 #ifndef FSW_PROGRAMS_FILE_STORE_H
 #define FSW_PROGRAMS_FILE_STORE_H

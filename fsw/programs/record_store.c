@@ -176,7 +176,7 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
             return report_error(runtime, path, status);
         }
     }
-    const status_t named = osal_file_sync_names(path); // Both files are in one folder.
+    const status_t named = osal_file_sync_names(path); // Both files are in one directory.
     if (named != STATUS_OK) {
         close_files(store, 2U);
         return report_error(runtime, path, named);

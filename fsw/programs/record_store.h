@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Persistent records of one component: a journal on two files in the run's storage folder. A flight with
+/// Persistent records of one component: a journal on two files in the run's storage directory. A flight with
 /// the storage of an earlier flight (hirosco run --storage) finds its records there.
 ///
 /// A commit waits for the disk if the store is opened with `waits`. Otherwise acknowledged records survive a

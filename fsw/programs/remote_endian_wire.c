@@ -158,7 +158,7 @@ void remote_endian_write_run(octet_writer_t* const writer, const run_state_t* co
     FSW_ASSERT((writer != NULL) && (run != NULL) && (component < run->component_count) && (storage != NULL));
     write_text(writer, run->identity);
     write_text(writer, run->mission_path);
-    write_text(writer, run->folder);
+    write_text(writer, run->directory);
     write_text(writer, storage);
     octet_write_u64(writer, run->mission_hash);
     octet_write_u32(writer, component);
@@ -188,7 +188,7 @@ bool remote_endian_read_run(octet_reader_t* const reader, run_state_t* const out
     *out_run     = (run_state_t){.is_stepped = true, .transport = (uint8_t)RUN_TRANSPORT_UDP};
     bool is_good = read_text(reader, out_run->identity, sizeof out_run->identity) &&
                    read_text(reader, out_run->mission_path, sizeof out_run->mission_path) &&
-                   read_text(reader, out_run->folder, sizeof out_run->folder) &&
+                   read_text(reader, out_run->directory, sizeof out_run->directory) &&
                    read_text(reader, out_run->storage, sizeof out_run->storage);
     out_run->mission_hash      = octet_read_u64(reader);
     *out_component             = octet_read_u32(reader);

@@ -69,7 +69,7 @@ MUST_USE status_t remote_endian_receive(remote_endian_wire_t* wire, remote_endia
                                         uint32_t patience_ms, octet_reader_t* out_reader);
 
 /// Write and read the contents of messages. The readers return false if the octets are malformed; their
-/// output is then invalid. `storage` is the name of the storage folder for this program.
+/// output is then invalid. `storage` is the name of the storage directory for this program.
 void remote_endian_write_run(octet_writer_t* writer, const run_state_t* run, unsigned component,
                              const char* storage);
 bool remote_endian_read_run(octet_reader_t* reader, run_state_t* out_run, unsigned* out_component);

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define SHARED_FOLDER "/dev/shm" // The launcher and the simulator use the same folder.
+#define SHARED_DIRECTORY "/dev/shm" // The launcher and the simulator use the same directory.
 
 static void add_ipv4(text_t* const text, const uint32_t ipv4)
 {
@@ -81,7 +81,7 @@ static status_t device_address(const run_state_t* const run, const char* const p
         text_add(&text, path);
         return status_of(&text, &counts);
     }
-    text_add(&text, SHARED_FOLDER);
+    text_add(&text, SHARED_DIRECTORY);
     add_prefix(&text, run);
     add_path(&text, path);
     if (run->is_stepped) {

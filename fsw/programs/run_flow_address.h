@@ -4,7 +4,7 @@
 /// instead, so that several runs on one machine do not use the same hosts, ports and paths:
 ///
 ///     UDP, TCP      loopback addresses of the run (osal/socket.h), with the port of the descriptor
-///     SERIAL, FILE  a link in the folder of the run's shared memory
+///     SERIAL, FILE  a link in the directory of the run's shared memory
 ///
 /// In stepped time the octets and datagrams of simulated devices are counted (osal/hand_over.h).
 #ifndef FSW_PROGRAMS_RUN_FLOW_ADDRESS_H

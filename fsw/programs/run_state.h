@@ -119,11 +119,11 @@ typedef struct {
     uint8_t link_methods; ///< Bit set of 1 << rtlink_method_t.
     uint64_t origin_ns;   ///< Real time: mission time 0 on the machine's monotonic clock.
     char mission_path[RUN_PATH_MAX];
-    uint64_t mission_hash;      ///< Configuration hash of the whole mission.
-    char folder[RUN_PATH_MAX];  ///< Output folder.
-    char storage[RUN_PATH_MAX]; ///< Folder of persistent data.
-    char key[RUN_PATH_MAX];     ///< File with the key of telecommands; "": telecommands need none.
-    int ground_descriptor;      ///< Listening TCP socket that `communication` inherits.
+    uint64_t mission_hash;        ///< Configuration hash of the whole mission.
+    char directory[RUN_PATH_MAX]; ///< Output directory.
+    char storage[RUN_PATH_MAX];   ///< Directory of persistent data.
+    char key[RUN_PATH_MAX];       ///< File with the key of telecommands; "": telecommands need none.
+    int ground_descriptor;        ///< Listening TCP socket that `communication` inherits.
     uint16_t ground_port;
     uint16_t component_count;
     run_component_t components[MISSION_SUBSYSTEMS_MAX];

@@ -16,8 +16,8 @@ static bool name_file(const component_runtime_t* const runtime, const unsigned i
     return !text.cut;
 }
 
-/// Open all files and write their folder entries to the disk. `path` becomes the path of the last file, for
-/// the error text.
+/// Open all files and write their directory entries to the disk. `path` becomes the path of the last file,
+/// for the error text.
 static status_t open_all(store_files_t* const stores, const component_runtime_t* const runtime,
                          const unsigned count, char* const path)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Media of packet stores: files `<storage>/<component>.store.<n>` in the run's storage folder, which a
+/// Media of packet stores: files `<storage>/<component>.store.<n>` in the run's storage directory, which a
 /// later flight with the same storage uses again. The lock of the component's journal
 /// (fsw/programs/record_store.h) protects these files, too.
 ///

@@ -273,7 +273,7 @@ static status_t load_descriptor(void* const context, const uint16_t index,
     return status;
 }
 
-/// Open the folder of the files of ST[23]; paths cannot refer to files outside of it.
+/// Open the directory of the files of ST[23]; paths cannot refer to files outside of it.
 static bool open_files(component_runtime_t* const runtime)
 {
     char path[RUN_PATH_MAX];
@@ -285,7 +285,7 @@ static bool open_files(component_runtime_t* const runtime)
         return true;
     }
     text = text_in(runtime->error, sizeof runtime->error);
-    text_add(&text, "cannot open the folder of files ");
+    text_add(&text, "cannot open the directory of files ");
     text_add(&text, path);
     return false;
 }
@@ -371,7 +371,7 @@ bool supervisor_open(component_runtime_t* const runtime, component_instance_t* c
                                 .is_stop_requested = is_stop_requested,
                                 .finished          = finished},
         .descriptors         = {runtime, load_descriptor},
-        .log_folder          = runtime->run->folder,
+        .log_directory       = runtime->run->directory,
         .has_log_writer      = runtime->run->is_real,
         .start_count =
             __atomic_load_n(&runtime->run->components[runtime->component].found_life, __ATOMIC_ACQUIRE),
@@ -387,7 +387,7 @@ bool supervisor_open(component_runtime_t* const runtime, component_instance_t* c
     if (status != STATUS_OK) {
         text_t text = text_in(runtime->error, sizeof runtime->error);
         text_add(&text, "cannot open the packet log in ");
-        text_add(&text, runtime->run->folder);
+        text_add(&text, runtime->run->directory);
         text_add(&text, ": ");
         text_add(&text, status_text(status));
         return false;

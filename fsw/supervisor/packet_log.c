@@ -70,10 +70,10 @@ static void path_of(const packet_log_t* const log, const packet_log_strategy_t s
     static const char* const names[PACKET_LOG_STRATEGIES] = {"packets.ascii", "packets.spool", "",
                                                              "packets.ring"};
     text_t text                                           = text_in(out_path, PACKET_LOG_PATH + 32U);
-    text_add(&text, log->folder);
+    text_add(&text, log->directory);
     text_add(&text, "/");
     text_add(&text, names[strategy]);
-    FSW_ASSERT(!text.cut); // The length of the folder's name was checked when the log was opened.
+    FSW_ASSERT(!text.cut); // The length of the directory's name was checked when the log was opened.
 }
 
 /// Open the file of a strategy, to continue after its last complete record.
@@ -484,11 +484,11 @@ status_t supervisor_packet_log_select(packet_log_t* const log, const packet_log_
     return STATUS_OK;
 }
 
-status_t supervisor_packet_log_open(packet_log_t* const log, const char* const folder,
+status_t supervisor_packet_log_open(packet_log_t* const log, const char* const directory,
                                     const packet_log_strategy_t strategy, const packet_log_past_t* const past,
                                     const uint32_t ring_records)
 {
-    FSW_ASSERT((log != NULL) && (folder != NULL) && (past != NULL) && (past->next_number >= 1U) &&
+    FSW_ASSERT((log != NULL) && (directory != NULL) && (past != NULL) && (past->next_number >= 1U) &&
                (past->written_number < past->next_number) && (ring_records >= 1U));
     (void)memset(log, 0, offsetof(packet_log_t, piece));
     log->strategy       = PACKET_LOG_RING;
@@ -506,8 +506,8 @@ status_t supervisor_packet_log_open(packet_log_t* const log, const char* const f
         message_ring_refill(&log->ring, past->ring, past->ring_octets);
     }
     log->first_number = oldest_number(log);
-    text_t text       = text_in(log->folder, sizeof log->folder);
-    text_add(&text, folder);
+    text_t text       = text_in(log->directory, sizeof log->directory);
+    text_add(&text, directory);
     const status_t status = text.cut ? STATUS_NOT_FOUND : supervisor_packet_log_select(log, strategy);
     if (text.cut || (status == STATUS_OK) || (status == STATUS_UNSUPPORTED)) {
         return status;

@@ -70,7 +70,7 @@ typedef struct {                    // All fields are private, except the first 
     uint64_t written_number; ///< Last record that was passed to the operating system.
     uint32_t failures;       ///< Number of records that no strategy could store.
     uint64_t slowest_ns;     ///< Longest write [ns of wall-clock time]; never in a packet.
-    char folder[PACKET_LOG_PATH];
+    char directory[PACKET_LOG_PATH];
     uint32_t ring_records; // Largest number of records while the ring is in use.
     osal_file_t file;
     bool is_open;  // Also while the ring is in use and its records are being written to the file.
@@ -105,10 +105,10 @@ typedef struct {          // State of the log of a program that died, from its l
     size_t ring_octets;
 } packet_log_past_t;
 
-/// Open a log in a folder with a strategy; it continues the log `past` with the records of its ring. The
+/// Open a log in a directory with a strategy; it continues the log `past` with the records of its ring. The
 /// ring stores at most `ring_records`. STATUS_OK (also if the file cannot be opened and the ring replaces
-/// it), STATUS_NOT_FOUND (the folder's name is too long), STATUS_UNSUPPORTED.
-MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* folder,
+/// it), STATUS_NOT_FOUND (the directory's name is too long), STATUS_UNSUPPORTED.
+MUST_USE status_t supervisor_packet_log_open(packet_log_t* log, const char* directory,
                                              packet_log_strategy_t strategy, const packet_log_past_t* past,
                                              uint32_t ring_records);
 /// Start a task that performs all operations that wait for the disk until the log is closed. It is needed in

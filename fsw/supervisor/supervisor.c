@@ -156,7 +156,7 @@ status_t supervisor_init(supervisor_t* const supervisor, const supervisor_config
     // The adoption comes first: the data of the predecessor say how the log continues.
     supervisor_adoption_begin(supervisor);
     const status_t status = supervisor_packet_log_open(
-        &supervisor->log, config->log_folder, (packet_log_strategy_t)supervisor->log_strategy,
+        &supervisor->log, config->log_directory, (packet_log_strategy_t)supervisor->log_strategy,
         &supervisor->log_past, config->mission->log_ring_records);
     if ((status == STATUS_OK) && config->has_log_writer) {
         const status_t started = supervisor_packet_log_start_writer(&supervisor->log);

@@ -132,7 +132,7 @@ typedef struct {
     message_endpoint_t* endpoint;
     supervisor_platform_t platform;
     supervisor_descriptors_t descriptors;
-    const char* log_folder;
+    const char* log_directory;
     bool has_log_writer; ///< The packet log has a task that waits for the disk.
     uint32_t start_count;
     pus_file_store_t files; ///< Files of ST[23] and of services that load by reference.

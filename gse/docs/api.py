@@ -37,16 +37,16 @@ def page_of(layer):
 
 
 def read_all():
-    """Read the headers of the libraries: a list of (layer, about, headers) in the order of LAYERS. A folder that LAYERS does not name is
+    """Read the headers of the libraries: a list of (layer, about, headers) in the order of LAYERS. A directory that LAYERS does not name is
     an error."""
-    known = {folder for folder, _, _ in LAYERS}
+    known = {directory for directory, _, _ in LAYERS}
     there = {str(path.parent.relative_to(ROOT)) for top in ("base", "osal/include", "fsw") for path in (ROOT / top).rglob("*.h")}
-    missing = sorted(folder for folder in there - known if not folder.startswith(NOT_IN_THE_REFERENCE))
+    missing = sorted(directory for directory in there - known if not directory.startswith(NOT_IN_THE_REFERENCE))
     if missing:
         raise SystemExit(f"gse/docs/api.py: LAYERS has no line for {', '.join(missing)}")
     found = []
-    for folder, layer, about in LAYERS:
-        files = [path for path in sorted(ROOT.glob(f"{folder}/*.h")) if path.parent.name != "tool" and not path.stem.endswith(("_internal", "_builder"))]
+    for directory, layer, about in LAYERS:
+        files = [path for path in sorted(ROOT.glob(f"{directory}/*.h")) if path.parent.name != "tool" and not path.stem.endswith(("_internal", "_builder"))]
         files.sort(key=lambda path, layer=layer: path.stem != layer)
         found.append((layer, about, [headers.read(path, str(path.relative_to(ROOT))) for path in files]))
     return found

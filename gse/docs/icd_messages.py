@@ -6,7 +6,7 @@ import pathlib
 import catalogue
 from page import escape, shell, table
 
-FOLDER = pathlib.Path(__file__).resolve().parents[2] / "pus" / "catalogue"
+DIRECTORY = pathlib.Path(__file__).resolve().parents[2] / "pus" / "catalogue"
 FILE, TITLE = "icd-messages.html", "Messages of the packet services"
 # Octets of a field by its coding, if the catalogue does not give its size.
 OCTETS = {"id": "4", "layout": "1", "text": "2 + n", "octets": "2 + n", "packet": "n", "rest": "the rest"} | {
@@ -70,7 +70,7 @@ def _message(message, known, enumerations):
 
 
 def page():
-    known, services = catalogue.load(FOLDER)
+    known, services = catalogue.load(DIRECTORY)
     parts, contents = [], []
     for number, service in services.items():
         place, title = f"st{number:02}", f"ST[{number:02}] {service['name']}"

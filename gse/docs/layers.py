@@ -26,7 +26,7 @@ GROUPS = {
 
 
 def home_of(path, layers):
-    """Layer of a file according to test/lint/layers.txt; of the simulator, its folder."""
+    """Layer of a file according to test/lint/layers.txt; of the simulator, its directory."""
     if path.startswith("sim/"):
         return "/".join(path.split("/")[:2])
     return check_layers.first_match(layers, path)[0]

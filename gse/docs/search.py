@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search of the documentation: an index of all pages, and a page whose script (search.js) searches the index. Neither needs a
-server or a network: the index is a script in the folder of the pages.
+server or a network: the index is a script in the directory of the pages.
 """
 
 import html

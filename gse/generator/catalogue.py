@@ -191,18 +191,18 @@ def _check_harmless(message, enumerations, known, reader):
         reader.wrong(" ".join(words), f"words of {first} after `unless` in names.txt")
 
 
-def load(folder):
+def load(directory):
     """Kinds, and the services by number. A service has name, enumerations and messages."""
-    known, names = kinds(folder / "kinds.txt"), identifiers(folder / "names.txt")
-    services = dict(_service(path, known, names) for path in sorted(folder.glob("st*.txt")))
+    known, names = kinds(directory / "kinds.txt"), identifiers(directory / "names.txt")
+    services = dict(_service(path, known, names) for path in sorted(directory.glob("st*.txt")))
     return known, services
 
 
-def private(folder):
+def private(directory):
     """Kinds and services of the private services, in the form of `load`."""
-    known = kinds(folder / "kinds.txt") | kinds(folder / "private" / "kinds.txt")
-    names = identifiers(folder / "names.txt")
-    services = dict(_service(path, known, names) for path in sorted((folder / "private").glob("st*.txt")))
+    known = kinds(directory / "kinds.txt") | kinds(directory / "private" / "kinds.txt")
+    names = identifiers(directory / "names.txt")
+    services = dict(_service(path, known, names) for path in sorted((directory / "private").glob("st*.txt")))
     return known, services
 
 

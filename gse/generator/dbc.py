@@ -123,10 +123,10 @@ def _nodes(mission, bus):
 
 def _sheet_of(device):
     """Sheet of the device's class: a file of that name."""
-    classes = sorted(path.stem for path in sheet.FOLDER.glob("*.eds"))
+    classes = sorted(path.stem for path in sheet.DIRECTORY.glob("*.eds"))
     if device.type not in classes:
         device.element.wrong("type", "a class with a data sheet: " + " ".join(classes))
-    return sheet.load(sheet.FOLDER / f"{device.type}.eds")
+    return sheet.load(sheet.DIRECTORY / f"{device.type}.eds")
 
 
 def _check_objects(device, loaded):

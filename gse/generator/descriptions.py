@@ -80,12 +80,12 @@ def _occasions(subsystem, lines, words, kind, members):
                 _add(value, next((lines[name] for name in names if name in lines), None), words)
 
 
-def emergencies(subsystem, folder=sheet.FOLDER):
+def emergencies(subsystem, directory=sheet.DIRECTORY):
     """Names of the emergency codes of a subsystem's devices: those of CiA, and those of the data sheets, which take precedence. Devices may
     use a code for different things."""
     own = {}
     types = {device["type"] for configuration in subsystem["configurations"] for device in configuration["devices"]}
-    for place in sorted(folder / f"{name}.eds" for name in types):
+    for place in sorted(directory / f"{name}.eds" for name in types):
         for code, _, text in sheet.load(place).emergencies if place.exists() else ():
             word = re.sub(r"[^A-Z0-9]+", "_", text.upper()).strip("_")
             own.setdefault(code, []).append(word)

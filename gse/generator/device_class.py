@@ -184,8 +184,8 @@ def _pdo_row(pdo):
             f".entry_count = {len(entries)}U{listed}}}")
 
 
-def _classes(folder):
-    return [_Class(sheet.load(path)) for path in sorted(folder.glob("*.eds"), key=lambda path: path.stem)]
+def _classes(directory):
+    return [_Class(sheet.load(path)) for path in sorted(directory.glob("*.eds"), key=lambda path: path.stem)]
 
 
 def _hash(classes):
@@ -194,14 +194,14 @@ def _hash(classes):
 
 
 @functools.cache
-def sheets_hash(folder=sheet.FOLDER):
+def sheets_hash(directory=sheet.DIRECTORY):
     """Hash of all data sheets, which flight software contains as DEVICE_CLASSES_HASH."""
-    return _hash(_classes(folder))
+    return _hash(_classes(directory))
 
 
-def header(folder=sheet.FOLDER):
+def header(directory=sheet.DIRECTORY):
     """Text of the header: each class as a macro, and the list of all of them."""
-    classes = _classes(folder)
+    classes = _classes(directory)
     axes = max((each.axes for each in classes), default=1) or 1
     lines = [HEAD, f"#define DEVICE_CLASSES_AXES_MAX {axes}U", f"#define DEVICE_CLASSES_HASH {_hash(classes):#018x}ULL",
              f'#define DEVICE_CLASSES_NAMES "{" ".join(each.sheet.path.stem for each in classes)}"',

@@ -117,9 +117,9 @@ def generate(path, out, described, messages, failures):
     write(out / f"{loaded.name}.lua", dissector.script(content))
     made_for = {"interface_hash": content["interface_hash"]}  # Yamcs ignores members that it does not know.
     write(out / f"{loaded.name}.events.json", json.dumps([row | made_for for row in events], indent=1) + "\n")
-    for folder, files in (("displays", yamcs_displays.displays(content)), ("stacks", yamcs_displays.stacks(content))):
+    for directory, files in (("displays", yamcs_displays.displays(content)), ("stacks", yamcs_displays.stacks(content))):
         for name, one in files.items():
-            write(out / "yamcs" / loaded.name / folder / name, json.dumps(one | made_for, indent=1) + "\n")
+            write(out / "yamcs" / loaded.name / directory / name, json.dumps(one | made_for, indent=1) + "\n")
     for bus, text in dbc.databases(loaded).items():
         write(out / f"{loaded.name}-{bus}.dbc", text)
 
@@ -138,7 +138,7 @@ def generate_messages(out, failures):
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--mission", required=True, nargs="+", type=pathlib.Path, help="mission descriptors")
-    parser.add_argument("--out", required=True, type=pathlib.Path, help="folder to write into")
+    parser.add_argument("--out", required=True, type=pathlib.Path, help="directory to write into")
     options = parser.parse_args(arguments)
     described = {}
     try:

@@ -10,7 +10,7 @@ import pathlib
 import re
 from dataclasses import dataclass
 
-FOLDER = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devices"
+DIRECTORY = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devices"
 SECTION = re.compile(r"([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2}))?\Z")
 TERM = re.compile(r"(?:\$NODEID\s*\+\s*)?(-?(?:0x[0-9A-Fa-f]+|[0-9]+))\Z", re.IGNORECASE)
 # Data type of CiA 301 -> bits, signed. Process data contain no others.

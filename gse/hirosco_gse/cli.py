@@ -92,7 +92,7 @@ def _parser():
     parser.add_argument("--json", action="store_true", help="one JSON object per line instead of text")
     parser.add_argument("-f", "--follow", action="store_true", help="hk, events: continue until Ctrl-C")
     parser.add_argument("--cosimulation", type=_given, help="script: UNIX socket of the scheduler (stepped time)")
-    parser.add_argument("--run", type=_given, help="run folder (default: runs/latest); script writes operator.log only to a folder that is given")
+    parser.add_argument("--run", type=_given, help="run directory (default: runs/latest); script writes operator.log only to a directory that is given")
     parser.add_argument("command", metavar="COMMAND", nargs="?", help="see below")
     parser.add_argument("words", metavar="WORD", nargs="*", help="arguments of the command")
     return parser
@@ -252,7 +252,7 @@ class _Console:
         run = pathlib.Path(self.arguments.words[0]) if self.arguments.words else self.run
         facts, problem = facts_of(run)
         if problem or not (run / FACTS).exists():
-            raise UsageError(f"{run}: {problem or 'found no run.json, expected the folder of a flight that has ended'}")
+            raise UsageError(f"{run}: {problem or 'found no run.json, expected the directory of a flight that has ended'}")
         name = fact(facts, "scenario", run)
         known = ROOT / "sim" / "scenarios" / f"{name}.scn"
         _print_line(live.recording(run, None if name == "none" else known if known.exists() else name), end="")
@@ -302,7 +302,7 @@ class _Console:
     def script(self):
         """Perform the operator's lines of a scenario."""
         if len(self.arguments.words) != 1:
-            raise UsageError("usage: script FILE [--cosimulation PATH] [--run FOLDER]")
+            raise UsageError("usage: script FILE [--cosimulation PATH] [--run DIRECTORY]")
         craft = self.spacecraft(first_sequence=0)
         script = Script.load(self.arguments.words[0], craft.dictionary)
         if not script.steps and not script.visits:

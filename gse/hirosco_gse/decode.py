@@ -34,19 +34,19 @@ class DecodeError(ValueError):
 class _Decoder:
     """State that is kept between packets: the configurations, on which the layout of housekeeping depends, and parts of long packets."""
 
-    def __init__(self, dictionary, folder):
-        self.dictionary, self._folder = dictionary, pathlib.Path(folder)
+    def __init__(self, dictionary, directory):
+        self.dictionary, self._directory = dictionary, pathlib.Path(directory)
         self._configurations, self._databases = {}, {}
         self._assembler = large.Assembler()
         self._facts, self._warnings = {}, []
 
-    def compare_with_run(self, folder):
-        """Compare the dictionary with the facts of the flight in run.json, if this file is in the folder of the input."""
-        self._facts, problem = facts_of(folder)
-        self._warn(problem and f"{folder}: {problem}")
+    def compare_with_run(self, directory):
+        """Compare the dictionary with the facts of the flight in run.json, if this file is in the directory of the input."""
+        self._facts, problem = facts_of(directory)
+        self._warn(problem and f"{directory}: {problem}")
         flown = str(self._facts.get("interface_hash") or "")
         if flown and flown.upper() != self.dictionary.interface_hash.upper():
-            self._warn(f"{folder / 'run.json'}: the flight had interface {flown}, the dictionary has {self.dictionary.interface_hash}: "
+            self._warn(f"{directory / 'run.json'}: the flight had interface {flown}, the dictionary has {self.dictionary.interface_hash}: "
                        "names and values may be wrong; run make")
 
     def _warn(self, text):
@@ -94,7 +94,7 @@ class _Decoder:
             raise DecodeError(f"{place}: found bus {quoted(bus)}, expected a bus of mission {self.dictionary.mission}: {', '.join(names) or 'none'}; "
                               "give the dictionary of the mission with --dictionary")
         if bus not in self._databases:
-            self._databases[bus] = database = frames.Database(self._folder / f"{self.dictionary.mission}-{bus}.dbc")
+            self._databases[bus] = database = frames.Database(self._directory / f"{self.dictionary.mission}-{bus}.dbc")
             self._warn(database.problem_with(self._facts, "those that flew") or database.problem_with(self.dictionary.content, "the dictionary"))
         name, signals = self._databases[bus].decode(identifier, octets, is_extended)
         text = f"{bus} {self._databases[bus].describe(identifier, octets, is_extended)}"
@@ -288,10 +288,10 @@ def _octets_of(path):
     return path.read_bytes()
 
 
-def rows(words, dictionary, folder, port):
-    """Rows of the input that the words of the command name: a file, `-` for the standard input, or octets in hexadecimal. folder: folder with
+def rows(words, dictionary, directory, port):
+    """Rows of the input that the words of the command name: a file, `-` for the standard input, or octets in hexadecimal. directory: directory with
     the databases of the buses; port: the ground port in a capture of TCP. Raises DecodeError, frames.DatabaseError."""
-    decoder = _Decoder(dictionary, folder)
+    decoder = _Decoder(dictionary, directory)
     path = pathlib.Path(words[0])
     if len(words) > 1 or (re.fullmatch(r"(0[xX])?[0-9A-Fa-f]+", words[0]) and not os.path.exists(words[0])):
         return decoder.with_warnings(_hex_lines(decoder, [" ".join(words)], "octets"))

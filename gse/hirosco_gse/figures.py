@@ -515,7 +515,7 @@ PRESS_FIGURES = (
 
 
 def scenario_of(facts):
-    """Name of the scenario flown, without folders and ending."""
+    """Name of the scenario flown, without directories and ending."""
     return pathlib.Path(str(facts.get("scenario", ""))).stem
 
 

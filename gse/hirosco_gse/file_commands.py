@@ -11,7 +11,7 @@ BUFFER = 3  # Memory id.
 BUFFER_OCTETS = 131072
 PIECE_OCTETS = 3840  # Octets of a file in one request, whose packet has at most 4096 octets.
 VERIFY = 0x0401  # Failure code: the octets differ. The detail is the checksum of the octets on board.
-USAGE = "file upload FILE PATH, file download PATH FILE, file list [FOLDER], file delete PATH"
+USAGE = "file upload FILE PATH, file download PATH FILE, file list [DIRECTORY], file delete PATH"
 
 
 def _request(dictionary, message, given, text):
@@ -20,10 +20,10 @@ def _request(dictionary, message, given, text):
 
 def _named(path):
     """Fields for the path of a file on board."""
-    folder, slash, name = path.rpartition("/")
+    directory, slash, name = path.rpartition("/")
     if not slash or not name:
-        raise UsageError(f"{quoted(path)} is not the path of a file, /FOLDER/NAME")
-    return {"repository_path": folder or "/", "file_name": name}
+        raise UsageError(f"{quoted(path)} is not the path of a file, /DIRECTORY/NAME")
+    return {"repository_path": directory or "/", "file_name": name}
 
 
 def _load(dictionary, path, offset, length, checksum):
@@ -98,8 +98,8 @@ def _download(dictionary, path, target):
     return Command(text, procedure, (about,))
 
 
-def _list(dictionary, folder):
-    request = _request(dictionary, (23, 12), {"repository_path": folder}, f"file list {folder}")
+def _list(dictionary, directory):
+    request = _request(dictionary, (23, 12), {"repository_path": directory}, f"file list {directory}")
 
     def procedure(session, timeout_ns):
         found = yield from session.execute(request, timeout_ns)

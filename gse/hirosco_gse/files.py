@@ -60,7 +60,7 @@ def next_step(problem):
         return ""
     if os.path.exists(problem.filename) and not os.access(problem.filename, os.R_OK):
         return "; expected a file that this user may read: change its permissions"
-    return "; expected a folder that this user may write: copy the run to such a folder, and name the copy"
+    return "; expected a directory that this user may write: copy the run to such a directory, and name the copy"
 
 
 def write_whole(path, write):

@@ -250,16 +250,16 @@ def _packets(file, run):
         file.json("/events", events, "foxglove.Log", LOG_SCHEMA)
 
 
-def write(folder):
+def write(directory):
     """Write run.mcap of a run. Returns (path, count of messages, problems of the run's logs). Raises ExportError, OSError."""
-    if problem := problem_of(folder):
+    if problem := problem_of(directory):
         raise ExportError(problem)
-    run = runs.load(folder)
+    run = runs.load(directory)
     if run.dictionary is None:
         raise ExportError("; ".join(run.problems))
     file = _File()
     try:
-        channels = logs.read_lcm(run.folder / "truth.lcm")
+        channels = logs.read_lcm(run.directory / "truth.lcm")
         truth_log.check(channels)
         _truth(file, channels)
     except (logs.LogError, ValueError) as error:
@@ -274,5 +274,5 @@ def write(folder):
                 run.problems.append(str(problem))
             _bus(file, name, log, messages)
     _packets(file, run)
-    path = pathlib.Path(folder) / "run.mcap"
+    path = pathlib.Path(directory) / "run.mcap"
     return path, file.write(path, run.facts), run.problems

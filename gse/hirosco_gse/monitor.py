@@ -46,7 +46,7 @@ class _Names(Suggester):
 
 
 class Monitor(App):
-    """The dashboard of one run folder."""
+    """The dashboard of one run directory."""
 
     CSS = """
     #head { height: 1; background: $primary-background; }
@@ -60,7 +60,7 @@ class Monitor(App):
     ENABLE_COMMAND_PALETTE = False
 
     def __init__(self, run, **given):
-        """run: run folder, or a link to it; given: arguments that replace those of the run folder (see Hub)."""
+        """run: run directory, or a link to it; given: arguments that replace those of the run directory (see Hub)."""
         super().__init__()
         self.hub = Hub(run, self._take, **given)
         self._new_events, self._task = [], None

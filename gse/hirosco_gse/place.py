@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ground port, mission and key of a flight, from the files that the launcher writes into the run folder."""
+"""Ground port, mission and key of a flight, from the files that the launcher writes into the run directory."""
 
 import contextlib
 import errno
@@ -38,10 +38,10 @@ LARGEST = 1 << 64  # No number of run.json is larger.
 
 
 def problem_of(run):
-    """Words that say why a folder is not that of a run; None if it is."""
+    """Words that say why a directory is not that of a run; None if it is."""
     if any((pathlib.Path(run) / name).exists() for name in LOGS):
         return None
-    return f"{run}: found no log of a flight, expected the folder of a run, with {', '.join(LOGS)}"
+    return f"{run}: found no log of a flight, expected the directory of a run, with {', '.join(LOGS)}"
 
 
 def _infinite(value, name):
@@ -96,14 +96,14 @@ class FactMissing(ValueError):
 
 
 def fact(facts, name, run=None):
-    """A value of the facts of a flight that has ended. run: its folder, which the words about a missing key name. Raises FactMissing."""
+    """A value of the facts of a flight that has ended. run: its directory, which the words about a missing key name. Raises FactMissing."""
     if name not in facts:
         raise FactMissing(f"{f'{run}: ' if run else ''}{FACTS}: {name}: found none, expected {FACT_TYPES[name]}")
     return facts[name]
 
 
 def is_under_way(run):
-    """Whether the flight of a run folder is under way: it has no run.json, and a program listens at its ground port. There is no connection,
+    """Whether the flight of a run directory is under way: it has no run.json, and a program listens at its ground port. There is no connection,
     which the flight would notice."""
     if (run / FACTS).exists() or not (run / "ground.port").exists():
         return False
@@ -178,24 +178,24 @@ def default_dictionary(run):
 
 @dataclass(frozen=True)
 class Place:
-    """How a ground user reaches a flight: run folder, ground port, key file (None: telecommands are not protected), dictionary."""
+    """How a ground user reaches a flight: run directory, ground port, key file (None: telecommands are not protected), dictionary."""
 
     run: pathlib.Path
     host: str
     port: int
     key: str
     dictionary: pathlib.Path
-    is_port_given: bool = True  # Not taken from the run folder.
+    is_port_given: bool = True  # Not taken from the run directory.
 
     @classmethod
     def of(cls, run=None, host=LOOPBACK, port=None, key=None, dictionary=None):
-        """The place of a run. Arguments that are not given come from the run folder, or else from the default mission."""
+        """The place of a run. Arguments that are not given come from the run directory, or else from the default mission."""
         run = pathlib.Path(run or LATEST)
         found = port or default_port(run)
         return cls(run, host, found, key or default_key(run, host, found), pathlib.Path(dictionary or default_dictionary(run)), bool(port))
 
     def check(self):
-        """Raise LinkLost if the port would be that of another flight: the flight of the run folder has ended, or the folder has none."""
+        """Raise LinkLost if the port would be that of another flight: the flight of the run directory has ended, or the directory has none."""
         if self.is_port_given:
             return
         if (self.run / "run.json").exists():
@@ -204,7 +204,7 @@ class Place:
             port_in((self.run / "ground.port").read_text(encoding="ascii"))
         except FileNotFoundError as error:
             if self.run != LATEST:
-                raise LinkLost(f"{self.run}: found no file ground.port, expected the folder of a flight under way") from error
+                raise LinkLost(f"{self.run}: found no file ground.port, expected the directory of a flight under way") from error
         except (OSError, ValueError) as error:
             raise LinkLost(f"{self.run}/ground.port: {error}; name the port of the flight with --port") from error
 

@@ -8,7 +8,7 @@
             spacecraft.cmd("MANIPULATOR.MOVE_TO", position=[0, 0], duration=1)
 
 The tests of a module share one connection. A module that starts its own flight redefines the fixture `spacecraft_run`,
-which returns the run folder; a conftest.py may import both fixtures instead of loading the plug-in.
+which returns the run directory; a conftest.py may import both fixtures instead of loading the plug-in.
 """
 
 import pytest
@@ -20,12 +20,12 @@ PATIENCE_S = 10.0  # a test may be started together with the mission
 
 
 def pytest_addoption(parser):
-    parser.addoption("--spacecraft-run", metavar="FOLDER", help="run folder of the flight for the fixture spacecraft (default runs/latest)")
+    parser.addoption("--spacecraft-run", metavar="DIRECTORY", help="run directory of the flight for the fixture spacecraft (default runs/latest)")
 
 
 @pytest.fixture(scope="module")
 def spacecraft_run(pytestconfig):
-    """Run folder of the flight."""
+    """Run directory of the flight."""
     return pytestconfig.getoption("--spacecraft-run", default=None) or LATEST
 
 

@@ -304,7 +304,7 @@ def head_of(run, about=None, tables=None):
         if tables:
             reports.put(tables)
         last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9
-        head.update(hello=hello(run.dictionary, str(run.folder), as_lists(run.world) if run.world else None), end=max(head["end"], last),
+        head.update(hello=hello(run.dictionary, str(run.directory), as_lists(run.world) if run.world else None), end=max(head["end"], last),
                     states=reports.states, events=reports.events, modes=reports.modes, links=reports.links, commands=commands.as_lists())
     return head
 
@@ -318,24 +318,24 @@ def make(run, about=None):
     return gzip.compress(b"".join([struct.pack("<I", len(text)), text, *tables.parts]), 6, mtime=0)
 
 
-def _made_of(folder):
-    """Octets of the recording of a run folder."""
-    if problem := problem_of(folder):
+def _made_of(directory):
+    """Octets of the recording of a run directory."""
+    if problem := problem_of(directory):
         raise SystemExit(f"recording: {problem}")
-    run = runs.load(folder, has_buses=False)
+    run = runs.load(directory, has_buses=False)
     return make(run, {"facts": run.facts})
 
 
 def main(argv=None):
-    """Write the recording of a run folder to the standard output."""
-    folder, = sys.argv[1:] if argv is None else argv
+    """Write the recording of a run directory to the standard output."""
+    directory, = sys.argv[1:] if argv is None else argv
     try:
         interrupt.release()
-        octets = _made_of(folder)
+        octets = _made_of(directory)
     except KeyboardInterrupt as end:
         raise SystemExit("recording: ended by Ctrl-C") from end
     except OSError as problem:
-        raise SystemExit(f"recording: {problem.filename or folder}: {problem.strerror}{next_step(problem)}") from problem
+        raise SystemExit(f"recording: {problem.filename or directory}: {problem.strerror}{next_step(problem)}") from problem
     try:
         sys.stdout.buffer.write(octets)
         sys.stdout.flush()

@@ -85,7 +85,7 @@ BAR, BOUND_AT = 96, 0.8  # Width of a bar, and the place of the bound on it.
 
 
 class ReportError(ValueError):
-    """A folder of which no report is made, in words, with the next step."""
+    """A directory of which no report is made, in words, with the next step."""
 
 
 def sha256(path):
@@ -120,7 +120,7 @@ def complete_facts(run):
         if failed and facts.get("exit_code") == 0:
             names = " ".join(line.split()[0] for line in failed)
             facts.update(exit_code=1, exit_reason=f"figures missing or out of their bounds: {names}", figures_failed=failed)
-    facts["sha256"] = {path.name: sha256(path) for pattern in LOGS for path in sorted(run.folder.glob(pattern))}
+    facts["sha256"] = {path.name: sha256(path) for pattern in LOGS for path in sorted(run.directory.glob(pattern))}
     facts["versions"] = {**facts.get("versions", {}), **versions()}
     if run.dictionary is not None:
         facts.setdefault("interface_hash", run.dictionary.interface_hash)
@@ -248,12 +248,12 @@ def _side(facts):
     return "".join(parts)
 
 
-def _style(text, folder):
+def _style(text, directory):
     """The style sheet of the page with its fonts included, except the font format of old browsers."""
     text = re.sub(r',\s*url\(\)\s*format\("?woff"?\)', "", text)
 
     def inside(match):
-        octets = (folder / match[1]).read_bytes()
+        octets = (directory / match[1]).read_bytes()
         return f"url(data:font/woff2;base64,{base64.b64encode(octets).decode('ascii')})"
 
     return re.sub(r'url\("?(?:\./)?([\w.-]+\.woff2)"?\)', inside, text)
@@ -278,18 +278,18 @@ def _lists(run):
                 for row in head.get("commands", ())]
     events = [(f"{seconds:.3f}", name, severity, event, text) for seconds, name, severity, event, text, *_ in head.get("events", ())]
     states = [(f"{seconds:.3f}", name, state, cause or "") for seconds, name, state, _, _, cause in head.get("states", ())]
-    return (f'<section class="panel next"><p>{html.escape(NEXT_STEP.format(run.folder))}</p></section>'
+    return (f'<section class="panel next"><p>{html.escape(NEXT_STEP.format(run.directory))}</p></section>'
             + _table("Events", ("s", "subsystem", "severity", "event", "values"), events)
             + _table("Commands", ("s", "command", "completion", "reason"), commands)
             + _table("States", ("s", "subsystem", "state", "cause"), states))
 
 
 def page(run, facts, built=None):
-    """Text of report.html. built: folder of the page of the station, if not that of this tree; without a page the report has tables of events,
+    """Text of report.html. built: directory of the page of the station, if not that of this tree; without a page the report has tables of events,
     commands and states instead of film and charts."""
     built = built or PAGE
     is_whole = (built / "station.js").exists()
-    name = html.escape(run.folder.resolve().name)
+    name = html.escape(run.directory.resolve().name)
     if is_whole:
         style = _style((built / "station.css").read_text(encoding="utf-8"), built)
         script = (built / "station.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
@@ -325,33 +325,33 @@ def _write(path, text):
     return len(octets)
 
 
-def _write_facts(folder, facts):
-    _write(pathlib.Path(folder) / "run.json", json_of(facts, default=float, indent=1) + "\n")
+def _write_facts(directory, facts):
+    _write(pathlib.Path(directory) / "run.json", json_of(facts, default=float, indent=1) + "\n")
 
 
-def _check(folder):
-    """Raise ReportError if no report can be made of a folder. The file run.json of a flight under way would tell ground users that it has ended."""
-    if problem := problem_of(folder):
-        raise ReportError(f"{problem}. Name such a folder: make report OUT=runs/...")
-    if problem := facts_of(folder)[1]:
-        raise ReportError(f"{folder}: {problem}. Correct the value, or for a report without these facts delete the file and call: "
-                          f"make report OUT={folder}")
-    if is_under_way(pathlib.Path(folder)):
-        raise ReportError(f"{folder}: its flight is under way, expected one that has ended. After its end call: make report OUT={folder} (if this "
-                          f"flight was killed and another one has its port, delete {folder}/ground.port)")
+def _check(directory):
+    """Raise ReportError if no report can be made of a directory. The file run.json of a flight under way would tell ground users that it has ended."""
+    if problem := problem_of(directory):
+        raise ReportError(f"{problem}. Name such a directory: make report OUT=runs/...")
+    if problem := facts_of(directory)[1]:
+        raise ReportError(f"{directory}: {problem}. Correct the value, or for a report without these facts delete the file and call: "
+                          f"make report OUT={directory}")
+    if is_under_way(pathlib.Path(directory)):
+        raise ReportError(f"{directory}: its flight is under way, expected one that has ended. After its end call: make report OUT={directory} (if this "
+                          f"flight was killed and another one has its port, delete {directory}/ground.port)")
 
 
-def write(folder, dictionary_path=None):
-    """Write the report of a run's folder; returns the facts. Raises ReportError, before anything is written, if the folder is not that of a
+def write(directory, dictionary_path=None):
+    """Write the report of a run's directory; returns the facts. Raises ReportError, before anything is written, if the directory is not that of a
     run, its run.json is damaged, or its flight is under way."""
     start = time.monotonic()
-    _check(folder)
-    run = runs.load(folder, dictionary_path)
+    _check(directory)
+    run = runs.load(directory, dictionary_path)
     facts = complete_facts(run)
-    _write_facts(folder, facts)
-    octets = _write(run.folder / "report.html", page(run, facts))
+    _write_facts(directory, facts)
+    octets = _write(run.directory / "report.html", page(run, facts))
     facts["report"] = {"octets": octets, "seconds": round(time.monotonic() - start, 2)}
-    _write_facts(folder, facts)
+    _write_facts(directory, facts)
     return facts
 
 
@@ -363,30 +363,30 @@ def _has_bounds(facts):
         return True
 
 
-def _reason(problem, folder):
+def _reason(problem, directory):
     """Sentences about an error: of a file that cannot be read or written, or of a log with unexpected content."""
     if isinstance(problem, KeyboardInterrupt):
         return "ended by Ctrl-C."
     if isinstance(problem, OSError) and problem.filename:
         return f"{problem.filename}: {problem.strerror}{next_step(problem)}."
     place = traceback.extract_tb(problem.__traceback__)[-1]
-    return f"{type(problem).__name__}: {problem} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {folder} damaged?"
+    return f"{type(problem).__name__}: {problem} ({pathlib.Path(place.filename).name}:{place.lineno}). Is a log of {directory} damaged?"
 
 
-def _not_written(folder, problem):
+def _not_written(directory, problem):
     """Print why there is no report. A run whose figures have bounds has then failed. Returns the exit code."""
-    facts, damage = facts_of(folder)
+    facts, damage = facts_of(directory)
     if isinstance(problem, ReportError):
         print(f"report: not written: {problem}", file=sys.stderr)
         return FIGURES_UNKNOWN if damage else 1
-    print(f"report: not written: {_reason(problem, folder)} To try again: make report OUT={folder}", file=sys.stderr)
+    print(f"report: not written: {_reason(problem, directory)} To try again: make report OUT={directory}", file=sys.stderr)
     if not facts or not _has_bounds(facts):
         return INTERRUPTED if isinstance(problem, KeyboardInterrupt) else 1
     facts = {**facts, "figures_hold": False, "figures_failed": ["report: not written"]}
     if facts.get("exit_code") == 0:
         facts.update(exit_code=1, exit_reason="the report could not be made, so the figures are not known")
     with contextlib.suppress(OSError):
-        _write_facts(folder, facts)
+        _write_facts(directory, facts)
     return FIGURES_UNKNOWN
 
 

@@ -105,15 +105,15 @@ def pdo(bus, identifier, layout, count, octets=8):
 class Run:
     """The logs of a run; a missing log is empty."""
 
-    def __init__(self, folder, dictionary=None, has_buses=True):
+    def __init__(self, directory, dictionary=None, has_buses=True):
         """has_buses False: do not read the frames of the buses, which takes the longest."""
-        self.folder = pathlib.Path(folder)
-        self.facts, problem = place.facts_of(self.folder)
+        self.directory = pathlib.Path(directory)
+        self.facts, problem = place.facts_of(self.directory)
         self.problems = [problem] if problem else []
         self.buses = self._read_buses(dictionary) if has_buses else {}
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
-        if not (self.folder / "packets.log").exists() and (self.folder / "packets.ascii").exists():
-            self.problems.append(f"packets.log: absent; build/bin/packet-archive-sqlite merge {self.folder} makes it from the parts of a flight that was cut off")
+        if not (self.directory / "packets.log").exists() and (self.directory / "packets.ascii").exists():
+            self.problems.append(f"packets.log: absent; build/bin/packet-archive-sqlite merge {self.directory} makes it from the parts of a flight that was cut off")
         channels = self._read(logs.read_lcm, "truth.lcm") or {}
         if "CUT" in channels:
             self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its maximum size")
@@ -134,19 +134,19 @@ class Run:
 
     def _read(self, reader, name):
         try:
-            return reader(self.folder / name)
+            return reader(self.directory / name)
         except (logs.LogError, OSError) as error:
             self.problems.append(str(error))
             return None if reader is not logs.read_bus else logs.parse_bus(b"")
 
     def _read_buses(self, dictionary):
         names = {bus["name"] for bus in dictionary.buses} if dictionary else set()
-        names |= {path.stem.removeprefix("can-") for path in self.folder.glob("can-*.log")}
+        names |= {path.stem.removeprefix("can-") for path in self.directory.glob("can-*.log")}
         return {name: self._read(logs.read_bus, f"can-{name}.log") for name in sorted(names)}
 
     def _world(self):
         """The world of the flight; None if its file is gone."""
-        name = str(self.facts.get("world") or mission_of(self.folder, self.facts))
+        name = str(self.facts.get("world") or mission_of(self.directory, self.facts))
         path = pathlib.Path(name) if name.endswith(".xml") else ROOT / "descriptors" / "worlds" / f"{name}.xml"
         beside = path.parent.parent / "devices"
         self.sheets = beside if beside.is_dir() else ROOT / "descriptors" / "devices"
@@ -158,7 +158,7 @@ class Run:
 
     def _operator_log(self):
         try:
-            lines = (self.folder / "operator.log").read_text(encoding="utf-8", errors="backslashreplace").splitlines()
+            lines = (self.directory / "operator.log").read_text(encoding="utf-8", errors="backslashreplace").splitlines()
         except OSError:
             return []
         entries = []
@@ -250,21 +250,21 @@ class Run:
         return [(str(verbs[a]), int(cycles[a]), int(cycles[b - 1]) + 1) for a, b in zip(starts, ends)]
 
 
-def mission_of(folder, facts):
+def mission_of(directory, facts):
     """Name of the mission flown, from run.json or, while the run has not ended, from the launcher's file."""
-    return str(facts.get("mission") or place.mission_of(folder))
+    return str(facts.get("mission") or place.mission_of(directory))
 
 
-def load(folder, dictionary_path=None, has_buses=True):
-    """Run of a folder, with the dictionary if there is one."""
+def load(directory, dictionary_path=None, has_buses=True):
+    """Run of a directory, with the dictionary if there is one."""
     dictionary, problem = None, None
-    facts, _ = place.facts_of(folder)
-    path = dictionary_path or ROOT / "build" / "generated" / f"{mission_of(pathlib.Path(folder), facts)}.json"
+    facts, _ = place.facts_of(directory)
+    path = dictionary_path or ROOT / "build" / "generated" / f"{mission_of(pathlib.Path(directory), facts)}.json"
     try:
         dictionary = Dictionary.load(path)
     except DictionaryError as error:
         problem = str(error)
-    run = Run(folder, dictionary, has_buses)
+    run = Run(directory, dictionary, has_buses)
     if problem:
         run.problems.append(problem)
     return run

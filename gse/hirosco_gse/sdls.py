@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Authenticated telecommands: TC transfer frames (CCSDS 232.0-B) with Space Data Link Security (CCSDS 355.0-B), AES-256-GCM.
 
-A key is a file of 32 octets, raw or as 64 hexadecimal digits, which only its owner can read. Its folder contains two marks: FILE.sent,
+A key is a file of 32 octets, raw or as 64 hexadecimal digits, which only its owner can read. Its directory contains two marks: FILE.sent,
 the highest session number that the ground has used, and FILE.received, that of the spacecraft. Each connection uses a session of its
 own, whose number is written to the disk before its first frame is sent, so that no initialization vector is used twice.
 docs/ground-link-security.md describes the layout of frames and marks."""

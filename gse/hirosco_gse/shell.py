@@ -24,8 +24,8 @@ LEAVE = ("exit", "quit")
 
 
 def _history():
-    folder = os.environ.get("XDG_STATE_HOME") or os.path.expanduser("~/.local/state")
-    return pathlib.Path(folder) / HISTORY
+    directory = os.environ.get("XDG_STATE_HOME") or os.path.expanduser("~/.local/state")
+    return pathlib.Path(directory) / HISTORY
 
 
 class Shell:

@@ -72,7 +72,7 @@ class Spacecraft:
     """One ground user of a flight (see above)."""
 
     def __init__(self, run=None, *, host=LOOPBACK, port=None, key=None, dictionary=None, user=GROUND_USER, timeout_s=TIMEOUT_S, first_sequence=None):
-        """run: folder of the flight, by default runs/latest; it names port, key file and dictionary where they are not given.
+        """run: directory of the flight, by default runs/latest; it names port, key file and dictionary where they are not given.
         user: its id in the packets; first_sequence: first sequence count of each APID, None: at random. Raises DictionaryError, SecurityError."""
         self.place = Place.of(run, host, port, key, dictionary)
         self.dictionary = Dictionary.load(self.place.dictionary)

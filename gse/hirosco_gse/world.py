@@ -208,14 +208,14 @@ def _in_world(shape):
     return Shape(shape.kind, pose(shape.origin.xyz, shape.origin.rpy), shape.size, shape.radius, shape.length)
 
 
-def _visuals(link, folder):
-    """Visuals of a link that a viewer can draw: shapes, and STL files in the folder of the URDF or below it."""
+def _visuals(link, directory):
+    """Visuals of a link that a viewer can draw: shapes, and STL files in the directory of the URDF or below it."""
     found = []
     for visual in link.visuals:
         mesh = None
         if visual.mesh:
-            mesh = (folder / visual.mesh).resolve()
-            if mesh.suffix.lower() != ".stl" or not mesh.is_relative_to(folder.resolve()) or not mesh.is_file():
+            mesh = (directory / visual.mesh).resolve()
+            if mesh.suffix.lower() != ".stl" or not mesh.is_relative_to(directory.resolve()) or not mesh.is_file():
                 continue
             if mesh.stat().st_size > MESH_OCTETS:
                 continue
@@ -229,8 +229,8 @@ def read_urdf(path, name=None):
         document = urdf.read(path)
     except urdf.UrdfError as problem:
         raise WorldError(str(problem)) from problem
-    folder = pathlib.Path(path).parent
-    links = {link.name: Link(link.name, [_in_world(shape) for shape in link.shapes], _solid(link.inertial), _visuals(link, folder))
+    directory = pathlib.Path(path).parent
+    links = {link.name: Link(link.name, [_in_world(shape) for shape in link.shapes], _solid(link.inertial), _visuals(link, directory))
              for link in document.links}
     return Robot(name or document.name, links, [_joint(joint) for joint in document.joints])
 
@@ -242,8 +242,8 @@ def _parse(path):
         raise WorldError(f"{path}: {problem}") from problem
 
 
-def _robot(element, folder):
-    robot = read_urdf(folder / element.get("urdf"), element.get("name"))
+def _robot(element, directory):
+    robot = read_urdf(directory / element.get("urdf"), element.get("name"))
     robot.base = element.get("base", "fixed")
     start = element.find("Start")
     robot.start = {key: float(value) for key, value in start.attrib.items()} if start is not None else {}
@@ -263,10 +263,10 @@ def _start_pose(element, robots):
     return other.poses([other.start.get(joint.name, 0.0) for joint in other.moving], other.at)[link] @ own
 
 
-def _robots(root, folder):
+def _robots(root, directory):
     found = []
     for element in root.findall("Robot"):
-        robot = _robot(element, folder)
+        robot = _robot(element, directory)
         robot.at = _start_pose(element, found)
         found.append(robot)
     return found

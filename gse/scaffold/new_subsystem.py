@@ -67,7 +67,7 @@ def expect(condition, option, value, expected):
 
 
 def relative(path):
-    """Path relative to the project's folder, for messages."""
+    """Path relative to the project's directory, for messages."""
     return str(path.relative_to(ROOT))
 
 
@@ -119,15 +119,15 @@ def check_names_of_c(name):
 def plan_files(names):
     """Dict path -> text of the new files."""
     name = names["name"]
-    folder = f"fsw/subsystems/{name}"
+    directory = f"fsw/subsystems/{name}"
     templates = {
         f"descriptors/subsystems/{names['file']}.xml": "descriptor.xml",
-        f"{folder}/{name}.h": "subsystem.h",
-        f"{folder}/{name}.c": "subsystem.c",
+        f"{directory}/{name}.h": "subsystem.h",
+        f"{directory}/{name}.c": "subsystem.c",
         f"fsw/programs/{name}_program.c": "program.c",
         f"fsw/programs/{name}_main.c": "main.c",
-        f"test/unit/{folder}/test_{name}.c": "test_subsystem.c",
-        f"test/unit/{folder}/subsystem_double.c": "subsystem_double.c",
+        f"test/unit/{directory}/test_{name}.c": "test_subsystem.c",
+        f"test/unit/{directory}/subsystem_double.c": "subsystem_double.c",
         f"sim/scenarios/{names['file']}.scn": "scenario.scn",
     }
     return {ROOT / path: fill((TEMPLATES / template).read_text(encoding="utf-8"), names) for path, template in templates.items()}

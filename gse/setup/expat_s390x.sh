@@ -32,7 +32,7 @@ fetch() {
 
 echo "setup: expat for s390x from the package libexpat1-dev"
 mkdir -p "$work"
-# `fetch` changes the folder, so it runs in a subshell.
+# `fetch` changes the directory, so it runs in a subshell.
 [ -f "$cached" ] && dpkg-deb -x "$cached" "$work/unpacked" 2>/dev/null || (fetch)
 mkdir -p "$target/lib" "$target/include"
 cp "$work"/unpacked/usr/include/expat.h "$work"/unpacked/usr/include/expat_external.h "$target/include/"

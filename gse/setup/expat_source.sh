@@ -21,4 +21,4 @@ cp -r "$work"/unpacked/libexpat-*/expat/lib "$work"/unpacked/libexpat-*/expat/CO
 printf '#define %s\n' 'BYTEORDER 1234' 'HAVE_MEMMOVE 1' 'XML_CONTEXT_BYTES 1024' 'XML_DTD 1' 'XML_NS 1' 'XML_POOR_ENTROPY 1' \
     >"$target.part/lib/expat_config.h"
 rm -rf "$target" "$work"
-mv "$target.part" "$target" # The folder appears only when it is complete.
+mv "$target.part" "$target" # The directory appears only when it is complete.

@@ -17,4 +17,4 @@ rm -rf "$target.part"
 mkdir -p "${target%/*}"
 mv "$work/unpacked/freertos-next-0.12.0/FreeRTOS-Kernel" "$target.part"
 rm -rf "$target" "$work"
-mv "$target.part" "$target" # The folder appears only when it is complete.
+mv "$target.part" "$target" # The directory appears only when it is complete.

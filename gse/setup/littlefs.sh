@@ -19,4 +19,4 @@ for name in lfs.c lfs.h lfs_util.c lfs_util.h LICENSE.md; do
     cp "$work/unpacked/littlefs2-sys-0.4.0/littlefs/$name" "$target.part/"
 done
 rm -rf "$target" "$work"
-mv "$target.part" "$target" # The folder appears only when it is complete.
+mv "$target.part" "$target" # The directory appears only when it is complete.

@@ -12,7 +12,7 @@ lists=$*
 options=''
 for list; do options="$options -r $list"; done
 
-# Print the packages of the lists that are in none of these folders.
+# Print the packages of the lists that are in none of these directories.
 lacking() {
     # shellcheck disable=SC2086 # lists of words
     grep -hv '^#' $lists | while read -r wanted; do

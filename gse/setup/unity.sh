@@ -18,4 +18,4 @@ tar -xf "$archive" -C "$work/unpacked"
 cp -r "$work"/unpacked/cJSON-*/tests/unity/src "$work"/unpacked/cJSON-*/tests/unity/docs/license.txt "$target.part/"
 cp "$work"/unpacked/cJSON-*/tests/unity/examples/unity_config.h "$target.part/examples/"
 rm -rf "$target" "$work"
-mv "$target.part" "$target" # The folder appears only when it is complete.
+mv "$target.part" "$target" # The directory appears only when it is complete.

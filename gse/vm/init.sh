@@ -1,7 +1,7 @@
 #!/bin/busybox sh
 # SPDX-License-Identifier: Apache-2.0
 # First process of the micro-VM. Mounts a temporary overlay over the file system of the machine, runs the script of the
-# control folder in it, writes its exit code to that folder, and switches the power off. Errors are reported on the console.
+# control directory in it, writes its exit code to that directory, and switches the power off. Errors are reported on the console.
 export PATH=/bin:/sbin
 
 end() {
@@ -20,7 +20,7 @@ mount -t devtmpfs devtmpfs /dev 2>/dev/null
 modprobe -a $(cat /modules-at-boot) || fail 'a module cannot be loaded'
 
 plan9='trans=virtio,version=9p2000.L,msize=262144'
-mount -t 9p -o "$plan9,cache=none" control /control || fail 'the control folder cannot be mounted (9p)'
+mount -t 9p -o "$plan9,cache=none" control /control || fail 'the control directory cannot be mounted (9p)'
 # shellcheck disable=SC1091 # written for each start: directory, out, interactive, cans
 . /control/parameters
 
@@ -48,7 +48,7 @@ esac
 modules=lib/modules/$(uname -r)
 mkdir -p "/guest/$modules" && mount --bind "/$modules" "/guest/$modules"
 mkdir -p "/guest$out" && mount -t 9p -o "$plan9,cache=none" out "/guest$out" ||
-    fail "the output folder $out cannot be mounted (9p)"
+    fail "the output directory $out cannot be mounted (9p)"
 mount --bind /control /guest/run/vm
 
 hostname hirosco-vm

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run a command, or a shell, in a micro-VM with vcan, vxcan and TIPC over this machine's own file system.
 
-    python3 gse/vm/microvm.py [--seconds N] [--cans N] [--memory MB] [--out FOLDER] [-- COMMAND]
+    python3 gse/vm/microvm.py [--seconds N] [--cans N] [--memory MB] [--out DIRECTORY] [-- COMMAND]
 
-The guest has the tree at the same path and may write anywhere; only the output folder, whose path in the guest is $OUT, is kept.
+The guest has the tree at the same path and may write anywhere; only the output directory, whose path in the guest is $OUT, is kept.
 Exit code: that of the command; 124 time limit, 125 the micro-VM did not start, 130 Ctrl-C. It always emulates the processor and
 never opens /dev/kvm. It removes its temporary files when it ends; the next run removes those of a run that was killed."""
 
@@ -22,14 +22,14 @@ import termios
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDER = ROOT / "build" / "vm"
+DIRECTORY = ROOT / "build" / "vm"
 QEMU = "qemu-system-x86_64"
 SECONDS, MEMORY_MB = 300, 1024
 BOOT_SECONDS = 180  # Longest time for the boot.
 FIRST_BOOT_SECONDS = 60  # Limit of the first attempt: in about one of a hundred boots the emulator hangs before the guest writes anything.
 END_SECONDS = 10  # Longest wait for the end of the emulator.
 POLL_S = 0.02
-STALE_S = 60  # Age from which the control folder of a runner may be removed.
+STALE_S = 60  # Age from which the control directory of a runner may be removed.
 MEMORY_MIN_MB = 256
 PROCESSORS_MAX = 2  # The guest has at most as many processors as this process may use: two on one would mostly wait for each other.
 CANS_MAX = 8
@@ -86,7 +86,7 @@ def console_end(path):
     return "\n".join(f"    {line}" for line in lines[-CONSOLE_LINES:]) or "    (nothing)"
 
 
-def guest_script(command, directory, out, environment):
+def guest_script(command, out, environment):
     """The shell script that sets up the environment in the guest and executes the command, or an interactive shell."""
     values = {name: value for name, value in environment.items() if IDENTIFIER.fullmatch(name) and name not in NOT_PASSED}
     paths = values.get("PATH", "").split(":")
@@ -95,7 +95,7 @@ def guest_script(command, directory, out, environment):
     # Use the byte code of runs outside of the guest.
     values.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "build" / "pycache"))
     lines = [f"export {name}={shlex.quote(value)}" for name, value in sorted(values.items())]
-    lines.append(f"cd {shlex.quote(str(directory))} || exit 126")
+    lines.append(f"cd {shlex.quote(str(ROOT))} || exit 126")
     if command is None:
         size = shutil.get_terminal_size()
         lines += [f"stty rows {size.lines} cols {size.columns} sane",
@@ -111,12 +111,12 @@ def greeting(out):
             "As a first step: ip link add vcan0 type vcan && ip link set vcan0 up. Ctrl-D or exit ends it.")
 
 
-def arguments(folder, control, out, cans, memory, append, interactive):
+def arguments(directory, control, out, cans, memory, append, interactive):
     line = ["setpriv", "--pdeathsig", "KILL", "--", QEMU, "-M", "q35", "-accel", "tcg,thread=multi", "-cpu", "Nehalem,+rdrand",
             "-smp", str(min(PROCESSORS_MAX, len(os.sched_getaffinity(0)))), "-m", str(memory), "-nodefaults",
             "-display", "none", "-no-reboot", "-nic", "none",
             "-serial", f"file:{control / 'console'}",
-            "-kernel", str(folder / "vmlinux"), "-initrd", str(folder / "initramfs.cpio"),
+            "-kernel", str(directory / "vmlinux"), "-initrd", str(directory / "initramfs.cpio"),
             # no_timer_check: on a loaded machine the ticks of the emulated timer arrive late, and the kernel panics after its check.
             "-append", f"console=ttyS0 quiet panic=-1 no_timer_check mitigations=off cryptomgr.notests random.trust_cpu=on {append}".strip()]
     for tag, path, options in (("root", "/", ",readonly=on,multidevs=remap"), ("control", control, ""), ("out", out, "")):
@@ -130,13 +130,13 @@ def arguments(folder, control, out, cans, memory, append, interactive):
     return line
 
 
-def check(folder, out, cans, memory):
+def check(directory, out, cans, memory):
     """Raise NotStarted if the arguments cannot work."""
     if not shutil.which(QEMU):
         raise NotStarted(f"{QEMU} is not installed; run: sh gse/setup/setup.sh hil")
     for name in ("vmlinux", "initramfs.cpio"):
-        if not (folder / name).is_file():
-            raise NotStarted(f"{folder / name} is not there; run: {NEXT_STEP}")
+        if not (directory / name).is_file():
+            raise NotStarted(f"{directory / name} is not there; run: {NEXT_STEP}")
     if not 0 <= cans <= CANS_MAX:
         raise NotStarted(f"{cans} CAN controllers, expected 0 to {CANS_MAX}")
     if memory < MEMORY_MIN_MB:
@@ -144,7 +144,7 @@ def check(folder, out, cans, memory):
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise NotStarted(f"the output folder {out} cannot be made ({error.strerror}); choose another by OUT=") from error
+        raise NotStarted(f"the output directory {out} cannot be made ({error.strerror}); choose another by OUT=") from error
 
 
 def failure(what, control):
@@ -155,7 +155,7 @@ def failure(what, control):
 
 
 def start(line, control, interactive):
-    """Start the emulator. Its output goes to the control folder, or to this terminal."""
+    """Start the emulator. Its output goes to the control directory, or to this terminal."""
     with open(control / "emulator", "wb") as output:
         return subprocess.Popen(line, stdin=None if interactive else subprocess.DEVNULL, stdout=None if interactive else output,
                                 stderr=output, start_new_session=not interactive)
@@ -203,7 +203,7 @@ def end(process, patience):
 
 
 def held(control):
-    """Descriptor of a lock on the control folder; None if its runner is alive."""
+    """Descriptor of a lock on the control directory; None if its runner is alive."""
     lock = os.open(control, os.O_RDONLY)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -213,9 +213,9 @@ def held(control):
         return None
 
 
-def remove_stale(folder):
-    """Remove control folders of runners that were killed; those of the last minute may be about to get their lock."""
-    for control in folder.glob("control-*"):
+def remove_stale(directory):
+    """Remove control directories of runners that were killed; those of the last minute may be about to get their lock."""
+    for control in directory.glob("control-*"):
         try:
             lock = held(control) if control.stat().st_mtime < time.time() - STALE_S else None
         except FileNotFoundError:
@@ -225,28 +225,28 @@ def remove_stale(folder):
             os.close(lock)
 
 
-def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(None, None), environment=None, directory=ROOT,
-        folder=FOLDER, append="", boot_seconds=BOOT_SECONDS):
+def run(command, seconds=SECONDS, cans=0, memory=MEMORY_MB, out=None, sinks=(None, None), environment=None,
+        directory=DIRECTORY, append="", boot_seconds=BOOT_SECONDS):
     """Run a shell command in a micro-VM of its own; None runs an interactive shell on this terminal.
 
     `seconds` limits the time of the command (None: no limit); `sinks` receive its two streams as they arrive; `out` is kept,
     by default build/vm/out; `append` is added to the kernel's command line. Returns an Outcome; raises NotStarted."""
-    out = pathlib.Path(out or FOLDER / "out").absolute()
-    check(folder, out, cans, memory)
-    remove_stale(folder)
-    control = pathlib.Path(tempfile.mkdtemp(prefix="control-", dir=folder))
+    out = pathlib.Path(out or DIRECTORY / "out").absolute()
+    check(directory, out, cans, memory)
+    remove_stale(directory)
+    control = pathlib.Path(tempfile.mkdtemp(prefix="control-", dir=directory))
     lock = held(control)
     interactive = command is None
     process, terminal = None, None
     try:
-        (control / "guest.sh").write_text(guest_script(command, directory, out, environment or dict(os.environ)))
-        (control / "parameters").write_text(f"directory={shlex.quote(str(directory))}\nout={shlex.quote(str(out))}\ncans={cans}\n"
+        (control / "guest.sh").write_text(guest_script(command, out, environment or dict(os.environ)))
+        (control / "parameters").write_text(f"directory={shlex.quote(str(ROOT))}\nout={shlex.quote(str(out))}\ncans={cans}\n"
                                             f"interactive={'yes' if interactive else 'no'}\n")
         for name in ("stdout", "stderr"):
             (control / name).touch()
         streams = [Stream(control / name, sink) for name, sink in zip(("stdout", "stderr"), sinks)]
         terminal = termios.tcgetattr(0) if interactive else None
-        line = arguments(folder, control, out, cans, memory, append, interactive)
+        line = arguments(directory, control, out, cans, memory, append, interactive)
         process = start(line, control, interactive)
         try:
             wait_for_boot(process, control, min(boot_seconds, FIRST_BOOT_SECONDS))
@@ -274,7 +274,7 @@ def parse(words):
     parser.add_argument("--seconds", type=float, help=f"time limit of the command, {SECONDS} if not given; of a shell, none")
     parser.add_argument("--cans", type=int, default=0, help="emulated CAN controllers (kvaser_pci) on one bus: can0, can1 ...")
     parser.add_argument("--memory", type=int, default=MEMORY_MB, help="MB, which also holds the changes to files")
-    parser.add_argument("--out", help="output folder that stays; build/vm/out if not given")
+    parser.add_argument("--out", help="output directory that stays; build/vm/out if not given")
     parser.add_argument("--append", default="", help="additional parameters of the kernel's command line")
     parser.add_argument("command", nargs="*", help="shell command; without it an interactive shell")
     options = parser.parse_args(words)

@@ -18,7 +18,7 @@ import tarfile
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDER = ROOT / "build" / "vm"
+DIRECTORY = ROOT / "build" / "vm"
 DEPMOD = ["/sbin/depmod", "--basedir"]
 PACKAGE = "linux-image-amd64"
 XZ_MAGIC = b"\xfd7zXZ\x00"
@@ -71,8 +71,8 @@ def keep(package, cached):
         return package
 
 
-def fetch(folder):
-    """Path of the kernel's package: in the cache, or in the folder if there is no place for a cache. Without package lists, any
+def fetch(directory):
+    """Path of the kernel's package: in the cache, or in the directory if there is no place for a cache. Without package lists, any
     cached kernel is used."""
     for last in (False, True):
         name = kernel_package()
@@ -81,9 +81,9 @@ def fetch(folder):
             return cached[-1]
         if name:
             print(f"setup: fetching {name} (70 MB, unpacked in part, not installed)", flush=True)
-            got = subprocess.run(["apt-get", "-qq", "-o", "APT::Sandbox::User=root", "download", name], cwd=folder,
+            got = subprocess.run(["apt-get", "-qq", "-o", "APT::Sandbox::User=root", "download", name], cwd=directory,
                                  capture_output=True, text=True)
-            files = list(folder.glob("*.deb"))
+            files = list(directory.glob("*.deb"))
             if got.returncode == 0 and files:
                 return keep(files[0], cache() / f"{name}.deb")
         if not last:
@@ -93,14 +93,14 @@ def fetch(folder):
                       "With a network and Debian's package lists (sudo apt-get update), run again: make build/setup/vm")
 
 
-def unpack(package, folder):
+def unpack(package, directory):
     """Unpack the needed part of the package; returns (compressed kernel, version)."""
     with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", package], stdout=subprocess.PIPE) as tar:
         with tarfile.open(fileobj=tar.stdout, mode="r|") as archive:
             for member in archive:
                 if UNPACKED.match(member.name):
-                    archive.extract(member, folder)
-    kernels = sorted((folder / "boot").glob("vmlinuz-*"))
+                    archive.extract(member, directory)
+    kernels = sorted((directory / "boot").glob("vmlinuz-*"))
     if not kernels:
         raise Unavailable(f"{package.name} contains no boot/vmlinuz; remove build/vm and run again: make build/setup/vm")
     return kernels[0], kernels[0].name.removeprefix("vmlinuz-")
@@ -148,8 +148,8 @@ def make_initramfs(modules, target, at_boot=AT_BOOT):
     with tempfile.TemporaryDirectory(dir=target.parent) as name:
         tree = pathlib.Path(name)
         kept = tree / "lib" / "modules" / modules.name
-        for folder in ("bin", "sbin", "proc", "sys", "dev", "control", "host", "over", "guest"):
-            (tree / folder).mkdir()
+        for directory in ("bin", "sbin", "proc", "sys", "dev", "control", "host", "over", "guest"):
+            (tree / directory).mkdir()
         shutil.copy(busybox, tree / "bin" / "busybox")
         for applet in subprocess.run([busybox, "--list"], capture_output=True, text=True, check=True).stdout.split():
             if applet != "busybox":
@@ -170,33 +170,33 @@ def make_initramfs(modules, target, at_boot=AT_BOOT):
                            input=names.encode(), stdout=archive, check=True)
 
 
-def prepare(folder=FOLDER):
-    """Create kernel, modules and initial file system in the folder; the kernel is fetched once."""
+def prepare(directory=DIRECTORY):
+    """Create kernel, modules and initial file system in the directory; the kernel is fetched once."""
     machine = os.uname().machine
     if machine != "x86_64":
         raise Unavailable(f"the micro-VM runs the programs of this machine on a kernel for amd64; this machine is {machine}")
-    folder.mkdir(parents=True, exist_ok=True)
-    if not (folder / "vmlinux").is_file():
-        with tempfile.TemporaryDirectory(dir=folder) as name:
+    directory.mkdir(parents=True, exist_ok=True)
+    if not (directory / "vmlinux").is_file():
+        with tempfile.TemporaryDirectory(dir=directory) as name:
             work = pathlib.Path(name)
             kernel, version = unpack(fetch(work), work)
             modules = work / "lib" / "modules" / version
             make_initramfs(modules, work / "initramfs.cpio")  # Missing modules of this kernel are reported before anything is kept.
-            shutil.rmtree(folder / "lib", ignore_errors=True)
+            shutil.rmtree(directory / "lib", ignore_errors=True)
             for path in dependencies(modules, [*AT_BOOT, *ON_DEMAND]):
-                kept = folder / "lib" / "modules" / version / path
+                kept = directory / "lib" / "modules" / version / path
                 kept.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(modules / path, kept)
             for listing in LISTINGS:
-                shutil.copy(modules / listing, folder / "lib" / "modules" / version)
+                shutil.copy(modules / listing, directory / "lib" / "modules" / version)
             (work / "vmlinux").write_bytes(uncompressed(kernel))
-            (work / "vmlinux").rename(folder / "vmlinux")
-    make_initramfs(modules_of(folder), folder / "initramfs.cpio")
+            (work / "vmlinux").rename(directory / "vmlinux")
+    make_initramfs(modules_of(directory), directory / "initramfs.cpio")
 
 
-def modules_of(folder):
-    """The folder with the modules of the prepared kernel."""
-    return next((folder / "lib" / "modules").iterdir())
+def modules_of(directory):
+    """The directory with the modules of the prepared kernel."""
+    return next((directory / "lib" / "modules").iterdir())
 
 
 def main():

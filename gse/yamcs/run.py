@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Run Yamcs for a flying mission: write its configuration to a new folder and execute the server, which gse/setup/yamcs.sh fetches.
+"""Run Yamcs for a flying mission: write its configuration to a new directory and execute the server, which gse/setup/yamcs.sh fetches.
 
     python3 gse/yamcs/run.py --out runs/yamcs
 
-Mission and ground port are those of the run in runs/latest, unless they are given. Yamcs stores its archive in its folder, in which one
+Mission and ground port are those of the run in runs/latest, unless they are given. Yamcs stores its archive in its directory, in which one
 Yamcs runs at a time. It retries a refused connection every ten seconds. Before it starts, the interface that each subsystem flies is
 compared with that of the database, and the result is printed. Exit code 0 after Ctrl-C, 1 if Yamcs ends by itself, 2 usage."""
 
@@ -135,13 +135,13 @@ def command(out):
 
 @contextlib.contextmanager
 def alone(out):
-    """Lock the folder until the end. Raises SystemExit if another Yamcs runs in it."""
+    """Lock the directory until the end. Raises SystemExit if another Yamcs runs in it."""
     out.mkdir(parents=True, exist_ok=True)
     with (out / "lock").open("w", encoding="ascii") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise SystemExit(f"yamcs: another Yamcs runs in {out}: end it, or choose another folder with OUT=") from None
+            raise SystemExit(f"yamcs: another Yamcs runs in {out}: end it, or choose another directory with OUT=") from None
         yield lock
 
 
@@ -151,7 +151,7 @@ def serve(out, lock):
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # SIGHUP: the terminal was closed.
         signal.signal(number, lambda number, _: asked.append(number))
     # In its own session the server does not receive the Ctrl-C of the terminal. It inherits the lock, so that the
-    # folder stays locked if this process is killed.
+    # directory stays locked if this process is killed.
     server = subprocess.Popen(command(out), start_new_session=True, pass_fds=[lock.fileno()])
     while server.poll() is None and not asked:
         time.sleep(0.1)
@@ -170,12 +170,12 @@ def serve(out, lock):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--run", type=pathlib.Path, default=LATEST, help="run folder of the flight (default runs/latest)")
+    parser.add_argument("--run", type=pathlib.Path, default=LATEST, help="run directory of the flight (default runs/latest)")
     parser.add_argument("--mission", help="default: that of the run")
     parser.add_argument("--ground-port", type=int, help="ground port of the mission, on this machine (default: that of the run)")
     parser.add_argument("--http-port", type=int, help=f"port of the web interface (default: the first free from {FIRST_PORT})")
     parser.add_argument("--station", default=STATION, help=f"page of make gse, which the 3D view shows (default {STATION})")
-    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs" / "yamcs", help="folder of configuration and archive")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs" / "yamcs", help="directory of configuration and archive")
     options = parser.parse_args()
     mission = options.mission or mission_of(options.run)
     place = Place.of(options.run, port=options.ground_port)

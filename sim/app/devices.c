@@ -429,7 +429,7 @@ static status_t add(devices_t* const devices, const device_t* const wanted, cons
     device->devices        = devices;
     const unsigned bus     = device->entry->bus;
     bus_t* const channel_b = devices->config.channel_b[bus];
-    (void)snprintf(path, sizeof path, "%s/%s", devices->config.folder, device->entry->eds);
+    (void)snprintf(path, sizeof path, "%s/%s", devices->config.directory, device->entry->eds);
     const status_t status = create(device, kind, path, reason);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX, "simulator: %.150s:%u: %s", devices->config.world->path,

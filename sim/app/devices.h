@@ -38,7 +38,7 @@ typedef struct {
 
 typedef struct {
     const world_t* world;
-    const char* folder; ///< Folder of the EDS files.
+    const char* directory; ///< Directory of the EDS files.
     const plant_truth_t* truth;
     const plant_t* plant;    ///< The plant that the sensors measure.
     segment_t* segments;     ///< The first are the buses of the world, in its order.

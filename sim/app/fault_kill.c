@@ -65,17 +65,17 @@ static void signal_process(const char* const process, const char* const verb, co
         (void)kill(getppid(), signal_number);
         return;
     }
-    DIR* folder           = opendir("/proc");
+    DIR* directory        = opendir("/proc");
     bool is_found         = false;
-    struct dirent* number = (folder != NULL) ? readdir(folder) : NULL;
+    struct dirent* number = (directory != NULL) ? readdir(directory) : NULL;
     while ((number != NULL) && !is_found) {
         const char* id = number->d_name;
         is_found       = (isdigit((unsigned char)id[0]) != 0) && is_sibling(id) && has_name(id, process) &&
                    (kill((pid_t)strtol(id, NULL, 10), signal_number) == 0);
-        number = readdir(folder);
+        number = readdir(directory);
     }
-    if (folder != NULL) {
-        (void)closedir(folder);
+    if (directory != NULL) {
+        (void)closedir(directory);
     }
     if (!is_found) {
         char line[TEXT_OCTETS];

@@ -65,15 +65,15 @@ static status_t open_one(instrument_set_t* const instruments, const world_t* con
     return STATUS_OK;
 }
 
-static status_t open_log(instrument_set_t* const instruments, const char* const folder,
+static status_t open_log(instrument_set_t* const instruments, const char* const directory,
                          char error[SIMULATOR_ERROR_MAX])
 {
     char path[PATH_OCTETS];
-    (void)snprintf(path, sizeof path, "%s/records.log", folder);
+    (void)snprintf(path, sizeof path, "%s/records.log", directory);
     instruments->log = fopen(path, "we");
     if (instruments->log == NULL) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: cannot write records.log in '%s'; does the folder exist?", folder);
+                       "simulator: cannot write records.log in '%s'; does the directory exist?", directory);
         return STATUS_IO;
     }
     return STATUS_OK;

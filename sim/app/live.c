@@ -89,7 +89,7 @@ static void print_mark(const live_t* const live, FILE* const out, const scenario
 static void mark(live_t* const live, const scenario_line_t* const line, const char* const who)
 {
     char path[PATH_OCTETS];
-    (void)snprintf(path, sizeof path, "%s/operator.log", live->config.folder);
+    (void)snprintf(path, sizeof path, "%s/operator.log", live->config.directory);
     FILE* const existing = fopen(path, "r");
     if (existing == NULL) {
         print_mark(live, stdout, line, who);
@@ -446,11 +446,11 @@ static void watch_hand(live_t* const live)
 
 // ---- Functions of sim/app/live.h ----
 
-static bool write_port(const live_t* const live, const char* const folder)
+static bool write_port(const live_t* const live, const char* const directory)
 {
     char path[PATH_OCTETS];
     osal_address_t address;
-    (void)snprintf(path, sizeof path, "%s/live.port", folder);
+    (void)snprintf(path, sizeof path, "%s/live.port", directory);
     FILE* const file = fopen(path, "w");
     if (file == NULL) {
         return false;
@@ -474,11 +474,11 @@ status_t live_open(const live_config_t* const config, live_t** const out_live)
     for (size_t i = 0U; i < LIVE_CLIENTS_MAX; i++) {
         live->client[i].socket = (osal_socket_t)OSAL_SOCKET_CLOSED;
     }
-    (void)snprintf(path, sizeof path, "%s/live.scn", config->folder);
+    (void)snprintf(path, sizeof path, "%s/live.scn", config->directory);
     live->record = fopen(path, "w");
     if ((live->record == NULL) ||
         (osal_tcp_listen(&live->listener, (osal_address_t){.ipv4 = OSAL_IPV4_LOOPBACK}) != STATUS_OK) ||
-        !write_port(live, config->folder)) {
+        !write_port(live, config->directory)) {
         (void)live_close(live);
         return STATUS_IO;
     }

@@ -4,10 +4,10 @@
 /// docs/live.md describes the lines and their answers.
 ///
 /// A line acts at the start of the next step, like a line of the scenario with that time. The port appends it
-/// to live.scn in the run folder, so that the flight can be repeated. It also writes a mark to operator.log
-/// for each line and each change of the pace; of consecutive `aim` lines of a client, only the first gets a
-/// mark. A refused line changes nothing. If no line follows an `aim`, the port makes the hand hold after
-/// LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of simulated time, and records both as lines.
+/// to live.scn in the run directory, so that the flight can be repeated. It also writes a mark to
+/// operator.log for each line and each change of the pace; of consecutive `aim` lines of a client, only the
+/// first gets a mark. A refused line changes nothing. If no line follows an `aim`, the port makes the hand
+/// hold after LIVE_HOLD_NS and let go after LIVE_LET_GO_NS of simulated time, and records both as lines.
 ///
 /// Ownership  live_open allocates, live_close frees. Hand, faults and world must outlive it.
 /// Context    The task of the simulator. No function waits.
@@ -31,8 +31,8 @@
 #define LIVE_SPEED_MAX 100.0         ///< Largest ratio of simulated to wall-clock time.
 
 typedef struct {
-    const char* folder; ///< Run folder: live.port and live.scn are written there.
-    hand_t* hand;       ///< Null: the world has no hand, and lines of the hand are refused.
+    const char* directory; ///< Run directory: live.port and live.scn are written there.
+    hand_t* hand;          ///< Null: the world has no hand, and lines of the hand are refused.
     faults_t* faults;
     const fault_world_t* targets; ///< Targets of faults, by their names.
     const world_t* world;
@@ -43,7 +43,7 @@ typedef struct {
 
 typedef struct live live_t;
 
-/// Open the port. STATUS_OK; else *out_live is null: STATUS_IO (no port, or the folder cannot be written),
+/// Open the port. STATUS_OK; else *out_live is null: STATUS_IO (no port, or the directory cannot be written),
 /// STATUS_EXHAUSTED (memory).
 MUST_USE status_t live_open(const live_config_t* config, live_t** out_live);
 /// Take the lines that have arrived; they act at `now_ns`, the start of the next step, which must not be

@@ -71,13 +71,14 @@ static status_t open_controller(segment_t* const segment, const char* const addr
     return status;
 }
 
-static status_t open_log(segment_t* const segment, const char* const folder, char error[SIMULATOR_ERROR_MAX])
+static status_t open_log(segment_t* const segment, const char* const directory,
+                         char error[SIMULATOR_ERROR_MAX])
 {
-    const status_t status = frame_log_open(folder, segment->name, &segment->log);
+    const status_t status = frame_log_open(directory, segment->name, &segment->log);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: cannot write can-%s.log and .pcap in '%s'; does the folder exist?",
-                       segment->name, folder);
+                       "simulator: cannot write can-%s.log and .pcap in '%s'; does the directory exist?",
+                       segment->name, directory);
         return status;
     }
     return STATUS_OK;

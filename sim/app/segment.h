@@ -42,7 +42,7 @@ typedef struct {
     const char*
         address; ///< Address of the flight software's controller, outlives the segment; null or "": none.
     const char* published;   ///< Interface on which tools see the bus; null or "": none.
-    const char* output_path; ///< Folder of the log; null: none is written.
+    const char* output_path; ///< Directory of the log; null: none is written.
     unsigned bit_rate;
     unsigned data_bit_rate; ///< 0: classic bus.
     uint64_t seed;

@@ -332,7 +332,7 @@ static status_t open_devices(simulator_t* const simulator, const simulator_confi
 {
     const devices_config_t wanted  = {.valve_changed = log_valve,
                                       .world         = &simulator->world,
-                                      .folder        = (config->devices_path != NULL) ? config->devices_path
+                                      .directory     = (config->devices_path != NULL) ? config->devices_path
                                                                                       : "descriptors/devices",
                                       .truth         = simulator->truth,
                                       .plant         = simulator->plant,
@@ -437,7 +437,7 @@ static status_t open_truth(simulator_t* const simulator, const simulator_config_
     status = (status == STATUS_OK) ? device_log_names(simulator->truth_log, &simulator->device_log) : status;
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: cannot write truth.lcm in '%s'; does the folder exist?",
+                       "simulator: cannot write truth.lcm in '%s'; does the directory exist?",
                        config->output_path);
     }
     return status;
@@ -470,13 +470,13 @@ static status_t open_tools(simulator_t* const simulator, const simulator_config_
 static status_t open_live(simulator_t* const simulator, const simulator_config_t* const config,
                           char error[SIMULATOR_ERROR_MAX])
 {
-    const live_config_t wanted = {.folder   = config->output_path,
-                                  .hand     = simulator->hand,
-                                  .faults   = &simulator->faults,
-                                  .targets  = &simulator->targets,
-                                  .world    = &simulator->world,
-                                  .truth    = simulator->truth,
-                                  .is_paced = config->is_paced};
+    const live_config_t wanted = {.directory = config->output_path,
+                                  .hand      = simulator->hand,
+                                  .faults    = &simulator->faults,
+                                  .targets   = &simulator->targets,
+                                  .world     = &simulator->world,
+                                  .truth     = simulator->truth,
+                                  .is_paced  = config->is_paced};
     if (!config->is_live) {
         return STATUS_OK;
     }

@@ -35,8 +35,8 @@ typedef struct {
 typedef struct {
     const char* world_path;    ///< The world (sim/world/world.h).
     const char* scenario_path; ///< Null: no motion of the hand, no faults.
-    const char* output_path;   ///< Folder for logs and truth, exists; null: nothing is written.
-    const char* devices_path;  ///< Folder of the EDS files; null: "descriptors/devices".
+    const char* output_path;   ///< Directory for logs and truth, exists; null: nothing is written.
+    const char* devices_path;  ///< Directory of the EDS files; null: "descriptors/devices".
     /// Called for the faults of the scenario that act on processes (kill, hang, resume). Null: they have no
     /// effect.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);

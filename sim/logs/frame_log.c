@@ -217,11 +217,11 @@ void frame_log_flush(frame_log_t* const log, const bool waits)
     write_behind_flush(&log->frames, waits);
 }
 
-static bool open_file(record_file_t* const file, const char* const folder, const char* const interface,
+static bool open_file(record_file_t* const file, const char* const directory, const char* const interface,
                       const char* const suffix)
 {
     char path[PATH_OCTETS];
-    (void)snprintf(path, sizeof path, "%s/can-%s.%s", folder, interface, suffix);
+    (void)snprintf(path, sizeof path, "%s/can-%s.%s", directory, interface, suffix);
     return record_file_open(file, path);
 }
 
@@ -245,10 +245,10 @@ static bool close_files(frame_log_t* const log)
     return has_text && has_pcap;
 }
 
-status_t frame_log_open(const char* const folder, const char* const interface, frame_log_t** const out_log)
+status_t frame_log_open(const char* const directory, const char* const interface, frame_log_t** const out_log)
 {
     *out_log = NULL;
-    if ((strlen(interface) >= FRAME_LOG_INTERFACE_MAX) || (strlen(folder) > (PATH_OCTETS - 64U))) {
+    if ((strlen(interface) >= FRAME_LOG_INTERFACE_MAX) || (strlen(directory) > (PATH_OCTETS - 64U))) {
         return STATUS_INVALID;
     }
     frame_log_t* log = calloc(1U, sizeof *log);
@@ -257,8 +257,8 @@ status_t frame_log_open(const char* const folder, const char* const interface, f
     }
     (void)strcpy(log->interface, interface);
     log->pcap.descriptor = -1;
-    if (!open_file(&log->text, folder, interface, "log") ||
-        !open_file(&log->pcap, folder, interface, "pcap")) {
+    if (!open_file(&log->text, directory, interface, "log") ||
+        !open_file(&log->pcap, directory, interface, "pcap")) {
         (void)close_files(log);
         free(log);
         return STATUS_IO;

@@ -24,9 +24,9 @@
 
 typedef struct frame_log frame_log_t;
 
-/// Create `<folder>/can-<interface>.log` and `.pcap`. Returns STATUS_OK; else *out_log is null: STATUS_IO (a
-/// file cannot be created), STATUS_EXHAUSTED (memory), STATUS_INVALID (name too long).
-MUST_USE status_t frame_log_open(const char* folder, const char* interface, frame_log_t** out_log);
+/// Create `<directory>/can-<interface>.log` and `.pcap`. Returns STATUS_OK; else *out_log is null: STATUS_IO
+/// (a file cannot be created), STATUS_EXHAUSTED (memory), STATUS_INVALID (name too long).
+MUST_USE status_t frame_log_open(const char* directory, const char* interface, frame_log_t** out_log);
 /// Append a data or error frame with its time.
 void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame);
 /// Let the task of the log write the frames so far. `waits`: return when the operating system has them.

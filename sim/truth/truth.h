@@ -2,8 +2,8 @@
 /// The true state of the simulator as an LCM event log with simulated time. The figures of a run compare
 /// telemetry with it. Two runs with the same seed give the same file, octet for octet.
 ///
-/// The .lcm files in the folder of this header define the types; sim/truth/README.md describes channels and
-/// rates. A channel at rest is written only every TRUTH_INTERVAL_NS. A task of the log writes the events
+/// The .lcm files in the directory of this header define the types; sim/truth/README.md describes channels
+/// and rates. A channel at rest is written only every TRUTH_INTERVAL_NS. A task of the log writes the events
 /// (sim/logs/write_behind.h).
 ///
 /// Ownership  truth_open allocates, truth_close frees and flushes.

@@ -84,11 +84,11 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
 {
     world_robot_t* robot = record;
     char path[WORLD_PATH_MAX + DOCUMENT_TEXT_MAX];
-    const char* slash = strrchr(world->path, '/');
-    const int folder  = (slash != NULL) ? (int)(slash - world->path) + 1 : 0;
-    robot->line       = element->line;
-    robot->is_free    = strcmp(robot->base, "free") == 0;
-    robot->pose       = pose_of((const double[3]){0.0}, (const double[3]){0.0});
+    const char* slash   = strrchr(world->path, '/');
+    const int directory = (slash != NULL) ? (int)(slash - world->path) + 1 : 0;
+    robot->line         = element->line;
+    robot->is_free      = strcmp(robot->base, "free") == 0;
+    robot->pose         = pose_of((const double[3]){0.0}, (const double[3]){0.0});
     if (!robot->is_free && (strcmp(robot->base, "fixed") != 0)) {
         return element_refuse(element, robot->base, "base fixed or free");
     }
@@ -97,7 +97,7 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
             return element_refuse(element, robot->name, "a name that no robot above has");
         }
     }
-    (void)snprintf(path, sizeof path, "%.*s%s", folder, world->path, robot->urdf);
+    (void)snprintf(path, sizeof path, "%.*s%s", directory, world->path, robot->urdf);
     const status_t status = robot_model_read(path, &robot->model, element->error);
     if ((status == STATUS_OK) && robot->is_free && (robot->model.body[0].mass_kg == 0.0)) {
         return element_refuse(element, robot->name, "a free base that has a mass");

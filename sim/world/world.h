@@ -110,7 +110,7 @@ typedef struct {
 typedef struct {
     char name[DOCUMENT_TEXT_MAX]; ///< Name of the device in scenarios.
     char bus_name[DOCUMENT_TEXT_MAX];
-    char eds[DOCUMENT_TEXT_MAX]; ///< File, in the folder of the EDS files.
+    char eds[DOCUMENT_TEXT_MAX]; ///< File, in the directory of the EDS files.
     unsigned line;
     unsigned bus; ///< Index in world_t.bus.
     unsigned node;

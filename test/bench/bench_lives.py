@@ -20,14 +20,14 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / folder) for folder in ("test/mission", "test/conformance/pus", "gse")]
+sys.path[:0] = [str(ROOT / directory) for directory in ("test/mission", "test/conformance/pus", "gse")]
 
 import flying
 import station as stations
 from hirosco_gse import packets
 
 ROUNDS = 5
-FOLDER = ROOT / "runs" / "bench-lives"
+DIRECTORY = ROOT / "runs" / "bench-lives"
 JOYSTICK, MANIPULATOR, SUPERVISOR = 17, 16, 1
 PROCESS_HUNG, SUPERVISOR_RESTARTED = 30, 20  # Ids of events, descriptors/subsystems/supervisor.xml.
 PING_ANSWER = (17, 2)
@@ -38,8 +38,8 @@ class Round:
     """A flight with both members in PRE_OPERATIONAL, and its clock."""
 
     def __init__(self, kind):
-        shutil.rmtree(FOLDER, ignore_errors=True)
-        self.flight = flying.start(FOLDER, "--time", kind, "--scenario", "none")
+        shutil.rmtree(DIRECTORY, ignore_errors=True)
+        self.flight = flying.start(DIRECTORY, "--time", kind, "--scenario", "none")
         self.station = stations.Station(self.flight, stations.Notes())
         # Time on the machine's clock [ns] of each ping of the manipulator and of each answer.
         self.pings, self.sent, self.heard = [], [], []
@@ -96,7 +96,7 @@ class Round:
         self.flight.process.send_signal(signal.SIGINT)
         self.flight.wait()
         reports = [(at, packets.parse(raw)) for at, _, raw in self.flight.packets]
-        shutil.rmtree(FOLDER, ignore_errors=True)
+        shutil.rmtree(DIRECTORY, ignore_errors=True)
         arrived = [at for at, p in reports if p.direction == "TC" and p.apid == MANIPULATOR and p.message == (17, 1)][-len(self.sent) :]
         offset_ns = min(at - sent for at, sent in zip(arrived, self.sent, strict=True))
         return reports, offset_ns, max(heard - sent for sent, heard in zip(self.sent, self.heard, strict=False))

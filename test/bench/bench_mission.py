@@ -38,14 +38,14 @@ def processor_s():
 
 def flight(form, number, mission="rokviss", scenario="telepresence"):
     """(real-time factor, processor factor) of a flight."""
-    folder = RUNS / f"bench-{mission}-{form}-{number}"
-    shutil.rmtree(folder, ignore_errors=True)
-    command = ["build/bin/hirosco", "run", "--mission", mission, "--scenario", scenario, "--form", form, "--report", "no", "--out", str(folder)]
+    directory = RUNS / f"bench-{mission}-{form}-{number}"
+    shutil.rmtree(directory, ignore_errors=True)
+    command = ["build/bin/hirosco", "run", "--mission", mission, "--scenario", scenario, "--form", form, "--report", "no", "--out", str(directory)]
     before_s = processor_s()
     subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
     used_s = processor_s() - before_s
-    facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    shutil.rmtree(folder)
+    facts = json.loads((directory / "run.json").read_text(encoding="utf-8"))
+    shutil.rmtree(directory)
     return facts["real_time_factor"], facts["simulated_s"] / used_s
 
 

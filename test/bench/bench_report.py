@@ -13,22 +13,22 @@ import sys
 import time
 
 ROUNDS = 5
-FOLDER = pathlib.Path("runs") / "bench-report"
-FLIGHT = ("build/bin/hirosco", "run", "--scenario", "telepresence", "--form", "image", "--report", "no", "--out", str(FOLDER))
-REPORT = ("/usr/bin/env", "PYTHONPATH=gse", sys.executable, "-m", "hirosco_gse.report", str(FOLDER))
+DIRECTORY = pathlib.Path("runs") / "bench-report"
+FLIGHT = ("build/bin/hirosco", "run", "--scenario", "telepresence", "--form", "image", "--report", "no", "--out", str(DIRECTORY))
+REPORT = ("/usr/bin/env", "PYTHONPATH=gse", sys.executable, "-m", "hirosco_gse.report", str(DIRECTORY))
 
 
 def main():
     """Fly once, make the report in rounds and print the BENCH lines."""
-    shutil.rmtree(FOLDER, ignore_errors=True)
+    shutil.rmtree(DIRECTORY, ignore_errors=True)
     subprocess.run(FLIGHT, stdout=subprocess.DEVNULL, check=True)
     taken = []
     for _ in range(ROUNDS):
         start = time.monotonic()
         subprocess.run(REPORT, stdout=subprocess.DEVNULL, check=True)
         taken.append(time.monotonic() - start)
-    octets = json.loads((FOLDER / "run.json").read_text(encoding="utf-8"))["report"]["octets"]
-    shutil.rmtree(FOLDER)
+    octets = json.loads((DIRECTORY / "run.json").read_text(encoding="utf-8"))["report"]["octets"]
+    shutil.rmtree(DIRECTORY)
     print(f"BENCH report_made {statistics.median(taken):.2f} s 3.0")
     print(f"BENCH report_size {octets / 1e6:.3f} MB 1.2")
 

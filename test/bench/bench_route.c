@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #define MISSION "descriptors/missions/rokviss.xml"
-#define FOLDER "build/bench/log"
+#define DIRECTORY "build/bench/log"
 #define MEMBERS 3U
 #define GROUND 0U ///< Communication's index.
 #define SOURCE 1U
@@ -199,12 +199,12 @@ static void open_supervisor(void)
                                                                 .promise           = promise,
                                                                 .is_stop_requested = stop_requested,
                                                                 .finished          = finished},
-                                        .log_folder          = FOLDER,
+                                        .log_directory       = DIRECTORY,
                                         .start_count         = 1U};
-    (void)mkdir(FOLDER, 0777);
-    (void)!symlink("/dev/null", FOLDER "/packets.ascii");
-    (void)!symlink("/dev/null", FOLDER "/packets.spool");
-    (void)!symlink("/dev/null", FOLDER "/packets.ring");
+    (void)mkdir(DIRECTORY, 0777);
+    (void)!symlink("/dev/null", DIRECTORY "/packets.ascii");
+    (void)!symlink("/dev/null", DIRECTORY "/packets.spool");
+    (void)!symlink("/dev/null", DIRECTORY "/packets.ring");
     must(supervisor_init(&supervisor, &config) == STATUS_OK);
 }
 

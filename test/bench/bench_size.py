@@ -215,13 +215,13 @@ def report_board():
 def main():
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
-    folders = [folder for folder in sorted(pathlib.Path("fsw/framework").iterdir()) if folder.is_dir()]
+    directories = [directory for directory in sorted(pathlib.Path("fsw/framework").iterdir()) if directory.is_dir()]
     objects = {}
-    for folder in [pathlib.Path("base"), *folders, pathlib.Path("fsw/devices"), pathlib.Path("pus")]:
-        sources = sorted(folder.glob("*.c")) or PUS
-        of_folder = {source: compiled(source) for source in sources}
-        objects.update(of_folder)
-        print(f"BENCH text_{folder.name} {sum(map(text_of, of_folder.values()))} octets -")
+    for directory in [pathlib.Path("base"), *directories, pathlib.Path("fsw/devices"), pathlib.Path("pus")]:
+        sources = sorted(directory.glob("*.c")) or PUS
+        of_directory = {source: compiled(source) for source in sources}
+        objects.update(of_directory)
+        print(f"BENCH text_{directory.name} {sum(map(text_of, of_directory.values()))} octets -")
     check_everywhere(objects)
     report_options(objects)
     report_ram()

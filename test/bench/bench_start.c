@@ -24,14 +24,14 @@ static void give_up(const char* what)
     exit(1);
 }
 
-static char folder[64];
+static char directory[64];
 
 static void prepare(unsigned round)
 {
     char error[LAUNCH_ERROR_MAX];
-    char* arguments[] = {"--scenario", "none", "--duration", "60", "--out", folder, "--report", "no"};
+    char* arguments[] = {"--scenario", "none", "--duration", "60", "--out", directory, "--report", "no"};
     launch_options_t options;
-    (void)snprintf(folder, sizeof folder, "build/bench/start-%ld-%u", (long)getpid(), round);
+    (void)snprintf(directory, sizeof directory, "build/bench/start-%ld-%u", (long)getpid(), round);
     if (!launch_options_parse(8, arguments, &options, error)) {
         give_up(error);
     }
@@ -69,7 +69,8 @@ static double start_and_end(void)
     const uint64_t began_ns                  = osal_clock_monotonic_ns();
     for (unsigned i = 0U; i < launcher.run->component_count; i++) {
         arguments_t arguments = {.count = 0U};
-        arguments_add_joined(&arguments, launcher.program_folder, launcher.mission.subsystems[i].executable);
+        arguments_add_joined(&arguments, launcher.program_directory,
+                             launcher.mission.subsystems[i].executable);
         launcher_start_child(&launcher, &children[i], &arguments, NULL, 0U);
     }
     for (unsigned i = 0U; i < launcher.run->component_count; i++) {
@@ -93,7 +94,7 @@ static void end_all(void)
         (void)osal_process_stop(&launcher.children[i].process, true);
     }
     launcher_clean_up(&launcher);
-    (void)nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
+    (void)nftw(directory, remove_one, 8, FTW_DEPTH | FTW_PHYS);
 }
 
 int main(void)

@@ -33,7 +33,7 @@ import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / folder) for folder in ("test/mission", "test/support", "gse")]
+sys.path[:0] = [str(ROOT / directory) for directory in ("test/mission", "test/support", "gse")]
 
 import flying
 from aiohttp import ClientSession
@@ -42,7 +42,7 @@ from hirosco_gse import packets
 from hirosco_gse.dictionary import Dictionary
 from long_recording import long_recording
 
-FOLDER = ROOT / "runs" / "bench-station"
+DIRECTORY = ROOT / "runs" / "bench-station"
 STARTS, CLIENTS, HOUR_S, SEEKS = 3, 5, 3600, 40
 WATCHED_S, HAND_S, SETTLED_S = 60.0, 10.0, 3.0
 MOVED_RAD = 0.02
@@ -118,9 +118,9 @@ class Station:
     """`make gse` with options, and the process of the station in it."""
 
     def __init__(self, *options):
-        shutil.rmtree(FOLDER, ignore_errors=True)
+        shutil.rmtree(DIRECTORY, ignore_errors=True)
         environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
-        words = ["make", "--no-print-directory", "gse", "HTTP=0", f"OUT={FOLDER}", *options]
+        words = ["make", "--no-print-directory", "gse", "HTTP=0", f"OUT={DIRECTORY}", *options]
         self.began = time.monotonic()
         self._make = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment, start_new_session=True)
         self.address = None
@@ -133,14 +133,14 @@ class Station:
     @property
     def pid(self):
         """Process of the station."""
-        return next(pid for pid, line in flying.command_lines() if b"-m hirosco_gse.station" in line and line.startswith(b"build/venv") and str(FOLDER).encode() in line)
+        return next(pid for pid, line in flying.command_lines() if b"-m hirosco_gse.station" in line and line.startswith(b"build/venv") and str(DIRECTORY).encode() in line)
 
     def close(self):
         """End the station and its flight as Ctrl-C does."""
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._make.pid, signal.SIGINT)
         self._make.communicate(timeout=flying.MOMENT_S)
-        shutil.rmtree(FOLDER, ignore_errors=True)
+        shutil.rmtree(DIRECTORY, ignore_errors=True)
 
 
 class Listener:
@@ -267,7 +267,7 @@ def memory_mb(pid):
 def telemetry(page, station):
     """Measure pictures, losses and the station for WATCHED_S."""
     dictionary = Dictionary.load(ROOT / "build" / "generated" / "rokviss.json")
-    listener = Listener(int((FOLDER / "ground.port").read_text(encoding="ascii")))
+    listener = Listener(int((DIRECTORY / "ground.port").read_text(encoding="ascii")))
     page.evaluate(WATCH)
     clients = Clients(station.address, CLIENTS - 1)
     time.sleep(SETTLED_S)
@@ -322,7 +322,7 @@ def hand(page):
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
-    listener = Listener(int((FOLDER / "live.port").read_text(encoding="ascii")), b"name bench\nframes joystick on\n")
+    listener = Listener(int((DIRECTORY / "live.port").read_text(encoding="ascii")), b"name bench\nframes joystick on\n")
     end, step = time.monotonic() + HAND_S, 0
     while time.monotonic() < end:
         step += 1
@@ -369,12 +369,12 @@ def during_a_flight(browser):
 
 def replay(browser):
     """Rows of the replay of an hour."""
-    folder, recording = ROOT / "runs" / "bench-replay", ROOT / "runs" / "bench-replay.recording"
-    shutil.rmtree(folder, ignore_errors=True)
-    flown = flying.fly(folder, "--scenario", "telepresence", "--form", "image")
+    directory, recording = ROOT / "runs" / "bench-replay", ROOT / "runs" / "bench-replay.recording"
+    shutil.rmtree(directory, ignore_errors=True)
+    flown = flying.fly(directory, "--scenario", "telepresence", "--form", "image")
     assert flown.code == 0, flown.transcript()
     began = time.monotonic()
-    made = subprocess.run([sys.executable, "-m", "hirosco_gse.recording", folder], cwd=ROOT, stdout=subprocess.PIPE, check=True, env={**os.environ, "PYTHONPATH": "gse"})
+    made = subprocess.run([sys.executable, "-m", "hirosco_gse.recording", directory], cwd=ROOT, stdout=subprocess.PIPE, check=True, env={**os.environ, "PYTHONPATH": "gse"})
     print(f"  recording of {flown.facts['simulated_s']:.0f} s made in {time.monotonic() - began:.1f} s", flush=True)
     recording.write_bytes(long_recording(made.stdout, HOUR_S))
     print(f"  recording of an hour: {recording.stat().st_size / 1e6:.1f} MB", flush=True)
@@ -394,7 +394,7 @@ def replay(browser):
     finally:
         station.close()
         recording.unlink()
-        shutil.rmtree(folder)
+        shutil.rmtree(directory)
     spread("load of an hour", loads, "s")
     spread("seek in an hour", seeks, "s")
     print(f"BENCH replay_load {statistics.median(loads):.2f} s 3")

@@ -72,12 +72,12 @@ def processor_seconds():
     return used.ru_utime + used.ru_stime
 
 
-def seconds(folder, *options):
+def seconds(directory, *options):
     """Least wall time and least processor time of flights of the scenario hil."""
     times = []
     for number in range(FLIGHTS):
         before = processor_seconds()
-        flown = flying.fly(folder / f"{len(options)}-{number}", "--scenario", "hil", *options)
+        flown = flying.fly(directory / f"{len(options)}-{number}", "--scenario", "hil", *options)
         assert flown.code == 0, flown.transcript()
         times.append((flown.seconds, processor_seconds() - before))
     return tuple(map(min, zip(*times, strict=True)))
@@ -85,11 +85,11 @@ def seconds(folder, *options):
 
 def main():
     with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        rows, stacks = flight.steps(folder, flight.LOSSES)
-        stacks = with_real_time(stacks, flight.loop_in_real_time(folder)[1])
-        commits = flight.commits(folder)
-        native, target = seconds(folder, "--links", "udp"), seconds(folder, "--rtos", "MANIPULATOR", "--seed", "1")
+        directory = pathlib.Path(name)
+        rows, stacks = flight.steps(directory, flight.LOSSES)
+        stacks = with_real_time(stacks, flight.loop_in_real_time(directory)[1])
+        commits = flight.commits(directory)
+        native, target = seconds(directory, "--links", "udp"), seconds(directory, "--rtos", "MANIPULATOR", "--seed", "1")
     for row in rows:
         name = row.name.replace(" ", "_")
         print(f"BENCH target_{name}_longest {row.longest} instr {BUDGET}")

@@ -84,10 +84,10 @@ def build():
     subprocess.run(["make", "-s", "board-programs", f"BOARD={BOARD}"], cwd=ROOT, check=True)
 
 
-def start(folder, part, *options):
+def start(directory, part, *options):
     """Start a flight in which the manipulator is build/<board>/<part>/manipulator."""
     build()
-    root = folder / "root"
+    root = directory / "root"
     (root / "build" / BOARD).mkdir(parents=True)
     (root / "build" / BOARD / "bin").symlink_to(ROOT / "build" / BOARD / part)
     for name in ("descriptors", "gse"):
@@ -95,7 +95,7 @@ def start(folder, part, *options):
     for name in ("bin", "generated", "venv"):
         if (ROOT / "build" / name).exists():
             (root / "build" / name).symlink_to(ROOT / "build" / name)
-    return flying.start(folder / "run", "--rtos", "MANIPULATOR", *options, root=root)
+    return flying.start(directory / "run", "--rtos", "MANIPULATOR", *options, root=root)
 
 
 # A drive is lost in SAFE_OPERATIONAL and in PRE_OPERATIONAL, and recovered each time. They take 3.7 s of flight more.
@@ -118,10 +118,10 @@ def lines(losses=()):
             *losses, f"{10.1 if losses else 6.4} operator shutdown"]
 
 
-def steps(folder, losses=()):
+def steps(directory, losses=()):
     """Fly the scenario of lines(losses). Returns the rows of instructions and the stacks that the program has printed."""
-    scenario = flying.write_scenario(folder / "steps.scn", *lines(losses))
-    flight = start(folder, "steps", "--scenario", scenario).wait()
+    scenario = flying.write_scenario(directory / "steps.scn", *lines(losses))
+    flight = start(directory, "steps", "--scenario", scenario).wait()
     assert flight.code == 0, flight.transcript()
     rows = [Row(STATES[int(before)], STATES[int(after)], *map(int, numbers)) for before, after, *numbers in STEP.findall(flight.console)]
     stacks = stacks_of(flight.console)
@@ -133,33 +133,33 @@ def stacks_of(text):
     return [Stack(task, int(octets), int(used)) for task, octets, used in STACK.findall(text)]
 
 
-def real_time(folder, *words):
+def real_time(directory, *words):
     """Run build/<board>/real_time/manipulator, with arguments. Returns its exit code and what it printed."""
     build()
     arguments = "".join(f",arg={word}" for word in ("manipulator", *words))
     done = subprocess.run([*REAL_TIME.split(), "-semihosting-config", f"enable=on,target=native{arguments}",
                            "-kernel", ROOT / "build" / BOARD / "real_time" / "manipulator"],
-                          cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
+                          cwd=directory, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
     return done.returncode, done.stdout + done.stderr
 
 
-def loop_in_real_time(folder):
+def loop_in_real_time(directory):
     """Run the program in real time. Returns the waits of its loop by state, and the stacks."""
-    code, text = real_time(folder)
+    code, text = real_time(directory)
     assert code == 0, text
     waits = [Waits(STATES[int(state)], *map(int, numbers)) for state, *numbers in LOOP.findall(text)]
     return {row.state: row for row in waits}, stacks_of(text)
 
 
-def commits(folder):
+def commits(directory):
     """Keep records on a blank EEPROM with build/<board>/commits/manipulator. Returns the longest requests."""
     build()
-    (folder / run_tests.EEPROM).write_bytes(b"\xFF" * run_tests.EEPROM_OCTETS)
+    (directory / run_tests.EEPROM).write_bytes(b"\xFF" * run_tests.EEPROM_OCTETS)
     devices = run_tests.EEPROM_DEVICES.replace("driver=file", "driver=file,cache.no-flush=on")  # The image need not be on the disk.
     done = subprocess.run([*run_tests.EMULATOR.split(), "-machine", BOARD, *devices.split(),
                            "-semihosting-config", "enable=on,target=native,arg=manipulator",
                            "-kernel", ROOT / "build" / BOARD / "commits" / "manipulator"],
-                          cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
+                          cwd=directory, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False, timeout=flying.MOMENT_S)
     assert done.returncode == 0, done.stdout + done.stderr
     return [Commit(int(size), int(records), COMPACTIONS[int(compaction)], *map(int, numbers))
             for size, records, compaction, *numbers in COMMIT.findall(done.stdout + done.stderr)]

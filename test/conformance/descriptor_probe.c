@@ -3,7 +3,7 @@
 // test_descriptors.py.
 //   probe subsystem FILE..   one line each: status, both hashes, error
 //   probe mission FILE..     the same
-//   probe compiled FOLDER    generated headers against the descriptors in a folder: prints "agree" or
+//   probe compiled DIRECTORY    generated headers against the descriptors in a directory: prints "agree" or
 //                            the difference
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/descriptor.h"
@@ -98,14 +98,14 @@ static bool publishes(const compiled_t* const compiled)
     return is_right && parameter_is_consistent(&dictionary);
 }
 
-static int compare(const char* const folder)
+static int compare(const char* const directory)
 {
     int differences = 0;
     for (size_t i = 0U; i < (sizeof all / sizeof all[0]); i++) {
         char path[512];
         char characters[DESCRIPTOR_ERROR_CHARACTERS];
         text_t error = text_in(characters, sizeof characters);
-        (void)snprintf(path, sizeof path, "%s/%s", folder, all[i].file);
+        (void)snprintf(path, sizeof path, "%s/%s", directory, all[i].file);
         if ((descriptor_load_subsystem(&loader, path, &descriptor) != STATUS_OK) ||
             (descriptor_check_interface(&error, path, &descriptor, all[i].hash) != STATUS_OK)) {
             (void)printf("%s%s\n", descriptor_error(&loader), characters);

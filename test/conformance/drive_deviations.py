@@ -81,12 +81,12 @@ class Ground:
 class Stage:
     """The flight, its ground user and its slaves."""
 
-    def __init__(self, folder, interface=None, options=()):
+    def __init__(self, directory, interface=None, options=()):
         """interface: SocketCAN interface of the slaves, if the run has one; options: additional options of
         the launcher."""
-        scenario = flying.write_scenario(folder / "alone.scn", "0.0 hand rest", "0.0 fault unplug robot")
+        scenario = flying.write_scenario(directory / "alone.scn", "0.0 hand rest", "0.0 fault unplug robot")
         tools = flying.free_port()
-        self.flight = flying.start(folder / "run", "--scenario", scenario, "--tools", tools, "--duration", 36000, *options)
+        self.flight = flying.start(directory / "run", "--scenario", scenario, "--tools", tools, "--duration", 36000, *options)
         self.slaves = None
         try:
             flying.wait_until(lambda: self._has_tools(tools), "a port for tools", LIMIT_S)

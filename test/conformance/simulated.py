@@ -19,11 +19,11 @@ BOUND_S = 300.0  # Wall-clock limit for waits only: devices are in simulated tim
 
 
 class Simulator:
-    """The simulator, its tool port, and the folder of its logs."""
+    """The simulator, its tool port, and the directory of its logs."""
 
-    def __init__(self, folder, *options, world=WORLD):
-        self.folder = folder
-        arguments = [SIMULATOR, "--world", world, "--free-run", "3600", "--socketcand", "0", "--out", folder, *options]
+    def __init__(self, directory, *options, world=WORLD):
+        self.directory = directory
+        arguments = [SIMULATOR, "--world", world, "--free-run", "3600", "--socketcand", "0", "--out", directory, *options]
         self.process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         line = self.process.stdout.readline()
         self.port = int(re.search(r"127\.0\.0\.1:(\d+)", line).group(1))

@@ -53,7 +53,7 @@ def generate(mission, out):
 
 @pytest.fixture(scope="module")
 def generated(tmp_path_factory):
-    """Folder of the newly generated databases."""
+    """Directory of the newly generated databases."""
     out = tmp_path_factory.mktemp("generated")
     done = generate(MISSION, out)
     assert done.returncode == 0, done.stderr
@@ -111,7 +111,7 @@ def series(decoded, bus, message, signal):
 
 
 def test_the_databases_of_the_flown_mission_are_in_build(generated):
-    """`make` has made the same files in the folder that the README names."""
+    """`make` has made the same files in the directory that the README names."""
     for bus in BUSES:
         name = f"rokviss-{bus}.dbc"
         assert (ROOT / "build/generated" / name).read_text() == (generated / name).read_text()
@@ -158,7 +158,7 @@ def test_cantools_decodes_a_log_as_in_the_readme(flight, generated):
 def test_positions_and_torques_are_those_of_the_truth(flight, decoded, joint):
     """A drive samples its published values at SYNC; the truth has the values at the end of each step of 0.5
     ms."""
-    truth = runs.load(flight.folder).truth
+    truth = runs.load(flight.directory).truth
     times, positions = series(decoded, "robot", f"JOINT{joint}_TPDO1", "PositionActualValue")
     assert np.ptp(positions) > 0.08  # The arm has moved.
     wanted = np.interp(times, truth["JOINTS"]["time_us"], truth["JOINTS"]["motor_position_rad"][:, joint - 1])
@@ -171,7 +171,7 @@ def test_positions_and_torques_are_those_of_the_truth(flight, decoded, joint):
 def test_telemetry_reports_the_same_positions(flight, decoded):
     """Housekeeping reports the joints as in the frames of the last cycle."""
     times, positions = series(decoded, "robot", "JOINT1_TPDO1", "PositionActualValue")
-    reports = runs.load(flight.folder).reports_of("housekeeping")
+    reports = runs.load(flight.directory).reports_of("housekeeping")
     reported = [(stamp // 1000, report["values"]["CUR_VALUES"]) for stamp, packet, report in reports
                 if packet.apid == 16 and "CUR_VALUES" in report["values"]]
     assert len(reported) > 8
@@ -210,11 +210,11 @@ def test_wireshark_names_every_frame(flight, bus, suffix):
 
 def assert_wireshark_names_every_frame(flight, bus, suffix):
     """Each frame is CANopen and none is malformed; the remaining frames are reports of the controller."""
-    arguments = ["tshark", "-r", flight.folder / f"can-{bus}.{suffix}", "-d", "can.subdissector,canopen", "-T", "fields",
+    arguments = ["tshark", "-r", flight.directory / f"can-{bus}.{suffix}", "-d", "can.subdissector,canopen", "-T", "fields",
                  "-e", "_ws.col.Protocol", "-e", "can.flags.err", "-e", "_ws.malformed", "-e", "_ws.col.Info"]
     output = subprocess.run(arguments, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
     frames = [line.split("\t") for line in output.splitlines()]
-    assert len(frames) == len(logs.read_bus(flight.folder / f"can-{bus}.log"))
+    assert len(frames) == len(logs.read_bus(flight.directory / f"can-{bus}.log"))
     kinds = collections.Counter(protocol for protocol, error, _, _ in frames if error in ("0", "False", ""))
     assert set(kinds) == {"CANopen"}, kinds
     assert not [frame for frame in frames if frame[2]]

@@ -25,23 +25,23 @@ PROGRAMS = ("actuators", "arm", "instruments", "joystick", "manipulator")
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """The reader, compiled once: object files, those of each folder of sources in a folder of their own."""
-    folder = tmp_path_factory.mktemp("reader")
+    """The reader, compiled once: object files, those of each directory of sources in a directory of their own."""
+    directory = tmp_path_factory.mktemp("reader")
     for number, pattern in enumerate(SOURCES):
-        (folder / str(number)).mkdir()
-        subprocess.run(["gcc", *FLAGS.split(), f"-I{ROOT}", "-c", *sorted(ROOT.glob(pattern))], cwd=folder / str(number), check=True)
-    return folder
+        (directory / str(number)).mkdir()
+        subprocess.run(["gcc", *FLAGS.split(), f"-I{ROOT}", "-c", *sorted(ROOT.glob(pattern))], cwd=directory / str(number), check=True)
+    return directory
 
 
-def build(library, folder, source):
+def build(library, directory, source):
     """The probe of one generated source."""
-    command = ["gcc", *FLAGS.split(), f'-DCOMPILED="{source}"', "-o", str(folder / "probe"), "test/conformance/compiled_probe.c"]
+    command = ["gcc", *FLAGS.split(), f'-DCOMPILED="{source}"', "-o", str(directory / "probe"), "test/conformance/compiled_probe.c"]
     subprocess.run([*command, *map(str, sorted(library.glob("*/*.o"))), "-lexpat", "-lpthread"], cwd=ROOT, check=True)
-    return folder / "probe"
+    return directory / "probe"
 
 
-def compile_descriptors(folder, name, *missions):
-    return subprocess.run([ROOT / "build/bin/descriptor-compiler", str(folder), name, name, *missions], cwd=ROOT, capture_output=True,
+def compile_descriptors(directory, name, *missions):
+    return subprocess.run([ROOT / "build/bin/descriptor-compiler", str(directory), name, name, *missions], cwd=ROOT, capture_output=True,
                           text=True, check=False)
 
 

@@ -30,19 +30,19 @@ INERTIA = numpy.array([[75, 1.5, -2], [1.5, 88, 1], [-2, 1, 82]])
 @pytest.fixture(scope="module")
 def types(tmp_path_factory):
     """The Python package that lcm-gen makes from the types of the truth log."""
-    folder = tmp_path_factory.mktemp("lcm")
+    directory = tmp_path_factory.mktemp("lcm")
     generator = ROOT / "build/venv/bin/lcm-gen"
-    subprocess.run([generator, "-p", "--ppath", folder, *sorted((ROOT / "sim/truth").glob("*.lcm"))], check=True)
-    sys.path.insert(0, str(folder))
+    subprocess.run([generator, "-p", "--ppath", directory, *sorted((ROOT / "sim/truth").glob("*.lcm"))], check=True)
+    sys.path.insert(0, str(directory))
     yield importlib.import_module("hirosco")
-    sys.path.remove(str(folder))
+    sys.path.remove(str(directory))
     sys.modules.pop("hirosco")
 
 
-def truth(folder, types, channel):
+def truth(directory, types, channel):
     """Messages of a channel of the truth log."""
     kind = getattr(types, f"{channel.lower()}_t")
-    return [kind.decode(event.data) for event in lcm.EventLog(str(folder / "truth.lcm"), "r") if event.channel == channel]
+    return [kind.decode(event.data) for event in lcm.EventLog(str(directory / "truth.lcm"), "r") if event.channel == channel]
 
 
 def at_each_step(messages):

@@ -111,14 +111,14 @@ def device(sheet, tmp_path_factory):
     """The simulated device, which has booted, as a node of canopen."""
     name, path, _ = sheet
     place, bus, number = DEVICES[name]
-    folder = tmp_path_factory.mktemp("sheet")
-    shutil.copytree(SHEETS.parent, folder / "descriptors")
+    directory = tmp_path_factory.mktemp("sheet")
+    shutil.copytree(SHEETS.parent, directory / "descriptors")
     world = CUBE
     if name in IN_PLACE_OF:
-        world = folder / f"descriptors/worlds/{place}.xml"
+        world = directory / f"descriptors/worlds/{place}.xml"
         placed = world.read_text(encoding="utf-8").replace(f'eds="{IN_PLACE_OF[name]}.eds"', f'eds="{name}.eds"')
         world.write_text(placed, encoding="utf-8")
-    simulator = Simulator(folder, "--in-step", "--quantum", "2000", world=world)
+    simulator = Simulator(directory, "--in-step", "--quantum", "2000", world=world)
     network = simulator.connect(bus)
     node = patient(network.add_node(number, str(path)))
     pass_time(network, 10)

@@ -148,12 +148,12 @@ def test_a_line_of_descriptions_that_cannot_be_read_is_refused(line, tmp_path):
     ("129,1 STATE_REQUEST critical unless", "a new message and a new name"),
 ])
 def test_words_that_make_a_request_harmless_are_those_of_its_first_field(line, wrong, tmp_path):
-    folder = tmp_path / "catalogue"
-    shutil.copytree(ROOT / "pus" / "catalogue", folder)
-    names = folder / "names.txt"
+    directory = tmp_path / "catalogue"
+    shutil.copytree(ROOT / "pus" / "catalogue", directory)
+    names = directory / "names.txt"
     names.write_text(re.sub(r"129,1 .*", line, names.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(DescriptorError, match=wrong):
-        catalogue.private(folder)
+        catalogue.private(directory)
 
 
 def test_emergency_codes_have_the_names_of_the_standards_and_of_the_data_sheets(tmp_path):

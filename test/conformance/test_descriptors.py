@@ -44,11 +44,11 @@ def generate(mission, out):
 
 @pytest.fixture(scope="module")
 def generated(tmp_path_factory):
-    """Folder that contains generated/."""
-    folder = tmp_path_factory.mktemp("generator")
-    done = generate(MISSION, folder / "generated")
+    """Directory that contains generated/."""
+    directory = tmp_path_factory.mktemp("generator")
+    done = generate(MISSION, directory / "generated")
     assert done.returncode == 0, done.stderr
-    return folder
+    return directory
 
 
 @pytest.fixture(scope="module")

@@ -138,6 +138,6 @@ def test_a_class_keeps_the_hash_of_its_sheet(tmp_path):
 
 @pytest.mark.parametrize("index, unit", [(0x6064, "rad"), (0x606C, "rad/s")])
 def test_the_database_has_si_units_of_a_drive_with_increments(index, unit):
-    values = sheet.load(sheet.FOLDER / "servo-drive.eds").defaults(0)
+    values = sheet.load(sheet.DIRECTORY / "servo-drive.eds").defaults(0)
     turns = values[0x608F, 2] * values[0x6091, 2] / (values[0x608F, 1] * values[0x6091, 1])
     assert dbc._scale(values, index) == (pytest.approx(2.0 * math.pi * turns), unit)

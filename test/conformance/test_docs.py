@@ -26,12 +26,12 @@ def make(out):
 
 @pytest.fixture(scope="module")
 def docs(tmp_path_factory):
-    """Folder with the pages."""
-    folder = tmp_path_factory.mktemp("docs") / "docs"
-    done = make(folder)
+    """Directory with the pages."""
+    directory = tmp_path_factory.mktemp("docs") / "docs"
+    done = make(directory)
     assert done.returncode == 0, done.stderr
     assert "no dead link" in done.stdout
-    return folder
+    return directory
 
 
 def page(docs, name):
@@ -73,7 +73,7 @@ def test_generator_finds_a_dead_link(docs, tmp_path):
     assert "b.html leads to no file" in done.stdout and "#nowhere has an anchor that the page does not have" in done.stdout and "#here" not in done.stdout
 
 
-PUS = sorted(f"pus_{folder.name}" for folder in (ROOT / "pus").iterdir() if folder.name not in ("catalogue", "tool"))
+PUS = sorted(f"pus_{directory.name}" for directory in (ROOT / "pus").iterdir() if directory.name not in ("catalogue", "tool"))
 
 
 @pytest.mark.parametrize("library", ["osal_posix", "base", "fsw_framework_parameter", "fsw_framework_rtlink", "fsw_framework_subsystem", "fsw_canopen", "fsw_drives", *PUS])
@@ -84,8 +84,8 @@ def test_every_public_function_has_its_place(docs, library):
         pytest.skip("not built")
     symbols = re.findall(r" T (\w+)$", subprocess.run(["nm", "-g", archive], capture_output=True, text=True, check=True).stdout, re.MULTILINE)
     reference = "".join(path.read_text(encoding="utf-8") for path in docs.glob("api-*.html"))
-    folders = [ROOT / "osal" / "include" / "osal"] if library == "osal_posix" else [ROOT / library.replace("_framework_", "/framework/").replace("fsw_", "fsw/").replace("pus_", "pus/")]
-    texts = "".join(path.read_text(encoding="utf-8") for folder in folders for path in folder.glob("*.h") if not path.stem.endswith("_internal"))
+    directories = [ROOT / "osal" / "include" / "osal"] if library == "osal_posix" else [ROOT / library.replace("_framework_", "/framework/").replace("fsw_", "fsw/").replace("pus_", "pus/")]
+    texts = "".join(path.read_text(encoding="utf-8") for directory in directories for path in directory.glob("*.h") if not path.stem.endswith("_internal"))
     declared = [symbol for symbol in symbols if re.search(rf"^[A-Za-z][^\n;]*\b{symbol}\(", texts, re.MULTILINE)]
     assert declared
     missing = [symbol for symbol in declared if f'id="{symbol}"' not in reference]

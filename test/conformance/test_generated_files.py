@@ -21,15 +21,15 @@ import run as yamcs_run  # noqa: E402
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Two folders that were generated with different hash orders of sets and dictionaries and in different
+    """Two directories that were generated with different hash orders of sets and dictionaries and in different
     working directories."""
-    folders = []
+    directories = []
     for seed in ("1", "2"):
         out = tmp_path_factory.mktemp(f"made-{seed}")
         command = [sys.executable, GENERATOR / "generate.py", "--mission", *MISSIONS, "--out", out]
         subprocess.run(command, check=True, cwd=out, env={**os.environ, "PYTHONHASHSEED": seed})
-        folders.append({path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()})
-    return folders
+        directories.append({path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()})
+    return directories
 
 
 def test_the_same_descriptors_give_the_same_octets(made):

@@ -33,25 +33,25 @@ from hirosco_gse.dictionary import STATES  # noqa: E402
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The folder of a flight with its MCAP file."""
+def directory(tmp_path_factory):
+    """The directory of a flight with its MCAP file."""
     place = tmp_path_factory.mktemp("flight")
     flown = flying.fly(place / "run", "--form", "image", "--scenario", flying.write_scenario(place / "short.scn", *SCENARIO))
     assert flown.code == 0, flown.transcript()
-    assert cli.main(["mcap", str(flown.folder)]) == 0
-    return flown.folder
+    assert cli.main(["mcap", str(flown.directory)]) == 0
+    return flown.directory
 
 
 @pytest.fixture(scope="module")
-def run(folder):
-    return runs.load(folder)
+def run(directory):
+    return runs.load(directory)
 
 
 @pytest.fixture(scope="module")
-def messages(folder):
+def messages(directory):
     """topic -> list of (time [ns], message): ROS messages decoded by mcap-ros2-support, JSON by json."""
     found, last, factory, decoders = collections.defaultdict(list), 0, DecoderFactory(), {}
-    with (folder / "run.mcap").open("rb") as stream:
+    with (directory / "run.mcap").open("rb") as stream:
         for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False):
             assert message.log_time >= last, "the messages are not in the order of their times"
             last = message.log_time
@@ -61,8 +61,8 @@ def messages(folder):
     return found
 
 
-def test_the_summary_lists_channels_with_their_schemas_and_counts(folder, messages):
-    with (folder / "run.mcap").open("rb") as stream:
+def test_the_summary_lists_channels_with_their_schemas_and_counts(directory, messages):
+    with (directory / "run.mcap").open("rb") as stream:
         summary = make_reader(stream, validate_crcs=True).get_summary()
     assert {channel.topic for channel in summary.channels.values()} == messages.keys()
     assert summary.statistics.message_count == sum(map(len, messages.values()))
@@ -105,8 +105,8 @@ def test_a_long_frame_is_read_whole():
     assert [bytes(log.data[row, : log.length[row]]) for row in (0, 1)] == [b"\xa1" * 12, b"\1"]
 
 
-def test_truth_has_the_names_of_the_world_and_its_values(folder, messages):
-    channels = logs.read_lcm(folder / "truth.lcm")
+def test_truth_has_the_names_of_the_world_and_its_values(directory, messages):
+    channels = logs.read_lcm(directory / "truth.lcm")
     joints = runs.decode_truth(channels)["JOINTS"]
     reported = messages["/truth/joints"]
     assert [time_ns for time_ns, _ in reported] == [1000 * time_us for time_us in joints["time_us"]]
@@ -134,19 +134,19 @@ def test_housekeeping_states_and_events_are_those_of_the_packets(run, messages):
     assert len(events) >= 2
 
 
-def test_the_schema_of_housekeeping_has_units(folder):
-    with (folder / "run.mcap").open("rb") as stream:
+def test_the_schema_of_housekeeping_has_units(directory):
+    with (directory / "run.mcap").open("rb") as stream:
         summary = make_reader(stream).get_summary()
     channel = next(one for one in summary.channels.values() if one.topic == "/manipulator/housekeeping_4711")
     members = json.loads(summary.schemas[channel.schema_id].data)["properties"]["CUR_VALUES"]["properties"]
     assert members["POSITION"]["description"] == "rad" and members["STATE"]["type"] == "number" and members["STATE_WORD"]["type"] == "string"
 
 
-def test_the_same_run_gives_the_same_file_and_a_database_of_other_descriptors_is_not_used(folder, tmp_path, capsys):
+def test_the_same_run_gives_the_same_file_and_a_database_of_other_descriptors_is_not_used(directory, tmp_path, capsys):
     copy = tmp_path / "copy"
-    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("run.mcap", "storage"))
+    shutil.copytree(directory, copy, ignore=shutil.ignore_patterns("run.mcap", "storage"))
     assert cli.main(["mcap", str(copy)]) == 0
-    assert (copy / "run.mcap").read_bytes() == (folder / "run.mcap").read_bytes()
+    assert (copy / "run.mcap").read_bytes() == (directory / "run.mcap").read_bytes()
     capsys.readouterr()
     facts = json.loads((copy / "run.json").read_text())
     (copy / "run.json").write_text(json.dumps({**facts, "configuration_hash": "0x0123456789ABCDEF"}))

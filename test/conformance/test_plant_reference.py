@@ -18,7 +18,7 @@ import numpy
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SOURCES = [path for folder in ("sim/plant", "sim/world") for path in sorted((ROOT / folder).glob("*.c"))]
+SOURCES = [path for directory in ("sim/plant", "sim/world") for path in sorted((ROOT / directory).glob("*.c"))]
 REFERENCE_S = 1e-4
 BASE_RAD, JOINT_RAD = 1e-5, 1e-4  # Bounds over 20 s; for prismatic joints in m.
 EXTRAPOLATED = 5e-7  # Bound on the rest without the error of first order.
@@ -110,11 +110,11 @@ class Robot:
                 f"<Start {start}/></Robot>\n</World>\n")
 
 
-def plant_motion(probe, folder, robot, urdf, seconds, step_us=500):
-    (folder / "robot.urdf").write_text(urdf)
-    (folder / "w.xml").write_text(robot.world())
+def plant_motion(probe, directory, robot, urdf, seconds, step_us=500):
+    (directory / "robot.urdf").write_text(urdf)
+    (directory / "w.xml").write_text(robot.world())
     laws = "\n".join(" ".join(repr(float(x)) for x in joint["law"]) for joint in robot.joints)
-    done = subprocess.run([probe, folder / "w.xml", str(seconds), str(step_us)], input=laws, capture_output=True, text=True, check=False)
+    done = subprocess.run([probe, directory / "w.xml", str(seconds), str(step_us)], input=laws, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return numpy.array([[float(word) for word in line.split()] for line in done.stdout.splitlines()])
 
@@ -187,12 +187,12 @@ def deviation(robot, plant, reference):
     return angles.max(), abs(plant - reference)[:, 1:4].max(), joints
 
 
-def compare(probe, folder, robot, seconds, change=lambda urdf: urdf):
+def compare(probe, directory, robot, seconds, change=lambda urdf: urdf):
     """Deviation of the plant from the reference, and deviation after extrapolation from two steps to a step
     of zero."""
     urdf = robot.urdf()
     reference = reference_motion(robot, urdf, seconds)
-    coarse, fine = (plant_motion(probe, folder, robot, change(urdf), seconds, step_us) for step_us in (500, 250))
+    coarse, fine = (plant_motion(probe, directory, robot, change(urdf), seconds, step_us) for step_us in (500, 250))
     found, limit = deviation(robot, coarse, reference), deviation(robot, 2 * fine - coarse, reference)
     print(f"base {found[0]:.1e} rad, {found[1]:.1e} m, joints {found[2]:.1e}; extrapolated {limit[0]:.1e}, {limit[1]:.1e}, {limit[2]:.1e}")
     return found, limit
@@ -303,21 +303,21 @@ def inertia_words(inertia):
     return " ".join(f'{name}="{float(inertia[row][column])!r}"' for name, row, column in pairs)
 
 
-def wheels_of_the_plant(probe, folder, step_us):
+def wheels_of_the_plant(probe, directory, step_us):
     """Rows of the probe. The body of the plant contains its rotors, but not their moments about their
     axes."""
     inertia = BODY["inertia"].astype(float)
     for axis, *_ in ROTORS:
         along = numpy.array(axis) / numpy.linalg.norm(axis)
         inertia = inertia + ROTOR_KGM2 / 2 * (numpy.eye(3) - numpy.outer(along, along))
-    (folder / "robot.urdf").write_text(f'<robot name="b"><link name="base"><inertial><mass value="{BODY["mass"] + len(ROTORS) * ROTOR_KG!r}"/>'
+    (directory / "robot.urdf").write_text(f'<robot name="b"><link name="base"><inertial><mass value="{BODY["mass"] + len(ROTORS) * ROTOR_KG!r}"/>'
                                        f"<inertia {inertia_words(inertia)}/></inertial></link></robot>")
     wheels = "\n".join(f'<Wheel name="W{number}" on="r.base" axis="{axis[0]} {axis[1]} {axis[2]}" momentum="30" torque="1" start="{start!r}" '
                        f'bus="b" node="{10 + number}" eds="wheel.eds"/>' for number, (axis, start, _, _) in enumerate(ROTORS))
-    (folder / "w.xml").write_text('<World name="w" step="500us" gravity="0 0 0">\n<Robot name="r" urdf="robot.urdf" base="free">'
+    (directory / "w.xml").write_text('<World name="w" step="500us" gravity="0 0 0">\n<Robot name="r" urdf="robot.urdf" base="free">'
                                   f'<State rate="{RATE[0]} {RATE[1]} {RATE[2]}"/></Robot>\n{wheels}\n</World>\n')
     laws = "\n".join(f"{amplitude!r} {frequency!r}" for _, _, amplitude, frequency in ROTORS)
-    done = subprocess.run([probe, folder / "w.xml", str(SECONDS), str(step_us)], input=laws, capture_output=True, text=True, check=False)
+    done = subprocess.run([probe, directory / "w.xml", str(SECONDS), str(step_us)], input=laws, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return numpy.array([[float(word) for word in line.split()] for line in done.stdout.splitlines()])
 
@@ -440,9 +440,9 @@ SLOPE = (9.81 * math.sin(0.4), 0.0, -9.81 * math.cos(0.4))
 ON_TABLE_M = -9.81 * math.cos(0.4) * Block.MASS / 2000.0  # The spring of the contact carries the cube.
 
 
-def motions(probe, folder, block, seconds):
+def motions(probe, directory, block, seconds):
     """Positions of the cube in the plant with steps of 0.5 and 0.25 ms, and in the reference."""
-    coarse, fine = (plant_motion(probe, folder, block, block.urdf(), seconds, step_us)[:, 1:4] for step_us in (500, 250))
+    coarse, fine = (plant_motion(probe, directory, block, block.urdf(), seconds, step_us)[:, 1:4] for step_us in (500, 250))
     return coarse, fine, block.reference(seconds)
 
 

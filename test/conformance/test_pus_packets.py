@@ -49,7 +49,7 @@ class Process:
 def build(path, *sources):
     """Build a program with sanitizers, from sources and from the project's libraries of `make test`; builds
     the libraries if necessary."""
-    pus = sorted(f"pus_{folder.name}" for folder in (ROOT / "pus").iterdir() if folder.name not in ("catalogue", "tool"))
+    pus = sorted(f"pus_{directory.name}" for directory in (ROOT / "pus").iterdir() if directory.name not in ("catalogue", "tool"))
     libraries = [f"build/sanitize/lib/lib{name}.a" for name in (*pus, "base", "osal_posix")]
     quiet = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
     subprocess.run(["make", "-s", "SANITIZE=1", *libraries], cwd=ROOT, env=quiet, check=True, stdout=subprocess.DEVNULL)

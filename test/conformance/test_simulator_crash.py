@@ -12,14 +12,14 @@ PASSED_MS = 40  # Less than the second after which the simulator flushes its log
 QUANTUM_MS = 2
 
 
-def _crashed(folder, number):
+def _crashed(directory, number):
     """Let time pass, then let the simulator crash while it waits for its master."""
-    simulator = Simulator(folder, "--in-step", "--quantum", f"{1000 * QUANTUM_MS}")
+    simulator = Simulator(directory, "--in-step", "--quantum", f"{1000 * QUANTUM_MS}")
     network = simulator.connect("robot")
     node = patient(network.add_node(0x11, str(SHEETS / "joint-drive.eds")))
     pass_time(network, PASSED_MS)
     device_type = node.sdo["Device type"].raw  # The answer comes after all frames before the request.
-    assert (folder / "can-robot.log").stat().st_size == 0, "flushed before the crash: the test shows nothing"
+    assert (directory / "can-robot.log").stat().st_size == 0, "flushed before the crash: the test shows nothing"
     simulator.process.send_signal(number)
     code = simulator.process.wait(BOUND_S)
     network.disconnect()

@@ -23,12 +23,12 @@ TYPES = sorted((ROOT / "sim/truth").glob("*.lcm"))
 @pytest.fixture(scope="module")
 def types(tmp_path_factory):
     """The Python package that lcm-gen makes from the type files."""
-    folder = tmp_path_factory.mktemp("lcm")
+    directory = tmp_path_factory.mktemp("lcm")
     generator = pathlib.Path(sys.executable).with_name("lcm-gen")
-    subprocess.run([generator, "-p", "--ppath", folder, *TYPES], check=True)
-    sys.path.insert(0, str(folder))
+    subprocess.run([generator, "-p", "--ppath", directory, *TYPES], check=True)
+    sys.path.insert(0, str(directory))
     yield importlib.import_module("hirosco")
-    sys.path.remove(str(folder))
+    sys.path.remove(str(directory))
     sys.modules.pop("hirosco")
 
 

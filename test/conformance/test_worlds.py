@@ -267,17 +267,17 @@ CASES = {"the world as it is": Case(WORLD, 1, False, False), **dict(attribute_ca
 @pytest.fixture(scope="module")
 def verdicts(tmp_path_factory):
     """For each case, what the schema and the reader say: None, or the error."""
-    folder = tmp_path_factory.mktemp("worlds")
-    (folder / "arm.urdf").write_text(ARM, encoding="utf-8")
-    (folder / "body.urdf").write_text(BODY, encoding="utf-8")
+    directory = tmp_path_factory.mktemp("worlds")
+    (directory / "arm.urdf").write_text(ARM, encoding="utf-8")
+    (directory / "body.urdf").write_text(BODY, encoding="utf-8")
     sources = [ROOT / "test" / "conformance" / "world_probe.c", *sorted(ROOT.glob("sim/world/*.c"))]
-    command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", f"-I{ROOT}", "-o", folder / "probe", *sources, "-lexpat", "-lm"]
+    command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", f"-I{ROOT}", "-o", directory / "probe", *sources, "-lexpat", "-lm"]
     subprocess.run(command, check=True)
     paths = {}
     for number, (name, case) in enumerate(CASES.items()):
-        paths[name] = folder / f"case-{number}.xml"
+        paths[name] = directory / f"case-{number}.xml"
         paths[name].write_text(case.text, encoding="utf-8")
-    read = subprocess.run([folder / "probe", *paths.values()], capture_output=True, text=True, check=True).stdout.splitlines()
+    read = subprocess.run([directory / "probe", *paths.values()], capture_output=True, text=True, check=True).stdout.splitlines()
     assert len(read) == len(CASES)
     by_schema = {}
     done = subprocess.run(["xmllint", "--noout", "--nonet", "--schema", SCHEMA, *paths.values()], capture_output=True, text=True, check=False)

@@ -48,9 +48,9 @@ SERVICE = re.compile(r"/ST\d\d/")
 def place():
     above = ROOT / "build" / "test"
     above.mkdir(parents=True, exist_ok=True)
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="yamcs-", dir=above))
-    yield folder
-    shutil.rmtree(folder, ignore_errors=True)
+    directory = pathlib.Path(tempfile.mkdtemp(prefix="yamcs-", dir=above))
+    yield directory
+    shutil.rmtree(directory, ignore_errors=True)
 
 
 @pytest.fixture(scope="module")
@@ -210,9 +210,9 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
     assert flight.code == 0, flight.transcript()
 
 
-def test_it_starts_ends_and_starts_again_in_one_folder(place, flight):
-    """The command of `make yamcs` starts it, with mission and port of the run folder; a second instance in the folder is refused."""
-    words = [sys.executable, ROOT / "gse/yamcs/run.py", "--run", flight.folder, "--out", place / "twice", "--http-port"]
+def test_it_starts_ends_and_starts_again_in_one_directory(place, flight):
+    """The command of `make yamcs` starts it, with mission and port of the run directory; a second instance in the directory is refused."""
+    words = [sys.executable, ROOT / "gse/yamcs/run.py", "--run", flight.directory, "--out", place / "twice", "--http-port"]
     for _ in range(2):
         server = subprocess.Popen([*words, str(flying.free_port())], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         try:
@@ -357,7 +357,7 @@ def test_a_stack_opens_links_and_brings_telepresence_up(yamcs, flight):
     """The stack is ALL-TELEPRESENCE; states, phases, configurations and links of both subsystems are separate
     parameters."""
     # A link must be opened within 5 s of its request, and Yamcs may be slow here.
-    slowed = flying.gse(flight, "--run", flight.folder, "speed", "0.2")
+    slowed = flying.gse(flight, "--run", flight.directory, "speed", "0.2")
     assert slowed.returncode == 0, slowed.stderr
     for step in yamcs.ask("storage/buckets/stacks/objects/ALL-TELEPRESENCE.ycs")["steps"]:
         arguments = {one["name"]: one["value"] for one in step["arguments"]}
@@ -369,7 +369,7 @@ def test_a_stack_opens_links_and_brings_telepresence_up(yamcs, flight):
         until(lambda: value_of(yamcs, f"{name}/SUBSYSTEM_TARGET") == "OPERATIONAL", "a status report")
         for link in ("HAND_POSITION", "ROBOT_STATE"):
             assert value_of(yamcs, f"{name}/LINK_{link}_STATE") == "open"
-    assert flying.gse(flight, "--run", flight.folder, "speed", "1").returncode == 0
+    assert flying.gse(flight, "--run", flight.directory, "speed", "1").returncode == 0
     assert value_of(yamcs, "SUPERVISOR/SUBSYSTEM_STATE") == "OPERATIONAL"
 
 
@@ -382,7 +382,7 @@ def test_housekeeping_of_all_subsystems_has_the_values_of_the_packet_log(yamcs, 
     reads in the log on board."""
     until(lambda: {1, 2, 16, 17} <= {packets.parse(base64.b64decode(one[3])).apid for one in yamcs.packets() if "/HK_" in one[0]}, "housekeeping")
     newest = yamcs.packets()
-    with (flight.folder / "packets.ascii").open(encoding="ascii") as log:
+    with (flight.directory / "packets.ascii").open(encoding="ascii") as log:
         logged = {line.split()[-1] for line in log if line.strip()}
     present = {one.apid: one.configuration("TELEPRESENCE").id for one in dictionary.members}
     compared = {}

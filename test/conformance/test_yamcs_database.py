@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(bool(yamcs_run.lacking("rokviss")), reason="Yamc
 def verified(place, mission):
     """Result of `yamcsadmin mdb verify` for the configuration of a mission."""
     words = ["java", "-Xmx256m", "-cp", f"{yamcs_run.LIBRARIES}/*", "org.yamcs.cli.YamcsAdminCli", "--etc-dir", place / "etc", "mdb", "verify", "mission"]
-    return subprocess.run(words, cwd=place, capture_output=True, text=True, check=False)  # yamcsadmin writes a folder `cache` into its working folder.
+    return subprocess.run(words, cwd=place, capture_output=True, text=True, check=False)  # yamcsadmin writes a directory `cache` into its working directory.
 
 
 @pytest.mark.parametrize("mission", MISSIONS)

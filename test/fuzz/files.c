@@ -24,25 +24,25 @@ const char* fuzz_file(const uint8_t* const data, const size_t size)
     return "/proc/self/fd/100";
 }
 
-static void make_folder(const char* const path)
+static void make_directory(const char* const path)
 {
     FUZZ_CHECK((mkdir(path, 0755U) == 0) || (errno == EEXIST));
 }
 
-const char* fuzz_folder(const char* const name)
+const char* fuzz_directory(const char* const name)
 {
     static char path[PATH_CHARACTERS];
-    make_folder("build");
-    make_folder("build/fuzz");
-    make_folder("build/fuzz/folder");
-    (void)snprintf(path, sizeof path, "build/fuzz/folder/%s", name);
-    make_folder(path);
+    make_directory("build");
+    make_directory("build/fuzz");
+    make_directory("build/fuzz/directory");
+    (void)snprintf(path, sizeof path, "build/fuzz/directory/%s", name);
+    make_directory(path);
     return path;
 }
 
-void fuzz_link(const char* const folder, const char* const link, const char* const target)
+void fuzz_link(const char* const directory, const char* const link, const char* const target)
 {
     char path[PATH_CHARACTERS];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, link);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, link);
     FUZZ_CHECK((symlink(target, path) == 0) || (errno == EEXIST));
 }

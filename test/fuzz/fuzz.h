@@ -71,9 +71,9 @@ void fuzz_repair_packet(uint8_t kind, uint8_t* octets, size_t size, uint32_t* ra
 
 /// Returns the path of a file in memory with these octets; it is always the same path.
 const char* fuzz_file(const uint8_t* data, size_t size);
-/// Returns a folder for this target under build/fuzz/folder, made if it does not exist.
-const char* fuzz_folder(const char* name);
-/// Make `link` in the target's folder point to `target`.
-void fuzz_link(const char* folder, const char* link, const char* target);
+/// Returns a directory for this target under build/fuzz/directory, made if it does not exist.
+const char* fuzz_directory(const char* name);
+/// Make `link` in the target's directory point to `target`.
+void fuzz_link(const char* directory, const char* link, const char* target);
 
 #endif // TEST_FUZZ_FUZZ_H

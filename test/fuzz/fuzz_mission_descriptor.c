@@ -16,12 +16,12 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 {
     (void)argc;
     (void)argv;
-    const uint8_t nothing    = 0U;
-    const char* const folder = fuzz_folder("mission");
-    fuzz_link(folder, "missions", ".");
-    fuzz_link(folder, "subsystems", "../../../../descriptors/subsystems");
-    fuzz_link(folder, "mission.xml", fuzz_file(&nothing, 0U));
-    (void)snprintf(path, sizeof path, "%s/missions/mission.xml", folder);
+    const uint8_t nothing       = 0U;
+    const char* const directory = fuzz_directory("mission");
+    fuzz_link(directory, "missions", ".");
+    fuzz_link(directory, "subsystems", "../../../../descriptors/subsystems");
+    fuzz_link(directory, "mission.xml", fuzz_file(&nothing, 0U));
+    (void)snprintf(path, sizeof path, "%s/missions/mission.xml", directory);
     return 0;
 }
 

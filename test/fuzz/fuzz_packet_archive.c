@@ -16,7 +16,7 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 {
     (void)argc;
     (void)argv;
-    archive.folder = fuzz_folder("packet_archive");
+    archive.directory = fuzz_directory("packet_archive");
     open_archive(&archive);
     FUZZ_CHECK(!archive.is_failed);
     return 0;

@@ -29,7 +29,7 @@ static subsystem_descriptor_t descriptor;
 static supervisor_t supervisor;
 static message_endpoint_t endpoint;
 static message_slot_t inbox[SLOTS];
-static char log_folder[128];
+static char log_directory[128];
 static uint64_t now_ns;
 static bool is_stop_requested;
 static bool is_finished;
@@ -130,10 +130,10 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
     FUZZ_CHECK(descriptor_load_mission(&loader, MISSION, MISSION_ANY_TARGET, &descriptor_mission_whole,
                                        &mission, &descriptor) == STATUS_OK);
     FUZZ_CHECK(descriptor_load_subsystem(&loader, DESCRIPTOR, &descriptor) == STATUS_OK);
-    (void)strcpy(log_folder, fuzz_folder("supervisor"));
-    fuzz_link(log_folder, "packets.ascii", "/dev/null");
-    fuzz_link(log_folder, "packets.spool", "/dev/null");
-    fuzz_link(log_folder, "packets.ring", "/dev/null");
+    (void)strcpy(log_directory, fuzz_directory("supervisor"));
+    fuzz_link(log_directory, "packets.ascii", "/dev/null");
+    fuzz_link(log_directory, "packets.spool", "/dev/null");
+    fuzz_link(log_directory, "packets.ring", "/dev/null");
     return 0;
 }
 
@@ -160,7 +160,7 @@ static void begin(void)
                                                                 .promise           = promise,
                                                                 .is_stop_requested = stop_requested,
                                                                 .finished          = finished},
-                                        .log_folder          = log_folder,
+                                        .log_directory       = log_directory,
                                         .start_count         = 1U};
     now_ns                           = 0U;
     is_stop_requested                = false;

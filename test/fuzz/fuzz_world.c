@@ -18,11 +18,11 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
 {
     (void)argc;
     (void)argv;
-    const uint8_t nothing    = 0U;
-    const char* const folder = fuzz_folder("world");
-    fuzz_link(folder, "rokviss.urdf", "../../../../descriptors/worlds/rokviss.urdf");
-    fuzz_link(folder, "world.xml", fuzz_file(&nothing, 0U));
-    (void)snprintf(path, sizeof path, "%s/world.xml", folder);
+    const uint8_t nothing       = 0U;
+    const char* const directory = fuzz_directory("world");
+    fuzz_link(directory, "rokviss.urdf", "../../../../descriptors/worlds/rokviss.urdf");
+    fuzz_link(directory, "world.xml", fuzz_file(&nothing, 0U));
+    (void)snprintf(path, sizeof path, "%s/world.xml", directory);
     return 0;
 }
 

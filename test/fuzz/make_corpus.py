@@ -243,12 +243,12 @@ VECTORS = {
 
 
 def write_seeds(target):
-    folder = SEEDS / target
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    directory = SEEDS / target
+    shutil.rmtree(directory, ignore_errors=True)
+    directory.mkdir(parents=True)
     for place, seed in enumerate(VECTORS[target]()):
-        (folder / f"seed-{place:03}").write_bytes(seed)
-    return folder
+        (directory / f"seed-{place:03}").write_bytes(seed)
+    return directory
 
 
 def merge(target):
@@ -259,23 +259,23 @@ def merge(target):
     sources = [write_seeds(target), pathlib.Path("build/fuzz/corpus", target), run_fuzz.HERE / "corpus" / target]
     largest = LARGEST.get(target, 2048)
     subprocess.run([str(run_fuzz.BUILT / target), "-merge=1", f"-max_len={largest}", "-timeout=10", str(merged),
-                    *(str(folder) for folder in sources if folder.is_dir())], check=True, stderr=subprocess.DEVNULL,
+                    *(str(directory) for directory in sources if directory.is_dir())], check=True, stderr=subprocess.DEVNULL,
                    stdout=subprocess.DEVNULL)
     return merged
 
 
 def keep(target):
-    folder = run_fuzz.HERE / "corpus" / target
+    directory = run_fuzz.HERE / "corpus" / target
     merged = merge(target)
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    shutil.rmtree(directory, ignore_errors=True)
+    directory.mkdir(parents=True)
     size = 0
     for path in sorted(merged.iterdir(), key=lambda path: (path.stat().st_size, path.name)):
         size += path.stat().st_size
         if size > SHARE:
             break
-        shutil.copyfile(path, folder / path.name[:12])
-    print(f"{target:22} {len(list(folder.iterdir()))} of {len(list(merged.iterdir()))} inputs, {min(size, SHARE)} octets")
+        shutil.copyfile(path, directory / path.name[:12])
+    print(f"{target:22} {len(list(directory.iterdir()))} of {len(list(merged.iterdir()))} inputs, {min(size, SHARE)} octets")
 
 
 def main():

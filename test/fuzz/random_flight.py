@@ -159,35 +159,35 @@ def write_pool(path):
 
 
 def prepare_programs(program):
-    """A folder with the launcher and all programs, in which the image is `program`."""
-    folder, built = program.parent, ROOT / "build/bin"
+    """A directory with the launcher and all programs, in which the image is `program`."""
+    directory, built = program.parent, ROOT / "build/bin"
     for path in built.iterdir():
-        place = folder / path.name
+        place = directory / path.name
         if path.name != "image" and place.resolve() != path:
             with contextlib.suppress(FileExistsError):  # Another flight may create it at the same time.
                 place.unlink(missing_ok=True)  # A link of a tree that was moved.
                 place.symlink_to(path)
-    return folder / "hirosco"
+    return directory / "hirosco"
 
 
 def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATIENCE_S):
     """Fly. Returns the counts of the flight. Raises AssertionError with the reason and the last telecommands. `fault` plants one of
-    test/fuzz/flight/faults.c; `keep` keeps the folder of the flight; a flight that lasts longer than `patience_s` is
+    test/fuzz/flight/faults.c; `keep` keeps the directory of the flight; a flight that lasts longer than `patience_s` is
     stopped."""
-    pool, result, folder = out / "pool", out / f"{seed}.json", out / f"{seed}"
-    shutil.rmtree(folder, ignore_errors=True)
+    pool, result, directory = out / "pool", out / f"{seed}.json", out / f"{seed}"
+    shutil.rmtree(directory, ignore_errors=True)
     for path in (result, result.with_suffix(".json.failure")):
         path.unlink(missing_ok=True)
     write_pool(pool)
     environment = dict(os.environ, RANDOM_FLIGHT=f"{seed} {count} {pool} {result}", RANDOM_FLIGHT_FAULT=fault)
     words = [str(prepare_programs(program)), "run", "--mission", MISSION, "--form", "image", "--scenario", "none", "--report", "no", "--duration", str(LONGEST_S),
-             "--seed", str(seed), "--out", str(folder)]
+             "--seed", str(seed), "--out", str(directory)]
     again = f"to see it again: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}"
     try:
         done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience_s)
     except subprocess.TimeoutExpired as stuck:
         output = b"".join(text[-2000:] for text in (stuck.stdout, stuck.stderr) if text).decode(errors="replace")
-        raise AssertionError(f"seed {seed}: the flight did not end within {patience_s:g} s of wall-clock time and was stopped; its files are in {folder}\n"
+        raise AssertionError(f"seed {seed}: the flight did not end within {patience_s:g} s of wall-clock time and was stopped; its files are in {directory}\n"
                              f"{output}{again}") from None
     failure = result.with_suffix(".json.failure")
     if failure.exists():
@@ -196,7 +196,7 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATI
     counts = json.loads(result.read_text())
     judge(counts)
     if not keep:
-        shutil.rmtree(folder)
+        shutil.rmtree(directory)
     return counts
 
 

@@ -30,9 +30,9 @@ def targets():
 
 
 def kept(target):
-    """Folders of a target's kept inputs: inputs with coverage, and inputs that once failed."""
-    folders = [HERE / "corpus" / target, HERE / "regression" / target]
-    return [str(folder) for folder in folders if folder.is_dir()]
+    """Directories of a target's kept inputs: inputs with coverage, and inputs that once failed."""
+    directories = [HERE / "corpus" / target, HERE / "regression" / target]
+    return [str(directory) for directory in directories if directory.is_dir()]
 
 
 def vectors(target):
@@ -51,8 +51,8 @@ def run(program, arguments, seconds_allowed):
         return 1, (late.stdout or b"").decode(errors="replace") + f"\nended after {seconds_allowed} s"
 
 
-def files_of(folders):
-    return sorted(str(path) for folder in folders for path in pathlib.Path(folder).iterdir())
+def files_of(directories):
+    return sorted(str(path) for directory in directories for path in pathlib.Path(directory).iterdir())
 
 
 def kept_inputs(target):

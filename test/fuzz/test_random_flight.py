@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(not random_flight.PROGRAM.exists(), reason="not 
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
-    """Folder and counts of a flight without a fault."""
+    """Directory and counts of a flight without a fault."""
     out = tmp_path_factory.mktemp("random-flight")
     return out, random_flight.fly(SEED, COUNT, out, SANITIZED if SANITIZED.exists() else random_flight.PROGRAM, keep=True)
 
@@ -53,9 +53,9 @@ def test_reports_of_all_services_read_the_same_by_the_database(flown):
     assert sum(count > 0 for count in compared.values()) > 15, compared
 
 
-def lines_until_ground_is_silent(folder):
+def lines_until_ground_is_silent(directory):
     """Lines of the packet log of a flight up to its last telecommand of the ground user."""
-    lines = (folder / "packets.log").read_text().splitlines()
+    lines = (directory / "packets.log").read_text().splitlines()
     ours = [at for at, line in enumerate(lines) if line.split()[1] == "TC" and line.split()[2][18:22] == "0001"]  # Source.
     return lines[: ours[-1]]
 

@@ -18,24 +18,24 @@ CHOSEN = pytest.StashKey()
 
 
 @pytest.fixture(scope="session")
-def hil_folder(request):
-    """Folder for the results of this session; removed when all tests have passed, otherwise by a session an
+def hil_directory(request):
+    """Directory for the results of this session; removed when all tests have passed, otherwise by a session an
     hour later."""
     parent = places.ROOT / "build" / "test"
     parent.mkdir(parents=True, exist_ok=True)
     for old in parent.glob("hil-*"):
         if old.stat().st_mtime < time.time() - KEPT_S:
             shutil.rmtree(old, ignore_errors=True)
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="hil-", dir=parent))
-    yield folder
+    directory = pathlib.Path(tempfile.mkdtemp(prefix="hil-", dir=parent))
+    yield directory
     if request.session.testsfailed == 0:
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(directory, ignore_errors=True)
 
 
 @pytest.fixture(scope="session")
-def place(request, hil_folder):
+def place(request, hil_directory):
     """The place where commands with buses run: place.run(command) or place.group(name, command)."""
-    chosen = places.choose(hil_folder)
+    chosen = places.choose(hil_directory)
     request.config.stash[CHOSEN] = f"{chosen.name} ({chosen.why})"
     return chosen
 

@@ -2,7 +2,7 @@
 """Deaths and pulled plugs at instants of simulated time that are drawn from a number: the case, its flight,
 and what the flight leaves behind.
 
-As a program it flies the given numbers on SocketCAN and leaves a folder for each in $OUT: logs and
+As a program it flies the given numbers on SocketCAN and leaves a directory for each in $OUT: logs and
 end.json."""
 
 import json
@@ -76,11 +76,11 @@ def interfaces():
     return sorted(line.split(":")[1].strip() for line in texts[0].splitlines()) + texts[1].split()
 
 
-def fly(case, folder, scenario_folder):
+def fly(case, directory, scenario_directory):
     """Fly the case of a number. Returns the flight and what it left behind."""
-    scenario = scenario_folder / f"death-{case.number}.scn"
+    scenario = scenario_directory / f"death-{case.number}.scn"
     scenario.write_text(f"{HIL.read_text()} {case.time_us / 1e6:.6f} fault {case.fault}\n")
-    flight = flying.start(folder, "--scenario", scenario, "--duration", DURATION_S, *case.options,
+    flight = flying.start(directory, "--scenario", scenario, "--duration", DURATION_S, *case.options,
                           environment=ARITHMETIC)
     try:
         flight.wait(LIMIT_S)
@@ -106,19 +106,19 @@ def main(numbers):
     before = interfaces()
     with open(out / "results.jsonl", "w") as results:
         for case in (drawn(number, True) for number in numbers):
-            folder, message = work / str(case.number), ""
+            directory, message = work / str(case.number), ""
             try:
-                flight, left = fly(case, folder, work)
+                flight, left = fly(case, directory, work)
                 left += [f"interface {name}" for name in interfaces() if name not in before]
                 (out / str(case.number)).mkdir()
                 for name in KEPT:
-                    if (folder / name).exists():
-                        shutil.copy(folder / name, out / str(case.number) / name)
+                    if (directory / name).exists():
+                        shutil.copy(directory / name, out / str(case.number) / name)
                 end = {"code": flight.code, "output": flight.output, "left": left}
                 (out / str(case.number) / "end.json").write_text(json.dumps(end))
             except (AssertionError, OSError) as problem:
                 message = str(problem)
-            shutil.rmtree(folder, ignore_errors=True)
+            shutil.rmtree(directory, ignore_errors=True)
             print(json.dumps({"case": str(case.number), "passed": not message, "message": message}), file=results, flush=True)
             print(f"{case}: {message or 'flown'}", flush=True)
 

@@ -35,18 +35,18 @@ SURROUNDINGS = "mount -t tmpfs run /run && mount -t tmpfs shm /dev/shm && ip lin
 
 
 class Result:
-    """Result of a command: `code` (124: the time limit has ended it), `stdout` and `stderr` as text, `folder`
+    """Result of a command: `code` (124: the time limit has ended it), `stdout` and `stderr` as text, `directory`
     with the files that it left in $OUT."""
 
-    def __init__(self, code, stdout, stderr, folder):
-        self.code, self.folder = code, folder
+    def __init__(self, code, stdout, stderr, directory):
+        self.code, self.directory = code, directory
         self.stdout, self.stderr = (text.decode(errors="replace") for text in (stdout, stderr))
 
     def end(self):
         """Exit code and last lines of the output, for the messages of failed tests."""
         lines = (self.stdout + self.stderr).splitlines()[-SHOWN_LINES:]
         limit = " (time limit)" if self.code == LIMIT_REACHED else ""
-        return "\n".join([f"exit code {self.code}{limit}, results in {self.folder}, last lines:", *lines])
+        return "\n".join([f"exit code {self.code}{limit}, results in {self.directory}, last lines:", *lines])
 
 
 class Group(dict):
@@ -55,7 +55,7 @@ class Group(dict):
     def __init__(self, name, result):
         super().__init__()
         self.name, self.result = name, result
-        path = result.folder / "results.jsonl"
+        path = result.directory / "results.jsonl"
         for line in path.read_text().splitlines() if path.is_file() else []:
             case = json.loads(line)
             self[case["case"]] = (case["passed"], case["message"])
@@ -68,24 +68,24 @@ class Group(dict):
 
 
 class Place:
-    """Runs commands that use buses. `folder` has their results; `name` and `why` are the name of the place
+    """Runs commands that use buses. `directory` has their results; `name` and `why` are the name of the place
     and the reason for its choice."""
 
     name = None
 
-    def __init__(self, folder, why):
-        self.folder, self.why = pathlib.Path(folder), why
+    def __init__(self, directory, why):
+        self.directory, self.why = pathlib.Path(directory), why
         self.groups = {}
 
-    def results_folder(self, out):
+    def results_directory(self, out):
         if out is None:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            return pathlib.Path(tempfile.mkdtemp(prefix="run-", dir=self.folder))
+            self.directory.mkdir(parents=True, exist_ok=True)
+            return pathlib.Path(tempfile.mkdtemp(prefix="run-", dir=self.directory))
         pathlib.Path(out).mkdir(parents=True, exist_ok=True)
         return pathlib.Path(out).absolute()
 
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
-        """Run a shell command as root of the place, in the project's folder, with $OUT; return a Result.
+        """Run a shell command as root of the place, in the project's directory, with $OUT; return a Result.
 
         `cans`: number of emulated CAN controllers (can0, can1 ...) on one bus; only the micro-VM has them, so the command
         runs there.
@@ -117,10 +117,10 @@ class MicroVm(Place):
     name = "micro-VM"
 
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
-        folder = self.results_folder(out)
+        directory = self.results_directory(out)
         with on_all_processors():
-            outcome = microvm.run(command, seconds, cans=cans, memory=memory, out=folder)
-        return Result(outcome.code, outcome.stdout, outcome.stderr, folder)
+            outcome = microvm.run(command, seconds, cans=cans, memory=memory, out=directory)
+        return Result(outcome.code, outcome.stdout, outcome.stderr, directory)
 
 
 class RunningKernel(Place):
@@ -131,11 +131,11 @@ class RunningKernel(Place):
 
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
         if cans:
-            return MicroVm(self.folder, self.why).run(command, seconds, cans, out, memory)
-        folder = self.results_folder(out)
+            return MicroVm(self.directory, self.why).run(command, seconds, cans, out, memory)
+        directory = self.results_directory(out)
         with on_all_processors():
-            code, stdout, stderr = in_namespaces(command, seconds, os.environ | ARITHMETIC | {"OUT": str(folder)})
-        return Result(code, stdout, stderr, folder)
+            code, stdout, stderr = in_namespaces(command, seconds, os.environ | ARITHMETIC | {"OUT": str(directory)})
+        return Result(code, stdout, stderr, directory)
 
 
 def in_namespaces(command, seconds, environment):
@@ -175,17 +175,17 @@ def lacking():
     return "; ".join((stdout or stderr).decode(errors="replace").split("\n")).strip("; ") or f"the probe ended with {code}"
 
 
-def choose(folder, wanted=None):
+def choose(directory, wanted=None):
     """The place for this machine; `wanted` (or HIL_PLACE in the environment), vm or kernel, overrides the probe."""
     wanted = wanted or os.environ.get("HIL_PLACE")
     if wanted not in (None, "", "vm", "kernel"):
         raise ValueError(f"HIL_PLACE={wanted}: expected vm or kernel")
     if wanted:
-        return {"vm": MicroVm, "kernel": RunningKernel}[wanted](folder, f"HIL_PLACE={wanted}")
+        return {"vm": MicroVm, "kernel": RunningKernel}[wanted](directory, f"HIL_PLACE={wanted}")
     lack = lacking()
     if lack:
-        return MicroVm(folder, lack)
-    return RunningKernel(folder, "it has vcan, vxcan, TIPC and network namespaces")
+        return MicroVm(directory, lack)
+    return RunningKernel(directory, "it has vcan, vxcan, TIPC and network namespaces")
 
 
 def cases(program):

@@ -50,7 +50,7 @@ SCENARIOS = {"reports": """
 REPORTS = {"robot": {"004#0001", "004#0020", "004#0040", "002#0000", "040#0000", "104#0040"}, "joystick": {"020#0000", "004#0020"}}
 
 
-def write_scenario(folder, name):
-    path = pathlib.Path(folder) / f"{name}.scn"
+def write_scenario(directory, name):
+    path = pathlib.Path(directory) / f"{name}.scn"
     path.write_text(SCENARIOS[name])
     return path

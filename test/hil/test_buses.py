@@ -36,25 +36,25 @@ def group(request, place):
 
 @pytest.fixture(scope="module")
 def shared_memory_flight(tmp_path_factory):
-    """flight(name) -> folder of the same flight on shared memory, on this machine."""
-    folder = tmp_path_factory.mktemp("buses")
+    """flight(name) -> directory of the same flight on shared memory, on this machine."""
+    directory = tmp_path_factory.mktemp("buses")
 
     @functools.cache
     def flight(name):
         mission, scenario = {"vcan": ("rokviss", "reports"), "controllers": ("classic", "classic")}[name]
-        return fly_here(folder / name, mission, short_flights.write_scenario(folder, scenario))
+        return fly_here(directory / name, mission, short_flights.write_scenario(directory, scenario))
 
     return flight
 
 
-def fly_here(folder, mission, scenario):
+def fly_here(directory, mission, scenario):
     """Fly on shared memory with the same floating-point instructions as the flights with which this one is
     compared."""
     ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
-                            "--report", "no", "--out", folder], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
+                            "--report", "no", "--out", directory], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
                            text=True, env=os.environ | places.ARITHMETIC, timeout=places.SECONDS)
     assert ended.returncode == 0, ended.stdout + ended.stderr
-    return folder
+    return directory
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -67,7 +67,7 @@ def test_logs_are_those_of_shared_memory(group, shared_memory_flight, name):
     group.check({"vcan": "vcan_flight_is_seen_by_candump",
                  "controllers": "emulated_controllers_carry_the_classic_mission"}[name])
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
-        assert (group.result.folder / name / log).read_bytes() == (shared_memory_flight(name) / log).read_bytes(), log
+        assert (group.result.directory / name / log).read_bytes() == (shared_memory_flight(name) / log).read_bytes(), log
 
 
 @pytest.mark.parametrize("bus, least", [("robot", 5000), ("robot-b", 10), ("joystick", 5000)])
@@ -75,7 +75,7 @@ def test_candump_recorded_the_same_frames(group, shared_memory_flight, bus, leas
     """The unused channel B carries the frames that devices send after they are switched on."""
     group.check("vcan_flight_is_seen_by_candump")
     expected = frames(shared_memory_flight("vcan") / f"can-{bus}.log", bus)
-    recorded = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
+    recorded = frames(group.result.directory / "vcan" / "candump.log", f"vcan-{bus}")
     assert len(expected) > least
     assert recorded == expected
 
@@ -84,7 +84,7 @@ def test_candump_recorded_the_same_frames(group, shared_memory_flight, bus, leas
 def test_flight_over_vcan_has_met_the_reports_of_a_controller(group, bus):
     """Bus-off and recovery, error passive, lost arbitration, no acknowledge, overflow: the flight software reacts as on shared memory."""
     group.check("vcan_flight_is_seen_by_candump")
-    seen = frames(group.result.folder / "vcan" / "candump.log", f"vcan-{bus}")
+    seen = frames(group.result.directory / "vcan" / "candump.log", f"vcan-{bus}")
     assert short_flights.REPORTS[bus] <= {frame[5:13] for frame in seen if frame.startswith("20000") and "##" not in frame}
 
 
@@ -93,7 +93,7 @@ def test_a_flood_leaves_no_drive_in_operation(group):
     """The truth of the drives is checked, because their own reports wait for a SYNC that does not get
     through."""
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
-    channels = logs.parse_lcm((group.result.folder / "flood" / "truth.lcm").read_bytes())
+    channels = logs.parse_lcm((group.result.directory / "flood" / "truth.lcm").read_bytes())
     histories = {}
     for entry in runs.decode_truth({"DRIVE": channels["DRIVE"]})["DRIVE"]:
         histories.setdefault((int(entry["node"]), int(entry["axis"])), []).append(entry["statusword"] & ENABLED_MASK == ENABLED)
@@ -108,7 +108,7 @@ def test_a_flood_is_counted(group):
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
     arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
     structure = arm.configuration("CLASSIC").structures[COUNTERS]
-    reported = [raw[23:-2] for _, direction, _, raw in packet_log.read_packets(group.result.folder / "flood" / "packets.log")
+    reported = [raw[23:-2] for _, direction, _, raw in packet_log.read_packets(group.result.directory / "flood" / "packets.log")
                   if direction == "TM" and raw[7:9] == b"\x03\x19" and int.from_bytes(raw[21:23], "big") == COUNTERS]
     counters = [structure.decode(octets)["COUNTERS"] for octets in reported]
     before, after = ([entry[name][0] for name in ("TRANSMIT_FULL", "RECEIVE_OVERRUNS", "FRAMES_REFUSED")]
@@ -126,8 +126,8 @@ def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
                         memory=TELEPRESENCE_MB)
     group.check("telepresence_is_flown_over_vcan")
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
-        assert (group.result.folder / "telepresence" / log).read_bytes() == (flight / log).read_bytes(), log
-    dump = group.result.folder / "candump.log"
+        assert (group.result.directory / "telepresence" / log).read_bytes() == (flight / log).read_bytes(), log
+    dump = group.result.directory / "candump.log"
     assert "DROPCOUNT" not in dump.read_text()
     for bus in ("robot", "joystick"):
         expected = frames(flight / f"can-{bus}.log", bus)

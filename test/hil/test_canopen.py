@@ -23,12 +23,12 @@ LIMIT_S = 3000
 
 
 @pytest.fixture(scope="module")
-def over_port(hil_folder):
+def over_port(hil_directory):
     """The cases on this kernel, whatever it supports, because frames pass through the simulator's port."""
-    folder = hil_folder / "canopen-port"
-    folder.mkdir()
-    done = subprocess.run([PYTHON, MASTER], cwd=ROOT, env=dict(os.environ, OUT=str(folder)), capture_output=True, timeout=LIMIT_S)
-    return Group("canopen over the port", Result(done.returncode, done.stdout, done.stderr, folder))
+    directory = hil_directory / "canopen-port"
+    directory.mkdir()
+    done = subprocess.run([PYTHON, MASTER], cwd=ROOT, env=dict(os.environ, OUT=str(directory)), capture_output=True, timeout=LIMIT_S)
+    return Group("canopen over the port", Result(done.returncode, done.stdout, done.stderr, directory))
 
 
 @pytest.mark.parametrize("case", cases(MASTER))
@@ -52,7 +52,7 @@ def both_programs(request, place):
 
 def part(result, name):
     """The cases of one of the programs."""
-    return Group(f"canopen {name}", Result(result.code, result.stdout.encode(), result.stderr.encode(), result.folder / name))
+    return Group(f"canopen {name}", Result(result.code, result.stdout.encode(), result.stderr.encode(), result.directory / name))
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_master_over_socketcan(over_socketcan, case):
 @pytest.fixture(scope="module")
 def recorded(over_socketcan):
     """candump's log of vcan-robot, without the frames that mark its beginning and end."""
-    path = over_socketcan.result.folder / "candump.log"
+    path = over_socketcan.result.directory / "candump.log"
     lines = path.read_text().splitlines()
     assert not [line for line in lines if "DROPCOUNT" in line]
     frames = [line for line in lines if f" {SENTINEL:03X}#" not in line]
@@ -108,7 +108,7 @@ def test_candump_recorded_the_frames_of_the_bus(over_socketcan, recorded):
     def frames(path):
         text = re.sub(r"##([0-9A-F])", lambda match: f"##{int(match[1], 16) & 3:X}", path.read_text())
         return collections.Counter(line.split()[2] for line in text.splitlines())
-    assert frames(recorded) == frames(over_socketcan.result.folder / "can-robot.log")
+    assert frames(recorded) == frames(over_socketcan.result.directory / "can-robot.log")
 
 
 @pytest.fixture(scope="module")

@@ -35,9 +35,9 @@ DRIVES = 4
 
 # --- logs ---------------------------------------------------------------------------------------------------------------
 
-def drives_of(folder):
+def drives_of(directory):
     """(entries of the faults, dictionary: drive -> its entries in order), from the truth log."""
-    channels = logs.parse_lcm((folder / "truth.lcm").read_bytes())
+    channels = logs.parse_lcm((directory / "truth.lcm").read_bytes())
     truth = runs.decode_truth({name: channels[name] for name in ("DRIVE", "FAULT") if name in channels})
     drives = {}
     for entry in truth["DRIVE"]:
@@ -74,31 +74,31 @@ def reports(packets, service, subtype):
 
 # --- specified ends -----------------------------------------------------------------------------------------------------
 
-def judge(case, end, folder, undisturbed):
+def judge(case, end, directory, undisturbed):
     """Raise AssertionError unless the flight ended as specified. `undisturbed` are the logs of the same
     flight without the fault."""
     assert not end.left, end.left
     for log in ("can-robot.log", "can-joystick.log"):
-        judge_before(case, folder / log, undisturbed / log)
-    facts = json.loads((folder / "run.json").read_text())
+        judge_before(case, directory / log, undisturbed / log)
+    facts = json.loads((directory / "run.json").read_text())
     if case.victim == "launcher":
         judge_launcher(end, facts)
-        judge_packets(folder)
+        judge_packets(directory)
         return
     assert end.code in (0, 1) and facts["exit_code"] == end.code, end.output
-    judge_packets(folder)
+    judge_packets(directory)
     if case.victim in ("simulator", "image"):  # The devices end with the simulator.
         judge_death(case, end, facts)
         return
-    faults, drives = drives_of(folder)
+    faults, drives = drives_of(directory)
     assert [(int(f["time_us"]), f"{f['kind']} {f['target']}") for f in faults] == [(case.time_us, case.fault)]
     assert len(drives) == DRIVES
     assert not [drive for drive, history in drives.items() if is_enabled(history[-1])], "a drive is in operation at the end"
-    packets = packet_log.read_packets(folder / "packets.log")
+    packets = packet_log.read_packets(directory / "packets.log")
     if case.victim is None:
         judge_pull(case, end, facts, drives, packets)
         if case.fault == "cut robot-b":
-            assert (folder / "can-robot.log").read_bytes() == (undisturbed / "can-robot.log").read_bytes()
+            assert (directory / "can-robot.log").read_bytes() == (undisturbed / "can-robot.log").read_bytes()
     else:
         judge_death(case, end, facts)
         judge_others(case, drives, packets, facts)
@@ -113,10 +113,10 @@ def judge_before(case, log, undisturbed):
     assert seen == expected, f"{log.name} differs from the undisturbed flight before the fault"
 
 
-def judge_packets(folder):
+def judge_packets(directory):
     """The archive must have every packet of the log, in order and without a gap."""
-    packets = packet_log.read_packets(folder / "packets.log")
-    with sqlite3.connect(f"file:{folder}/packets.db?mode=ro", uri=True) as database:
+    packets = packet_log.read_packets(directory / "packets.log")
+    with sqlite3.connect(f"file:{directory}/packets.db?mode=ro", uri=True) as database:
         rows = database.execute("SELECT number, raw FROM packet ORDER BY number").fetchall()
     assert [number for number, _ in rows] == list(range(1, len(packets) + 1))
     assert [raw for _, raw in rows] == [raw for *_, raw in packets]
@@ -222,10 +222,10 @@ def asked(request, test):
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     """The flight without a fault."""
-    folder = tmp_path_factory.mktemp("undisturbed") / "run"
-    flight = flying.fly(folder, "--scenario", "hil", "--form", "image", environment=ARITHMETIC)
+    directory = tmp_path_factory.mktemp("undisturbed") / "run"
+    flight = flying.fly(directory, "--scenario", "hil", "--form", "image", environment=ARITHMETIC)
     assert flight.code == 0, flight.transcript()
-    return folder
+    return directory
 
 
 @pytest.fixture(scope="module")
@@ -235,11 +235,11 @@ def ended(request, tmp_path_factory, undisturbed):
     parent = tmp_path_factory.mktemp("deaths")
 
     def flown(number):
-        case, folder = deaths.drawn(number), parent / str(number)
-        flight, left = deaths.fly(case, folder, parent)
+        case, directory = deaths.drawn(number), parent / str(number)
+        flight, left = deaths.fly(case, directory, parent)
         end = types.SimpleNamespace(code=flight.code, output=flight.output, left=left)
-        judge(case, end, folder, undisturbed)
-        shutil.rmtree(folder)
+        judge(case, end, directory, undisturbed)
+        shutil.rmtree(directory)
 
     with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
         futures = {number: pool.submit(flown, number) for number in asked(request, "test_death_on_shared_memory")}
@@ -259,9 +259,9 @@ def test_death_on_real_buses(request, place, undisturbed, number):
     numbers = asked(request, "test_death_on_real_buses")
     group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=REAL_BUSES_S)
     group.check(str(number))
-    folder = pathlib.Path(group.result.folder) / str(number)
-    end = types.SimpleNamespace(**json.loads((folder / "end.json").read_text()))
-    judge(deaths.drawn(number, True), end, folder, undisturbed)
+    directory = pathlib.Path(group.result.directory) / str(number)
+    end = types.SimpleNamespace(**json.loads((directory / "end.json").read_text()))
+    judge(deaths.drawn(number, True), end, directory, undisturbed)
 
 
 def test_every_process_is_killed_and_every_device_is_unplugged():

@@ -37,15 +37,15 @@ def has_namespaces():
 
 
 @pytest.fixture(scope="session")
-def two_readers(hil_folder):
+def two_readers(hil_directory):
     """Environment that names the mission with a port of two readers; it is built here, because the micro-VM compiles slowly."""
-    return f"SECOND_READER={second_reader.build(hil_folder / 'second-reader')} {ENVIRONMENT}"
+    return f"SECOND_READER={second_reader.build(hil_directory / 'second-reader')} {ENVIRONMENT}"
 
 
 @pytest.fixture(scope="session")
-def udp(place, hil_folder, two_readers):
+def udp(place, hil_directory, two_readers):
     """Results of the group over UDP, on this kernel if possible."""
-    here = places.RunningKernel(hil_folder, "it has network namespaces") if has_namespaces() else place
+    here = places.RunningKernel(hil_directory, "it has network namespaces") if has_namespaces() else place
     return here.group("nodes-udp", f"{two_readers} {places.PYTHON} {PROGRAM} udp", GROUP_SECONDS)
 
 
@@ -86,19 +86,19 @@ def test_repetitions_over_tipc_have_one_checksum(place):
 @pytest.mark.parametrize("name", TIPC_TESTS)
 def test_layer_over_tipc(tipc, name):
     """The same test programs on a kernel with TIPC: there, too, a slow receiver loses no block silently."""
-    path = tipc.result.folder / "c-tests"
+    path = tipc.result.directory / "c-tests"
     outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
-    text = (tipc.result.folder / f"{name.rpartition('/')[2]}.txt")
+    text = (tipc.result.directory / f"{name.rpartition('/')[2]}.txt")
     output = text.read_text(errors="replace") if text.exists() else tipc.result.end()
     assert outcomes.get(f"build/test/{name}") == "0", output
     assert "a_kernel_without_tipc_is_reported" not in output
 
 
-def cuts_and_reactions(folder):
+def cuts_and_reactions(directory):
     """For each cut, the time [us] at which each drive left operation, from the truth of the drives."""
     from hirosco_gse import run as runs
 
-    run = runs.load(folder)
+    run = runs.load(directory)
     histories = {}
     for entry in run.truth["DRIVE"]:
         histories.setdefault((entry["bus"], int(entry["node"]), int(entry["axis"])), []).append(entry)
@@ -115,7 +115,7 @@ def cuts_and_reactions(folder):
 def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
     group = request.getfixturevalue(method)
     group.check("unplug_between_nodes")
-    reactions = list(cuts_and_reactions(group.result.folder / f"judged-{method}"))
+    reactions = list(cuts_and_reactions(group.result.directory / f"judged-{method}"))
     assert len(reactions) == 2
     for reaction in reactions:
         assert len(reaction) == DRIVES, "not all drives were in operation"
@@ -124,11 +124,11 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
 
 # --- links with delay ------------------------------------------------------------------------------------------------
 
-def delayed(hil_folder, case, round_trip_ms=20):
+def delayed(hil_directory, case, round_trip_ms=20):
     """This test always runs in the micro-VM, which has netem and is slower than real time. A machine that
     catches up after a pause would receive the frames of this network, which has wall-clock delays, too late,
     and its links would be stale."""
-    vm = places.MicroVm(hil_folder, "netem")
+    vm = places.MicroVm(hil_directory, "netem")
     group = vm.group(case, f"{ENVIRONMENT} ROUND_TRIP_MS={round_trip_ms} {places.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
     group.check(case)
     return group
@@ -136,18 +136,18 @@ def delayed(hil_folder, case, round_trip_ms=20):
 
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
-def test_frames_between_nodes_pass_netem(hil_folder):
-    delayed(hil_folder, "frames_between_nodes_pass_netem")
+def test_frames_between_nodes_pass_netem(hil_directory):
+    delayed(hil_directory, "frames_between_nodes_pass_netem")
 
 
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
-def test_the_arm_presses_through_netem(hil_folder):
+def test_the_arm_presses_through_netem(hil_directory):
     """The hand holds contact with 15 N, and the arm does not exceed the bound of the relay with this delay."""
     from hirosco_gse import run as runs
 
-    group = delayed(hil_folder, "the_arm_presses_through_netem")
-    contact = runs.load(group.result.folder / "judged").truth["CONTACT"]
+    group = delayed(hil_directory, "the_arm_presses_through_netem")
+    contact = runs.load(group.result.directory / "judged").truth["CONTACT"]
     held = [entry for entry in zip(*(contact[name] for name in ("time_us", "in_contact", "contact_force_n"))) if 5.0e6 <= entry[0] <= 5.6e6]
     assert held and all(in_contact for _, in_contact, _ in held)
     forces = [sum(component**2 for component in force) ** 0.5 for force in contact["contact_force_n"]]
@@ -157,14 +157,14 @@ def test_the_arm_presses_through_netem(hil_folder):
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
 @pytest.mark.parametrize("round_trip_ms", [100])
-def test_a_hold_through_netem_is_within_the_bounds_of_its_delay(hil_folder, record_property, round_trip_ms):
+def test_a_hold_through_netem_is_within_the_bounds_of_its_delay(hil_directory, record_property, round_trip_ms):
     """The bounds are those of the relay with this delay. The play-out buffers of the readers make the delay constant in simulated time."""
     from hirosco_gse import delay_figures
     from hirosco_gse import run as runs
     from hirosco_gse.figures_common import segment
 
-    group = delayed(hil_folder, "the_arm_holds_contact_through_netem", round_trip_ms)
-    run = runs.load(group.result.folder / "judged")
+    group = delayed(hil_directory, "the_arm_holds_contact_through_netem", round_trip_ms)
+    run = runs.load(group.result.directory / "judged")
     (press, _), (_, end) = segment(run, "press", None), segment(run, "hold", None)
     end -= 1000  # The last 0.5 s: the mean of an oscillation needs motion on either side.
     found = delay_figures.held(run, end - 4000, end) | {"delay_force_peak_n": delay_figures.force_peak(run, press, end)}

@@ -32,24 +32,24 @@ BIG, LITTLE = 0, 1  # Byte orders in an agreement of service 130.
 
 
 @pytest.fixture(scope="module")
-def folder(hil_folder):
-    path = hil_folder / "big-endian"
+def directory(hil_directory):
+    path = hil_directory / "big-endian"
     path.mkdir()
     return path
 
 
 @pytest.fixture(scope="module")
-def native(folder):
+def native(directory):
     """The same flight with little-endian programs only."""
-    flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
+    flight = flying.fly(directory / "native", "--scenario", "hil", "--links", "udp")
     assert flight.code == 0, flight.transcript()
     return flight
 
 
 @pytest.fixture(scope="module", params=MEMBERS)
-def remote_endian(request, folder):
+def remote_endian(request, directory):
     """(subsystem, its flight)."""
-    flight = flying.fly(folder / request.param, "--scenario", "hil", "--remote-endian", request.param)
+    flight = flying.fly(directory / request.param, "--scenario", "hil", "--remote-endian", request.param)
     assert flight.code == 0, flight.transcript()
     return request.param, flight
 
@@ -69,11 +69,11 @@ def test_flight_is_in_order(remote_endian):
     flying.assert_clean(flight)
 
 
-def test_records_lie_in_the_storage_folder(native, remote_endian):
+def test_records_lie_in_the_storage_directory(native, remote_endian):
     """The remote-endian program uses the same names of records as a native program."""
     name, flight = remote_endian
-    records = sorted(path.name for path in (flight.folder / "storage").iterdir())
-    assert records == sorted(path.name for path in (native.folder / "storage").iterdir())
+    records = sorted(path.name for path in (flight.directory / "storage").iterdir())
+    assert records == sorted(path.name for path in (native.directory / "storage").iterdir())
     assert f"{name}.journal.0" in records
 
 
@@ -111,16 +111,16 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, remote_endian
     the consumer, accepted by it and to the ground."""
     _, flight = remote_endian
     assert _differing(native, flight) == 4
-    output = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=True).stdout
+    output = subprocess.run([flying.PUSDUMP, flight.directory / "packets.log"], capture_output=True, text=True, check=True).stdout
     agreed = [line for line in output.splitlines() if " TM 1 " in line and "[130,4]" in line]
     assert [f"byte_order={BIG}" in line for line in agreed].count(True) == 1, agreed
 
 
 @pytest.mark.long
-def test_whole_telepresence(folder):
+def test_whole_telepresence(directory):
     """Contact, springs, pulled plugs and the return to operation have the same octets."""
-    one = flying.fly(folder / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
-    other = flying.fly(folder / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
+    one = flying.fly(directory / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
+    other = flying.fly(directory / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
     assert (one.code, other.code) == (0, 0), other.transcript()
     for log in (*BUS_LOGS, "truth.lcm"):
         assert one.octets(log) == other.octets(log), log
@@ -131,17 +131,17 @@ def test_whole_telepresence(folder):
 # ---- Deaths ----
 
 @pytest.fixture(scope="module")
-def scenario(folder):
+def scenario(directory):
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", *flying.bring_up(0.1)]
     lines += [f"{second} operator ping all" for second in range(3, FLIGHT_S)]
-    return flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
+    return flying.write_scenario(directory / "death.scn", *lines, f"{END_S} operator shutdown")
 
 
 @pytest.mark.parametrize("victim", [RUNNER, pytest.param("proxy", marks=pytest.mark.long)])
-def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
+def test_kill_in_operation_ends_in_the_safe_state(directory, scenario, victim):
     """The program or its proxy dies: the subsystem is lost like any other one, its drives leave operation,
     and its partner follows."""
-    flight = _die(folder / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
+    flight = _die(directory / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
     states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
               and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
     assert 6 in states, "its partner goes to ERROR_OPERATIONAL"
@@ -150,11 +150,11 @@ def test_kill_in_operation_ends_in_the_safe_state(folder, scenario, victim):
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
-def test_kill_at_any_step(folder, scenario, seed):
+def test_kill_at_any_step(directory, scenario, seed):
     """This also kills before the program has joined."""
     draw = random.Random(seed)
     victim, step = draw.choice([RUNNER, "proxy"]), draw.randint(0, FLIGHT_S)
-    _assert_safe(_die(folder / f"death-{seed}", scenario, victim, step))
+    _assert_safe(_die(directory / f"death-{seed}", scenario, victim, step))
 
 
 def _die(path, scenario, victim, step):
@@ -178,7 +178,7 @@ def _die(path, scenario, victim, step):
 def _assert_safe(flight):
     """Expect that no drive is in operation at the end and that nothing is left."""
     drives = {}
-    for entry in runs.load(flight.folder).truth["DRIVE"]:
+    for entry in runs.load(flight.directory).truth["DRIVE"]:
         drives[entry["bus"], int(entry["node"]), int(entry["axis"])] = entry
     assert len(drives) == 4
     assert not [drive for drive, entry in drives.items() if entry["statusword"] & 0x6F == 0x27]
@@ -186,12 +186,12 @@ def _assert_safe(flight):
 
 
 @pytest.mark.parametrize("name", [name if name == "MANIPULATOR" else pytest.param(name, marks=pytest.mark.long) for name in MEMBERS])
-def test_lives_are_those_of_a_native_program(folder, name):
+def test_lives_are_those_of_a_native_program(directory, name):
     """Stops, kills, hangs and restarts of the program of the other byte order and of its partner: the buses
     are the same, and so are the packets except for the byte order in reports of its link."""
-    path = lives.scenario(folder / f"lives-{name}.scn")
-    native = lives.fly(folder / f"lives-native-{name}", path, "--links", "udp")
-    flights = [lives.fly(folder / f"lives-{name}-{number}", path, "--remote-endian", name) for number in range(2)]
+    path = lives.scenario(directory / f"lives-{name}.scn")
+    native = lives.fly(directory / f"lives-native-{name}", path, "--links", "udp")
+    flights = [lives.fly(directory / f"lives-{name}-{number}", path, "--remote-endian", name) for number in range(2)]
     assert lives.digest(flights[0]) == lives.digest(native)
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
     assert _differing(native, flights[0]) == 4
@@ -200,28 +200,28 @@ def test_lives_are_those_of_a_native_program(folder, name):
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("name", MEMBERS)
-def test_repeats_give_one_sum(folder, name):
+def test_repeats_give_one_sum(directory, name):
     """Stops, kills, hangs and restarts, twenty times: each log has the same checksum every time."""
-    path, sums = lives.scenario(folder / f"repeats-{name}.scn"), set()
+    path, sums = lives.scenario(directory / f"repeats-{name}.scn"), set()
     for number in range(REPEATS):
-        flight = lives.fly(folder / f"repeat-{name}-{number}", path, "--remote-endian", name)
+        flight = lives.fly(directory / f"repeat-{name}-{number}", path, "--remote-endian", name)
         sums.add(tuple(lives.digest(flight, ("packets.log", *BUS_LOGS)).values()))
-        shutil.rmtree(flight.folder)
+        shutil.rmtree(flight.directory)
         assert len(sums) == 1, number
 
 
 # ---- What is refused ----
 
 @pytest.mark.parametrize("name, message", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"), ("COMMUNICATION", "shared memory")])
-def test_a_subsystem_that_cannot_be_remote_endian_is_refused(folder, name, message):
-    refused = flying.refuse("run", "--remote-endian", name, "--out", folder / "refused")
+def test_a_subsystem_that_cannot_be_remote_endian_is_refused(directory, name, message):
+    refused = flying.refuse("run", "--remote-endian", name, "--out", directory / "refused")
     assert refused.returncode == 1
     assert message in refused.stderr + refused.stdout
 
 
-def test_a_program_that_is_not_built_is_refused_with_the_next_step(folder):
-    """The launcher looks for programs in its working folder, which has none in this test."""
-    root = folder / "bare"
+def test_a_program_that_is_not_built_is_refused_with_the_next_step(directory):
+    """The launcher looks for programs in its working directory, which has none in this test."""
+    root = directory / "bare"
     root.mkdir()
     shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
     refused = subprocess.run([flying.BIN / "hirosco", "run", "--remote-endian", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,

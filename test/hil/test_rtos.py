@@ -34,8 +34,8 @@ CONTROLLED = {"PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERA
 
 
 @pytest.fixture(scope="module")
-def folder(hil_folder):
-    path = hil_folder / "rtos"
+def directory(hil_directory):
+    path = hil_directory / "rtos"
     path.mkdir()
     return path
 
@@ -55,9 +55,9 @@ def board():
 
 
 @pytest.fixture(scope="module")
-def native(folder):
+def native(directory):
     """The flight of the scenario hil with native programs only."""
-    flight = flying.fly(folder / "native", "--scenario", "hil", "--links", "udp")
+    flight = flying.fly(directory / "native", "--scenario", "hil", "--links", "udp")
     assert flight.code == 0, flight.transcript()
     return flight
 
@@ -82,58 +82,58 @@ def test_programs_are_for_a_cortex_m_without_an_allocator(board, names):
 
 
 @pytest.mark.parametrize("names", [pytest.param("MANIPULATOR", marks=pytest.mark.long), "MANIPULATOR,JOYSTICK"])
-def test_logs_are_those_of_native_programs(folder, native, board, names):
-    flight = flying.fly(folder / names, "--scenario", "hil", "--rtos", names)
+def test_logs_are_those_of_native_programs(directory, native, board, names):
+    flight = flying.fly(directory / names, "--scenario", "hil", "--rtos", names)
     expect_same(native, flight)
     assert flight.facts["rtos"] == names and flight.facts["reproducible"] is True
     for name in names.split(","):
-        records = eeprom.files(flight.folder / "storage" / f"{name}.eeprom")
-        assert records == {path.name: path.read_bytes() for path in (native.folder / "storage").glob(f"{name}.*")}
+        records = eeprom.files(flight.directory / "storage" / f"{name}.eeprom")
+        assert records == {path.name: path.read_bytes() for path in (native.directory / "storage").glob(f"{name}.*")}
         assert f"{name}.journal.0" in records
 
 
 @pytest.mark.long
-def test_a_processor_without_doubles_in_hardware_flies_the_same(folder, native):
+def test_a_processor_without_doubles_in_hardware_flies_the_same(directory, native):
     build(M3, "manipulator")
-    expect_same(native, flying.fly(folder / "m3", "--scenario", "hil", "--rtos", f"MANIPULATOR:{M3}"))
+    expect_same(native, flying.fly(directory / "m3", "--scenario", "hil", "--rtos", f"MANIPULATOR:{M3}"))
 
 
 @pytest.mark.long
-def test_whole_telepresence(folder, board):
-    one = flying.fly(folder / "telepresence-native", "--links", "udp")
+def test_whole_telepresence(directory, board):
+    one = flying.fly(directory / "telepresence-native", "--links", "udp")
     assert one.code == 0, one.transcript()
-    expect_same(one, flying.fly(folder / "telepresence", "--rtos", "MANIPULATOR"))
+    expect_same(one, flying.fly(directory / "telepresence", "--rtos", "MANIPULATOR"))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("program, mission, scenario", [("actuators", "actuators", "actuators"), ("arm", "ur5e", "ur5e-poses")])
-def test_wheels_and_valves_and_an_arm_of_six_joints_fly_the_same(folder, program, mission, scenario):
+def test_wheels_and_valves_and_an_arm_of_six_joints_fly_the_same(directory, program, mission, scenario):
     """Each program that drives devices on CAN flies on the board, not only that of the manipulator."""
     build(M7, program)
     options = ("--mission", mission, "--scenario", scenario)
-    one = flying.fly(folder / f"{mission}-native", *options, "--links", "udp")
+    one = flying.fly(directory / f"{mission}-native", *options, "--links", "udp")
     assert one.code == 0, one.transcript()
-    buses = sorted(path.name for path in one.folder.glob("can-*.log"))
+    buses = sorted(path.name for path in one.directory.glob("can-*.log"))
     assert sum(len(one.read(bus).splitlines()) for bus in buses) > 1000, buses
-    flight = flying.fly(folder / mission, *options, "--rtos", mission.upper())
+    flight = flying.fly(directory / mission, *options, "--rtos", mission.upper())
     expect_same(one, flight, ("packets.log", "truth.lcm", *buses))
     assert flight.facts["rtos"] == mission.upper()
 
 
 @pytest.mark.long
-def test_three_processors_fly_one_mission(folder, native, board):
+def test_three_processors_fly_one_mission(directory, native, board):
     """A native supervisor, a manipulator on the board, and a joystick that is big-endian: the buses are the same."""
     make("remote-endian")
-    flight = flying.fly(folder / "three", "--scenario", "hil", "--rtos", "MANIPULATOR", "--remote-endian", "JOYSTICK")
+    flight = flying.fly(directory / "three", "--scenario", "hil", "--rtos", "MANIPULATOR", "--remote-endian", "JOYSTICK")
     expect_same(native, flight, (*BUS_LOGS, "truth.lcm"))
 
 
 @pytest.fixture(scope="module")
-def root(folder):
+def root(directory):
     """A copy of the tree with the mission of three subsystems, as docs/porting.md describes, and with all programs for it."""
     make("remote-endian")
     boards_built = [f"{board}/flight" for board in (M7, M3)]
-    root = copy_of_tree(folder / "tree", ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "s390x/bin", *boards_built))
+    root = copy_of_tree(directory / "tree", ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "s390x/bin", *boards_built))
     for kind in ("mission", "world"):
         shutil.copy(PROCESSORS / f"{kind}.xml", root / f"descriptors/{kind}s/processors.xml")
     for target in ("generated", f"rtos-{M7}", f"rtos-{M3}"):
@@ -155,10 +155,10 @@ def test_four_processors_fly_one_mission(root):
     assert (flight.facts["rtos"], flight.facts["remote_endian"]) == (f"MANIPULATOR:{M7},JOYSTICK:{M3}", "ACTUATORS")
 
 
-def test_steps_and_stacks_on_the_board_keep_a_margin(folder):
+def test_steps_and_stacks_on_the_board_keep_a_margin(directory):
     """Half of the 108000 cycles that 216 MHz have in 0.5 ms, for each step in which drives are controlled; instructions do not depend on
     this machine. Every state occurs."""
-    path = folder / "steps"
+    path = directory / "steps"
     path.mkdir()
     rows, stacks = boards.steps(path)
     assert {row.before for row in rows} >= {"OFFLINE", "HARDWARE_INIT", *CONTROLLED, "HARDWARE_DEINIT", "SOFTWARE_DEINIT"}
@@ -168,10 +168,10 @@ def test_steps_and_stacks_on_the_board_keep_a_margin(folder):
     assert all(0 < stack.used <= stack.octets * 7 // 8 for stack in stacks), stacks
 
 
-def test_the_loop_of_a_program_keeps_its_period_in_real_time(folder):
+def test_the_loop_of_a_program_keeps_its_period_in_real_time(directory):
     """2 s of OPERATIONAL at 2 kHz, by the timer of the board: no step is missed, early, or more than 50 us late; and the tasks of the
     loops of services leave an eighth of their stacks."""
-    path = folder / "real-time"
+    path = directory / "real-time"
     path.mkdir()
     waits, stacks = boards.loop_in_real_time(path)
     for state in ("PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL"):
@@ -184,25 +184,25 @@ def test_the_loop_of_a_program_keeps_its_period_in_real_time(folder):
 
 
 @pytest.mark.parametrize("hang", ["hang", "hang-service"])
-def test_a_program_that_hangs_in_real_time_is_reset_by_the_watchdog_of_the_board(folder, hang):
+def test_a_program_that_hangs_in_real_time_is_reset_by_the_watchdog_of_the_board(directory, hang):
     """A step of the loop, or a turn of the slow loop, never ends."""
-    path = folder / f"real-time-{hang}"
+    path = directory / f"real-time-{hang}"
     path.mkdir()
     _, text = boards.real_time(path, hang)
     assert "the watchdog was not fed within its period: the board is reset" in text and "LOOP" not in text, text
 
 
-def test_stops_kills_hangs_and_restarts_are_those_of_a_native_program(folder, board):
-    path = lives.scenario(folder / "lives.scn")
-    native = lives.fly(folder / "lives-native", path, "--links", "udp")
-    flight = lives.fly(folder / "lives-rtos", path, "--rtos", "MANIPULATOR")
+def test_stops_kills_hangs_and_restarts_are_those_of_a_native_program(directory, board):
+    path = lives.scenario(directory / "lives.scn")
+    native = lives.fly(directory / "lives-native", path, "--links", "udp")
+    flight = lives.fly(directory / "lives-rtos", path, "--rtos", "MANIPULATOR")
     assert lives.digest(flight) == lives.digest(native)
     assert flight.octets("packets.log") == native.octets("packets.log")
 
 
-def test_a_program_that_hangs_is_reset_by_the_watchdog_of_the_board(folder, board):
+def test_a_program_that_hangs_is_reset_by_the_watchdog_of_the_board(directory, board):
     """A step never ends: the watchdog resets the board, and the others see a death between two steps, as of a native program."""
-    path = folder / "hang"
+    path = directory / "hang"
     path.mkdir()
     lines = ["0.0 hand rest", *flying.bring_up(0.1), "2 hand circle 0.1 0.5 1 2 1", "3.2 operator ping MANIPULATOR", "3.3 operator shutdown"]
     native = flying.fly(path / "native", "--links", "udp", "--scenario",
@@ -218,8 +218,8 @@ def test_a_program_that_hangs_is_reset_by_the_watchdog_of_the_board(folder, boar
 
 
 @pytest.mark.long
-def test_a_program_that_hangs_before_its_loop_is_reset_by_the_watchdog_of_the_board(folder, board):
-    path = folder / "hang-start"
+def test_a_program_that_hangs_before_its_loop_is_reset_by_the_watchdog_of_the_board(directory, board):
+    path = directory / "hang-start"
     path.mkdir()
     scenario = flying.write_scenario(path / "hang.scn", "0.0 hand rest", "0.5 operator ping all", "1 operator shutdown")
     flight = boards.start(path, "hang_start", "--scenario", scenario).wait()
@@ -256,7 +256,7 @@ def _define(station, number):
 def _kill_at_a_write(flight):
     """Kill the emulator when a third record begins to change the EEPROM, after two were acknowledged."""
     emulator = flying.descendants(flight.process.pid)[EMULATOR]
-    image = flight.folder / "storage/MANIPULATOR.eeprom"
+    image = flight.directory / "storage/MANIPULATOR.eeprom"
     station = stations.Station(flight, stations.Notes())
     try:
         for number in (1, 2):
@@ -269,12 +269,12 @@ def _kill_at_a_write(flight):
         station.close()
 
 
-def _expect_records(folder, storage):
+def _expect_records(directory, storage):
     """The EEPROM is whole for another reader, and the next flight finds both acknowledged records, and the third one at most."""
     records = eeprom.files(storage / "MANIPULATOR.eeprom")
     assert sorted(records) == ["MANIPULATOR.journal.0", "MANIPULATOR.journal.1"]
     assert records["MANIPULATOR.journal.0"].startswith(b"HJRN")
-    flight = flying.start(folder, "--scenario", "none", "--duration", stations.ENDLESS_S, "--rtos", "MANIPULATOR", "--storage", storage)
+    flight = flying.start(directory, "--scenario", "none", "--duration", stations.ENDLESS_S, "--rtos", "MANIPULATOR", "--storage", storage)
     station = stations.Station(flight, stations.Notes())
     try:
         assert [entry["pmon_id"] for entry in station.ask("MANIPULATOR", 12, 8, n=[])["n"]] in ([1, 2], [1, 2, 3])
@@ -288,14 +288,14 @@ def _expect_records(folder, storage):
     assert "damaged" not in flight.console
 
 
-def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
+def test_an_emulated_computer_that_is_killed_is_a_lost_process(directory, board):
     """kill -9 of the emulator in operation, at a write to its EEPROM: drives leave operation, nothing is left of the run, and the next
     flight finds the records. Before, requests that are too long for the board are rejected."""
     lines = ["0.0 hand rest", f"2 hand circle 0.1 0.5 1 {FLIGHT_S} 1", *flying.bring_up(0.1)]
     lines += [f"{second} operator ping all" for second in range(3, FLIGHT_S)]
-    scenario = flying.write_scenario(folder / "death.scn", *lines, f"{END_S} operator shutdown")
+    scenario = flying.write_scenario(directory / "death.scn", *lines, f"{END_S} operator shutdown")
     step = len(flying.bring_up(0.1)) + 2
-    flight = flying.start(folder / "death", "--scenario", scenario, "--rtos", "MANIPULATOR")
+    flight = flying.start(directory / "death", "--scenario", scenario, "--rtos", "MANIPULATOR")
     try:
         flying.wait_until(lambda: flight.process.poll() is not None or flight.steps() >= step and EMULATOR in flying.descendants(flight.process.pid),
                           f"step {step}")
@@ -309,12 +309,12 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(folder, board):
     assert "manipulator" in flight.facts["exit_reason"]
     assert "was ended by signal 9" in flight.console
     flying.assert_clean(flight)
-    _expect_records(folder / "next", flight.folder / "storage")
+    _expect_records(directory / "next", flight.directory / "storage")
 
 
-def test_a_mission_that_was_not_compiled_in_is_refused(folder, board):
+def test_a_mission_that_was_not_compiled_in_is_refused(directory, board):
     """One number of the mission differs from the compiled one: the program ends with both hashes and the next step."""
-    root = folder / "changed"
+    root = directory / "changed"
     shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
     for name in ("build", "sim"):
         (root / name).symlink_to(places.ROOT / name)
@@ -330,10 +330,10 @@ def test_a_mission_that_was_not_compiled_in_is_refused(folder, board):
 
 
 @pytest.mark.long
-def test_a_program_of_one_mission_contains_this_one_alone(folder, board):
+def test_a_program_of_one_mission_contains_this_one_alone(directory, board):
     try:
         build(board, "manipulator", mission="classic")
-        refused = flying.fly(folder / "other", "--scenario", "hil", "--rtos", "MANIPULATOR")
+        refused = flying.fly(directory / "other", "--scenario", "hil", "--rtos", "MANIPULATOR")
     finally:
         build(board, "manipulator")
     assert refused.code != 0
@@ -351,14 +351,14 @@ def test_an_unknown_mission_is_refused_with_the_names_of_all():
 
 @pytest.mark.parametrize("name, message", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),
                                            ("MANIPULATOR:mps2", "mps2-an500"), ("MANIPULATOR,MANIPULATOR", "twice")])
-def test_what_cannot_run_on_a_board_is_refused(folder, board, name, message):
-    refused = flying.refuse("run", "--rtos", name, "--out", folder / "refused")
+def test_what_cannot_run_on_a_board_is_refused(directory, board, name, message):
+    refused = flying.refuse("run", "--rtos", name, "--out", directory / "refused")
     assert refused.returncode != 0
     assert message in refused.stderr + refused.stdout
 
 
-def test_a_program_that_is_not_built_is_named_with_the_next_step(folder):
-    root = folder / "bare"
+def test_a_program_that_is_not_built_is_named_with_the_next_step(directory):
+    root = directory / "bare"
     root.mkdir()
     shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
     refused = subprocess.run([flying.BIN / "hirosco", "run", "--rtos", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,

@@ -42,20 +42,20 @@ def mentioning(text):
 
 
 @pytest.fixture
-def kernel_folder(tmp_path):
-    """A boot folder for this test only, so that other micro-VMs are not in it."""
-    folder = tmp_path / "boot"
-    folder.mkdir()
+def kernel_directory(tmp_path):
+    """A boot directory for this test only, so that other micro-VMs are not in it."""
+    directory = tmp_path / "boot"
+    directory.mkdir()
     for name in ("vmlinux", "initramfs.cpio"):
-        (folder / name).symlink_to(microvm.FOLDER / name)
-    yield folder
-    assert not list(folder.glob("control-*")), "the runner left a control folder behind"
-    assert not mentioning(folder), "the runner left a process behind"
+        (directory / name).symlink_to(microvm.DIRECTORY / name)
+    yield directory
+    assert not list(directory.glob("control-*")), "the runner left a control directory behind"
+    assert not mentioning(directory), "the runner left a process behind"
 
 
 # --- one command ---------------------------------------------------------------------------------------------------
 
-def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_output_folder_stays(tmp_path):
+def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_output_directory_stays(tmp_path):
     readme = places.ROOT / "README.md"
     before, intruder = readme.read_bytes(), places.ROOT / "build" / f"written-in-guest-{os.getpid()}"
     script = (f"echo first; while [ ! -e $OUT/go-on ]; do sleep 0.05; done; echo told >/dev/stderr; pwd; "
@@ -93,16 +93,16 @@ def test_the_kernel_does_not_check_the_timer_of_the_emulator(tmp_path):
     assert {"no_timer_check", "debug"} <= set(line[line.index("-append") + 1].split())
 
 
-def test_time_limit_ends_a_command_that_hangs(kernel_folder, tmp_path):
-    outcome = microvm.run("sleep 1000", seconds=1, out=tmp_path / "out", folder=kernel_folder)
+def test_time_limit_ends_a_command_that_hangs(kernel_directory, tmp_path):
+    outcome = microvm.run("sleep 1000", seconds=1, out=tmp_path / "out", directory=kernel_directory)
     assert (outcome.code, outcome.limit) == (microvm.LIMIT_REACHED, True)
 
 
 @pytest.mark.long
-def test_a_command_that_writes_without_end_is_ended(kernel_folder, tmp_path, monkeypatch):
+def test_a_command_that_writes_without_end_is_ended(kernel_directory, tmp_path, monkeypatch):
     monkeypatch.setattr(microvm, "OUTPUT_MAX", 1 << 20)
     with pytest.raises(microvm.NotStarted, match="wrote more than 1 MB; let it write to a file in"):
-        microvm.run("yes", out=tmp_path / "out", folder=kernel_folder)
+        microvm.run("yes", out=tmp_path / "out", directory=kernel_directory)
 
 
 @pytest.mark.long
@@ -128,7 +128,7 @@ def test_emulator_ends_with_a_runner_that_is_killed(tmp_path):
     until(lambda: not mentioning(tmp_path), "the emulator's end")
 
 
-def test_folders_of_a_killed_runner_are_removed_and_those_in_use_are_not(tmp_path):
+def test_directories_of_a_killed_runner_are_removed_and_those_in_use_are_not(tmp_path):
     for name in ("control-left", "control-used", "control-new"):
         (tmp_path / name).mkdir()
     lock = microvm.held(tmp_path / "control-used")
@@ -156,33 +156,33 @@ def test_two_run_side_by_side(tmp_path):
 
 # --- what does not boot ----------------------------------------------------------------------------------------------
 
-def refusal(folder, tmp_path, **options):
+def refusal(directory, tmp_path, **options):
     with pytest.raises(microvm.NotStarted) as raised:
-        microvm.run("true", out=tmp_path / "out", folder=folder, **options)
+        microvm.run("true", out=tmp_path / "out", directory=directory, **options)
     return str(raised.value)
 
 
-def test_a_kernel_panic_shows_the_console(kernel_folder, tmp_path):
-    text = refusal(kernel_folder, tmp_path, append="rdinit=/nothing root=/dev/nothing")
+def test_a_kernel_panic_shows_the_console(kernel_directory, tmp_path):
+    text = refusal(kernel_directory, tmp_path, append="rdinit=/nothing root=/dev/nothing")
     assert "did not boot" in text and "Kernel panic" in text and microvm.NEXT_STEP in text
     assert "\x1b" not in text and "\r" not in text
 
 
 @pytest.mark.long
-def test_a_missing_module_is_named_on_the_console(kernel_folder, tmp_path):
-    (kernel_folder / "initramfs.cpio").unlink()
+def test_a_missing_module_is_named_on_the_console(kernel_directory, tmp_path):
+    (kernel_directory / "initramfs.cpio").unlink()
     without_9p = [name for name in prepare.AT_BOOT if name not in ("9p", "9pnet_virtio")]
-    prepare.make_initramfs(prepare.modules_of(microvm.FOLDER), kernel_folder / "initramfs.cpio", without_9p)
-    text = refusal(kernel_folder, tmp_path)
+    prepare.make_initramfs(prepare.modules_of(microvm.DIRECTORY), kernel_directory / "initramfs.cpio", without_9p)
+    text = refusal(kernel_directory, tmp_path)
     assert "did not boot" in text and "cannot be mounted (9p)" in text and microvm.NEXT_STEP in text
 
 
-def test_a_guest_that_does_not_become_ready_is_ended(kernel_folder, tmp_path):
-    text = refusal(kernel_folder, tmp_path, append="rdinit=/bin/cat", boot_seconds=3)
+def test_a_guest_that_does_not_become_ready_is_ended(kernel_directory, tmp_path):
+    text = refusal(kernel_directory, tmp_path, append="rdinit=/bin/cat", boot_seconds=3)
     assert "did not boot within 3 s" in text
 
 
-def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(kernel_folder, tmp_path, monkeypatch):
+def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(kernel_directory, tmp_path, monkeypatch):
     hangs_first = tmp_path / "bin" / microvm.QEMU
     hangs_first.parent.mkdir()
     hangs_first.write_text(f'#!/bin/sh\n[ ! -e {tmp_path}/hung ] || exec {shutil.which(microvm.QEMU)} "$@"\n'
@@ -190,7 +190,7 @@ def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(ker
     hangs_first.chmod(0o755)
     monkeypatch.setenv("PATH", f"{hangs_first.parent}:{os.environ['PATH']}")
     monkeypatch.setattr(microvm, "FIRST_BOOT_SECONDS", 1)
-    outcome = microvm.run("echo there", out=tmp_path / "out", folder=kernel_folder, boot_seconds=BOUND_S)
+    outcome = microvm.run("echo there", out=tmp_path / "out", directory=kernel_directory, boot_seconds=BOUND_S)
     assert (outcome.code, outcome.stdout) == (0, b"there\n")
     assert (tmp_path / "hung").exists()
 
@@ -232,29 +232,29 @@ def test_a_kernel_is_fetched_once_for_all_clones(tmp_path, monkeypatch):
     assert prepare.fetch(tmp_path) == cached
     package = tmp_path / "package.deb"
     package.write_text("kernel")
-    assert prepare.keep(package, tmp_path / "apt-get" / "no folder" / "a.deb") == package
+    assert prepare.keep(package, tmp_path / "apt-get" / "no directory" / "a.deb") == package
     monkeypatch.setattr(prepare, "kernel_package", lambda: None)  # No package lists either.
     assert prepare.fetch(tmp_path) == cached
     assert [path.name for path in cached.parent.iterdir()] == [cached.name]
 
 
-def test_missing_parts_are_named(kernel_folder, tmp_path, monkeypatch):
-    (kernel_folder / "initramfs.cpio").unlink()
-    assert f"initramfs.cpio is not there; run: {microvm.NEXT_STEP}" in refusal(kernel_folder, tmp_path)
+def test_missing_parts_are_named(kernel_directory, tmp_path, monkeypatch):
+    (kernel_directory / "initramfs.cpio").unlink()
+    assert f"initramfs.cpio is not there; run: {microvm.NEXT_STEP}" in refusal(kernel_directory, tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert "qemu-system-x86_64 is not installed; run: sh gse/setup/setup.sh hil" in refusal(kernel_folder, tmp_path)
+    assert "qemu-system-x86_64 is not installed; run: sh gse/setup/setup.sh hil" in refusal(kernel_directory, tmp_path)
 
 
 @pytest.mark.parametrize("options, message", [({"cans": 9}, "9 CAN controllers, expected 0 to 8"),
                                               ({"memory": 1}, "1 MB of memory, expected at least 256")])
-def test_nonsense_is_refused(kernel_folder, tmp_path, options, message):
-    assert message in refusal(kernel_folder, tmp_path, **options)
+def test_nonsense_is_refused(kernel_directory, tmp_path, options, message):
+    assert message in refusal(kernel_directory, tmp_path, **options)
 
 
-def test_output_folder_that_cannot_be_made_is_refused(kernel_folder, tmp_path):
+def test_output_directory_that_cannot_be_made_is_refused(kernel_directory, tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(microvm.NotStarted, match="cannot be made"):
-        microvm.run("true", out=tmp_path / "file" / "out", folder=kernel_folder)
+        microvm.run("true", out=tmp_path / "file" / "out", directory=kernel_directory)
 
 
 def test_a_shell_without_a_terminal_is_refused():

@@ -66,9 +66,9 @@ def percent(part, whole):
 
 
 def library_of(path, names):
-    """Name of the library of a file: the row of coverage.txt that contains it, or its folder."""
-    folder = path.rpartition("/")[0]
-    return next((name for name in names if f"{folder}/".startswith(f"{name}/")), folder)
+    """Name of the library of a file: the row of coverage.txt that contains it, or its directory."""
+    directory = path.rpartition("/")[0]
+    return next((name for name in names if f"{directory}/".startswith(f"{name}/")), directory)
 
 
 def measure(report, sources, exclusions, names=()):

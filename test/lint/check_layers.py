@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check every include of C sources and C tests against test/lint/layers.txt, that no cycle of includes joins top folders, and that
-the folders of tests mirror those of the sources.
+"""Check every include of C sources and C tests against test/lint/layers.txt, that no cycle of includes joins top directories, and that
+the directories of tests mirror those of the sources.
 
 Prints each breach; exit code 1."""
 
@@ -41,12 +41,12 @@ def is_under(name, places):
 def breaches(path, layers, headers):
     """Includes of one file (path from the root) that its layer does not allow, as texts."""
     is_test = path.startswith("test/")
-    folder, _, file = path.rpartition("/")
-    place = MIRROR.sub("", folder) + "/" + file
+    directory, _, file = path.rpartition("/")
+    place = MIRROR.sub("", directory) + "/" + file
     home, sees = first_match(layers, place)
     system = ["*"] if is_test else first_match(headers, place)[1]
-    parent = folder.rpartition("/")[0]  # Its fixtures are also linked to the tests of its folders.
-    extra = [folder, parent + "/fixtures", "test/support", "test/proof/proof.h"] if is_test else []
+    parent = directory.rpartition("/")[0]  # Its fixtures are also linked to the tests of its directories.
+    extra = [directory, parent + "/fixtures", "test/support", "test/proof/proof.h"] if is_test else []
     for line in INCLUDE.finditer((ROOT / path).read_text()):
         kind, name = line.groups()
         if kind == "<":
@@ -64,21 +64,21 @@ def breaches(path, layers, headers):
 
 
 def unmirrored(files):
-    """Folders of C tests that mirror no folder of sources, and folders of sources without a C test, as texts. The tests of the
-    contracts of the operating system layer are for all folders of osal/."""
-    folders = {path.rpartition("/")[0] for path in files}
-    sources = {folder for folder in folders if not folder.startswith("test/")}
-    tests = {folder: MIRROR.sub("", folder) for folder in folders if MIRROR.match(folder)}
-    for folder, place in sorted(tests.items()):
+    """Directories of C tests that mirror no directory of sources, and directories of sources without a C test, as texts. The tests of the
+    contracts of the operating system layer are for all directories of osal/."""
+    directories = {path.rpartition("/")[0] for path in files}
+    sources = {directory for directory in directories if not directory.startswith("test/")}
+    tests = {directory: MIRROR.sub("", directory) for directory in directories if MIRROR.match(directory)}
+    for directory, place in sorted(tests.items()):
         if not place.endswith("/fixtures") and not any(is_under(source, [place]) for source in sources):
-            yield f"{folder}: its path mirrors no folder of sources"
-    for folder in sorted({path.rpartition("/")[0] for path in files if path.endswith(".c")} & sources):
-        if not any(is_under(folder, [place]) for place in tests.values()):
-            yield f"{folder}: no C test has its path under test/unit/"
+            yield f"{directory}: its path mirrors no directory of sources"
+    for directory in sorted({path.rpartition("/")[0] for path in files if path.endswith(".c")} & sources):
+        if not any(is_under(directory, [place]) for place in tests.values()):
+            yield f"{directory}: no C test has its path under test/unit/"
 
 
 def top_includes(files, read):
-    """Top folders of flight code and simulator and those that each includes: {folder: {other: file:line}}."""
+    """Top directories of flight code and simulator and those that each includes: {directory: {other: file:line}}."""
     graph = {}
     for path in files:
         top, text = path.split("/")[0], read(path)
@@ -91,10 +91,10 @@ def top_includes(files, read):
 
 
 def cycle(graph):
-    """Texts of the includes that close a cycle between top folders, or an empty list."""
+    """Texts of the includes that close a cycle between top directories, or an empty list."""
     def way(start, goal, passed):
         for other, place in sorted(graph.get(start, {}).items()):
-            step = [f"{place}: {start}/ includes {other}/, which closes a cycle between top folders"]
+            step = [f"{place}: {start}/ includes {other}/, which closes a cycle between top directories"]
             if other == goal:
                 return step
             if other not in passed:

@@ -124,9 +124,9 @@ def mistitled(root):
 
 
 def documents(root):
-    for folder, folders, names in os.walk(root):
-        folders[:] = sorted(set(folders) - SKIPPED)
-        yield from (pathlib.Path(folder, name) for name in sorted(names) if name.endswith(".md"))
+    for directory, directories, names in os.walk(root):
+        directories[:] = sorted(set(directories) - SKIPPED)
+        yield from (pathlib.Path(directory, name) for name in sorted(names) if name.endswith(".md"))
     yield from sorted((root / "build/docs").rglob("*.html"))
 
 

@@ -20,7 +20,7 @@ INEXACT = re.compile(r"(a?(sin|cos|tan)h?|sincos|atan2|exp[2m1]*|log(10|2|1p)?|p
 # The memory functions of expat have no context argument; a thread-local pointer therefore gives them the arena during
 # each call.
 DEVIATIONS = {("fsw/framework/xml/xml_arena.c", "in_use")}
-# Prefixes of the global symbols of each folder; a folder that is not listed has its own name as prefix.
+# Prefixes of the global symbols of each directory; a directory that is not listed has its own name as prefix.
 PREFIXES = {
     "base": "crc16 crc32 fnv64 number octet pool quota resource status text value",
     "osal/common": "osal can lockstep",
@@ -58,9 +58,9 @@ def symbols(objects):
 
 def prefixes(path):
     """Prefixes of the global symbols of a source."""
-    folder, _, file = path.rpartition("/")
-    listed = PREFIXES.get(folder) or (PREFIXES["pus"] if folder.startswith("pus/") else folder.rpartition("/")[2])
-    program = file.removesuffix("_program.c") if folder == "fsw/programs" and file.endswith("_program.c") else ""
+    directory, _, file = path.rpartition("/")
+    listed = PREFIXES.get(directory) or (PREFIXES["pus"] if directory.startswith("pus/") else directory.rpartition("/")[2])
+    program = file.removesuffix("_program.c") if directory == "fsw/programs" and file.endswith("_program.c") else ""
     return [*listed.split(), *program.split()]
 
 

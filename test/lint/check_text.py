@@ -12,14 +12,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
 FILE_LINES, FUNCTION_LINES, CONTRACT_LINES, COMMENT_COLUMNS = 600, 60, 15, 110
 MAKEFILE_COLUMNS = 120
-README_LINES = 60  # Of the page in the top folder: a reader sees it whole.
+README_LINES = 60  # Of the page in the top directory: a reader sees it whole.
 
 
 def project_files():
-    for folder, folders, names in os.walk(ROOT):
-        folders[:] = sorted(set(folders) - SKIPPED)
+    for directory, directories, names in os.walk(ROOT):
+        directories[:] = sorted(set(directories) - SKIPPED)
         for name in sorted(names):
-            yield pathlib.Path(folder, name)
+            yield pathlib.Path(directory, name)
 
 
 def c_functions(lines):

@@ -26,16 +26,16 @@ COMMON = {"classic"}  # Names of missions that are also words of the sources: re
 WORDS = {"base", "lower", "upper"}  # Names of links that are also words of the formats.
 
 
-def names_of(folder):
-    """Names of missions, text constants and node ids of the worlds in a folder."""
+def names_of(directory):
+    """Names of missions, text constants and node ids of the worlds in a directory."""
     missions, texts, nodes = set(), set(), set()
-    for path in sorted(folder.glob("*.xml")):
+    for path in sorted(directory.glob("*.xml")):
         missions.add(path.stem)
         for element in ElementTree.parse(path).getroot().iter():
             texts |= {element.get(key) for key in ("bus", "eds", "urdf", "name") if element.get(key)}
             nodes |= {int(element.get("node"), 0)} if element.get("node") else set()
             if element.tag == "Robot":
-                parts = ElementTree.parse(folder / element.get("urdf")).getroot()
+                parts = ElementTree.parse(directory / element.get("urdf")).getroot()
                 texts |= {part.get("name") for tag in ("joint", "link") for part in parts.iter(tag) if part.get("name")} - WORDS
     return missions, texts | missions, nodes
 

@@ -51,7 +51,7 @@ def test_terms_are_used():
 
 
 def test_each_library_of_the_flight_software_is_a_term_or_is_named_with_one():
-    """A reader who sees a folder finds its name in the glossary. Single subsystems have their name from a mission, XML is no term of ours."""
+    """A reader who sees a directory finds its name in the glossary. Single subsystems have their name from a mission, XML is no term of ours."""
     names = {path.name for path in [*(ROOT / "fsw").iterdir(), *(ROOT / "fsw/framework").iterdir()] if path.is_dir()} - {"xml"}
     known = " ".join(f"{term} {' '.join(re.findall('`([^`]*)`', meaning))}" for term, meaning, _ in ROWS).lower()
     assert [name for name in sorted(names) if not re.search(rf"\b{name.removesuffix('s')}", known)] == []

@@ -97,15 +97,15 @@ TREE = {
         ("base/b.c", '"sim/a.h"', ["base/b.c:1", "sim/a.h:1"]),
     ],
 )
-def test_a_cycle_of_includes_between_top_folders_is_found(path, include, places):
-    """Two folders that include each other, or several in a ring, are reported with each include that closes
+def test_a_cycle_of_includes_between_top_directories_is_found(path, include, places):
+    """Two directories that include each other, or several in a ring, are reported with each include that closes
     the ring."""
     tree = {**TREE, **({path: f"#include {include}\n"} if path else {})}
     found = check_layers.cycle(check_layers.top_includes(sorted(tree), tree.get))
     assert sorted(text.split(": ")[0] for text in found) == sorted(places)
 
 
-def test_cycle_over_three_folders_is_found():
+def test_cycle_over_three_directories_is_found():
     tree = {**TREE, "base/b.c": '#include "pus/core/a.h"\n'}
     assert check_layers.cycle(check_layers.top_includes(sorted(tree), tree.get))
 
@@ -113,9 +113,9 @@ def test_cycle_over_three_folders_is_found():
 @pytest.mark.parametrize(
     "path, complaint",
     [
-        ("test/unit/pus/st99/test_a.c", "test/unit/pus/st99: its path mirrors no folder"),
-        ("test/contract/net/test_a.c", "test/contract/net: its path mirrors no folder"),
-        ("test/proof/pus/coer/proof_a.c", "test/proof/pus/coer: its path mirrors no folder"),
+        ("test/unit/pus/st99/test_a.c", "test/unit/pus/st99: its path mirrors no directory"),
+        ("test/contract/net/test_a.c", "test/contract/net: its path mirrors no directory"),
+        ("test/proof/pus/coer/proof_a.c", "test/proof/pus/coer: its path mirrors no directory"),
         ("fsw/y/a.c", "fsw/y: no C test has its path under"),
         ("fsw/y/a.h", None),
         ("fsw/x/y/a.c", None),
@@ -123,7 +123,7 @@ def test_cycle_over_three_folders_is_found():
         ("test/mission/a.c", None),
     ],
 )
-def test_folders_of_tests_that_mirror_no_sources_are_found(path, complaint):
+def test_directories_of_tests_that_mirror_no_sources_are_found(path, complaint):
     tree = ["pus/core/a.c", "fsw/x/a.c", "osal/common/a.c", "osal/posix/a.c", "test/unit/pus/core/test_a.c", "test/unit/fsw/x/test_a.c",
             "test/contract/osal/test_a.c", "test/unit/osal/posix/test_a.c"]
     assert list(check_layers.unmirrored(tree)) == []
@@ -163,12 +163,12 @@ def test_a_forbidden_symbol_is_found(tmp_path, source, place, complaint):
     assert (len(found) == 0) if complaint is None else any(complaint in text for text in found), found
 
 
-def test_the_top_folder_has_the_folders_of_the_house_and_the_files_that_tools_expect_there():
-    """A program that runs in the top folder may leave files there, which `git add` would take."""
+def test_the_top_directory_has_the_directories_of_the_house_and_the_files_that_tools_expect_there():
+    """A program that runs in the top directory may leave files there, which `git add` would take."""
     listed = subprocess.run(["git", "ls-files", "--others", "--cached", "--exclude-standard"], cwd=check_layers.ROOT, capture_output=True, text=True, check=True).stdout
-    folders = {path.partition("/")[0] for path in listed.splitlines() if "/" in path}
+    directories = {path.partition("/")[0] for path in listed.splitlines() if "/" in path}
     files = {path for path in listed.splitlines() if "/" not in path}
-    assert folders == {".ci", ".github", "base", "descriptors", "docs", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test"}
+    assert directories == {".ci", ".github", "base", "descriptors", "docs", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test"}
     assert files == {".clang-format", ".clang-tidy", ".editorconfig", ".git-blame-ignore-revs", ".gitignore", ".prettierrc", "CHANGELOG.md",
                      "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "SECURITY.md"}
 
@@ -178,8 +178,8 @@ def test_a_prefix_belongs_to_one_library():
     they have in common are one library."""
     owners = {}
     for top in ("base", "osal", "pus", "fsw", "launcher"):
-        for folder in sorted({source.parent for source in (check_layers.ROOT / top).rglob("*.c")}):
-            place = str(folder.relative_to(check_layers.ROOT))
+        for directory in sorted({source.parent for source in (check_layers.ROOT / top).rglob("*.c")}):
+            place = str(directory.relative_to(check_layers.ROOT))
             for prefix in check_symbols.prefixes(f"{place}/any.c"):
                 owners.setdefault(prefix, set()).add("osal" if top == "osal" else place)
     assert {prefix: places for prefix, places in owners.items() if len(places) > 1 and prefix != "pus"} == {}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The setup caches fetched files for other clones and names everything that it cannot get. Unity is pinned by
-its checksum and installed completely or not at all. A script replaces the package client, a folder the index
+its checksum and installed completely or not at all. A script replaces the package client, a directory the index
 of Python packages, and a local server the registry of npm."""
 
 import base64
@@ -107,7 +107,7 @@ def test_unity_is_installed_without_a_place_for_a_cache(machine):
 
 
 def publish(index, name, version):
-    """Put a wheel of one empty module into a folder that serves as a package index."""
+    """Put a wheel of one empty module into a directory that serves as a package index."""
     project = index / name.replace("_", "-")
     project.mkdir(parents=True, exist_ok=True)
     wheel = project / f"{name}-{version}-py3-none-any.whl"
@@ -143,7 +143,7 @@ def clone(place, fresh_venv):
 
 
 def environment_of(place, cache="cache", index="index"):
-    """Environment of a script: the index is a folder; without the folder there is no network."""
+    """Environment of a script: the index is a directory; without the directory there is no network."""
     return {"PATH": f"{place / 'bin'}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(place / cache), "HOME": str(place), "CALLS": str(place / "calls"),
             "ARCHIVE": str(place / "archive"), "PIP_INDEX_URL": f"file://{place / index}", "PIP_CONFIG_FILE": "/dev/null"}
 
@@ -329,8 +329,8 @@ def test_everything_missing_is_reported_at_once(index, fresh_venv):
     place = clone(index / "a", fresh_venv)
     shutil.copytree(ROOT / "gse" / "setup", place / "gse" / "setup")
     (place / "test").mkdir()
-    for folder in ("gse", "test"):
-        shutil.copy(index / "list.txt", place / folder / "requirements.txt")
+    for directory in ("gse", "test"):
+        shutil.copy(index / "list.txt", place / directory / "requirements.txt")
     script(index / "bin" / "dpkg-query", '[ "$4" = libcmocka-dev ] || echo installed')
     script(index / "bin" / "apt-get", "exit 100")
     script(index / "bin" / "sudo", 'shift; exec "$@"')

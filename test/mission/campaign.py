@@ -129,7 +129,7 @@ def _damage(path, how, where):
 
 def _time_of(flight):
     """Simulated time that the operator has reached."""
-    path = flight.folder / "operator.log"
+    path = flight.directory / "operator.log"
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     with contextlib.suppress(ValueError, IndexError, KeyError):
         return json.loads(lines[-1])["end"]
@@ -155,12 +155,12 @@ def _cut_connection(flight, cuts):
             _set_connection(flight, state)
 
 
-def _options(ground, drawn, folder):
+def _options(ground, drawn, directory):
     options = ["--form", "image" if drawn.form == "image" else "processes", "--port", flying.free_port()]
     if drawn.form == "nodes":
         options += ["--nodes", 2] + ([] if drawn.is_split else ["--links", "udp"])
     if drawn.damages:
-        storage = folder / "storage"
+        storage = directory / "storage"
         shutil.copytree(ground.records, storage)
         for name, how, where in drawn.damages:
             _damage(storage / name, how, where)
@@ -168,24 +168,24 @@ def _options(ground, drawn, folder):
     return options
 
 
-def fly(ground, folder, drawn):
+def fly(ground, directory, drawn):
     """Fly a drawn flight. Returns the finished flight and the rules that it violates."""
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    (folder / "count").write_bytes(bytes(4))
-    path = flying.write_scenario(folder / "flight.scn", *drawn.lines)
-    environment = {"LD_PRELOAD": str(ground.probe), "CAMPAIGN_ENDS": str(folder / "ends"), "CAMPAIGN_COUNT": str(folder / "count")}
+    shutil.rmtree(directory, ignore_errors=True)
+    directory.mkdir(parents=True)
+    (directory / "count").write_bytes(bytes(4))
+    path = flying.write_scenario(directory / "flight.scn", *drawn.lines)
+    environment = {"LD_PRELOAD": str(ground.probe), "CAMPAIGN_ENDS": str(directory / "ends"), "CAMPAIGN_COUNT": str(directory / "count")}
     environment |= {"CAMPAIGN_DISK": drawn.disk} if drawn.disk else {}
     how = {"root": ground.split} if drawn.is_split else {}
-    flight = flying.start(folder / "run", "--scenario", path, *_options(ground, drawn, folder), environment=environment, **how)
+    flight = flying.start(directory / "run", "--scenario", path, *_options(ground, drawn, directory), environment=environment, **how)
     try:
         _cut_connection(flight, drawn.cuts)
         flight.wait()
     finally:
         flight.abandon()
-    ends = folder / "ends"
+    ends = directory / "ends"
     seen = rules.Seen(
-        flight, drawn.lines, drawn.end_s, drives(flight.folder / "truth.lcm"), drawn.is_determined, bool(drawn.cuts),
+        flight, drawn.lines, drawn.end_s, drives(flight.directory / "truth.lcm"), drawn.is_determined, bool(drawn.cuts),
         ends.read_text(encoding="utf-8") if ends.exists() else "",
     )  # fmt: skip
     return flight, rules.violations(seen)
@@ -196,18 +196,18 @@ def differences(one, other):
     return [f"{name} is not the same in another form" for name in TRACED if one.octets(name) != other.octets(name)]
 
 
-def judge(ground, folder, drawn, in_both=None):
+def judge(ground, directory, drawn, in_both=None):
     """The rules that a flight violates; in_both: this flight also flies in the other form (one of SAME_IN does)."""
-    flight, found = fly(ground, folder, drawn)
+    flight, found = fly(ground, directory, drawn)
     if in_both is None:
         in_both = drawn.seed % SAME_IN == 0
     if in_both and drawn.is_determined and drawn.form != "nodes":
         again = faults.draw(drawn.seed, drawn.count, "image" if drawn.form == "processes" else "processes")
-        other, more = fly(ground, folder.with_name(folder.name + "-again"), again)
+        other, more = fly(ground, directory.with_name(directory.name + "-again"), again)
         found = found + more + differences(flight, other)
     if not found:
-        shutil.rmtree(folder)
-        shutil.rmtree(folder.with_name(folder.name + "-again"), ignore_errors=True)
+        shutil.rmtree(directory)
+        shutil.rmtree(directory.with_name(directory.name + "-again"), ignore_errors=True)
     return found
 
 
@@ -232,15 +232,15 @@ def main():
         drawn = faults.draw(seed, arguments.faults, arguments.form)
         if arguments.kind and arguments.kind not in drawn.kinds:
             continue
-        folder = place / f"{seed}-{arguments.faults}"
+        directory = place / f"{seed}-{arguments.faults}"
         try:
-            found = judge(ground, folder, drawn)
+            found = judge(ground, directory, drawn)
         except (AssertionError, OSError, ValueError, LookupError, sqlite3.Error) as problem:
             found = [f"cannot be judged: {problem!r}"]
         flown.update([*drawn.kinds, f"in {drawn.form}", "all"])
         if found:
             failed += 1
-            print(f"{command(drawn)}: {' + '.join(drawn.kinds)}: {folder}", *found[:12], sep="\n    ", flush=True)
+            print(f"{command(drawn)}: {' + '.join(drawn.kinds)}: {directory}", *found[:12], sep="\n    ", flush=True)
     print(f"{flown['all']} flights, {failed} with a violated invariant: {dict(flown)}", flush=True)
     if not failed:
         shutil.rmtree(place)

@@ -89,15 +89,15 @@ ssize_t pwrite(int descriptor, const void* octets, size_t size, off_t offset)
 __attribute__((destructor)) static void end(void)
 {
     const char* path = getenv("CAMPAIGN_ENDS");
-    DIR* folder      = (path != NULL) ? opendir("/proc/self/fd") : NULL;
-    if (folder == NULL) {
+    DIR* directory   = (path != NULL) ? opendir("/proc/self/fd") : NULL;
+    if (directory == NULL) {
         return;
     }
-    unsigned open_now = 0U; // Includes the descriptor of the folder.
-    for (const struct dirent* entry = readdir(folder); entry != NULL; entry = readdir(folder)) {
+    unsigned open_now = 0U; // Includes the descriptor of the directory.
+    for (const struct dirent* entry = readdir(directory); entry != NULL; entry = readdir(directory)) {
         open_now += (entry->d_name[0] != '.') ? 1U : 0U;
     }
-    (void)closedir(folder);
+    (void)closedir(directory);
     FILE* file = fopen(path, "ae");
     if (file != NULL) {
         (void)fprintf(file, "%s %u\n", program_invocation_short_name, open_now - 1U);

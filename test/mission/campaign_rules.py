@@ -62,7 +62,7 @@ class Seen:
         """Numbers of the records of packets.db, in order."""
 
         def found():
-            with contextlib.closing(sqlite3.connect(f"file:{self.flight.folder}/packets.db?mode=ro", uri=True)) as database:
+            with contextlib.closing(sqlite3.connect(f"file:{self.flight.directory}/packets.db?mode=ro", uri=True)) as database:
                 return [number for (number,) in database.execute("SELECT number FROM packet ORDER BY number")]
 
         return self.of("numbers", found)

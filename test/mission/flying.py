@@ -34,9 +34,9 @@ sys.path.insert(0, str(ROOT / "gse"))
 
 @dataclass
 class Flight:
-    """A launcher, running or ended, and the folder of its run."""
+    """A launcher, running or ended, and the directory of its run."""
 
-    folder: pathlib.Path
+    directory: pathlib.Path
     process: subprocess.Popen
     began: float = field(default_factory=time.monotonic)
     output: str = ""
@@ -60,7 +60,7 @@ class Flight:
     @property
     def console(self):
         """Output of the programs of the run."""
-        path = self.folder / "console.log"
+        path = self.directory / "console.log"
         return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
 
     @property
@@ -78,11 +78,11 @@ class Flight:
 
     def read(self, name):
         """Text of a file of the run."""
-        return (self.folder / name).read_text(encoding="utf-8")
+        return (self.directory / name).read_text(encoding="utf-8")
 
     def octets(self, name):
         """Octets of a file of the run."""
-        return (self.folder / name).read_bytes()
+        return (self.directory / name).read_bytes()
 
     def wait(self, limit_s=FLIGHT_LIMIT_S):
         """Wait until the launcher has ended; returns the flight."""
@@ -109,13 +109,13 @@ class Flight:
 
     def port(self, limit_s=MOMENT_S):
         """The ground port, as soon as the run has written it."""
-        path = self.folder / "ground.port"
+        path = self.directory / "ground.port"
         wait_until(lambda: path.exists() and path.read_text(encoding="ascii").strip(), "a ground port", limit_s)
         return int(path.read_text(encoding="ascii"))
 
     def steps(self):
         """Lines of the operator's log so far."""
-        path = self.folder / "operator.log"
+        path = self.directory / "operator.log"
         return len(path.read_bytes().splitlines()) if path.exists() else 0
 
     def children(self):
@@ -124,14 +124,14 @@ class Flight:
 
     def leftovers(self):
         """Processes, the operator's co-simulation port and shared memory of this run that still exist."""
-        mark, folder = self.identity.encode(), str(self.folder).encode()
-        found = [f"process {pid} {line.decode(errors='replace')}" for pid, line in command_lines() if _is_of(line, mark, folder)]
+        mark, directory = self.identity.encode(), str(self.directory).encode()
+        found = [f"process {pid} {line.decode(errors='replace')}" for pid, line in command_lines() if _is_of(line, mark, directory)]
         found += [str(path) for path in pathlib.Path("/dev/shm").glob(f"*{self.identity}*") if _has_identity(path.name, self.identity)]
         return found
 
 
-def _is_of(line, mark, folder):
-    return re.search(re.escape(mark) + rb"(?![0-9])", line) is not None or folder in line.split(b" ")
+def _is_of(line, mark, directory):
+    return re.search(re.escape(mark) + rb"(?![0-9])", line) is not None or directory in line.split(b" ")
 
 
 def _has_identity(name, identity):
@@ -183,10 +183,10 @@ def wait_until(condition, awaited, limit_s=MOMENT_S):
         time.sleep(0.005)
 
 
-def start(folder, *options, root=ROOT, binaries=None, environment=None, report="no"):
+def start(directory, *options, root=ROOT, binaries=None, environment=None, report="no"):
     """Start `hirosco run`; options as on the command line."""
     program = (binaries or root / "build" / "bin") / "hirosco"
-    words = [str(program), "run", "--out", str(folder), "--report", report, *map(str, options)]
+    words = [str(program), "run", "--out", str(directory), "--report", report, *map(str, options)]
     process = subprocess.Popen(
         words,
         cwd=root,
@@ -197,19 +197,19 @@ def start(folder, *options, root=ROOT, binaries=None, environment=None, report="
         start_new_session=True,
         env={**os.environ, **(environment or {})},
     )
-    return Flight(pathlib.Path(folder), process)
+    return Flight(pathlib.Path(directory), process)
 
 
-def fly(folder, *options, limit_s=FLIGHT_LIMIT_S, **how):
+def fly(directory, *options, limit_s=FLIGHT_LIMIT_S, **how):
     """Start a run and wait for its end."""
-    return start(folder, *options, **how).wait(limit_s)
+    return start(directory, *options, **how).wait(limit_s)
 
 
-def fly_in_both_forms(folder, name, path, *options):
+def fly_in_both_forms(directory, name, path, *options):
     """Fly a scenario to its end in the image and in processes. Returns a dictionary: form -> Flight."""
     found = {}
     for form in ("image", "processes"):
-        found[form] = fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, *options)
+        found[form] = fly(directory / f"{name}-{form}", "--scenario", path, "--form", form, *options)
         assert found[form].code == 0, found[form].transcript()
     return found
 
@@ -269,14 +269,14 @@ def assert_clean(flight):
     assert not left, left
 
 
-def descriptors_copied(folder):
-    """Make a folder with a copy of the descriptors that otherwise refers to the project: the XML files may be
+def descriptors_copied(directory):
+    """Make a directory with a copy of the descriptors that otherwise refers to the project: the XML files may be
     changed, programs are those of the project."""
-    folder.mkdir()
-    shutil.copytree(ROOT / "descriptors", folder / "descriptors")
+    directory.mkdir()
+    shutil.copytree(ROOT / "descriptors", directory / "descriptors")
     for name in ("build", "sim", "gse"):
-        (folder / name).symlink_to(ROOT / name)
-    return folder
+        (directory / name).symlink_to(ROOT / name)
+    return directory
 
 
 def replace(path, *changes):

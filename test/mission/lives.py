@@ -45,9 +45,9 @@ def assert_in_order(flight):
     flying.assert_clean(flight)
 
 
-def fly(folder, path, *options, **how):
+def fly(directory, path, *options, **how):
     """Fly with these options, and check the flight with assert_in_order."""
-    flight = flying.fly(folder, "--scenario", path, *options, **how)
+    flight = flying.fly(directory, "--scenario", path, *options, **how)
     assert_in_order(flight)
     return flight
 

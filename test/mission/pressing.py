@@ -19,9 +19,9 @@ def _set(text, element, **attributes):
     return text
 
 
-def write_world(folder, base="rokviss", masses=(1.0, 1.0), contact=None, hand=None, drive=None):
-    """A world like `base` in a folder; masses are factors of both links. Returns the path of the world."""
-    folder.mkdir(parents=True, exist_ok=True)
+def write_world(directory, base="rokviss", masses=(1.0, 1.0), contact=None, hand=None, drive=None):
+    """A world like `base` in a directory; masses are factors of both links. Returns the path of the world."""
+    directory.mkdir(parents=True, exist_ok=True)
     urdf = (WORLDS / "rokviss.urdf").read_text(encoding="utf-8")
     parts = iter(masses)
     scaled = []
@@ -31,26 +31,26 @@ def write_world(folder, base="rokviss", masses=(1.0, 1.0), contact=None, hand=No
             link = re.sub(r'((?:mass value|ixx|iyy|izz)=")([^"]*)"', lambda found, factor=factor: f'{found[1]}{float(found[2]) * factor!r}"', link)
         scaled.append(link)
     assert next(parts, None) is None
-    (folder / "rokviss.urdf").write_text("".join(scaled), encoding="utf-8")
+    (directory / "rokviss.urdf").write_text("".join(scaled), encoding="utf-8")
     text = (WORLDS / f"{base}.xml").read_text(encoding="utf-8")
     text = _set(text, "Contact", **(contact or {}))
     text = _set(text, "Hand", **(hand or {}))
     text = _set(text, "DriveType", **(drive or {}))
-    path = folder / "world.xml"
+    path = directory / "world.xml"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def write_scenario(folder, x, force):
+def write_scenario(directory, x, force):
     """Write press.scn for another place and another force. Returns its path."""
     text = SCENARIO.read_text(encoding="utf-8")
     text = text.replace("move 0.28 -0.020", f"move {x:.4f} -0.020").replace("press 15 ", f"press {force:.3f} ")
-    path = folder / "press.scn"
+    path = directory / "press.scn"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def random_case(folder, seed, base="rokviss"):
+def random_case(directory, seed, base="rokviss"):
     """World and scenario of a random case: (world, scenario, force)."""
     rng = random.Random(seed)
     x, force = rng.uniform(0.23, 0.39), rng.uniform(3, 30)
@@ -58,7 +58,7 @@ def random_case(folder, seed, base="rokviss"):
     friction = rng.uniform(0.6, 1.0)
     is_rigid = rng.random() < 0.5
     world = write_world(
-        folder,
+        directory,
         base,
         masses=(rng.uniform(0.95, 1.05), rng.uniform(0.95, 1.05)),
         contact={
@@ -70,4 +70,4 @@ def random_case(folder, seed, base="rokviss"):
         hand={"stiffness": rng.uniform(1.5, 4.5), "damping": rng.uniform(0.05, 0.15)},
         drive={"coulomb": 2 * friction, "stiction": 2.4 * friction},
     )
-    return world, write_scenario(folder, x, force), force
+    return world, write_scenario(directory, x, force), force

@@ -56,15 +56,15 @@ def _descriptors(tree):
 
 
 def _gcc(tree, *words):
-    include = [f"-I{folder}" for folder in (tree / "build" / "shadow", flying.ROOT, flying.ROOT / "build")]
+    include = [f"-I{directory}" for directory in (tree / "build" / "shadow", flying.ROOT, flying.ROOT / "build")]
     command = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", *include, *words]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
 def _link(name, tree, tops, objects, *externals):
-    folders = {path.parent.relative_to(flying.ROOT) for top in tops for path in (flying.ROOT / top).rglob("*.c")}
-    libraries = [flying.ROOT / "build" / "lib" / f"lib{'_'.join(folder.parts)}.a" for folder in sorted(folders)]
+    directories = {path.parent.relative_to(flying.ROOT) for top in tops for path in (flying.ROOT / top).rglob("*.c")}
+    libraries = [flying.ROOT / "build" / "lib" / f"lib{'_'.join(directory.parts)}.a" for directory in sorted(directories)]
     _gcc(tree, "-o", tree / "build" / "bin" / name, *objects, "-Wl,--start-group", *filter(pathlib.Path.exists, libraries), "-Wl,--end-group", "-Wl,--as-needed", *externals,
          "-lexpat", "-llua5.4", "-lnettle", "-lpthread", "-lm")
 
@@ -93,7 +93,7 @@ def _compile(tree, descriptor):
 
 
 def build(tree):
-    """A copy of the project's folder with this mission in it."""
+    """A copy of the project's directory with this mission in it."""
     tree.mkdir(parents=True)
     descriptor = _descriptors(tree / "descriptors")
     (tree / "sim").symlink_to(flying.ROOT / "sim")
@@ -110,6 +110,6 @@ def build(tree):
     return tree
 
 
-def fly(tree, folder, scenario, *options):
-    """Fly a scenario in that folder to its end."""
-    return flying.fly(folder, "--mission", "shadow", "--scenario", scenario, *options, root=tree)
+def fly(tree, directory, scenario, *options):
+    """Fly a scenario in that directory to its end."""
+    return flying.fly(directory, "--mission", "shadow", "--scenario", scenario, *options, root=tree)

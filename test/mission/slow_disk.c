@@ -2,7 +2,7 @@
 // Library that is preloaded into the supervisor. It replaces functions of the C library, so that the disk of
 // the packet log seems to be slow, to hang, or to become read-only.
 //
-// SLOW_DISK_FOLDER names a folder of the test. While it contains a file
+// SLOW_DISK_DIRECTORY names a directory of the test. While it contains a file
 //     hold      a write does not end; the file "held" shows that one waits
 //     readonly  nothing can be written, shortened, or opened for writing
 // Without that variable every fiftieth write takes 300 ms.
@@ -40,8 +40,8 @@ static bool is_open_log(int descriptor)
 static const char* path_of(const char* name)
 {
     static _Thread_local char path[512];
-    const char* folder = getenv("SLOW_DISK_FOLDER");
-    (void)snprintf(path, sizeof path, "%s/%s", (folder != NULL) ? folder : "/nowhere", name);
+    const char* directory = getenv("SLOW_DISK_DIRECTORY");
+    (void)snprintf(path, sizeof path, "%s/%s", (directory != NULL) ? directory : "/nowhere", name);
     return path;
 }
 
@@ -104,7 +104,7 @@ ssize_t write(int descriptor, const void* octets, size_t size)
     *(void**)&next                            = next_of("write");
     if (is_open_log(descriptor)) {
         count++;
-        if (getenv("SLOW_DISK_FOLDER") != NULL) {
+        if (getenv("SLOW_DISK_DIRECTORY") != NULL) {
             wait_while_held();
         } else if ((count % WRITES_PER_DELAY) == 0U) {
             (void)usleep(DELAY_US);

@@ -5,9 +5,9 @@
 A seed determines the traffic: the mission rests, flies telepresence, moves the arm alone, loses and regains a
 process, and gets requests of every kind in between. Buses and truth are not logged. To repeat a flight:
 
-    test/mission/soak.py SEED --hours 24 [--form image|processes] [--out FOLDER]
+    test/mission/soak.py SEED --hours 24 [--form image|processes] [--out DIRECTORY]
 
-The samples of every process are in FOLDER/soak.jsonl: one line for each second of wall-clock time."""
+The samples of every process are in DIRECTORY/soak.jsonl: one line for each second of wall-clock time."""
 
 import argparse
 import collections
@@ -120,7 +120,7 @@ def _kib(pid, words):
 
 def _simulated_s(flight):
     """Simulated time that the operator has reached."""
-    path = flight.folder / "operator.log"
+    path = flight.directory / "operator.log"
     try:
         with path.open("rb") as log:
             log.seek(max(0, path.stat().st_size - 20000))
@@ -141,7 +141,7 @@ def _sample(flight, began):
             continue  # The process is just ending.
         found["processes"][name] = entry
     found["names"] = len([path for path in pathlib.Path("/dev/shm").iterdir() if flight.identity in path.name])
-    found["octets"] = sum(path.stat().st_size for path in flight.folder.glob("packets.*"))
+    found["octets"] = sum(path.stat().st_size for path in flight.directory.glob("packets.*"))
     return found
 
 
@@ -224,19 +224,19 @@ class Judge:
         return self.problems
 
 
-def judge_packets(folder):
+def judge_packets(directory):
     """Returns a Judge that has read the log."""
     judge = Judge()
-    with (folder / "packets.log").open(encoding="ascii") as log:
+    with (directory / "packets.log").open(encoding="ascii") as log:
         for line in log:
             stamp, direction, text = line.split()
             judge.take(int(stamp.replace(".", "")), direction, bytes.fromhex(text))
     return judge
 
 
-def _numbers_are_whole(folder):
+def _numbers_are_whole(directory):
     expected = 0
-    with (folder / "packets.ascii").open(encoding="ascii") as log:
+    with (directory / "packets.ascii").open(encoding="ascii") as log:
         for line in log:
             expected += 1
             if int(line.split(" ", 1)[0]) != expected:
@@ -245,9 +245,9 @@ def _numbers_are_whole(folder):
 
 
 def watch(flight, sample_s=SAMPLE_S):
-    """Take samples of a flight until it ends. Returns them and writes them to its folder."""
+    """Take samples of a flight until it ends. Returns them and writes them to its directory."""
     began, samples = time.monotonic(), []
-    with (flight.folder / "soak.jsonl").open("w", encoding="ascii") as log:
+    with (flight.directory / "soak.jsonl").open("w", encoding="ascii") as log:
         while flight.process.poll() is None:
             samples.append(_sample(flight, began))
             print(json.dumps(samples[-1]), file=log, flush=True)
@@ -256,22 +256,22 @@ def watch(flight, sample_s=SAMPLE_S):
     return samples
 
 
-def fly(folder, seed, hours, form="image", sample_s=SAMPLE_S):
+def fly(directory, seed, hours, form="image", sample_s=SAMPLE_S):
     """Fly once. Returns (flight, samples, judge, problems)."""
-    folder.mkdir(parents=True)
+    directory.mkdir(parents=True)
     for name in UNLOGGED:
-        (folder / name).symlink_to("/dev/null")
-    path = flying.write_scenario(folder / "soak.scn", *scenario(seed, hours))
-    flight = flying.start(folder, "--scenario", path, "--form", form)
+        (directory / name).symlink_to("/dev/null")
+    path = flying.write_scenario(directory / "soak.scn", *scenario(seed, hours))
+    flight = flying.start(directory, "--scenario", path, "--form", form)
     samples = watch(flight, sample_s)
-    judge = judge_packets(folder)
+    judge = judge_packets(directory)
     problems = [f"the launcher ended with {flight.code}: {flight.output[-500:]}"] if flight.code != 0 else []
     if not flight.facts["reproducible"]:
         problems.append("the flight is not reproducible")
     if flight.facts["simulated_s"] < hours * HOUR_S:
         problems.append(f"it ended at {flight.facts['simulated_s']} s")
     problems += judge.end() + list(judge_samples([s for s in samples if s["simulated_s"] > 0], form))
-    problems += [what for what in (_numbers_are_whole(folder),) if what]
+    problems += [what for what in (_numbers_are_whole(directory),) if what]
     return flight, samples, judge, problems + flight.leftovers()
 
 
@@ -281,10 +281,10 @@ def main():
     parser.add_argument("seed", type=int)
     parser.add_argument("--hours", type=float, default=24.0, help="simulated hours (default 24)")
     parser.add_argument("--form", choices=("image", "processes"), default="image")
-    parser.add_argument("--out", type=pathlib.Path, help="a folder that is not there (default: one of its own, removed if all is well)")
+    parser.add_argument("--out", type=pathlib.Path, help="a directory that is not there (default: one of its own, removed if all is well)")
     arguments = parser.parse_args()
-    folder = arguments.out or pathlib.Path(tempfile.mkdtemp(prefix="soak-")) / "run"
-    flight, samples, judge, problems = fly(folder, arguments.seed, arguments.hours, arguments.form)
+    directory = arguments.out or pathlib.Path(tempfile.mkdtemp(prefix="soak-")) / "run"
+    flight, samples, judge, problems = fly(directory, arguments.seed, arguments.hours, arguments.form)
     facts = flight.facts
     print(f"{facts['simulated_s']} s flown in {flight.seconds:.0f} s, {facts['real_time_factor']} x real time, {judge.lines} packets, "
           f"{sum(count for key, count in judge.counts.items() if key[0] == 'TC')} requests, reports late by {judge.late_ns / 1e6} ms at most")
@@ -294,8 +294,8 @@ def main():
     for what in problems:
         print(f"    {what}")
     if not problems and not arguments.out:
-        shutil.rmtree(folder.parent)
-    print("nothing grew, drifted or stalled" if not problems else f"{len(problems)} problems, see {folder}")
+        shutil.rmtree(directory.parent)
+    print("nothing grew, drifted or stalled" if not problems else f"{len(problems)} problems, see {directory}")
     return 1 if problems else 0
 
 

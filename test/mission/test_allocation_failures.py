@@ -45,12 +45,12 @@ SCENARIO = (
 )
 
 
-def fly(folder, number):
+def fly(directory, number):
     """Fly once; the request with this number is refused (0: none)."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    scenario = flying.write_scenario(folder.parent / "allocation.scn", *SCENARIO)
+    directory.parent.mkdir(parents=True, exist_ok=True)
+    scenario = flying.write_scenario(directory.parent / "allocation.scn", *SCENARIO)
     flight = flying.fly(
-        folder, "--scenario", scenario, "--form", "image", binaries=SANITIZED,
+        directory, "--scenario", scenario, "--form", "image", binaries=SANITIZED,
         environment={"HIROSCO_REFUSE_TAKE": str(number), "ASAN_OPTIONS": "detect_leaks=1:abort_on_error=0"},
     )
     assert not REPORT.search(flight.console + flight.output), flight.transcript()
@@ -60,7 +60,7 @@ def fly(folder, number):
 
 def refusals(flight):
     """Sum of the components' counters that the operator has read; None if it could not read them."""
-    path = flight.folder / "operator.log"
+    path = flight.directory / "operator.log"
     steps = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     found = re.findall(r"(?:POOL|SOCKET|BLOCK|REQUEST|SEQUENCE)_REFUSED: (\d+)", " ".join(step["outcome"] for step in steps if step["verb"] == "get"))
     return sum(map(int, found)) if found else None
@@ -72,8 +72,8 @@ def takes(flight):
 
 
 @pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.long)])
-def test_each_refusal_is_counted_and_ends_nothing(folder, every):
-    undisturbed = fly(folder / "0", 0)
+def test_each_refusal_is_counted_and_ends_nothing(directory, every):
+    undisturbed = fly(directory / "0", 0)
     assert undisturbed.code == 0, undisturbed.transcript()
     assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
     total = takes(undisturbed)
@@ -81,7 +81,7 @@ def test_each_refusal_is_counted_and_ends_nothing(folder, every):
     # two sizes.
     assert total >= 20
     for number in range(1, total + 1, every):
-        flight = fly(folder / str(number), number)
+        flight = fly(directory / str(number), number)
         counted = refusals(flight)
         if counted is None:  # The ground could not connect; then the run reports the refusal.
             assert flight.code != 0, flight.transcript()

@@ -366,13 +366,13 @@ def _drawn_with_a_kill():
     raise AssertionError("no seed kills a process")
 
 
-def test_each_end_and_the_reaction_of_a_real_flight_count(folder):
+def test_each_end_and_the_reaction_of_a_real_flight_count(directory):
     """A rule is violated if a final report of a real flight is removed or doubled, if a request is removed, or if the reaction of the partner is
     removed. Only a request at the very end may stay without its final report."""
     drawn = _drawn_with_a_kill()
-    flight, found = campaign.fly(campaign.Ground(folder / "ground"), folder / "flight", drawn)
+    flight, found = campaign.fly(campaign.Ground(directory / "ground"), directory / "flight", drawn)
     assert found == []
-    assert campaign.drives(flight.folder / "truth.lcm") == runs.load(flight.folder).truth["DRIVE"]
+    assert campaign.drives(flight.directory / "truth.lcm") == runs.load(flight.directory).truth["DRIVE"]
     whole = flight.packets
 
     def broken(packets):

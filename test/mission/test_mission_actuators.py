@@ -55,9 +55,9 @@ def _frames(flight, identifier):
 
 
 @pytest.fixture(scope="module")
-def flights(session_folder):
+def flights(session_directory):
     """The scenario as processes and as an image."""
-    found = [flying.fly(session_folder / f"actuators-{form}", "--mission", "actuators", "--scenario", "actuators", "--form", form)
+    found = [flying.fly(session_directory / f"actuators-{form}", "--mission", "actuators", "--scenario", "actuators", "--form", form)
              for form in ("processes", "image")]
     for flight in found:
         assert flight.code == 0, flight.transcript()
@@ -121,11 +121,11 @@ def _up(configuration):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_valves_close_if_their_subsystem_dies(session_folder, form):
+def test_valves_close_if_their_subsystem_dies(session_directory, form):
     """The valves close after the RPDO deadline of 10 ms and their shortest pulse."""
-    scenario = flying.write_scenario(session_folder / f"dies-{form}.scn", *_up("NOMINAL"),
+    scenario = flying.write_scenario(session_directory / f"dies-{form}.scn", *_up("NOMINAL"),
                                      f"2.0 operator set ACTUATORS.OUTPUT 3,3,0{REST}", "3.0 fault kill ACTUATORS", "4.0 operator shutdown")
-    flight = flying.fly(session_folder / f"dies-{form}", "--mission", "actuators", "--scenario", scenario, "--form", form)
+    flight = flying.fly(session_directory / f"dies-{form}", "--mission", "actuators", "--scenario", scenario, "--form", form)
     changes = _valves(flight)
     assert [name for _, name, is_open in changes if is_open] == ["PUSH1", "PUSH2", "TURN1", "TURN2"]
     closed = [time for time, _, is_open in changes if not is_open]
@@ -138,14 +138,14 @@ def _reports(flight, pattern):
     return [[float(number) for number in re.search(pattern, step["outcome"])[1].split(", ")] for step in steps if step["verb"] == "hk"]
 
 
-def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_folder):
+def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_directory):
     """CSV (CiA 402) by the second RPDO, and the rates (CiA 404) in the telemetry, are compared with the truth
     of the simulator."""
     lines = [*_up("VELOCITY"), f"1.5 operator set ACTUATORS.OUTPUT 0,3,0{REST}", "1.6 operator set ACTUATORS.VELOCITY 0.1,0,0,0,0,0,0,0",
              "2.0 operator hk once ACTUATORS 1", "2.5 operator hk once ACTUATORS 1", f"2.5 operator set ACTUATORS.OUTPUT 0,0,0{REST}",
              "3.0 operator cmd ACTUATORS.STOP", "3.3 operator hk once ACTUATORS 1", "3.5 operator hk once ACTUATORS 1", "3.6 operator shutdown"]
-    scenario = flying.write_scenario(session_folder / "velocity.scn", *lines)
-    flight = flying.fly(session_folder / "velocity", "--mission", "actuators", "--scenario", scenario, "--form", "image")
+    scenario = flying.write_scenario(session_directory / "velocity.scn", *lines)
+    flight = flying.fly(session_directory / "velocity", "--mission", "actuators", "--scenario", scenario, "--form", "image")
     assert flight.code == 0, flight.transcript()
     positions = [position[0] for position in _reports(flight, r"POSITION: \[([-0-9.e, ]+)\]")]
     assert abs(positions[1] - positions[0] - 0.05) < 0.003, "friction against the gain of the drive"
@@ -163,13 +163,13 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_f
 
 
 @pytest.mark.parametrize("fault", ["error platform BOOM 0x2310 on", "unplug platform BOOM"])
-def test_homing_ends_with_a_fault_and_without_its_drive(session_folder, fault):
+def test_homing_ends_with_a_fault_and_without_its_drive(session_directory, fault):
     """HOME fails as aborted (0x0405), the axis leaves operation without a reference, and the valves close."""
     name = "homing-" + fault.split(" ")[0]
     lines = [*_up("HOMING"), f"1.5 operator set ACTUATORS.OUTPUT 1,0,0{REST}", "2.0 operator expect-refusal 0x0405 cmd ACTUATORS.HOME",
              f"2.3 fault {fault}", "4.0 operator shutdown"]
-    scenario = flying.write_scenario(session_folder / f"{name}.scn", *lines)
-    flight = flying.fly(session_folder / name, "--mission", "actuators", "--scenario", scenario, "--form", "image")
+    scenario = flying.write_scenario(session_directory / f"{name}.scn", *lines)
+    flight = flying.fly(session_directory / name, "--mission", "actuators", "--scenario", scenario, "--form", "image")
     assert flight.code == 0, flight.transcript()
     control = [(time, struct.unpack("<H", octets[:2])[0]) for time, octets in _frames(flight, 0x225)]
     status = [struct.unpack("<H", octets[:2])[0] for _, octets in _frames(flight, 0x1A5)]

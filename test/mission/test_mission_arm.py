@@ -37,14 +37,14 @@ BOUNDS = {"POSITION": (0.0025, 0.002), "TORQUE": (0.0015, 0.001)}  # Joint [rad]
 
 
 @pytest.fixture(scope="module")
-def flights(session_folder):
+def flights(session_directory):
     """The scenario in both forms."""
-    return flying.fly_in_both_forms(session_folder, "ur5e", "ur5e", "--mission", "ur5e")
+    return flying.fly_in_both_forms(session_directory, "ur5e", "ur5e", "--mission", "ur5e")
 
 
 @pytest.fixture(scope="module")
 def run(flights):
-    return runs.load(flights["image"].folder)
+    return runs.load(flights["image"].directory)
 
 
 def samples(run, configuration):
@@ -104,18 +104,18 @@ def test_the_tool_moves_along_a_straight_line(run):
     assert np.ptp(line[:, :2], axis=0).max() < 1e-5
 
 
-def test_the_tool_passes_poses_within_its_limits_without_a_stop(session_folder):
+def test_the_tool_passes_poses_within_its_limits_without_a_stop(session_directory):
     """The true tool comes within BLEND of each via pose in turn, and rests at the last one; between them it does not
     stop, and it is never faster than the scenario permits."""
     name = "ur5e-poses"
-    flight = flying.fly(session_folder / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
+    flight = flying.fly(session_directory / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
     assert flight.code == 0, flight.transcript()
     lines = (flying.ROOT / "sim" / "scenarios" / f"{name}.scn").read_text(encoding="utf-8")
     poses = np.array([list(map(float, words.split(","))) for words in re.findall(r"ADD_POSE POSITION=(\S+)", lines)])
     began, share, blend = (float(word) for word in re.search(r"(?m)^ *([0-9.]+) .*LINE_VIA SHARE=(\S+) BLEND=(\S+)$", lines).groups())
-    steps = [json.loads(line) for line in (flight.folder / "operator.log").read_text(encoding="utf-8").splitlines()]
+    steps = [json.loads(line) for line in (flight.directory / "operator.log").read_text(encoding="utf-8").splitlines()]
     ended = next(step["end"] for step in steps if "LINE_VIA" in step["text"])
-    found = runs.load(flight.folder)
+    found = runs.load(flight.directory)
     joints = found.truth["JOINTS"]
     inside = (joints["time_us"] > 1e6 * began) & (joints["time_us"] < 1e6 * (ended + 0.8))
     times, tool = joints["time_us"][inside][::10] * 1e-6, tools(joints["position_rad"][inside][::10])
@@ -133,11 +133,11 @@ def test_the_tool_passes_poses_within_its_limits_without_a_stop(session_folder):
 
 
 @pytest.fixture(scope="module")
-def pressed(session_folder):
+def pressed(session_directory):
     """A flight with the compliant tool; its target is below the top of a table."""
-    flight = flying.fly(session_folder / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
+    flight = flying.fly(session_directory / "ur5e-press", "--mission", "ur5e", "--scenario", "ur5e-press", "--form", "image")
     assert flight.code == 0, flight.transcript()
-    return runs.load(flight.folder)
+    return runs.load(flight.directory)
 
 
 def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pressed):
@@ -156,12 +156,12 @@ def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pres
     assert force.max() < 1.25 * force[held].mean()
 
 
-def test_a_joystick_leads_the_tool_and_feels_the_table(session_folder):
+def test_a_joystick_leads_the_tool_and_feels_the_table(session_directory):
     """The subsystem of the joystick is unchanged; all figures of the run have bounds."""
-    flights = flying.fly_in_both_forms(session_folder, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
+    flights = flying.fly_in_both_forms(session_directory, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
     for name in ("packets.log", "can-arm-1.log", "can-arm-2.log", "can-joystick.log", "truth.lcm"):
         assert flights["image"].octets(name) == flights["processes"].octets(name), name
-    run = runs.load(flights["image"].folder)
+    run = runs.load(flights["image"].directory)
     found, _ = figures.compute(run)
     assert not figures.failures(run.facts | found)
     assert set(figures.bounds_of(run.facts)) == set(tool_figures.BOUNDS) <= set(report.TEXTS) and found["tool_force_n"] > 10.0
@@ -200,12 +200,12 @@ def snake(path, count):
 
 
 @pytest.fixture(scope="module")
-def free_flyer(session_folder):
+def free_flyer(session_directory):
     """A flight with an arm of seven joints on a free-flying satellite."""
-    flight = flying.fly(session_folder / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
+    flight = flying.fly(session_directory / "free-flyer", "--mission", "free-flyer", "--scenario", "free-flyer", "--form", "image")
     assert flight.code == 0, flight.transcript()
     flying.assert_clean(flight)
-    return runs.load(flight.folder)
+    return runs.load(flight.directory)
 
 
 def momenta(run, every):
@@ -264,7 +264,7 @@ def test_joints_pass_via_points_without_a_stop(free_flyer):
     lines = (flying.ROOT / "sim" / "scenarios" / "free-flyer.scn").read_text(encoding="utf-8")
     first, second, last = (np.array(list(map(float, words.split(",")))) for words in re.findall(r"ADD_VIA POSITION=(\S+)", lines)[:3])
     began, blend = (float(word) for word in re.search(r"(?m)^ *([0-9.]+)  operator cmd \S+MOVE_VIA SHARE=0.5 BLEND=([0-9.]+)$", lines).groups())
-    ended = next(step["end"] for step in map(json.loads, (free_flyer.folder / "operator.log").read_text(encoding="utf-8").splitlines())
+    ended = next(step["end"] for step in map(json.loads, (free_flyer.directory / "operator.log").read_text(encoding="utf-8").splitlines())
                  if "MOVE_VIA" in step["text"])
     joints = free_flyer.truth["JOINTS"]
     inside = (joints["time_us"] > 1e6 * began) & (joints["time_us"] < 1e6 * ended)
@@ -351,14 +351,14 @@ def make(place, path, *options):
 
 
 @pytest.fixture(scope="module")
-def made_robots(session_folder):
+def made_robots(session_directory):
     """A copy of the project with two robots made from their URDF, and the process that was refused because it
     would have overwritten one of them."""
-    place = copy_of_tree(session_folder / "robot")
-    for path in (snake(session_folder / "snake.urdf", 12), gantry(session_folder / "gantry.urdf")):
+    place = copy_of_tree(session_directory / "robot")
+    for path in (snake(session_directory / "snake.urdf", 12), gantry(session_directory / "gantry.urdf")):
         made = make(place, path)
         assert made.returncode == 0, made.stderr
-    again = make(place, session_folder / "snake.urdf")
+    again = make(place, session_directory / "snake.urdf")
     remap(place / "descriptors" / "subsystems" / "gantry.xml")
     missions = sorted(map(str, (place / "descriptors" / "missions").glob("*.xml")))
     subprocess.run([sys.executable, "gse/generator/generate.py", "--mission", *missions, "--out", "build/generated"], cwd=place, check=True)
@@ -396,7 +396,7 @@ def test_the_free_flyer_is_what_make_new_robot_makes(made_robots):
 
 
 @pytest.fixture(scope="module")
-def flown_snake(session_folder, made_robots):
+def flown_snake(session_directory, made_robots):
     """A flight of a robot made from its URDF, with services of its descriptor, and the refusal of the tool to
     overwrite the robot."""
     place, again = made_robots
@@ -408,7 +408,7 @@ def flown_snake(session_folder, made_robots):
     low, high = sorted((start + 0.5 * (goal - start), start - (goal - start)))
     added = SERVICES.format(low=low, high=high, moves=first.rstrip(), base=base, node=NODE)
     scenario.write_text(before + added.lstrip("\n") + after, encoding="utf-8")
-    flight = flying.fly(session_folder / "snake", "--mission", "snake", "--scenario", "snake", "--form", "image", root=place)
+    flight = flying.fly(session_directory / "snake", "--mission", "snake", "--scenario", "snake", "--form", "image", root=place)
     return flight, again, dictionary, (start, goal)
 
 
@@ -417,14 +417,14 @@ def test_a_robot_of_twelve_joints_flies_from_its_urdf(flown_snake):
     flight, again, _, _ = flown_snake
     assert again.returncode == 1 and "there is already descriptors/subsystems/snake.xml" in again.stderr
     assert flight.code == 0, flight.transcript()
-    assert len(list(flight.folder.glob("can-arm-*.log"))) == 3
+    assert len(list(flight.directory.glob("can-arm-*.log"))) == 3
 
 
 def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
     """The services are monitoring of an angle and a torque, statistics of an angle, a dump of memory, and
     reading of an object of a drive."""
     flight, _, dictionary, (start, goal) = flown_snake
-    run = runs.Run(flight.folder, dictionary)
+    run = runs.Run(flight.directory, dictionary)
     (statistics,) = fields_of(run, 4, 2)
     (entry,) = statistics["n"]
     assert sorted((entry["min_value"], entry["max_value"])) == pytest.approx(sorted((start, goal)), abs=0.004)
@@ -444,9 +444,9 @@ def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
 
 
 @pytest.fixture(scope="module")
-def flown_gantry(session_folder, made_robots):
+def flown_gantry(session_directory, made_robots):
     place, _ = made_robots
-    flight = flying.fly(session_folder / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
+    flight = flying.fly(session_directory / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
     assert flight.code == 0, flight.transcript()
     return flight
 
@@ -456,7 +456,7 @@ def test_a_linear_axis_follows_as_the_joints_that_turn_do(flown_gantry, made_rob
     metres."""
     place, flight = made_robots[0], flown_gantry
     dictionary = Dictionary.load(place / "build" / "generated" / "gantry.json")
-    run = runs.Run(flight.folder, dictionary)
+    run = runs.Run(flight.directory, dictionary)
     units = {name: parameter.unit for name, parameter in dictionary.subsystem("GANTRY").parameters.items()}
     assert (units["POSITION_1"], units["TORQUE_1"], units["POSITION_2"], units["TORQUE_2"]) == ("m", "N", "rad", "Nm")
     truth = run.truth["JOINTS"]
@@ -472,7 +472,7 @@ def test_a_linear_axis_follows_as_the_joints_that_turn_do(flown_gantry, made_rob
 def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robots):
     """python-canopen applies the settings that it reads from the bus in their order, and decodes the process
     data accordingly; so does the CAN database."""
-    log = flown_gantry.folder / "can-arm-1.log"
+    log = flown_gantry.directory / "can-arm-1.log"
     drive = canopen.LocalNode(0x51, str(flying.ROOT / "descriptors" / "devices" / "joint-drive-large.eds"))
     network = canopen.Network()
     network[0x51] = drive
@@ -484,7 +484,7 @@ def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robo
         assert on_bus[: len(expected)] == expected
         for at, sub, value in expected:
             drive.set_data(at, sub, value.to_bytes(1 if sub == 0 else 4, "little"), check_writable=True)
-    run = runs.Run(flown_gantry.folder, None)
+    run = runs.Run(flown_gantry.directory, None)
     truth = run.truth["JOINTS"]
     database = cantools.database.load_file(made_robots[0] / "build" / "generated" / "gantry-arm-1.dbc")
     message = database.get_message_by_frame_id(0x1D1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a run leaves in its folder, read by other programs than the project's readers where possible."""
+"""Files that a run leaves in its directory, read by other programs than the project's readers where possible."""
 
 import hashlib
 import re
@@ -62,7 +62,7 @@ def image(shared_flights):
 
 def test_both_forms_leave_the_same_logs(image, shared_flights):
     processes = shared_flights.flight(form="processes", again=1, report="yes")
-    assert {path.name for path in processes.folder.iterdir()} == {path.name for path in image.folder.iterdir()}
+    assert {path.name for path in processes.directory.iterdir()} == {path.name for path in image.directory.iterdir()}
     for name in ("packets.log", "packets.ascii", "truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick") for kind in ("log", "pcap"))):
         assert processes.octets(name) == image.octets(name), name
 
@@ -71,7 +71,7 @@ def test_summary_has_every_fact(flight):
     facts = flight.facts
     assert not REQUIRED_FACTS - facts.keys()
     assert (facts["mission"], facts["seed"], facts["time"]) == ("rokviss", 1, "stepped")
-    assert facts["form"] in flight.folder.name
+    assert facts["form"] in flight.directory.name
     assert facts["exit_code"] == 0
     assert facts["reproducible"] is True
     assert facts["figures_hold"] is True, facts
@@ -107,7 +107,7 @@ def test_packet_lines_are_well_formed_and_in_order(image):
 
 
 def test_database_equals_the_packet_log_row_by_row(flight):
-    with sqlite3.connect(f"file:{flight.folder}/packets.db?mode=ro", uri=True) as database:
+    with sqlite3.connect(f"file:{flight.directory}/packets.db?mode=ro", uri=True) as database:
         columns = [row[1] for row in database.execute("PRAGMA table_info(packet)")]
         assert columns == ["number", "time_ns", "direction", "apid", "service", "subtype", "seq", "user", "raw"]
         rows = database.execute("SELECT * FROM packet ORDER BY number").fetchall()
@@ -179,7 +179,7 @@ def test_pcap_holds_the_same_frames(image, bus):
 
 
 def test_truth_is_read_by_lcm_itself(image):
-    log = lcm.EventLog(str(image.folder / "truth.lcm"), "r")
+    log = lcm.EventLog(str(image.directory / "truth.lcm"), "r")
     channels, last = {}, 0
     for event in log:
         assert event.timestamp >= last - STEP_US, "an event that was left out follows in the next step"
@@ -195,12 +195,12 @@ def test_the_report_contains_what_was_flown(flight):
     page = flight.read("report.html")
     for name in ("16 of 16 figures hold", "unplug_reaction_s", "seed 1"):
         assert name in page, name
-    assert not list(flight.folder.glob("*.png"))
+    assert not list(flight.directory.glob("*.png"))
 
 
-def test_a_figure_out_of_its_bound_fails_the_run(folder):
+def test_a_figure_out_of_its_bound_fails_the_run(directory):
     """Exit code, run.json and report show the violation. The test changes the bound and not the flight."""
-    root = folder / "root"
+    root = directory / "root"
     root.mkdir(parents=True)
     for name in ("base", "build", "sim", "descriptors"):
         (root / name).symlink_to(flying.ROOT / name)
@@ -209,7 +209,7 @@ def test_a_figure_out_of_its_bound_fails_the_run(folder):
     source, count = re.subn(r'("tracking_error": )\(.*?\)', r'\1("<", 0.0)', path.read_text(encoding="utf-8"), count=1)
     assert count == 1
     path.write_text(source, encoding="utf-8")
-    flight = flying.fly(folder / "out", "--scenario", "telepresence", "--form", "image", root=root, report="yes")
+    flight = flying.fly(directory / "out", "--scenario", "telepresence", "--form", "image", root=root, report="yes")
     assert flight.code == 1
     assert "figures missing or out of their bounds" in flight.output, flight.transcript()
     assert f"figure tracking_error < 0: {flight.facts['tracking_error']:.4g}" in flight.output.splitlines()

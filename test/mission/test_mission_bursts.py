@@ -53,9 +53,9 @@ def _burst(link, apid):
 
 
 @pytest.mark.parametrize("apid", [SUPERVISOR, JOYSTICK])
-def test_each_request_of_a_burst_ends_once(session_folder, apid):
+def test_each_request_of_a_burst_ends_once(session_directory, apid):
     """Requests wait for room at their addressee; each is answered, and the sequence counts have no gap."""
-    flight = flying.start(session_folder / f"burst-{apid}", "--scenario", "none", "--duration", ENDLESS_S, "--form", "image")
+    flight = flying.start(session_directory / f"burst-{apid}", "--scenario", "none", "--duration", ENDLESS_S, "--form", "image")
     try:
         with contextlib.closing(flying.connect(flight.port())) as link:
             link.settimeout(flying.MOMENT_S)

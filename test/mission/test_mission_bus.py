@@ -39,7 +39,7 @@ def flight(shared_flights):
 @pytest.fixture(scope="module")
 def buses(flight):
     """Frames of both buses."""
-    return {name: logs.read_bus(flight.folder / f"can-{name}.log") for name in ("robot", "joystick")}
+    return {name: logs.read_bus(flight.directory / f"can-{name}.log") for name in ("robot", "joystick")}
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ SLOW = ("connection_cut",)  # Kinds of faults for which a flight waits in wall-c
 
 
 @pytest.fixture(scope="module")
-def ground(session_folder):
+def ground(session_directory):
     """Data that all flights of the campaign share."""
-    return campaign.Ground(session_folder / f"campaign-{os.getpid()}")
+    return campaign.Ground(session_directory / f"campaign-{os.getpid()}")
 
 
 def _drawn(seeds, count):
@@ -26,29 +26,29 @@ def _drawn(seeds, count):
     return [flight for flight in drawn if flight.form != "nodes" or os.geteuid() == 0]
 
 
-def _judge(ground, folder, flights, in_both=None):
+def _judge(ground, directory, flights, in_both=None):
     bad = []
     for drawn in flights:
-        found = campaign.judge(ground, folder / f"{drawn.seed}-{drawn.count}", drawn, in_both)
+        found = campaign.judge(ground, directory / f"{drawn.seed}-{drawn.count}", drawn, in_both)
         bad += [f"{campaign.command(drawn)}: {what}" for what in found]
     assert not bad, "\n".join(bad)
 
 
-def test_each_kind_of_fault_keeps_the_invariants(ground, folder):
+def test_each_kind_of_fault_keeps_the_invariants(ground, directory):
     """Fly the first seed of each kind."""
     drawn = _drawn(range(200), 1)
     kinds = {flight.kinds[0]: flight for flight in reversed(drawn) if flight.kinds[0] not in SLOW}
     assert len(kinds) >= len(faults.KINDS) - len(SLOW) - (os.geteuid() != 0)
-    _judge(ground, folder, kinds.values(), in_both=False)
+    _judge(ground, directory, kinds.values(), in_both=False)
 
 
-def test_two_faults_keep_the_invariants(ground, folder):
-    _judge(ground, folder, _drawn(range(SHORT), 2), in_both=False)
+def test_two_faults_keep_the_invariants(ground, directory):
+    _judge(ground, directory, _drawn(range(SHORT), 2), in_both=False)
 
 
-def test_processes_give_the_octets_of_the_image_with_faults(ground, folder):
+def test_processes_give_the_octets_of_the_image_with_faults(ground, directory):
     """The same seed is flown in both forms."""
-    _judge(ground, folder, [faults.draw(seed, 2) for seed in (8,)], in_both=True)
+    _judge(ground, directory, [faults.draw(seed, 2) for seed in (8,)], in_both=True)
 
 
 def test_every_kind_of_fault_is_drawn():
@@ -61,5 +61,5 @@ def test_every_kind_of_fault_is_drawn():
 @pytest.mark.long
 @pytest.mark.parametrize("count", LONG)
 @pytest.mark.parametrize("batch", range(BATCHES))
-def test_the_whole_campaign(ground, folder, batch, count):
-    _judge(ground, folder, _drawn(range(1000 + batch * LONG[count], 1000 + (batch + 1) * LONG[count]), count))
+def test_the_whole_campaign(ground, directory, batch, count):
+    _judge(ground, directory, _drawn(range(1000 + batch * LONG[count], 1000 + (batch + 1) * LONG[count]), count))

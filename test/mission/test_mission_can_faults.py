@@ -75,9 +75,9 @@ def _scenario(path):
 
 
 @pytest.fixture(scope="module")
-def flights(session_folder):
+def flights(session_directory):
     """The same flight in both forms."""
-    return flying.fly_in_both_forms(session_folder, "can-faults", _scenario(session_folder / "can-faults.scn"))
+    return flying.fly_in_both_forms(session_directory, "can-faults", _scenario(session_directory / "can-faults.scn"))
 
 
 @pytest.fixture(scope="module")
@@ -151,11 +151,11 @@ def test_faults_are_counted(flights):
         assert after["CHANNEL"] == 0
 
 
-def test_a_controller_without_automatic_restart_works_again_after_its_restart_by_command(session_folder):
+def test_a_controller_without_automatic_restart_works_again_after_its_restart_by_command(session_directory):
     """After bus-off without automatic restart, the bring-up reports the silent devices and ends; after the
     restart it succeeds."""
     path = flying.write_scenario(
-        session_folder / "restart.scn",
+        session_directory / "restart.scn",
         "0.0 hand rest",
         *_bring_up(0.2),
         "1.0 fault restart robot FLIGHT order",
@@ -169,7 +169,7 @@ def test_a_controller_without_automatic_restart_works_again_after_its_restart_by
         *_bring_up(4.6),
         "6.0 operator shutdown",
     )
-    flight = flying.fly(session_folder / "restart", "--scenario", path, "--form", "image")
+    flight = flying.fly(session_directory / "restart", "--scenario", path, "--form", "image")
     assert flight.code == 0, flight.transcript()
 
 
@@ -178,11 +178,11 @@ MANY, APART_S = 200, 0.005
 
 
 @pytest.fixture(scope="module")
-def sync_conflict(session_folder):
+def sync_conflict(session_directory):
     """Another node sends SYNC: once, then 200 times within a second, and once more after two seconds without
     SYNC."""
     path = flying.write_scenario(
-        session_folder / "sync-conflict.scn",
+        session_directory / "sync-conflict.scn",
         "0.0 hand rest",
         *_bring_up(0.2),
         "0.9 operator hk once MANIPULATOR 4712",
@@ -196,7 +196,7 @@ def sync_conflict(session_folder):
         "4.8 operator hk once MANIPULATOR 4712",
         "4.9 operator shutdown",
     )
-    return flying.fly_in_both_forms(session_folder, "sync-conflict", path)
+    return flying.fly_in_both_forms(session_directory, "sync-conflict", path)
 
 
 def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(sync_conflict):

@@ -19,10 +19,10 @@ def _causes(flight, apid, begin_s=0.0, end_s=1000.0):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_shutdown_and_autostart_are_no_plans(folder, form):
-    folder.mkdir()
-    path = flying.write_scenario(folder / "down.scn", *flying.bring_up(0.1, tare=False), f"{BEGIN_S} operator shutdown")
-    flight = flying.fly(folder / "flight", "--scenario", path, "--form", form)
+def test_shutdown_and_autostart_are_no_plans(directory, form):
+    directory.mkdir()
+    path = flying.write_scenario(directory / "down.scn", *flying.bring_up(0.1, tare=False), f"{BEGIN_S} operator shutdown")
+    flight = flying.fly(directory / "flight", "--scenario", path, "--form", form)
     assert flight.code == 0, flight.transcript()
     up = dict.fromkeys((PRE_OPERATIONAL, SAFE_OPERATIONAL, OPERATIONAL), REQUEST)
     ground = _causes(flight, COMMUNICATION, end_s=BEGIN_S)
@@ -33,11 +33,11 @@ def test_shutdown_and_autostart_are_no_plans(folder, form):
         assert set(down.values()) == {SHUTDOWN}
 
 
-def test_a_plan_that_ends_in_offline_is_no_shutdown(folder):
-    folder.mkdir()
+def test_a_plan_that_ends_in_offline_is_no_shutdown(directory):
+    directory.mkdir()
     lines = [*flying.bring_up(0.1, tare=False), f"{BEGIN_S} fault unplug joystick", f"{BEGIN_S} operator wait-state MANIPULATOR OFFLINE 2",
              f"{BEGIN_S} operator wait-state JOYSTICK OFFLINE 2", f"{BEGIN_S + 1.5} operator shutdown"]
-    flight = flying.fly(folder / "flight", "--scenario", flying.write_scenario(folder / "plan.scn", *lines), "--form", "image")
+    flight = flying.fly(directory / "flight", "--scenario", flying.write_scenario(directory / "plan.scn", *lines), "--form", "image")
     assert flight.code == 0, flight.transcript()
     assert _causes(flight, JOYSTICK, BEGIN_S)[ERROR_OPERATIONAL] == OWN_ERROR
     assert _causes(flight, MANIPULATOR, BEGIN_S)[ERROR_OPERATIONAL] == NETWORK

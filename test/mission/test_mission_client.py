@@ -15,7 +15,7 @@ from hirosco_gse.place import default_dictionary
 
 README = flying.ROOT / "gse" / "README.md"
 # The example uses the flight in runs/latest, which belongs to the user of this tree; the prelude selects
-# another folder.
+# another directory.
 PRELUDE = "import pathlib, sys\nfrom hirosco_gse import place\nplace.LATEST = pathlib.Path(sys.argv[1])\n"
 
 
@@ -25,8 +25,8 @@ def example():
 
 
 @pytest.fixture
-def flight(session_folder):
-    flight = flying.start(session_folder / "client", "--scenario", "none", "--duration", 1_000_000, "--time", "real")
+def flight(session_directory):
+    flight = flying.start(session_directory / "client", "--scenario", "none", "--duration", 1_000_000, "--time", "real")
     flight.port()
     yield flight
     flight.abandon()
@@ -34,12 +34,12 @@ def flight(session_folder):
 
 def test_the_example_of_the_readme_commands_a_flight(flight):
     text = PRELUDE + example()
-    done = subprocess.run([sys.executable, "-c", text, flight.folder], cwd=flying.ROOT, capture_output=True, text=True, timeout=flying.FLIGHT_LIMIT_S)
+    done = subprocess.run([sys.executable, "-c", text, flight.directory], cwd=flying.ROOT, capture_output=True, text=True, timeout=flying.FLIGHT_LIMIT_S)
     assert done.returncode == 0, done.stderr + flight.console
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
-    dictionary = Dictionary.load(default_dictionary(flight.folder))
-    reports = [row["text"] for row in decode.rows([str(flight.folder / "packets.log")], dictionary, flying.ROOT, 0)]
+    dictionary = Dictionary.load(default_dictionary(flight.directory))
+    reports = [row["text"] for row in decode.rows([str(flight.directory / "packets.log")], dictionary, flying.ROOT, 0)]
     wanted = ["SAFE_OPERATIONAL -> OPERATIONAL", "MOVE_TO POSITION=[0.9, -1.3] rad  DURATION=2 s", "DEVICE_LOST"]
     places = [next((number for number, text in enumerate(reports) if words in text), None) for words in wanted]
     assert None not in places and places == sorted(places), (wanted, places)

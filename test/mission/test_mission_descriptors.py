@@ -20,13 +20,13 @@ LINKED = ("build", "sim", "gse")
 
 
 @pytest.fixture
-def project_copy(folder):
-    """A copy of the descriptors in a folder that otherwise refers to the project."""
-    folder.mkdir()
-    shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
+def project_copy(directory):
+    """A copy of the descriptors in a directory that otherwise refers to the project."""
+    directory.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", directory / "descriptors")
     for name in LINKED:
-        (folder / name).symlink_to(flying.ROOT / name)
-    return folder
+        (directory / name).symlink_to(flying.ROOT / name)
+    return directory
 
 
 def _replace(project_copy, path, old, new, count=1):
@@ -128,7 +128,7 @@ def test_a_missing_executable_is_refused(project_copy, form):
     flight = _fly(project_copy, form)
     assert flight.code == 1
     assert f'rokviss.xml:{line}: executable="joyride" of <Subsystem>: expected a program in ' in flight.output
-    assert not flight.folder.exists(), "a run that never began leaves no folder"
+    assert not flight.directory.exists(), "a run that never began leaves no directory"
     flying.assert_clean(flight)
 
 
@@ -139,7 +139,7 @@ def test_ground_elsewhere_is_refused(project_copy, address):
     flight = _fly(project_copy)
     assert flight.code == 1
     assert f'rokviss.xml:{line}: address="{address}" of <Ground>: expected one of 127.0.0.1' in flight.output
-    assert not flight.folder.exists()
+    assert not flight.directory.exists()
 
 
 def test_a_mission_with_a_key_flies_with_it_only(project_copy):
@@ -152,7 +152,7 @@ def test_a_mission_with_a_key_flies_with_it_only(project_copy):
     flight = _fly(project_copy)
     assert flight.code == 1
     assert "descriptors/missions/../ground.key: cannot read the key" in flight.output
-    assert not flight.folder.exists()
+    assert not flight.directory.exists()
     sdls.make_key(project_copy / "descriptors" / "ground.key")
     flight = _fly(project_copy)
     assert flight.code == 0, flight.transcript()
@@ -242,7 +242,7 @@ def test_a_subsystem_with_another_configuration_than_the_supervisor_has_read_is_
 
 def _add_subsystems(project_copy, count):
     """Add subsystems, each with a copy of communication's descriptor and program, which need no bus, under a
-    new name and id. Returns the folder of the programs and the line of the last one in the mission."""
+    new name and id. Returns the directory of the programs and the line of the last one in the mission."""
     programs = project_copy / "programs"
     shutil.copytree(flying.BIN, programs)
     plain = (project_copy / "descriptors/subsystems/communication.xml").read_text(encoding="utf-8")
@@ -274,4 +274,4 @@ def test_one_subsystem_more_is_refused(project_copy):
     flight = _fly(project_copy, binaries=programs)
     assert flight.code == 1
     assert f"rokviss.xml:{line}: too many subsystems, at most 16" in flight.output, flight.transcript()
-    assert not flight.folder.exists()
+    assert not flight.directory.exists()

@@ -12,7 +12,7 @@ CUT_S = 2.0
 
 
 @pytest.fixture(scope="module")
-def disabled(session_folder):
+def disabled(session_directory):
     """A joint drive is disconnected while the reports of all events of both members are disabled."""
     lines = ["0.0 hand rest", *flying.bring_up(0.5, tare=False)]
     lines += [f"1.9 operator event disable {name} {event}" for name in ("MANIPULATOR", "JOYSTICK") for event in ("DEVICE_LOST", "LINK_STALE")]
@@ -22,8 +22,8 @@ def disabled(session_folder):
         f"{CUT_S} operator wait-state JOYSTICK OFFLINE 1",
         f"{CUT_S + 1.0} operator shutdown",
     ]
-    path = flying.write_scenario(session_folder / "disabled-events.scn", *lines)
-    flight = flying.fly(session_folder / "disabled-events", "--scenario", path, "--form", "image")
+    path = flying.write_scenario(session_directory / "disabled-events.scn", *lines)
+    flight = flying.fly(session_directory / "disabled-events", "--scenario", path, "--form", "image")
     assert flight.code == 0, flight.transcript()
     cut_ns = round(CUT_S * 1e9)
     return [(t - cut_ns, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, kind, raw in flight.packets if kind == "TM" and t >= cut_ns]

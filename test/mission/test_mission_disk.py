@@ -27,12 +27,12 @@ TO_RING, TO_FILE = (ASCII, RING), (RING, ASCII)  # (previous, present) strategy.
 
 
 @pytest.fixture
-def disk(folder):
-    """A function that mounts a small disk with this number of octets and returns its folder."""
+def disk(directory):
+    """A function that mounts a small disk with this number of octets and returns its directory."""
     made = []
 
     def mount(size):
-        path = folder / "disk"
+        path = directory / "disk"
         path.mkdir(parents=True)
         done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", path], capture_output=True, text=True)
         if done.returncode != 0:
@@ -46,9 +46,9 @@ def disk(folder):
 
 
 @pytest.fixture(scope="module")
-def scenario(session_folder):
+def scenario(session_directory):
     """A flight in which each subsystem gets a request every second."""
-    return flying.write_scenario(session_folder / "disk.scn", "0 hand rest", *(f"{second} operator ping all" for second in range(1, SECONDS)), f"{SECONDS} operator shutdown")
+    return flying.write_scenario(session_directory / "disk.scn", "0 hand rest", *(f"{second} operator ping all" for second in range(1, SECONDS)), f"{SECONDS} operator shutdown")
 
 
 def _numbers(flight):
@@ -87,8 +87,8 @@ def test_a_flight_on_a_full_disk_continues_to_its_end(disk):
     for name in ("packets.ascii", "can-robot.log", "operator.log"):
         assert flight.octets(name).endswith(b"\n"), f"{name} ends within a line"
     assert all(json.loads(line) for line in flight.read("operator.log").splitlines())
-    assert not (flight.folder / "packets.log").exists(), "an incomplete file has the name of a complete one"
-    assert not (flight.folder / "run.json.part").exists()
+    assert not (flight.directory / "packets.log").exists(), "an incomplete file has the name of a complete one"
+    assert not (flight.directory / "run.json.part").exists()
     flying.assert_clean(flight)
 
 
@@ -118,29 +118,29 @@ def test_the_log_continues_when_the_disk_has_room_again(disk, scenario):
     assert any(raw[7:9] == HIGH_EVENT and raw[21:23] == LOG_FAILED for raw in packets)
 
 
-def test_a_run_whose_folder_is_removed_fails_with_a_message(folder, scenario):
-    flight = flying.start(folder / "out", "--scenario", scenario)
+def test_a_run_whose_directory_is_removed_fails_with_a_message(directory, scenario):
+    flight = flying.start(directory / "out", "--scenario", scenario)
     try:
         flying.wait_until(lambda: flight.steps() > 5, "step of the operator")
-        for _ in range(2):  # A process may make a file while the first call removes the folder.
-            shutil.rmtree(flight.folder, ignore_errors=True)
+        for _ in range(2):  # A process may make a file while the first call removes the directory.
+            shutil.rmtree(flight.directory, ignore_errors=True)
         flight.wait()
     finally:
         flight.abandon()
     assert flight.code == 1
-    assert "cannot write run.json into the run's folder" in flight.output
+    assert "cannot write run.json into the run's directory" in flight.output
     assert not flight.leftovers()
 
 
-def test_the_merge_names_missing_records(folder):
+def test_the_merge_names_missing_records(directory):
     """The merge reports missing records, also those after the last existing record."""
-    flight = flying.fly(folder / "out", "--scenario", "commissioning")
+    flight = flying.fly(directory / "out", "--scenario", "commissioning")
     lines = flight.read("packets.ascii").splitlines(keepends=True)
     count = len(lines)
-    (flight.folder / "packets.ascii").write_text("".join(lines[:9] + ["10 19 GAP\n"] + lines[19:-2]), encoding="utf-8")
+    (flight.directory / "packets.ascii").write_text("".join(lines[:9] + ["10 19 GAP\n"] + lines[19:-2]), encoding="utf-8")
     for name in ("packets.db", "packets.log"):
-        (flight.folder / name).unlink()
-    done = subprocess.run([flying.BIN / "packet-archive-sqlite", "merge", flight.folder, str(count)], capture_output=True, text=True)
+        (flight.directory / name).unlink()
+    done = subprocess.run([flying.BIN / "packet-archive-sqlite", "merge", flight.directory, str(count)], capture_output=True, text=True)
     assert done.returncode == 1
     assert f"12 missing, 0 doubled: 10-19 {count - 1}-{count}; known in flight: 10" in done.stderr, done.stderr
     assert len(flight.packets) == count - 12
@@ -150,9 +150,9 @@ def test_the_merge_names_missing_records(folder):
 
 
 @pytest.fixture(scope="module")
-def programs(session_folder):
+def programs(session_directory):
     """Programs of a mission whose supervisor has slow_disk.c preloaded."""
-    programs = session_folder / "programs"
+    programs = session_directory / "programs"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "slow.so", pathlib.Path(__file__).with_name("slow_disk.c"), "-ldl"], check=True)
     (programs / "supervisor").rename(programs / "supervisor.plain")
@@ -162,12 +162,12 @@ def programs(session_folder):
 
 
 @contextlib.contextmanager
-def _station(folder, programs, time):
-    """A ground station, and a flight on a disk that the files `hold` and `readonly` in `folder` cause to hang
+def _station(directory, programs, time):
+    """A ground station, and a flight on a disk that the files `hold` and `readonly` in `directory` cause to hang
     or to fail."""
-    gate = folder / "gate"
+    gate = directory / "gate"
     gate.mkdir(parents=True)
-    flight = flying.start(folder / "out", "--time", time, "--scenario", "none", binaries=programs, environment={"SLOW_DISK_FOLDER": str(gate)})
+    flight = flying.start(directory / "out", "--time", time, "--scenario", "none", binaries=programs, environment={"SLOW_DISK_DIRECTORY": str(gate)})
     try:
         ground = stations.Station(flight, stations.Notes())
         for name in COMPONENTS:
@@ -199,10 +199,10 @@ def _assert_whole(flight, changes):
 
 
 @pytest.mark.parametrize("time", ["real", "free"])
-def test_a_disk_that_does_not_answer_delays_no_answer_of_a_subsystem(folder, programs, time):
+def test_a_disk_that_does_not_answer_delays_no_answer_of_a_subsystem(directory, programs, time):
     """A write of the log does not end until every subsystem has answered and the log has reported that the
     ring is selected."""
-    with _station(folder, programs, time) as (flight, ground, gate):
+    with _station(directory, programs, time) as (flight, ground, gate):
         (gate / "hold").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
         ground.wait(lambda: _strategies(ground) == [TO_RING], "the log in the ring")
@@ -217,9 +217,9 @@ def test_a_disk_that_does_not_answer_delays_no_answer_of_a_subsystem(folder, pro
     assert "hangs" not in flight.console, flight.transcript()
 
 
-def test_the_next_supervisor_writes_the_records_that_waited_for_the_disk(folder, programs):
+def test_the_next_supervisor_writes_the_records_that_waited_for_the_disk(directory, programs):
     """The next supervisor writes the records that the writer of the dead one had not written."""
-    with _station(folder, programs, "free") as (flight, ground, gate):
+    with _station(directory, programs, "free") as (flight, ground, gate):
         (gate / "hold").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and (gate / "held").exists(), "a write that waits")
         ground.wait(lambda: _strategies(ground) == [TO_RING], "the log in the ring")
@@ -235,9 +235,9 @@ def test_the_next_supervisor_writes_the_records_that_waited_for_the_disk(folder,
 
 
 @pytest.mark.parametrize("time", ["real", "free"])
-def test_the_log_returns_to_its_file_when_the_disk_is_no_longer_read_only(folder, programs, time):
+def test_the_log_returns_to_its_file_when_the_disk_is_no_longer_read_only(directory, programs, time):
     """Writes fail, and the file can be neither truncated nor opened; later everything works again."""
-    with _station(folder, programs, time) as (flight, ground, gate):
+    with _station(directory, programs, time) as (flight, ground, gate):
         (gate / "readonly").touch()
         flying.wait_until(lambda: ground.do("JOYSTICK", 17, 1).is_completed and _strategies(ground) == [TO_RING], "the log in the ring")
         began = ground.now()
@@ -252,9 +252,9 @@ def test_the_log_returns_to_its_file_when_the_disk_is_no_longer_read_only(folder
 
 
 @pytest.fixture
-def failing_disk(folder):
-    """A function that mounts a file system and returns its folder, and a function that makes it fail."""
-    image, path = folder / "image", folder / "disk"
+def failing_disk(directory):
+    """A function that mounts a file system and returns its directory, and a function that makes it fail."""
+    image, path = directory / "image", directory / "disk"
     path.mkdir(parents=True)
     with image.open("wb") as file:
         file.truncate(64_000_000)
@@ -278,16 +278,16 @@ def test_a_flight_continues_when_the_kernel_makes_the_file_system_read_only(fail
     finally:
         flight.abandon()
     assert flight.code == 1, flight.transcript()
-    assert "cannot write run.json into the run's folder" in flight.output, flight.transcript()
-    assert not (flight.folder / "run.json").exists(), "an incomplete file has the name of a complete one"
+    assert "cannot write run.json into the run's directory" in flight.output, flight.transcript()
+    assert not (flight.directory / "run.json").exists(), "an incomplete file has the name of a complete one"
     assert not flight.leftovers()
 
 
-def test_slow_disk_is_reported_and_changes_nothing(folder, programs):
+def test_slow_disk_is_reported_and_changes_nothing(directory, programs):
     """In stepped time, wall-clock time passes while simulated time stands still."""
-    flight = flying.fly(folder / "slow", "--scenario", "commissioning", binaries=programs)
+    flight = flying.fly(directory / "slow", "--scenario", "commissioning", binaries=programs)
     assert flight.code == 0, flight.transcript()
     reported = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)
     assert reported and int(reported[1]) >= 300, flight.transcript()
-    plain = flying.fly(folder / "plain", "--scenario", "commissioning")
+    plain = flying.fly(directory / "plain", "--scenario", "commissioning")
     assert flight.octets("packets.log") == plain.octets("packets.log")

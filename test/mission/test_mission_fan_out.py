@@ -18,8 +18,8 @@ LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # Number of the link in the mission: it
 
 
 @pytest.fixture(scope="module")
-def root(session_folder):
-    return second_reader.build(session_folder / "shadow")
+def root(session_directory):
+    return second_reader.build(session_directory / "shadow")
 
 
 def _lists(flight):
@@ -69,10 +69,10 @@ WAYS = {
 }
 
 
-def fly(root, folder, *options):
-    folder.mkdir()
-    scenario = flying.write_scenario(folder / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
-    flight = second_reader.fly(root, folder / "run", scenario, *options)
+def fly(root, directory, *options):
+    directory.mkdir()
+    scenario = flying.write_scenario(directory / "readers.scn", *_up(0.0), *_closing(1.0), *_dying(3.0))
+    flight = second_reader.fly(root, directory / "run", scenario, *options)
     if "image" in options:  # In the image a life ends without the end of a process.
         assert flight.code == 0, flight.transcript()
     else:
@@ -101,10 +101,10 @@ def _epochs(flight):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_reader_loses_no_sample_while_the_other_reader_closes_its_link_dies_and_restarts(root, folder, way):
+def test_a_reader_loses_no_sample_while_the_other_reader_closes_its_link_dies_and_restarts(root, directory, way):
     if "nodes" in way and os.geteuid() != 0:
         pytest.skip("network namespaces need root")
-    judge(fly(root, folder, *WAYS[way]))
+    judge(fly(root, directory, *WAYS[way]))
 
 
 def judge(flight):

@@ -87,20 +87,20 @@ def _assert_numbers_whole(flight):
         assert all((later - earlier) & 0x3FFF == 1 for earlier, later in itertools.pairwise(numbers[apid])), apid
 
 
-def _fly(folder, path, *options):
-    flight = flying.fly(folder, "--scenario", path, *options)
+def _fly(directory, path, *options):
+    flight = flying.fly(directory, "--scenario", path, *options)
     assert flight.facts["reproducible"], flight.transcript()
     flying.assert_clean(flight)
     return flight
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces of two nodes need root")
-def test_the_link_to_ground_ends_and_opens_in_simulated_time(folder):
+def test_the_link_to_ground_ends_and_opens_in_simulated_time(directory):
     """The operator loses its connection with each life of communication at an instant that is the same in
     every form, and so is the instant of its next connection."""
-    folder.mkdir()
-    path = _link_scenario(folder / "link.scn")
-    flights = {name: _fly(folder / name, path, *options) for name, options in FORMS.items()}
+    directory.mkdir()
+    path = _link_scenario(directory / "link.scn")
+    flights = {name: _fly(directory / name, path, *options) for name, options in FORMS.items()}
     for names, same in ((lives.BUS_LOGS, FORMS), *((("packets.log", "operator.log"), same) for same in SAME)):
         digests = [lives.digest(flights[form], names) for form in same]
         assert all(digest == digests[0] for digest in digests), (names, same)
@@ -117,17 +117,17 @@ def _burst(at_s, count):
     return [f"{at_s} operator try nowait {long[i // 20 % 3] if i % 20 == 0 else short[i % 3]}" for i in range(count)]
 
 
-def test_a_restart_under_load_reports_each_lost_request_and_doubles_none(folder):
+def test_a_restart_under_load_reports_each_lost_request_and_doubles_none(directory):
     """Queues are full and thousands of requests are in progress: each request ends, unless its loss was
     reported to the ground."""
-    folder.mkdir()
+    directory.mkdir()
     lines = ["0.0 hand rest", "2.0 operator " + SCHEDULE[0]] + flying.bring_up(0.2) + ["2.1 operator at 100 ping MANIPULATOR"] * 60
     lines += _burst(3.0, 1500) + ["3.004 fault kill communication"] + _burst(3.02, 600)
     lines += _burst(4.0, 600) + ["4.003 fault hang communication"] + _burst(4.01, 300)
     lines += _burst(5.0, 1500) + ["5.0035 fault kill communication"]
     lines += ["9.0 operator ping all", "9.5 operator shutdown"]
-    path = flying.write_scenario(folder / "load.scn", *sorted(lines, key=lambda line: float(line.split()[0])))
-    flights = [_fly(folder / form, path, "--form", form) for form in ("processes", "image")]
+    path = flying.write_scenario(directory / "load.scn", *sorted(lines, key=lambda line: float(line.split()[0])))
+    flights = [_fly(directory / form, path, "--form", form) for form in ("processes", "image")]
     for flight in flights:
         ended = _assert_each_request_ends_once(flight)
         _assert_numbers_whole(flight)

@@ -65,10 +65,10 @@ class Ground:
 
 
 @pytest.fixture
-def mission(folder, tmp_path):
+def mission(directory, tmp_path):
     """A flight that continues until SIGINT: the last line of its operator is due after 3000 s."""
     scenario = flying.write_scenario(tmp_path / "long.scn", *(f"{at:.6f} operator ping MANIPULATOR" for at in (0.1, 3000.0)))
-    flight = flying.start(folder, "--scenario", scenario)
+    flight = flying.start(directory, "--scenario", scenario)
     try:
         flight.port()
         flying.wait_until(lambda: flight.steps() >= 1, "step 1")
@@ -100,12 +100,12 @@ FIRST_S, SPACING_S = 0.5, 0.02
 PATIENCE_S = 0.1  # After this time the supervisor fails requests to a subsystem that reads none.
 
 
-def _fly_under_burst(folder, path, *lines):
+def _fly_under_burst(directory, path, *lines):
     """The operator pings the joystick at known times, while another client floods the manipulator until
     several pings have ended. Returns (flight, answers to the flood, number of its requests)."""
     pings = [f"{FIRST_S + SPACING_S * i:.6f} operator ping JOYSTICK" for i in range(PINGS)]
     scenario = flying.write_scenario(path, *pings, *lines, "3000.0 operator ping JOYSTICK")
-    flight = flying.start(folder, "--scenario", scenario)
+    flight = flying.start(directory, "--scenario", scenario)
     try:
         ground = Ground(flight.port())
         asked = 0
@@ -131,19 +131,19 @@ def _delays_s(flight):
     return [end - (FIRST_S + SPACING_S * i) for i, end in enumerate(ends[:PINGS])]
 
 
-def test_burst_to_one_subsystem_does_not_delay_others(folder, tmp_path):
+def test_burst_to_one_subsystem_does_not_delay_others(directory, tmp_path):
     """Requests that fill the inbox of one subsystem wait in the connection; a request to another subsystem
     passes within a few time steps."""
-    flight, answers, asked = _fly_under_burst(folder, tmp_path / "flood.scn")
+    flight, answers, asked = _fly_under_burst(directory, tmp_path / "flood.scn")
     assert answers == {(1, 1): asked, (1, 3): asked, (17, 2): asked, (1, 7): asked}
     delays = _delays_s(flight)
     assert len(delays) == PINGS and max(delays) <= 20 * STEP_S, max(delays)
 
 
-def test_burst_to_a_subsystem_that_hangs_delays_others_once(folder, tmp_path):
+def test_burst_to_a_subsystem_that_hangs_delays_others_once(directory, tmp_path):
     """Requests to the subsystem that hangs end with a reason: they are refused or lost with the subsystem. Other
     requests wait until the hang is detected, and no longer."""
-    flight, answers, asked = _fly_under_burst(folder, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
+    flight, answers, asked = _fly_under_burst(directory, tmp_path / "hang.scn", f"{FIRST_S + 0.1:.6f} fault hang manipulator")
     assert sum(answers[1, subtype] for subtype in (2, 7, 8, 10)) == asked
     assert answers[1, 7] == answers[17, 2] < asked
     delays = _delays_s(flight)
@@ -197,10 +197,10 @@ class Pinger(Ground):
 
 
 @pytest.mark.long
-def test_operator_gets_a_slot_among_hostile_clients_that_ping(folder):
+def test_operator_gets_a_slot_among_hostile_clients_that_ping(directory):
     """As many clients as there are slots send valid requests all the time and connect again when they are
     disconnected; the operator, which also retries, is served."""
-    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         hostile = [Pinger(flight.port()) for _ in range(SLOTS)]
         flying.wait_until(lambda: all(client.sequences for client in hostile), "telemetry to each of them")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The launcher's command line: options, folders and scenarios that it refuses, and why; two runs at once; programs
+"""The launcher's command line: options, directories and scenarios that it refuses, and why; two runs at once; programs
 started by hand."""
 
 import re
@@ -67,17 +67,17 @@ def test_nonsense_is_refused_with_the_reason(options, reasons):
         (("--bus", "can", "--interface", "arm=none0"), "the mission has no such bus: arm=none0"),
     ],
 )
-def test_a_missing_mission_scenario_or_interface_is_named(folder, options, reason):
-    refused = flying.refuse("run", *options, "--out", folder)
+def test_a_missing_mission_scenario_or_interface_is_named(directory, options, reason):
+    refused = flying.refuse("run", *options, "--out", directory)
     assert refused.returncode in (1, USAGE), refused
     assert reason in refused.stderr
-    assert not folder.exists(), "a run that never began leaves no folder"
+    assert not directory.exists(), "a run that never began leaves no directory"
 
 
 @pytest.mark.parametrize("options", [("--scenario", ""), ("--seed", ""), ("--port", "", "--form", "")])
-def test_empty_values_are_as_not_given(folder, options):
+def test_empty_values_are_as_not_given(directory, options):
     """A Makefile passes all options, also those without a value."""
-    flight = flying.fly(folder, *options, "--scenario", "commissioning")
+    flight = flying.fly(directory, *options, "--scenario", "commissioning")
     assert flight.code == 0, flight.transcript()
 
 
@@ -150,68 +150,68 @@ def test_simulator_names_the_expected_value(option, value, expected):
     assert f"--{option} '{value.partition('=')[0]}': expected {expected}" in done.stderr
 
 
-def test_a_port_in_use_is_refused_and_named(folder):
+def test_a_port_in_use_is_refused_and_named(directory):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        refused = flying.refuse("run", "--scenario", "commissioning", "--port", port, "--out", folder)
+        refused = flying.refuse("run", "--scenario", "commissioning", "--port", port, "--out", directory)
     assert refused.returncode in (1, USAGE)
     assert f"in use on 127.0.0.1: {port}" in refused.stderr
 
 
-def test_the_requested_port_is_used(folder):
+def test_the_requested_port_is_used(directory):
     port = flying.free_port()
-    flight = flying.fly(folder, "--scenario", "commissioning", "--port", port)
+    flight = flying.fly(directory, "--scenario", "commissioning", "--port", port)
     assert flight.code == 0, flight.transcript()
     assert f"127.0.0.1:{port}" in flight.output
     assert int(flight.read("ground.port")) == port
 
 
-def test_folder_of_another_run_is_refused(folder):
-    assert flying.fly(folder, "--scenario", "commissioning").code == 0
-    before = flying.Flight(folder, None).octets("packets.log")
-    refused = flying.refuse("run", "--scenario", "commissioning", "--out", folder)
+def test_directory_of_another_run_is_refused(directory):
+    assert flying.fly(directory, "--scenario", "commissioning").code == 0
+    before = flying.Flight(directory, None).octets("packets.log")
+    refused = flying.refuse("run", "--scenario", "commissioning", "--out", directory)
     assert refused.returncode in (1, USAGE)
-    assert "a run in this folder already" in refused.stderr
-    assert str(folder) in refused.stderr
-    assert flying.Flight(folder, None).octets("packets.log") == before
+    assert "a run in this directory already" in refused.stderr
+    assert str(directory) in refused.stderr
+    assert flying.Flight(directory, None).octets("packets.log") == before
 
 
-def _fly_with_storage(folder, storage, mission="rokviss"):
-    scenario = flying.write_scenario(folder.with_suffix(".scn"), "0.1 operator ping SUPERVISOR", "0.2 operator shutdown")
-    return flying.fly(folder, "--mission", mission, "--scenario", scenario, "--form", "image", "--storage", storage)
+def _fly_with_storage(directory, storage, mission="rokviss"):
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), "0.1 operator ping SUPERVISOR", "0.2 operator shutdown")
+    return flying.fly(directory, "--mission", mission, "--scenario", scenario, "--form", "image", "--storage", storage)
 
 
-def test_storage_of_another_mission_is_refused_and_left_as_it_is(folder, tmp_path):
+def test_storage_of_another_mission_is_refused_and_left_as_it_is(directory, tmp_path):
     """The records name subsystems by numbers, which have another meaning in this mission."""
-    folder.mkdir()
+    directory.mkdir()
     storage = tmp_path / "storage"
-    assert _fly_with_storage(folder / "1", storage).code == 0
+    assert _fly_with_storage(directory / "1", storage).code == 0
     before = {path.name: path.read_bytes() for path in storage.iterdir() if path.is_file()}
     assert before["mission"] == b"rokviss" and "SUPERVISOR.journal.0" in before
-    refused = _fly_with_storage(folder / "2", storage, "classic")
+    refused = _fly_with_storage(directory / "2", storage, "classic")
     assert refused.code == 1
     for words in (f"{storage}/mission", "contains 'rokviss'", "expected 'classic'", "--storage", "--mission"):
         assert words in refused.output, refused.output
     assert {path.name: path.read_bytes() for path in storage.iterdir() if path.is_file()} == before
-    assert _fly_with_storage(folder / "3", storage).code == 0
+    assert _fly_with_storage(directory / "3", storage).code == 0
     (storage / "mission").write_bytes(b"")  # A power cut may leave this file empty.
-    assert _fly_with_storage(folder / "4", storage).code == 0
+    assert _fly_with_storage(directory / "4", storage).code == 0
     assert (storage / "mission").read_bytes() == b"rokviss"
 
 
-def test_folders_that_cannot_be_written_are_distinguished(folder, tmp_path):
-    """A folder with the name of the first file that is written has the effect of a read-only disk."""
+def test_directories_that_cannot_be_written_are_distinguished(directory, tmp_path):
+    """A directory with the name of the first file that is written has the effect of a read-only disk."""
     storage = tmp_path / "storage"
     (storage / "mission").mkdir(parents=True)
-    refused = flying.refuse("run", "--scenario", "commissioning", "--storage", storage, "--out", folder / "1")
+    refused = flying.refuse("run", "--scenario", "commissioning", "--storage", storage, "--out", directory / "1")
     assert refused.returncode == 1
     assert f"cannot write the storage: {storage}/mission; " in refused.stderr and "--storage" in refused.stderr
-    (folder / "2" / "ground.mission").mkdir(parents=True)
-    refused = flying.refuse("run", "--scenario", "commissioning", "--storage", tmp_path / "other", "--out", folder / "2")
+    (directory / "2" / "ground.mission").mkdir(parents=True)
+    refused = flying.refuse("run", "--scenario", "commissioning", "--storage", tmp_path / "other", "--out", directory / "2")
     assert refused.returncode == 1
-    assert f"cannot write the output folder: {folder}/2/ground.mission; " in refused.stderr and "--out" in refused.stderr
+    assert f"cannot write the output directory: {directory}/2/ground.mission; " in refused.stderr and "--out" in refused.stderr
 
 
 @pytest.mark.parametrize(
@@ -225,10 +225,10 @@ def test_folders_that_cannot_be_written_are_distinguished(folder, tmp_path):
     ],
 )
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words):
-    folder.mkdir()
-    path = flying.write_scenario(folder / "wrong.scn", "0.0 hand rest", line, "0.2 operator shutdown")
-    flight = flying.fly(folder / "run", "--scenario", path, "--form", form)
+def test_error_in_a_scenario_is_reported_with_its_line(directory, form, line, words):
+    directory.mkdir()
+    path = flying.write_scenario(directory / "wrong.scn", "0.0 hand rest", line, "0.2 operator shutdown")
+    flight = flying.fly(directory / "run", "--scenario", path, "--form", form)
     assert flight.code != 0
     assert re.search(r"wrong\.scn:3\b", flight.console), flight.transcript()
     for word in words:
@@ -236,27 +236,27 @@ def test_error_in_a_scenario_is_reported_with_its_line(folder, form, line, words
     flying.assert_clean(flight)
 
 
-def test_two_runs_at_once_do_not_affect_each_other(session_folder):
+def test_two_runs_at_once_do_not_affect_each_other(session_directory):
     """The runs take different ports, and each has the same octets as alone."""
     options = ("--scenario", "hil", "--form", "processes")
-    pair = [flying.start(session_folder / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
+    pair = [flying.start(session_directory / f"pair-{seed}", *options, "--seed", seed) for seed in (1, 2)]
     for flight in pair:
         flight.wait()
         assert flight.code == 0, flight.transcript()
     assert pair[0].port() != pair[1].port()
     for seed, flight in zip((1, 2), pair):
-        alone = flying.fly(session_folder / f"alone-{seed}", *options, "--seed", seed)
+        alone = flying.fly(session_directory / f"alone-{seed}", *options, "--seed", seed)
         for name in (*flying.TRACED, "truth.lcm"):
             assert flight.octets(name) == alone.octets(name), f"{name} of seed {seed}"
         flying.assert_clean(flight)
 
 
 def test_latest_points_to_a_run_under_runs():
-    """Without --out a run creates its folder under runs/."""
+    """Without --out a run creates its directory under runs/."""
     words = ("run", "--scenario", "commissioning", "--report", "no", "--seed", "77")
     done = flying.refuse(*words)
     assert done.returncode == 0, done
-    name = re.search(r"folder (runs/\S+)", done.stdout)[1]
+    name = re.search(r"directory (runs/\S+)", done.stdout)[1]
     assert re.fullmatch(r"runs/commissioning-processes-77-\d{3}", name)
     assert (flying.ROOT / name / "run.json").exists()
     latest = flying.ROOT / "runs" / "latest"
@@ -265,10 +265,10 @@ def test_latest_points_to_a_run_under_runs():
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_a_duration_shorter_than_the_scenario_is_no_failure(session_folder, folder, form):
-    scenario = session_folder / f"endless-{form}.scn"
+def test_a_duration_shorter_than_the_scenario_is_no_failure(session_directory, directory, form):
+    scenario = session_directory / f"endless-{form}.scn"
     scenario.write_text("0 operator ping all\n900000 operator ping all\n", encoding="utf-8")
-    flight = flying.fly(folder, "--scenario", scenario, "--duration", "7", "--form", form, "--report", "no")
+    flight = flying.fly(directory, "--scenario", scenario, "--duration", "7", "--form", form, "--report", "no")
     assert flight.code == 0, flight.transcript()
     assert flight.facts["cut_short"] is True
     assert 7.0 <= flight.facts["simulated_s"] < 900000
@@ -276,9 +276,9 @@ def test_a_duration_shorter_than_the_scenario_is_no_failure(session_folder, fold
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 @pytest.mark.parametrize("words", [(), ("--duration", "7")])
-def test_a_failed_step_fails_the_run_however_the_mission_ends(session_folder, folder, form, words):
-    scenario = session_folder / f"failing-{form}-{len(words)}.scn"
+def test_a_failed_step_fails_the_run_however_the_mission_ends(session_directory, directory, form, words):
+    scenario = session_directory / f"failing-{form}-{len(words)}.scn"
     scenario.write_text("0 operator ping all\n1 operator expect-state JOYSTICK OPERATIONAL\n", encoding="utf-8")
-    flight = flying.fly(folder, "--scenario", scenario, "--form", form, "--report", "no", *words)
+    flight = flying.fly(directory, "--scenario", scenario, "--form", form, "--report", "no", *words)
     assert flight.code == 1, flight.transcript()
     assert flight.facts["exit_reason"].startswith("operator ended with exit code 1"), flight.transcript()

@@ -15,10 +15,10 @@ MISSION = "descriptors/missions/rokviss.xml"
 OTHERS = ("simulator", "supervisor", "communication", "manipulator", "packet-archive-sqlite")
 
 
-def _programs_with_leak(folder, kind):
-    """A copy of the programs in which the joystick has a leak once the file `go` exists. Returns the folder
+def _programs_with_leak(directory, kind):
+    """A copy of the programs in which the joystick has a leak once the file `go` exists. Returns the directory
     of the programs and this file."""
-    programs, go = folder / "programs", folder / "go"
+    programs, go = directory / "programs", directory / "go"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", f'-DLEAK_TRIGGER="{go}"', f"-DLEAK_KIND={kind}", "-o", programs / "leak.so", LEAK, "-lpthread"], check=True)
     (programs / "joystick").rename(programs / "joystick.plain")
@@ -28,11 +28,11 @@ def _programs_with_leak(folder, kind):
     return programs, go
 
 
-def _fly_with_leak(folder, kind):
-    folder.mkdir()
-    programs, go = _programs_with_leak(folder, kind)
-    scenario = flying.write_scenario(folder / "leak.scn", "0 hand rest", "0 operator ping all", *flying.bring_up(0.1), *(f"{second} operator ping MANIPULATOR" for second in range(2, 60)), "60 operator shutdown")
-    flight = flying.start(folder / "out", "--scenario", scenario, binaries=programs)
+def _fly_with_leak(directory, kind):
+    directory.mkdir()
+    programs, go = _programs_with_leak(directory, kind)
+    scenario = flying.write_scenario(directory / "leak.scn", "0 hand rest", "0 operator ping all", *flying.bring_up(0.1), *(f"{second} operator ping MANIPULATOR" for second in range(2, 60)), "60 operator shutdown")
+    flight = flying.start(directory / "out", "--scenario", scenario, binaries=programs)
     try:
         flying.wait_until(lambda: flight.steps() > 15 or flight.process.poll() is not None, "step of the operator")
         go.touch()
@@ -47,8 +47,8 @@ def _process(flight, name):
 
 
 @pytest.mark.parametrize("kind", ["take_memory", "take_descriptors"])
-def test_a_leaking_subsystem_dies_alone(folder, kind):
-    flight = _fly_with_leak(folder, kind)
+def test_a_leaking_subsystem_dies_alone(directory, kind):
+    flight = _fly_with_leak(directory, kind)
     leaking = _process(flight, "joystick")
     assert flight.facts["exit_reason"].startswith("joystick was ended by signal 6"), flight.transcript()
     assert leaking["memory_high_kib"] <= leaking["memory_limit_kib"] == 12288
@@ -88,12 +88,12 @@ def _leak_in_each_life(flight, go):
         assert not go.exists()
 
 
-def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder):
+def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(directory):
     """The limit ends each life, and the process is started again. After the last start the mission enters its
     fallback mode once and continues without the joystick."""
-    folder.mkdir()
-    programs, go = _programs_with_leak(folder, "take_memory")
-    flight = flying.start(folder / "out", "--time", "real", "--scenario", "none", binaries=programs)
+    directory.mkdir()
+    programs, go = _programs_with_leak(directory, "take_memory")
+    flight = flying.start(directory / "out", "--time", "real", "--scenario", "none", binaries=programs)
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
@@ -117,27 +117,27 @@ def test_a_leak_in_each_life_uses_up_the_budget_and_ends_in_the_fallback(folder)
     flying.assert_clean(flight)
 
 
-def test_a_limit_below_the_program_itself_is_refused(folder):
-    root = _copy(folder, 'memoryKiB="12288"', 'memoryKiB="100"')
-    flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
+def test_a_limit_below_the_program_itself_is_refused(directory):
+    root = _copy(directory, 'memoryKiB="12288"', 'memoryKiB="100"')
+    flight = flying.fly(directory / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 1
     assert 'rokviss.xml:6: memoryKiB="100" of <Subsystem>: expected more KiB than the program alone needs, ' in flight.output, flight.transcript()
-    assert not flight.folder.exists()
+    assert not flight.directory.exists()
 
 
-def test_without_a_limit_one_is_derived_and_reported(folder):
-    root = _copy(folder, 'memoryKiB="12288"', "")
-    flight = flying.fly(folder / "out", "--scenario", "commissioning", root=root)
+def test_without_a_limit_one_is_derived_and_reported(directory):
+    root = _copy(directory, 'memoryKiB="12288"', "")
+    flight = flying.fly(directory / "out", "--scenario", "commissioning", root=root)
     assert flight.code == 0, flight.transcript()
     limit = _process(flight, "joystick")["memory_limit_kib"]
     assert f"rokviss.xml:6: JOYSTICK has no memoryKiB: limited to {limit} KiB" in flight.output, flight.transcript()
     assert 10240 < limit < 16384
 
 
-def _copy(folder, old, new):
-    """A copy of the descriptors with the first `old` replaced, in a folder with links to the other parts
+def _copy(directory, old, new):
+    """A copy of the descriptors with the first `old` replaced, in a directory with links to the other parts
     of the project."""
-    root = folder / "root"
+    root = directory / "root"
     root.mkdir(parents=True)
     shutil.copytree(flying.ROOT / "descriptors", root / "descriptors")
     for name in ("build", "sim", "gse"):

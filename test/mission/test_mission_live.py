@@ -47,13 +47,13 @@ SCENARIO = """
 
 
 def _world(flight):
-    flying.wait_until(lambda: (flight.folder / "live.port").exists() and (flight.folder / "live.port").read_text(), "a live port")
-    return LiveWorld(flight.folder, "test")
+    flying.wait_until(lambda: (flight.directory / "live.port").exists() and (flight.directory / "live.port").read_text(), "a live port")
+    return LiveWorld(flight.directory, "test")
 
 
 def _sleeper(flight):
     """A client that asks for all frames and the true state, and does not read."""
-    sleeper = socket.create_connection(("127.0.0.1", int((flight.folder / "live.port").read_text(encoding="ascii"))))
+    sleeper = socket.create_connection(("127.0.0.1", int((flight.directory / "live.port").read_text(encoding="ascii"))))
     sleeper.sendall(b"frames robot on\nframes joystick on\ntruth 1000\n")
     return sleeper
 
@@ -94,11 +94,11 @@ def _dropped(sleeper, world):
 
 
 @pytest.fixture(scope="module")
-def flight(session_folder):
+def flight(session_directory):
     """A flight in which an operator aims the hand 150 times, presses, causes faults, pauses, steps and changes the speed."""
-    scenario = session_folder / "live.scn"
+    scenario = session_directory / "live.scn"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    flight = flying.start(session_folder / "live", "--time", "real", "--scenario", scenario)
+    flight = flying.start(session_directory / "live", "--time", "real", "--scenario", scenario)
     draw, flight.answers = random.Random(1), []
     with _world(flight) as world, _world(flight) as listener, _sleeper(flight) as sleeper:
         world.ask("speed 0")
@@ -122,7 +122,7 @@ def flight(session_folder):
         _advance(world, 2)
         flight.missed = _dropped(sleeper, world)
         world.ask("resume")
-        with Spacecraft(flight.folder, user=3) as web, Spacecraft(flight.folder) as craft:
+        with Spacecraft(flight.directory, user=3) as web, Spacecraft(flight.directory) as craft:
             craft.speed(1)
             web.do("ping JOYSTICK")
             craft.do("ping all")
@@ -213,47 +213,47 @@ def test_a_client_that_does_not_read_loses_lines_and_gets_their_number(flight):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_folder, form):
+def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_directory, form):
     """The recording contains the telecommands of the page, too. The repetition has no station, so one that stands still or is killed changes nothing."""
-    recorded = flying.gse(flight, "record", flight.folder)
+    recorded = flying.gse(flight, "record", flight.directory)
     assert recorded.returncode == 0, recorded
-    path = session_folder / f"recorded-{form}.scn"
+    path = session_directory / f"recorded-{form}.scn"
     path.write_text(recorded.stdout, encoding="utf-8")
-    again = flying.fly(session_folder / f"again-{form}", "--scenario", path, "--form", form)
+    again = flying.fly(session_directory / f"again-{form}", "--scenario", path, "--form", form)
     assert again.code == 0, again.transcript()
     for name in LOGS:
         assert again.octets(name) == flight.octets(name), name
 
 
-def test_a_person_moves_the_hand_and_is_refused_in_words(folder):
+def test_a_person_moves_the_hand_and_is_refused_in_words(directory):
     """On the command line: refusal, aim and pause. A hand without input holds after 0.5 s and lets go after 5 s. Without an operator the marks
     are on the console."""
-    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
             world.ask("speed 0")
-        refused = flying.gse(flight, "--run", folder, "fault", "unplug", "robot", "JOINT9")
+        refused = flying.gse(flight, "--run", directory, "fault", "unplug", "robot", "JOINT9")
         assert refused.returncode == 1
         assert refused.stderr == "gse: refused: found 'JOINT9', expected a device of this bus, or its id: JOINT1 JOINT2 SUPPLY FLIGHT\n"
-        assert flying.gse(flight, "--run", folder, "hand", "aim", "0.1", "-0.1", "0.2").returncode == 0
+        assert flying.gse(flight, "--run", directory, "hand", "aim", "0.1", "-0.1", "0.2").returncode == 0
         flying.wait_until(lambda: "hand let_go" in flight.read("live.scn"), "the hand lets go")
         took, held, left = [line.split() for line in flight.read("live.scn").splitlines()]
         assert (held[1:3], left[1:3]) == (["hand", "hold"], ["hand", "let_go"])
         assert -1e-6 < float(held[0]) - float(took[0]) - 0.5 < 0.002
         assert -1e-6 < float(left[0]) - float(took[0]) - 5.0 < 0.002
-        assert "paused" in flying.gse(flight, "--run", folder, "pause").stdout
+        assert "paused" in flying.gse(flight, "--run", directory, "pause").stdout
     finally:
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     assert flight.code == 0, flight.transcript()  # A paused mission shuts down, too.
     for words in ("speed 0 (test)", "hand aim 0.1 -0.1 0.2 (gse)", "hand let_go (no line for a time)", "pause (gse)"):
         assert f" s] live {words}" in flight.console
-    assert not (folder / "operator.log").exists()
+    assert not (directory / "operator.log").exists()
 
 
-def test_a_refused_or_endless_line_changes_nothing(folder):
+def test_a_refused_or_endless_line_changes_nothing(directory):
     """The lines are malformed, there are too many clients, and clients disconnect in the middle of a line."""
-    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
             for line in ("", "time\ntime", "dance", "hand", "hand aim 9 0 1", "speed 0.01", "speed -1", "step 0", "pause now", "fault kill", "name " + "x" * 24, 'name a"b', "name a\x01", "name é", " ".join(["time"] * 13)):
@@ -278,9 +278,9 @@ def test_a_refused_or_endless_line_changes_nothing(folder):
 
 
 @pytest.mark.long
-def test_a_pause_may_be_longer_than_the_launcher_waits_for_simulated_time(folder):
+def test_a_pause_may_be_longer_than_the_launcher_waits_for_simulated_time(directory):
     """The launcher ends a run whose simulated time has stopped for 30 s, except in a pause."""
-    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
             began = world.ask("pause")[0]
@@ -293,5 +293,5 @@ def test_a_pause_may_be_longer_than_the_launcher_waits_for_simulated_time(folder
     assert flight.code == 0, flight.transcript()
 
 
-def test_stepped_flights_have_no_live_port(session_folder, flight):
-    assert not list((session_folder / "again-image").glob("live.*"))
+def test_stepped_flights_have_no_live_port(session_directory, flight):
+    assert not list((session_directory / "again-image").glob("live.*"))

@@ -29,11 +29,11 @@ needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="network namespaces of
 
 
 @needs_root
-def test_lives_are_the_same_in_every_form_and_repeat(folder):
-    folder.mkdir()
-    path = lives.scenario(folder / "lives.scn")
-    flights = {name: lives.fly(folder / name, path, *options) for name, options in FORMS.items()}
-    flights["again"] = lives.fly(folder / "again", path)
+def test_lives_are_the_same_in_every_form_and_repeat(directory):
+    directory.mkdir()
+    path = lives.scenario(directory / "lives.scn")
+    flights = {name: lives.fly(directory / name, path, *options) for name, options in FORMS.items()}
+    flights["again"] = lives.fly(directory / "again", path)
     buses = [lives.digest(flight) for flight in flights.values()]
     assert all(bus == buses[0] for bus in buses), list(flights)
     for same in ((*SAME[0], "again"), SAME[1]):
@@ -45,15 +45,15 @@ def test_lives_are_the_same_in_every_form_and_repeat(folder):
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("forms", SAME, ids=["shm", "udp"])
-def test_twenty_repeats_give_one_checksum(folder, forms):
+def test_twenty_repeats_give_one_checksum(directory, forms):
     """Stops, kills, hangs and restarts, twenty times in each form: each log has the same checksum every time."""
-    folder.mkdir()
-    path, sums = lives.scenario(folder / "lives.scn"), set()
+    directory.mkdir()
+    path, sums = lives.scenario(directory / "lives.scn"), set()
     for name in forms:
         for number in range(REPEATS):
-            flight = lives.fly(folder / f"{name}-{number}", path, *FORMS[name])
+            flight = lives.fly(directory / f"{name}-{number}", path, *FORMS[name])
             sums.add(tuple(lives.digest(flight, ("packets.log", *lives.BUS_LOGS)).values()))
-            shutil.rmtree(flight.folder)
+            shutil.rmtree(flight.directory)
             assert len(sums) == 1, (name, number)
 
 
@@ -69,9 +69,9 @@ def _stops_under_way(path):
 
 
 @pytest.mark.parametrize("time", ["stepped", "free"])
-def test_a_request_ends_once_although_its_addressee_is_stopped(folder, time):
-    folder.mkdir()
-    flight = flying.fly(folder / "run", "--scenario", _stops_under_way(folder / "stops.scn"), "--time", time)
+def test_a_request_ends_once_although_its_addressee_is_stopped(directory, time):
+    directory.mkdir()
+    flight = flying.fly(directory / "run", "--scenario", _stops_under_way(directory / "stops.scn"), "--time", time)
     assert "FAILED" not in flight.console and "MANIPULATOR is alive" in flight.console, flight.transcript()
     asked = collections.Counter(raw[:4] for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == b"\0\1")
     reports = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7] == 1 and raw[11:13] == b"\0\1"]
@@ -98,10 +98,10 @@ def _hung(flight):
 
 @pytest.mark.parametrize(("name", "apid"), [
     pytest.param("joystick", 17, marks=pytest.mark.long), ("manipulator", 16), pytest.param("communication", 2, marks=pytest.mark.long)])
-def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
+def test_a_process_that_hangs_does_not_stop_the_others(directory, name, apid):
     """In wall-clock time the supervisor detects the hang by the missing beat. The process is killed and
     started again; simulated time does not wait for it."""
-    flight = flying.start(folder, "--time", "real", "--scenario", "none")
+    flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         flight.port()
         flying.wait_until(lambda: "alive" in flying.gse(flight, "ping", "SUPERVISOR").stdout, "an answer of the supervisor")
@@ -119,10 +119,10 @@ def test_a_process_that_hangs_does_not_stop_the_others(folder, name, apid):
     flying.assert_clean(flight)
 
 
-def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
+def test_free_running_processes_fly_and_one_that_hangs_is_replaced(directory):
     """Every process has its own clock, also the simulator: the run is not declared reproducible, and lateness
     is reported."""
-    flight = flying.start(folder, "--time", "free", "--scenario", "none")
+    flight = flying.start(directory, "--time", "free", "--scenario", "none")
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
@@ -151,9 +151,9 @@ def test_free_running_processes_fly_and_one_that_hangs_is_replaced(folder):
 
 
 @pytest.mark.parametrize("kind", ["real", "free"])
-def test_a_supervisor_that_hangs_is_replaced(folder, kind):
+def test_a_supervisor_that_hangs_is_replaced(directory, kind):
     """In wall-clock time the next life of the supervisor forwards requests again."""
-    flight = flying.start(folder, "--time", kind, "--scenario", "none")
+    flight = flying.start(directory, "--time", kind, "--scenario", "none")
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
@@ -177,10 +177,10 @@ def _assert_gone(flight):
     assert not [line for _, line in flying.command_lines() if line == SLEEP.encode()]
 
 
-def _programs(folder):
+def _programs(directory):
     """Copy the programs; the second life of the joystick starts, but never joins."""
-    programs, count = folder / "programs", folder / "starts"
-    folder.mkdir()
+    programs, count = directory / "programs", directory / "starts"
+    directory.mkdir()
     shutil.copytree(flying.BIN, programs)
     (programs / "joystick").rename(programs / "joystick.plain")
     script = programs / "joystick"
@@ -191,28 +191,28 @@ def _programs(folder):
     return programs
 
 
-def test_a_start_that_does_not_join_is_ended_and_time_continues(folder):
+def test_a_start_that_does_not_join_is_ended_and_time_continues(directory):
     """In stepped time, simulated time stands still for ten seconds of wall-clock time; then the life is
     ended, and the next one joins."""
-    programs = _programs(folder)
+    programs = _programs(directory)
     lines = ["0.0 hand rest", "0.5 fault kill joystick", "0.52 operator ping MANIPULATOR", "3.0 operator ping all", "3.1 operator shutdown"]
-    flight = flying.fly(folder / "run", "--scenario", flying.write_scenario(folder / "join.scn", *lines), binaries=programs)
+    flight = flying.fly(directory / "run", "--scenario", flying.write_scenario(directory / "join.scn", *lines), binaries=programs)
     assert "has not joined the run within 10 s: killed" in flight.transcript(), flight.transcript()
     assert "FAILED" not in flight.console and "JOYSTICK is alive" in flight.console, flight.transcript()
-    assert (folder / "starts").read_text().count("\n") == 3
+    assert (directory / "starts").read_text().count("\n") == 3
     assert not flight.facts["reproducible"]
     _assert_gone(flight)
 
 
 @pytest.mark.parametrize("kind", ["real", pytest.param("free", marks=pytest.mark.long)])  # Ten seconds of wall-clock time.
-def test_no_process_waits_for_a_start_in_real_time(folder, kind):
+def test_no_process_waits_for_a_start_in_real_time(directory, kind):
     """The other processes answer meanwhile; the life is ended, and the next life answers."""
-    flight = flying.start(folder / "run", "--time", kind, "--scenario", "none", binaries=_programs(folder))
+    flight = flying.start(directory / "run", "--time", kind, "--scenario", "none", binaries=_programs(directory))
     try:
         flight.port()
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems")
         os.kill(next(pid for name, pid in flight.children().items() if name.startswith("joystick")), signal.SIGKILL)
-        flying.wait_until(lambda: (folder / "starts").read_text().count("\n") == 2, "a second start of the joystick")
+        flying.wait_until(lambda: (directory / "starts").read_text().count("\n") == 2, "a second start of the joystick")
         for _ in range(3):
             assert "MANIPULATOR is alive" in flying.gse(flight, "ping", "MANIPULATOR").stdout
         flying.wait_until(lambda: "JOYSTICK is alive" in flying.gse(flight, "ping", "all").stdout, "answers of all subsystems after the restart")

@@ -17,9 +17,9 @@ VENDOR = 0x101801  # Object 0x1018:01, as in DEVICE_REFUSED: index * 256 + subin
 
 
 @pytest.fixture
-def root(folder):
-    """A copy of the descriptors in a folder that otherwise refers to the project."""
-    return flying.descriptors_copied(folder)
+def root(directory):
+    """A copy of the descriptors in a directory that otherwise refers to the project."""
+    return flying.descriptors_copied(directory)
 
 
 def _swap_in_world(root, joints):
@@ -62,10 +62,10 @@ def test_drives_of_another_maker_fly_the_mission(root, joints, form):
     _swap_in_descriptor(root, joints)
     flight = _fly(root, "telepresence", form)
     assert flight.code == 0, flight.transcript()
-    found, reasons = figures.compute(runs.load(flight.folder))
+    found, reasons = figures.compute(runs.load(flight.directory))
     assert not reasons
     assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []
-    log = (flight.folder / "can-robot.log").read_text(encoding="utf-8")
+    log = (flight.directory / "can-robot.log").read_text(encoding="utf-8")
     lengths = {node: {len(words) // 2 for words in re.findall(rf" 2{node:02X}##1([0-9A-F]+)", log)} for node in (0x11, 0x12)}
     assert lengths[0x12] == {4}, "torque and controlword"
     assert (lengths[0x11] == {4}) == ("JOINT1" in joints)
@@ -127,10 +127,10 @@ def test_the_arm_flies_with_its_joints_on_two_buses(root):
     flying.replace(root / DESCRIPTOR, ('        <Supply unit="0x1F" on="3" off="4"/>\n', ""))
     flight = _fly(root, "telepresence")
     assert flight.code == 0, flight.transcript()
-    found, reasons = figures.compute(runs.load(flight.folder))
+    found, reasons = figures.compute(runs.load(flight.directory))
     assert not reasons
     assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []
-    first, second = (re.findall(r"\((\S+)\) \w+ 080#", (flight.folder / f"can-{bus}.log").read_text(encoding="utf-8")) for bus in ("robot", "elbow"))
+    first, second = (re.findall(r"\((\S+)\) \w+ 080#", (flight.directory / f"can-{bus}.log").read_text(encoding="utf-8")) for bus in ("robot", "elbow"))
     assert first[:50000] == second[:50000]
     assert len(first) > 100000
     flying.assert_clean(flight)

@@ -85,9 +85,9 @@ def put(tree, count, buses):
 
 
 @pytest.fixture(scope="module")
-def tree(session_folder):
+def tree(session_directory):
     """A copy of the project whose program of ACTUATORS is built from the descriptor with 32 axes."""
-    place = flying.descriptors_copied(session_folder / "many")
+    place = flying.descriptors_copied(session_directory / "many")
     for name in ("build", "gse"):
         (place / name).unlink()
     shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))  # It reads the dictionary beside it.
@@ -112,9 +112,9 @@ def generate(tree):
     assert done.returncode == 0, done.stderr
 
 
-def fly(tree, folder, bus):
-    scenario = flying.write_scenario(folder.with_suffix(".scn"), *(line.replace("{bus}", str(bus)) for line in LINES))
-    return flying.fly(folder, "--mission", "actuators", "--scenario", scenario, "--form", "processes", root=tree)
+def fly(tree, directory, bus):
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), *(line.replace("{bus}", str(bus)) for line in LINES))
+    return flying.fly(directory, "--mission", "actuators", "--scenario", scenario, "--form", "processes", root=tree)
 
 
 def frames(flight, bus):

@@ -44,15 +44,15 @@ def _mutate(place, rng):
 
 
 @pytest.mark.parametrize("seed", range(SEEDS), ids=lambda seed: f"seed{seed}")
-def test_a_descriptor_is_refused_with_its_place_or_flies(folder, seed):
+def test_a_descriptor_is_refused_with_its_place_or_flies(directory, seed):
     rng = random.Random(seed)
-    folder.mkdir()
-    shutil.copytree(flying.ROOT / "descriptors", folder / "descriptors")
+    directory.mkdir()
+    shutil.copytree(flying.ROOT / "descriptors", directory / "descriptors")
     for name in ("build", "sim", "gse"):
-        (folder / name).symlink_to(flying.ROOT / name)
-    changed = _mutate(folder / "descriptors", rng)
-    difference = f"diff {flying.ROOT}/descriptors/{changed} {folder}/descriptors/{changed}"
-    flight = flying.fly(folder / "out", "--scenario", "hil", "--form", rng.choice(("image", "processes")), root=folder)
+        (directory / name).symlink_to(flying.ROOT / name)
+    changed = _mutate(directory / "descriptors", rng)
+    difference = f"diff {flying.ROOT}/descriptors/{changed} {directory}/descriptors/{changed}"
+    flight = flying.fly(directory / "out", "--scenario", "hil", "--form", rng.choice(("image", "processes")), root=directory)
     printed = flight.output + flight.console
     assert "ssertion" not in printed, f"{difference}\n{printed}"
     assert "ended by signal" not in printed, f"{difference}\n{printed}"
@@ -66,5 +66,5 @@ def _explains(flight):
     itself."""
     if "0x0301" not in flight.console:
         return re.search(r"FAILED: .+|[Cc]annot|expected", flight.console + flight.output) is not None
-    done = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, check=False)
+    done = subprocess.run([flying.PUSDUMP, flight.directory / "packets.log"], capture_output=True, text=True, check=False)
     return re.search(r" TM (2|16|17) #\d+ \[5,[1-4]\]", done.stdout) is not None

@@ -120,10 +120,10 @@ def test_all_reports_read_the_same_by_the_database(packets, tmp_path):
 
 
 def test_pusdump_reads_all_and_agrees(flight, packets):
-    plain = subprocess.run([flying.PUSDUMP, flight.folder / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
+    plain = subprocess.run([flying.PUSDUMP, flight.directory / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert plain.returncode == 0, plain.stderr
     assert len(plain.stdout.splitlines()) == len(packets)
-    dumped = subprocess.run([flying.PUSDUMP, "--json", flight.folder / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
+    dumped = subprocess.run([flying.PUSDUMP, "--json", flight.directory / "packets.log"], capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert dumped.returncode == 0, dumped.stderr
     for line, packet in zip(dumped.stdout.splitlines(), packets, strict=True):
         row = json.loads(line)

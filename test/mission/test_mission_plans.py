@@ -18,10 +18,10 @@ SLOW = """<Plan name="SLOW" severity="MEDIUM">
 
 
 @pytest.fixture(scope="module")
-def packets(session_folder):
+def packets(session_directory):
     """In operation the manipulator reports that a drive is too hot (MEDIUM), then the joystick is unplugged
     (HIGH)."""
-    tree = session_folder / "slow-plan"
+    tree = session_directory / "slow-plan"
     tree.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", tree / "descriptors")
     for name in ("build", "sim", "gse"):
@@ -39,8 +39,8 @@ def packets(session_folder):
         f"{CUT_S} operator wait-state JOYSTICK OFFLINE 2",
         f"{CUT_S + 1.5} operator shutdown",
     ]
-    path = flying.write_scenario(session_folder / "slow-plan.scn", *lines)
-    flight = flying.fly(session_folder / "slow-plan-run", "--scenario", path, "--form", "image", root=tree)
+    path = flying.write_scenario(session_directory / "slow-plan.scn", *lines)
+    flight = flying.fly(session_directory / "slow-plan-run", "--scenario", path, "--form", "image", root=tree)
     assert flight.code == 0, flight.transcript()
     return [(t, int.from_bytes(raw[:2], "big") & 0x7FF, raw) for t, kind, raw in flight.packets if kind == "TM"]
 

@@ -11,8 +11,8 @@ WORLDS = ("rokviss", "rokviss-20bit")
 
 
 @pytest.mark.parametrize("world", WORLDS)
-def test_press_and_hold_is_quiet(folder, world):
-    flight = flying.fly(folder, "--scenario", "press", "--form", "image", "--world", world, report="yes")
+def test_press_and_hold_is_quiet(directory, world):
+    flight = flying.fly(directory, "--scenario", "press", "--form", "image", "--world", world, report="yes")
     assert flight.code == 0, flight.transcript()
     facts = flight.facts
     assert facts["world"] == world
@@ -20,22 +20,22 @@ def test_press_and_hold_is_quiet(folder, world):
     assert facts["figures_missing"] == {}
     assert facts["joystick_count_rad"] == pytest.approx(6e-6 if world == "rokviss-20bit" else 9.5e-5, abs=1.5e-6)
     assert "Energy taken from the hand" in flight.read("report.html")
-    assert not [1 for _, _, decoded in runs.load(folder).reports_of("event") if decoded["event"] == "PASSIVITY"]
+    assert not [1 for _, _, decoded in runs.load(directory).reports_of("event") if decoded["event"] == "PASSIVITY"]
 
 
-def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
+def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(directory):
     """The contact oscillates while the hand holds, although mean force and position are correct. The event is
     raised once in each window of 5 s."""
-    world = pressing.write_world(folder / "world", contact={"shear": 0, "shearDamping": 0})
+    world = pressing.write_world(directory / "world", contact={"shear": 0, "shearDamping": 0})
     weak = (" 2.2  operator set JOYSTICK.CONTROL.DAMPING_CONTACT 0.3\n"
             " 2.2  operator set MANIPULATOR.CONTROL.COMPLIANCE 0\n"
             " 2.2  operator set MANIPULATOR.CONTROL.REFERENCE_BANDWIDTH 125\n")
     before, engaged, after = pressing.SCENARIO.read_text(encoding="utf-8").partition(" 2.5  operator state JOYSTICK")
-    scenario = folder / "press.scn"
+    scenario = directory / "press.scn"
     scenario.write_text(before + weak + engaged + after, encoding="utf-8")
-    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image")
+    flight = flying.fly(directory / "out", "--scenario", scenario, "--world", world, "--form", "image")
     assert flight.code == 0, flight.transcript()
-    run = runs.load(folder / "out")
+    run = runs.load(directory / "out")
     found, _ = figures.compute(run)
     assert found["press_hold_oscillation_rad"] > 1e-3  # The bound is 2e-4.
     assert found["hold_force_mean_n"] == pytest.approx(found["hold_force_asked_n"], rel=0.02)
@@ -51,9 +51,9 @@ def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(folder):
         assert min(energies_j) > 2 * limit_j
 
 
-def test_a_run_whose_report_cannot_be_made_has_failed(folder):
-    flight = flying.start(folder, "--scenario", "press", "--form", "image", report="yes")
-    (folder / "report.html").mkdir(parents=True)
+def test_a_run_whose_report_cannot_be_made_has_failed(directory):
+    flight = flying.start(directory, "--scenario", "press", "--form", "image", report="yes")
+    (directory / "report.html").mkdir(parents=True)
     flight.wait()
     assert flight.code != 0
     assert "the report could not be made, so the figures are not known" in flight.transcript()
@@ -61,11 +61,11 @@ def test_a_run_whose_report_cannot_be_made_has_failed(folder):
     assert flight.facts["exit_code"] == 1
 
 
-def test_telepresence_with_a_joystick_of_20_bit(folder):
+def test_telepresence_with_a_joystick_of_20_bit(directory):
     """The devices differ by their XML only; every figure is also defined for this joystick."""
-    flight = flying.fly(folder, "--world", "rokviss-20bit", "--form", "image")
+    flight = flying.fly(directory, "--world", "rokviss-20bit", "--form", "image")
     assert flight.code == 0, flight.transcript()
-    run = runs.load(folder)
+    run = runs.load(directory)
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
     assert found["hold_motion_rad"] < 1e-4  # It is 0.19 mrad with 16 bit.
@@ -78,11 +78,11 @@ CASES = [*range(1, 3), *(pytest.param(seed, marks=pytest.mark.long) for seed in 
 
 @pytest.mark.parametrize("seed", CASES)
 @pytest.mark.parametrize("world", WORLDS)
-def test_a_random_press_is_quiet(folder, world, seed):
-    place, scenario, force = pressing.random_case(folder, seed, world)
-    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", place, "--seed", seed, "--form", "image")
+def test_a_random_press_is_quiet(directory, world, seed):
+    place, scenario, force = pressing.random_case(directory, seed, world)
+    flight = flying.fly(directory / "out", "--scenario", scenario, "--world", place, "--seed", seed, "--form", "image")
     assert flight.code == 0, flight.transcript()
-    found, reasons = figures.compute(runs.load(folder / "out"))
+    found, reasons = figures.compute(runs.load(directory / "out"))
     assert not reasons
     assert found["hold_contact_share"] >= 0.99
     assert found["hold_force_asked_n"] == pytest.approx(force, rel=0.02)
@@ -102,11 +102,11 @@ MASSES = [((masses, seed) if (masses, seed) == ((1.05, 1.05), 1) else pytest.par
 
 
 @pytest.mark.parametrize("masses, seed", MASSES)
-def test_masses_of_the_model_may_be_wrong(folder, masses, seed):
-    world = pressing.write_world(folder, masses=masses)
-    flight = flying.fly(folder / "out", "--world", world, "--seed", seed, "--form", "image")
+def test_masses_of_the_model_may_be_wrong(directory, masses, seed):
+    world = pressing.write_world(directory, masses=masses)
+    flight = flying.fly(directory / "out", "--world", world, "--seed", seed, "--form", "image")
     assert flight.code == 0, flight.transcript()
-    run = runs.load(folder / "out")
+    run = runs.load(directory / "out")
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})
     assert found["reflection_error_contour"] < 0.01
@@ -115,10 +115,10 @@ def test_masses_of_the_model_may_be_wrong(folder, masses, seed):
 @pytest.mark.long
 @pytest.mark.parametrize("stiffness", [2000, 20000])
 @pytest.mark.parametrize("base", WORLDS)
-def test_telepresence_on_a_soft_and_a_hard_wall(folder, base, stiffness):
-    world = pressing.write_world(folder, base, contact={"stiffness": stiffness, "shear": 0.8 * stiffness, "shearDamping": 80})
-    flight = flying.fly(folder / "out", "--world", world, "--form", "image")
+def test_telepresence_on_a_soft_and_a_hard_wall(directory, base, stiffness):
+    world = pressing.write_world(directory, base, contact={"stiffness": stiffness, "shear": 0.8 * stiffness, "shearDamping": 80})
+    flight = flying.fly(directory / "out", "--world", world, "--form", "image")
     assert flight.code == 0, flight.transcript()
-    run = runs.load(folder / "out")
+    run = runs.load(directory / "out")
     found, reasons = figures.compute(run)
     assert not figures.failures({**run.facts, **found, "figures_missing": reasons})

@@ -16,9 +16,9 @@ SUBSYSTEMS = ("JOYSTICK", "MANIPULATOR", "SUPERVISOR", "COMMUNICATION")
 
 
 @pytest.fixture
-def mission(folder):
+def mission(directory):
     """A mission in wall-clock time that has started and listens."""
-    flight = flying.start(folder, *OPTIONS)
+    flight = flying.start(directory, *OPTIONS)
     flying.wait_until(lambda: flying.gse(flight, "ping", "all").returncode == SUCCESS, "all subsystems answer")
     yield flight
     flight.abandon()
@@ -133,13 +133,13 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
     flying.assert_clean(mission)
 
 
-def test_the_end_of_the_terminal_and_ctrl_c_shut_the_mission_down_in_order(folder, tmp_path):
+def test_the_end_of_the_terminal_and_ctrl_c_shut_the_mission_down_in_order(directory, tmp_path):
     """A terminal sends both signals to the whole process group, including the components and the operator, whose script is then cut."""
     expected = (f"{1 + i / 20:.2f} operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL" for i in range(2000))  # Not expected during the shutdown.
     scenario = flying.write_scenario(tmp_path / "long.scn", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", *expected)
-    flight = flying.start(folder, "--time", "real", "--scenario", scenario)
+    flight = flying.start(directory, "--time", "real", "--scenario", scenario)
     try:
-        flying.wait_until(lambda: (folder / "operator.log").exists() and "expect-refusal" in flight.read("operator.log"), "the second line of the operator")
+        flying.wait_until(lambda: (directory / "operator.log").exists() and "expect-refusal" in flight.read("operator.log"), "the second line of the operator")
         for number in (signal.SIGHUP, signal.SIGINT):
             os.killpg(flight.process.pid, number)
         flight.wait()
@@ -169,9 +169,9 @@ def test_following_ends_with_an_interrupt(mission):
     mission.wait()
 
 
-def test_scenario_in_wall_clock_time(folder):
+def test_scenario_in_wall_clock_time(directory):
     """The operator performs all steps of the scenario in wall-clock time too."""
-    flight = flying.fly(folder, "--time", "real", "--scenario", "commissioning")
+    flight = flying.fly(directory, "--time", "real", "--scenario", "commissioning")
     assert flight.code == 0, flight.transcript()
     assert flight.facts["simulated_s"] >= 3.5
     assert len(flight.read("operator.log").splitlines()) == 12

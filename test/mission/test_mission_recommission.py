@@ -15,9 +15,9 @@ AT_ONCE = ('state="OFFLINE" after="500ms"', 'state="OFFLINE"')
 
 
 @pytest.fixture(scope="module")
-def tree(session_folder):
+def tree(session_directory):
     """rokviss in which both members are recommissioned, with a recovery plan without delay."""
-    place = session_folder / "again"
+    place = session_directory / "again"
     place.mkdir()
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
     for name in ("build", "sim", "gse"):
@@ -50,18 +50,18 @@ def _replies(flight, service, subtype):
             if direction == "TM" and raw[7:9] == bytes((service, subtype)) and raw[1] == 16]
 
 
-def _fly(tree, folder, name, form, lines):
-    folder.mkdir(exist_ok=True)
-    scenario = flying.write_scenario(folder / f"{name}.scn", *flying.bring_up(0.0), *lines)
-    return flying.fly(folder / f"{name}-{form}", "--scenario", scenario, "--form", form, root=tree)
+def _fly(tree, directory, name, form, lines):
+    directory.mkdir(exist_ok=True)
+    scenario = flying.write_scenario(directory / f"{name}.scn", *flying.bring_up(0.0), *lines)
+    return flying.fly(directory / f"{name}-{form}", "--scenario", scenario, "--form", form, root=tree)
 
 
 @pytest.mark.parametrize("victim", ["manipulator", "joystick"])
-def test_a_subsystem_that_dies_is_recommissioned_with_its_links(tree, folder, victim):
+def test_a_subsystem_that_dies_is_recommissioned_with_its_links(tree, directory, victim):
     lines = ["2.5 operator event disable MANIPULATOR OPERATOR_NOTE", "2.5 operator hk disable MANIPULATOR 4711",
              "2.6 operator event disabled MANIPULATOR", f"{DEATH_S} fault kill {victim}",
              "6.0 operator event disabled MANIPULATOR", "6.0 operator link list", "6.0 operator shutdown"]
-    flight = _fly(tree, folder, victim, "processes", lines)
+    flight = _fly(tree, directory, victim, "processes", lines)
     assert "FAILED" not in flight.console, flight.transcript()
     back = _events(flight, 31)
     assert {(apid, state) for _, apid, state in back} == {(16, 5), (17, 5)}, flight.transcript()
@@ -83,10 +83,10 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(tree, folder, vi
 
 # At the first of these times the supervisor has just commanded the start of the manipulator.
 @pytest.mark.parametrize("later_s", [0.0101, 0.03, 0.09])
-def test_the_supervisor_may_die_during_recommissioning(tree, folder, later_s):
+def test_the_supervisor_may_die_during_recommissioning(tree, directory, later_s):
     lines = [f"{DEATH_S} fault kill manipulator", f"{DEATH_S + later_s} fault kill supervisor",
              "6.0 operator link list", "6.0 operator shutdown"]
-    flight = _fly(tree, folder, f"both-{later_s}", "processes", lines)
+    flight = _fly(tree, directory, f"both-{later_s}", "processes", lines)
     assert "FAILED" not in flight.console, flight.transcript()
     assert _events(flight, 20), "the supervisor was restarted"
     assert {(apid, state) for _, apid, state in _events(flight, 31)} == {(16, 5), (17, 5)}, flight.transcript()
@@ -96,8 +96,8 @@ def test_the_supervisor_may_die_during_recommissioning(tree, folder, later_s):
     flying.assert_clean(flight)
 
 
-def test_forms_give_identical_logs(tree, folder):
+def test_forms_give_identical_logs(tree, directory):
     lines = [f"{DEATH_S} fault kill manipulator", "6.0 operator shutdown"]
-    one, other = (_fly(tree, folder, "forms", form, lines) for form in ("processes", "image"))
+    one, other = (_fly(tree, directory, "forms", form, lines) for form in ("processes", "image"))
     for name in flying.TRACED:
         assert one.octets(name) == other.octets(name), name

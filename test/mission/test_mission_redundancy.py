@@ -40,22 +40,22 @@ def _scenario(path):
 
 
 @pytest.fixture(scope="module")
-def flights(session_folder):
+def flights(session_directory):
     """The same flight in both forms."""
-    return flying.fly_in_both_forms(session_folder, "channels", _scenario(session_folder / "channels.scn"))
+    return flying.fly_in_both_forms(session_directory, "channels", _scenario(session_directory / "channels.scn"))
 
 
 @pytest.fixture(scope="module")
 def run(flights):
     """Logs of one of these flights."""
-    return runs.load(flights["image"].folder)
+    return runs.load(flights["image"].directory)
 
 
 @pytest.fixture(scope="module")
 def buses(flights):
     """Frames of all channels."""
-    folder = flights["image"].folder
-    return {name: logs.read_bus(folder / f"can-{name}.log") for bus in NODES for name in (bus, f"{bus}-b")}
+    directory = flights["image"].directory
+    return {name: logs.read_bus(directory / f"can-{name}.log") for bus in NODES for name in (bus, f"{bus}-b")}
 
 
 def _cuts(run):
@@ -218,7 +218,7 @@ DIFFICULT = {
 
 
 @pytest.mark.parametrize("name", DIFFICULT)
-def test_the_arm_can_be_commanded_into_operation_after_cuts(folder, name):
+def test_the_arm_can_be_commanded_into_operation_after_cuts(directory, name):
     """Cuts during a transition, of both channels, or of one device: by command the arm is in operation again
     and moves."""
     lines = ["0.0 hand rest", *_arm(0.3), *DIFFICULT[name]]
@@ -228,6 +228,6 @@ def test_the_arm_can_be_commanded_into_operation_after_cuts(folder, name):
         f"{end:.6f} operator cmd MANIPULATOR.MOVE_TO POSITION=1.0,-1.5 DURATION=0.5",
         f"{end + 0.6:.6f} operator shutdown",
     ]
-    scenario = flying.write_scenario(folder.with_suffix(".scn"), *lines)
-    flight = flying.fly(folder, "--scenario", scenario, "--form", "image")
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), *lines)
+    flight = flying.fly(directory, "--scenario", scenario, "--form", "image")
     assert flight.code == 0, flight.transcript()

@@ -11,9 +11,9 @@ from hirosco_gse import figures
 TRACED = ("packets.log", "can-robot.log", "can-joystick.log", "truth.lcm")
 
 
-def fly(folder, delay_ms, form="image", seed=1, *options, report="no"):
+def fly(directory, delay_ms, form="image", seed=1, *options, report="no"):
     flight = flying.fly(
-        folder, "--scenario", "relay", "--delay", str(delay_ms), "--form", form, "--seed", str(seed), *options, report=report
+        directory, "--scenario", "relay", "--delay", str(delay_ms), "--form", form, "--seed", str(seed), *options, report=report
     )
     assert flight.code == 0, flight.transcript()
     assert flight.facts["reproducible"] is True
@@ -35,7 +35,7 @@ def assert_figures_hold(flight):
 
 
 def logs(flight):
-    return [(flight.folder / name).read_bytes() for name in TRACED]
+    return [(flight.directory / name).read_bytes() for name in TRACED]
 
 
 FLIGHTS = [(100, "rokviss"), *(pytest.param(*case, marks=pytest.mark.long) for case in ((20, "rokviss"), (300, "rokviss"), (100, "rokviss-20bit")))]
@@ -46,8 +46,8 @@ FORMS = ("image", *(("processes",) if os.environ.get("LONG") else ()))
 
 
 @pytest.mark.parametrize(("delay_ms", "world"), FLIGHTS)
-def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_each_form(folder, delay_ms, world):
-    flown = [fly(folder / form, delay_ms, form, 1, "--world", world, report="yes" if form == "image" else "no") for form in FORMS]
+def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_each_form(directory, delay_ms, world):
+    flown = [fly(directory / form, delay_ms, form, 1, "--world", world, report="yes" if form == "image" else "no") for form in FORMS]
     image = flown[0]
     counts = image.facts["relay"]
     for flight in flown:
@@ -63,16 +63,16 @@ def test_a_flight_with_delay_holds_its_figures_and_is_the_same_in_each_form(fold
     assert_figures_hold(image)
 
 
-def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_line_for_each(folder):
+def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_line_for_each(directory):
     """The hand presses with 28 instead of 15 N without a limit by the arm, and the flight ends before the
     circle."""
     lines = (flying.ROOT / "sim" / "scenarios" / "relay.scn").read_text(encoding="utf-8").replace("press 15 ", "press 28 ").splitlines()
     lines.insert(lines.index(" 4.5  operator state JOYSTICK OPERATIONAL"), " 4.0  operator set MANIPULATOR.REMOTE.FORCE_LIMIT 100")
-    folder.mkdir()
-    scenario = folder / "relay.scn"
+    directory.mkdir()
+    scenario = directory / "relay.scn"
     kept = [line for line in lines if not line[:4].strip() or line.startswith("#") or float(line.split()[0]) < 44]
     scenario.write_text("\n".join([*kept, "44.5 operator shutdown", ""]), encoding="utf-8")
-    flight = flying.fly(folder / "out", "--scenario", scenario, "--delay", "20", "--form", "image", report="yes")
+    flight = flying.fly(directory / "out", "--scenario", scenario, "--delay", "20", "--form", "image", report="yes")
     assert flight.code == 1, flight.transcript()
     facts = flight.facts
     assert facts["exit_code"] == 1
@@ -90,24 +90,24 @@ def test_a_flight_with_delay_whose_figures_fail_ends_with_an_exit_code_and_a_lin
 @pytest.mark.parametrize("delay_ms", (20, 100, 300))
 @pytest.mark.parametrize("seed", (2, 3))
 @pytest.mark.parametrize("contact", ({}, {"stiffness": 2000, "shear": 1600}, {"friction": 0.1}, {"friction": 0.4}))
-def test_the_figures_hold_on_other_surfaces(folder, delay_ms, seed, contact):
-    world = pressing.write_world(folder, contact=contact)
-    assert_figures_hold(fly(folder / "out", delay_ms, "image", seed, "--world", str(world), report="yes"))
+def test_the_figures_hold_on_other_surfaces(directory, delay_ms, seed, contact):
+    world = pressing.write_world(directory, contact=contact)
+    assert_figures_hold(fly(directory / "out", delay_ms, "image", seed, "--world", str(world), report="yes"))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("delay_ms", "peak_n"), [(20, 25), (100, 40), (300, 50)])
 @pytest.mark.parametrize("seed", (1, 2))
-def test_a_wall_of_20_kn_per_m_has_its_own_bound_of_the_force_and_all_other_bounds(folder, delay_ms, peak_n, seed):
+def test_a_wall_of_20_kn_per_m_has_its_own_bound_of_the_force_and_all_other_bounds(directory, delay_ms, peak_n, seed):
     """The force grows until the arm gives way; on a stiff wall this is more force (docs/control.md)."""
-    world = pressing.write_world(folder, contact={"stiffness": 20000, "shear": 16000})
+    world = pressing.write_world(directory, contact={"stiffness": 20000, "shear": 16000})
     options = ("--scenario", "relay", "--delay", delay_ms, "--form", "image", "--seed", seed, "--world", world)
-    facts = flying.fly(folder / "out", *options, report="yes").facts
+    facts = flying.fly(directory / "out", *options, report="yes").facts
     assert facts["figures_missing"] == {}
     assert {line.split()[0] for line in figures.failures(facts)} <= {"delay_force_peak_n"}
     assert facts["delay_force_peak_n"] <= peak_n
 
 
 @pytest.mark.long
-def test_the_seed_selects_what_is_lost(folder):
-    assert fly(folder / "1", 20).facts["relay"]["lost"] != fly(folder / "2", 20, seed=2).facts["relay"]["lost"]
+def test_the_seed_selects_what_is_lost(directory):
+    assert fly(directory / "1", 20).facts["relay"]["lost"] != fly(directory / "2", 20, seed=2).facts["relay"]["lost"]

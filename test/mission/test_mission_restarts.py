@@ -15,9 +15,9 @@ KILLS_MAX = 200  # A scenario has at most 256 faults.
 SHORT, LONG = {"processes": 40, "image": 200}, 1000
 
 
-def _mission(folder):
+def _mission(directory):
     """A copy of the tree whose mission treats each death as the first one."""
-    root = folder / "root"
+    root = directory / "root"
     root.mkdir(parents=True)
     for name in ("build", "gse", "sim", "pus"):
         (root / name).symlink_to(flying.ROOT / name)
@@ -48,13 +48,13 @@ def _scenario(path, count):
     return flying.write_scenario(path, *lines, f"{at:.3f} operator status", f"{at:.3f} operator shutdown")
 
 
-def _fly(folder, count, form, sample_s):
-    root = _mission(folder)
-    out = folder / "run"
+def _fly(directory, count, form, sample_s):
+    root = _mission(directory)
+    out = directory / "run"
     out.mkdir()
     for name in soak.UNLOGGED:
         (out / name).symlink_to("/dev/null")
-    flight = flying.start(out, "--scenario", _scenario(folder / "restarts.scn", count), "--form", form, root=root)
+    flight = flying.start(out, "--scenario", _scenario(directory / "restarts.scn", count), "--form", form, root=root)
     samples = [sample for sample in soak.watch(flight, sample_s) if sample["simulated_s"] > 0]
     assert "FAILED" not in flight.console, flight.transcript()
     assert flight.console.count(" is alive") == count, flight.transcript()
@@ -67,12 +67,12 @@ def _fly(folder, count, form, sample_s):
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_some_restarts_leave_nothing(folder, form):
-    _fly(folder, SHORT[form], form, 0.01)
+def test_some_restarts_leave_nothing(directory, form):
+    _fly(directory, SHORT[form], form, 0.01)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_a_thousand_restarts_leave_nothing(folder, form):
-    _fly(folder, LONG, form, 0.25)
+def test_a_thousand_restarts_leave_nothing(directory, form):
+    _fly(directory, LONG, form, 0.25)

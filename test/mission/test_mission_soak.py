@@ -13,8 +13,8 @@ SEED = int(os.environ.get("SOAK_SEED", "1"))
 RESOURCES_OF_A_PROCESS = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39, "sockets": 12}
 
 
-def test_ten_minutes_of_random_traffic(folder):
-    flight, _, judge, problems = soak.fly(folder, SEED, 1 / 6, sample_s=0.1)
+def test_ten_minutes_of_random_traffic(directory):
+    flight, _, judge, problems = soak.fly(directory, SEED, 1 / 6, sample_s=0.1)
     assert not problems, problems
     assert judge.lines > 1000 and flight.facts["reproducible"]
 
@@ -22,9 +22,9 @@ def test_ten_minutes_of_random_traffic(folder):
 @pytest.mark.long
 @pytest.mark.timeout(24 * soak.HOUR_S)
 @pytest.mark.parametrize("form", ["image", "processes"])
-def test_hours_of_random_traffic(folder, form):
+def test_hours_of_random_traffic(directory, form):
     """SOAK_HOURS and SOAK_SEED set the duration and the seed."""
-    _, _, _, problems = soak.fly(folder, SEED, HOURS if form == "image" else min(HOURS, 1.0), form)
+    _, _, _, problems = soak.fly(directory, SEED, HOURS if form == "image" else min(HOURS, 1.0), form)
     assert not problems, problems
 
 

@@ -60,11 +60,11 @@ SCENARIO = """
 
 
 @pytest.fixture(scope="module")
-def flight(session_folder):
+def flight(session_directory):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    scenario = session_folder / "station.scn"
+    scenario = session_directory / "station.scn"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    flight = flying.start(session_folder / "station", "--time", "real", "--scenario", scenario)
+    flight = flying.start(session_directory / "station", "--time", "real", "--scenario", scenario)
     flight.port()
     yield flight
     flight.abandon()
@@ -72,7 +72,7 @@ def flight(session_folder):
 
 @pytest.fixture(scope="module")
 def address(flight):
-    with serving("--run", flight.folder) as address:
+    with serving("--run", flight.directory) as address:
         yield address
 
 
@@ -344,13 +344,13 @@ def test_the_page_pauses_simulated_time(page, resumed):
 
 
 @pytest.mark.parametrize(("size", "theme"), [pytest.param(*view, id="-".join(view), marks=() if view in QUICK_VIEWS else pytest.mark.long) for view in TABS])
-def test_the_page_is_accessible(page, theme, size, session_folder):
+def test_the_page_is_accessible(page, theme, size, session_directory):
     page.set_viewport_size(dict(zip(("width", "height"), SIZES[size])))
     found = []
     for tab in TABS[size, theme][0 if os.environ.get("LONG") else -1:]:
         page.evaluate("tab => document.getElementById(`work-${tab}`).click()", tab)
         found += [*accessibility(page, theme), *page.evaluate(CUT), *page.evaluate(OVERLAPPING)]
-        page.screenshot(path=str(session_folder / f"page-{size}-{theme}-{tab}.png"))
+        page.screenshot(path=str(session_directory / f"page-{size}-{theme}-{tab}.png"))
     page.set_viewport_size({"width": 1440, "height": 900})
     assert not found
 
@@ -526,7 +526,7 @@ def test_the_flight_that_has_ended_is_replayed(page, address, flight):
     reason is shown."""
     page.goto(f"{address}?replay")
     until(page, "Boolean(window.station?.replay?.film)")
-    run = runs.load(flight.folder, has_buses=False)
+    run = runs.load(flight.directory, has_buses=False)
     truth = run.truth["JOINTS"]
     end = truth["time_us"][-1] / 1e6
     for share in (0.9, 0.3, 0.5, 0.0, 0.7):

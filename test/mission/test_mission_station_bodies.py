@@ -84,17 +84,17 @@ FOCUSED = "document.activeElement.getAttribute('aria-label') ?? document.activeE
 
 
 @pytest.fixture(scope="module")
-def flight(session_folder):
+def flight(session_directory):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    folder = session_folder / "bodies"
-    folder.mkdir()
-    shutil.copy(WORLDS / "satellite.urdf", folder)
-    world = folder / "actuators.xml"
+    directory = session_directory / "bodies"
+    directory.mkdir()
+    shutil.copy(WORLDS / "satellite.urdf", directory)
+    world = directory / "actuators.xml"
     text = (WORLDS / "actuators.xml").read_text(encoding="utf-8")
     world.write_text(text.replace("</World>", f"{WHEEL.format(start=-11.4)}</World>"), encoding="utf-8")
-    scenario = folder / "push.scn"
+    scenario = directory / "push.scn"
     scenario.write_text(SCENARIO, encoding="utf-8")
-    flight = flying.start(folder / "out", "--mission", "actuators", "--world", world, "--time", "real", "--scenario", scenario)
+    flight = flying.start(directory / "out", "--mission", "actuators", "--world", world, "--time", "real", "--scenario", scenario)
     flight.port()
     yield flight
     flight.abandon()
@@ -108,13 +108,13 @@ def browser():
 
 @pytest.fixture(scope="module")
 def page(flight, browser):
-    with station.serving("--run", flight.folder) as address:
+    with station.serving("--run", flight.directory) as address:
         page = station.opened(browser, address, "window.station.store.states.get('ACTUATORS')?.state === 'OPERATIONAL' && window.station.scene.truth?.last", color_scheme="dark")
         yield page
         assert not page.faults
 
 
-def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, session_folder):
+def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, session_directory):
     station.until(page, "window.station.scene.actuators.thrusters.some((one) => one.plume.visible)")
     station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[12] > 0.02")
     before = page.evaluate(SEEN)
@@ -129,7 +129,7 @@ def test_base_wheel_and_thrusters_move_by_the_truth_and_are_marked(page, session
     page.evaluate("window.station.scene.describe()")
     reported = page.get_attribute("station-scene canvas", "aria-label")
     assert "WHEEL1 -95 %" in reported and "thrusters PUSH1, PUSH2 fire" in reported
-    page.screenshot(path=str(session_folder / "bodies.png"))
+    page.screenshot(path=str(session_directory / "bodies.png"))
 
 
 def test_a_base_moves_by_telemetry_if_a_report_has_its_pose(page):
@@ -180,16 +180,16 @@ def test_a_control_keeps_the_focus_when_its_list_is_drawn_again(page):
     assert page.evaluate(FOCUSED) == chosen != "" and chosen.startswith("ACTUATORS.")
 
 
-def test_the_page_report_html_moves_a_free_body(browser, session_folder):
+def test_the_page_report_html_moves_a_free_body(browser, session_directory):
     """Mission actuators: a satellite without joints, whose pose is in the truth only."""
-    flight = flying.fly(session_folder / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
-    bases = runs.load(flight.folder, has_buses=False).truth["BASE"]
+    flight = flying.fly(session_directory / "free-body", "--mission", "actuators", "--scenario", "actuators", "--form", "image", report="yes")
+    bases = runs.load(flight.directory, has_buses=False).truth["BASE"]
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
         page = context.new_page()
         page.set_default_timeout(LIMIT_MS)
         faults = []
         page.on("pageerror", lambda error: faults.append(str(error)))
-        page.goto((flight.folder / "report.html").resolve().as_uri())
+        page.goto((flight.directory / "report.html").resolve().as_uri())
         station.until(page, "Boolean(window.station?.replay?.film)")
         for seconds in (14.0, 11.0):
             page.evaluate("seconds => station.replay.seek(seconds)", seconds)
@@ -198,7 +198,7 @@ def test_the_page_report_html_moves_a_free_body(browser, session_folder):
             assert place == pytest.approx(list(bases["position_m"][row, 0]), abs=1e-5) and abs(place[0]) > 1e-3
         page.evaluate("station.replay.seek(0)")
         assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
-        page.screenshot(path=str(session_folder / "report-free-body.png"))
+        page.screenshot(path=str(session_directory / "report-free-body.png"))
         page.set_viewport_size({"width": 390, "height": 844})
         assert page.evaluate(COVERED) == []
         ends = page.evaluate(FRAMED)
@@ -208,13 +208,13 @@ def test_the_page_report_html_moves_a_free_body(browser, session_folder):
         assert not faults
 
 
-def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, session_folder):
+def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, directory, session_directory):
     """A mesh and a coloured cylinder move with their links; there are no shells and housings beside them."""
-    world = pressing.write_world(folder / "world")
-    urdf = folder / "world" / "rokviss.urdf"
+    world = pressing.write_world(directory / "world")
+    urdf = directory / "world" / "rokviss.urdf"
     corners = ((0, 0, 0), (220, 0, 0), (0, 0, 80)), ((0, 0, 0), (0, 60, 0), (220, 0, 0))  # mm
     triangles = b"".join(struct.pack("<12fH", 0, 0, 0, *(x for corner in three for x in corner), 0) for three in corners)
-    (folder / "world" / "upper.stl").write_bytes(b"\0" * 80 + struct.pack("<I", len(corners)) + triangles)
+    (directory / "world" / "upper.stl").write_bytes(b"\0" * 80 + struct.pack("<I", len(corners)) + triangles)
     visuals = {
         "upper": '<visual><geometry><mesh filename="upper.stl" scale="0.001 0.001 0.001"/></geometry></visual>',
         "lower": '<visual><origin xyz="0.1 0 0" rpy="0 1.5708 0"/><geometry><cylinder radius="0.03" length="0.2"/></geometry>'
@@ -224,13 +224,13 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, session_fo
     for name, visual in visuals.items():
         text = text.replace(f'<link name="{name}">', f'<link name="{name}">{visual}')
     urdf.write_text(text, encoding="utf-8")
-    scenario = flying.write_scenario(folder / "short.scn", "0.5 operator shutdown")
-    flight = flying.fly(folder / "out", "--scenario", scenario, "--world", world, "--form", "image", report="yes")
+    scenario = flying.write_scenario(directory / "short.scn", "0.5 operator shutdown")
+    flight = flying.fly(directory / "out", "--scenario", scenario, "--world", world, "--form", "image", report="yes")
     assert flight.code == 0, flight.transcript()
     with browser.new_context(viewport={"width": 1024, "height": 768}, bypass_csp=True) as context:
         page = context.new_page()
         page.set_default_timeout(LIMIT_MS)
-        page.goto((folder / "out" / "report.html").resolve().as_uri())
+        page.goto((directory / "out" / "report.html").resolve().as_uri())
         station.until(page, "Boolean(window.station?.replay?.film)")
         drawn = page.evaluate("""() => {
             const found = [];  // Without the rings of the brakes and the marks of the limits.
@@ -239,16 +239,16 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, folder, session_fo
             });
             return found;
         }""")
-        page.screenshot(path=str(session_folder / "report-visuals.png"))
+        page.screenshot(path=str(session_directory / "report-visuals.png"))
     kinds = [kind for kind, _ in drawn]
     assert kinds.count("BufferGeometry") == 1 and ["CylinderGeometry", 0x0000FF] in drawn
     assert len(drawn) == 3  # With the collision sphere of the finger, which has no visual.
 
 
 @pytest.mark.usefixtures("flight")  # It has built the page.
-def test_a_wrong_recording_is_refused_in_words(browser, folder):
-    folder.mkdir(exist_ok=True)
-    (folder / "kept.recording").write_text("no recording", encoding="utf-8")
-    with station.serving("--replay", folder / "kept.recording") as address, contextlib.closing(station.opened(browser, address, "true")) as refused:
+def test_a_wrong_recording_is_refused_in_words(browser, directory):
+    directory.mkdir(exist_ok=True)
+    (directory / "kept.recording").write_text("no recording", encoding="utf-8")
+    with station.serving("--replay", directory / "kept.recording") as address, contextlib.closing(station.opened(browser, address, "true")) as refused:
         station.until(refused, "document.querySelector('station-bar').textContent.includes('Cannot replay: expected a recording of a run')")
         assert "No open alarm" not in refused.locator("station-bar").text_content() and not refused.faults

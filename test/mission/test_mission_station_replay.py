@@ -58,7 +58,7 @@ def browser():
 
 @pytest.fixture(scope="module")
 def page(flight, browser):
-    with station.serving("--replay", flight.folder) as address:
+    with station.serving("--replay", flight.directory) as address:
         yield station.opened(browser, f"{address}?replay", REPLAYED)
 
 
@@ -257,7 +257,7 @@ def test_a_hidden_page_does_not_jump_when_it_is_shown_again(page):
 
 def test_the_station_says_that_it_prepares_the_replay(flight, browser):
     """Until the recording is made, the page shows what it waits for, and no alarm."""
-    with station.serving("--replay", flight.folder) as address:
+    with station.serving("--replay", flight.directory) as address:
         page = browser.new_page()
         page.set_default_timeout(LIMIT_MS)
         asked = []
@@ -278,12 +278,12 @@ def show(page, seconds):
     station.until(page, "station.scene.pictures.isFine && !station.scene.pictures.isBusy")
 
 
-def write_film(browser, folder):
+def write_film(browser, directory):
     """Make a film of the page that replays a flight: four pictures for each second of the flight, played at
     double speed."""
     from PIL import Image  # Only this function needs it.
 
-    words = [sys.executable, "-m", "hirosco_gse.station", "--replay", folder, "--http-port", "0"]
+    words = [sys.executable, "-m", "hirosco_gse.station", "--replay", directory, "--http-port", "0"]
     process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group()
@@ -301,10 +301,10 @@ def write_film(browser, folder):
     pictures[0].save(FILM, save_all=True, append_images=pictures[1:], duration=125, loop=0, quality=60, method=4)
 
 
-def test_a_report_is_one_file(browser, flight, session_folder):
+def test_a_report_is_one_file(browser, flight, session_directory):
     """Only the file itself is loaded; it contains film and figures, and is accessible in both sizes and
     themes."""
-    subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.folder], cwd=flying.ROOT, check=True)
+    subprocess.run([flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.report", flight.directory], cwd=flying.ROOT, check=True)
     assert json.loads(flight.read("run.json"))["report"]["octets"] < REPORT_OCTETS
     with browser.new_context(viewport={"width": 1440, "height": 900}, color_scheme="dark", bypass_csp=True) as context:
         page = context.new_page()
@@ -312,10 +312,10 @@ def test_a_report_is_one_file(browser, flight, session_folder):
         asked, faults = [], []
         page.on("request", lambda request: asked.append(request.url))
         page.on("pageerror", lambda error: faults.append(str(error)))
-        page.goto((flight.folder / "report.html").resolve().as_uri())
+        page.goto((flight.directory / "report.html").resolve().as_uri())
         station.until(page, REPLAYED)
         page.evaluate("station.replay.seek(26)")
-        truth = runs.load(flight.folder, has_buses=False).truth["JOINTS"]
+        truth = runs.load(flight.directory, has_buses=False).truth["JOINTS"]
         row = station.nearest(truth["time_us"] / 1e6, 26.0)
         assert page.evaluate("station.scene.joints") == pytest.approx(list(truth["position_rad"][row]), abs=1e-3)
         assert page.locator(".figures tr.holds").count() == 16
@@ -323,9 +323,9 @@ def test_a_report_is_one_file(browser, flight, session_folder):
         page.evaluate("station.replay.seek(0.5)")
         assert page.evaluate("station.scene.arm.brakes.map((brake) => brake.isHeld)") == [True, True]
         show(page, 26)
-        page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else session_folder / "report-dark.png"))
+        page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else session_directory / "report-dark.png"))
         if os.environ.get("UPDATE_PICTURES"):
-            write_film(browser, flight.folder)
+            write_film(browser, flight.directory)
         page.evaluate(station.AXE.read_text(encoding="utf-8"))
         found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
         assert not [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]

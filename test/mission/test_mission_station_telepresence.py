@@ -87,17 +87,17 @@ BOXES = """[...document.querySelectorAll('station-bar, station-scene, nav > *, a
 
 
 @pytest.fixture(scope="module")
-def flight(session_folder):
+def flight(session_directory):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    scenario = flying.write_scenario(session_folder / "station-telepresence.scn", *SCENARIO)
-    root = flying.descriptors_copied(session_folder / "small-tables")
+    scenario = flying.write_scenario(session_directory / "station-telepresence.scn", *SCENARIO)
+    root = flying.descriptors_copied(session_directory / "small-tables")
     supervisor = root / "descriptors" / "subsystems" / "supervisor.xml"
     text = supervisor.read_text(encoding="utf-8")
     for service, capacity in CAPACITIES.items():
         text, count = re.subn(rf'(<Service type="{service}" capacity=")\d+"', rf'\g<1>{capacity}"', text)
         assert count == 1, service
     supervisor.write_text(text, encoding="utf-8")
-    flight = flying.start(session_folder / "station-telepresence", "--time", "real", "--scenario", scenario, root=root)
+    flight = flying.start(session_directory / "station-telepresence", "--time", "real", "--scenario", scenario, root=root)
     flight.port()
     yield flight
     flight.abandon()
@@ -105,7 +105,7 @@ def flight(session_folder):
 
 @pytest.fixture(scope="module")
 def address(flight):
-    with station.serving("--run", flight.folder) as address:
+    with station.serving("--run", flight.directory) as address:
         yield address
 
 
@@ -314,7 +314,7 @@ def touch(session, kind, x=None, y=None):
     session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [] if x is None else [{"x": x, "y": y}]})
 
 
-def test_a_finger_on_a_tablet_opens_tabs_fills_in_forms_and_moves_the_hand(browser, address, session_folder):
+def test_a_finger_on_a_tablet_opens_tabs_fills_in_forms_and_moves_the_hand(browser, address, session_directory):
     with browser.new_context(viewport={"width": 1024, "height": 768}, has_touch=True, is_mobile=True) as context:
         page = context.new_page()
         page.set_default_timeout(LIMIT_MS)
@@ -333,7 +333,7 @@ def test_a_finger_on_a_tablet_opens_tabs_fills_in_forms_and_moves_the_hand(brows
         take, hidden = page.locator("button:has-text('Take the hand'):not(:disabled)"), page.locator("station-log").bounding_box()["y"]
         take.wait_for()
         assert take.bounding_box()["y"] + take.bounding_box()["height"] < hidden, "the button is cut off"
-        page.screenshot(path=str(session_folder / "page-touch.png"))
+        page.screenshot(path=str(session_directory / "page-touch.png"))
         session, touches = context.new_cdp_session(page), 0
 
         def follows():
@@ -549,14 +549,14 @@ def test_charts_are_zoomed_held_and_read_at_the_pointer(page):
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
-def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, session_folder):
+def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, flight, theme, session_directory):
     """The fault comes from the command line; the page shows it without a change of the layout, and axe finds nothing serious."""
     if theme == "dark":
         station.until(page, "['HAND_POSITION', 'ROBOT_STATE'].every((name) => window.station.store.links.some((row) => row.name === name && row.state === 'open'))")
         boxes = page.evaluate(BOXES)
         page.evaluate(WATCH_LINKS)
         page.evaluate(WATCH_SHIFTS)
-        answer = flying.gse(flight, "--run", flight.folder, "fault", "unplug", "robot", "JOINT1")
+        answer = flying.gse(flight, "--run", flight.directory, "fault", "unplug", "robot", "JOINT1")
         assert answer.returncode == 0, answer.stderr
         page.wait_for_selector("station-log .entry.critical:has-text('MANIPULATOR DEVICE_LOST NODE=JOINT1 (0x11)')")
         page.wait_for_selector("[data-link=HAND_POSITION]:has-text('closed')")
@@ -568,7 +568,7 @@ def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, fl
         lost = page.evaluate("window.station.store.events.findLast((event) => event.event === 'DEVICE_LOST').time")
         assert lost - 1e-6 <= page.evaluate("window.closedAt") < lost + 1.0
     found = station.accessibility(page, theme)
-    page.screenshot(path=str(session_folder / f"page-alarm-{theme}.png"))
+    page.screenshot(path=str(session_directory / f"page-alarm-{theme}.png"))
     assert not found
     if theme == "light":
         page.click(".slot button:has-text('Seen')")

@@ -19,11 +19,11 @@ SCENARIO = ("0.1 operator state UR5E PRE_OPERATIONAL", "0.2 operator config UR5E
 
 
 @pytest.fixture(scope="module")
-def flight(session_folder):
+def flight(session_directory):
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
-    scenario = session_folder / "stations.scn"
+    scenario = session_directory / "stations.scn"
     flying.write_scenario(scenario, *SCENARIO)
-    flight = flying.start(session_folder / "stations", "--mission", "ur5e", "--time", "real", "--scenario", scenario)
+    flight = flying.start(session_directory / "stations", "--mission", "ur5e", "--time", "real", "--scenario", scenario)
     flight.port()
     yield flight
     flight.abandon()
@@ -33,7 +33,7 @@ class Station:
     """A station process beside the flight."""
 
     def __init__(self, flight):
-        words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.folder, "--http-port", "0"]
+        words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", "--run", flight.directory, "--http-port", "0"]
         self.process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
         self.address = re.search(r"http://127\.0\.0\.1:\d+", self.process.stdout.readline()).group()
 
@@ -97,7 +97,7 @@ def test_two_connections_of_one_user_get_their_own_verifications(flight):
     """Requests of both connections are in progress at the same time; each session receives all reports about
     its own requests and none about those of the other."""
     dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / "ur5e.json")
-    with Spacecraft(flight.folder, first_sequence=0) as one, Spacecraft(flight.folder, first_sequence=5000) as other:
+    with Spacecraft(flight.directory, first_sequence=0) as one, Spacecraft(flight.directory, first_sequence=5000) as other:
         heard = {one: [], other: []}
         for craft, reports in heard.items():
             craft.session.listeners.append(lambda packet, _, reports=reports: packet.service == 1 and reports.append(packet))
@@ -123,7 +123,7 @@ def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
     command."""
     station = Station(flight)
     ask(station.address, ["ping UR5E"])
-    with Spacecraft(flight.folder) as craft:
+    with Spacecraft(flight.directory) as craft:
         before = craft.get("COMMUNICATION.COUNTERS.TM_DROPPED"), craft.session.now_ns
         station.process.send_signal(stop)
         for _ in range(3):

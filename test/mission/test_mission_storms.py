@@ -24,9 +24,9 @@ PINGS = 30
 
 
 @pytest.fixture(scope="module")
-def station(session_folder):
+def station(session_directory):
     """Ground station of a flight, which ends with the tests."""
-    flight = stations.launch(session_folder / f"storms-{os.getpid()}")
+    flight = stations.launch(session_directory / f"storms-{os.getpid()}")
     try:
         ground = stations.Station(flight, stations.Notes())
         yield ground
@@ -93,9 +93,9 @@ BEGIN_S = 1.5
 
 
 @pytest.fixture(scope="module")
-def stormy(session_folder):
+def stormy(session_directory):
     """The programs of a mission whose joystick raises a storm of events."""
-    programs = session_folder / "stormy"
+    programs = session_directory / "stormy"
     shutil.copytree(flying.BIN, programs)
     libraries = [str(path) for path in (flying.ROOT / "build" / "lib").glob("lib*.a") if not path.name.startswith(("libsim", "libtest"))]
     words = ["gcc", "-std=gnu99", "-O2", "-I.", "-Ibuild", "-Ibuild/generated", "-o", programs / "joystick", "test/mission/storm.c"]
@@ -104,15 +104,15 @@ def stormy(session_folder):
     return programs
 
 
-def _fly_storm(folder, programs, seconds, *more):
+def _fly_storm(directory, programs, seconds, *more):
     """A storm of this many seconds with a HIGH event half a second before its end, and a ping every 0.1 s."""
-    folder.mkdir()
+    directory.mkdir()
     lines = ["0 hand rest", *flying.bring_up(0.1), *more]
     lines += [f"{BEGIN_S + tenth / 10:.1f} operator nowait ping JOYSTICK" for tenth in range(seconds * 10)]
-    path = flying.write_scenario(folder / "storm.scn", *lines, f"{BEGIN_S + seconds + 3} operator shutdown")
+    path = flying.write_scenario(directory / "storm.scn", *lines, f"{BEGIN_S + seconds + 3} operator shutdown")
     cycles = seconds * CYCLES_PER_S
     environment = {"STORM_EACH": str(EACH), "STORM_CYCLES": str(cycles), "STORM_HIGH": str(cycles - 990)}
-    flight = flying.fly(folder / "out", "--scenario", path, binaries=programs, environment=environment)
+    flight = flying.fly(directory / "out", "--scenario", path, binaries=programs, environment=environment)
     flight.parsed = [(time_ns, packets.parse(raw)) for time_ns, _, raw in flight.packets]
     return flight
 
@@ -151,16 +151,16 @@ def _assert_storm_hides_nothing(flight, seconds):
     assert commands and commands[0] - high_ns <= 2 * STEP_NS
 
 
-def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(folder, stormy):
-    flight = _fly_storm(folder, stormy, 3)
+def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(directory, stormy):
+    flight = _fly_storm(directory, stormy, 3)
     assert flight.code == 0, flight.transcript()
     _assert_storm_hides_nothing(flight, 3)
 
 
 @pytest.mark.long
-def test_a_storm_of_a_minute(folder, stormy):
+def test_a_storm_of_a_minute(directory, stormy):
     """The storm has six million events."""
-    flight = _fly_storm(folder, stormy, 60)
+    flight = _fly_storm(directory, stormy, 60)
     assert flight.code == 0, flight.transcript()
     _assert_storm_hides_nothing(flight, 60)
 
@@ -174,10 +174,10 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_within_a_storm(folder, stormy, fault):
+def test_a_fault_within_a_storm(directory, stormy, fault):
     """Each process that forwards reports is suspended for a while: no FIRM report is lost, duplicated or out
     of order."""
-    flight = _fly_storm(folder, stormy, 3, *FAULTS[fault])
+    flight = _fly_storm(directory, stormy, 3, *FAULTS[fault])
     ends = fault in ("death", "hang")
     assert flight.code == (1 if ends else 0), flight.transcript()
     assert _made(flight) == 3 * CYCLES_PER_S * EACH
@@ -190,10 +190,10 @@ def test_a_fault_within_a_storm(folder, stormy, fault):
     assert counts == list(range(len(counts)))
 
 
-def test_the_process_that_raises_a_storm_dies(folder, stormy):
+def test_the_process_that_raises_a_storm_dies(directory, stormy):
     """Counts that are not reported yet are lost with the process: at most those of the second between two
     reports. No other component is affected."""
-    flight = _fly_storm(folder, stormy, 3, "3.05 fault kill joystick")
+    flight = _fly_storm(directory, stormy, 3, "3.05 fault kill joystick")
     first_ns = _events(flight, JOYSTICK, OPERATOR_NOTE)[0][0]
     raised = round((3_050_000_000 - first_ns) / STEP_NS) * EACH
     assert 0 <= raised - _made(flight) <= CYCLES_PER_S * EACH

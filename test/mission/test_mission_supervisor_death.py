@@ -67,23 +67,23 @@ def _lines():
     return [*lines, f"{END_S} operator shutdown"]
 
 
-def _write(folder, name, points=()):
+def _write(directory, name, points=()):
     kills = [f"{point:.4f} fault kill supervisor" for point in points]
-    return flying.write_scenario(folder / f"{name}.scn", *kills, *_lines())
+    return flying.write_scenario(directory / f"{name}.scn", *kills, *_lines())
 
 
 @pytest.fixture(scope="module")
-def undisturbed(session_folder):
+def undisturbed(session_directory):
     """The flight without a death of the supervisor."""
-    flight = flying.fly(session_folder / "alive", "--scenario", _write(session_folder, "alive"), "--port", flying.free_port())
+    flight = flying.fly(session_directory / "alive", "--scenario", _write(session_directory, "alive"), "--port", flying.free_port())
     assert flight.code == 0, flight.transcript()
     return flight
 
 
-def _fly(folder, points, form="processes"):
-    folder.mkdir(exist_ok=True)
+def _fly(directory, points, form="processes"):
+    directory.mkdir(exist_ok=True)
     name = f"{round(points[0] / STEP_S)}-{form}"
-    return flying.fly(folder / name, "--scenario", _write(folder, name, points), "--form", form, "--port", flying.free_port())
+    return flying.fly(directory / name, "--scenario", _write(directory, name, points), "--form", form, "--port", flying.free_port())
 
 
 def _draw(count, seed, part=BUSY_S):
@@ -98,9 +98,9 @@ def _draw(count, seed, part=BUSY_S):
 
 
 @pytest.fixture(scope="module")
-def mortal(session_folder):
+def mortal(session_directory):
     """Programs whose supervisor can be killed during a step."""
-    programs = session_folder / "mortal"
+    programs = session_directory / "mortal"
     shutil.copytree(flying.BIN, programs)
     subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", programs / "kill.so", pathlib.Path(__file__).with_name("kill_point.c"), "-ldl"], check=True)
     (programs / "supervisor").rename(programs / "supervisor.plain")
@@ -109,14 +109,14 @@ def mortal(session_folder):
     return programs
 
 
-def _fly_to_call(folder, mortal, lines, call):
+def _fly_to_call(directory, mortal, lines, call):
     """Fly with the death of the supervisor at that call (0: without a death). Returns the flight and, if there was no death, the number of
     system calls."""
-    folder.mkdir(parents=True, exist_ok=True)
-    mark = folder / f"{call}.mark"
-    path = flying.write_scenario(folder / f"call-{call}.scn", *lines)
+    directory.mkdir(parents=True, exist_ok=True)
+    mark = directory / f"{call}.mark"
+    path = flying.write_scenario(directory / f"call-{call}.scn", *lines)
     environment = {"KILL_POINT": str(call), "KILL_MARK": str(mark)} if call else {"KILL_MARK": str(mark)}
-    flight = flying.fly(folder / f"call-{call}", "--scenario", path, "--port", flying.free_port(), binaries=mortal, environment=environment)
+    flight = flying.fly(directory / f"call-{call}", "--scenario", path, "--port", flying.free_port(), binaries=mortal, environment=environment)
     return flight, int(mark.read_text(encoding="ascii") or "0")
 
 
@@ -128,7 +128,7 @@ def _apid(raw):
 
 
 def _assert_log_is_whole(flight):
-    with sqlite3.connect(f"file:{flight.folder}/packets.db?mode=ro", uri=True) as database:
+    with sqlite3.connect(f"file:{flight.directory}/packets.db?mode=ro", uri=True) as database:
         numbers = [number for (number,) in database.execute("SELECT number FROM packet ORDER BY number")]
     assert numbers == list(range(1, len(flight.packets) + 1))
 
@@ -206,11 +206,11 @@ def _assert_only_the_packet_log_differs(flight, undisturbed):
         assert flight.octets(name) == undisturbed.octets(name), name
 
 
-def _fly_all(folder, undisturbed, pairs):
+def _fly_all(directory, undisturbed, pairs):
     """Commands with an effect on a bus are late if they wait for the supervisor; only the others leave the
     bus logs unchanged."""
     for points in pairs:
-        flight = _fly(folder, points)
+        flight = _fly(directory, points)
         try:
             _assert_continues_after(flight, points)
             assert flight.facts["reproducible"] is True
@@ -218,18 +218,18 @@ def _fly_all(folder, undisturbed, pairs):
                 _assert_only_the_packet_log_differs(flight, undisturbed)
         except AssertionError as error:
             raise AssertionError(f"POINTS={','.join(f'{point:.4f}' for point in points)}: {error}") from error
-        shutil.rmtree(flight.folder)
+        shutil.rmtree(flight.directory)
 
 
-def _fly_all_calls(folder, mortal, undisturbed, calls):
+def _fly_all_calls(directory, mortal, undisturbed, calls):
     for call in calls:
-        flight, _ = _fly_to_call(folder, mortal, _lines(), call)
+        flight, _ = _fly_to_call(directory, mortal, _lines(), call)
         try:
             _assert_continues_after_call(flight)
             _assert_only_the_packet_log_differs(flight, undisturbed)
         except AssertionError as error:
             raise AssertionError(f"CALLS={call}: {error}") from error
-        shutil.rmtree(flight.folder)
+        shutil.rmtree(flight.directory)
 
 
 # ---- Tests ----
@@ -242,32 +242,32 @@ def test_flight_without_faults_is_complete(undisturbed):
     assert _assert_each_request_ends_once(undisturbed) == 0
 
 
-def test_death_by_points(folder, undisturbed):
+def test_death_by_points(directory, undisturbed):
     """At instants that are drawn from a seed, or at the instants of POINTS."""
     named = [[float(text) for text in pair.split(",")] for pair in os.environ.get("POINTS", "").split()]
-    _fly_all(folder, undisturbed, named or _draw(FLIGHTS, "short"))
+    _fly_all(directory, undisturbed, named or _draw(FLIGHTS, "short"))
 
 
-def test_death_during_bring_up(folder, undisturbed):
+def test_death_during_bring_up(directory, undisturbed):
     """Configurations, negotiations and transitions in progress continue."""
-    _fly_all(folder, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
+    _fly_all(directory, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
-def test_death_by_many_points(folder, undisturbed, part):
+def test_death_by_many_points(directory, undisturbed, part):
     """A thousand instants, two in each flight; one in ten is during the bring-up of the members."""
     count = LONG_FLIGHTS // PARTS
-    _fly_all(folder, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
+    _fly_all(directory, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
 
 
-def test_a_supervisor_that_hangs_is_killed_and_started_again(folder):
+def test_a_supervisor_that_hangs_is_killed_and_started_again(directory):
     """The members detect a hang by the missing beat, at the same instant in every form; after a shorter hang
     the supervisor continues."""
-    folder.mkdir()
+    directory.mkdir()
     for name, words, ends in (("hang", ["2.5 fault hang supervisor"], 1), ("blink", ["2.5 fault hang supervisor", "2.52 fault resume supervisor"], 0)):
-        path = flying.write_scenario(folder / f"{name}.scn", *words, *_lines())
-        flights = [flying.fly(folder / f"{name}-{form}", "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
+        path = flying.write_scenario(directory / f"{name}.scn", *words, *_lines())
+        flights = [flying.fly(directory / f"{name}-{form}", "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
         for flight in flights:
             assert flight.facts["reproducible"] is True, flight.transcript()
             assert flight.facts["simulated_s"] < 2 * END_S
@@ -281,14 +281,14 @@ def test_a_supervisor_that_hangs_is_killed_and_started_again(folder):
 
 
 @pytest.mark.parametrize("name", ["supervisor", "manipulator", "communication"])
-def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
+def test_a_life_that_hangs_before_its_first_step_is_killed(directory, name):
     """The process is killed, and suspended at the instant at which its next life begins: that life has promised
     no step yet."""
-    folder.mkdir()
+    directory.mkdir()
     faults = [f"2.5 fault kill {name}", f"{2.5 + BOOT_S} fault hang {name}"]
     pings = [f"2.8 operator ping {one}" for one in ("SUPERVISOR", "MANIPULATOR", "COMMUNICATION")]
-    path = flying.write_scenario(folder / "newborn.scn", *faults, *pings, "2.9 operator shutdown")
-    flights = [flying.fly(folder / form, "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
+    path = flying.write_scenario(directory / "newborn.scn", *faults, *pings, "2.9 operator shutdown")
+    flights = [flying.fly(directory / form, "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
     for flight in flights:
         assert flight.facts["reproducible"] is True, flight.transcript()
         assert flight.facts["simulated_s"] < 2 * END_S
@@ -298,13 +298,13 @@ def test_a_life_that_hangs_before_its_first_step_is_killed(folder, name):
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
 
 
-def test_a_mission_is_ended_if_all_its_processes_hang(folder):
+def test_a_mission_is_ended_if_all_its_processes_hang(directory):
     """No process is left that could follow the request to shut down: the launcher ends the flight after 30
     s."""
-    folder.mkdir()
+    directory.mkdir()
     names = ("SUPERVISOR", "COMMUNICATION", "JOYSTICK", "MANIPULATOR")
-    path = flying.write_scenario(folder / "all.scn", *(f"2.5 fault hang {name}" for name in names))
-    flight = flying.start(folder / "flight", "--scenario", path, "--form", "processes", "--duration", 3)
+    path = flying.write_scenario(directory / "all.scn", *(f"2.5 fault hang {name}" for name in names))
+    flight = flying.start(directory / "flight", "--scenario", path, "--form", "processes", "--duration", 3)
     flight.wait()
     assert flight.facts["exit_code"] == 1, flight.transcript()
     assert "did not shut down" in flight.facts["exit_reason"]
@@ -312,10 +312,10 @@ def test_a_mission_is_ended_if_all_its_processes_hang(folder):
     flying.wait_until(lambda: not flight.leftovers(), "the end of all processes of the flight")
 
 
-def test_death_in_the_image(folder, undisturbed):
+def test_death_in_the_image(directory, undisturbed):
     """With all components in one address space, the octets are the same."""
     points = _draw(1, "image")[0]
-    flights = [_fly(folder, points, form) for form in ("processes", "image")]
+    flights = [_fly(directory, points, form) for form in ("processes", "image")]
     for flight in flights:
         _assert_continues_after(flight, points)
         _assert_only_the_packet_log_differs(flight, undisturbed)
@@ -327,11 +327,11 @@ def test_death_in_the_image(folder, undisturbed):
 
 
 @pytest.fixture(scope="module")
-def busy_calls(session_folder, mortal, undisturbed):
+def busy_calls(session_directory, mortal, undisturbed):
     """Numbers, as in CALLS, of the first call while the flight is busy and of the last call."""
     lines = [line for line in _lines() if float(line.split()[0]) < BUSY_S[0]]
-    _, first = _fly_to_call(session_folder / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
-    flight, last = _fly_to_call(session_folder / "all-calls", mortal, _lines(), 0)
+    _, first = _fly_to_call(session_directory / "calls", mortal, [*lines, f"{BUSY_S[0]} operator shutdown"], 0)
+    flight, last = _fly_to_call(session_directory / "all-calls", mortal, _lines(), 0)
     for name in flying.TRACED:
         assert flight.octets(name) == undisturbed.octets(name), name
     return 2 * first, 2 * (last - last // 10)  # The end of the flight has few calls.
@@ -342,17 +342,17 @@ def _draw_calls(count, seed, between):
     return [drawn.randrange(*between) for _ in range(count)]
 
 
-def test_death_by_calls(folder, mortal, busy_calls, undisturbed):
+def test_death_by_calls(directory, mortal, busy_calls, undisturbed):
     """At calls that are drawn from a seed, or at the calls of CALLS."""
     named = [int(text) for text in os.environ.get("CALLS", "").split()]
-    _fly_all_calls(folder, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
+    _fly_all_calls(directory, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
-def test_death_by_many_calls(folder, mortal, busy_calls, undisturbed, part):
+def test_death_by_many_calls(directory, mortal, busy_calls, undisturbed, part):
     """At hundreds of calls."""
-    _fly_all_calls(folder, mortal, undisturbed, _draw_calls(LONG_CALLS // PARTS, part, busy_calls))
+    _fly_all_calls(directory, mortal, undisturbed, _draw_calls(LONG_CALLS // PARTS, part, busy_calls))
 
 
 # ---- During long work ----
@@ -411,35 +411,35 @@ def _assert_reports_are_whole(flight):
             entries = 0
 
 
-def _fly_work(folder, mortal, work, count):
+def _fly_work(directory, mortal, work, count):
     lines = [*WORKS[work], f"{WORK_END_S} operator shutdown"]
     before = [line for line in WORKS[work] if float(line.split()[0]) < WORK_S[0]]
-    first = _fly_to_call(folder / "calls", mortal, [*before, f"{WORK_S[0]} operator shutdown"], 0)[1]
-    flight, last = _fly_to_call(folder / "all-calls", mortal, lines, 0)
+    first = _fly_to_call(directory / "calls", mortal, [*before, f"{WORK_S[0]} operator shutdown"], 0)[1]
+    flight, last = _fly_to_call(directory / "all-calls", mortal, lines, 0)
     _assert_each_request_ends_once(flight)
     for points in _draw(count, work, WORK_S):
         kills = [f"{point:.4f} fault kill supervisor" for point in points]
-        path = flying.write_scenario(folder / f"{points[0]:.4f}.scn", *kills, *lines)
-        flight = flying.fly(folder / f"{points[0]:.4f}", "--scenario", path, "--port", flying.free_port())
+        path = flying.write_scenario(directory / f"{points[0]:.4f}.scn", *kills, *lines)
+        flight = flying.fly(directory / f"{points[0]:.4f}", "--scenario", path, "--port", flying.free_port())
         _assert_continues_after(flight, points, WORK_END_S)
         _assert_reports_are_whole(flight)
     for call in _draw_calls(count, work, (2 * (first - AT_END), 2 * (last - AT_END))):
-        flight, _ = _fly_to_call(folder, mortal, lines, call)
+        flight, _ = _fly_to_call(directory, mortal, lines, call)
         _assert_continues(flight, 1, WORK_END_S)
         _assert_reports_are_whole(flight)
 
 
 @pytest.mark.parametrize("work", WORKS)
-def test_death_at_work(folder, mortal, work):
+def test_death_at_work(directory, mortal, work):
     """The supervisor dies while the packet log is switched, a schedule releases requests, a long report is
     sent, or there is a storm of events."""
-    folder.mkdir(exist_ok=True)
-    _fly_work(folder, mortal, work, DEATHS)
+    directory.mkdir(exist_ok=True)
+    _fly_work(directory, mortal, work, DEATHS)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("work", WORKS)
-def test_many_deaths_at_work(folder, mortal, work):
+def test_many_deaths_at_work(directory, mortal, work):
     """The same test with more deaths."""
-    folder.mkdir(exist_ok=True)
-    _fly_work(folder, mortal, work, LONG_DEATHS)
+    directory.mkdir(exist_ok=True)
+    _fly_work(directory, mortal, work, LONG_DEATHS)

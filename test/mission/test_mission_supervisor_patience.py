@@ -16,9 +16,9 @@ EPOCH_S = (datetime.datetime(2026, 6, 1, 12) - datetime.datetime(1958, 1, 1)).to
 SUPERVISOR_LOST = 6  # Cause in TM[129,2].
 
 
-def _mission(session_folder, patience):
+def _mission(session_directory, patience):
     """rokviss with a supervisor that is restarted late."""
-    place = session_folder / f"patience-{patience or 'default'}"
+    place = session_directory / f"patience-{patience or 'default'}"
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
     for name in ("build", "sim", "gse"):
         (place / name).symlink_to(flying.ROOT / name)
@@ -43,11 +43,11 @@ def _left_s(flight):
 
 
 @pytest.mark.parametrize(("patience", "patience_s"), [("1s", 1.0), (None, 3.0), ("10s", None)])
-def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_defines(session_folder, folder, patience, patience_s):
-    folder.mkdir()
+def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_defines(session_directory, directory, patience, patience_s):
+    directory.mkdir()
     lines = [*flying.bring_up(0.0), f"{DEATH_S} fault kill supervisor", f"{DEATH_S + AWAY_S + 1.0} operator shutdown"]
-    scenario = flying.write_scenario(folder / "patience.scn", *lines)
-    flight = flying.fly(folder / "flight", "--scenario", scenario, root=_mission(session_folder, patience))
+    scenario = flying.write_scenario(directory / "patience.scn", *lines)
+    flight = flying.fly(directory / "flight", "--scenario", scenario, root=_mission(session_directory, patience))
     assert "FAILED" not in flight.console, flight.transcript()
     left_s = _left_s(flight)
     if patience_s is None:

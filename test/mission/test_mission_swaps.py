@@ -33,17 +33,17 @@ def tree(tmp_path):
     return flying.descriptors_copied(tmp_path / "tree")
 
 
-def _fly(root, folder):
-    scenario = flying.write_scenario(folder.with_suffix(".scn"), *LINES)
-    flight = flying.fly(folder, "--mission", "actuators", "--scenario", scenario, "--form", "image", root=root)
+def _fly(root, directory):
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), *LINES)
+    flight = flying.fly(directory, "--mission", "actuators", "--scenario", scenario, "--form", "image", root=root)
     assert flight.code == 0, flight.transcript()
     return flight
 
 
 @pytest.fixture(scope="module")
-def unchanged(session_folder):
+def unchanged(session_directory):
     """The flight before any change."""
-    return _fly(flying.ROOT, session_folder / "unchanged")
+    return _fly(flying.ROOT, session_directory / "unchanged")
 
 
 def _reported(flight, name):

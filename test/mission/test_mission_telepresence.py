@@ -94,7 +94,7 @@ def _assert_equal(one, other):
     for name in flying.TRACED:
         a, b = one.octets(name), other.octets(name)
         if a != b:
-            pytest.fail(f"{name} of {one.folder.name} and {other.folder.name}: {_first_difference(a, b)}")
+            pytest.fail(f"{name} of {one.directory.name} and {other.directory.name}: {_first_difference(a, b)}")
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])

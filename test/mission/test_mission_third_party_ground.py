@@ -52,10 +52,10 @@ def quiet(shared_flights):
     return shared_flights.flight()
 
 
-def test_telecommand_of_a_third_party_client_is_served_and_reported(folder):
+def test_telecommand_of_a_third_party_client_is_served_and_reported(directory):
     """TC[17,1] gets its reports on the connection that has sent it; the run succeeds and reports that it is
     not reproducible."""
-    flight = flying.start(folder, *UNTIL_ENDED)
+    flight = flying.start(directory, *UNTIL_ENDED)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
     stream.sendall(_ping(16))
@@ -83,10 +83,10 @@ def _of_others(flight):
     return [(t, raw) for t, direction, raw in flight.packets if direction == "TM" and int.from_bytes(raw[:2], "big") & 0x7FF in (16, 17)]
 
 
-def test_listeners_do_not_change_the_flight(folder, quiet):
+def test_listeners_do_not_change_the_flight(directory, quiet):
     """One client reads everything, another reads nothing: members and buses have the same octets as in the
     flight without clients."""
-    flight = flying.start(folder, *OPTIONS)
+    flight = flying.start(directory, *OPTIONS)
     reader, sleeper = flying.connect(flight.port()), flying.connect(flight.port())
     sleeper.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
     received = []
@@ -109,9 +109,9 @@ def test_listeners_do_not_change_the_flight(folder, quiet):
 
 
 @pytest.mark.parametrize("rubbish", [b"\x00" * 64, b"\xff" * 512, bytes(range(256)) * 64, b"GET / HTTP/1.0\r\n\r\n", _ping(16)[:-1] + b"\x00"], ids=("noughts", "ones", "all", "http", "crc"))
-def test_invalid_octets_are_ignored(folder, rubbish):
+def test_invalid_octets_are_ignored(directory, rubbish):
     """The flight continues whatever octets its ground port receives."""
-    flight = flying.start(folder, "--scenario", "commissioning")
+    flight = flying.start(directory, "--scenario", "commissioning")
     stream = flying.connect(flight.port())
     with contextlib.suppress(OSError):
         stream.sendall(rubbish)
@@ -121,9 +121,9 @@ def test_invalid_octets_are_ignored(folder, rubbish):
     flying.assert_clean(flight)
 
 
-def test_request_with_a_wrong_crc_is_refused(folder):
+def test_request_with_a_wrong_crc_is_refused(directory):
     """The supervisor sends TM[1,2] with the id of the request to the sender of the request."""
-    flight = flying.start(folder, *UNTIL_ENDED)
+    flight = flying.start(directory, *UNTIL_ENDED)
     stream = flying.connect(flight.port())
     stream.settimeout(flying.MOMENT_S)
     request = bytearray(_ping(16))
@@ -141,9 +141,9 @@ def test_request_with_a_wrong_crc_is_refused(folder):
     _end(flight)
 
 
-def test_more_clients_than_places(folder):
+def test_more_clients_than_places(directory):
     """Eight clients have all places before the operator connects: the operator still gets one."""
-    flight = flying.start(folder, "--scenario", "commissioning")
+    flight = flying.start(directory, "--scenario", "commissioning")
     flight.port()
     streams = []
     with contextlib.suppress(OSError):

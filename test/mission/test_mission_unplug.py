@@ -40,13 +40,13 @@ def _scenario(path, device):
 
 
 @pytest.fixture(scope="module", params=DEVICES)
-def unplugged(request, session_folder):
+def unplugged(request, session_directory):
     """(device, flight, its logs) for each device, cut at every phase."""
     device = request.param
-    path = _scenario(session_folder / f"unplug-{device}.scn", device)
-    flight = flying.fly(session_folder / f"unplug-{device}", "--scenario", path, "--form", "image")
+    path = _scenario(session_directory / f"unplug-{device}.scn", device)
+    flight = flying.fly(session_directory / f"unplug-{device}", "--scenario", path, "--form", "image")
     assert flight.code == 0, flight.transcript()
-    return device, flight, runs.load(flight.folder)
+    return device, flight, runs.load(flight.directory)
 
 
 def _cuts(run):

@@ -37,8 +37,8 @@ UP = (
 )
 
 
-def _fly(folder, scenario="zoo", form="image", root=flying.ROOT):
-    return flying.fly(folder, "--mission", "zoo", "--scenario", scenario, "--form", form, root=root)
+def _fly(directory, scenario="zoo", form="image", root=flying.ROOT):
+    return flying.fly(directory, "--mission", "zoo", "--scenario", scenario, "--form", form, root=root)
 
 
 def _records(flight, name, mark):
@@ -48,9 +48,9 @@ def _records(flight, name, mark):
 
 
 @pytest.fixture(scope="module")
-def flights(session_folder):
+def flights(session_directory):
     """Two flights as processes, two as an image."""
-    found = [_fly(session_folder / f"zoo-{form}-{number}", form=form) for form in ("processes", "image") for number in range(2)]
+    found = [_fly(session_directory / f"zoo-{form}-{number}", form=form) for form in ("processes", "image") for number in range(2)]
     for flight in found:
         assert flight.code == 0, flight.transcript()
     return found
@@ -74,7 +74,7 @@ def test_every_device_is_heard_and_commanded(flights):
 def test_the_truth_has_every_instrument(flights):
     """The values that the devices have sent equal those of the truth log, in which each value is valid until
     the next one."""
-    channels = logs.read_lcm(flights[0].folder / "truth.lcm")
+    channels = logs.read_lcm(flights[0].directory / "truth.lcm")
     found = truth.decode(channels)
     (names,) = (entry["name"] for entry in found["NAMES"] if entry["channel"] == "INSTRUMENT")
     assert set(names) == set(NAMES)
@@ -130,13 +130,13 @@ def test_values_are_converted_in_both_directions(flights):
 LOST = 16  # Offset of the number of losses in the memory of a counted hand-over (osal/common/hand_over.c).
 
 
-def _with_a_loss(folder):
+def _with_a_loss(directory):
     """A flight as processes in which the counts of a device contain a loss. It is written while the simulator is suspended, early enough
     that the simulator still finds it at the end; a flight that ends before is repeated."""
-    path = flying.write_scenario(folder.with_suffix(".scn"), "1.0 operator shutdown")
+    path = flying.write_scenario(directory.with_suffix(".scn"), "1.0 operator shutdown")
     while True:
-        shutil.rmtree(folder, ignore_errors=True)
-        flight = flying.start(folder, "--mission", "zoo", "--scenario", path)
+        shutil.rmtree(directory, ignore_errors=True)
+        flight = flying.start(directory, "--mission", "zoo", "--scenario", path)
         memories = pathlib.Path("/dev/shm")
         flying.wait_until(lambda: {"simulator", "operator"} <= set(flight.children()) or flight.process.poll() is not None, "the flight")
         simulator = flight.children().get("simulator")
@@ -241,7 +241,7 @@ def test_devices_on_hosts_are_refused_on_two_computers_before_the_flight(root):
     [("unplug {}", "plug {}", {"UDP": 2}), ("silent {} on", "silent {} off", dict.fromkeys(KINDS, 2)), ("garbage {} on", "garbage {} off", dict.fromkeys(KINDS, 3))],
     ids=["unplug", "silent", "garbage"],
 )
-def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_folder, fault, end, cause):
+def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_directory, fault, end, cause):
     """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both
     forms. `cause` has the cause of each end node in DEVICE_LOST: 2 SILENT, 3 NO_RECORD; 1 CLOSED, if it is not listed."""
     lines = list(UP)
@@ -257,8 +257,8 @@ def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_folder, faul
         ]
     lines.append("12.0 operator shutdown")
     name = fault.split(" ")[0]
-    path = flying.write_scenario(session_folder / f"zoo-{name}.scn", *lines)
-    flights = [_fly(session_folder / f"zoo-{name}-{form}", str(path), form) for form in ("processes", "image")]
+    path = flying.write_scenario(session_directory / f"zoo-{name}.scn", *lines)
+    flights = [_fly(session_directory / f"zoo-{name}-{form}", str(path), form) for form in ("processes", "image")]
     for flight in flights:
         assert flight.code == 0, flight.transcript()
     for log in LOGS:

@@ -106,11 +106,11 @@ class Tap:
 
 
 @pytest.mark.parametrize("form", ["processes", "image"])
-def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
+def test_the_operator_of_a_scenario_has_the_key(directory, key, form):
     """Stepped time is not affected: two flights with the key and one without it have the same octets on the
     buses."""
-    folder.mkdir()
-    flights = [flying.fly(folder / str(i), "--scenario", "commissioning", "--form", form, *options)
+    directory.mkdir()
+    flights = [flying.fly(directory / str(i), "--scenario", "commissioning", "--form", form, *options)
                for i, options in enumerate((("--key", key), ("--key", key), ()))]
     for flight in flights:
         assert flight.code == 0, flight.transcript()
@@ -119,23 +119,23 @@ def test_the_operator_of_a_scenario_has_the_key(folder, key, form):
         assert flights[0].octets(name) == flights[1].octets(name) == flights[2].octets(name)
     assert flights[0].octets("packets.log") == flights[1].octets("packets.log")
     secrets = {key.read_bytes().strip(), sdls.read_key(key)}
-    for path in flights[0].folder.rglob("*"):
+    for path in flights[0].directory.rglob("*"):
         assert not path.is_file() or not any(secret in path.read_bytes() for secret in secrets), f"{path} holds the key"
 
 
-def test_restarted_communication_uses_the_key_again(folder, key):
+def test_restarted_communication_uses_the_key_again(directory, key):
     """Communication is killed twice and suspended once. The operator's link opens again each time, as a new
     session of the key, in both forms; the octets are the same as without a key, except for the counters of
     communication."""
-    folder.mkdir()
+    directory.mkdir()
     pings = [f"{at + i * 0.01:.3f} operator ping MANIPULATOR" for at in (0.5, 1.2, 2.2, 3.2) for i in range(10)]
     faults = ["1.0 fault kill communication", "2.0 fault kill communication", "3.0 fault hang communication"]
     lines = sorted(pings + faults, key=lambda line: float(line.split()[0]))
-    path = flying.write_scenario(folder / "again.scn", "0.0 hand rest", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", *lines,
+    path = flying.write_scenario(directory / "again.scn", "0.0 hand rest", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", *lines,
                                  "4.0 operator get COMMUNICATION.SECURITY", "4.1 operator shutdown")
     flights = {}
     for name, options in {"image": ("--form", "image", "--key", key), "processes": ("--key", key), "open": ("--form", "image")}.items():
-        flight = flights[name] = flying.fly(folder / name, "--scenario", path, *options)
+        flight = flights[name] = flying.fly(directory / name, "--scenario", path, *options)
         assert flight.facts["reproducible"], flight.transcript()
         assert "FAILED" not in flight.console, flight.transcript()
         assert flight.console.count("MANIPULATOR is alive") == len(pings), flight.transcript()
@@ -147,9 +147,9 @@ def test_restarted_communication_uses_the_key_again(folder, key):
     assert "IS_ON: ON" in security and all(f"{reason}: 0" in security for reason in REASONS), security
 
 
-def test_only_the_holder_of_the_key_commands(folder, key):
+def test_only_the_holder_of_the_key_commands(directory, key):
     """Commanding through the gateway is also possible, which secures the packets of programs without keys."""
-    flight = flying.start(folder, *LIVE, "--key", key)
+    flight = flying.start(directory, *LIVE, "--key", key)
     try:
         flying.wait_until(_is_up(flight, key), "answers of all components")
         assert flying.gse(flight, "ping", "SUPERVISOR").returncode in (NO_LINK, TIMED_OUT), "no key"
@@ -226,13 +226,13 @@ def _attack(flight, key, tape, rng, times):
         _throw(flight.port(), octets)
 
 
-def test_attackers_are_refused_over_restarts(folder, key):
+def test_attackers_are_refused_over_restarts(directory, key):
     """A recording of the link has no effect: neither at once, nor after communication has died, nor in the
     next flight."""
-    folder.mkdir()
+    directory.mkdir()
     rng, tape = random.Random(SEED), []
     for number in range(2):
-        flight = flying.start(folder / str(number), *LIVE, "--key", key)
+        flight = flying.start(directory / str(number), *LIVE, "--key", key)
         try:
             flying.wait_until(_is_up(flight, key), "answers of all components")
             if tape:
@@ -267,9 +267,9 @@ def _revive(flight):
     flying.wait_until(lambda: flight.children().get("communication", before) != before, "another life of communication")
 
 
-def test_a_mark_that_is_lost_in_flight_closes_the_link(folder, key):
+def test_a_mark_that_is_lost_in_flight_closes_the_link(directory, key):
     """Telemetry continues and reports the loss; when the mark is back, commanding works again."""
-    flight = flying.start(folder, *LIVE, "--key", key)
+    flight = flying.start(directory, *LIVE, "--key", key)
     mark, away = key.with_name("ground.key.received"), key.with_name("away")
     try:
         flying.wait_until(_is_up(flight, key), "answers of all components")
@@ -322,10 +322,10 @@ def _gateway_through(tap, key):
         (lambda path: path.with_name("ground.key.received").write_bytes(bytes(544)), "damaged, or of another key"),
     ],
 )
-def test_a_key_that_cannot_be_used_stops_the_run(folder, key, spoil, words):
+def test_a_key_that_cannot_be_used_stops_the_run(directory, key, spoil, words):
     spoil(key)
-    done = flying.refuse("run", "--out", folder, "--key", key)
+    done = flying.refuse("run", "--out", directory, "--key", key)
     assert done.returncode == 1
     assert str(key) in done.stdout + done.stderr
     assert words in done.stdout + done.stderr
-    assert not (folder / "run.json").exists()
+    assert not (directory / "run.json").exists()

@@ -48,7 +48,7 @@ STEPS = read_steps()
 
 def copy_of_tree(place, built=BUILT):
     """A copy of the project with what is built here, or these parts of it."""
-    shutil.copytree(flying.ROOT, place, ignore=lambda folder, names: {"build", "runs", ".git", "__pycache__"} & set(names))
+    shutil.copytree(flying.ROOT, place, ignore=lambda directory, names: {"build", "runs", ".git", "__pycache__"} & set(names))
     (place / "build").mkdir()
     for name in built:
         source, target = flying.ROOT / "build" / name, place / "build" / name
@@ -91,9 +91,9 @@ class Pupil:
 
 
 @pytest.fixture(scope="module")
-def pupil(session_folder):
+def pupil(session_directory):
     """One user for the whole tutorial."""
-    pupil = Pupil(session_folder / "tutorial")
+    pupil = Pupil(session_directory / "tutorial")
     yield pupil
     if not pupil.has_failed:
         shutil.rmtree(pupil.place, ignore_errors=True)
@@ -131,15 +131,15 @@ def test_step(pupil, step):
 
 
 def flights(pupil, scenario):
-    """Folders of the flights of a scenario, in order."""
+    """Directories of the flights of a scenario, in order."""
     if pupil.has_failed or not pupil.outputs:
         pytest.skip("the tutorial was not executed")
     return sorted((pupil.place / "runs").glob(f"{scenario}-processes-1-*"))
 
 
-def reports(folder, apid, message):
+def reports(directory, apid, message):
     """Fields of the telemetry packets of a message, as pusdump decodes them."""
-    done = subprocess.run([flying.PUSDUMP, "--json", folder / "packets.log"], capture_output=True, text=True, check=True)
+    done = subprocess.run([flying.PUSDUMP, "--json", directory / "packets.log"], capture_output=True, text=True, check=True)
     entries = [json.loads(line) for line in done.stdout.splitlines()]
     return [e["fields"] for e in entries if (e["direction"], e["apid"], e["service"], e["subtype"]) == ("TM", apid, *message)]
 
@@ -147,8 +147,8 @@ def reports(folder, apid, message):
 def test_housekeeping_contains_the_values_that_the_drive_sent(pupil):
     """A report has structure 2 once, then five samples; the jaw stops at the object that it touches."""
     first, last = flights(pupil, "grasp")[0], flights(pupil, "grasp")[-1]
-    for folder, samples in ((first, 1), (last, 5)):
-        found = [bytes.fromhex(r["values"]) for r in reports(folder, 18, (3, 25)) if r["structure"] == 2]
+    for directory, samples in ((first, 1), (last, 5)):
+        found = [bytes.fromhex(r["values"]) for r in reports(directory, 18, (3, 25)) if r["structure"] == 2]
         assert len(found) > 10
         assert {len(octets) for octets in found} == {19 * samples}
         angle, torque, statusword, grip = struct.unpack(">ddHB", found[-1][-19:])
@@ -158,8 +158,8 @@ def test_housekeeping_contains_the_values_that_the_drive_sent(pupil):
 
 def test_event_carries_the_jaw_at_that_moment(pupil):
     """GRASPED samples JAW: the torque exceeds GRASP_TORQUE, and the position is beyond the contact."""
-    for folder in flights(pupil, "grasp"):
-        (event,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 9]
+    for directory in flights(pupil, "grasp"):
+        (event,) = [e for e in reports(directory, 18, (5, 1)) if e["event"] == 9]
         angle, torque, _, grip = struct.unpack(">ddHB", bytes.fromhex(event["auxiliary"]))
         assert grip == 1
         assert torque > 5.0
@@ -170,19 +170,19 @@ def test_rate_address_and_method_came_from_the_descriptor(pupil):
     """Twice as many SYNCs per second, another node, links by UDP; the binaries are the same as before."""
     found = flights(pupil, "grasp")
     first, last = found[0], found[-1]
-    for folder, node, link, period_us in ((first, 0x31, "shm", 1000), (last, 0x32, "udp", 500)):
-        lines = (folder / "can-gripper.log").read_text(encoding="ascii").splitlines()
+    for directory, node, link, period_us in ((first, 0x31, "shm", 1000), (last, 0x32, "udp", 500)):
+        lines = (directory / "can-gripper.log").read_text(encoding="ascii").splitlines()
         stamps = [int(line[1:18].replace(".", "")) for line in lines if f" {0x180 + node:X}##" in line]
         steps = [b - a for a, b in zip(stamps, stamps[1:])]
         assert sorted(steps)[len(steps) // 2] == period_us
-        assert json.loads((folder / "run.json").read_text(encoding="utf-8"))["links"] == link
+        assert json.loads((directory / "run.json").read_text(encoding="utf-8"))["links"] == link
     programs = [pupil.place / "build" / "bin" / name for name in ("gripper", "dial", "supervisor", "hirosco", "image")]
     assert all(path.stat().st_mtime < (last / "ground.port").stat().st_mtime for path in programs)
 
 
-def records(folder, name, mark):
+def records(directory, name, mark):
     """(time s, octets) of the records that an instrument has sent (>) or taken (<)."""
-    lines = [line.split(" ") for line in (folder / "records.log").read_text(encoding="ascii").splitlines()]
+    lines = [line.split(" ") for line in (directory / "records.log").read_text(encoding="ascii").splitlines()]
     return [(float(time), bytes.fromhex(octets)) for time, who, way, octets in lines if (who, way) == (name, mark)]
 
 
@@ -190,8 +190,8 @@ def test_the_probe_follows_the_motor_over_each_end_node(pupil):
     """By a serial line, then by UDP with the other byte order: the probe stands where the jaw was stopped, and its
     last record is the safe one."""
     found = flights(pupil, "grasp")
-    for folder, order in ((found[0], ">"), (found[-1], "<")):
-        sent, taken = records(folder, "GRIPPER_PROBE", ">"), records(folder, "GRIPPER_PROBE", "<")
+    for directory, order in ((found[0], ">"), (found[-1], "<")):
+        sent, taken = records(directory, "GRIPPER_PROBE", ">"), records(directory, "GRIPPER_PROBE", "<")
         (value,) = struct.unpack_from(order + "i", next(octets for time, octets in sent if time > 4.5), 3)
         assert 0.6 < value * 1e-6 < 0.65
         assert {octets[0] for time, octets in taken if 2.3 < time < 4.9} == {1}
@@ -200,10 +200,10 @@ def test_the_probe_follows_the_motor_over_each_end_node(pupil):
 
 def test_own_failure_and_names_of_numbers_reach_the_ground(pupil):
     """The failure codes are on the wire; XTCE database and dictionary have their names and those of the enumerations."""
-    folder = flights(pupil, "gripper")[-1]
-    codes = [failure["code"] for failure in reports(folder, 18, (1, 8))]
+    directory = flights(pupil, "gripper")[-1]
+    codes = [failure["code"] for failure in reports(directory, 18, (1, 8))]
     assert codes == [0x8001, 0x8002]
-    (arrived,) = [e for e in reports(folder, 18, (5, 1)) if e["event"] == 1 and e["auxiliary"].endswith("01")]
+    (arrived,) = [e for e in reports(directory, 18, (5, 1)) if e["event"] == 1 and e["auxiliary"].endswith("01")]
     assert struct.unpack(">d", bytes.fromhex(arrived["auxiliary"])[:8])[0] == pytest.approx(0.2)
     generated = pupil.place / "build" / "generated"
     xtce = (generated / "gripper.xtce.xml").read_text(encoding="utf-8")
@@ -271,8 +271,8 @@ def test_new_subsystem_refuses_and_changes_nothing(pupil, options, words):
 
 def snapshot(place):
     """Every source file with its modification time."""
-    folders = ("descriptors", "fsw", "sim", "test/unit")
-    return {path: path.stat().st_mtime_ns for folder in folders for path in pathlib.Path(place, folder).rglob("*")}
+    directories = ("descriptors", "fsw", "sim", "test/unit")
+    return {path: path.stat().st_mtime_ns for directory in directories for path in pathlib.Path(place, directory).rglob("*")}
 
 
 @pytest.mark.long
@@ -286,7 +286,7 @@ def test_long_and_short_names_fly_in_the_house_format(pupil):
         assert re.search(rf'id="{apid}"', (pupil.place / f"descriptors/subsystems/{name.replace('_', '-')}.xml").read_text())
     done = pupil.run(["make"])
     assert done.returncode == 0, done.stdout
-    sources = [str(path) for folder in ("fsw/subsystems", "fsw/programs", "test/unit/fsw/subsystems") for path in (pupil.place / folder).rglob("*.[ch]")]
+    sources = [str(path) for directory in ("fsw/subsystems", "fsw/programs", "test/unit/fsw/subsystems") for path in (pupil.place / directory).rglob("*.[ch]")]
     assert pupil.run(["clang-format", "--dry-run", "-Werror", *sources]).returncode == 0
     for scenario in ("ox", "a-star-tracker-of-size24"):
         for form in ("processes", "image"):

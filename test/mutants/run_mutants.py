@@ -8,8 +8,8 @@ then the nearest. They run in name spaces of their own (processes, /tmp, /dev/sh
 not own. If all pass, and with --fly, the tests in FLIGHTS run with the programs of the copy. A mutant that does not build, or
 that gives the same object code, is replaced by another one. Sources that no C test links are not drawn but listed.
 
-Prints the survivors and the score of each folder. equivalent.txt holds mutants that no test can distinguish from the original, each with
-its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in a folder with ten mutants or more.
+Prints the survivors and the score of each directory. equivalent.txt holds mutants that no test can distinguish from the original, each with
+its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in a directory with ten mutants or more.
 
 universalmutator (PyPI) is no alternative: its rules do not handle assertions, clang-format and which tests link a file."""
 
@@ -29,7 +29,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TREE = ROOT / "build" / "mutants"
 EQUIVALENT = ROOT / "test" / "mutants" / "equivalent.txt"
-FOLDERS = ("base", "pus", "fsw", "osal", "launcher")
+DIRECTORIES = ("base", "pus", "fsw", "osal", "launcher")
 # Programs, the command line tool and the bindings of services to the supervisor are tested only in flight.
 LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/services/")
 COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test")
@@ -43,13 +43,13 @@ FLIGHTS = ("test/mission/test_mission_causes.py", "test/mission/test_mission_unp
            "--deselect=test/conformance/pus/test_operations.py::test_every_example_works_as_it_stands")
 LAUNCHER_FLIGHTS = ("test/mission/test_mission_launcher.py",)
 NEAREST = 40  # Test programs tried for a mutant.
-FEW = 10  # A folder with fewer mutants has no bound.
+FEW = 10  # A directory with fewer mutants has no bound.
 SECONDS = 60  # Limit for one test program.
 FLIGHT_SECONDS = 300  # Limit for one test in flight.
 # Time limit: this multiple of the time without a mutant, plus ten seconds; it ends a mutant that runs without
 # end.
 PATIENCE = 20
-TOTAL_PERCENT, FOLDER_PERCENT = 95.0, 90.0
+TOTAL_PERCENT, DIRECTORY_PERCENT = 95.0, 90.0
 SWAPS = [(" <= ", " < "), (" < ", " <= "), (" >= ", " > "), (" > ", " >= "), (" == ", " != "), (" != ", " == "),
          (" && ", " || "), (" || ", " && "), (" + ", " - "), (" - ", " + "), (" += ", " -= "), (" -= ", " += "),
          (" true;", " false;"), (" false;", " true;"), (" STATUS_OK;", " STATUS_IO;")]
@@ -63,7 +63,7 @@ class Mutant:
 
     def __init__(self, path, number, old, new):
         self.path, self.number, self.old, self.new = path, number, old, new
-        self.folder = "/".join(path.split("/")[:2 if path.startswith("fsw/") else 1])
+        self.directory = "/".join(path.split("/")[:2 if path.startswith("fsw/") else 1])
 
     def __str__(self):
         return f"{self.path}:{self.number}: {self.old.strip()}  ->  {self.new.strip() or '(nothing)'}"
@@ -110,7 +110,7 @@ def mutants_of(path):
 
 def drawn(only, seed):
     """All mutants in the order of the draw. A mutant keeps its place when other lines change."""
-    sources = [path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in (ROOT / folder).rglob("*.c")]
+    sources = [path.relative_to(ROOT).as_posix() for directory in DIRECTORIES for path in (ROOT / directory).rglob("*.c")]
     found = [mutant for path in sorted(sources) if not LEFT_OUT.search(path) and only.split(":")[0] in path
              for mutant in mutants_of(path) if only in f"{path}:{mutant.number}:"]
     same = collections.Counter()
@@ -146,12 +146,12 @@ class Tests:
     """The test programs that link a source, the nearest first."""
 
     def __init__(self):
-        names = [path.relative_to(ROOT).with_suffix("").as_posix() for folder in ("test/unit", "test/contract")
-                 for path in sorted((ROOT / folder).rglob("test_*.c"))]
+        names = [path.relative_to(ROOT).with_suffix("").as_posix() for directory in ("test/unit", "test/contract")
+                 for path in sorted((ROOT / directory).rglob("test_*.c"))]
         names = [name for name in names if (ROOT / "build" / name).exists()]
         built = {name: ROOT / "build" / name for name in names}
         objects = {name: ROOT / "build" / "obj" / f"{name}.o" for name in names}
-        sources = [path for folder in FOLDERS for path in (ROOT / "build" / "obj" / folder).rglob("*.o")]
+        sources = [path for directory in DIRECTORIES for path in (ROOT / "build" / "obj" / directory).rglob("*.o")]
         exported = symbols([*built.values(), *sources])
         used = symbols(objects.values(), "U")
         self.symbols = {name: exported[str(path)] for name, path in built.items()}
@@ -212,10 +212,10 @@ def program_passes(name, seconds):
     return passes([f"build/{name}"], seconds)
 
 
-def flight_passes(folder):
-    """True if the flights with the programs of the copy pass, for a mutant in that folder. Their output is in
+def flight_passes(directory):
+    """True if the flights with the programs of the copy pass, for a mutant in that directory. Their output is in
     build/flights.txt of the copy."""
-    tests = (*LAUNCHER_FLIGHTS, *FLIGHTS) if folder == "launcher" else FLIGHTS
+    tests = (*LAUNCHER_FLIGHTS, *FLIGHTS) if directory == "launcher" else FLIGHTS
     with open(TREE / "build" / "flights.txt", "wb") as output:
         return passes(["build/venv/bin/python", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
                        f"--timeout={FLIGHT_SECONDS}", "--rootdir=.", *tests], 10 * FLIGHT_SECONDS, 10 * FLIGHT_SECONDS, output)
@@ -273,7 +273,7 @@ class Run:
             if not make([target], self.jobs) or code(TREE / target) == code(ROOT / target):
                 return False
             killer = self.try_all(self.tests.of(mutant.path))
-            if killer is None and self.flies and not (make(["all"], self.jobs) and flight_passes(mutant.folder)):
+            if killer is None and self.flies and not (make(["all"], self.jobs) and flight_passes(mutant.directory)):
                 killer = "a flight"
             return killer
         finally:
@@ -311,8 +311,8 @@ def main():
         verdict = False if mutant.row() in equivalent else run.verdict(mutant)
         if verdict is False:
             continue
-        tried[mutant.folder] += 1
-        killed[mutant.folder] += verdict is not None
+        tried[mutant.directory] += 1
+        killed[mutant.directory] += verdict is not None
         survivors += [mutant] if verdict is None else []
         print(f"{sum(tried.values()):4} {'survives' if verdict is None else 'killed  '} {mutant}"
               f"{f'  by {verdict}' if verdict else ''}  {time.monotonic() - began:.0f} s", flush=True)
@@ -325,7 +325,7 @@ def main():
         print(f"{name:<14} {killed[name]:4} of {tried[name]:4} killed  {score:5.1f} %")
     total = 100.0 * sum(killed.values()) / max(1, sum(tried.values()))
     print(f"mutants: {sum(killed.values())} of {sum(tried.values())} killed, {total:.1f} %")
-    is_low = total < TOTAL_PERCENT or any(score < FOLDER_PERCENT for name, score in scores.items() if tried[name] >= FEW)
+    is_low = total < TOTAL_PERCENT or any(score < DIRECTORY_PERCENT for name, score in scores.items() if tried[name] >= FEW)
     return 1 if arguments.check and is_low else 0
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs of the flight side by bounded model checking (CBMC): `make proofs`.
 
-Each test/proof/<folder>/proof_*.c begins with its statement as lines `// Key: text`, continued by indented lines:
+Each test/proof/<directory>/proof_*.c begins with its statement as lines `// Key: text`, continued by indented lines:
 
     Proves, Bounds, Replaced   texts for the reader; all required
     Sources    files that are compiled with it
@@ -52,8 +52,8 @@ class Change:
     def __init__(self, path, old, new):
         self.path, self.old, self.new = path, old, new
 
-    def copy_to(self, folder):
-        place = folder / self.path
+    def copy_to(self, directory):
+        place = directory / self.path
         text = (place if place.exists() else ROOT / self.path).read_text()
         if not self.old or text.count(self.old) != 1:
             raise SystemExit(f"{self.path}: the planted fault or reduction replaces a text that is there {text.count(self.old)} times, "
@@ -103,17 +103,17 @@ class Proof:
             raise SystemExit(f"{self.path}: a fault or reduction is a path, one line `- text` and at most one line `+ text`")
         return Change(path, old[0], new[0] if new else "")
 
-    def copies(self, folder, fault=None):
-        """A new folder with the changed sources of one run."""
-        shutil.rmtree(folder, ignore_errors=True)
+    def copies(self, directory, fault=None):
+        """A new directory with the changed sources of one run."""
+        shutil.rmtree(directory, ignore_errors=True)
         for change in [*self.reduced, *([fault] if fault else [])]:
-            change.copy_to(folder)
-        return folder
+            change.copy_to(directory)
+        return directory
 
-    def command(self, fault_folder=None, flags=FLAGS):
-        faulty = [f"-I{fault_folder}"] if fault_folder else []
+    def command(self, fault_directory=None, flags=FLAGS):
+        faulty = [f"-I{fault_directory}"] if fault_directory else []
         def place(path):
-            copy = fault_folder / path if fault_folder else None
+            copy = fault_directory / path if fault_directory else None
             return str(copy) if copy and copy.exists() else path
         loader = next((CBMC / "lib").glob("ld-linux*"))
         return [str(loader), "--library-path", str(CBMC / "lib"), str(CBMC / "cbmc"), *flags, *self.options, *faulty, *INCLUDES,
@@ -133,10 +133,10 @@ class Proof:
 
     def stale(self):
         """Reasons for which the proof no longer fits the sources; they are found without running it."""
-        folder = OUT / self.name / "fits"
+        directory = OUT / self.name / "fits"
         for fault in self.faults:
-            self.copies(folder, fault)
-        command = [*COMPILER, "-w", "-fsyntax-only", f"-I{self.copies(folder)}", *INCLUDES, str(self.path)]
+            self.copies(directory, fault)
+        command = [*COMPILER, "-w", "-fsyntax-only", f"-I{self.copies(directory)}", *INCLUDES, str(self.path)]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         return [f"{self.path}: does not compile any more:\n{done.stderr}"] if done.returncode != 0 else []
 
@@ -179,27 +179,27 @@ def run(command, log):
 
 def prove(proof):
     """Findings as texts, and the row of the table."""
-    folder = OUT / proof.name
-    held = run(proof.command(proof.copies(folder / "copies")), folder / "proof.txt")
+    directory = OUT / proof.name
+    held = run(proof.command(proof.copies(directory / "copies")), directory / "proof.txt")
     findings, found, seconds = [], [], 0.0
     if held.code != HOLDS or held.checks == 0:
         findings.append(f"{proof.path}: does not hold (code {held.code}): {'; '.join(held.failed[:5])}: "
-                        f"see {(folder / 'proof.txt').relative_to(ROOT)}")
+                        f"see {(directory / 'proof.txt').relative_to(ROOT)}")
     if held.is_undefined:
         findings.append(f"{proof.path}: without a body, so without effect: {' '.join(held.is_undefined)}")
     for number, fault in enumerate(proof.faults):
-        copies = proof.copies(folder / f"fault{number}", fault)
-        result = run([*proof.command(copies), "--stop-on-fail"], folder / f"fault{number}.txt")
+        copies = proof.copies(directory / f"fault{number}", fault)
+        result = run([*proof.command(copies), "--stop-on-fail"], directory / f"fault{number}.txt")
         seconds += result.seconds
         finding = result.finding() or next(iter(re.findall(r"^  (?!file|line|unwinding assertion)(.+)$", tail(result.text), re.MULTILINE)), "")
         if result.code != FAILS or not finding:
             findings.append(f"{proof.path}: the fault planted in {fault.path} is not found (code {result.code}): {fault.new}: "
-                            f"see {(folder / f'fault{number}.txt').relative_to(ROOT)}")
+                            f"see {(directory / f'fault{number}.txt').relative_to(ROOT)}")
         found.append(finding)
-    reached = run(proof.command(proof.copies(folder / "reached"), REACHING), folder / "reached.txt")
+    reached = run(proof.command(proof.copies(directory / "reached"), REACHING), directory / "reached.txt")
     if reached.code != FAILS or reached.unreached:
         findings.append(f"{proof.path}: never reached with all conditions true (code {reached.code}): {'; '.join(reached.unreached)}: "
-                        f"see {(folder / 'reached.txt').relative_to(ROOT)}")
+                        f"see {(directory / 'reached.txt').relative_to(ROOT)}")
     return findings, {"checks": held.checks, "seconds": held.seconds, "fault_seconds": seconds, "reach_seconds": reached.seconds, "found": found}
 
 

@@ -28,7 +28,7 @@ FOUND = "Violated property:\n  file a.c function twice line 4\n  the double is e
 REACHED = "[f.assertion.1] line 4 the double is even: FAILURE\n** 1 of 1 failed (2 iterations)\nVERIFICATION FAILED\n"
 UNREACHED = REACHED + "[f.assertion.2] line 5 the half is small: SUCCESS\n"
 UNWOUND = "Violated property:\n  file a.c function twice line 4\n  unwinding assertion loop 0\n\nVERIFICATION FAILED\n"
-# The answers by what the run is given: a folder of copies with a fault, or not.
+# The answers by what the run is given: a directory of copies with a fault, or not.
 CHECKER = """#!/bin/sh
 printf '%s\\n' "$@" >>log
 for word; do case $word in -DPROOF_REACHED) cat reached; exit $(cat reached.code) ;; esac; done
@@ -127,8 +127,8 @@ def test_a_fault_must_be_there_once(tree):
 def test_a_capacity_is_reduced_in_each_run(tree, tmp_path):
     findings, _ = run_proofs.prove(tree(REDUCED))
     assert findings == []
-    for folder in ("copies", "fault0", "reached"):
-        assert (tmp_path / f"build/proofs/proof_a/{folder}/a.h").read_text() == "#define CAPACITY 2U\n"
+    for directory in ("copies", "fault0", "reached"):
+        assert (tmp_path / f"build/proofs/proof_a/{directory}/a.h").read_text() == "#define CAPACITY 2U\n"
     assert (tmp_path / "a.h").read_text() == HEADER
 
 

@@ -9,20 +9,20 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#define FOLDER "/proc/self/fd"
+#define DIRECTORY "/proc/self/fd"
 
 descriptors_t descriptors_now(void)
 {
     descriptors_t now          = {{false}};
-    DIR* const folder          = opendir(FOLDER);
-    const struct dirent* entry = (folder != NULL) ? readdir(folder) : NULL;
-    for (; entry != NULL; entry = readdir(folder)) {
+    DIR* const directory       = opendir(DIRECTORY);
+    const struct dirent* entry = (directory != NULL) ? readdir(directory) : NULL;
+    for (; entry != NULL; entry = readdir(directory)) {
         const long number = (entry->d_name[0] == '.') ? DESCRIPTORS_MAX : strtol(entry->d_name, NULL, 10);
-        if ((number < DESCRIPTORS_MAX) && (number != dirfd(folder))) {
+        if ((number < DESCRIPTORS_MAX) && (number != dirfd(directory))) {
             now.is_open[number] = true;
         }
     }
-    (void)closedir(folder);
+    (void)closedir(directory);
     return now;
 }
 
@@ -30,7 +30,7 @@ static void print(const int number, const bool is_open)
 {
     char link[64];
     char path[256]            = "";
-    const int written         = snprintf(link, sizeof link, FOLDER "/%d", number);
+    const int written         = snprintf(link, sizeof link, DIRECTORY "/%d", number);
     const ssize_t end         = (written > 0) ? readlink(link, path, sizeof path - 1U) : 0;
     path[(end > 0) ? end : 0] = '\0';
     (void)printf("descriptor %d is %s after the test: %s\n", number, is_open ? "open" : "closed", path);

@@ -69,12 +69,12 @@ void disk_remove(const char* const path)
 }
 
 /// True if the directory of a path exists.
-static bool has_folder(const char* const path)
+static bool has_directory(const char* const path)
 {
-    pus_file_path_t folder;
-    strcpy(folder.text, path);
-    pus_file_path_leave(&folder);
-    const disk_file_t* const file = disk_find(folder.text);
+    pus_file_path_t directory;
+    strcpy(directory.text, path);
+    pus_file_path_leave(&directory);
+    const disk_file_t* const file = disk_find(directory.text);
     return (file != NULL) && file->is_directory;
 }
 
@@ -100,7 +100,7 @@ static status_t make(const char* const path, const bool is_directory)
     if (disk_find(path) != NULL) {
         return STATUS_EXISTS;
     }
-    if (!has_folder(path)) {
+    if (!has_directory(path)) {
         return STATUS_NOT_FOUND;
     }
     (void)add(path, is_directory);
@@ -158,7 +158,7 @@ static status_t rename_it(void* const context, const char* const path, const cha
     if (fails()) {
         return disk.failure;
     }
-    if ((disk_find(path) == NULL) || !has_folder(new_path)) {
+    if ((disk_find(path) == NULL) || !has_directory(new_path)) {
         return STATUS_NOT_FOUND;
     }
     if (disk_find(new_path) != NULL) {
@@ -200,11 +200,11 @@ static status_t list(void* const context, const char* const path, const char* co
     if (fails()) {
         return disk.failure;
     }
-    const disk_file_t* const folder = disk_find(path);
-    if ((folder == NULL) || !folder->is_directory) {
+    const disk_file_t* const directory = disk_find(path);
+    if ((directory == NULL) || !directory->is_directory) {
         return STATUS_NOT_FOUND;
     }
-    for (const disk_file_t* next = folder; (next != NULL) && (*out_count < capacity);) {
+    for (const disk_file_t* next = directory; (next != NULL) && (*out_count < capacity);) {
         const char* first = NULL;
         next              = NULL;
         for (size_t i = 0U; i < DISK_FILES_MAX; i++) {

@@ -87,8 +87,8 @@ class Flattened:
             return plain
         return made
 
-    def definition(self, folder):
-        """The library's definition, loaded from a file that is written into the folder."""
+    def definition(self, directory):
+        """The library's definition, loaded from a file that is written into the directory."""
         system, telemetry = ET.Element(f"{SPACE}SpaceSystem", name="flat"), ET.Element(f"{SPACE}TelemetryMetaData")
         types, parameters, containers = (ET.Element(f"{SPACE}{tag}") for tag in ("ParameterTypeSet", "ParameterSet", "ContainerSet"))
         for name in sorted(set(self.made.values())):
@@ -99,6 +99,6 @@ class Flattened:
         telemetry.extend((types, parameters, containers))
         system.append(telemetry)
         ET.register_namespace("", SPACE.strip("{}"))
-        path = folder / "flat.xml"
+        path = directory / "flat.xml"
         ET.ElementTree(system).write(path, encoding="utf-8", xml_declaration=True)
         return XtcePacketDefinition.from_xtce(path, root_container_name=self.root)

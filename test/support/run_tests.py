@@ -91,20 +91,20 @@ def command_of(program):
 
 
 def run_program(program):
-    """(program, count, output, seconds) of one test program. On a board, it runs in a folder of its own, which has the
+    """(program, count, output, seconds) of one test program. On a board, it runs in a directory of its own, which has the
     descriptors and the image of a blank EEPROM."""
-    with tempfile.TemporaryDirectory() as folder:
-        os.symlink(os.path.abspath("descriptors"), os.path.join(folder, "descriptors"))
-        pathlib.Path(folder, EEPROM).write_bytes(b"\xFF" * EEPROM_OCTETS)
-        return run_in(folder if BOARD.match(program) else None, program)
+    with tempfile.TemporaryDirectory() as directory:
+        os.symlink(os.path.abspath("descriptors"), os.path.join(directory, "descriptors"))
+        pathlib.Path(directory, EEPROM).write_bytes(b"\xFF" * EEPROM_OCTETS)
+        return run_in(directory if BOARD.match(program) else None, program)
 
 
-def run_in(folder, program):
+def run_in(directory, program):
     environment = dict(os.environ, ASAN_OPTIONS="detect_stack_use_after_return=1", UBSAN_OPTIONS="print_stacktrace=1")
     began = time.monotonic()
     if not os.access(program, os.X_OK):
         return program, Count(failed=1), "did not build", 0.0
-    with subprocess.Popen(command_of(program), cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    with subprocess.Popen(command_of(program), cwd=directory, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           env=environment) as run:
         resource.prlimit(run.pid, resource.RLIMIT_CPU, (PROCESSOR_SECONDS_ALLOWED, PROCESSOR_SECONDS_ALLOWED))
         try:
@@ -120,8 +120,8 @@ def run_in(folder, program):
     return program, count, output, time.monotonic() - began
 
 
-def program_of(source, folder):
-    return str(pathlib.Path(folder, source).with_suffix(""))
+def program_of(source, directory):
+    return str(pathlib.Path(directory, source).with_suffix(""))
 
 
 def judge_contracts(counts):
@@ -177,9 +177,9 @@ def read_report(report):
     return count, times
 
 
-def run_pytest(folder, only, jobs):
-    """Count of all cases of the files in a folder, and (seconds, case) of each."""
-    files = in_order(str(path) for path in pathlib.Path(folder).rglob("test_*.py") if only in str(path))
+def run_pytest(directory, only, jobs):
+    """Count of all cases of the files in a directory, and (seconds, case) of each."""
+    files = in_order(str(path) for path in pathlib.Path(directory).rglob("test_*.py") if only in str(path))
     if not files:
         return Count(), []
     report = pathlib.Path("build/test/pytest.xml")
@@ -203,8 +203,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="run only tests whose path contains this")
-    parser.add_argument("--under", default="test", help="folder of the tests in Python")
-    parser.add_argument("--variant", action="append", help="folder of a build to run instead of the usual ones")
+    parser.add_argument("--under", default="test", help="directory of the tests in Python")
+    parser.add_argument("--variant", action="append", help="directory of a build to run instead of the usual ones")
     parser.add_argument("--no-pytest", action="store_true", help="C test programs only")
     parser.add_argument("--failed", default="", help="what failed before the tests ran")
     parser.add_argument("--threads", default="", help="C sources of tests to run in the build against data races too")
@@ -213,7 +213,7 @@ def main():
     parser.add_argument("sources", nargs="*", help="C sources of the test programs")
     arguments = parser.parse_args()
 
-    programs = [program_of(source, folder) for folder in arguments.variant or VARIANTS for source in arguments.sources
+    programs = [program_of(source, directory) for directory in arguments.variant or VARIANTS for source in arguments.sources
                 if arguments.only in source]
     programs += [program_of(source, "build/thread") for source in arguments.threads.split() if arguments.only in source]
     programs += [program_of(source, f"build/{arguments.board}") for source in arguments.on_board.split() if arguments.only in source]

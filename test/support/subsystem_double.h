@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Replaces the generic subsystem (subsystem.h) in tests of specific ones. The test sets time, state and
-/// links; the double records events, function results and the samples written to ports. A test folder that
+/// links; the double records events, function results and the samples written to ports. A test directory that
 /// uses it has one source file that includes subsystem_double.inc.
 #ifndef TEST_SUPPORT_SUBSYSTEM_DOUBLE_H
 #define TEST_SUPPORT_SUBSYSTEM_DOUBLE_H

@@ -95,8 +95,8 @@ def test_a_missing_measurement_does_not_pass(tmp_path):
     assert done.returncode != 0 and "no measurement has this in its path" in done.stderr
 
 
-def program(folder, name, text):
-    path = folder / name
+def program(directory, name, text):
+    path = directory / name
     path.write_text(f"#!/bin/sh\n{text}\n")
     path.chmod(0o755)
     return str(path)

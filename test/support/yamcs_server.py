@@ -49,16 +49,16 @@ def until(condition, what):
 class Yamcs:
     """A running server and its interface."""
 
-    def __init__(self, folder, ground_port, synthetic_port):
-        self.folder = folder
+    def __init__(self, directory, ground_port, synthetic_port):
+        self.directory = directory
         with socket.create_server(("127.0.0.1", 0)) as free:
             self.port = free.getsockname()[1]
-        yamcs_run.render(folder, MISSION, ground_port, self.port)
-        etc = folder / "etc" / "yamcs.mission.yaml"
+        yamcs_run.render(directory, MISSION, ground_port, self.port)
+        etc = directory / "etc" / "yamcs.mission.yaml"
         etc.write_text(etc.read_text(encoding="utf-8").replace("\nmdb:", SYNTHETIC % synthetic_port), encoding="utf-8")
-        self.log = folder / "yamcs.log"
+        self.log = directory / "yamcs.log"
         with self.log.open("wb") as log:
-            self.process = subprocess.Popen(yamcs_run.command(folder), stdout=log, stderr=subprocess.STDOUT)
+            self.process = subprocess.Popen(yamcs_run.command(directory), stdout=log, stderr=subprocess.STDOUT)
 
     def log_text(self):
         return self.log.read_text(encoding="utf-8", errors="replace")

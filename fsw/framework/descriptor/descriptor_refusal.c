@@ -50,7 +50,8 @@ status_t descriptor_path_of(text_t* const out_error, const char* const mission_p
         return STATUS_OK;
     }
     text_add_pattern(out_error, "%:#: descriptor=\"", mission_path, NULL, subsystem->line);
-    text_add_pattern(out_error, "%\" of <Subsystem>: expected a path of at most # characters with its folder",
-                     name, NULL, capacity - 1U);
+    text_add_pattern(out_error,
+                     "%\" of <Subsystem>: expected a path of at most # characters with its directory", name,
+                     NULL, capacity - 1U);
     return STATUS_TOO_LARGE;
 }

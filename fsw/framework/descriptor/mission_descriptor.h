@@ -55,8 +55,8 @@ typedef struct { // A port in one configuration of its subsystem.
 typedef struct {
     const char* name;
     uint16_t apid;
-    const char* executable; ///< Name of the program, without folder.
-    const char* descriptor; ///< Path as written, relative to the mission descriptor's folder.
+    const char* executable; ///< Name of the program, without directory.
+    const char* descriptor; ///< Path as written, relative to the mission descriptor's directory.
     bool is_autostart;
     uint32_t memory_kib; ///< Address space limit of its process; 0: derived from the program.
     /// Restarts in a row; when they are used up, the mission enters its fallback mode.
@@ -222,7 +222,7 @@ void descriptor_mission_clear(mission_descriptor_t* mission);
 /// Call for a model that was copied: its lists then refer to the storage of the copy.
 void descriptor_mission_use_storage(mission_descriptor_t* mission);
 
-/// Build the path of a descriptor that a mission lists: relative to the folder of the mission's file, or
+/// Build the path of a descriptor that a mission lists: relative to the directory of the mission's file, or
 /// absolute. Returns STATUS_OK, or STATUS_TOO_LARGE (longer than `capacity`); then the error text, with file,
 /// line, value and expected length, is appended.
 MUST_USE status_t descriptor_path_of(text_t* out_error, const char* mission_path,

@@ -39,10 +39,10 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser():
     parser = _Parser(prog="station", description="The light ground station: a web page beside a flight.")
-    parser.add_argument("--run", type=pathlib.Path, default=ROOT / "runs" / "latest", help="run folder (default runs/latest)")
+    parser.add_argument("--run", type=pathlib.Path, default=ROOT / "runs" / "latest", help="run directory (default runs/latest)")
     parser.add_argument("--http-port", type=http_port, help=f"port of the page (default: the first free from {PORT})")
     parser.add_argument("--page", type=pathlib.Path, default=ROOT / "build" / "station" / "page", help="the built page")
-    parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this folder, or this recording of a run; no flight is started or followed")
+    parser.add_argument("--replay", type=pathlib.Path, help="replay the run of this directory, or this recording of a run; no flight is started or followed")
     parser.add_argument("--read-only", action="store_true", help="pages cannot send telecommands, move the hand, cause faults or change the pace")
     parser.add_argument("--framed-by", type=_origin, default=FRAMED_BY, metavar="ORIGIN",
                         help=f"page of this machine that may show the page of the station in a frame, or none (default {FRAMED_BY}, the page of make yamcs)")
@@ -90,7 +90,7 @@ def _check(arguments):
     if not (arguments.page / "index.html").exists():
         raise SystemExit(f"station: {arguments.page} has no page; run make gse")
     if arguments.replay and not arguments.replay.exists():
-        raise SystemExit(f"station: there is no run folder {arguments.replay}, and no recording of a run")
+        raise SystemExit(f"station: there is no run directory {arguments.replay}, and no recording of a run")
     problem = facts_of(arguments.replay)[1] if arguments.replay and arguments.replay.is_dir() else None
     if problem:
         print(f"station: warning: {arguments.replay}: {problem}; the page shows the logs without these facts", file=sys.stderr, flush=True)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Connects one ground session to any number of browsers.
 
-The hub runs in one asyncio loop. It follows the run folder: when a flight ends, it waits for the next one and begins anew. Everything that
+The hub runs in one asyncio loop. It follows the run directory: when a flight ends, it waits for the next one and begins anew. Everything that
 a browser must know is a message (a dict); `publish` is called with each, `snapshot` returns those that describe the present state."""
 
 import asyncio
@@ -110,14 +110,14 @@ class _WebSession(Session):
 
 
 class Hub:
-    """One spacecraft link for all browsers. `run`: run folder or a link to it, such as runs/latest."""
+    """One spacecraft link for all browsers. `run`: run directory or a link to it, such as runs/latest."""
 
     patience_ns = PATIENCE_NS
 
     def __init__(self, run, publish, user=None, is_read_only=False, files=MACHINE, **given):
         """user: id in the packets, None: a WEB user that no other station has; is_read_only: the pages show that they
         cannot send commands; files: those on ground that commands may use (files.py); given: arguments of place.Place.of that replace
-        the values of the run folder."""
+        the values of the run directory."""
         self.run, self.publish = pathlib.Path(run), publish
         self._user, self._given, self.is_read_only, self._files = user, given, is_read_only, files
         self.identity = None
@@ -150,7 +150,7 @@ class Hub:
         self._counters, self._counted = {}, 0.0
 
     def _load(self, run):
-        """Begin with the flight of a run folder. Raises DictionaryError, SecurityError."""
+        """Begin with the flight of a run directory. Raises DictionaryError, SecurityError."""
         place = Place.of(run, **self._given)
         dictionary = Dictionary.load(place.dictionary)
         sender = sdls.Sender(place.key) if place.key else None
@@ -176,7 +176,7 @@ class Hub:
         self._publish_mismatch(CLASSES, CLASSES)
 
     async def serve(self):
-        """Follow the run folder until cancelled."""
+        """Follow the run directory until cancelled."""
         async with asyncio.TaskGroup() as group:
             group.create_task(self._follow())
             group.create_task(self._tick())

@@ -130,7 +130,7 @@ class Station:
     """The web application: hub and browsers."""
 
     def __init__(self, run, page, replayed=None, is_read_only=False, framed_by="'none'"):
-        """replayed: folder or recording of a run that is replayed; then no flight is followed. is_read_only: pages
+        """replayed: directory or recording of a run that is replayed; then no flight is followed. is_read_only: pages
         cannot send commands. framed_by: origin of the page that may show the page of the station in a frame."""
         self.hub = Hub(run, self.publish, is_read_only=is_read_only, files=PageFiles())
         self.browsers = set()
@@ -188,21 +188,21 @@ class Station:
             raise web.HTTPConflict(text="there is no flight that has ended")
         if self._replayed and self._replayed.is_file():
             return web.FileResponse(self._replayed, headers={"Content-Type": "application/octet-stream"})
-        folder = str(self._replayed or self.hub.flight[0])
+        directory = str(self._replayed or self.hub.flight[0])
         async with self._making:  # All pages that wait get the same recording.
-            if self._recorded[0] != folder:
-                self._recorded = (folder, await self._made(folder))
+            if self._recorded[0] != directory:
+                self._recorded = (directory, await self._made(directory))
         return web.Response(body=self._recorded[1], content_type="application/octet-stream")
 
     @staticmethod
-    async def _made(folder):
+    async def _made(directory):
         """Octets of the recording of a run."""
-        words = (sys.executable, "-m", "hirosco_gse.recording", folder)
+        words = (sys.executable, "-m", "hirosco_gse.recording", directory)
         maker = await asyncio.create_subprocess_exec(*words, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE)
         octets, error_text = await maker.communicate()
         if maker.returncode:
             reason = error_text.decode("utf-8", "replace").strip().rpartition("\n")[2]
-            raise web.HTTPInternalServerError(text=f"{folder} cannot be replayed: {reason or f'exit code {maker.returncode}'}")
+            raise web.HTTPInternalServerError(text=f"{directory} cannot be replayed: {reason or f'exit code {maker.returncode}'}")
         return octets
 
     async def _index(self, request):

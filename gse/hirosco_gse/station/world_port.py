@@ -20,7 +20,7 @@ SILENT = "the simulator does not answer: time-out"
 
 
 class WorldPort:
-    """Sends lines to the live port of a run folder. A line is sent at once, also while others wait for their answers."""
+    """Sends lines to the live port of a run directory. A line is sent at once, also while others wait for their answers."""
 
     def __init__(self, name="station"):
         self._name = name

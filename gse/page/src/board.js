@@ -69,19 +69,19 @@ const octetsOf = async (file) =>
 
 export class Board {
   constructor() {
-    this.folder = el("input", {
+    this.directory = el("input", {
       value: "/",
-      "aria-label": "Folder on board",
+      "aria-label": "Directory on board",
       onchange: () => this.files.refresh(),
     });
-    const path = (entry) => `${this.folder.value.replace(/\/$/, "")}/${entry.object_name}`;
+    const path = (entry) => `${this.directory.value.replace(/\/$/, "")}/${entry.object_name}`;
     this.files = new List(
       "Files",
-      () => `file list ${word(this.folder.value || "/")}`,
+      () => `file list ${word(this.directory.value || "/")}`,
       ["Kind", "Name"],
       (one) => [one.object_type, one.object_name],
       (one) => [["delete", `file delete ${word(path(one))}`]],
-      [this.folder],
+      [this.directory],
     );
     this.lists = [
       new List(

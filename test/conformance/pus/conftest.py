@@ -34,16 +34,16 @@ def notes():
 
 @pytest.fixture(scope="package")
 def flight():
-    """A mission that flies as fast as it can until the tests of this folder have ended."""
+    """A mission that flies as fast as it can until the tests of this directory have ended."""
     place = ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="pus-", dir=place))
-    flight = stations.launch(folder)
+    directory = pathlib.Path(tempfile.mkdtemp(prefix="pus-", dir=place))
+    flight = stations.launch(directory)
     yield flight
     assert flight.process.poll() is None, f"the flight ended by itself\n{flight.transcript()}"
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
-    shutil.rmtree(folder, ignore_errors=True)
+    shutil.rmtree(directory, ignore_errors=True)
 
 
 @pytest.fixture(scope="package")

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A power cut in the storage of a flight, the folder POWER_CUT_STORAGE. Loaded before the C library
+// A power cut in the storage of a flight, the directory POWER_CUT_STORAGE. Loaded before the C library
 // (LD_PRELOAD), it counts the changes and syncs that the program makes there. At number POWER_CUT_AFTER it
 // undoes changes that a disk may lose, and kills the program. POWER_CUT_SEED selects the changes that are
 // lost: any writes and changes of size since the last sync of their file (the last write may be torn), and
-// any number of the latest changes of names since the last sync of their folder. Reserved space is not
+// any number of the latest changes of names since the last sync of their directory. Reserved space is not
 // counted.
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -33,9 +33,9 @@ typedef enum {
 
 typedef struct {
     kind_t kind;
-    int place; // The changed file, or the folder of the name.
-    int other; // The folder of the new name.
-    bool is_folder;
+    int place; // The changed file, or the directory of the name.
+    int other; // The directory of the new name.
+    bool is_directory;
     char name[NAME_MAX + 1];
     char new_name[NAME_MAX + 1];
     off_t old_size;
@@ -49,21 +49,21 @@ static change_t changes[CHANGES];
 static unsigned change_count;
 static long rest = -1; // Number of changes until the cut.
 static char storage[PATH_MAX];
-static int removed_files = -1; // A folder that keeps removed files until their removal is synced.
+static int removed_files = -1; // A directory that keeps removed files until their removal is synced.
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
 
 __attribute__((constructor)) static void begin(void)
 {
-    const char* const after  = getenv("POWER_CUT_AFTER");
-    const char* const seed   = getenv("POWER_CUT_SEED");
-    const char* const folder = getenv("POWER_CUT_STORAGE");
-    if ((after != NULL) && (seed != NULL) && (folder != NULL)) {
+    const char* const after     = getenv("POWER_CUT_AFTER");
+    const char* const seed      = getenv("POWER_CUT_SEED");
+    const char* const directory = getenv("POWER_CUT_STORAGE");
+    if ((after != NULL) && (seed != NULL) && (directory != NULL)) {
         rest = atol(after);
         srandom((unsigned)atol(seed));
-        (void)snprintf(storage, sizeof storage, "%s", folder);
+        (void)snprintf(storage, sizeof storage, "%s", directory);
         char path[PATH_MAX + 16];
-        (void)snprintf(path, sizeof path, "%s.removed", folder);
+        (void)snprintf(path, sizeof path, "%s.removed", directory);
         (void)mkdir(path, 0755);
         removed_files = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     }
@@ -133,10 +133,10 @@ static void undo_change(const change_t* change)
         (void)!REAL(pwrite)(change->place, change->old_octets, change->old_count, change->offset);
         break;
     case MADE:
-        (void)REAL(unlinkat)(change->place, change->name, change->is_folder ? AT_REMOVEDIR : 0);
+        (void)REAL(unlinkat)(change->place, change->name, change->is_directory ? AT_REMOVEDIR : 0);
         break;
     case REMOVED:
-        if (change->is_folder) {
+        if (change->is_directory) {
             (void)REAL(mkdirat)(change->place, change->name, 0755);
         } else {
             (void)linkat(change->other, change->new_name, change->place, change->name, 0);
@@ -246,7 +246,7 @@ int ftruncate(int descriptor, off_t size)
     return result;
 }
 
-/// Forget the changes of this file or folder, because they are synced.
+/// Forget the changes of this file or directory, because they are synced.
 static void settle(int descriptor)
 {
     struct stat synced;
@@ -274,13 +274,13 @@ int fsync(int descriptor)
 }
 
 /// Record a change of names.
-static int moved(kind_t kind, int folder, const char* name, int new_folder, const char* new_name,
-                 bool is_folder)
+static int moved(kind_t kind, int directory, const char* name, int new_directory, const char* new_name,
+                 bool is_directory)
 {
     (void)pthread_mutex_lock(&mutex);
-    change_t* const change = remember(kind, folder);
-    change->other          = (new_folder >= 0) ? keep(new_folder) : -1;
-    change->is_folder      = is_folder;
+    change_t* const change = remember(kind, directory);
+    change->other          = (new_directory >= 0) ? keep(new_directory) : -1;
+    change->is_directory   = is_directory;
     set_name(change->name, name);
     set_name(change->new_name, new_name);
     if (is_last()) {
@@ -290,41 +290,41 @@ static int moved(kind_t kind, int folder, const char* name, int new_folder, cons
     return 0;
 }
 
-int mkdirat(int folder, const char* name, mode_t mode)
+int mkdirat(int directory, const char* name, mode_t mode)
 {
-    const int result = REAL(mkdirat)(folder, name, mode);
-    return ((result == 0) && is_stored(folder)) ? moved(MADE, folder, name, -1, "", true) : result;
+    const int result = REAL(mkdirat)(directory, name, mode);
+    return ((result == 0) && is_stored(directory)) ? moved(MADE, directory, name, -1, "", true) : result;
 }
 
-int openat(int folder, const char* name, int flags, ...)
+int openat(int directory, const char* name, int flags, ...)
 {
     va_list arguments;
     va_start(arguments, flags);
     const mode_t mode = ((flags & O_CREAT) != 0) ? va_arg(arguments, mode_t) : 0U;
     va_end(arguments);
     const bool is_new =
-        ((flags & O_CREAT) != 0) && is_stored(folder) && (faccessat(folder, name, F_OK, 0) != 0);
-    const int result = REAL(openat)(folder, name, flags, mode);
+        ((flags & O_CREAT) != 0) && is_stored(directory) && (faccessat(directory, name, F_OK, 0) != 0);
+    const int result = REAL(openat)(directory, name, flags, mode);
     if (is_new && (result >= 0)) {
-        (void)moved(MADE, folder, name, -1, "", false);
+        (void)moved(MADE, directory, name, -1, "", false);
     }
     return result;
 }
 
-int unlinkat(int folder, const char* name, int flags)
+int unlinkat(int directory, const char* name, int flags)
 {
     static unsigned number;
-    if (!is_stored(folder)) {
-        return REAL(unlinkat)(folder, name, flags);
+    if (!is_stored(directory)) {
+        return REAL(unlinkat)(directory, name, flags);
     }
     char hidden[16];
     (void)snprintf(hidden, sizeof hidden, "%u", number++);
     if (flags == 0) {
         (void)REAL(unlinkat)(removed_files, hidden, 0);
-        (void)linkat(folder, name, removed_files, hidden, 0);
+        (void)linkat(directory, name, removed_files, hidden, 0);
     }
-    const int result = REAL(unlinkat)(folder, name, flags);
-    return (result == 0) ? moved(REMOVED, folder, name, removed_files, hidden, flags == AT_REMOVEDIR)
+    const int result = REAL(unlinkat)(directory, name, flags);
+    return (result == 0) ? moved(REMOVED, directory, name, removed_files, hidden, flags == AT_REMOVEDIR)
                          : result;
 }
 

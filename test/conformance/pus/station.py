@@ -61,7 +61,7 @@ class Station(Spacecraft):
 
     def __init__(self, flight, notes, mission="rokviss"):
         dictionary = flying.ROOT / "build" / "generated" / f"{mission}.json"
-        super().__init__(flight.folder, port=flight.port(), dictionary=dictionary, user=USER, timeout_s=PATIENCE_S, first_sequence=0)
+        super().__init__(flight.directory, port=flight.port(), dictionary=dictionary, user=USER, timeout_s=PATIENCE_S, first_sequence=0)
         self.flight, self.notes = flight, notes
         self.catalogue = self.dictionary.catalogue
         self.session.listeners.append(self._note)
@@ -182,6 +182,6 @@ class Station(Spacecraft):
         return "".join(f"{row['text']}\n" for row in super(Station, self).do(*words))
 
 
-def launch(folder, *options, **how):
+def launch(directory, *options, **how):
     """Start a flight without a scenario; its station ends it."""
-    return flying.start(folder, "--scenario", "none", "--duration", ENDLESS_S, "--form", "image", *options, **how)
+    return flying.start(directory, "--scenario", "none", "--duration", ENDLESS_S, "--form", "image", *options, **how)

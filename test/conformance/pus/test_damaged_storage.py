@@ -29,9 +29,9 @@ def _cut(path):
     path.write_bytes(octets[: len(octets) // 2])
 
 
-def _fly(folder, storage, act):
+def _fly(directory, storage, act):
     """Reports of damage by the supervisor and the manipulator, and whether the mode has changed."""
-    flight = stations.launch(folder, "--storage", storage)
+    flight = stations.launch(directory, "--storage", storage)
     ground = stations.Station(flight, stations.Notes())
     try:
         act(ground)
@@ -39,7 +39,7 @@ def _fly(folder, storage, act):
         ground.close()
         flight.process.send_signal(signal.SIGINT)
         assert flight.wait().code == 0, flight.transcript()
-    lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
+    lines = subprocess.run([flying.ROOT / "build/bin/pusdump", directory / "packets.log"], check=True, capture_output=True, text=True).stdout
     reported = {apid: [line for line in lines.splitlines() if f" TM {apid} " in line and EVENT in line.split()] for apid in (1, 16)}
     return reported, any(" TM 1 " in line and "[131,2]" in line for line in lines.splitlines())
 

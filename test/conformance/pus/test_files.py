@@ -105,8 +105,8 @@ def test_copy_keeps_the_source_file_and_move_removes_it(station):
 
 def _large_file(flight, size):
     """A file too large to be copied at once, made outside of the flight."""
-    folder = flight.folder / "storage" / "files" / DIRECTORY.strip("/")
-    with (folder / "large").open("wb") as file:
+    directory = flight.directory / "storage" / "files" / DIRECTORY.strip("/")
+    with (directory / "large").open("wb") as file:
         file.truncate(size)
 
 
@@ -155,7 +155,7 @@ def test_a_copy_that_fails_halfway_reports_the_step(station, flight):
 def test_a_sequence_is_loaded_from_a_file(station, flight):
     """The file contains the part of TC[21,1] after the identifier."""
     content = station.catalogue.encode("TC", 21, 1, {"request_sequence_id": "X", "n": [{"request": packets.build_tc(17, 1, 17, 1, source=2), "delay": 0.1}]})[8:]
-    (flight.folder / "storage" / "files" / DIRECTORY.strip("/") / "wake").write_bytes(content)
+    (flight.directory / "storage" / "files" / DIRECTORY.strip("/") / "wake").write_bytes(content)
     station.do("SUPERVISOR", 21, 2, request_sequence_id="WAKE", repository_path=DIRECTORY, file_name="wake")
     station.refuse(EXISTS, "SUPERVISOR", 21, 2, request_sequence_id="WAKE", repository_path=DIRECTORY, file_name="wake")
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 21, 2, request_sequence_id="OTHER", repository_path=DIRECTORY, file_name="none")

@@ -19,14 +19,14 @@ SAFE, NOMINAL = 0, 1
 SUPERVISOR, MANIPULATOR = 1, 16
 
 
-def _reports_of_supervisor(folder):
+def _reports_of_supervisor(directory):
     """Reports of the supervisor, as pusdump writes them."""
-    lines = subprocess.run([flying.ROOT / "build/bin/pusdump", folder / "packets.log"], check=True, capture_output=True, text=True).stdout
+    lines = subprocess.run([flying.ROOT / "build/bin/pusdump", directory / "packets.log"], check=True, capture_output=True, text=True).stdout
     return [line for line in lines.splitlines() if " TM 1 " in line]
 
 
-def _events(folder, number):
-    return [line for line in _reports_of_supervisor(folder) if number in line.split()]
+def _events(directory, number):
+    return [line for line in _reports_of_supervisor(directory) if number in line.split()]
 
 
 def _set_mode(ground, mode):
@@ -39,8 +39,8 @@ def _assert_in_fallback_mode(ground):
     assert (refused.code, refused.detail >> 8) == (PERMISSION, SAFE)
 
 
-def _begin(folder, storage):
-    flight = stations.launch(folder, "--storage", storage, "--form", "processes")
+def _begin(directory, storage):
+    flight = stations.launch(directory, "--storage", storage, "--form", "processes")
     return flight, stations.Station(flight, stations.Notes())
 
 

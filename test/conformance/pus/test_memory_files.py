@@ -15,7 +15,7 @@ PROTECTED = 0x0208
 VERIFY = 0x0401
 
 PARAMETERS, BUFFER = 1, 3  # Memories.
-FOLDER = "/memory"
+DIRECTORY = "/memory"
 PIECE = 3000
 
 
@@ -26,17 +26,17 @@ def crc(octets):
 
 def named(name):
     """Fields for a file of the tests."""
-    return {"repository_path": FOLDER, "file_name": name}
+    return {"repository_path": DIRECTORY, "file_name": name}
 
 
 @pytest.fixture(autouse=True)
-def _folder(station):
+def _directory(station):
     """A directory for the test, removed with its content."""
-    station.do("SUPERVISOR", 23, 9, repository_path="/", directory_name=FOLDER[1:])
+    station.do("SUPERVISOR", 23, 9, repository_path="/", directory_name=DIRECTORY[1:])
     yield
-    for entry in station.ask("SUPERVISOR", 23, 12, repository_path=FOLDER)["n"]:
+    for entry in station.ask("SUPERVISOR", 23, 12, repository_path=DIRECTORY)["n"]:
         station.do("SUPERVISOR", 23, 2, **named(entry["object_name"]))
-    station.do("SUPERVISOR", 23, 10, repository_path="/", directory_name=FOLDER[1:])
+    station.do("SUPERVISOR", 23, 10, repository_path="/", directory_name=DIRECTORY[1:])
 
 
 def fill(station, octets):
@@ -112,11 +112,11 @@ def test_gse_commands_upload_and_download_files(station, tmp_path):
     octets = random.Random(7).randbytes(40000)
     (tmp_path / "up").write_bytes(octets)
     (tmp_path / "empty").write_bytes(b"")
-    station.command("file", "upload", tmp_path / "up", f"{FOLDER}/up")
-    station.command("file", "upload", tmp_path / "empty", f"{FOLDER}/empty")
-    assert {line.split()[1] for line in station.command("file", "list", FOLDER).splitlines()} == {"up", "empty"}
+    station.command("file", "upload", tmp_path / "up", f"{DIRECTORY}/up")
+    station.command("file", "upload", tmp_path / "empty", f"{DIRECTORY}/empty")
+    assert {line.split()[1] for line in station.command("file", "list", DIRECTORY).splitlines()} == {"up", "empty"}
     for name, expected in (("up", octets), ("empty", b"")):
-        station.command("file", "download", f"{FOLDER}/{name}", tmp_path / "down")
+        station.command("file", "download", f"{DIRECTORY}/{name}", tmp_path / "down")
         assert (tmp_path / "down").read_bytes() == expected
-    station.command("file", "delete", f"{FOLDER}/up")
-    assert "up" not in station.command("file", "list", FOLDER)
+    station.command("file", "delete", f"{DIRECTORY}/up")
+    assert "up" not in station.command("file", "list", DIRECTORY)

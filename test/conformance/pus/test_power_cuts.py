@@ -24,7 +24,7 @@ FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reach
 LIVES, CHANGES, REQUESTS = 4, 120, 200
 SHORT_RUN_SEEDS, LONG_RUN_SEEDS = 3, 60  # Campaigns of a normal run, and of a run with LONG=1.
 STORE_SIZES = (65536, 1 << 20)
-MOST = {"activity": 200, "definition": 100, "sequence": 20, "store": 6, "procedure": 20, "file": 30, "folder": 10, "group": 5}
+MOST = {"activity": 200, "definition": 100, "sequence": 20, "store": 6, "procedure": 20, "file": 30, "directory": 10, "group": 5}
 
 
 def _ping(sequence):
@@ -42,7 +42,7 @@ class Plan:
 
     def draw(self, state):
         """The next request."""
-        kinds = (self._activity, self._group, self._definition, self._sequence, self._store, self._procedure, self._file, self._folder)
+        kinds = (self._activity, self._group, self._definition, self._sequence, self._store, self._procedure, self._file, self._directory)
         while not (request := self.rng.choice(kinds)(state)):
             pass
         return request
@@ -153,11 +153,11 @@ class Plan:
 
     # ---- ST[23] ----
 
-    def _folder(self, state):
-        if self._grows(state, "folder"):
+    def _directory(self, state):
+        if self._grows(state, "directory"):
             name = f"D{self._new()}"
-            return 23, 9, {"repository_path": "/", "directory_name": name}, {("folder", f"/{name}"): True}
-        (key,) = self._some(state, "folder")
+            return 23, 9, {"repository_path": "/", "directory_name": name}, {("directory", f"/{name}"): True}
+        (key,) = self._some(state, "directory")
         inside = [path for path in _keys(state, "file") if path[1].startswith(key[1] + "/")]
         if not inside:
             return 23, 10, {"repository_path": "/", "directory_name": key[1][1:]}, {key: None}
@@ -166,28 +166,28 @@ class Plan:
         name = f"D{self._new()}"
         moved = {("file", f"/{name}{path[1][len(key[1]):]}"): state[path] for path in inside}
         fields = {"repository_path": "/", "old_directory_name": key[1][1:], "new_directory_name": name}
-        return 23, 11, fields, {key: None, ("folder", f"/{name}"): True, **dict.fromkeys(inside), **moved}
+        return 23, 11, fields, {key: None, ("directory", f"/{name}"): True, **dict.fromkeys(inside), **moved}
 
     def _file(self, state):
-        if not (folders := _keys(state, "folder")):
+        if not (directories := _keys(state, "directory")):
             return None
-        folder, name = self.rng.choice(folders)[1], f"F{self._new()}"
+        directory, name = self.rng.choice(directories)[1], f"F{self._new()}"
         if self._grows(state, "file"):
             locked = self.rng.randrange(2)
-            fields = {"repository_path": folder, "file_name": name, "maximum_size": 4096, "file_locked_status": locked}
-            return 23, 1, fields, {("file", f"{folder}/{name}"): locked}
+            fields = {"repository_path": directory, "file_name": name, "maximum_size": 4096, "file_locked_status": locked}
+            return 23, 1, fields, {("file", f"{directory}/{name}"): locked}
         (key,) = self._some(state, "file")
         named = dict(zip(("repository_path", "file_name"), key[1].rsplit("/", 1)))
         what = self.rng.choice(("lock", "copy", "away"))
         if what == "lock":
             return 23, (6 if state[key] else 5), named, {key: 1 - state[key]}
         both = {"operation_id": self._new(), **{f"source_{word}": text for word, text in named.items()}}
-        both.update({"target_repository_path": folder, "target_file_name": name})
+        both.update({"target_repository_path": directory, "target_file_name": name})
         if what == "copy":
-            return 23, 14, both, {("file", f"{folder}/{name}"): 0}
+            return 23, 14, both, {("file", f"{directory}/{name}"): 0}
         if state[key]:
             return None  # A locked file is neither deleted nor moved.
-        return (23, 2, named, {key: None}) if self.rng.random() < 0.5 else (23, 15, both, {key: None, ("file", f"{folder}/{name}"): 0})
+        return (23, 2, named, {key: None}) if self.rng.random() < 0.5 else (23, 15, both, {key: None, ("file", f"{directory}/{name}"): 0})
 
 
 def _keys(state, kind):
@@ -239,14 +239,14 @@ def _stores(station):
         yield ("store", name), (entry["packet_store_size"], entry["packet_store_type"], entry["virtual_channel"], status[name], selected)
 
 
-def _files(station, folder):
-    for entry in station.ask("SUPERVISOR", 23, 12, repository_path=folder or "/")["n"]:
-        path = f"{folder}/{entry['object_name']}"
+def _files(station, directory):
+    for entry in station.ask("SUPERVISOR", 23, 12, repository_path=directory or "/")["n"]:
+        path = f"{directory}/{entry['object_name']}"
         if entry["object_type"] == "directory":
-            yield ("folder", path), True
+            yield ("directory", path), True
             yield from _files(station, path)
         else:
-            about = station.ask("SUPERVISOR", 23, 3, repository_path=folder or "/", file_name=entry["object_name"])
+            about = station.ask("SUPERVISOR", 23, 3, repository_path=directory or "/", file_name=entry["object_name"])
             yield ("file", path), about["file_locked_status"]
 
 
@@ -266,10 +266,10 @@ def cutter(tmp_path_factory):
     return path
 
 
-def _fly(folder, storage, environment=None):
+def _fly(directory, storage, environment=None):
     """A flight and its station; no station if the power was cut before it could connect."""
-    flight = stations.launch(folder, "--storage", storage, environment=environment)
-    port = folder / "ground.port"
+    flight = stations.launch(directory, "--storage", storage, environment=environment)
+    port = directory / "ground.port"
     flying.wait_until(lambda: flight.process.poll() is not None or (port.exists() and port.read_text()), "a ground port")
     try:
         station = stations.Station(flight, stations.Notes())
@@ -308,13 +308,13 @@ def _until_the_cut(ground, plan, possible, last_action):
     return possible, last_action
 
 
-def _campaign(cutter, folder, seed, lives):
-    plan, storage = Plan(seed), folder / "storage"
+def _campaign(cutter, directory, seed, lives):
+    plan, storage = Plan(seed), directory / "storage"
     possible, last_action = [{}], "nothing"
     for life in range(lives):
         cut = {"LD_PRELOAD": str(cutter), "POWER_CUT_STORAGE": str(storage), "POWER_CUT_SEED": str(seed * 1000 + life)}
         cut["POWER_CUT_AFTER"] = str(plan.rng.randint(1, CHANGES))
-        flight, ground = _fly(folder / str(life), storage, cut)
+        flight, ground = _fly(directory / str(life), storage, cut)
         try:
             if ground is not None:
                 possible, last_action = _until_the_cut(ground, plan, possible, f"seed {seed}, life {life}, {last_action}")
@@ -323,7 +323,7 @@ def _campaign(cutter, folder, seed, lives):
             flight.wait()
         finally:
             flight.abandon()
-    flight, ground = _fly(folder / "last", storage)
+    flight, ground = _fly(directory / "last", storage)
     _compare(_lasting(ground), possible, f"seed {seed}, the last life, {last_action}")
     ground.close()
     flight.process.send_signal(signal.SIGINT)
@@ -341,6 +341,6 @@ def test_acknowledged_changes_survive_power_cuts(cutter, tmp_path, seed):
 
 
 def test_a_flight_that_ends_before_its_station_connects_has_no_station(tmp_path):
-    ended = types.SimpleNamespace(folder=tmp_path, port=flying.free_port, process=types.SimpleNamespace(poll=lambda: 1))
+    ended = types.SimpleNamespace(directory=tmp_path, port=flying.free_port, process=types.SimpleNamespace(poll=lambda: 1))
     with pytest.raises(stations.LinkClosed):
         stations.Station(ended, stations.Notes())

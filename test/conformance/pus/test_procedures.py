@@ -251,7 +251,7 @@ def test_procedures_are_aborted(station):
 
 def test_a_procedure_is_loaded_from_a_file(station, flight):
     file = {"repository_path": "/", "file_name": "look.lua"}
-    place = flight.folder / "storage" / "files" / "look.lua"
+    place = flight.directory / "storage" / "files" / "look.lua"
     for subtype, extra in ((13, {}), (19, {"observability_level": 0, "n": []})):
         station.refuse(UNKNOWN_ID, "SUPERVISOR", 18, subtype, obcp_id="LOOK", **file, **extra)
         station.refuse(OUT_OF_RANGE, "SUPERVISOR", 18, subtype, obcp_id="LOOK", repository_path="/..", file_name="a", **extra)

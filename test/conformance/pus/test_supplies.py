@@ -30,15 +30,15 @@ def station(notes):
     """A ground station over a flight whose arm loses a drive."""
     place = ROOT / "build" / "test"
     place.mkdir(parents=True, exist_ok=True)
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="pus-supplies-", dir=place))
-    flight = stations.launch(folder)
+    directory = pathlib.Path(tempfile.mkdtemp(prefix="pus-supplies-", dir=place))
+    flight = stations.launch(directory)
     ground = stations.Station(flight, notes)
     yield ground
     ground.close()
     assert flight.process.poll() is None, f"the flight ended by itself\n{flight.transcript()}"
     flight.process.send_signal(signal.SIGINT)
     flight.wait()
-    shutil.rmtree(folder, ignore_errors=True)
+    shutil.rmtree(directory, ignore_errors=True)
 
 
 def apid(station):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The table of coverage in the documents contains what this session has seen. This is the last file of the
-folder, because it uses the results of all others."""
+directory, because it uses the results of all others."""
 
 import os
 import pathlib

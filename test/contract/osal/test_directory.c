@@ -5,7 +5,7 @@
 
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/process.h"
-#include "test/support/folder.h"
+#include "test/support/directory.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -63,7 +63,8 @@ static void clear(const osal_directory_t* tree, const char* path)
 
 void setUp(void)
 {
-    (void)snprintf(base, sizeof base, TEST_FOLDER "/osal-directory-contract-%d", (int)osal_process_own_id());
+    (void)snprintf(base, sizeof base, TEST_DIRECTORY "/osal-directory-contract-%d",
+                   (int)osal_process_own_id());
     const status_t status = osal_directory_create(real(""));
     if (status == STATUS_UNSUPPORTED) {
         TEST_IGNORE_MESSAGE("this port has no directories");
@@ -80,8 +81,8 @@ void tearDown(void)
     if (!osal_file_exists(real(""))) {
         return;
     }
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&above, TEST_FOLDER));
-    clear(&above, &base[sizeof TEST_FOLDER "/" - 1U]);
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&above, TEST_DIRECTORY));
+    clear(&above, &base[sizeof TEST_DIRECTORY "/" - 1U]);
     osal_directory_close(&above);
 }
 

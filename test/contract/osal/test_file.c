@@ -4,7 +4,7 @@
 
 #include "osal/include/osal/directory.h"
 #include "osal/include/osal/process.h"
-#include "test/support/folder.h"
+#include "test/support/directory.h"
 #include "unity.h"
 
 #include <stdio.h>
@@ -17,7 +17,7 @@ static char nowhere[96]; // A path in a directory that does not exist.
 
 void setUp(void)
 {
-    (void)snprintf(directory, sizeof directory, TEST_FOLDER "/osal-file-contract-%d",
+    (void)snprintf(directory, sizeof directory, TEST_DIRECTORY "/osal-file-contract-%d",
                    (int)osal_process_own_id());
     const status_t status = osal_directory_create(directory);
     has_directories       = (status != STATUS_UNSUPPORTED);
@@ -32,8 +32,9 @@ void tearDown(void)
     osal_directory_t above;
     (void)osal_file_remove(path);
     if (has_directories) {
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&above, TEST_FOLDER));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&above, &directory[sizeof(TEST_FOLDER "/") - 1U]));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&above, TEST_DIRECTORY));
+        TEST_ASSERT_EQUAL(STATUS_OK,
+                          osal_directory_remove(&above, &directory[sizeof(TEST_DIRECTORY "/") - 1U]));
         osal_directory_close(&above);
     }
 }

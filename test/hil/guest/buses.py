@@ -110,12 +110,12 @@ def case_shared_memory_is_there():
 
 
 def case_this_kernel_is_chosen_and_its_commands_are_isolated():
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as directory:
         os.environ["HIL_PLACE"] = ""
-        chosen = place.choose(folder)
+        chosen = place.choose(directory)
         assert chosen.name == "running kernel", chosen.why
         done = chosen.run("ip link add inside type vcan && touch /run/inside && echo $OUT; sleep 1000 & exit 3", BOUND_S)
-        assert (done.code, done.stdout.strip()) == (3, str(done.folder)), done.end()
+        assert (done.code, done.stdout.strip()) == (3, str(done.directory)), done.end()
         assert not os.path.exists("/sys/class/net/inside") and not os.path.exists("/run/inside")
         hung = chosen.run("echo begun; sleep 1000", 1)
         assert hung.code == place.LIMIT_REACHED, hung.end()

@@ -60,9 +60,9 @@ def case_the_flight_ends_well():
 
 if __name__ == "__main__":
     sys.setswitchinterval(0.0005)  # The bus and the task that waits for it take turns.
-    FOLDER = pathlib.Path("/tmp/deviation")
-    FOLDER.mkdir(exist_ok=True)
-    STAGE = drive_deviations.Stage(FOLDER, "vcan-robot", ("--bus", "vcan"))
+    DIRECTORY = pathlib.Path("/tmp/deviation")
+    DIRECTORY.mkdir(exist_ok=True)
+    STAGE = drive_deviations.Stage(DIRECTORY, "vcan-robot", ("--bus", "vcan"))
     try:
         cases.run({name: what for name, what in globals().items() if name.removeprefix("case_") in sys.argv[1:]})
     finally:

@@ -142,7 +142,7 @@ def case_the_arm_presses_through_netem():
         flight.abandon()
         killed.abandon()
     judge(flight, counters)
-    shutil.copytree(flight.folder, nodes.OUT / "judged")
+    shutil.copytree(flight.directory, nodes.OUT / "judged")
 
 
 def case_the_arm_holds_contact_through_netem():
@@ -154,7 +154,7 @@ def case_the_arm_holds_contact_through_netem():
         counters = end_of(flight)
     finally:
         flight.abandon()
-    shutil.copytree(flight.folder, nodes.OUT / "judged")
+    shutil.copytree(flight.directory, nodes.OUT / "judged")
     judge(flight, counters)
 
 

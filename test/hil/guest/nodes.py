@@ -48,11 +48,11 @@ def split_mission():
 
 
 def run(name):
-    """A folder for a run: the length of its path is limited, and some output folders do not support memory
+    """A directory for a run: the length of its path is limited, and some output directories do not support memory
     maps of logs."""
-    folder = pathlib.Path("/tmp" if pathlib.Path("/run/vm").is_dir() else OUT) / name
-    shutil.rmtree(folder, ignore_errors=True)
-    return folder
+    directory = pathlib.Path("/tmp" if pathlib.Path("/run/vm").is_dir() else OUT) / name
+    shutil.rmtree(directory, ignore_errors=True)
+    return directory
 
 
 def fly(name, *options, **how):
@@ -63,7 +63,7 @@ def fly(name, *options, **how):
 
 def assert_equal(one, other):
     for name in flying.TRACED:
-        assert one.octets(name) == other.octets(name), f"{name} of {one.folder} and {other.folder}"
+        assert one.octets(name) == other.octets(name), f"{name} of {one.directory} and {other.directory}"
 
 
 def assert_gone(flight):
@@ -99,7 +99,7 @@ def begun(name, *options):
 
 def wait_for(flight, text):
     """Wait until the operator's log contains the text."""
-    path = flight.folder / "operator.log"
+    path = flight.directory / "operator.log"
 
     def has():
         assert flight.process.poll() is None, flight.wait(1).transcript()
@@ -166,7 +166,7 @@ def case_lives_are_those_of_the_image():
     flights = [lives.fly(run(f"lives-{name}"), path, *options, "--links", METHOD, limit_s=LIMIT_S) for name, options in forms.items()]
     for flight in flights[1:]:
         for name in ("packets.log", *lives.BUS_LOGS):
-            assert flight.octets(name) == flights[0].octets(name), f"{name} of {flight.folder}"
+            assert flight.octets(name) == flights[0].octets(name), f"{name} of {flight.directory}"
         assert_gone(flight)
 
 
@@ -222,7 +222,7 @@ def case_unplug_between_nodes():
     two = fly("unplug", "--scenario", path, *NODES, "--links", METHOD, root=split_mission())
     assert two.facts["reproducible"] is True, two.transcript()
     assert_equal(two, fly("unplug-image", "--scenario", path, "--form", "image", "--links", METHOD))
-    shutil.copytree(two.folder, OUT / f"judged-{METHOD}")
+    shutil.copytree(two.directory, OUT / f"judged-{METHOD}")
 
 
 # --- a connection that is cut --------------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def states_reported(flight, apid):
 def cut_and_mend(name, root):
     """Cut the veth in operation, restore it when the supervisor has detected the loss of the component behind
     it, and bring the mission up again by command."""
-    folder = run(name)
+    directory = run(name)
     lines = flying.bring_up(0.1, tare=False)
     lines += ["1.2 operator wait-event SUPERVISOR SUBSYSTEM_SILENT 1000",
               "1.2 operator wait-event MANIPULATOR OPERATOR_NOTE 100000", "1.2 operator shutdown"]
@@ -251,7 +251,7 @@ def cut_and_mend(name, root):
     again = [f"0.0 operator state {member} OFFLINE" for member in BOTH] + flying.bring_up(0.0, tare=False)
     again += [f"0.0 operator expect-state {member} OPERATIONAL" for member in BOTH]
     again = flying.write_scenario(OUT / f"{name}-again.scn", *again, "0.0 operator cmd MANIPULATOR.RAISE EVENT=9")
-    flight = flying.start(folder, "--scenario", path, *NODES, "--links", METHOD, root=root)
+    flight = flying.start(directory, "--scenario", path, *NODES, "--links", METHOD, root=root)
     try:
         wait_for(flight, "state MANIPULATOR OPERATIONAL: completed")
         with frozen(flight):

@@ -13,7 +13,7 @@ INTERFACES = ("vcan-robot", "vcan-joystick")
 
 
 def case_telepresence_is_flown_over_vcan():
-    """The recorder writes to memory: the output folder would be too slow. Most of the flight fits into its
+    """The recorder writes to memory: the output directory would be too slow. Most of the flight fits into its
     backlog."""
     WORK.mkdir()
     for interface in INTERFACES:

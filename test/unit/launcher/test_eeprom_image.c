@@ -2,21 +2,22 @@
 #include "launcher/eeprom_image.h"
 
 #include "osal/include/osal/process.h"
-#include "test/support/folder.h"
+#include "test/support/directory.h"
 #include "unity.h"
 
 #include <stdio.h>
 #include <string.h>
 
-static char folder[64];
+static char directory[64];
 static char path[96];
 static eeprom_image_t image = {{-1}, {-1}};
 static uint8_t content[TARGET_EEPROM_OCTETS + 1U];
 
 void setUp(void)
 {
-    (void)snprintf(folder, sizeof folder, TEST_FOLDER "/eeprom-image-%d", (int)osal_process_own_id());
-    (void)snprintf(path, sizeof path, "%s.eeprom", folder);
+    (void)snprintf(directory, sizeof directory, TEST_DIRECTORY "/eeprom-image-%d",
+                   (int)osal_process_own_id());
+    (void)snprintf(path, sizeof path, "%s.eeprom", directory);
     (void)osal_file_remove(path);
 }
 
@@ -26,10 +27,10 @@ void tearDown(void)
     (void)osal_file_remove(path);
 }
 
-/// The image lies beside the folder: the name of the component is the last part of its path.
+/// The image lies beside the directory: the name of the component is the last part of its path.
 static status_t open_image(eeprom_image_t* const one)
 {
-    return eeprom_image_open(one, TEST_FOLDER, &folder[sizeof TEST_FOLDER]);
+    return eeprom_image_open(one, TEST_DIRECTORY, &directory[sizeof TEST_DIRECTORY]);
 }
 
 static void write_whole(const size_t size, const int octet)
@@ -92,11 +93,11 @@ static void what_is_no_image_is_refused_and_kept(void)
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, open_image(&image));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_load(path, content, sizeof content, &size));
     TEST_ASSERT_EQUAL(sizeof content, size);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, eeprom_image_open(&image, "/no/such/folder", "ARM"));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, eeprom_image_open(&image, "/no/such/directory", "ARM"));
     char long_name[600];
     (void)memset(long_name, 'n', sizeof long_name);
     long_name[sizeof long_name - 1U] = '\0';
-    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, eeprom_image_open(&image, TEST_FOLDER, long_name));
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, eeprom_image_open(&image, TEST_DIRECTORY, long_name));
 }
 
 int main(void)

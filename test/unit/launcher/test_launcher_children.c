@@ -80,14 +80,14 @@ static int set_up(void** state)
     descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
     launcher.run                = &run;
-    launcher.program_folder     = "bin/";
+    launcher.program_directory  = "bin/";
     launcher.options.seed       = 7U;
     launcher.options.is_stepped = true;
     // The launcher only checks whether there is a scheduler.
     launcher.scheduler = (osal_lockstep_t*)&run;
     run.is_stepped     = true;
     (void)strcpy(run.identity, "hirosco-9");
-    (void)strcpy(run.folder, "runs/x");
+    (void)strcpy(run.directory, "runs/x");
     (void)strcpy(launcher.world_path, "w.xml");
     (void)strcpy(launcher.scenario_path, "s.scn");
     (void)strcpy(launcher.cosimulation, "c");

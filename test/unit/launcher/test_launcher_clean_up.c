@@ -116,8 +116,8 @@ static int set_up(void** state)
     (void)memset(&launcher, 0, sizeof launcher);
     descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
-    launcher.run            = &run;
-    launcher.program_folder = "bin/";
+    launcher.run               = &run;
+    launcher.program_directory = "bin/";
     (void)strcpy(run.identity, "hirosco-9");
     return 0;
 }

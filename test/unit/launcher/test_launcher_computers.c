@@ -53,7 +53,7 @@ static int set_up(void** state)
     launcher.run               = &run;
     launcher.options.computers = 2U;
     (void)strcpy(run.identity, "hirosco-9");
-    (void)strcpy(run.folder, "runs/x");
+    (void)strcpy(run.directory, "runs/x");
     (void)strcpy(run.mission_path, "m.xml");
     run.component_count = 3U;
     for (uint16_t i = 0U; i < 3U; i++) {

@@ -103,12 +103,12 @@ status_t __wrap_run_state_attach(osal_shm_t* shm, const char* name, run_state_t*
     return mock_type(status_t);
 }
 
-void __wrap_launcher_take_over(launcher_t* self, const launch_options_t* how, const char* program_folder,
+void __wrap_launcher_take_over(launcher_t* self, const launch_options_t* how, const char* program_directory,
                                run_state_t* of)
 {
     assert_ptr_equal(&launcher, self);
     assert_ptr_equal(&options, how);
-    assert_string_equal("bin/", program_folder);
+    assert_string_equal("bin/", program_directory);
     check_expected_ptr(of);
 }
 

@@ -52,7 +52,7 @@ static int set_up(void** state)
     (void)state;
     (void)memset(&launcher, 0, sizeof launcher);
     descriptor_mission_clear(&launcher.mission);
-    launcher.program_folder          = "bin/";
+    launcher.program_directory       = "bin/";
     launcher.mission.subsystem_count = 2U;
     for (unsigned i = 0U; i < 2U; i++) {
         mission_subsystem_t* const one = &launcher.mission.storage.subsystems[i];

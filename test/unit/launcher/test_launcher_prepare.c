@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the launcher prepares before the first process of a run: the folder and the port of the ground; and
+// What the launcher prepares before the first process of a run: the directory and the port of the ground; and
 // the reason that it gives if a part is missing. The other files of the launcher, shared memory and the
-// socket are mocked; mission and folder are real.
+// socket are mocked; mission and directory are real.
 #define _GNU_SOURCE
 #include "generated/device_classes.h"
 #include "launcher/launcher_internal.h"
@@ -22,7 +22,7 @@
 static launcher_t launcher;
 static run_state_t run;
 static launch_options_t options;
-static char folder[] = "/tmp/launcher-prepare-XXXXXX";
+static char directory[] = "/tmp/launcher-prepare-XXXXXX";
 static bool is_mission_there;
 static bool has_own_scenario; // The mission has a scenario of its name.
 
@@ -115,8 +115,8 @@ void __wrap_osal_shm_close(osal_shm_t* shm)
     function_called();
 }
 
-/// Mission, world, scenario and programs exist; each test says which folders of runs exist, and whether the
-/// mission has a scenario of its name.
+/// Mission, world, scenario and programs exist; each test says which directories of runs exist, and whether
+/// the mission has a scenario of its name.
 bool __wrap_osal_file_exists(const char* path)
 {
     if ((strncmp(path, "runs/", 5U) == 0) && (strstr(path, "/run.json") == NULL)) {
@@ -198,8 +198,8 @@ static int set_up(void** state)
                                           .key           = "",
                                           .remote_endian = "",
                                           .rtos          = ""};
-    (void)strcpy(&folder[sizeof folder - 7U], "XXXXXX");
-    return (mkdtemp(folder) != NULL) ? 0 : 1;
+    (void)strcpy(&directory[sizeof directory - 7U], "XXXXXX");
+    return (mkdtemp(directory) != NULL) ? 0 : 1;
 }
 
 static int tear_down(void** state)
@@ -209,12 +209,12 @@ static int tear_down(void** state)
     char path[96];
     (void)state;
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
-        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        (void)snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         if (unlink(path) != 0) {
             (void)rmdir(path);
         }
     }
-    return rmdir(folder); // Fails if the folder contains anything else.
+    return rmdir(directory); // Fails if the directory contains anything else.
 }
 
 static void prepare_fails(const char* const reason)
@@ -229,7 +229,8 @@ static void a_mission_that_is_missing_is_named(void** state)
 {
     (void)state;
     is_mission_there = false;
-    prepare_fails("no such mission (run hirosco in the project's folder): descriptors/missions/rokviss.xml");
+    prepare_fails(
+        "no such mission (run hirosco in the project's directory): descriptors/missions/rokviss.xml");
 }
 
 static void a_limit_that_is_too_low_ends_the_preparation(void** state)
@@ -239,9 +240,9 @@ static void a_limit_that_is_too_low_ends_the_preparation(void** state)
     prepare_fails(""); // The reason is given there.
 }
 
-// ---- Folder ----
+// ---- Directory ----
 
-static void expect_folder(const char* const path, const bool is_used)
+static void expect_directory(const char* const path, const bool is_used)
 {
     expect_string(__wrap_osal_file_exists, path, path);
     will_return(__wrap_osal_file_exists, is_used);
@@ -253,24 +254,24 @@ static void expect_made(const char* const path, const status_t status)
     will_return(__wrap_osal_directory_create, status);
 }
 
-/// The first folder that does not exist, named by scenario, form and seed.
-static void a_folder_that_is_not_given_is_named_by_the_run(void** state)
+/// The first directory that does not exist, named by scenario, form and seed.
+static void a_directory_that_is_not_given_is_named_by_the_run(void** state)
 {
     (void)state;
     will_return_count(__wrap_launcher_set_limits, true, 3);
-    expect_folder("runs/press-processes-7-001", true);
-    expect_folder("runs/press-processes-7-002", false);
+    expect_directory("runs/press-processes-7-001", true);
+    expect_directory("runs/press-processes-7-002", false);
     expect_made("runs/press-processes-7-002", STATUS_DENIED);
-    prepare_fails("cannot make the output folder runs/press-processes-7-002");
+    prepare_fails("cannot make the output directory runs/press-processes-7-002");
     options.scenario = "my/own.scn";
     options.is_image = true;
-    expect_folder("runs/own-image-7-001", false);
+    expect_directory("runs/own-image-7-001", false);
     expect_made("runs/own-image-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output folder runs/own-image-7-001");
+    prepare_fails("cannot make the output directory runs/own-image-7-001");
     options.scenario = "none";
-    expect_folder("runs/none-image-7-001", false);
+    expect_directory("runs/none-image-7-001", false);
     expect_made("runs/none-image-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output folder runs/none-image-7-001");
+    prepare_fails("cannot make the output directory runs/none-image-7-001");
 }
 
 static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence(void** state)
@@ -279,30 +280,30 @@ static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telep
     will_return_count(__wrap_launcher_set_limits, true, 2);
     options.scenario = "";
     has_own_scenario = true;
-    expect_folder("runs/rokviss-processes-7-001", false);
+    expect_directory("runs/rokviss-processes-7-001", false);
     expect_made("runs/rokviss-processes-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output folder runs/rokviss-processes-7-001");
+    prepare_fails("cannot make the output directory runs/rokviss-processes-7-001");
     has_own_scenario = false;
-    expect_folder("runs/telepresence-processes-7-001", false);
+    expect_directory("runs/telepresence-processes-7-001", false);
     expect_made("runs/telepresence-processes-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output folder runs/telepresence-processes-7-001");
+    prepare_fails("cannot make the output directory runs/telepresence-processes-7-001");
 }
 
 // ---- Port of the ground ----
 
-static void make_the_folders(void)
+static void make_the_directories(void)
 {
     static char storage[64];
-    options.output = folder;
-    (void)snprintf(storage, sizeof storage, "%s/storage", folder);
+    options.output = directory;
+    (void)snprintf(storage, sizeof storage, "%s/storage", directory);
     will_return(__wrap_launcher_set_limits, true);
-    expect_made(folder, STATUS_OK);
+    expect_made(directory, STATUS_OK);
     expect_made(storage, STATUS_OK);
 }
 
-static void begin_in_the_folder(void)
+static void begin_in_the_directory(void)
 {
-    make_the_folders();
+    make_the_directories();
     will_return(__wrap_osal_shm_create, STATUS_OK);
     expect_function_call(__wrap_osal_shm_close);
     will_return(__wrap_launcher_open_sockets, true);
@@ -319,7 +320,7 @@ static void the_first_port_that_is_free_is_that_of_the_ground(void** state)
     char path[96];
     char line[16] = "";
     (void)state;
-    begin_in_the_folder();
+    begin_in_the_directory();
     expect_listen(10015U, STATUS_EXISTS);
     expect_listen(10016U, STATUS_EXISTS);
     expect_listen(10017U, STATUS_OK);
@@ -327,14 +328,14 @@ static void the_first_port_that_is_free_is_that_of_the_ground(void** state)
     assert_string_equal("", launcher.reason);
     assert_int_equal(10017U, run.ground_port);
     assert_int_equal(33, run.ground_descriptor);
-    (void)snprintf(path, sizeof path, "%s/ground.port", folder);
+    (void)snprintf(path, sizeof path, "%s/ground.port", directory);
     FILE* const file = fopen(path, "r");
     assert_non_null(file);
     assert_non_null(fgets(line, sizeof line, file));
     assert_int_equal(0, fclose(file));
     assert_string_equal("10017\n", line);
     char classes[32];
-    (void)snprintf(path, sizeof path, "%s/ground.classes", folder);
+    (void)snprintf(path, sizeof path, "%s/ground.classes", directory);
     FILE* const hash = fopen(path, "r");
     assert_non_null(hash);
     assert_non_null(fgets(classes, sizeof classes, hash));
@@ -349,9 +350,9 @@ static void the_first_port_that_is_free_is_that_of_the_ground(void** state)
 static void put_owner(const char* const mission)
 {
     char path[96];
-    (void)snprintf(path, sizeof path, "%s/storage", folder);
+    (void)snprintf(path, sizeof path, "%s/storage", directory);
     assert_int_equal(0, mkdir(path, 0755));
-    (void)snprintf(path, sizeof path, "%s/storage/mission", folder);
+    (void)snprintf(path, sizeof path, "%s/storage/mission", directory);
     FILE* const file = fopen(path, "w");
     assert_non_null(file);
     assert_true(fputs(mission, file) >= 0);
@@ -363,12 +364,12 @@ static void the_storage_of_another_mission_is_refused(void** state)
     char expected[256];
     (void)state;
     put_owner("rokvis");
-    make_the_folders();
+    make_the_directories();
     (void)snprintf(
         expected, sizeof expected,
         "the storage is that of another mission: %s/storage/mission contains 'rokvis', expected 'rokviss'; "
-        "choose another folder with --storage, or fly that mission with --mission",
-        folder);
+        "choose another directory with --storage, or fly that mission with --mission",
+        directory);
     prepare_fails(expected);
 }
 
@@ -376,7 +377,7 @@ static void the_storage_of_this_mission_is_used(void** state)
 {
     (void)state;
     put_owner("rokviss");
-    begin_in_the_folder();
+    begin_in_the_directory();
     expect_listen(10015U, STATUS_OK);
     assert_true(launcher_prepare(&launcher, &options, "bin/"));
 }
@@ -385,7 +386,7 @@ static void a_port_that_was_asked_for_and_is_in_use_is_refused(void** state)
 {
     (void)state;
     options.port = 20000U;
-    begin_in_the_folder();
+    begin_in_the_directory();
     expect_listen(20000U, STATUS_EXISTS);
     prepare_fails("the ground port is in use on 127.0.0.1: 20000");
 }
@@ -393,7 +394,7 @@ static void a_port_that_was_asked_for_and_is_in_use_is_refused(void** state)
 static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** state)
 {
     (void)state;
-    begin_in_the_folder();
+    begin_in_the_directory();
     expect_listen(10015U, STATUS_DENIED);
     prepare_fails("cannot listen on 127.0.0.1: 10015");
 }
@@ -408,7 +409,7 @@ static void prepare_stepped(const char* const scenario, const char* const links)
     options.is_stepped  = true;
     options.scenario    = scenario;
     options.links       = links;
-    begin_in_the_folder();
+    begin_in_the_directory();
     will_return(__wrap_osal_shm_create, STATUS_OK);
     expect_value(__wrap_osal_lockstep_create, is_shared, true);
     expect_listen(10015U, STATUS_OK);
@@ -428,7 +429,7 @@ static void prepare_stepped(const char* const scenario, const char* const links)
 /// The number of participants depends on the mission, which the first preparation reads.
 static void read_the_mission(void)
 {
-    begin_in_the_folder();
+    begin_in_the_directory();
     expect_listen(10015U, STATUS_OK);
     assert_true(launcher_prepare(&launcher, &options, "bin/"));
 }
@@ -454,7 +455,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_mission_that_is_missing_is_named, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_limit_that_is_too_low_ends_the_preparation, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_folder_that_is_not_given_is_named_by_the_run, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_directory_that_is_not_given_is_named_by_the_run, set_up, tear_down),
         cmocka_unit_test_setup_teardown(
             a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence, set_up, tear_down),
         cmocka_unit_test_setup_teardown(the_first_port_that_is_free_is_that_of_the_ground, set_up, tear_down),

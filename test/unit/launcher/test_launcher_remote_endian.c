@@ -53,7 +53,7 @@ static int set_up(void** state)
     (void)memset(&launcher, 0, sizeof launcher);
     descriptor_mission_clear(&launcher.mission);
     launcher.run                     = &run;
-    launcher.program_folder          = "bin/";
+    launcher.program_directory       = "bin/";
     launcher.options.remote_endian   = "ARM";
     launcher.options.rtos            = "";
     launcher.mission.subsystem_count = 4U;

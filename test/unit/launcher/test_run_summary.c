@@ -21,7 +21,7 @@ static char text[16384];
 static const char* path_of(const char* const name)
 {
     static char path[LAUNCH_PATH_MAX + 32U];
-    (void)snprintf(path, sizeof path, "%s/%s", run.folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", run.directory, name);
     return path;
 }
 
@@ -49,8 +49,8 @@ void setUp(void)
     (void)memset(&launcher, 0, sizeof launcher);
     descriptor_mission_clear(&launcher.mission);
     (void)memset(&run, 0, sizeof run);
-    (void)strcpy(run.folder, "/tmp/run-summary-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(run.folder));
+    (void)strcpy(run.directory, "/tmp/run-summary-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(run.directory));
     launcher.run                        = &run;
     launcher.options                    = (launch_options_t){.mission       = "rokviss",
                                                              .scenario      = "press",
@@ -76,7 +76,7 @@ void tearDown(void)
     for (unsigned i = 0U; i < 3U; i++) {
         (void)unlink(path_of(names[i]));
     }
-    TEST_ASSERT_EQUAL(0, rmdir(run.folder)); // The folder has no other files.
+    TEST_ASSERT_EQUAL(0, rmdir(run.directory)); // The directory has no other files.
 }
 
 static void the_summary_of_a_run_is_this(void)
@@ -240,12 +240,12 @@ static void a_summary_that_cannot_be_written_is_reported(void)
     TEST_ASSERT_FALSE(run_summary_write(&launcher));
     TEST_ASSERT_NOT_EQUAL(0, access(path_of("run.json"), F_OK));
     launcher.child_count = 0U;
-    char folder[RUN_PATH_MAX];
-    (void)strcpy(folder, run.folder);
-    (void)strcpy(run.folder, "/dev/null/none");
+    char directory[RUN_PATH_MAX];
+    (void)strcpy(directory, run.directory);
+    (void)strcpy(run.directory, "/dev/null/none");
     TEST_ASSERT_FALSE(run_summary_reserve(&launcher));
     TEST_ASSERT_FALSE(run_summary_write(&launcher));
-    (void)strcpy(run.folder, folder);
+    (void)strcpy(run.directory, directory);
 }
 
 int main(void)

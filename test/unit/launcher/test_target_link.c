@@ -7,7 +7,7 @@
 #include "osal/include/osal/file.h"
 #include "osal/include/osal/process.h"
 #include "osal/include/osal/task.h"
-#include "test/support/folder.h"
+#include "test/support/directory.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -391,7 +391,7 @@ static void files_of_the_program_are_forced_to_the_disk(void** state)
     (void)state;
     char path[64];
     osal_file_t file;
-    (void)snprintf(path, sizeof path, "%s/target-link-%d", TEST_FOLDER, (int)osal_process_own_id());
+    (void)snprintf(path, sizeof path, "%s/target-link-%d", TEST_DIRECTORY, (int)osal_process_own_id());
     assert_int_equal(STATUS_OK, osal_file_create(&file, path));
     osal_file_close(&file);
     will_return(__wrap_osal_file_sync, STATUS_OK);
@@ -405,7 +405,7 @@ static void files_of_the_program_are_forced_to_the_disk(void** state)
     assert_int_equal(STATUS_OK, osal_file_remove(path));
     put_sync(TARGET_WIRE_SYNC_CONTENT, path);
     expect_synced(0U);
-    put_sync(TARGET_WIRE_SYNC_NAMES, "/no/such/folder/file");
+    put_sync(TARGET_WIRE_SYNC_NAMES, "/no/such/directory/file");
     expect_synced(0U);
 }
 

@@ -72,11 +72,11 @@ static void names_are_returned_in_order_and_in_parts(void)
     put_file(real(long_name), "x");
     TEST_ASSERT_EQUAL(0, symlink("a", real("link")));
     TEST_ASSERT_EQUAL(0, mkfifo(real("pipe"), 0600));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "folder"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "directory"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_list(&root, "", "", entries, 8U, &count));
     TEST_ASSERT_EQUAL_UINT64(7U, count);
     TEST_ASSERT_EQUAL_STRING("b", entries[4].name);
-    TEST_ASSERT_EQUAL_STRING("folder", entries[5].name);
+    TEST_ASSERT_EQUAL_STRING("directory", entries[5].name);
     TEST_ASSERT_TRUE(entries[5].is_directory);
     TEST_ASSERT_EQUAL_STRING("z", entries[6].name);
     TEST_ASSERT_FALSE(entries[6].is_directory);
@@ -122,12 +122,13 @@ static void links_and_special_files_are_treated_as_absent(void)
     put_file(real("a/file"), "x");
     TEST_ASSERT_EQUAL(0, symlink("../secret", real("out")));
     TEST_ASSERT_EQUAL(0, symlink(outside, real("absolute")));
-    TEST_ASSERT_EQUAL(0, symlink("a", real("folder")));
+    TEST_ASSERT_EQUAL(0, symlink("a", real("directory")));
     TEST_ASSERT_EQUAL(0, symlink("..", real("up")));
     TEST_ASSERT_EQUAL(0, symlink("nothing", real("dangling")));
     TEST_ASSERT_EQUAL(0, mkfifo(real("pipe"), 0600));
-    static const char* const hostile[] = {"out",  "absolute",  "folder",  "up",          "dangling",
-                                          "pipe", "up/secret", "up/root", "folder/file", "pipe/x"};
+    static const char* const hostile[] = {
+        "out",       "absolute", "directory",      "up",    "dangling", "pipe",
+        "up/secret", "up/root",  "directory/file", "pipe/x"};
     for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         expect_refused(hostile[i], STATUS_NOT_FOUND);
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make(&root, hostile[i]));

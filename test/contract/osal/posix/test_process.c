@@ -283,7 +283,7 @@ static void a_program_that_cannot_be_started_is_reported(void)
     start.descriptor_count   = 1U;
     TEST_ASSERT_EQUAL(STATUS_IO, osal_process_start(&process, &start));
     start.descriptor_count = 0U;
-    start.output_path      = "/no/such/folder/output";
+    start.output_path      = "/no/such/directory/output";
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_start(&process, &start));
     TEST_ASSERT_EQUAL(-1, waitpid(-1, NULL, WNOHANG)); // No partly started process is left.
 }

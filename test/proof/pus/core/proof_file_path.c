@@ -74,7 +74,7 @@ void proof(void)
         path.text[PUS_FILE_PATH_MAX] = '\0';
         ASSUME(is_inside(path.text));
         if (pus_file_path_read_name(&reader, &path)) {
-            PROVE(is_inside(path.text), "a name stays in its folder");
+            PROVE(is_inside(path.text), "a name stays in its directory");
         }
     }
 }

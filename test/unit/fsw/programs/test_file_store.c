@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file service on a real folder: requests with hostile names affect nothing outside it. The numbers of
+// The file service on a real directory: requests with hostile names affect nothing outside it. The numbers of
 // requests and reports are subtypes; pus/catalogue/st23_files.txt has their names and fields.
 #define _GNU_SOURCE
 #include "fsw/programs/file_store.h"

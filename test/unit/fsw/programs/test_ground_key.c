@@ -13,7 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static char folder[64];
+static char directory[64];
 static char path[96];
 static char mark[112];
 static char error[GROUND_KEY_ERROR_MAX];
@@ -30,9 +30,9 @@ static void put(const char* const name, const void* const octets, const size_t s
 void setUp(void)
 {
     osal_file_t file;
-    (void)strcpy(folder, "/tmp/ground_key.XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
-    (void)snprintf(path, sizeof path, "%s/key", folder);
+    (void)strcpy(directory, "/tmp/ground_key.XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
+    (void)snprintf(path, sizeof path, "%s/key", directory);
     (void)snprintf(mark, sizeof mark, "%s.received", path);
     put(path, sealer_key, SDLS_KEY_OCTETS);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&file, mark));
@@ -46,7 +46,7 @@ void tearDown(void)
 {
     (void)unlink(path);
     (void)unlink(mark);
-    (void)rmdir(folder);
+    (void)rmdir(directory);
 }
 
 static void expect_opened(void)
@@ -82,7 +82,7 @@ static void a_path_without_room_for_the_path_of_the_mark_is_refused(void)
     static const char step[] = "/././././././././././././././././././././././././././././././././././././././"
                                "./././././././././././././././././././././././././././././././././././././.";
     char long_path[300];
-    (void)snprintf(long_path, sizeof long_path, "%s%s/key", folder, step);
+    (void)snprintf(long_path, sizeof long_path, "%s%s/key", directory, step);
     while (strlen(long_path) < 247U) { // 256 with ".received" and the end: one too many.
         (void)memmove(&long_path[1], long_path, strlen(long_path) + 1U);
     }

@@ -12,7 +12,7 @@
 
 #define CAPACITY 4U
 
-static char folder[64];
+static char directory[64];
 static component_runtime_t runtime;
 static run_state_t run;
 static record_store_t store;
@@ -23,11 +23,11 @@ static unsigned found;
 
 void setUp(void)
 {
-    (void)strcpy(folder, "/tmp/record_store.XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)strcpy(directory, "/tmp/record_store.XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
     runtime     = (component_runtime_t){.run = &run};
     store.guard = (record_store_guard_t){NULL, NULL};
-    (void)strcpy(run.storage, folder);
+    (void)strcpy(run.storage, directory);
     (void)strcpy(run.components[0].name, "ARM");
     found = 0U;
 }
@@ -36,16 +36,16 @@ void tearDown(void)
 {
     char path[128];
     for (unsigned i = 0U; i < 2U; i++) {
-        (void)snprintf(path, sizeof path, "%s/ARM.journal.%u", folder, i);
+        (void)snprintf(path, sizeof path, "%s/ARM.journal.%u", directory, i);
         (void)unlink(path);
         for (unsigned k = 0U; k <= RECORD_STORE_COPIES; k++) {
-            (void)snprintf(path, sizeof path, "%s/ARM.journal.%u.damaged.%u", folder, i, k);
+            (void)snprintf(path, sizeof path, "%s/ARM.journal.%u.damaged.%u", directory, i, k);
             (void)unlink(path);
         }
     }
-    (void)snprintf(path, sizeof path, "%s/ARM.checkpoint.damaged.0", folder);
+    (void)snprintf(path, sizeof path, "%s/ARM.checkpoint.damaged.0", directory);
     (void)unlink(path);
-    (void)rmdir(folder);
+    (void)rmdir(directory);
 }
 
 static void take(void* const context, const uint8_t table, const uint32_t key, const uint8_t* const octets,
@@ -86,7 +86,7 @@ static void if_the_second_file_is_in_use_the_first_is_released(void)
 {
     char path[128];
     osal_file_t second;
-    (void)snprintf(path, sizeof path, "%s/ARM.journal.1", folder);
+    (void)snprintf(path, sizeof path, "%s/ARM.journal.1", directory);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&second, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_lock(&second));
     TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -96,8 +96,8 @@ static void if_the_second_file_is_in_use_the_first_is_released(void)
     record_store_close(&other);
 }
 
-/// No descriptor is free for syncing the folder: both files are released.
-static void if_the_folder_cannot_be_synced_both_files_are_released(void)
+/// No descriptor is free for syncing the directory: both files are released.
+static void if_the_directory_cannot_be_synced_both_files_are_released(void)
 {
     struct rlimit before;
     const int lowest = dup(STDOUT_FILENO);
@@ -147,9 +147,9 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     TEST_ASSERT_EQUAL_STRING("cannot keep records in /nowhere/ARM.journal.0: not found", runtime.error);
     (void)memset(run.storage, 'x', sizeof run.storage - 1U);
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, record_store_open(&store, &runtime, slots, CAPACITY, true));
-    (void)strcpy(run.storage, folder);
+    (void)strcpy(run.storage, directory);
     char path[128];
-    (void)snprintf(path, sizeof path, "%s/ARM.journal.1", folder);
+    (void)snprintf(path, sizeof path, "%s/ARM.journal.1", directory);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(0, rmdir(path));
@@ -167,7 +167,7 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
 static size_t damage(const char* const name, const long offset)
 {
     char path[128];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     FILE* const file = fopen(path, "r+b");
     TEST_ASSERT_NOT_NULL(file);
     TEST_ASSERT_EQUAL(0, fseek(file, offset, SEEK_SET));
@@ -184,7 +184,7 @@ static size_t damage(const char* const name, const long offset)
 static int octet_of(const char* const name, const long offset)
 {
     char path[128];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     FILE* const file = fopen(path, "rb");
     if (file == NULL) {
         return 0;
@@ -255,7 +255,7 @@ static void media_that_cannot_be_kept_are_reported(void)
     record_store_close(&store);
     (void)damage("ARM.journal.0", 33);
     for (unsigned i = 0U; i < RECORD_STORE_COPIES; i++) {
-        (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", folder, i);
+        (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", directory, i);
         TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -263,7 +263,7 @@ static void media_that_cannot_be_kept_are_reported(void)
     put(7U, "abc");
     record_store_close(&store);
     for (unsigned i = 0U; i < RECORD_STORE_COPIES; i++) {
-        (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", folder, i);
+        (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", directory, i);
         TEST_ASSERT_EQUAL(0, rmdir(path));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -279,7 +279,7 @@ static char said[1024];
 static void redirect_console(void)
 {
     char path[128];
-    (void)snprintf(path, sizeof path, "%s/console", folder);
+    (void)snprintf(path, sizeof path, "%s/console", directory);
     console        = dup(STDERR_FILENO);
     FILE* const to = fopen(path, "w");
     TEST_ASSERT_NOT_NULL(to);
@@ -291,7 +291,7 @@ static void redirect_console(void)
 static void restore_console(void)
 {
     char path[128];
-    (void)snprintf(path, sizeof path, "%s/console", folder);
+    (void)snprintf(path, sizeof path, "%s/console", directory);
     (void)dup2(console, STDERR_FILENO);
     (void)close(console);
     FILE* const from  = fopen(path, "r");
@@ -309,7 +309,8 @@ static void the_console_names_the_damaged_file_and_its_copy(void)
     restore_console();
     TEST_ASSERT_TRUE(is_kept);
     (void)snprintf(expected, sizeof expected,
-                   "damaged: %s/ARM.checkpoint; a copy is %s/ARM.checkpoint.damaged.0\n", folder, folder);
+                   "damaged: %s/ARM.checkpoint; a copy is %s/ARM.checkpoint.damaged.0\n", directory,
+                   directory);
     TEST_ASSERT_EQUAL_STRING(expected, said);
     (void)strcpy(run.storage, "/nowhere");
     redirect_console();
@@ -360,7 +361,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(if_the_second_file_is_in_use_the_first_is_released);
-    RUN_TEST(if_the_folder_cannot_be_synced_both_files_are_released);
+    RUN_TEST(if_the_directory_cannot_be_synced_both_files_are_released);
     RUN_TEST(only_a_store_that_waits_writes_to_the_disk);
     RUN_TEST(an_incomplete_copy_is_removed);
     RUN_TEST(other_damaged_data_are_kept);

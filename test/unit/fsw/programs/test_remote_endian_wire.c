@@ -37,7 +37,7 @@ static run_state_t sample_run(void)
                          .link_methods      = 4U,
                          .mission_path      = "descriptors/missions/rokviss.xml",
                          .mission_hash      = 0x0123456789ABCDEFULL,
-                         .folder            = "runs/x",
+                         .directory         = "runs/x",
                          .storage           = "runs/x/storage",
                          .ground_descriptor = -1,
                          .component_count   = 2U};
@@ -74,7 +74,7 @@ static void the_run_state_passes_the_wire_unchanged(void)
     TEST_ASSERT_EQUAL_STRING(run.identity, heard.identity);
     TEST_ASSERT_EQUAL_STRING(run.mission_path, heard.mission_path);
     TEST_ASSERT_EQUAL_HEX64(run.mission_hash, heard.mission_hash);
-    TEST_ASSERT_EQUAL_STRING(run.folder, heard.folder);
+    TEST_ASSERT_EQUAL_STRING(run.directory, heard.directory);
     TEST_ASSERT_EQUAL_STRING(run.storage, heard.storage);
     TEST_ASSERT_EQUAL_HEX8(4U, heard.link_methods);
     TEST_ASSERT_EQUAL_HEX32(OSAL_IPV4_LOOPBACK, heard.computer_ipv4[0]);
@@ -145,10 +145,10 @@ static void a_truncated_run_state_or_one_out_of_bounds_is_refused(void)
     }
     octet_reader_t longer = octet_reader(&one.octets[HEAD_OCTETS], size + 1U);
     TEST_ASSERT_FALSE(remote_endian_read_run(&longer, &heard, &component));
-    // The component's index follows after identity, mission path and folders, each with its length in front,
-    // and after the hash.
+    // The component's index follows after identity, mission path and directories, each with its length in
+    // front, and after the hash.
     const size_t index = HEAD_OCTETS + 8U + 8U + strlen(run.identity) + strlen(run.mission_path) +
-                         strlen(run.folder) + strlen(run.storage);
+                         strlen(run.directory) + strlen(run.storage);
     octets_put_u32(&one.octets[index], 2U);
     octet_reader_t beyond = octet_reader(&one.octets[HEAD_OCTETS], size);
     TEST_ASSERT_FALSE(remote_endian_read_run(&beyond, &heard, &component));

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define LONG_FOLDER "/a-folder-with-a-name-of-forty-characters"
+#define LONG_DIRECTORY "/a-directory-with-a-name-of-forty-characters"
 
 static run_state_t run;
 static mission_descriptor_t mission;
@@ -26,12 +26,12 @@ void tearDown(void)
 {
 }
 
-static const char* refusal(const char* const folder, const unsigned count)
+static const char* refusal(const char* const directory, const unsigned count)
 {
     static const subsystem_callbacks_t callbacks = {.hardware_init = NULL};
     run.mission_path[0]                          = '\0';
     for (unsigned i = 0U; i < count; i++) {
-        (void)strcat(run.mission_path, folder);
+        (void)strcat(run.mission_path, directory);
     }
     (void)strcat(run.mission_path, "/m.xml");
     TEST_ASSERT_FALSE(subsystem_host_load(&host, &runtime, 2U, &callbacks));
@@ -49,9 +49,10 @@ static void the_path_of_its_descriptor_is_relative_to_the_mission_or_absolute(vo
 
 static void a_path_that_is_too_long_is_refused_in_words(void)
 {
-    const char* const reason = refusal(LONG_FOLDER, 6U);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(reason, "/m.xml:5: descriptor=\"subsystems/arm.xml\" of <Subsystem>: "
-                                                "expected a path of at most 255 characters with its folder"),
+    const char* const reason = refusal(LONG_DIRECTORY, 6U);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(reason,
+                                        "/m.xml:5: descriptor=\"subsystems/arm.xml\" of <Subsystem>: "
+                                        "expected a path of at most 255 characters with its directory"),
                                  reason);
 }
 

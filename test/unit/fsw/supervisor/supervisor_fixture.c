@@ -15,7 +15,7 @@ void (*fixture_configure)(supervisor_config_t* config);
 
 static mission_descriptor_t mission;
 static subsystem_descriptor_t own_descriptor;
-static char folder[64];
+static char directory[64];
 static uint16_t next_number;
 
 // ---- Platform ----
@@ -334,18 +334,18 @@ void fixture_run(unsigned ticks)
 
 // ---- Life ----
 
-const char* fixture_folder(void)
+const char* fixture_directory(void)
 {
-    return folder;
+    return directory;
 }
 
 void fixture_open(void)
 {
     static const uint16_t apids[FIXTURE_MEMBERS] = {COMMUNICATION_APID, ARM, HAND, LONE};
     (void)memset(&fixture, 0, sizeof fixture);
-    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-fixture-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
-    fixture_mission_load(folder, &mission, &own_descriptor);
+    (void)snprintf(directory, sizeof directory, "/tmp/hirosco-fixture-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
+    fixture_mission_load(directory, &mission, &own_descriptor);
     fixture.source         = FIXTURE_USER;
     fixture.ack            = PUS_ACK_ALL;
     fixture.link_period_us = 1000U;
@@ -374,7 +374,7 @@ void fixture_open(void)
                                                           .promise           = promise,
                                                           .is_stop_requested = is_stop_requested,
                                                           .finished          = finished},
-                                  .log_folder          = folder,
+                                  .log_directory       = directory,
                                   .start_count         = 1U};
     if (fixture_configure != NULL) {
         fixture_configure(&config);
@@ -397,7 +397,7 @@ const char* fixture_log_file(const char* name)
     static char content[1048576];
     char path[160];
     size_t size = 0U;
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     const status_t status                      = osal_file_load(path, content, sizeof content - 1U, &size);
     content[(status == STATUS_OK) ? size : 0U] = '\0';
     return content;
@@ -409,10 +409,10 @@ void fixture_close(void)
     supervisor_close(&fixture.supervisor);
     for (unsigned i = 0U; i < 3U; i++) {
         char path[160];
-        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        (void)snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         (void)unlink(path);
     }
-    TEST_ASSERT_EQUAL(0, rmdir(folder));
+    TEST_ASSERT_EQUAL(0, rmdir(directory));
 }
 
 // ---- Input ----

@@ -103,9 +103,9 @@ void fixture_open(void);
 /// Open a supervisor and run until it and communication have started; forget the lines.
 void fixture_open_up(void);
 void fixture_close(void);
-/// Returns the text of a file in the folder of the packet log.
+/// Returns the text of a file in the directory of the packet log.
 const char* fixture_log_file(const char* name);
-const char* fixture_folder(void);
+const char* fixture_directory(void);
 
 /// One tick: the supervisor steps, then the members read and answer.
 void fixture_tick(void);

@@ -127,22 +127,22 @@ static const char plans_document[] =
 static descriptor_loader_t loader;
 static subsystem_descriptor_t scratch;
 
-static const char* path_of(const char* folder, const char* name)
+static const char* path_of(const char* directory, const char* name)
 {
     static char path[160];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     return path;
 }
 
-static void write_file(const char* folder, const char* name, const char* text, size_t size)
+static void write_file(const char* directory, const char* name, const char* text, size_t size)
 {
     osal_file_t file;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path_of(folder, name)));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path_of(directory, name)));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, text, size));
     osal_file_close(&file);
 }
 
-void fixture_mission_load(const char* folder, mission_descriptor_t* out_mission,
+void fixture_mission_load(const char* directory, mission_descriptor_t* out_mission,
                           subsystem_descriptor_t* out_supervisor)
 {
     static const char* const names[] = {"mission.xml", "supervisor.xml", "communication.xml",
@@ -151,22 +151,22 @@ void fixture_mission_load(const char* folder, mission_descriptor_t* out_mission,
     size_t size = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK,
                       osal_file_load("descriptors/subsystems/supervisor.xml", own, sizeof own, &size));
-    write_file(folder, "supervisor.xml", own, size);
-    write_file(folder, "communication.xml", communication_document, strlen(communication_document));
-    write_file(folder, "arm.xml", arm_document, strlen(arm_document));
-    write_file(folder, "hand.xml", hand_document, strlen(hand_document));
-    write_file(folder, "lone.xml", lone_document, strlen(lone_document));
+    write_file(directory, "supervisor.xml", own, size);
+    write_file(directory, "communication.xml", communication_document, strlen(communication_document));
+    write_file(directory, "arm.xml", arm_document, strlen(arm_document));
+    write_file(directory, "hand.xml", hand_document, strlen(hand_document));
+    write_file(directory, "lone.xml", lone_document, strlen(lone_document));
     (void)snprintf(own, sizeof own, "%s%s", mission_document, plans_document);
-    write_file(folder, "mission.xml", own, strlen(own));
+    write_file(directory, "mission.xml", own, strlen(own));
     descriptor_loader_init(&loader);
     const status_t status =
-        descriptor_load_mission(&loader, path_of(folder, "mission.xml"), MISSION_ANY_TARGET,
+        descriptor_load_mission(&loader, path_of(directory, "mission.xml"), MISSION_ANY_TARGET,
                                 &descriptor_mission_whole, out_mission, &scratch);
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
     TEST_ASSERT_EQUAL(STATUS_OK, status);
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      descriptor_load_subsystem(&loader, path_of(folder, "supervisor.xml"), out_supervisor));
+    TEST_ASSERT_EQUAL(
+        STATUS_OK, descriptor_load_subsystem(&loader, path_of(directory, "supervisor.xml"), out_supervisor));
     for (unsigned i = 0U; i < (sizeof names / sizeof names[0]); i++) {
-        (void)unlink(path_of(folder, names[i]));
+        (void)unlink(path_of(directory, names[i]));
     }
 }

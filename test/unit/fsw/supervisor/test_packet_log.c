@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each strategy in a folder of its own, changes of the strategy at any record, and a full disk.
+// Each strategy in a directory of its own, changes of the strategy at any record, and a full disk.
 #include "fsw/supervisor/packet_log.h"
 
 #include "base/octets.h"
@@ -19,21 +19,21 @@
 
 static const packet_log_past_t new_log = {.next_number = 1U};
 static packet_log_t packets;
-static char folder[64];
+static char directory[64];
 static uint8_t content[FILE_MAX];
 static size_t content_size;
 
 static const char* path_of(const char* name)
 {
     static char path[128];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     return path;
 }
 
 void setUp(void)
 {
-    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-log-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)snprintf(directory, sizeof directory, "/tmp/hirosco-log-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
 }
 
 void tearDown(void)
@@ -44,7 +44,7 @@ void tearDown(void)
         (void)unlink(path_of(names[i]));
         (void)rmdir(path_of(names[i]));
     }
-    TEST_ASSERT_EQUAL(0, rmdir(folder));
+    TEST_ASSERT_EQUAL(0, rmdir(directory));
 }
 
 static uint32_t random_state = 13U;
@@ -58,7 +58,7 @@ static uint32_t draw(uint32_t below)
 static void open_log(packet_log_strategy_t strategy)
 {
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      supervisor_packet_log_open(&packets, folder, strategy, &new_log, RING_RECORDS));
+                      supervisor_packet_log_open(&packets, directory, strategy, &new_log, RING_RECORDS));
 }
 
 static void read_file(const char* name)
@@ -93,7 +93,7 @@ static void lines_are_numbered_and_timed(void)
     expect_text("packets.ascii", "1 0.000000000 TC 1810c0\n2 93.000500000 TM 08ff\n");
     supervisor_packet_log_close(&packets);
     const packet_log_past_t past = {.next_number = 3U, .written_number = 2U};
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &past,
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, directory, PACKET_LOG_ASCII, &past,
                                                             RING_RECORDS)); // The log continues.
     supervisor_packet_log_append(&packets, 1U, true, request, 1U);
     supervisor_packet_log_close(&packets);
@@ -232,8 +232,9 @@ static void an_unknown_log_strategy_is_refused(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
     supervisor_packet_log_append(&packets, 0U, true, packet, 1U);
     supervisor_packet_log_close(&packets);
-    TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, supervisor_packet_log_open(&packets, folder, PACKET_LOG_POSTGRESQL,
-                                                                     &new_log, RING_RECORDS));
+    TEST_ASSERT_EQUAL(
+        STATUS_UNSUPPORTED,
+        supervisor_packet_log_open(&packets, directory, PACKET_LOG_POSTGRESQL, &new_log, RING_RECORDS));
 }
 
 static void append(unsigned count)
@@ -246,7 +247,7 @@ static void append(unsigned count)
 
 static void a_strategy_that_cannot_open_leaves_the_old_one(void)
 {
-    // A folder has this name, so the file cannot be created.
+    // A directory has this name, so the file cannot be created.
     TEST_ASSERT_EQUAL(0, mkdir(path_of("packets.spool"), 0755));
     open_log(PACKET_LOG_ASCII);
     append(1U);
@@ -275,7 +276,8 @@ static void records_of_the_ring_are_written_to_the_next_file(void)
 
 static void the_mission_sets_the_number_of_records_in_the_ring(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_RING, &new_log, 3U));
+    TEST_ASSERT_EQUAL(STATUS_OK,
+                      supervisor_packet_log_open(&packets, directory, PACKET_LOG_RING, &new_log, 3U));
     append(10U);
     supervisor_packet_log_close(&packets);
     expect_text("packets.ring", "1 7 GAP\n8 0.000000000 TC 18\n9 0.000000000 TC 18\n10 0.000000000 TC 18\n");
@@ -309,7 +311,7 @@ static void allow_large_files_again(void)
     limit_files(limit.rlim_max); // RLIM_INFINITY may be above the hard limit of the user.
 }
 
-static void opening_is_repeated_until_the_folder_exists(void)
+static void opening_is_repeated_until_the_directory_exists(void)
 {
     static char long_name[600];
     (void)memset(long_name, 'x', sizeof long_name - 1U);
@@ -372,7 +374,7 @@ static void records_in_the_ring_survive_a_full_disk(void)
 static void packets_lost_in_the_ring_leave_a_gap_in_the_file(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log, 2U));
+                      supervisor_packet_log_open(&packets, directory, PACKET_LOG_ASCII, &new_log, 2U));
     append(1U);
     supervisor_packet_log_step(&packets, 0U);
     limit_files(20U);
@@ -541,7 +543,7 @@ int main(void)
     RUN_TEST(a_strategy_that_cannot_open_leaves_the_old_one);
     RUN_TEST(records_of_the_ring_are_written_to_the_next_file);
     RUN_TEST(the_mission_sets_the_number_of_records_in_the_ring);
-    RUN_TEST(opening_is_repeated_until_the_folder_exists);
+    RUN_TEST(opening_is_repeated_until_the_directory_exists);
     RUN_TEST(records_in_the_ring_survive_a_full_disk);
     RUN_TEST(packets_lost_in_the_ring_leave_a_gap_in_the_file);
     RUN_TEST(more_records_than_the_ring_holds_are_written_between_two_steps);

@@ -21,7 +21,7 @@
 
 static const packet_log_past_t new_log = {.next_number = 1U};
 static packet_log_t packets;
-static char folder[64];
+static char directory[64];
 static char content[FILE_MAX];
 static size_t content_size;
 static int pipe_end = -1; // Read end of the pipe that replaces the file.
@@ -30,7 +30,7 @@ static osal_task_t reader;
 static const char* path_of(const char* name)
 {
     static char path[128];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     return path;
 }
 
@@ -44,8 +44,8 @@ static void close_pipe(void)
 
 void setUp(void)
 {
-    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-log-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)snprintf(directory, sizeof directory, "/tmp/hirosco-log-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
 }
 
 void tearDown(void)
@@ -55,7 +55,7 @@ void tearDown(void)
     (void)unlink(path_of("packets.ascii"));
     (void)unlink(path_of("packets.spool"));
     (void)unlink(path_of("packets.ring"));
-    TEST_ASSERT_EQUAL(0, rmdir(folder));
+    TEST_ASSERT_EQUAL(0, rmdir(directory));
 }
 
 static void append(unsigned count)
@@ -81,8 +81,8 @@ static void open_slow_log(uint32_t ring_records)
     pipe_end = open(path_of("packets.ascii"), O_RDONLY | O_NONBLOCK);
     TEST_ASSERT_TRUE(pipe_end >= 0);
     TEST_ASSERT_TRUE(fcntl(pipe_end, F_SETPIPE_SZ, PIPE_OCTETS) >= 0);
-    TEST_ASSERT_EQUAL(STATUS_OK,
-                      supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log, ring_records));
+    TEST_ASSERT_EQUAL(
+        STATUS_OK, supervisor_packet_log_open(&packets, directory, PACKET_LOG_ASCII, &new_log, ring_records));
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_start_writer(&packets));
     content_size = 0U;
 }
@@ -283,8 +283,8 @@ static void after_a_kill_during_a_write_the_log_has_each_record_once(void)
     static uint8_t ring[PACKET_LOG_RING_OCTETS];
     for (unsigned round = 0U; round < 50U; round++) {
         (void)unlink(path_of("packets.ascii"));
-        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &new_log,
-                                                                RING_RECORDS));
+        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, directory, PACKET_LOG_ASCII,
+                                                                &new_log, RING_RECORDS));
         TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_start_writer(&packets));
         append(100U);
         supervisor_packet_log_step(&packets, 0U);
@@ -299,8 +299,8 @@ static void after_a_kill_during_a_write_the_log_has_each_record_once(void)
                                         .ring           = ring,
                                         .ring_octets    = octets};
         supervisor_packet_log_close(&packets); // These records were written after the last commit.
-        TEST_ASSERT_EQUAL(
-            STATUS_OK, supervisor_packet_log_open(&packets, folder, PACKET_LOG_ASCII, &past, RING_RECORDS));
+        TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_open(&packets, directory, PACKET_LOG_ASCII, &past,
+                                                                RING_RECORDS));
         append(1U);
         supervisor_packet_log_close(&packets);
         read_file("packets.ascii");

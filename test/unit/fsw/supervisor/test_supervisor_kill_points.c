@@ -356,7 +356,7 @@ static void expect_complete_log(void)
     static char content[1048576];
     char path[160];
     size_t size = 0U;
-    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_directory());
     if (osal_file_load(path, content, sizeof content, &size) != STATUS_OK) {
         size = 0U;
     }

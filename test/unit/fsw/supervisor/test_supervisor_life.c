@@ -352,7 +352,7 @@ static void a_log_that_fails_is_reported_once_and_continues_in_the_ring(void)
 {
     char path[160];
     fixture_open_up();
-    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_directory());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
     fixture_run(300U);
@@ -369,7 +369,7 @@ static void a_log_that_can_be_written_again_is_reported(void)
 {
     char path[160];
     fixture_open_up();
-    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_directory());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     select_log(PACKET_LOG_SQLITE);
     fixture_run(2U);

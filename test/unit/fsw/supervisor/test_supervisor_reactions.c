@@ -226,7 +226,7 @@ static void break_the_log(void)
 {
     static const uint8_t sqlite[1] = {PACKET_LOG_SQLITE};
     char path[160];
-    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_folder());
+    (void)snprintf(path, sizeof path, "%s/packets.spool", fixture_directory());
     TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_SELECT_LOG, sqlite, 1U);
     fixture_run(100U);

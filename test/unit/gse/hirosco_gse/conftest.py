@@ -47,11 +47,11 @@ def dictionary(dictionary_path):
 
 
 @pytest.fixture(scope="session")
-def flight_folder(tmp_path_factory, dictionary_path):
-    """Folder with the raw logs of a synthetic flight with known figures."""
-    folder = tmp_path_factory.mktemp("flight")
-    synthetic.write(folder, Dictionary.load(dictionary_path))
-    return folder
+def flight_directory(tmp_path_factory, dictionary_path):
+    """Directory with the raw logs of a synthetic flight with known figures."""
+    directory = tmp_path_factory.mktemp("flight")
+    synthetic.write(directory, Dictionary.load(dictionary_path))
+    return directory
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def spacecraft():
 
 @pytest.fixture
 def place(tmp_path, spacecraft, dictionary_path, monkeypatch):
-    """Folder of the flights, in which `latest` is a link to the flight `first`, and of the station's page."""
+    """Directory of the flights, in which `latest` is a link to the flight `first`, and of the station's page."""
     monkeypatch.setattr(place_module, "default_dictionary", lambda run: dictionary_path)
     begin(tmp_path, "first", spacecraft.port)
     (tmp_path / "page").mkdir()

@@ -256,15 +256,15 @@ def packet_lines(flight, dictionary):
     return "".join(f"{t // 10**9}.{t % 10**9:09d} {direction} {raw.hex()}\n" for t, direction, raw in rows)
 
 
-def write(folder, dictionary, flight=None):
+def write(directory, dictionary, flight=None):
     """All logs of a flight."""
     flight = flight or Flight()
-    (folder / "can-robot.log").write_text(robot_log(flight))
-    (folder / "can-joystick.log").write_text(joystick_log(flight))
-    (folder / "truth.lcm").write_bytes(truth_log(flight))
-    (folder / "packets.log").write_text(packet_lines(flight, dictionary))
+    (directory / "can-robot.log").write_text(robot_log(flight))
+    (directory / "can-joystick.log").write_text(joystick_log(flight))
+    (directory / "truth.lcm").write_bytes(truth_log(flight))
+    (directory / "packets.log").write_text(packet_lines(flight, dictionary))
     steps = [(0.0, 0.01, "ping", ["all"]), (0.1, 0.2, "state", ["MANIPULATOR", "PRE_OPERATIONAL"]), (1.0, 1.02, "state", ["MANIPULATOR", "OPERATIONAL"])]
     entries = [{"time": a, "end": b, "line": 1, "verb": v, "words": w, "outcome": "ok", "text": ""} for a, b, v, w in steps]
-    (folder / "operator.log").write_text("".join(json.dumps(entry) + "\n" for entry in entries))
+    (directory / "operator.log").write_text("".join(json.dumps(entry) + "\n" for entry in entries))
     facts = {"mission": "rokviss", "scenario": "telepresence", "seed": 1, "form": "processes", "exit_code": 0, "real_time_factor": 12.5}
-    (folder / "run.json").write_text(json.dumps(facts))
+    (directory / "run.json").write_text(json.dumps(facts))

@@ -209,7 +209,7 @@ def test_the_message_about_damaged_input_names_the_place(shown, tmp_path, name, 
 
 
 def test_another_interface_than_that_of_the_recording_is_reported(shown, dictionary_path, dictionary, tmp_path):
-    """run.json in the same folder contains the flown interface; a bus database contains the interface for
+    """run.json in the same directory contains the flown interface; a bus database contains the interface for
     which it was made."""
     (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
     (tmp_path / "packets.log").write_text(f"0.031000000 TC {packets.build_tc(MANIPULATOR, 5, 17, 1).hex()}\n", encoding="ascii")

@@ -284,7 +284,7 @@ def test_wrong_words_within_a_command_are_named(dictionary_path, capsys, words, 
 
 
 @pytest.mark.parametrize(("files", "reason"), [
-    ({}, "found no file ground.port, expected the folder of a flight under way"),
+    ({}, "found no file ground.port, expected the directory of a flight under way"),
     ({"run.json": "[]\n"}, "has ended; run.json: found '[]', expected an object with the facts of the flight; name a flight under way with --run or --port"),
     ({"run.json": '{"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}'}, "flight ended at 93.62 s, code 0; name a flight under way with --run or --port"),
 ])

@@ -15,8 +15,8 @@ from hirosco_gse.dictionary import Dictionary
 
 
 @pytest.fixture(scope="module")
-def flown(flight_folder, dictionary_path):
-    return runs.Run(flight_folder, Dictionary.load(dictionary_path))
+def flown(flight_directory, dictionary_path):
+    return runs.Run(flight_directory, Dictionary.load(dictionary_path))
 
 
 @pytest.fixture
@@ -250,7 +250,7 @@ def test_a_figure_that_cannot_be_computed_leaves_the_others(run, monkeypatch, pr
     assert found["latency_back_cycles"] == synthetic.BACK
 
 
-def test_an_empty_folder_has_reasons_for_everything(tmp_path, dictionary):
+def test_an_empty_directory_has_reasons_for_everything(tmp_path, dictionary):
     (tmp_path / "run.json").write_text(json.dumps({"mission": "rokviss", "scenario": "telepresence"}))
     run = runs.Run(tmp_path, dictionary)
     found, reasons = figures.compute(run)
@@ -290,8 +290,8 @@ def test_lines_of_a_packet_log_are_read_or_refused(dictionary):
             packet_log.parse_packets([wrong])
 
 
-def test_a_truth_log_that_is_cut_is_read_up_to_the_cut(flight_folder, tmp_path):
-    octets = (flight_folder / "truth.lcm").read_bytes()[: 1_000_003]
+def test_a_truth_log_that_is_cut_is_read_up_to_the_cut(flight_directory, tmp_path):
+    octets = (flight_directory / "truth.lcm").read_bytes()[: 1_000_003]
     channels = logs.parse_lcm(octets)
     assert len(channels["JOINTS"][0]) > 1000
     with pytest.raises(logs.LogError, match="no event at octet 0"):
@@ -401,11 +401,11 @@ def test_a_type_that_this_ground_cannot_read_is_refused(text):
         truth_log.parse(text, "a_t.lcm")
 
 
-def test_truth_is_read_as_lcm_reads_it(flight_folder):
+def test_truth_is_read_as_lcm_reads_it(flight_directory):
     lcm = pytest.importorskip("lcm")
-    channels = logs.read_lcm(flight_folder / "truth.lcm")
+    channels = logs.read_lcm(flight_directory / "truth.lcm")
     counts, first = {}, {}
-    for event in lcm.EventLog(str(flight_folder / "truth.lcm"), "r"):
+    for event in lcm.EventLog(str(flight_directory / "truth.lcm"), "r"):
         counts[event.channel] = counts.get(event.channel, 0) + 1
         first.setdefault(event.channel, (event.timestamp, event.data))
     assert counts == {name: len(times) for name, (times, _) in channels.items()}

@@ -16,12 +16,12 @@ from hirosco_gse import run as runs
 
 
 @pytest.fixture(scope="module")
-def written(flight_folder, dictionary_path, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("run")
-    for path in flight_folder.iterdir():
-        shutil.copy(path, folder)
-    assert report.main([str(folder), str(dictionary_path)]) == 0
-    return folder
+def written(flight_directory, dictionary_path, tmp_path_factory):
+    directory = tmp_path_factory.mktemp("run")
+    for path in flight_directory.iterdir():
+        shutil.copy(path, directory)
+    assert report.main([str(directory), str(dictionary_path)]) == 0
+    return directory
 
 
 def test_run_json_is_complete(written):
@@ -61,16 +61,16 @@ def test_size_and_time_of_the_report_are_figures(written):
 @pytest.fixture
 def built(tmp_path):
     """A page of the station as it is built, with a bundle that contains the end tag of its own element."""
-    folder = tmp_path / "page"
-    folder.mkdir()
-    (folder / "station.js").write_text('draw("</script>");')
-    (folder / "station.css").write_text('@font-face{src:url("./plex.woff2")format("woff2"),url()format("woff")}')
-    (folder / "plex.woff2").write_bytes(b"wOF2")
-    return folder
+    directory = tmp_path / "page"
+    directory.mkdir()
+    (directory / "station.js").write_text('draw("</script>");')
+    (directory / "station.css").write_text('@font-face{src:url("./plex.woff2")format("woff2"),url()format("woff")}')
+    (directory / "plex.woff2").write_bytes(b"wOF2")
+    return directory
 
 
-def test_the_page_of_the_station_and_the_recording_are_inside(flight_folder, dictionary_path, built):
-    run = runs.load(flight_folder, dictionary_path)
+def test_the_page_of_the_station_and_the_recording_are_inside(flight_directory, dictionary_path, built):
+    run = runs.load(flight_directory, dictionary_path)
     page = report.page(run, report.complete_facts(run), built)
     assert page.count("</script>") == page.count("<script") == 2
     assert f'url(data:font/woff2;base64,{base64.b64encode(b"wOF2").decode()})format("woff2")}}' in page
@@ -79,9 +79,9 @@ def test_the_page_of_the_station_and_the_recording_are_inside(flight_folder, dic
     assert b'"DEVICE_LOST", "NODE=STICK (0x21)"' in whole.replace(b'","', b'", "') and b'"hello"' in whole
 
 
-def test_without_a_built_page_the_next_step_is_printed(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
+def test_without_a_built_page_the_next_step_is_printed(flight_directory, dictionary_path, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(report, "PAGE", tmp_path / "none")
-    for path in flight_folder.iterdir():
+    for path in flight_directory.iterdir():
         shutil.copy(path, tmp_path)
     assert report.main([str(tmp_path), str(dictionary_path)]) == 0
     assert f"make report OUT={tmp_path}" in capsys.readouterr().out
@@ -105,9 +105,9 @@ def test_figures_are_printed_with_few_digits_in_a_readable_unit(value, bound, un
 
 
 @pytest.mark.parametrize("kept", [["run.json"], ["packets.log"], ["can-robot.log", "run.json"], ["truth.lcm"], ["can-joystick.log", "packets.log"]])
-def test_a_report_is_made_of_an_incomplete_run(flight_folder, dictionary_path, tmp_path, kept):
+def test_a_report_is_made_of_an_incomplete_run(flight_directory, dictionary_path, tmp_path, kept):
     for name in kept:
-        octets = (flight_folder / name).read_bytes()
+        octets = (flight_directory / name).read_bytes()
         (tmp_path / name).write_bytes(octets if name == "run.json" else octets[: len(octets) // 3 + 1])
     is_judged = "run.json" in kept  # It contains the scenario.
     assert report.main([str(tmp_path), str(dictionary_path)]) == (report.FIGURES_FAILED if is_judged else 0)
@@ -115,7 +115,7 @@ def test_a_report_is_made_of_an_incomplete_run(flight_folder, dictionary_path, t
     assert "</html>" in (tmp_path / "report.html").read_text()
 
 
-def test_a_crash_is_reported(flight_folder, dictionary_path, tmp_path):
+def test_a_crash_is_reported(flight_directory, dictionary_path, tmp_path):
     facts = {"mission": "rokviss", "scenario": "telepresence", "exit_code": 7, "exit_reason": "manipulator <crashed>"}
     (tmp_path / "run.json").write_text(json.dumps(facts))
     (tmp_path / "can-robot.log").write_text("garbage\n")
@@ -128,8 +128,8 @@ def test_a_crash_is_reported(flight_folder, dictionary_path, tmp_path):
     assert facts["report_problems"]
 
 
-def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
-    for path in flight_folder.iterdir():
+def test_a_figure_out_of_its_bound_fails_the_run(flight_directory, dictionary_path, tmp_path, monkeypatch, capsys):
+    for path in flight_directory.iterdir():
         shutil.copy(path, tmp_path)
     name = next(iter(figures.BOUNDS))
     monkeypatch.setitem(figures.BOUNDS, name, (">=", 1e9))
@@ -144,8 +144,8 @@ def test_a_figure_out_of_its_bound_fails_the_run(flight_folder, dictionary_path,
     assert json.loads((tmp_path / "run.json").read_text())["exit_code"] == 0
 
 
-def test_a_missing_figure_fails_the_run_unless_it_was_ended_early(flight_folder, dictionary_path, tmp_path, capsys):
-    for path in flight_folder.iterdir():
+def test_a_missing_figure_fails_the_run_unless_it_was_ended_early(flight_directory, dictionary_path, tmp_path, capsys):
+    for path in flight_directory.iterdir():
         if path.name != "truth.lcm":
             shutil.copy(path, tmp_path)
     assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_FAILED
@@ -163,10 +163,10 @@ def test_another_scenario_is_not_measured_by_these_figures(tmp_path, dictionary_
     assert "This scenario has no figures with bounds." in (tmp_path / "report.html").read_text()
 
 
-def test_a_report_that_cannot_be_made_fails_a_run_with_bounds(flight_folder, dictionary_path, tmp_path, capsys):
+def test_a_report_that_cannot_be_made_fails_a_run_with_bounds(flight_directory, dictionary_path, tmp_path, capsys):
     """Entries of a damaged operator.log are not steps, so no report can be made: one line is printed, without
     a stack trace."""
-    for path in flight_folder.iterdir():
+    for path in flight_directory.iterdir():
         shutil.copy(path, tmp_path)
     (tmp_path / "operator.log").write_text("17\n")
     assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_UNKNOWN == 4
@@ -174,7 +174,7 @@ def test_a_report_that_cannot_be_made_fails_a_run_with_bounds(flight_folder, dic
     assert line.startswith("report: not written: AttributeError: ") and "recording.py:" in line and f"make report OUT={tmp_path}" in line
     facts = json.loads((tmp_path / "run.json").read_text())
     assert (facts["exit_code"], facts["exit_reason"]) == (1, "the report could not be made, so the figures are not known")
-    shutil.copy(flight_folder / "operator.log", tmp_path)
+    shutil.copy(flight_directory / "operator.log", tmp_path)
     assert report.main([str(tmp_path), str(dictionary_path)]) == 0
     assert json.loads((tmp_path / "run.json").read_text())["exit_code"] == 0
 
@@ -198,9 +198,9 @@ def test_a_file_that_cannot_be_written_is_named_and_no_log_is_suspected(tmp_path
 
 
 @pytest.mark.parametrize("content", ["[]", '"rokviss"', "{", "[" * 100_000, "\xff"])
-def test_a_damaged_run_json_is_named_and_kept(flight_folder, dictionary_path, tmp_path, capsys, content):
+def test_a_damaged_run_json_is_named_and_kept(flight_directory, dictionary_path, tmp_path, capsys, content):
     """The figures of the run are not known. The report overwrites run.json, so it is not made."""
-    shutil.copy(flight_folder / "packets.log", tmp_path)
+    shutil.copy(flight_directory / "packets.log", tmp_path)
     (tmp_path / "run.json").write_text(content, encoding="latin-1")
     run = runs.load(tmp_path, dictionary_path)
     assert run.facts == {} and run.packets
@@ -212,22 +212,22 @@ def test_a_damaged_run_json_is_named_and_kept(flight_folder, dictionary_path, tm
     assert sorted(path.name for path in tmp_path.iterdir()) == ["packets.log", "run.json"]
 
 
-def test_a_folder_that_is_no_run_is_refused_and_stays_as_it_is(tmp_path, capsys):
+def test_a_directory_that_is_no_run_is_refused_and_stays_as_it_is(tmp_path, capsys):
     (tmp_path / "letter.txt").write_text("")
     assert report.main([str(tmp_path)]) == 1
-    assert capsys.readouterr().err == (f"report: not written: {tmp_path}: found no log of a flight, expected the folder of a run, with run.json, "
-                                       "packets.log, packets.ascii, truth.lcm. Name such a folder: make report OUT=runs/...\n")
+    assert capsys.readouterr().err == (f"report: not written: {tmp_path}: found no log of a flight, expected the directory of a run, with run.json, "
+                                       "packets.log, packets.ascii, truth.lcm. Name such a directory: make report OUT=runs/...\n")
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
 
 
-def test_a_missing_folder_is_refused(tmp_path, capsys):
+def test_a_missing_directory_is_refused(tmp_path, capsys):
     assert report.main([str(tmp_path / "none")]) == 1
     assert report.main([]) == 1
     assert "usage" in capsys.readouterr().err
 
 
-def test_a_report_without_a_dictionary_names_the_next_step(flight_folder, tmp_path):
-    shutil.copy(flight_folder / "can-robot.log", tmp_path)
-    shutil.copy(flight_folder / "packets.log", tmp_path)
+def test_a_report_without_a_dictionary_names_the_next_step(flight_directory, tmp_path):
+    shutil.copy(flight_directory / "can-robot.log", tmp_path)
+    shutil.copy(flight_directory / "packets.log", tmp_path)
     assert report.main([str(tmp_path), str(tmp_path / "none.json")]) == 0
     assert "run make" in (tmp_path / "report.html").read_text()

@@ -47,13 +47,13 @@ def test_octets_without_a_connection_are_refused():
         others.act(5)
 
 
-def _run(folder, *events):
+def _run(directory, *events):
     """A run whose packet log has these events of COMMUNICATION: (time [s], event)."""
     lines = []
     for sequence, (seconds, event) in enumerate(events):
         lines.append(f"{seconds:.9f} TM {build_tm(2, sequence, 5, 1, event).hex()}\n")
-    (folder / "packets.log").write_text("".join(lines), encoding="ascii")
-    return folder
+    (directory / "packets.log").write_text("".join(lines), encoding="ascii")
+    return directory
 
 
 def test_one_other_user_is_recorded_a_millisecond_before_the_effect(tmp_path):
@@ -71,11 +71,11 @@ def _send(user, sequence):
     return packets.build_tc(16, sequence, 17, 1, source=user)
 
 
-def _log(folder, *entries):
+def _log(directory, *entries):
     """A packet log with events of COMMUNICATION and telecommands: (time [s], octets)."""
     lines = [f"{seconds:.9f} {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for seconds, octets in entries]
-    (folder / "packets.log").write_text("".join(lines), encoding="ascii")
-    return folder
+    (directory / "packets.log").write_text("".join(lines), encoding="ascii")
+    return directory
 
 
 def test_each_user_has_a_connection_of_its_own(tmp_path):

@@ -21,17 +21,17 @@ const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (n
 
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("page")
+    directory = tmp_path_factory.mktemp("page")
     for name in ("arm_strips", "history", "kinematics", "pace", "recording"):
         text = (SOURCES / f"{name}.js").read_text(encoding="utf-8")
-        (folder / f"{name}.mjs").write_text(text.replace('.js";', '.mjs";'), encoding="utf-8")
-    return folder
+        (directory / f"{name}.mjs").write_text(text.replace('.js";', '.mjs";'), encoding="utf-8")
+    return directory
 
 
-def printed(folder, script):
+def printed(directory, script):
     """The JSON that an ECMAScript script prints."""
-    (folder / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
-    done = subprocess.run(["node", folder / "test.mjs"], capture_output=True, text=True, check=False)
+    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
+    done = subprocess.run(["node", directory / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

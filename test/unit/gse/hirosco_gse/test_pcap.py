@@ -56,7 +56,7 @@ def test_a_packet_that_the_end_of_the_log_cuts_is_left_out(gse, tmp_path):
 
 
 @pytest.mark.parametrize("words", [("mcap",), ("replay",)])
-def test_a_folder_that_is_no_run_is_refused(gse, tmp_path, words):
+def test_a_directory_that_is_no_run_is_refused(gse, tmp_path, words):
     (tmp_path / "note.txt").write_text("no log")
     code, _, output = gse(*words, tmp_path)
     assert code == 2 and f"{tmp_path}: found no log of a flight" in output
@@ -64,7 +64,7 @@ def test_a_folder_that_is_no_run_is_refused(gse, tmp_path, words):
 
 
 @pytest.mark.parametrize(("content", "reason"), [
-    (None, "found no run.json, expected the folder of a flight that has ended"), ("{}", "run.json: scenario: found none, expected text"),
+    (None, "found no run.json, expected the directory of a flight that has ended"), ("{}", "run.json: scenario: found none, expected text"),
     ("[\n]", "run.json: found '[ ]', expected an object with the facts of the flight"), ("{", "run.json: Expecting property name"),
 ])
 def test_a_damaged_run_json_has_no_scenario_and_is_a_warning_of_the_export(gse, tmp_path, content, reason):
@@ -77,6 +77,6 @@ def test_a_damaged_run_json_has_no_scenario_and_is_a_warning_of_the_export(gse, 
     assert code == 0 and (f"gse: warning: {reason}" in output) == (content not in (None, "{}"))
 
 
-def test_no_recording_is_made_of_a_folder_that_is_no_run(tmp_path):
+def test_no_recording_is_made_of_a_directory_that_is_no_run(tmp_path):
     with pytest.raises(SystemExit, match="found no log of a flight"):
         recording.main([str(tmp_path)])

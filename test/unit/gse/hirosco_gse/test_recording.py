@@ -39,8 +39,8 @@ def test_a_written_column_is_read_back(numbers, per):
 
 
 @pytest.fixture(scope="module")
-def run(flight_folder, dictionary_path):
-    return runs.load(flight_folder, dictionary_path, has_buses=False)
+def run(flight_directory, dictionary_path):
+    return runs.load(flight_directory, dictionary_path, has_buses=False)
 
 
 @pytest.fixture(scope="module")
@@ -113,8 +113,8 @@ def test_a_world_without_joints_has_its_bodies_wheels_and_valves(tmp_path):
     assert table["leaves"]["VALVE"][:, 0].tolist() == [0] * 10 + [1] * 5 + [0] * 5
 
 
-def test_a_recording_contains_all_contacts(flight_folder, dictionary_path):
-    run = runs.load(flight_folder, dictionary_path, has_buses=False)
+def test_a_recording_contains_all_contacts(flight_directory, dictionary_path):
+    run = runs.load(flight_directory, dictionary_path, has_buses=False)
     table = run.truth["CONTACTS"]
     run.truth["CONTACTS"] = {name: column if name == "time_us" else np.concatenate([column, 2.0 * column], axis=1) for name, column in table.items()}
     (found,) = [table for table in Reader(recording.make(run)).tables if table["kind"] == "truth"]
@@ -128,25 +128,25 @@ def test_the_same_run_gives_the_same_octets(run):
     assert recording.make(run) == recording.make(run)
 
 
-def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dictionary_path, flight_folder):
+def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dictionary_path, flight_directory):
     assert Reader(recording.make(runs.load(tmp_path, dictionary_path))).head["states"] == []
     (tmp_path / "operator.log").write_bytes(b"\xff\xfe\n")
     (tmp_path / "packets.ascii").write_bytes(b"")
     damaged = runs.load(tmp_path, dictionary_path)
     assert damaged.operator == []
     assert any("packet-archive-sqlite merge" in problem for problem in damaged.problems)
-    (tmp_path / "truth.lcm").write_bytes((flight_folder / "truth.lcm").read_bytes())
+    (tmp_path / "truth.lcm").write_bytes((flight_directory / "truth.lcm").read_bytes())
     without = runs.Run(tmp_path, None)
     assert [table["kind"] for table in Reader(recording.make(without)).tables] == ["truth"]
 
 
-def test_a_recording_that_cannot_be_written_is_no_stack_trace(flight_folder, monkeypatch):
+def test_a_recording_that_cannot_be_written_is_no_stack_trace(flight_directory, monkeypatch):
     """README: `python -m hirosco_gse.recording runs/... >FILE`."""
     full = open("/dev/full", "w", encoding="utf-8")
     monkeypatch.setattr(sys, "stdout", full)
     monkeypatch.setattr(recording, "make", lambda *_: bytes(100_000))
     with pytest.raises(SystemExit, match="^recording: cannot write the output: No space left on device$"):
-        recording.main([str(flight_folder)])
+        recording.main([str(flight_directory)])
     assert sys.stdout is not full
     with contextlib.suppress(OSError):
         full.close()

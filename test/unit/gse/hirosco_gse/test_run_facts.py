@@ -39,9 +39,9 @@ DAMAGED = [
 
 
 @pytest.fixture
-def run(flight_folder, tmp_path):
-    """Folder of a run with packets only."""
-    lines = (flight_folder / "packets.log").read_text(encoding="ascii").splitlines(True)
+def run(flight_directory, tmp_path):
+    """Directory of a run with packets only."""
+    lines = (flight_directory / "packets.log").read_text(encoding="ascii").splitlines(True)
     (tmp_path / "packets.log").write_text("".join(lines[:20]), encoding="ascii")
     (tmp_path / "page").mkdir()
     (tmp_path / "page" / "index.html").write_text("")
@@ -77,8 +77,8 @@ def test_a_missing_key_is_named_with_its_file(run, dictionary_path, capsys, text
     assert words in capsys.readouterr().err
 
 
-def test_the_facts_of_a_launcher_fit(flight_folder):
-    assert facts_of(flight_folder)[1] is None
+def test_the_facts_of_a_launcher_fit(flight_directory):
+    assert facts_of(flight_directory)[1] is None
 
 
 def test_no_report_is_made_of_a_flight_under_way(run, dictionary_path, capsys):
@@ -132,7 +132,7 @@ runpy.run_module({module!r}, run_name="__main__")
     assert not done.stderr or "Ctrl-C" in done.stderr
 
 
-def test_a_folder_that_this_user_may_not_write_is_said_with_the_next_step(run, dictionary_path, monkeypatch, capsys):
+def test_a_directory_that_this_user_may_not_write_is_said_with_the_next_step(run, dictionary_path, monkeypatch, capsys):
     (run / "run.json").write_text('{"scenario": "commissioning"}')
 
     def denied(path, write):
@@ -140,7 +140,7 @@ def test_a_folder_that_this_user_may_not_write_is_said_with_the_next_step(run, d
 
     monkeypatch.setattr(report, "write_whole", denied)
     monkeypatch.setattr("hirosco_gse.pcap.write_whole", denied)
-    step = "expected a folder that this user may write: copy the run to such a folder, and name the copy"
+    step = "expected a directory that this user may write: copy the run to such a directory, and name the copy"
     assert report.main([str(run), str(dictionary_path)]) == 1
     assert capsys.readouterr().err.startswith(f"report: not written: {run}/run.json: Permission denied; {step}.")
     assert main(["pcap", str(run)]) == 2
@@ -153,8 +153,8 @@ def test_a_file_that_this_user_may_not_read_is_said_with_the_next_step(run, monk
     assert cli._words_of(problem) == f"{run}/packets.log: Permission denied; expected a file that this user may read: change its permissions"
 
 
-def test_a_figure_that_is_no_number_is_missing(flight_folder, dictionary_path, tmp_path, monkeypatch, capsys):
-    for path in flight_folder.iterdir():
+def test_a_figure_that_is_no_number_is_missing(flight_directory, dictionary_path, tmp_path, monkeypatch, capsys):
+    for path in flight_directory.iterdir():
         if not path.name.startswith("can-"):
             shutil.copy(path, tmp_path)
     table = (((lambda run: {"free_drag_nm": math.nan, "link_lost": 0}, ("free_drag_nm",)),), lambda facts: {"free_drag_nm": ("<=", 0.015)})

@@ -247,7 +247,7 @@ def test_a_flight_without_a_live_port_has_no_live_world(crafts):
 
 
 def test_users_write_tests_with_the_fixture(pytester, dictionary_path):
-    """The tests run in a separate folder with the plug-in and its option, and with a separate run folder."""
+    """The tests run in a separate directory with the plug-in and its option, and with a separate run directory."""
     simulated = Simulated(success)
     run = pytester.mkdir("run")
     (run / "ground.port").write_text(str(simulated.port), encoding="ascii")

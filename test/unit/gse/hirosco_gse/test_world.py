@@ -93,8 +93,8 @@ VISUALS = """<robot name="r"><material name="gold"><color rgba="1 0.8 0 1"/></ma
 <joint name="turn" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint></robot>"""
 
 
-def visuals_of(folder, mesh):
-    path = folder / "r.urdf"
+def visuals_of(directory, mesh):
+    path = directory / "r.urdf"
     path.write_text(VISUALS.format(mesh=mesh), encoding="utf-8")
     return geometry._robot(world.read_urdf(path))["visuals"]
 
@@ -113,13 +113,13 @@ def test_visuals_keep_shape_colour_and_mesh(tmp_path):
 
 @pytest.mark.parametrize("mesh", ["b.dae", "none.stl", "../outside.stl", "package://r/b.stl", "large.stl", "/etc/hostname"])
 def test_a_mesh_that_cannot_be_drawn_is_left_out(tmp_path, mesh, monkeypatch):
-    """Only STL files of a bounded size below the folder of the URDF reach the page."""
-    folder = tmp_path / "robot"
-    folder.mkdir()
+    """Only STL files of a bounded size below the directory of the URDF reach the page."""
+    directory = tmp_path / "robot"
+    directory.mkdir()
     monkeypatch.setattr(world, "MESH_OCTETS", len(TRIANGLE))
-    for place, octets in ((folder / "b.dae", b""), (tmp_path / "outside.stl", TRIANGLE), (folder / "large.stl", TRIANGLE + b"\0")):
+    for place, octets in ((directory / "b.dae", b""), (tmp_path / "outside.stl", TRIANGLE), (directory / "large.stl", TRIANGLE + b"\0")):
         place.write_bytes(octets)
-    found = visuals_of(folder, mesh)
+    found = visuals_of(directory, mesh)
     assert "b" not in found and len(found["a"]) == 2
 
 

@@ -35,7 +35,7 @@ def answer(packet):
 
 
 def begin(place, name, port):
-    """Begin a flight: its run folder becomes the latest."""
+    """Begin a flight: its run directory becomes the latest."""
     (place / name).mkdir()
     (place / name / "ground.port").write_text(f"{port}\n")
     (place / "new").symlink_to(name)

@@ -48,7 +48,7 @@ void setUp(void)
         TEST_ASSERT_EQUAL_INT(STATUS_OK, segment_open(&segments[i], &config, error));
     }
     const devices_config_t wanted = {.world     = &world,
-                                     .folder    = "descriptors/devices",
+                                     .directory = "descriptors/devices",
                                      .truth     = &truth,
                                      .segments  = segments,
                                      .channel_b = channel_b,

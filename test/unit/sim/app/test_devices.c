@@ -55,7 +55,7 @@ void setUp(void)
 {
     char reason[DOCUMENT_ERROR_MAX];
     changed_valve[0] = '\0';
-    // The world refers to this file in its own folder; an unchanged copy is sufficient.
+    // The world refers to this file in its own directory; an unchanged copy is sufficient.
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
     const char* path = temporary_variant(
         "w.xml", WORLD, "</World>",
@@ -85,10 +85,10 @@ void tearDown(void)
     temporary_files_remove();
 }
 
-static status_t open_from(const char* folder)
+static status_t open_from(const char* directory)
 {
     const devices_config_t config = {.world         = &world,
-                                     .folder        = folder,
+                                     .directory     = directory,
                                      .truth         = &truth,
                                      .plant         = plant,
                                      .segments      = segments,

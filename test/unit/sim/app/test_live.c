@@ -19,22 +19,22 @@ static hand_t* hand;
 static faults_t faults;
 static fault_world_t targets;
 static plant_truth_t truth;
-static char folder[64];
+static char directory[64];
 static uint64_t now_ns;
 static osal_socket_t client = OSAL_SOCKET_CLOSED;
 static char heard[4096];
 
-static const char* in_folder(const char* const name)
+static const char* in_directory(const char* const name)
 {
     static char path[128];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     return path;
 }
 
 static const char* content(const char* const name)
 {
     static char text[4096];
-    FILE* const file = fopen(in_folder(name), "r");
+    FILE* const file = fopen(in_directory(name), "r");
     TEST_ASSERT_NOT_NULL_MESSAGE(file, name);
     text[fread(text, 1U, sizeof text - 1U, file)] = '\0';
     (void)fclose(file);
@@ -43,13 +43,13 @@ static const char* content(const char* const name)
 
 static void open_port(const bool has_hand, const bool is_paced)
 {
-    const live_config_t config = {.folder   = folder,
-                                  .hand     = has_hand ? hand : NULL,
-                                  .faults   = &faults,
-                                  .targets  = &targets,
-                                  .world    = &rokviss()->world,
-                                  .truth    = &truth,
-                                  .is_paced = is_paced};
+    const live_config_t config = {.directory = directory,
+                                  .hand      = has_hand ? hand : NULL,
+                                  .faults    = &faults,
+                                  .targets   = &targets,
+                                  .world     = &rokviss()->world,
+                                  .truth     = &truth,
+                                  .is_paced  = is_paced};
     TEST_ASSERT_EQUAL_INT(STATUS_OK, live_open(&config, &live));
 }
 
@@ -122,8 +122,8 @@ static void accepts(const char* const line, const char* const words)
 void setUp(void)
 {
     char error[SCENARIO_ERROR_MAX];
-    (void)snprintf(folder, sizeof folder, "/tmp/hirosco-live-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)snprintf(directory, sizeof directory, "/tmp/hirosco-live-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
     memset(&targets, 0, sizeof targets);
     memset(&faults, 0, sizeof faults);
     memset(&truth, 0, sizeof truth);
@@ -139,15 +139,15 @@ void tearDown(void)
     live = NULL;
     hand_destroy(hand);
     hand = NULL;
-    (void)unlink(in_folder("live.port"));
-    (void)unlink(in_folder("live.scn"));
-    (void)unlink(in_folder("operator.log"));
-    (void)rmdir(folder);
+    (void)unlink(in_directory("live.port"));
+    (void)unlink(in_directory("live.scn"));
+    (void)unlink(in_directory("operator.log"));
+    (void)rmdir(directory);
 }
 
-static void a_folder_that_cannot_be_written_is_an_error(void)
+static void a_directory_that_cannot_be_written_is_an_error(void)
 {
-    const live_config_t config = {.folder = "/tmp/hirosco-no-folder", .targets = &targets};
+    const live_config_t config = {.directory = "/tmp/hirosco-no-directory", .targets = &targets};
     TEST_ASSERT_EQUAL_INT(STATUS_IO, live_open(&config, &live));
     TEST_ASSERT_NULL(live);
 }
@@ -185,7 +185,7 @@ static void without_a_common_clock_the_pace_is_refused(void)
 
 static void a_line_of_the_hand_is_recorded_and_marked_once(void)
 {
-    FILE* const log = fopen(in_folder("operator.log"), "w");
+    FILE* const log = fopen(in_directory("operator.log"), "w");
     TEST_ASSERT_NOT_NULL(log);
     (void)fclose(log);
     open_port(true, true);
@@ -342,7 +342,7 @@ static void a_ninth_client_is_refused_and_an_endless_line_disconnects(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_folder_that_cannot_be_written_is_an_error);
+    RUN_TEST(a_directory_that_cannot_be_written_is_an_error);
     RUN_TEST(the_pace_is_set_and_reported);
     RUN_TEST(without_a_common_clock_the_pace_is_refused);
     RUN_TEST(a_line_of_the_hand_is_recorded_and_marked_once);

@@ -43,13 +43,16 @@ void tearDown(void)
 /// Check the senders with the data sheet of the drives in which `words` are replaced.
 static status_t check_with(const char* words, const char* replacement)
 {
-    char folder[256];
+    char directory[256];
     (void)temporary_variant("joystick.eds", "descriptors/devices/joystick.eds", "[", "[");
     const char* sheet =
         temporary_variant("joint-drive.eds", "descriptors/devices/joint-drive.eds", words, replacement);
-    (void)snprintf(folder, sizeof folder, "%.*s", (int)(strrchr(sheet, '/') - sheet), sheet);
-    const devices_config_t config = {
-        .world = &world, .folder = folder, .truth = &truth, .segments = segments, .channel_b = channel_b};
+    (void)snprintf(directory, sizeof directory, "%.*s", (int)(strrchr(sheet, '/') - sheet), sheet);
+    const devices_config_t config = {.world     = &world,
+                                     .directory = directory,
+                                     .truth     = &truth,
+                                     .segments  = segments,
+                                     .channel_b = channel_b};
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, devices_open(&config, &devices, error), error);
     const status_t status = senders_check(devices, &world, error);
     devices_close(devices);

@@ -18,7 +18,7 @@
 #define JOYSTICK 1U
 #define FD_BRS (OSAL_CAN_FLAG_FD | OSAL_CAN_FLAG_BRS)
 
-static char folder[32];
+static char directory[32];
 static char address[2][48];
 static osal_can_t can[2];
 static simulator_t* simulator;
@@ -39,7 +39,7 @@ static struct {
 static const char* file(const char* name)
 {
     static char path[96];
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     return path;
 }
 
@@ -66,7 +66,7 @@ static void open_simulator(const char* scenario, uint64_t seed)
     (void)strcpy(path, file("test.scn"));
     const simulator_config_t config = {.world_path    = WORLD,
                                        .scenario_path = (scenario != NULL) ? path : NULL,
-                                       .output_path   = folder,
+                                       .output_path   = directory,
                                        .bus           = {{.name = "robot", .address = address[ROBOT]},
                                                          {.name = "joystick", .address = address[JOYSTICK]}},
                                        .bus_count     = 2U,
@@ -78,8 +78,8 @@ static void open_simulator(const char* scenario, uint64_t seed)
 
 void setUp(void)
 {
-    (void)strcpy(folder, "/tmp/hirosco-sim-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)strcpy(directory, "/tmp/hirosco-sim-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
     open_controllers();
 }
 
@@ -96,7 +96,7 @@ void tearDown(void)
     for (unsigned i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         (void)unlink(file(names[i]));
     }
-    (void)rmdir(folder);
+    (void)rmdir(directory);
 }
 
 static void send(unsigned bus, uint32_t id, uint8_t flags, const uint8_t* data, uint8_t length)

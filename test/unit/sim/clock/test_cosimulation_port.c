@@ -259,7 +259,7 @@ static void the_path_of_the_socket_is_created_and_removed(void)
     cosimulation_port_close(&cosimulation);
     TEST_ASSERT_EQUAL(-1, stat(path, &about));
     TEST_ASSERT_EQUAL(STATUS_IO,
-                      cosimulation_port_open(&other, "/no/such/folder/port", "operator", scheduler, 1U));
+                      cosimulation_port_open(&other, "/no/such/directory/port", "operator", scheduler, 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, cosimulation_port_open(&other, "", "operator", scheduler, 1U));
 }
 

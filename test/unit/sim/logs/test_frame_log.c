@@ -10,18 +10,18 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-static char folder[32];
+static char directory[32];
 static char path[128];
 
 void setUp(void)
 {
-    (void)strcpy(folder, "/tmp/hirosco-log-XXXXXX");
-    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    (void)strcpy(directory, "/tmp/hirosco-log-XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(directory));
 }
 
 static const char* file_name(const char* suffix)
 {
-    (void)snprintf(path, sizeof path, "%s/can-robot.%s", folder, suffix);
+    (void)snprintf(path, sizeof path, "%s/can-robot.%s", directory, suffix);
     return path;
 }
 
@@ -29,7 +29,7 @@ void tearDown(void)
 {
     (void)unlink(file_name("log"));
     (void)unlink(file_name("pcap"));
-    (void)rmdir(folder);
+    (void)rmdir(directory);
 }
 
 static void expect_line(const osal_can_frame_t* frame, const char* wanted)
@@ -134,7 +134,7 @@ static long size_of(const char* suffix)
 static void files_hold_every_frame(void)
 {
     frame_log_t* log = NULL;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(directory, "robot", &log));
     const osal_can_frame_t frame = {.id = 0x123U, .length = 8U};
     for (unsigned i = 0U; i < 20000U; i++) { // More than the buffers hold.
         frame_log_write(log, &frame);
@@ -155,7 +155,7 @@ static void the_pcap_header_names_socketcan_and_nanoseconds(void)
                                        0,    0,    0,    0,    0, 0, 0, 4, 0, 227};
     uint8_t octets[24];
     frame_log_t* log = NULL;
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(directory, "robot", &log));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_close(log));
     FILE* file = fopen(file_name("pcap"), "rb");
     TEST_ASSERT_NOT_NULL(file);
@@ -169,13 +169,13 @@ static void a_log_that_cannot_be_written_is_reported(void)
     frame_log_t* log = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_open("/nowhere", "robot", &log));
     TEST_ASSERT_NULL(log);
-    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, frame_log_open(folder, "a-name-of-17-char", &log));
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID, frame_log_open(directory, "a-name-of-17-char", &log));
     TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_close(NULL));
     // Writing to /dev/full fails as on a full disk.
     (void)unlink(file_name("log"));
     if (symlink("/dev/full", file_name("log")) == 0) {
         const osal_can_frame_t frame = {.id = 1U};
-        TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+        TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(directory, "robot", &log));
         frame_log_write(log, &frame);
         TEST_ASSERT_EQUAL_INT(STATUS_IO, frame_log_close(log));
     }
@@ -187,7 +187,7 @@ static void a_full_disk_leaves_complete_lines_and_records(void)
     struct rlimit limit;
     const osal_can_frame_t frame = {.id = 0x123U, .length = 8U};
     const long line              = (long)strlen("(0000000000.000000) robot 123#0000000000000000\n");
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(folder, "robot", &log));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, frame_log_open(directory, "robot", &log));
     frame_log_write(log, &frame);
     frame_log_flush(log, true);
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));

@@ -20,7 +20,7 @@
 #define LONGEST_NS 80U
 #define OUTBOX 64U
 
-static char folder[] = "/tmp/flow-stream-XXXXXX";
+static char directory[] = "/tmp/flow-stream-XXXXXX";
 static char path[ENDNODE_ADDRESS_MAX];
 static flow_stream_t flow;
 static quota_t quota;
@@ -49,7 +49,7 @@ void setUp(void)
     far    = -1;
     now_ns = 0U;
     quota_init(&quota, 2U);
-    (void)snprintf(path, sizeof path, "%s/device", folder);
+    (void)snprintf(path, sizeof path, "%s/device", directory);
 }
 
 void tearDown(void)
@@ -60,7 +60,7 @@ void tearDown(void)
         (void)close(far);
     }
     osal_socket_close(&listener);
-    if (strncmp(path, folder, strlen(folder)) == 0) { // Do not remove a device of the machine.
+    if (strncmp(path, directory, strlen(directory)) == 0) { // Do not remove a device of the machine.
         (void)unlink(path);
     }
 }
@@ -486,7 +486,7 @@ static void an_end_node_kind_without_stream_is_a_coding_error(void)
 
 int main(void)
 {
-    if (mkdtemp(folder) == NULL) {
+    if (mkdtemp(directory) == NULL) {
         return 1;
     }
     UNITY_BEGIN();
@@ -508,6 +508,6 @@ int main(void)
     RUN_TEST(endless_invalid_octets_do_not_delay_a_cycle);
     RUN_TEST(an_end_node_kind_without_stream_is_a_coding_error);
     const int failures = UNITY_END();
-    (void)rmdir(folder);
+    (void)rmdir(directory);
     return failures;
 }

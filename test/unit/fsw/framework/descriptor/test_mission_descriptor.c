@@ -14,13 +14,13 @@
 static descriptor_loader_t loader;
 static subsystem_descriptor_t scratch;
 static mission_descriptor_t mission;
-static char folder[] = "/tmp/mission_descriptor.XXXXXX";
+static char directory[] = "/tmp/mission_descriptor.XXXXXX";
 static char path[64];
 
 static void write_file(const char* const name, const char* const document)
 {
     osal_file_t file;
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create(&file, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_write(&file, document, strlen(document)));
     osal_file_close(&file);
@@ -341,15 +341,15 @@ static void paths_are_relative_to_the_mission_or_absolute(void)
     char here[256];
     char where[600];
     TEST_ASSERT_NOT_NULL(getcwd(here, sizeof here));
-    (void)snprintf(where, sizeof where, "descriptor='%s/hand.xml'", folder);
+    (void)snprintf(where, sizeof where, "descriptor='%s/hand.xml'", directory);
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'", where)));
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document)); // This writes the files for the next call.
-    TEST_ASSERT_EQUAL(0, chdir(folder));
+    TEST_ASSERT_EQUAL(0, chdir(directory));
     const status_t status = descriptor_load_mission(&loader, "flight.xml", MISSION_ANY_TARGET,
                                                     &descriptor_mission_whole, &mission, &scratch);
     TEST_ASSERT_EQUAL(0, chdir(here));
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, status, descriptor_error(&loader));
-    size_t length = (size_t)snprintf(where, sizeof where, "%s", folder);
+    size_t length = (size_t)snprintf(where, sizeof where, "%s", directory);
     while (length < (DESCRIPTOR_PATH_CHARACTERS - 12U)) {
         length += (size_t)snprintf(&where[length], sizeof where - length, "/.");
     }
@@ -426,9 +426,9 @@ static void devices_of_one_subsystem_share_its_bus(void)
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, load(flight_document), descriptor_error(&loader));
 }
 
-static void a_folder_is_refused_as_a_descriptor(void)
+static void a_directory_is_refused_as_a_descriptor(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_IO, descriptor_load_subsystem(&loader, folder, &scratch));
+    TEST_ASSERT_EQUAL(STATUS_IO, descriptor_load_subsystem(&loader, directory, &scratch));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), ":0: cannot read: "));
 }
 
@@ -560,7 +560,7 @@ static void a_mission_cut_at_every_octet_is_an_error(void)
 
 int main(void)
 {
-    if (mkdtemp(folder) == NULL) {
+    if (mkdtemp(directory) == NULL) {
         return 1;
     }
     UNITY_BEGIN();
@@ -582,7 +582,7 @@ int main(void)
     RUN_TEST(a_bus_is_the_redundant_one_of_at_most_one_other);
     RUN_TEST(a_bus_has_the_devices_of_one_subsystem);
     RUN_TEST(devices_of_one_subsystem_share_its_bus);
-    RUN_TEST(a_folder_is_refused_as_a_descriptor);
+    RUN_TEST(a_directory_is_refused_as_a_descriptor);
     RUN_TEST(the_hashes_of_a_mission_depend_on_every_subsystem);
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
     RUN_TEST(loading_a_mission_leaves_the_requested_model);
@@ -591,9 +591,9 @@ int main(void)
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};
     for (size_t i = 0U; i < 3U; i++) {
-        (void)snprintf(path, sizeof path, "%s/%s", folder, names[i]);
+        (void)snprintf(path, sizeof path, "%s/%s", directory, names[i]);
         (void)unlink(path);
     }
-    (void)rmdir(folder);
+    (void)rmdir(directory);
     return UNITY_END();
 }

@@ -16,14 +16,14 @@
 static descriptor_loader_t loader;
 static subsystem_descriptor_t scratch;
 static mission_descriptor_t mission;
-static char folder[] = "/tmp/mission_links.XXXXXX";
+static char directory[] = "/tmp/mission_links.XXXXXX";
 static char path[64];
 static char document[8192];
 static size_t length;
 
 static const char* path_of(const char* name)
 {
-    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    (void)snprintf(path, sizeof path, "%s/%s", directory, name);
     return path;
 }
 
@@ -204,7 +204,7 @@ static void a_subsystem_knows_its_own_ports(void)
 
 int main(void)
 {
-    if (mkdtemp(folder) == NULL) {
+    if (mkdtemp(directory) == NULL) {
         return 1;
     }
     UNITY_BEGIN();
@@ -220,6 +220,6 @@ int main(void)
         (void)unlink(path_of(name));
     }
     (void)unlink(path_of("m.xml"));
-    (void)rmdir(folder);
+    (void)rmdir(directory);
     return UNITY_END();
 }

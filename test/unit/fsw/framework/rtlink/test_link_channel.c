@@ -452,11 +452,11 @@ static void an_impossible_name_of_shared_memory_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, rtlink_consumer_open(&consumer, &named, LINK, &terms, 1U));
     links_name(LINK, wanted_name); // Another program keeps the name.
-    char folder[80] = "/dev/shm";
-    (void)strcat(folder, wanted_name);
-    TEST_ASSERT_EQUAL(0, mkdir(folder, 0700));
+    char directory[80] = "/dev/shm";
+    (void)strcat(directory, wanted_name);
+    TEST_ASSERT_EQUAL(0, mkdir(directory, 0700));
     TEST_ASSERT_EQUAL(STATUS_IO, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
-    TEST_ASSERT_EQUAL(0, rmdir(folder));
+    TEST_ASSERT_EQUAL(0, rmdir(directory));
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&producer, &named, LINK, &terms, 1U));
     wanted_name[0] = '\0'; // The name is no longer known: the memory disappears with the process.
     rtlink_producer_close(&producer);

@@ -124,8 +124,8 @@ def test_a_recording_is_made_once_for_all_pages_and_a_failure_has_its_reason(pla
     """Each would be a process of its own."""
     made = []
 
-    async def make(folder):
-        made.append(folder)
+    async def make(directory):
+        made.append(directory)
         await asyncio.sleep(0)
         return b"recording"
 

@@ -279,7 +279,7 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
 ])
 def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft, facts, expected):
     """The launcher uses the first free port: the port of a flight that has ended may belong to a flight with
-    another run folder. The page says how the flight ended."""
+    another run directory. The page says how the flight ended."""
 
     async def story(page, station):
         (place / "first" / "run.json").write_text(json.dumps(facts))
@@ -441,7 +441,7 @@ def test_only_a_page_of_this_machine_may_show_it_in_a_frame(tmp_path, capsys):
         assert f"frame-ancestors {framed_by};" in policy
 
 
-def test_a_run_is_replayed_by_the_command_line(flight_folder, tmp_path, monkeypatch, capsys):
+def test_a_run_is_replayed_by_the_command_line(flight_directory, tmp_path, monkeypatch, capsys):
     """`gse replay RUN` opens the page as a replay with the recording of this run."""
     found = {}
 
@@ -459,17 +459,17 @@ def test_a_run_is_replayed_by_the_command_line(flight_folder, tmp_path, monkeypa
 
     monkeypatch.setattr(station_main.web, "run_app", lambda application, sock, print: asyncio.run(visit_page(application, sock)))
     monkeypatch.setattr(station_main, "ROOT", tmp_path)
-    assert main(["replay", str(flight_folder), "--http-port", "0"]) == 2
+    assert main(["replay", str(flight_directory), "--http-port", "0"]) == 2
     assert capsys.readouterr().err == f"gse: station: {tmp_path}/build/station/page has no page; run make gse\n"
     (tmp_path / "build" / "station" / "page").mkdir(parents=True)
     (tmp_path / "build" / "station" / "page" / "index.html").write_text("<html>", encoding="utf-8")
-    assert main(["replay", str(flight_folder), "--http-port", "0"]) == 0
+    assert main(["replay", str(flight_directory), "--http-port", "0"]) == 0
     assert found["page"] == (302, "/?replay")
     assert found["recording"][0] == 200 and len(found["recording"][1]) > 1000
     (tmp_path / "kept.recording").write_bytes(found["recording"][1][:500])
     assert main(["replay", str(tmp_path / "kept.recording"), "--http-port", "0"]) == 0
     assert found["recording"] == (200, (tmp_path / "kept.recording").read_bytes())  # A file is sent as it is.
-    assert main(["replay", str(tmp_path / "nothing")]) == 2 and "there is no run folder" in capsys.readouterr().err
+    assert main(["replay", str(tmp_path / "nothing")]) == 2 and "there is no run directory" in capsys.readouterr().err
     assert main(["replay", "a", "b"]) == 2 and "usage: replay [RUN] [--http-port PORT]" in capsys.readouterr().err
 
 

@@ -200,14 +200,14 @@ def test_lines_of_a_page_do_not_wait_for_the_answers_of_others(place):
     assert [line.split()[2] for line in world.lines[:3]] == ["0.0", "0.1", "0.3"]
 
 
-async def _port(folder, answered):
-    """A live port that calls answered(line, writer) for each line; its file is in the folder."""
+async def _port(directory, answered):
+    """A live port that calls answered(line, writer) for each line; its file is in the directory."""
     async def serve(reader, writer):
         while line := await reader.readline():
             answered(line.decode().strip(), writer)
 
     server = await asyncio.start_server(serve, "127.0.0.1", 0)
-    (folder / "live.port").write_text(f"{server.sockets[0].getsockname()[1]}\n", encoding="ascii")
+    (directory / "live.port").write_text(f"{server.sockets[0].getsockname()[1]}\n", encoding="ascii")
     return server
 
 
