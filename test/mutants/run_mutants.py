@@ -181,12 +181,18 @@ def make(targets, jobs):
     return run.returncode == 0
 
 
-def alone():
-    """Command prefix that runs a program in separate name spaces."""
+# The tree stays at its path if it is below /tmp.
+ENTER = """exec 3<"$0" && mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm || exit
+case "$0" in /tmp/*) mkdir -p "$0" && mount --no-canonicalize --rbind /proc/self/fd/3 "$0" && cd "$1" || exit ;; esac
+exec 3<&- && shift && exec "$@" """
+
+
+def alone(root, directory):
+    """Command prefix that runs a program in that directory of a tree, in separate name spaces."""
     enter = ["unshare", "--pid", "--ipc", "--fork", "--kill-child", "--mount", "--mount-proc"]
     if os.getuid() != 0:
         enter[1:1] = ["--user", "--map-root-user"]
-    return [*enter, "sh", "-c", 'mount -t tmpfs none /tmp && mount -t tmpfs none /dev/shm && exec "$0" "$@"']
+    return [*enter, "sh", "-c", ENTER, root, directory]
 
 
 def passes(command, seconds, processor_seconds=SECONDS, output=subprocess.DEVNULL):
@@ -199,7 +205,7 @@ def passes(command, seconds, processor_seconds=SECONDS, output=subprocess.DEVNUL
             resource.setrlimit(which, (most, most))
 
     try:
-        run = subprocess.run([*alone(), *command], cwd=TREE, stdin=subprocess.DEVNULL, stdout=output,
+        run = subprocess.run([*alone(ROOT, TREE), *command], cwd=TREE, stdin=subprocess.DEVNULL, stdout=output,
                              stderr=subprocess.STDOUT, timeout=seconds, preexec_fn=limit, start_new_session=True,
                              check=False)
         return run.returncode == 0

@@ -58,8 +58,18 @@ def test_equivalent_mutants_are_mutants():
 
 
 def test_a_mutant_that_kills_its_process_group_ends_alone(tmp_path):
-    code = "import run_mutants, pathlib, sys; run_mutants.TREE = pathlib.Path(sys.argv[1]); " \
+    code = "import run_mutants, pathlib, sys; run_mutants.ROOT = run_mutants.TREE = pathlib.Path(sys.argv[1]); " \
            "print([run_mutants.passes(['sh', '-c', command], 20) for command in ('kill -9 0', 'true')])"
     shown = subprocess.run([sys.executable, "-c", code, tmp_path], cwd=pathlib.Path(run_mutants.__file__).parent,
                            capture_output=True, text=True, start_new_session=True, check=False)
     assert shown.stdout == "[False, True]\n", shown
+
+
+def test_a_tree_below_tmp_is_seen_and_the_rest_of_tmp_is_not(tmp_path):
+    beside = tmp_path / "beside"
+    tree = tmp_path / "tree" / "below"
+    tree.mkdir(parents=True)
+    beside.touch()
+    program = ["sh", "-c", f"test ! -e {beside} && test $(pwd) = {tree} && echo seen >{tree}/answer"]
+    subprocess.run([*run_mutants.alone(tmp_path / "tree", tree), *program], cwd=tree, check=True)
+    assert (tree / "answer").read_text() == "seen\n" and beside.exists()
