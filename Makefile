@@ -35,7 +35,7 @@
 ##                   the faults planted for it           ONLY=<part of a proof's path>
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect
-##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1 (95 %, a directory 90 %)
+##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1: fail below 95 % (directory: 90 %)
 ##   make pus-coverage   fly the conformance suite of the packet services and write docs/pus-coverage.md
 ##   make fuzz       run every fuzz target in turn from its kept inputs        ONLY=<part of a name>  SECONDS=20
 ##                   HOURS=2: two hours for each target, also for make check-full

@@ -77,7 +77,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     osal_socket_t links[RUN_LINKS_MAX];
     osal_socket_t relays[RUN_LINKS_MAX]; // Sockets to which the producers send, if there is a relay.
     launcher_bus_t buses[MISSION_BUSES_MAX];
-    uint32_t late_frames; // Sum over all buses with announced frames; the next two also.
+    uint32_t late_frames; // Sum over all buses with announced frames, as the next two fields.
     uint32_t lost_frames;
     uint32_t external_frames;
     // Number of times that an interface was lost while it was in use.

@@ -44,8 +44,8 @@ typedef struct {
     osal_file_t file;
     bool is_open;
     uint64_t position; ///< Position of the buffer in the file.
-    size_t held;
-    size_t partial; ///< Octets of these that the last read left unprocessed.
+    size_t held;       ///< Octets in the buffer.
+    size_t partial;    ///< Octets of `held` that belong to an incomplete record, from the read before.
     uint8_t buffer[CHUNK + LINE_MAX_CHARACTERS];
 } tail_t;
 

@@ -78,7 +78,7 @@ static void count_loss(target_link_t* const link)
 
 // ---- To the program ----
 
-/// Write all. The program reads, because it waits for this process.
+/// Write all octets. The program reads them, because it waits for this process.
 static status_t write_all(target_link_t* const link, const uint8_t* const octets, const size_t size)
 {
     status_t status = STATUS_OK;
@@ -88,7 +88,7 @@ static status_t write_all(target_link_t* const link, const uint8_t* const octets
         status      = osal_device_write(&link->out, &octets[done], size - done, &sent);
         done += sent;
         if (status == STATUS_FULL) {
-            // Readable when the program has ended, too.
+            // A pause until there is room. It ends when the program has ended: `in` is then readable.
             const status_t waited = osal_device_wait_readable(&link->in, PAUSE_MS);
             status = ((waited == STATUS_OK) || (waited == STATUS_TIMEOUT)) ? STATUS_OK : waited;
         }
@@ -138,7 +138,7 @@ static status_t sweep(target_link_t* const link)
     return status;
 }
 
-/// Octets of the stream, after the datagrams that have arrived before.
+/// Send octets of the stream, after the datagrams that have arrived before them.
 static status_t send(void* const context, const uint8_t* const octets, const size_t size,
                      size_t* const out_sent)
 {
@@ -273,8 +273,8 @@ static status_t read_more(target_link_t* const link)
     return status;
 }
 
-/// Take the next record if it is whole; of one of the stream, its header. STATUS_OK, STATUS_EMPTY (more must
-/// be read), STATUS_INVALID, STATUS_CLOSED, STATUS_IO.
+/// Take the next record if it is complete; of a record of the stream, take only its header. STATUS_OK,
+/// STATUS_EMPTY (more must be read), STATUS_INVALID, STATUS_CLOSED, STATUS_IO.
 static status_t take_next(target_link_t* const link)
 {
     const size_t there = link->end - link->at;

@@ -134,7 +134,7 @@ status_t osal_can_filter(osal_can_t* const can, const osal_can_filter_t* const f
     }
     can->filter_count = (uint8_t)count;
     can->is_filtered  = true;
-    // A counted bus must receive every frame to count it: then the kernel must not filter.
+    // A counted bus must receive every frame to count it, so the kernel filters only on a bus without counts.
     return (can->shared == NULL) ? can_socket_filter(can) : STATUS_OK;
 }
 

@@ -67,14 +67,15 @@ void lockstep_cut_stream(osal_lockstep_t* const scheduler, const uint32_t partic
     one->octets      = 0U; // The stream ends now in simulated time, even if octets are still in the socket.
     one->stream_port = 0U;
     lockstep_schedule_wake(scheduler, participant);
-    __atomic_store_n(&one->stream_server, 0U, __ATOMIC_RELEASE); // Last: a repetition looks for this value.
+    // Last: if the caller dies before this write, lockstep_complete_leave finds the server and cuts again.
+    __atomic_store_n(&one->stream_server, 0U, __ATOMIC_RELEASE);
 }
 
 void lockstep_leave(osal_lockstep_t* const scheduler, const uint32_t participant)
 {
     scheduler->left_life = scheduler->participants[participant].life;
     __atomic_store_n(&scheduler->leaving, participant, __ATOMIC_RELEASE);
-    __atomic_thread_fence(__ATOMIC_SEQ_CST); // The compiler moves none of the following writes up.
+    __atomic_thread_fence(__ATOMIC_SEQ_CST); // No following write takes effect before `leaving` is set.
     lockstep_complete_leave(scheduler);
 }
 
@@ -86,7 +87,7 @@ void lockstep_complete_leave(osal_lockstep_t* const scheduler)
     }
     participant_t* const self = &scheduler->participants[participant];
     self->state               = OSAL_LOCKSTEP_ABSENT;
-    self->incarnation++; // It only has to change.
+    self->incarnation++; // Ends the waits of this life; a repeated increment does no harm.
     self->wake_ns       = OSAL_LOCKSTEP_NEVER;
     self->stream_port   = 0U;
     self->stream_server = 0U;

@@ -59,7 +59,7 @@ typedef char lockstep_fits_its_storage[(sizeof(osal_lockstep_t) <= OSAL_LOCKSTEP
 /// Note that a participant is in use; call it before its state changes from ABSENT.
 void lockstep_use(osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
-/// True if `participant` still has its turn at the present instant.
+/// True if the turn of `participant` at the present instant is still to come.
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
 /// Returns the time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While it holds the grant, only

@@ -10,7 +10,7 @@
 #define configUSE_PREEMPTION 1
 #define configUSE_TIME_SLICING 1
 #define configUSE_PORT_OPTIMISED_TASK_SELECTION 0
-#define configMAX_PRIORITIES 32 // Fewer than the 100 of osal/task.h: several of those share one of these.
+#define configMAX_PRIORITIES 32 // osal/task.h has 100 priorities: several of them share one of the kernel.
 #define configMINIMAL_STACK_SIZE 256
 #define configMAX_TASK_NAME_LEN 12
 #define configTICK_TYPE_WIDTH_IN_BITS TICK_TYPE_WIDTH_32_BITS

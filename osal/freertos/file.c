@@ -237,7 +237,7 @@ status_t osal_file_load(const char* const path, void* const octets, const size_t
     return status;
 }
 
-/// Neither file system has permissions, so it cannot be checked that only the owner can read a secret.
+/// Neither file system has permissions, so the function cannot check that only the owner can read a secret.
 status_t osal_file_load_secret(const char* const path, void* const octets, const size_t capacity,
                                size_t* const out_size)
 {

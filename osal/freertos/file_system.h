@@ -16,8 +16,8 @@
 
 typedef enum {
     FILE_SYSTEM_READ,   ///< STATUS_NOT_FOUND if there is no such file.
-    FILE_SYSTEM_UPDATE, ///< A missing file is made.
-    FILE_SYSTEM_CREATE  ///< A missing file is made, another one emptied.
+    FILE_SYSTEM_UPDATE, ///< A missing file is created.
+    FILE_SYSTEM_CREATE  ///< A missing file is created, an existing one emptied.
 } file_system_mode_t;
 
 /// The functions return the statuses of osal/file.h. `file` < FILE_SYSTEM_FILES is a number that file.c has
@@ -42,7 +42,7 @@ extern const file_system_t host_files;
 /// stored_files.c: the files on the EEPROM of the board. Their paths begin with STORED_FILES.
 extern const file_system_t stored_files;
 #define STORED_FILES TARGET_EEPROM_DIRECTORY "/"
-/// Forget what is known of the EEPROM, as after a reset; no file is open. For tests.
+/// Forget what is known of the EEPROM, as after a reset. No file may be open. For tests.
 void stored_files_restart(void);
 
 #endif // OSAL_FREERTOS_FILE_SYSTEM_H

@@ -10,7 +10,7 @@
 #define CLOCK 1U
 #define DATA 2U
 #define READS 1U        ///< Lowest bit of the first octet of a transfer: the device sends.
-#define CLEAR_PULSES 9U ///< The bits of an octet and its acknowledgement, which the released line denies.
+#define CLEAR_PULSES 9U ///< Eight bits, and one acknowledge bit, which is not given: the device stops.
 
 typedef struct {
     volatile uint32_t high; ///< Written: lines that are released. Read: levels of the lines.
@@ -29,7 +29,7 @@ static void set_data(const bool level)
 
 static void begin(void)
 {
-    LINES->high = DATA; // Before the clock: otherwise a repeated START would be a STOP.
+    LINES->high = DATA; // Released while the clock is low: a rise while it is high would be a STOP.
     LINES->high = CLOCK;
     LINES->low  = DATA;
     LINES->low  = CLOCK;
@@ -58,7 +58,7 @@ static bool send(const uint8_t octet)
     set_data(level);
     for (unsigned bit = 0x80U; bit > 0U; bit >>= 1U) {
         const bool next = (octet & bit) != 0U;
-        if (next != level) { // Each access to a register takes time.
+        if (next != level) { // No access without a change, because each access to a register takes time.
             set_data(next);
             level = next;
         }
@@ -75,7 +75,7 @@ static uint8_t receive(const bool is_last)
     for (unsigned i = 0U; i < 8U; i++) {
         octet = (octet << 1U) | (pulse() ? 1U : 0U);
     }
-    set_data(is_last); // Pulled low: the device sends another one.
+    set_data(is_last); // Low acknowledges: the device sends another octet.
     LINES->high = CLOCK;
     LINES->low  = CLOCK;
     set_data(true);

@@ -43,7 +43,7 @@ status_t osal_mutex_lock(osal_mutex_t* const mutex)
 status_t osal_mutex_lock_within(osal_mutex_t* const mutex, const uint64_t wait_ns)
 {
     FSW_ASSERT(xSemaphoreGetMutexHolder(native(mutex)) != xTaskGetCurrentTaskHandle());
-    // One tick more because the present tick has begun, and one to round up.
+    // The kernel counts the present, partly passed tick as a whole one: add one tick, and one to round up.
     const uint64_t ticks = (wait_ns / NS_PER_TICK) + 2U;
     const TickType_t limit =
         (wait_ns == 0U) ? 0U : ((ticks < portMAX_DELAY) ? (TickType_t)ticks : (portMAX_DELAY - 1U));
@@ -57,7 +57,7 @@ int32_t osal_mutex_holder(const osal_mutex_t* const mutex)
     if (holder == NULL) {
         return 0;
     }
-    // The state is given, so the kernel does not spend time on finding it.
+    // With any state but eInvalid the kernel does not search for the state, which is not used.
     vTaskGetInfo(holder, &status, pdFALSE, eReady);
     return (int32_t)status.xTaskNumber;
 }

@@ -73,7 +73,7 @@ static size_t find_room(const size_t size)
     return is_good ? at : SHM_STORE_OCTETS;
 }
 
-/// Make an entry of this name and size, mapped once. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED. The caller
+/// Create an entry of this name and size, mapped once. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED. The caller
 /// has suspended the other tasks.
 static status_t reserve(const char* const name, const size_t size, block_t** const out_block)
 {
@@ -110,7 +110,7 @@ status_t osal_shm_create(osal_shm_t* const shm, const char* const name, const si
     (void)xTaskResumeAll();
     if (status == STATUS_OK) {
         *shm = (osal_shm_t){&store[block->offset], size};
-        (void)memset(shm->address, 0, span_of(size)); // Other tasks may run, because this takes long.
+        (void)memset(shm->address, 0, span_of(size)); // After the resume, because it takes long.
         __atomic_store_n(&block->is_zero, true, __ATOMIC_RELEASE);
     }
     return status;

@@ -302,7 +302,7 @@ static status_t sync_file(const unsigned file)
     return leave(enter_file(file));
 }
 
-/// Each file is named on the EEPROM when it is opened. There are no directories.
+/// The name of a file is on the EEPROM as soon as it was opened. There are no directories.
 static status_t sync_names(const char* const path)
 {
     const status_t status = enter();

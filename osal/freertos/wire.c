@@ -20,7 +20,7 @@ typedef struct {
     int out_number;
     bool has_numbers;
     bool is_open;
-    int in; ///< Handles.
+    int in; ///< Handles of semihosting.
     int out;
     uint8_t arrived[BUFFER_OCTETS]; ///< Read from the pipe; those in [at, end) are not taken yet.
     size_t at;

@@ -7,7 +7,7 @@
 #include "base/status.h"
 #include "osal/include/osal/socket.h"
 
-/// Numbers "IN:OUT" of the inherited pipes; called before main(). False: the text is not that.
+/// Set the descriptor numbers "IN:OUT" of the inherited pipes; called before main(). False: another form.
 bool wire_set(const char* numbers);
 /// Open the pipes. STATUS_OK, STATUS_INVALID (the command line names none).
 status_t wire_open(void);
@@ -16,16 +16,17 @@ bool wire_is_open(void);
 uint32_t wire_lost(void);
 void wire_close(void);
 
-/// STATUS_OK, STATUS_CLOSED.
+/// Send octets of the stream. STATUS_OK, STATUS_CLOSED.
 status_t wire_stream_send(const uint8_t* octets, size_t size);
 /// Wait for octets of the stream. STATUS_OK with *out_size >= 1, STATUS_CLOSED.
 status_t wire_stream_receive(uint8_t* octets, size_t capacity, size_t* out_size);
 
-/// Serve the socket with that number from now on. STATUS_OK, STATUS_CLOSED.
+/// Have the serving process pass on the datagrams of that inherited socket. STATUS_OK, STATUS_CLOSED.
 status_t wire_adopt(uint32_t number);
-/// STATUS_OK, STATUS_TOO_LARGE, STATUS_CLOSED.
+/// Send a datagram from that socket. STATUS_OK, STATUS_TOO_LARGE, STATUS_CLOSED.
 status_t wire_datagram_send(uint32_t number, osal_address_t to, const uint8_t* octets, size_t size);
-/// The oldest datagram of a socket that has arrived. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE (dropped).
+/// Take the oldest datagram that has arrived at a socket. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE
+/// (dropped).
 status_t wire_datagram_receive(uint32_t number, osal_address_t* out_from, uint8_t* octets, size_t capacity,
                                size_t* out_size);
 /// Wait until a datagram of the socket has arrived. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED.

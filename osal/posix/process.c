@@ -87,7 +87,7 @@ static bool redirect_output(const char* const path)
            (dup2(file, STDERR_FILENO) == STDERR_FILENO);
 }
 
-/// Make exec close all descriptors except 0, 1, 2 and the named ones.
+/// Have exec close all descriptors except 0, 1, 2 and the named ones.
 static bool keep_only(const int* const descriptors, const size_t count)
 {
     if (syscall(SYS_close_range, FIRST_UNNAMED, UINT_MAX, CLOSE_RANGE_CLOEXEC) != 0) {

@@ -95,7 +95,7 @@ typedef struct {       // Counts of a counted hand-over, sums of both directions
     uint32_t cuts;     ///< Calls that failed because the interface of their end was down or removed.
 } osal_can_hand_over_t;
 
-/// Make the shared memory of a "shm:" or counted bus. Exactly one process calls this, before either end
+/// Create the shared memory of a "shm:" or counted bus. Exactly one process calls this, before either end
 /// opens. For a counted bus the address names the interface of the wire end. Returns STATUS_OK,
 /// STATUS_EXISTS, STATUS_INVALID (malformed address, or one without shared memory), STATUS_NOT_FOUND
 /// (interface), STATUS_UNSUPPORTED (no SocketCAN here), STATUS_DENIED, STATUS_IO.

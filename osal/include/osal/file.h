@@ -16,10 +16,10 @@ typedef struct { // Private; the descriptor is -1 when closed.
 
 /// Open for reading. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_file_open_read(osal_file_t* file, const char* path);
-/// Make or empty a file for writing (mode 0644). STATUS_OK, STATUS_NOT_FOUND (directory), STATUS_DENIED,
+/// Create or empty a file for writing (mode 0644). STATUS_OK, STATUS_NOT_FOUND (directory), STATUS_DENIED,
 /// STATUS_IO.
 MUST_USE status_t osal_file_create(osal_file_t* file, const char* path);
-/// Open for appending; a missing file is made. Same statuses as osal_file_create.
+/// Open for appending; a missing file is created. Same statuses as osal_file_create.
 MUST_USE status_t osal_file_append(osal_file_t* file, const char* path);
 /// Write all octets at the present position. STATUS_OK, STATUS_FULL (no space), STATUS_IO.
 MUST_USE status_t osal_file_write(osal_file_t* file, const void* octets, size_t size);
@@ -31,11 +31,11 @@ MUST_USE status_t osal_file_load(const char* path, void* octets, size_t capacity
 /// Like osal_file_load, but for a secret: also STATUS_FORBIDDEN if group or others have any permission for
 /// the file.
 MUST_USE status_t osal_file_load_secret(const char* path, void* octets, size_t capacity, size_t* out_size);
-/// Open for reading and writing at any offset; a missing file is made. Same statuses as osal_file_create.
+/// Open for reading and writing at any offset; a missing file is created. Same statuses as osal_file_create.
 MUST_USE status_t osal_file_update(osal_file_t* file, const char* path);
-/// Force the names of all files in the directory of `path` to the disk: a file made before this call exists
-/// after a power cut, but may be empty. STATUS_OK, STATUS_IO, STATUS_UNSUPPORTED (the system cannot force
-/// it).
+/// Force the names of all files in the directory of `path` to the disk: a file created before this call
+/// exists after a power cut, but may be empty. STATUS_OK, STATUS_IO, STATUS_UNSUPPORTED (the system cannot
+/// force it).
 MUST_USE status_t osal_file_sync_names(const char* path);
 /// Read exactly `size` octets from `offset` on. STATUS_OK, STATUS_TRUNCATED (they go beyond the end),
 /// STATUS_IO.
@@ -64,7 +64,7 @@ void osal_file_close(osal_file_t* file);
 /// Returns the descriptor number, for osal_process_start_t.descriptors; -1: closed. A lock ends when each
 /// process that has inherited the file has closed it.
 int osal_file_descriptor(const osal_file_t* file);
-/// Make a directory and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
+/// Create a directory and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_create(const char* path);
 /// Remove a file. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 status_t osal_file_remove(const char* path);

@@ -4,7 +4,7 @@
 /// datagrams it has sent. The receiver reads until it has taken all announced octets or datagrams; it waits
 /// for those that the kernel has not delivered yet.
 ///
-/// The device end makes the memory and sets whether the device is present. The flight end opens the memory
+/// The device end creates the memory and sets whether the device is present. The flight end opens the memory
 /// and begins each connection with osal_hand_over_begin, so that nothing is due in either direction.
 ///
 /// Names      As in shm.h.
@@ -33,7 +33,8 @@ typedef struct { // Private.
         NULL, false                                                                                          \
     }
 
-/// Make the memory, as the device end, and set the device present. STATUS_OK and statuses of osal_shm_create.
+/// Create the memory, as the device end, and set the device present. STATUS_OK and statuses of
+/// osal_shm_create.
 MUST_USE status_t osal_hand_over_create(osal_hand_over_t* hand_over, const char* name);
 /// Open the memory as the flight end. STATUS_OK, STATUS_NOT_FOUND (no memory, or the device is not present)
 /// and other statuses of osal_shm_open.

@@ -47,8 +47,8 @@ typedef struct {
     uint32_t octets;   ///< Octets delivered on the participant's stream since the last grant.
 } osal_grant_t;
 
-/// Make a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_OCTETS). All participants are ABSENT; time is
-/// 0. step_ns >= 1. `is_shared`: participants are tasks or processes and use osal_lockstep_wait; else one
+/// Create a scheduler in `storage` (aligned to 64, OSAL_LOCKSTEP_OCTETS). All participants are ABSENT; time
+/// is 0. step_ns >= 1. `is_shared`: participants are tasks or processes and use osal_lockstep_wait; else one
 /// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system has no lock for `is_shared`.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
 /// A process that a signal stops inside one of these calls blocks the calls of all other processes. If such a
@@ -56,7 +56,7 @@ osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_s
 /// death is treated like any other; a process without a life is not killed. The initial value is
 /// OSAL_LOCKSTEP_PATIENCE_NS.
 void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns);
-/// Returns the scheduler that another process has made in `storage`; null if there is none.
+/// Returns the scheduler that another process has created in `storage`; null if there is none.
 osal_lockstep_t* osal_lockstep_attach(void* storage);
 
 /// Life `life` of the participant begins at `at_ns`, or now if that is past: it gets its first grant then.

@@ -3,7 +3,7 @@
 /// creator owns the name; any number of senders may open it.
 ///
 /// A queue whose creator has died remains, with its messages, until its name is removed. A receiver restarts
-/// by removing the queue and making it again; a sender that still has the removed queue open gets
+/// by removing the queue and creating it again; a sender that still has the removed queue open gets
 /// STATUS_CLOSED.
 ///
 /// Ownership  The caller provides osal_mqueue_t.
@@ -30,7 +30,7 @@ typedef struct { // Private.
     bool is_open;
 } osal_mqueue_t;
 
-/// Make a queue of `depth` messages of up to `message_octets` (1 or more each) and open it to send and
+/// Create a queue of `depth` messages of up to `message_octets` (1 or more each) and open it to send and
 /// receive. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name, or a size of 0), STATUS_EXHAUSTED (more than the
 /// system grants), STATUS_DENIED, STATUS_UNSUPPORTED, STATUS_IO.
 MUST_USE status_t osal_mqueue_create(osal_mqueue_t* queue, const char* name, uint32_t depth,

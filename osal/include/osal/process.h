@@ -26,8 +26,8 @@ typedef struct {
     const char* const* arguments; ///< Null-terminated; [0] is the executable's path.
     const int* descriptors;       ///< Descriptors that the child inherits; 0, 1, 2 are always inherited.
     size_t descriptor_count;
-    uint64_t memory_limit_octets; ///< Address space limit; 0, or a build with sanitizers: none.
-    uint32_t descriptor_limit;    ///< Numbers of new descriptors are below this; 0: the limit of the parent.
+    uint64_t memory_limit_octets; ///< Limit of the address space; 0, or a build with sanitizers: none.
+    uint32_t descriptor_limit;    ///< New descriptors have lower numbers; 0: the limit of the parent.
     /// Pin to this processor, modulo the number of those that this process may use; -1: not pinned.
     int processor;
     const char* output_path; ///< Standard output and error are appended to this file; null: inherited.

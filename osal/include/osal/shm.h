@@ -15,8 +15,8 @@ typedef struct { // Private.
     size_t size;
 } osal_shm_t;
 
-/// Make and map a shared memory. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name or size 0), STATUS_EXHAUSTED
-/// (no memory), STATUS_DENIED, STATUS_IO.
+/// Create and map a shared memory. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (name or size 0),
+/// STATUS_EXHAUSTED (no memory), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_shm_create(osal_shm_t* shm, const char* name, size_t size);
 /// Map the whole of an existing shared memory. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID (name),
 /// STATUS_DENIED, STATUS_IO.
