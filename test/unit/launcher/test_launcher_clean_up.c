@@ -169,7 +169,7 @@ static void a_tool_has_run_to_its_end(void** state)
     assert_false(run_tool(false));
 }
 
-// ---- All of the end ----
+// ---- The whole end of a run ----
 
 static void expect_tool(const char* const name, const osal_process_result_t* const result)
 {
@@ -272,7 +272,7 @@ static void figures_that_fail_are_the_result_of_the_run(void** state)
 
 static const launch_options_t options = {.mission = "rokviss", .transport = "", .links = "", .computers = 1U};
 
-static void a_run_that_was_not_prepared_leaves_nothing_to_map(void** state)
+static void a_guard_takes_over_without_a_prepared_run(void** state)
 {
     (void)state;
     expect_function_call(__wrap_launcher_adopt_interfaces);
@@ -303,7 +303,7 @@ static void the_guard_has_the_time_of_the_scheduler(void** state)
     assert_string_equal("/dev/shm/hirosco-9.cosim", launcher.cosimulation);
 }
 
-static void a_scheduler_that_is_gone_is_no_scheduler(void** state)
+static void a_scheduler_that_no_longer_exists_is_not_used(void** state)
 {
     (void)state;
     run.is_stepped = true;
@@ -318,7 +318,7 @@ static void a_scheduler_that_is_gone_is_no_scheduler(void** state)
 
 /// The remains of a launcher that was killed are removed before a run is prepared; the names of a launcher
 /// that still runs are kept.
-static void remains_of_a_killed_launcher_are_swept(void** state)
+static void remains_of_a_killed_launcher_are_removed(void** state)
 {
     static const launch_options_t none = {
         .mission = "no-such-mission", .transport = "", .links = "", .world = "x"};
@@ -358,10 +358,10 @@ int main(void)
         cmocka_unit_test_setup(a_report_is_made_only_if_asked_for, set_up),
         cmocka_unit_test_setup(a_loss_in_the_scheduler_is_a_loss_of_the_run, set_up),
         cmocka_unit_test_setup(figures_that_fail_are_the_result_of_the_run, set_up),
-        cmocka_unit_test_setup(a_run_that_was_not_prepared_leaves_nothing_to_map, set_up),
+        cmocka_unit_test_setup(a_guard_takes_over_without_a_prepared_run, set_up),
         cmocka_unit_test_setup(the_guard_has_the_time_of_the_scheduler, set_up),
-        cmocka_unit_test_setup(a_scheduler_that_is_gone_is_no_scheduler, set_up),
-        cmocka_unit_test_setup(remains_of_a_killed_launcher_are_swept, set_up),
+        cmocka_unit_test_setup(a_scheduler_that_no_longer_exists_is_not_used, set_up),
+        cmocka_unit_test_setup(remains_of_a_killed_launcher_are_removed, set_up),
         cmocka_unit_test_setup(the_owner_is_the_number_in_the_identity, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

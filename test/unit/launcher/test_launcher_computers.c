@@ -187,7 +187,7 @@ static void the_first_command_that_fails_is_the_last(void** state)
     assert_non_null(strstr(launcher.reason, "runs/x"));
 }
 
-static void a_mission_on_one_computer_is_refused_two(void** state)
+static void two_computers_are_refused_for_a_mission_on_one(void** state)
 {
     (void)state;
     launcher.mission.storage.subsystems[2].computer = 1U;
@@ -246,7 +246,7 @@ int main(void)
         cmocka_unit_test_setup(two_computers_are_joined_by_a_veth, set_up),
         cmocka_unit_test_setup(tipc_has_a_bearer_on_each, set_up),
         cmocka_unit_test_setup(the_first_command_that_fails_is_the_last, set_up),
-        cmocka_unit_test_setup(a_mission_on_one_computer_is_refused_two, set_up),
+        cmocka_unit_test_setup(two_computers_are_refused_for_a_mission_on_one, set_up),
         cmocka_unit_test_setup(a_delay_between_computers_is_a_network_of_its_own, set_up),
         cmocka_unit_test_setup(only_namespaces_that_are_there_are_removed, set_up),
     };

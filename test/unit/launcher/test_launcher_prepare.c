@@ -237,7 +237,7 @@ static void a_limit_that_is_too_low_ends_the_preparation(void** state)
 {
     (void)state;
     will_return(__wrap_launcher_set_limits, false);
-    prepare_fails(""); // The reason is given there.
+    prepare_fails(""); // launcher_set_limits gives the reason.
 }
 
 // ---- Directory ----

@@ -252,7 +252,7 @@ static void a_frame_is_passed_on_in_the_turn_before_it_is_due(void** state)
 
 /// The frames of both links are passed on in the order of their due times; the losses and counts are those of
 /// the second relay_t.
-static void frames_of_all_links_follow_the_law(void** state)
+static void frames_of_all_links_are_delayed_and_lost_as_by_the_second_relay(void** state)
 {
     size_t expected = 0U;
     (void)state;
@@ -361,7 +361,7 @@ int main(void)
         cmocka_unit_test_setup(sockets_that_cannot_be_opened_are_reported, set_up),
         cmocka_unit_test_setup(closing_closes_every_socket_once, set_up),
         cmocka_unit_test_setup(a_frame_is_passed_on_in_the_turn_before_it_is_due, set_up),
-        cmocka_unit_test_setup(frames_of_all_links_follow_the_law, set_up),
+        cmocka_unit_test_setup(frames_of_all_links_are_delayed_and_lost_as_by_the_second_relay, set_up),
         cmocka_unit_test_setup(frames_above_the_capacity_are_lost_and_counted, set_up),
         cmocka_unit_test_setup(frames_of_an_earlier_life_are_not_passed_on, set_up),
         cmocka_unit_test_setup(a_frame_that_cannot_be_sent_is_not_announced, set_up),

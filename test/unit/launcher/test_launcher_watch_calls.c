@@ -213,7 +213,7 @@ static void a_holder_is_suspended_once_its_time_is_used(void** state)
     }
 }
 
-/// in a run in real time a mission may declare more than 20 ms for a slow machine, but not less.
+/// In a run in real time a mission may declare more than 20 ms for a slow machine, but not less.
 static void a_holder_has_the_time_that_its_mission_declares(void** state)
 {
     static const struct {
@@ -345,8 +345,8 @@ static void the_time_to_join_ends_with_the_wait_and_does_not_begin_before_the_ru
     assert_int_equal(0U, launcher.watch.join_ns);
 }
 
-/// If the wall clock paces time, it does not wait for a process.
-static void in_real_time_the_begin_of_a_life_is_postponed(void** state)
+/// In real time the scheduler does not wait for a process.
+static void in_real_time_the_beginning_of_a_life_is_postponed(void** state)
 {
     (void)state;
     run_state_beat(&run, ARM, 0U, 1U);
@@ -493,7 +493,7 @@ int main(void)
         TEST(a_child_that_has_ended_is_not_the_holder),
         TEST(a_process_that_does_not_join_is_killed_after_ten_seconds),
         TEST(the_time_to_join_ends_with_the_wait_and_does_not_begin_before_the_run),
-        TEST(in_real_time_the_begin_of_a_life_is_postponed),
+        TEST(in_real_time_the_beginning_of_a_life_is_postponed),
         TEST(a_restarted_process_that_makes_no_step_is_killed_after_ten_seconds),
         TEST(a_free_running_supervisor_that_makes_no_step_is_killed),
         TEST(a_free_running_supervisor_that_steps_or_waits_is_not_killed),

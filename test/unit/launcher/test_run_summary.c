@@ -67,7 +67,7 @@ void setUp(void)
     // Only the existence of a scheduler matters.
     launcher.scheduler = (osal_lockstep_t*)&run;
     TEST_ASSERT_TRUE(run_summary_reserve(&launcher));
-    TEST_ASSERT_NOT_EQUAL(0, access(path_of("run.json"), F_OK)); // Reserved room is not the file.
+    TEST_ASSERT_NOT_EQUAL(0, access(path_of("run.json"), F_OK)); // The room is reserved in run.json.part.
 }
 
 void tearDown(void)
@@ -79,7 +79,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL(0, rmdir(run.directory)); // The directory has no other files.
 }
 
-static void the_summary_of_a_run_is_this(void)
+static void the_summary_of_a_run_has_this_text(void)
 {
     static guard_t guard = {.starts = 1U};
     char hash[19];
@@ -251,7 +251,7 @@ static void a_summary_that_cannot_be_written_is_reported(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_summary_of_a_run_is_this);
+    RUN_TEST(the_summary_of_a_run_has_this_text);
     RUN_TEST(what_makes_a_run_not_reproducible);
     RUN_TEST(an_image_has_no_transport_and_reports_the_counters_of_buses);
     RUN_TEST(late_steps_are_reported_if_each_process_has_its_own_clock);

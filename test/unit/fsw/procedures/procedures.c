@@ -99,7 +99,7 @@ void expect_events(const char* const code, const char* const events)
     char found[512] = "";
     host.call       = (pus_call_t){.kind = PUS_CALL_PAUSED};
     TEST_ASSERT_EQUAL_MESSAGE(STATUS_OK, host_begin(code), host.call.text);
-    TEST_ASSERT_TRUE_MESSAGE(host_run(MANY_BUDGETS), "it does not end");
+    TEST_ASSERT_TRUE_MESSAGE(host_run(MANY_BUDGETS), "the procedure does not end within MANY_BUDGETS");
     TEST_ASSERT_EQUAL_MESSAGE(PUS_CALL_ENDED, host.call.kind, host.call.text);
     for (const char* place = strstr(host.log, "event "); place != NULL; place = strstr(place, "event ")) {
         place += 6U;
@@ -115,7 +115,7 @@ void expect_error(const char* const code, const char* const part)
     host.call             = (pus_call_t){.kind = PUS_CALL_PAUSED};
     const status_t status = host_begin(code);
     if (status == STATUS_OK) {
-        TEST_ASSERT_TRUE_MESSAGE(host_run(MANY_BUDGETS), "it does not end");
+        TEST_ASSERT_TRUE_MESSAGE(host_run(MANY_BUDGETS), "the procedure does not end within MANY_BUDGETS");
     }
     TEST_ASSERT_EQUAL_MESSAGE(PUS_CALL_FAILED, host.call.kind, code);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(host.call.text, part), host.call.text);

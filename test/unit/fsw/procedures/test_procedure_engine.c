@@ -362,8 +362,8 @@ static void a_pause_after_any_instruction_changes_no_result(void)
     TEST_ASSERT_TRUE(pauses > 50U);
 }
 
-/// The price of a call depends on the size of the stack.
-static void the_size_of_the_stack_is_known_when_it_has_grown(void)
+/// The engine needs this size to compute the cost of a call.
+static void the_size_of_the_stack_is_known_before_and_after_it_grows(void)
 {
     expect_events("event(1)", "1");
     const uint32_t small = host.slots[0].stack_size;
@@ -397,6 +397,6 @@ int main(void)
     RUN_TEST(slots_share_no_data);
     RUN_TEST(without_memory_no_procedure_starts);
     RUN_TEST(a_pause_after_any_instruction_changes_no_result);
-    RUN_TEST(the_size_of_the_stack_is_known_when_it_has_grown);
+    RUN_TEST(the_size_of_the_stack_is_known_before_and_after_it_grows);
     return UNITY_END();
 }

@@ -90,7 +90,7 @@ static void exchange(void)
     access.exchange(access.context, &models[0]);
 }
 
-static void no_model_is_exchanged(void)
+static void exchanging_a_model_is_a_coding_error(void)
 {
     TEST_ASSERT_TRUE(assertion_fails(exchange));
 }
@@ -102,6 +102,6 @@ int main(void)
     RUN_TEST(another_hash_is_refused_with_all_hashes_and_the_next_step);
     RUN_TEST(a_subsystem_without_a_descriptor_is_refused);
     RUN_TEST(compiled_descriptors_cannot_be_read_again);
-    RUN_TEST(no_model_is_exchanged);
+    RUN_TEST(exchanging_a_model_is_a_coding_error);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The windows of messages between components, which the run determines, and the promised steps of components.
+// The windows of messages between components, which the run determines, and the promises of components.
 #include "fsw/programs/component_runtime.h"
 
 #include "unity.h"
@@ -75,8 +75,8 @@ static void a_window_for_which_there_is_no_room_is_refused_in_words(void)
     TEST_ASSERT_NOT_NULL(strstr(runtimes[0].error, "SUPERVISOR: too many peers"));
 }
 
-/// In free-running time there is no scheduler: a component that has not made a step has promised none.
-static void without_a_scheduler_the_last_beat_is_the_promise(void)
+/// In free-running time there is no scheduler. A component that has not made a step yet has promised none.
+static void without_a_scheduler_the_last_beat_contains_the_promise(void)
 {
     run_state_beat(&run, 1U, 0U, OSAL_LOCKSTEP_NEVER);
     TEST_ASSERT_EQUAL_UINT64(OSAL_LOCKSTEP_NEVER, component_runtime_promise_ns(&runtimes[0], NULL, 1U));
@@ -89,6 +89,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(both_ends_use_the_window_of_the_run);
     RUN_TEST(a_window_for_which_there_is_no_room_is_refused_in_words);
-    RUN_TEST(without_a_scheduler_the_last_beat_is_the_promise);
+    RUN_TEST(without_a_scheduler_the_last_beat_contains_the_promise);
     return UNITY_END();
 }

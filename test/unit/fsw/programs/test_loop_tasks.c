@@ -12,7 +12,7 @@
 
 #define APID 20U
 #define CYCLE_NS 1000000ULL
-#define PATIENCE 5000U ///< Cycles that a busy machine may take.
+#define PATIENCE 5000U ///< Largest number of cycles that a test waits.
 #define SLOW_REPORT 1U ///< Every 20 ms.
 #define FAST_REPORT 2U ///< Every 2 ms.
 
@@ -26,7 +26,7 @@ static uint16_t sequence;
 static uint32_t ticks;
 static struct {
     unsigned count;
-    uint64_t taken_ns; ///< Packet time of the last report, since the origin.
+    uint64_t taken_ns; ///< Packet time of the last report [ns after origin_ns].
     bool is_backwards;
 } reports[3];
 

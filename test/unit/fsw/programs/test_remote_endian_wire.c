@@ -100,7 +100,7 @@ static void the_run_state_passes_the_wire_unchanged(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(run.link_ports, heard.link_ports, RUN_LINKS_MAX);
 }
 
-#define MANY 200U // Messages: more octets than a socket holds.
+#define MANY 200U // Number of messages; together they exceed the buffer of a socket.
 
 /// The largest content of a message, many times; the sender waits while the socket is full.
 static void the_largest_messages_arrive_completely(void)
@@ -281,7 +281,7 @@ static void messages_follow_each_other_in_both_directions(void)
     }
 }
 
-static void the_disappearance_of_an_end_is_detected(void)
+static void the_end_of_the_peer_is_detected(void)
 {
     octet_reader_t reader;
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
@@ -448,7 +448,7 @@ int main(void)
     RUN_TEST(invalid_messages_are_refused);
     RUN_TEST(a_message_may_arrive_in_pieces);
     RUN_TEST(messages_follow_each_other_in_both_directions);
-    RUN_TEST(the_disappearance_of_an_end_is_detected);
+    RUN_TEST(the_end_of_the_peer_is_detected);
     RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);
     RUN_TEST(a_peer_that_does_not_read_its_message_is_detected);
     RUN_TEST(a_message_that_does_not_fit_is_not_sent);

@@ -49,7 +49,7 @@ static unsigned mappings(void)
     return count;
 }
 
-static void a_run_is_made_once_and_found_by_its_name(void)
+static void a_run_is_created_once_and_found_by_its_name(void)
 {
     osal_shm_t made;
     osal_shm_t second;
@@ -158,9 +158,9 @@ static void a_name_is_recorded_once(void)
     TEST_ASSERT_EQUAL_STRING("", block.flows[1].name);
 }
 
-static void a_place_that_is_being_written_is_not_changed(void)
+static void a_slot_that_is_being_written_is_not_changed(void)
 {
-    block.flows[0].state = 1U; // Another component is writing this place.
+    block.flows[0].state = 1U; // Another component is writing this slot.
     (void)strcpy(block.flows[0].name, "/run.flow.cam");
     // The name may be the same.
     TEST_ASSERT_EQUAL(STATUS_OK, run_state_note_flow(&block, "/run.flow.cam"));
@@ -233,14 +233,14 @@ static void lateness_is_counted_in_classes(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_run_is_made_once_and_found_by_its_name);
+    RUN_TEST(a_run_is_created_once_and_found_by_its_name);
     RUN_TEST(memory_of_another_version_is_refused);
     RUN_TEST(names_of_a_run_begin_with_its_identity);
     RUN_TEST(participants_and_types_follow_from_the_run);
     RUN_TEST(a_component_is_found_by_its_apid);
     RUN_TEST(the_last_beat_of_each_component_is_kept);
     RUN_TEST(a_name_is_recorded_once);
-    RUN_TEST(a_place_that_is_being_written_is_not_changed);
+    RUN_TEST(a_slot_that_is_being_written_is_not_changed);
     RUN_TEST(a_flow_name_that_does_not_fit_is_refused);
     RUN_TEST(components_record_their_names_concurrently);
     RUN_TEST(lateness_is_counted_in_classes);

@@ -33,7 +33,7 @@
 #define LINK_HAND_POS 2U   ///< HAND port 1 -> ARM port 2.
 #define LINK_LONE_STATE 3U ///< ARM port 1 -> LONE port 3: a second reader.
 // Events of ARM; HAND and LONE have BROKEN and STRAIN.
-#define BROKEN 1U   ///< HIGH; for ARM a plan only logs it, for HAND a plan takes the network down.
+#define BROKEN 1U   ///< HIGH; for ARM a plan only logs it, for HAND a plan takes the network to OFFLINE.
 #define STRAIN 2U   ///< MEDIUM; ARM and LONE have a plan.
 #define TIRED 3U    ///< MEDIUM, without a plan.
 #define NOTE 4U     ///< LOW, without a plan.

@@ -133,7 +133,7 @@ static void the_last_commit_is_adopted(void)
 }
 
 // A change of any octet makes its bank invalid, and the older bank is used.
-static void any_octet_that_changes_refuses_its_bank(void)
+static void a_bank_with_any_changed_octet_is_refused(void)
 {
     for (size_t at = 0U; at < offsetof(checkpoint_bank_t, octets); at++) {
         checkpoint.banks[0].generation = 0U;
@@ -434,7 +434,7 @@ static void a_checkpoint_keeps_the_blocks_of_rings_in_order(void)
     TEST_ASSERT_EQUAL(0U, taken[0].blocks + taken[1].blocks);
 }
 
-static void an_octet_of_a_ring_that_changes_refuses_its_bank(void)
+static void a_bank_with_a_changed_octet_of_a_ring_is_refused(void)
 {
     put(&waiting[0], "one");
     supervisor_checkpoint_commit(&checkpoint, &state, &rings);
@@ -576,7 +576,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(memory_that_was_never_written_contains_no_checkpoint);
     RUN_TEST(the_last_commit_is_adopted);
-    RUN_TEST(any_octet_that_changes_refuses_its_bank);
+    RUN_TEST(a_bank_with_any_changed_octet_is_refused);
     RUN_TEST(two_damaged_banks_are_reported);
     RUN_TEST(an_incomplete_commit_leaves_the_previous_one);
     RUN_TEST(a_writer_that_is_killed_at_any_step_leaves_a_consistent_state);
@@ -587,7 +587,7 @@ int main(void)
     RUN_TEST(values_at_their_limits_are_accepted);
     RUN_TEST(a_checkpoint_with_invalid_packet_numbers_is_refused);
     RUN_TEST(a_checkpoint_keeps_the_blocks_of_rings_in_order);
-    RUN_TEST(an_octet_of_a_ring_that_changes_refuses_its_bank);
+    RUN_TEST(a_bank_with_a_changed_octet_of_a_ring_is_refused);
     RUN_TEST(the_content_of_free_entries_is_not_checked);
     RUN_TEST(random_octets_are_accepted_or_refused_without_a_crash);
     RUN_TEST(an_annex_belongs_to_the_last_commit);

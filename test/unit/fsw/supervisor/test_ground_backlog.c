@@ -285,7 +285,7 @@ static void put_shared(uint8_t service, uint8_t subtype, size_t size, unsigned c
     supervisor_ground_backlog_give(&backlog, block);
 }
 
-/// Room for answers is counted in places, octets and blocks, for FIRM and for PLAIN reports.
+/// Room for answers is counted in slots, octets and blocks, for FIRM and for PLAIN reports.
 static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
 {
     put_shared(1U, 7U, 30U, GROUND_FIRM_REPORTS - GROUND_INTAKE_REPORTS);

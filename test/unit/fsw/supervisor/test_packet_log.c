@@ -117,7 +117,7 @@ static void spool_records_are_binary(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, content, sizeof expected);
 }
 
-static void the_ring_is_written_when_it_is_left(void)
+static void the_ring_is_written_to_its_file_when_the_log_is_closed(void)
 {
     const uint8_t packet[2] = {0x01U, 0x02U};
     open_log(PACKET_LOG_RING);
@@ -216,7 +216,7 @@ static void the_files_together_have_all_records(void)
     mark_lines("packets.ring");
     mark_spool();
     for (unsigned number = 1U; number <= 3000U; number++) {
-        TEST_ASSERT_EQUAL_MESSAGE(1U, seen[number], "a record is missing or doubled");
+        TEST_ASSERT_EQUAL_MESSAGE(1U, seen[number], "a record is missing or duplicated");
     }
     TEST_ASSERT_EQUAL(3001U, packets.next_number);
     TEST_ASSERT_EQUAL(0U, packets.failures);
@@ -365,7 +365,7 @@ static void records_in_the_ring_survive_a_full_disk(void)
                 mark_spool();
             }
             for (unsigned number = 1U; number <= 8U; number++) {
-                TEST_ASSERT_EQUAL_MESSAGE(1U, seen[number], "a record is missing or doubled");
+                TEST_ASSERT_EQUAL_MESSAGE(1U, seen[number], "a record is missing or duplicated");
             }
         }
     }
@@ -413,7 +413,7 @@ static void more_records_than_the_ring_holds_are_written_between_two_steps(void)
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
     TEST_ASSERT_TRUE(packets.failures > 0U);
-    TEST_ASSERT_EQUAL_UINT64(6U * SECOND_NS, packets.retry_ns); // The file failed at the time of a packet.
+    TEST_ASSERT_EQUAL_UINT64(6U * SECOND_NS, packets.retry_ns); // 1 s after the packet.
     TEST_ASSERT_EQUAL(140U, packets.ring.blocks + packets.failures);
     fill_disk("packets.ring");
     supervisor_packet_log_close(&packets);
@@ -536,7 +536,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(lines_are_numbered_and_timed);
     RUN_TEST(spool_records_are_binary);
-    RUN_TEST(the_ring_is_written_when_it_is_left);
+    RUN_TEST(the_ring_is_written_to_its_file_when_the_log_is_closed);
     RUN_TEST(the_ring_keeps_the_newest_records);
     RUN_TEST(the_files_together_have_all_records);
     RUN_TEST(an_unknown_log_strategy_is_refused);

@@ -15,7 +15,7 @@
 
 static packet_log_t packets;
 static const uint8_t ring[1];
-/// The program before has written 100 octets of complete records.
+/// An earlier run has written 100 octets of complete records.
 static const packet_log_past_t past = {
     .next_number = 9U, .written_number = 8U, .sizes = {100U, 100U, 0U, 100U}, .ring = ring};
 

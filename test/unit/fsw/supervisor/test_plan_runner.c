@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 The plan run to which a subsystem belongs when failures of all
-// severities follow each other in any order, and the times at which the actions of a run are due.
+// SPDX-License-Identifier: Apache-2.0
+// The plan run to which a subsystem belongs when failures of all severities follow each other in any order,
+// and the times at which the actions of a run are due.
 #include "fsw/supervisor/plan_runner.h"
 
 #include "unity.h"
@@ -74,7 +75,7 @@ static void check_one_run_each(void)
     }
 }
 
-static void a_higher_severity_takes_all_members_and_ends_lesser_runs(void)
+static void a_higher_severity_takes_all_members_and_ends_runs_of_lower_severity(void)
 {
     const plan_run_t one = failure(DESCRIPTOR_MEDIUM, 1U, 1U, 2U);
     const plan_run_t two = failure(DESCRIPTOR_LOW, 3U, 3U, 4U);
@@ -201,7 +202,7 @@ static void a_plan_run_ignores_a_subsystem_whose_process_died(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_higher_severity_takes_all_members_and_ends_lesser_runs);
+    RUN_TEST(a_higher_severity_takes_all_members_and_ends_runs_of_lower_severity);
     RUN_TEST(a_lower_severity_starts_no_run_for_a_member_of_a_higher_one);
     RUN_TEST(a_failure_of_the_same_severity_joins_the_run_with_its_members);
     RUN_TEST(every_subsystem_of_the_largest_mission_has_room_for_its_run);

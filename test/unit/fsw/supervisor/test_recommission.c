@@ -17,7 +17,8 @@ static recommission_t* run_of(uint16_t apid)
     return &entry_of(apid)->recommission;
 }
 
-/// The links of ARM and HAND are open, and ARM must return to OPERATIONAL; the test plays its steps.
+/// The links of ARM and HAND are open, and ARM must return to OPERATIONAL. ARM does not answer orders: the
+/// test sets its states.
 void setUp(void)
 {
     fixture_open_up();
@@ -71,13 +72,13 @@ static void only_a_state_at_rest_gets_an_order(void)
         TEST_ASSERT_EQUAL_MESSAGE(steps[i].ordered, step_in(steps[i].state, steps[i].phase),
                                   "row of the table");
         TEST_ASSERT_TRUE(run_of(ARM)->is_active);
-        if (steps[i].ordered == STATE_OFFLINE) { // The subsystem may go down until it has arrived there.
+        if (steps[i].ordered == STATE_OFFLINE) { // On the way to OFFLINE, going down is no failure.
             TEST_ASSERT_FALSE(run_of(ARM)->has_left_offline);
         }
     }
 }
 
-// ---- Refusals that may end ----
+// ---- Conditions that delay an order ----
 
 static void a_partner_that_has_failed_delays_the_order(void)
 {
@@ -118,7 +119,7 @@ static void a_configuration_that_cannot_be_sent_is_sent_later(void)
     TEST_ASSERT_EQUAL(STATE_COUNT, step_in(STATE_PRE_OPERATIONAL, PHASE_UNCONFIGURED));
     TEST_ASSERT_TRUE(run_of(ARM)->is_active);
     fixture.members[FIXTURE_ARM].takes_nothing = false;
-    fixture.members[FIXTURE_ARM].is_passive    = true; // It takes the requests, and its state stays.
+    fixture.members[FIXTURE_ARM].is_passive    = true; // ARM reads the requests and stays in its state.
     run_of(ARM)->is_active                     = false;
     fixture_run(4U);
     run_of(ARM)->is_active = true;
@@ -127,7 +128,7 @@ static void a_configuration_that_cannot_be_sent_is_sent_later(void)
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.3 0002"));
 }
 
-// ---- Beginning ----
+// ---- Beginning of recommissioning ----
 
 /// The last state at rest can only be OFFLINE or one from PRE_OPERATIONAL to OPERATIONAL. A checkpoint may
 /// contain any state.

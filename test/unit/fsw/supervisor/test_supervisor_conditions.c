@@ -164,7 +164,7 @@ static unsigned plans_started_by(const uint16_t event, const uint16_t subject)
     return fixture.supervisor.counters.plans_started - before;
 }
 
-static void a_high_finding_about_the_supervisor_needs_a_plan_of_its_own(void)
+static void a_high_failure_of_the_supervisor_itself_needs_a_plan_of_its_own(void)
 {
     TEST_ASSERT_EQUAL_UINT(0U, plans_started_by(SUPERVISOR_EVENT_CHECKPOINT_DAMAGED, SUPERVISOR_APID));
     TEST_ASSERT_EQUAL_UINT(1U, plans_started_by(SUPERVISOR_EVENT_LOG_FAILED, SUPERVISOR_APID));
@@ -456,7 +456,7 @@ int main(void)
     RUN_TEST(a_report_that_is_too_short_changes_no_state);
     RUN_TEST(a_waiting_order_for_a_lower_state_is_not_replaced);
     RUN_TEST(the_loss_of_a_process_outside_of_the_mission_orders_nothing);
-    RUN_TEST(a_high_finding_about_the_supervisor_needs_a_plan_of_its_own);
+    RUN_TEST(a_high_failure_of_the_supervisor_itself_needs_a_plan_of_its_own);
     RUN_TEST(only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss);
     RUN_TEST(an_own_event_is_about_the_subsystem_that_its_first_field_names);
     RUN_TEST(a_new_negotiation_that_fails_ends_the_former_agreement);

@@ -67,7 +67,7 @@ static void notice(unsigned member, uint8_t severity, uint16_t event)
                       pus_event_notice_report(&fixture.members[member].process, &content, fixture.now_ns));
 }
 
-static void an_event_about_a_message_has_the_time_of_the_step_that_takes_it_in(void)
+static void an_event_about_a_message_has_the_time_of_the_step_that_reads_it(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.now_ns += FIXTURE_TICK_NS / 2U; // A message wakes the supervisor between two ticks.
@@ -251,7 +251,7 @@ static void low_and_informative_events_are_only_logged(void)
     fixture_expect("G/16 5.2 0004\nG/16 5.1 0004\n");
 }
 
-/// The supervisor reacts to its own findings when it makes them, and not to their reports.
+/// The supervisor reacts to a failure that it has detected itself when it detects it, not to its own report.
 static void only_events_of_other_subsystems_of_the_mission_have_a_reaction(void)
 {
     static const uint16_t others[] = {SUPERVISOR_APID, 99U};
@@ -316,7 +316,7 @@ static void a_process_that_hangs_is_killed_and_started_again(void)
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
 }
 
-/// At its next check, the supervisor finds a process that is later than its mission allows by this time.
+/// At its next check, the supervisor finds a process that is `by_ns` later than its mission allows.
 static void see_late(uint16_t apid, uint64_t by_ns)
 {
     fixture_tick();
@@ -480,7 +480,7 @@ static void random_errors_leave_the_supervisor_consistent(void)
         const uint32_t chance = (random >> 10U) % 12U;
         const unsigned member = FIXTURE_ARM + ((random >> 16U) % 3U);
         if (!fixture.members[member].is_running) {
-            // The process is dead and the supervisor decides.
+            // The process is dead: the supervisor decides whether to restart it.
         } else if (chance < 4U) {
             fixture_event(member, (uint8_t)(chance + 1U), (uint16_t)((random >> 20U) % 6U));
         } else if (chance == 5U) {
@@ -560,7 +560,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_high_error_shuts_the_network_down_in_the_same_step);
-    RUN_TEST(an_event_about_a_message_has_the_time_of_the_step_that_takes_it_in);
+    RUN_TEST(an_event_about_a_message_has_the_time_of_the_step_that_reads_it);
     RUN_TEST(an_event_whose_report_is_disabled_has_the_same_reaction);
     RUN_TEST(one_failure_has_one_plan);
     RUN_TEST(failures_of_separate_networks_have_separate_plans);

@@ -212,7 +212,7 @@ static void open_media(void)
     }
     const journal_configuration_t config = {.media    = {media[0], media[1]},
                                             .limit    = MEDIUM_MAX,
-                                            .slack    = 512U, // Makes the journal compact now and then.
+                                            .slack    = 512U, // So small that the journal is compacted.
                                             .slots    = slots,
                                             .capacity = RECORDS};
     TEST_ASSERT_EQUAL(STATUS_OK, journal_open(&journal, &config));
@@ -324,7 +324,7 @@ static void see(uint64_t number, const char* hex)
 {
     unsigned head[4];
     TEST_ASSERT_TRUE((number >= 1U) && (number < sizeof seen));
-    TEST_ASSERT_EQUAL_MESSAGE(0U, seen[number], "a record is doubled");
+    TEST_ASSERT_EQUAL_MESSAGE(0U, seen[number], "a record is duplicated");
     seen[number] = 1U;
     TEST_ASSERT_EQUAL(4, sscanf(hex, "%2x%2x%2x%2x", &head[0], &head[1], &head[2], &head[3]));
     const unsigned apid  = head[1];
@@ -333,7 +333,8 @@ static void see(uint64_t number, const char* hex)
     TEST_ASSERT_TRUE(apid < APIDS);
     if (is_report && (apid != HAND)) { // HAND counts from the beginning after its restart.
         if (last_count[apid] >= 0) {
-            TEST_ASSERT_EQUAL_MESSAGE(last_count[apid] + 1, count, "a sequence count is missing or doubled");
+            TEST_ASSERT_EQUAL_MESSAGE(last_count[apid] + 1, count,
+                                      "a sequence count is missing or duplicated");
         }
         last_count[apid] = count;
     }

@@ -127,7 +127,7 @@ def described(tmp_path, *lines):
     return descriptions.describe(dictionary(), descriptions.load(path))["subsystems"][0]
 
 
-def test_the_line_of_a_subsystem_goes_before_that_of_all(tmp_path):
+def test_the_line_of_a_subsystem_takes_precedence_over_that_of_all(tmp_path):
     arm = described(tmp_path, "STATE | =state | any", "ARM.STATE | =state | that of the arm", "MODE | =mode | the mode")
     assert arm["parameters"][0]["description"] == "that of the arm"
     assert arm["parameters"][0]["words"]["numbers"][5] == "OPERATIONAL" and arm["parameters"][0]["words"]["name"] == "state"

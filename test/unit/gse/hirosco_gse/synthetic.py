@@ -89,7 +89,7 @@ class Flight:
         gravity = np.array([5.0, 1.0])
         self.torque_word = np.round((gravity - self.external + self.noise_nm) / 0.01).astype(int)
         step = np.diff(self.stick, axis=0, prepend=self.stick[:1]) / COUNT_RAD
-        # After a count, the joint loop responds at once, then less and less.
+        # After an encoder count of the stick, the torque of the joint steps and decays (time constant 16 cycles).
         fading = np.exp(-np.arange(200) / 16)
         answer = np.stack([np.convolve(step[:, axis], fading)[:COUNT] for axis in range(2)], axis=1)
         command = gravity + 0.1 * np.sin(self.time)[:, None] + 1.6 * np.roll(answer, FORWARD, axis=0)

@@ -246,7 +246,7 @@ def test_rejections_are_reported_in_words(console, subtype, code, detail, words)
     ],
 )
 def test_wrong_usage_is_refused(dictionary_path, capsys, words):
-    """They are detected before a link is needed."""
+    """Wrong usage is detected before a link is needed."""
     assert main(["--port", "1", "--dictionary", str(dictionary_path), *words]) == 2
     assert capsys.readouterr().err
 

@@ -38,7 +38,7 @@ def test_a_quiet_flight_holds_all_its_figures(run):
     assert not reasons
     assert figures.failures({**run.facts, **found}) == []
     assert found["delay_hold_oscillation_rad"] == found["delay_after_follow_rad"] == 0
-    assert found["delay_reflection_error"] < 1e-3  # The resolution of the words.
+    assert found["delay_reflection_error"] < 1e-3  # The resolution of the process data.
     assert found["delay_contact_share"] == 1
     assert found["delay_force_peak_n"] == pytest.approx(15)
     assert found["delay_end_error_m"] == 0

@@ -117,7 +117,7 @@ IDENTIFIED = [
 
 @pytest.mark.parametrize(("apid", "name", "data", "text"), IDENTIFIED)
 def test_an_event_names_the_device_and_the_event_that_it_is_about(dictionary, apid, name, data, text):
-    """The names are those of the dictionary, with the number beside; a number without a name stays a number, and so does each in JSON."""
+    """The names are those of the dictionary, with the number beside. A number without a name, and each number in JSON, stays a number."""
     event = dictionary.subsystem_of_apid(apid).event(name)
     packet = tm(apid, 5, SUBTYPES[event.severity], struct.pack(">H", event.id) + data, 0)
     decoded = telemetry.decode(packet, dictionary)

@@ -349,13 +349,13 @@ def test_a_log_is_read_event_by_event_though_its_data_look_like_events():
         logs.parse_lcm(whole + b"x" * 28)
 
 
-def test_a_row_that_was_left_out_is_the_one_before():
+def test_a_row_that_was_left_out_equals_the_row_before():
     table = {"time_us": np.array([500, 100_500, 137_000, 137_500]), "x": np.array([1, 1, 1, 2])}
     assert truth_log.at(table, "x", [0, 500, 99_000, 137_000, 137_499, 137_500, 140_000], 140_000).tolist() == [1, 1, 1, 1, 1, 2, 2]
     assert np.isnan(truth_log.at(table, "x", [140_001], 140_000)).all()
 
 
-def test_contacts_springs_and_joints_meet_though_rows_are_left_out():
+def test_contacts_springs_and_joints_have_common_times_although_rows_are_left_out():
     def rows(*times):
         return {"time_us": np.array(times)}
 

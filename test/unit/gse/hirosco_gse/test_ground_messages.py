@@ -136,7 +136,7 @@ def test_words_that_are_no_request_for_procedures_are_refused(dictionary, words)
 
 
 def test_the_same_request_twice_at_once_has_two_answers(dictionary):
-    """The second one is sent before the first one is answered. Each has its own report only, not the older one, too."""
+    """The second one is sent before the first one is answered. Each has only its own report."""
     session = Session(dictionary, first_sequence=0)
     asked = [commands.plan(["procedure", "status"], dictionary).procedure(session, 10**10) for _ in range(2)]
     for procedure in asked:

@@ -100,7 +100,7 @@ def test_the_flight_is_shown_and_commanded(reached):
     asyncio.run(look())
 
 
-# Size of a terminal -> texts that it shows. Consoles without a size are drawn as 25 lines of 80 columns; a small one shows the other screen only.
+# Size of a terminal -> texts that it shows. Consoles without a size are drawn as 25 lines of 80 columns; a small one only changes to the second screen.
 TERMINALS = {(50, 160): ("TORQUE_LIMIT", "OPERATIONAL"), (0, 0): ("TORQUE_LIMIT",), (5, 20): ("\x1b[?1049h",)}
 
 
@@ -141,7 +141,7 @@ def test_the_monitor_ends_with_the_flight(reached, monkeypatch, facts, end):
 
 
 @pytest.mark.parametrize(("end", "code"), [(None, 0), (("flight ended", 0), 0), (("flight failed", 1), 1), (("the flight is gone", None), 3)])
-def test_the_end_of_the_monitor_is_said_with_an_exit_code(tmp_path, monkeypatch, capsys, end, code):
+def test_the_monitor_prints_why_it_ended_and_has_an_exit_code_for_it(tmp_path, monkeypatch, capsys, end, code):
     monkeypatch.setattr(Monitor, "run", lambda self: end)
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     assert main(["--run", str(tmp_path), "monitor"]) == code

@@ -127,7 +127,7 @@ def test_an_incomplete_recording_is_refused(modules):
 
 
 def test_pictures_that_take_too_long_get_fewer_pixels_and_short_ones_more(modules):
-    """Three in succession that take longer than the budget, and twenty that leave room for twice as many pixels."""
+    """After three in succession that take longer than the budget, and after twenty that leave room for twice as many pixels."""
     found = printed(modules, """
         const pace = new Pace(), scales = [];
         const note = (took, count) => { for (let n = 0; n < count; n++) pace.note(0, took); scales.push(pace.scale); };
@@ -137,7 +137,7 @@ def test_pictures_that_take_too_long_get_fewer_pixels_and_short_ones_more(module
 
 
 def test_the_processors_rest_between_pictures(modules):
-    """For as long as the last picture took, but for a second at most; and 40 ms pass from picture to picture."""
+    """The pause is as long as the last picture took, but at most a second; from picture to picture at least 40 ms pass."""
     found = printed(modules, """
         const pace = new Pace(), waits = [pace.wait(7)];
         for (const took of [5, 30, 800, 9000]) { pace.note(100, 100 + took); waits.push(pace.wait(100 + took)); }
@@ -158,7 +158,7 @@ const told = (strips) => strips.map(({ title, unit, lines }) => [title, unit, ..
 
 
 def test_strips_show_every_joint_and_torques_under_their_own_name(modules):
-    """Torques that contain those of gravity are not called external. Lines of more than two joints have only the number of the joint."""
+    """Torques that contain those of gravity are not called external. With more than two joints, the name of a line is only the number of its joint."""
     planar, spatial = printed(modules, ARM + """
         const turning = Array(2).fill("revolute");
         console.log(JSON.stringify([told(stripsOf(arm(...turning), ["CUR_VALUES.TORQUE", "CUR_VALUES.EXTERNAL_TORQUE"], () => 9)),
@@ -175,7 +175,7 @@ def test_strips_show_every_joint_and_torques_under_their_own_name(modules):
 
 
 def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
-    """It is in the axes of the base, which is turned by 90 degrees about z; without it, it follows from the external torques."""
+    """The force is in the axes of the base, which is turned by 90 degrees about z. Without a reported force, it follows from the external torques."""
     told, computed, truth = printed(modules, ARM + """
         const base = [0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1];
         const lead = leadOf({ robots: [{ ...arm(), name: "client" }, arm("prismatic")], drives: { JOINT1: "arm.j0" } });

@@ -96,7 +96,7 @@ def test_no_report_is_made_of_a_flight_under_way(run, dictionary_path, capsys):
 
 
 @pytest.mark.parametrize(("scenario", "code"), [("commissioning", 130), ("telepresence", 4)])
-def test_ctrl_c_during_a_report_is_said(run, dictionary_path, monkeypatch, capsys, scenario, code):
+def test_ctrl_c_during_a_report_is_reported(run, dictionary_path, monkeypatch, capsys, scenario, code):
     """Then the figures of a run with bounds are not known, and the run has failed."""
 
     def interrupted(*_):
@@ -132,7 +132,7 @@ runpy.run_module({module!r}, run_name="__main__")
     assert not done.stderr or "Ctrl-C" in done.stderr
 
 
-def test_a_directory_that_this_user_may_not_write_is_said_with_the_next_step(run, dictionary_path, monkeypatch, capsys):
+def test_a_directory_that_this_user_may_not_write_is_reported_with_the_next_step(run, dictionary_path, monkeypatch, capsys):
     (run / "run.json").write_text('{"scenario": "commissioning"}')
 
     def denied(path, write):
@@ -147,7 +147,7 @@ def test_a_directory_that_this_user_may_not_write_is_said_with_the_next_step(run
     assert capsys.readouterr().err == f"gse: {run}/packets.pcap: Permission denied; {step}\n"
 
 
-def test_a_file_that_this_user_may_not_read_is_said_with_the_next_step(run, monkeypatch):
+def test_a_file_that_this_user_may_not_read_is_reported_with_the_next_step(run, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     problem = PermissionError(errno.EACCES, "Permission denied", str(run / "packets.log"))
     assert cli._words_of(problem) == f"{run}/packets.log: Permission denied; expected a file that this user may read: change its permissions"

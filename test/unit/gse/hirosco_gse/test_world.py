@@ -22,7 +22,7 @@ URDF = """<robot name="r"><link name="a"/><link name="b"><collision><origin xyz=
 
 @pytest.mark.parametrize("path", WORLDS, ids=lambda path: path.stem)
 def test_the_page_can_read_every_world(path):
-    """The result is JSON without special numbers, which JSON does not allow."""
+    """The result is JSON without NaN and infinity, which JSON does not allow."""
     found = world.read(path)
     lists = json.loads(json.dumps(geometry.as_lists(found), allow_nan=False))
     assert [len(robot["joints"]) for robot in lists["robots"]] == [len(robot.joints) for robot in found.robots]

@@ -79,7 +79,7 @@ static void a_file_is_cut_and_extended(void)
     TEST_ASSERT_FALSE(osal_file_exists(PATH ".cut"));
 }
 
-static void names_change_and_end(void)
+static void files_are_renamed_and_removed(void)
 {
     put(PATH, "old");
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, osal_file_rename(PATH, OTHER));
@@ -126,7 +126,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(files_are_made_extended_and_emptied);
     RUN_TEST(a_file_is_cut_and_extended);
-    RUN_TEST(names_change_and_end);
+    RUN_TEST(files_are_renamed_and_removed);
     RUN_TEST(what_does_not_exist_is_not_found);
     RUN_TEST(a_file_that_is_open_for_reading_is_not_written);
     return UNITY_END();

@@ -142,7 +142,7 @@ static void the_bus_is_freed_before_the_first_read(void)
     TEST_ASSERT_TRUE(is_clear);
 }
 
-static void all_who_have_a_file_open_see_the_same(void)
+static void all_users_of_an_open_file_have_the_same_content(void)
 {
     osal_file_t first;
     osal_file_t second;
@@ -158,7 +158,8 @@ static void all_who_have_a_file_open_see_the_same(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_size(&first, &size));
     TEST_ASSERT_EQUAL_UINT64(4U, size);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_remove(PATH));
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_read_at(&first, 0U, content, 4U)); // It is lost to its user, too.
+    TEST_ASSERT_EQUAL(STATUS_IO,
+                      osal_file_read_at(&first, 0U, content, 4U)); // An open file loses its content, too.
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_sync(&first));
     TEST_ASSERT_FALSE(osal_file_is_named(&first));
     osal_file_close(&first);
@@ -375,7 +376,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(what_was_written_exists_after_a_restart);
     RUN_TEST(the_bus_is_freed_before_the_first_read);
-    RUN_TEST(all_who_have_a_file_open_see_the_same);
+    RUN_TEST(all_users_of_an_open_file_have_the_same_content);
     RUN_TEST(a_file_stays_open_if_it_could_not_be_replaced);
     RUN_TEST(a_full_store_keeps_what_it_has);
     RUN_TEST(what_the_store_cannot_do_is_refused);

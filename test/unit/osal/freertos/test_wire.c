@@ -21,7 +21,7 @@ static uint8_t arriving[ARRIVING_OCTETS];
 static size_t arriving_size;
 static size_t arriving_at;
 static char paths[2][32];
-static uint8_t written[256]; ///< Last octets that left.
+static uint8_t written[256]; ///< Octets of the last records that were sent.
 static size_t written_size;
 static unsigned opened;
 static unsigned lines;

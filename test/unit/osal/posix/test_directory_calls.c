@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Opening of files in a directory when system calls are interrupted or
-// fail, and closing. The calls are mocked and return the lowest descriptor; test/contract/osal has the tests
-// with real directories.
+// SPDX-License-Identifier: Apache-2.0
+// Opening of files in a directory when system calls are interrupted or fail, and closing. The calls are
+// mocked and return the lowest descriptor; test/contract/osal has the tests with real directories.
 #define _GNU_SOURCE
 #include "osal/include/osal/device.h"
 #include "osal/include/osal/directory.h"

@@ -403,7 +403,7 @@ static void a_datagram_is_distinguished_from_errors_of_earlier_ones(void** state
     receive(STATUS_IO, 0U);
 }
 
-/// A deferred datagram stays in the socket until the next one is requested; only then it is removed.
+/// A deferred datagram stays in the socket until the request for the next one removes it.
 static void a_deferred_datagram_is_removed_by_the_next_call(void** state)
 {
     (void)state;

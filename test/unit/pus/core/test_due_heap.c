@@ -91,7 +91,7 @@ static uint16_t first_of(const uint64_t* const dues)
     return first;
 }
 
-static void the_sorted_index_agrees_with_a_plain_table(void)
+static void the_heap_agrees_with_a_plain_table(void)
 {
     static uint64_t dues[CAPACITY]; // Due cycles; 0: the entry is not in the heap.
     uint32_t state = 1U;
@@ -118,6 +118,6 @@ int main(void)
     RUN_TEST(nothing_is_due_before_its_cycle);
     RUN_TEST(entries_are_ordered_by_cycle_then_by_number);
     RUN_TEST(an_entry_repeats_with_its_period);
-    RUN_TEST(the_sorted_index_agrees_with_a_plain_table);
+    RUN_TEST(the_heap_agrees_with_a_plain_table);
     return UNITY_END();
 }

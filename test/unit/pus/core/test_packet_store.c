@@ -369,7 +369,7 @@ static void a_damaged_header_ends_the_chain(void)
         // The packets of that block were already deleted.
         TEST_ASSERT_EQUAL_UINT32(0U, store.counters.damaged);
     }
-    // Octets of the closing: the records of the block decide.
+    // Octets that were written when the block was closed: if they are damaged, its records are read.
     static const size_t closings[] = {20U, 30U, 33U, 50U, 55U};
     for (size_t i = 0U; i < (sizeof closings / sizeof closings[0]); i++) {
         recorded.image[0] = image;

@@ -147,7 +147,7 @@ static void a_procedure_that_exceeds_its_share_reduces_that_of_the_next(void)
     TEST_ASSERT_EQUAL_UINT32(100U, st18_fixture.slots[1].last);
 }
 
-static void a_procedure_is_suspended_at_the_begin_of_its_next_step(void)
+static void a_procedure_is_suspended_at_the_beginning_of_its_next_step(void)
 {
     st18_fixture_activate("ABCD", PUS_OBSERVE_PROCEDURE);
     st18_fixture_call(0U, PUS_CALL_PAUSED, 0U);
@@ -541,7 +541,7 @@ int main(void)
     RUN_TEST(a_long_text_is_truncated);
     RUN_TEST(activation_is_refused_in_a_wrong_state);
     RUN_TEST(a_procedure_that_exceeds_its_share_reduces_that_of_the_next);
-    RUN_TEST(a_procedure_is_suspended_at_the_begin_of_its_next_step);
+    RUN_TEST(a_procedure_is_suspended_at_the_beginning_of_its_next_step);
     RUN_TEST(a_procedure_is_suspended_and_stopped_at_the_named_step);
     RUN_TEST(a_procedure_that_waits_at_a_step_is_stopped_at_once);
     RUN_TEST(a_procedure_is_executed_one_step_at_a_time);

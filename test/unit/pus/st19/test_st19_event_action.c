@@ -483,7 +483,7 @@ static void a_missing_record_counts_as_erased(void)
     TEST_ASSERT_EQUAL_UINT16(0U, actions.count);
 }
 
-static void an_impossible_activity_record_is_refused(void)
+static void an_impossible_record_is_refused(void)
 {
     uint8_t octets[200];
     octet_writer_t record = octet_writer(octets, sizeof octets);
@@ -566,7 +566,7 @@ int main(void)
     RUN_TEST(acknowledged_changes_survive_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
     RUN_TEST(a_missing_record_counts_as_erased);
-    RUN_TEST(an_impossible_activity_record_is_refused);
+    RUN_TEST(an_impossible_record_is_refused);
     RUN_TEST(definitions_with_the_same_hash_bucket_are_distinguished);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();

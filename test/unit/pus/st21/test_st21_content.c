@@ -169,7 +169,7 @@ static void a_change_that_cannot_be_stored_is_not_acknowledged(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void an_impossible_activity_record_is_refused(void)
+static void an_impossible_record_is_refused(void)
 {
     uint8_t octets[64]  = {'a', 'q'};
     st21_fixture.writer = octet_writer(&octets[12], 50U);
@@ -226,6 +226,6 @@ int main(void)
     RUN_TEST(a_sequence_file_of_wrong_size_is_refused);
     RUN_TEST(loaded_sequences_outlive_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);
-    RUN_TEST(an_impossible_activity_record_is_refused);
+    RUN_TEST(an_impossible_record_is_refused);
     return UNITY_END();
 }

@@ -224,7 +224,7 @@ static void a_hand_without_lines_holds_and_lets_go(void)
                                                      "5.000000000 hand let_go # no line for a time\n"));
 }
 
-static void refused_lines_leave_no_trace(void)
+static void refused_lines_are_not_recorded(void)
 {
     open_port(true, true);
     join(&client);
@@ -347,7 +347,7 @@ int main(void)
     RUN_TEST(without_a_common_clock_the_pace_is_refused);
     RUN_TEST(a_line_of_the_hand_is_recorded_and_marked_once);
     RUN_TEST(a_hand_without_lines_holds_and_lets_go);
-    RUN_TEST(refused_lines_leave_no_trace);
+    RUN_TEST(refused_lines_are_not_recorded);
     RUN_TEST(a_world_without_a_hand_takes_faults_only);
     RUN_TEST(frames_and_rows_are_sent_to_those_who_ask);
     RUN_TEST(a_slow_client_loses_whole_frames_and_gets_their_number);

@@ -109,7 +109,7 @@ static void grasp(void)
         wanted_m = 0.02 * (i + 1U) / 500.0;
         run(0.001);
     }
-    wanted_m = 0.03; // The bar between the fingers prevents that they reach this position.
+    wanted_m = 0.03; // The bar between the fingers prevents them from reaching this position.
     run(0.5);
 }
 

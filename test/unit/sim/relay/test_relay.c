@@ -104,7 +104,7 @@ static void delay_jitter_and_loss_have_the_configured_values(void)
     TEST_ASSERT_GREATER_THAN_UINT64(frames / 2U, relay.counters.reordered);
 }
 
-static void the_fate_of_a_frame_depends_on_seed_link_and_number_only(void)
+static void delay_and_loss_of_a_frame_depend_on_seed_link_and_number_only(void)
 {
     begin(&relay, 3U, 10U * MS, 0.5, 0.3);
     begin(&other, 3U, 10U * MS, 0.5, 0.3);
@@ -162,7 +162,7 @@ int main(void)
     RUN_TEST(a_frame_is_delivered_after_the_delay_and_not_before);
     RUN_TEST(frames_due_at_one_instant_keep_their_order);
     RUN_TEST(delay_jitter_and_loss_have_the_configured_values);
-    RUN_TEST(the_fate_of_a_frame_depends_on_seed_link_and_number_only);
+    RUN_TEST(delay_and_loss_of_a_frame_depend_on_seed_link_and_number_only);
     RUN_TEST(records_that_do_not_fit_are_lost_and_counted);
     return UNITY_END();
 }

@@ -101,7 +101,7 @@ static void access_to_devices_needs_its_callback(void)
 
 // ---- Functions ----
 //
-// Each test of a limit has two rounds: a descriptor at the limit fits, one item `more` is refused.
+// Each test of a limit has two rounds: a descriptor at the limit fits; with one item `more` it is refused.
 
 static void arguments_must_fit_the_program(void)
 {

@@ -19,7 +19,7 @@ static struct {
     device_service_t devices;
     pus_device_operation_t exchanges[1];
     uint32_t steps; // Cycle number of the last step.
-    uint32_t key;   // Key of the record restored.
+    uint32_t key;   // Key of the restored record.
 } storage;
 static pus_persistence_t persistence;
 static uint8_t data[64];
@@ -120,7 +120,7 @@ static void a_request_whose_effect_is_not_stored_fails(void)
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
 }
 
-static void a_subsystem_reaches_itself_and_the_supervisor(void)
+static void a_subsystem_tests_its_connection_to_itself_and_the_supervisor_only(void)
 {
     (void)fixture_command(17U, 3U, "\0\20", 2U);
     (void)fixture_command(17U, 3U, "\0\1", 2U);
@@ -262,7 +262,7 @@ static void addresses_may_span_several_parameters(void)
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
 }
 
-static void the_component_is_read_but_not_written(void)
+static void memory_of_the_component_can_be_read_but_not_written(void)
 {
     fixture_run(1U);
     start_request(MEMORY_COMPONENT, 0U, false);
@@ -293,11 +293,11 @@ int main(void)
     RUN_TEST(optional_services_are_stepped_in_every_cycle_also_in_offline);
     RUN_TEST(each_record_is_restored_by_its_service);
     RUN_TEST(a_request_whose_effect_is_not_stored_fails);
-    RUN_TEST(a_subsystem_reaches_itself_and_the_supervisor);
+    RUN_TEST(a_subsystem_tests_its_connection_to_itself_and_the_supervisor_only);
     RUN_TEST(devices_are_reached_by_the_port_of_the_subsystem);
     RUN_TEST(the_device_service_without_a_port_ends_the_program_at_its_start);
     RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
     RUN_TEST(addresses_may_span_several_parameters);
-    RUN_TEST(the_component_is_read_but_not_written);
+    RUN_TEST(memory_of_the_component_can_be_read_but_not_written);
     return UNITY_END();
 }

@@ -132,8 +132,8 @@ static void with_a_refused_descriptor_the_machine_stays_offline(void)
     TEST_ASSERT_EQUAL(PHASE_INVALID, machine.phase);
 }
 
-// Row: event; column: present state. A list without a bar has the states that follow the event. An event with
-// a bar changes nothing: a transition in progress continues through the states after the bar.
+// Row: event; column: present state. A list without a bar has the states that follow the event. A bar means
+// that the event changes nothing: a transition in progress continues through the states after the bar.
 static const char* const event_rows[STATE_EVENT_COUNT][STATE_COUNT] = {
     [EVENT_OWN_HIGH]        = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
     [EVENT_NETWORK_FAILED]  = {"|", "9 0", "8 9 0", "6", "6", "6", "|", "8 9 0", "|9 0", "|0"},
@@ -272,7 +272,7 @@ static void the_next_request_clears_an_earlier_failure(void)
     TEST_ASSERT_FALSE(machine.has_failed);
 }
 
-static void requests_for_0_and_6_interrupt_an_action(void)
+static void requests_for_states_0_and_6_interrupt_an_action(void)
 {
     static const char* const after[ACTION_COUNT][2] = {
         [ACTION_SOFTWARE_INIT] = {"9 0", "9 0"},  [ACTION_HARDWARE_INIT] = {"8 9 0", "8 9 0"},
@@ -304,7 +304,7 @@ static void requests_for_0_and_6_interrupt_an_action(void)
     }
 }
 
-static void all_other_requests_wait(void)
+static void all_other_requests_during_an_action_are_refused(void)
 {
     for (unsigned action = ACTION_NONE + 1U; action < ACTION_COUNT; action++) {
         for (unsigned column = 1U; column <= 3U; column++) {
@@ -399,8 +399,8 @@ int main(void)
     RUN_TEST(every_outcome_of_every_action_has_the_documented_effect);
     RUN_TEST(a_failure_on_the_way_down_does_not_stop_the_transition);
     RUN_TEST(the_next_request_clears_an_earlier_failure);
-    RUN_TEST(requests_for_0_and_6_interrupt_an_action);
-    RUN_TEST(all_other_requests_wait);
+    RUN_TEST(requests_for_states_0_and_6_interrupt_an_action);
+    RUN_TEST(all_other_requests_during_an_action_are_refused);
     RUN_TEST(a_request_at_rest_supersedes_nothing);
     RUN_TEST(the_secure_action_is_never_interrupted);
     RUN_TEST(a_transition_during_the_secure_action_may_be_superseded);

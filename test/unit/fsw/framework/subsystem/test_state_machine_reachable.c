@@ -26,8 +26,8 @@ void tearDown(void)
 static state_machine_t visited[VISITED_MAX];
 static unsigned visited_count;
 
-/// True if both machines are equal except for the transitions of the last call and the cause: both are only
-/// reported and decide no later step.
+/// True if both machines are equal except for the cause and the transitions of the last call, which are only
+/// reported and do not influence later steps.
 static bool is_same(const state_machine_t* a, const state_machine_t* b)
 {
     return (a->state == b->state) && (a->phase == b->phase) && (a->target == b->target) &&
@@ -43,7 +43,7 @@ static void visit(const state_machine_t* machine)
             return;
         }
     }
-    TEST_ASSERT_TRUE_MESSAGE(visited_count < VISITED_MAX, "more conditions than expected");
+    TEST_ASSERT_TRUE_MESSAGE(visited_count < VISITED_MAX, "more conditions than VISITED_MAX");
     visited[visited_count++] = *machine;
 }
 
@@ -71,7 +71,7 @@ static void check_transition(const state_transition_t* made)
 {
     if (made->state != made->previous) {
         TEST_ASSERT_NOT_NULL_MESSAGE(strchr(followers[made->previous], '0' + (char)made->state),
-                                     "a state that may not follow");
+                                     "a transition that docs/states.md does not allow");
     }
 }
 
@@ -84,10 +84,10 @@ static void check_standing(const state_machine_t* machine)
     const char letter = (machine->action == ACTION_NONE) ? '-' : (char)('a' + (char)machine->action - 1);
     TEST_ASSERT_NOT_NULL_MESSAGE(strchr(actions_of[machine->state], letter), "action and state disagree");
     if (machine->action == ACTION_NONE) {
-        TEST_ASSERT_EQUAL_MESSAGE(machine->state, machine->target, "rests before its target");
+        TEST_ASSERT_EQUAL_MESSAGE(machine->state, machine->target, "no action is pending before the target");
     }
     if ((machine->state == STATE_SAFE_OPERATIONAL) || (machine->state == STATE_OPERATIONAL)) {
-        TEST_ASSERT_TRUE_MESSAGE(machine->is_configured, "went up without a configuration");
+        TEST_ASSERT_TRUE_MESSAGE(machine->is_configured, "in state 4 or 5 without a configuration");
     }
     if ((machine->state <= STATE_HARDWARE_INIT) || (machine->state >= STATE_HARDWARE_DEINIT)) {
         TEST_ASSERT_FALSE_MESSAGE(machine->is_configured, "configured in a state that has no configuration");
@@ -106,10 +106,11 @@ static void check_step(const state_machine_t* before, const state_machine_t* aft
     }
     if ((after->state == STATE_OPERATIONAL) && (before->state != STATE_OPERATIONAL)) {
         TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, before->state);
-        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, step, "went up without a request");
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, step, "entered OPERATIONAL without a request for it");
     }
     if ((after->state == STATE_SAFE_OPERATIONAL) && (before->state == STATE_PRE_OPERATIONAL)) {
-        TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, step, "went up without a request");
+        TEST_ASSERT_EQUAL_MESSAGE(STATE_SAFE_OPERATIONAL, step,
+                                  "left state 3 upwards without a request for 4");
     }
     if (step < STEP_OUTCOME) { // Only the outcome of the action that secures the devices ends this action.
         if (before->action == ACTION_SECURE) {
@@ -167,7 +168,7 @@ static void explore(void)
 static void every_reachable_condition_satisfies_the_invariants(void)
 {
     explore();
-    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "the exploration visited too few conditions");
+    TEST_ASSERT_TRUE_MESSAGE(visited_count > 50U, "visited at most 50 conditions");
     for (unsigned state = 0U; state < STATE_COUNT; state++) { // All states of the table are reached.
         bool is_reached = false;
         for (unsigned i = 0U; i < visited_count; i++) {
@@ -180,7 +181,7 @@ static void every_reachable_condition_satisfies_the_invariants(void)
 /// Returns the length of the longest chain of outcomes; fails the test if a chain does not end.
 static unsigned longest_sequence(const state_machine_t* machine, unsigned depth)
 {
-    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "transitions that do not end");
+    TEST_ASSERT_TRUE_MESSAGE(depth < 16U, "a chain of 16 outcomes does not end");
     if (machine->action == ACTION_NONE) {
         return depth;
     }
@@ -194,7 +195,7 @@ static unsigned longest_sequence(const state_machine_t* machine, unsigned depth)
     return longest;
 }
 
-static void every_sequence_of_transitions_ends_with_every_failure(void)
+static void every_sequence_of_transitions_ends_whichever_actions_fail(void)
 {
     explore();
     for (unsigned i = 0U; i < visited_count; i++) {
@@ -235,7 +236,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(every_reachable_condition_satisfies_the_invariants);
-    RUN_TEST(every_sequence_of_transitions_ends_with_every_failure);
+    RUN_TEST(every_sequence_of_transitions_ends_whichever_actions_fail);
     RUN_TEST(every_sequence_of_transitions_reaches_its_target_if_nothing_fails);
     RUN_TEST(offline_can_be_reached_from_everywhere);
     return UNITY_END();

@@ -35,7 +35,7 @@ static uint32_t reports_lost(void)
     return health.reports_lost;
 }
 
-/// Send requests of one kind until no more is taken in; returns their number.
+/// Send requests of one kind until the component accepts no more. Returns their number.
 static unsigned fill(const uint8_t service, const uint8_t subtype, const void* const data, const size_t size)
 {
     unsigned taken = 0U;
@@ -48,7 +48,7 @@ static unsigned fill(const uint8_t service, const uint8_t subtype, const void* c
 
 static void an_accepted_request_receives_all_its_answers(void)
 {
-    for (unsigned round = 0U; round < 3U; round++) { // The room is free again.
+    for (unsigned round = 0U; round < 3U; round++) { // After each round the room is free again.
         fixture.is_port_closed = true;
         const unsigned taken   = fill(PUS_SERVICE_TEST, 1U, NULL, 0U);
         TEST_ASSERT_TRUE((taken >= 8U) && (taken < 1000U));
@@ -92,7 +92,7 @@ static void no_request_is_read_while_an_answer_is_unfinished(void)
     TEST_ASSERT_TRUE(pus_dispatcher_is_answering(&fixture.subsystem.dispatcher));
     TEST_ASSERT_FALSE(subsystem_may_accept(&fixture.subsystem));
     const uint64_t wake_ns = subsystem_step(&fixture.subsystem, fixture.now_ns);
-    // The component tries again in the next cycle.
+    // The component tries to send the answer again in the next cycle.
     TEST_ASSERT_TRUE(wake_ns <= (fixture.now_ns + subsystem_period_ns(&fixture.subsystem)));
     fixture.is_port_closed = false;
     fixture_run(1U);

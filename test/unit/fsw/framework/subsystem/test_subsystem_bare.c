@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Components without parts that are optional: callbacks, a supervisor, events, published parameters, a
-// loader.
+// Components without optional parts: callbacks, a supervisor, events, published parameters, a loader.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -107,7 +106,7 @@ static void a_subsystem_does_not_time_out_before_its_first_message_of_the_superv
         TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_request(&fixture.subsystem, next, CAUSE_REQUEST));
         fixture_run(5U);
     }
-    fixture_run(5000U); // Longer than its patience.
+    fixture_run(5000U); // Longer than the time-out for the supervisor.
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
@@ -185,7 +184,7 @@ static void suppressed_events_are_reported_by_an_event_with_fitting_fields(void)
     TEST_ASSERT_TRUE(fixture_has("5.2 event 20 aux 000400000050\n"));
     TEST_ASSERT_EQUAL_UINT16(20U, fixture.subsystem.events.reporter_id);
     fixture_close();
-    suppress("<ParamRef name='EVENT' type='UINT16'/>"); // The event has no room for the number.
+    suppress("<ParamRef name='EVENT' type='UINT16'/>"); // The event has no field for the number.
     TEST_ASSERT_FALSE(fixture_has("5.2 event 20"));
     TEST_ASSERT_EQUAL_UINT16(0U, fixture.subsystem.events.reporter_id);
 }
@@ -325,7 +324,7 @@ static void more_sets_than_a_report_can_have_refuse_the_configuration(void)
 
 // ---- Reloading, and services of the program ----
 
-static void without_a_loader_there_is_nothing_to_reload(void)
+static void without_a_loader_a_request_to_reload_fails_at_its_start(void)
 {
     fixture.subsystem.config.reload = NULL;
     (void)fixture_command(129U, 6U, NULL, 0U);
@@ -390,7 +389,7 @@ int main(void)
     RUN_TEST(an_initial_value_that_does_not_fit_refuses_the_configuration);
     RUN_TEST(a_structure_may_have_several_sets);
     RUN_TEST(more_sets_than_a_report_can_have_refuse_the_configuration);
-    RUN_TEST(without_a_loader_there_is_nothing_to_reload);
+    RUN_TEST(without_a_loader_a_request_to_reload_fails_at_its_start);
     RUN_TEST(a_descriptor_that_is_refused_later_ends_its_request);
     RUN_TEST(a_program_may_bring_services_of_its_own);
     return UNITY_END();

@@ -282,7 +282,7 @@ static void arm(uint16_t event)
     fixture.shows_cycle   = true;
 }
 
-static void an_error_secures_before_anything_is_emitted(void)
+static void an_error_secures_the_devices_before_commands_are_emitted(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     arm(FIXTURE_BROKEN);
@@ -325,7 +325,7 @@ static void an_error_during_initialisation_reverses_it(void)
                    "129.2 8>9 ENTERING cause 1 code 0000 cfg 0\n129.2 9>0 IDLE cause 1 code 0000 cfg 0\n");
 }
 
-static void an_error_in_error_is_only_reported(void)
+static void an_error_in_error_operational_is_only_reported(void)
 {
     fixture_bring(STATE_ERROR_OPERATIONAL, FIXTURE_ALONE);
     (void)subsystem_raise(&fixture.subsystem, FIXTURE_BROKEN, (const uint8_t*)"\x00\x07", 2U);
@@ -455,7 +455,7 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
 }
 
 /// The subsystem waits for the supervisor as long as its mission allows.
-static void without_a_supervisor_nothing_stays_operational(void)
+static void without_a_supervisor_no_subsystem_stays_operational(void)
 {
     static const uint64_t patiences_ns[] = {3000000000U, 1000000000U, 10000000000U};
     for (unsigned i = 0U; i < 3U; i++) {
@@ -522,17 +522,17 @@ int main(void)
     RUN_TEST(failures_of_downward_transitions_are_reported_and_do_not_stop_them);
     RUN_TEST(random_histories_report_consecutive_states);
     RUN_TEST(every_request_ends_exactly_once);
-    RUN_TEST(an_error_secures_before_anything_is_emitted);
+    RUN_TEST(an_error_secures_the_devices_before_commands_are_emitted);
     RUN_TEST(an_error_during_an_action_ends_the_action);
     RUN_TEST(an_error_during_initialisation_reverses_it);
-    RUN_TEST(an_error_in_error_is_only_reported);
+    RUN_TEST(an_error_in_error_operational_is_only_reported);
     RUN_TEST(events_without_their_data_sample_parameters);
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);
     RUN_TEST(publishing_several_parameters_ends_at_the_first_refused_one);
     RUN_TEST(a_medium_error_waits_four_cycles_for_a_command_of_the_supervisor);
     RUN_TEST(requests_are_released_in_the_order_of_their_times);
     RUN_TEST(a_medium_error_below_operational_is_logged_only);
-    RUN_TEST(without_a_supervisor_nothing_stays_operational);
+    RUN_TEST(without_a_supervisor_no_subsystem_stays_operational);
     RUN_TEST(heartbeats_keep_the_subsystem_operational);
     RUN_TEST(reports_that_the_port_refuses_are_sent_later_in_order);
     RUN_TEST(a_port_that_refuses_for_long_delays_no_cycle);

@@ -151,7 +151,7 @@ static void a_request_that_an_error_interrupts_is_completed(void)
     fixture_expect("129.2 6>6 SECURED cause 1 code 0000 cfg 1\n");
 }
 
-static void causes_name_the_requester(void)
+static void the_cause_of_a_transition_names_its_requester(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     fixture.source = FIXTURE_SUPERVISOR;
@@ -184,7 +184,7 @@ static void the_steps_of_a_cycle_have_a_fixed_order(void)
         "* sense\n* start_control\n129.2 4>4 IDLE cause 0 code 0000 cfg 1\n1.7 #0\n* control\n* emit\n");
 }
 
-static void no_loop_runs_without_an_active_configuration(void)
+static void callbacks_are_called_with_hardware_only_and_control_with_a_configuration_only(void)
 {
     fixture.shows_cycle = true;
     fixture_run(5U);
@@ -223,8 +223,8 @@ static bool has_hardware(state_t state)
     return (state >= STATE_HARDWARE_INIT) && (state <= STATE_HARDWARE_DEINIT);
 }
 
-/// In the first cycle of the hardware no value was sensed yet; in its last cycle all values were.
-static void a_cycle_emits_if_there_is_hardware_at_its_begin_or_its_end(void)
+/// The first cycle with hardware emits without sensing; the last one senses and emits.
+static void a_cycle_emits_if_there_is_hardware_at_its_beginning_or_its_end(void)
 {
     unsigned begins = 0U;
     unsigned ends   = 0U;
@@ -388,10 +388,10 @@ int main(void)
     RUN_TEST(malformed_requests_are_rejected);
     RUN_TEST(a_superseded_request_ends);
     RUN_TEST(a_request_that_an_error_interrupts_is_completed);
-    RUN_TEST(causes_name_the_requester);
+    RUN_TEST(the_cause_of_a_transition_names_its_requester);
     RUN_TEST(the_steps_of_a_cycle_have_a_fixed_order);
-    RUN_TEST(no_loop_runs_without_an_active_configuration);
-    RUN_TEST(a_cycle_emits_if_there_is_hardware_at_its_begin_or_its_end);
+    RUN_TEST(callbacks_are_called_with_hardware_only_and_control_with_a_configuration_only);
+    RUN_TEST(a_cycle_emits_if_there_is_hardware_at_its_beginning_or_its_end);
     RUN_TEST(the_health_contains_each_counter_once);
     RUN_TEST(an_action_runs_once_a_cycle);
     RUN_TEST(callbacks_receive_the_time);

@@ -44,7 +44,7 @@ static void without_links_every_request_is_refused(void)
     TEST_ASSERT_TRUE(fixture_has("130.2"));
 }
 
-static void a_method_of_another_kind_is_never_offered(void)
+static void a_port_with_unsupported_methods_only_gets_no_link(void)
 {
     open_with("methods='SHARED_MEMORY UDP'><ParamRef name='A'",
               "methods='STREAM MESSAGE_QUEUE'><ParamRef name='A'");
@@ -76,7 +76,7 @@ static void links_beyond_the_capacity_are_refused(void)
     TEST_ASSERT_TRUE(fixture_has("130.5 reason 5"));
 }
 
-static void a_subsystem_cannot_use_the_other_end_of_its_link(void)
+static void ports_whose_links_are_not_open_are_neither_read_nor_written(void)
 {
     double value = 3.5;
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
@@ -168,9 +168,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_method_that_cannot_reach_the_partner_is_not_offered);
     RUN_TEST(without_links_every_request_is_refused);
-    RUN_TEST(a_method_of_another_kind_is_never_offered);
+    RUN_TEST(a_port_with_unsupported_methods_only_gets_no_link);
     RUN_TEST(links_beyond_the_capacity_are_refused);
-    RUN_TEST(a_subsystem_cannot_use_the_other_end_of_its_link);
+    RUN_TEST(ports_whose_links_are_not_open_are_neither_read_nor_written);
     RUN_TEST(the_status_of_a_producer_contains_what_it_sent);
     RUN_TEST(a_lost_link_is_reported_only_where_there_is_an_event_for_it);
     RUN_TEST(a_released_subsystem_has_closed_its_links);

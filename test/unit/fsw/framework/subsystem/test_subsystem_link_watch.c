@@ -60,7 +60,7 @@ static void expect_stale_reaction(state_t state, const char* lines)
     fixture_expect("");
 }
 
-static void a_stale_link_is_reported_by_the_state(void)
+static void the_reaction_to_a_stale_link_depends_on_the_state(void)
 {
     expect_stale_reaction(STATE_PRE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
     expect_stale_reaction(STATE_SAFE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
@@ -214,7 +214,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(required_links_are_needed_for_safe_operational);
     RUN_TEST(each_required_port_needs_its_link);
-    RUN_TEST(a_stale_link_is_reported_by_the_state);
+    RUN_TEST(the_reaction_to_a_stale_link_depends_on_the_state);
     RUN_TEST(a_stale_link_prevents_operational_until_it_has_fresh_samples);
     RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);

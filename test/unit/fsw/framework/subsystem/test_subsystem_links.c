@@ -124,7 +124,7 @@ static void a_link_with_the_values_that_a_refusal_names_is_accepted(void)
     }
 }
 
-static void links_are_made_in_pre_operational_with_a_configuration(void)
+static void links_are_accepted_in_pre_operational_with_a_configuration_only(void)
 {
     const pus_link_request_t request = request_of(PORT_IN, 1U);
     expect_refusal(&request, 6U, 0U);
@@ -305,7 +305,7 @@ static void a_link_that_cannot_be_opened_is_refused(void)
     fixture_expect("1.1 #7\n1.4 #7 0204 1\n");
 }
 
-static void an_accepted_link_waits_five_seconds(void)
+static void an_accepted_link_that_is_not_opened_ends_after_five_seconds(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     accept_port(PORT_IN, 1U);
@@ -414,14 +414,14 @@ int main(void)
     RUN_TEST(ports_are_offered_once_per_method);
     RUN_TEST(each_refusal_names_its_field);
     RUN_TEST(a_link_with_the_values_that_a_refusal_names_is_accepted);
-    RUN_TEST(links_are_made_in_pre_operational_with_a_configuration);
+    RUN_TEST(links_are_accepted_in_pre_operational_with_a_configuration_only);
     RUN_TEST(a_consumer_opens_and_reads);
     RUN_TEST(a_producer_opens_and_writes_its_true_state);
     RUN_TEST(octets_of_a_producer_of_the_other_byte_order_are_swapped);
     RUN_TEST(samples_that_a_slower_consumer_skips_are_not_lost);
     RUN_TEST(totals_of_links_count_what_was_received_lost_late_and_refused);
     RUN_TEST(a_link_that_cannot_be_opened_is_refused);
-    RUN_TEST(an_accepted_link_waits_five_seconds);
+    RUN_TEST(an_accepted_link_that_is_not_opened_ends_after_five_seconds);
     RUN_TEST(a_second_request_replaces_the_first);
     RUN_TEST(links_close_with_their_configuration);
     RUN_TEST(the_link_status_contains_the_counters);

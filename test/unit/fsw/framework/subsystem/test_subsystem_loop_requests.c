@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SLOW 0U ///< Place of the loop in configuration ALONE.
+#define SLOW 0U ///< Index of the loop in configuration ALONE.
 #define SLOW_NS 4000000ULL
 #define UNKNOWN 0x0201FFFFU ///< Id of a parameter that does not exist.
 
@@ -156,7 +156,7 @@ static void a_full_inbox_refuses_with_the_number_of_waiting_requests(void)
     for (unsigned i = 0U; i < ((waiting / SUBSYSTEM_LOOP_REQUESTS) + 2U); i++) {
         fixture_run_until(fixture.now_ns + SLOW_NS);
         const unsigned now = count_lines(fixture_look(), "17.2");
-        TEST_ASSERT_TRUE(now <= SUBSYSTEM_LOOP_REQUESTS); // The limit of one cycle.
+        TEST_ASSERT_TRUE(now <= SUBSYSTEM_LOOP_REQUESTS); // At most this many in one cycle.
         answered += now;
     }
     TEST_ASSERT_EQUAL(waiting, answered);

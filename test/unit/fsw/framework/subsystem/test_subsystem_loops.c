@@ -113,7 +113,7 @@ static void the_component_wakes_for_the_fastest_loop(void)
     TEST_ASSERT_EQUAL(4U, reports);
 }
 
-static void before_a_configuration_the_highest_priority_applies(void)
+static void without_a_configuration_the_highest_priority_applies(void)
 {
     TEST_ASSERT_EQUAL(10U, subsystem_component_priority(&fixture.subsystem));
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -123,7 +123,7 @@ static void before_a_configuration_the_highest_priority_applies(void)
     TEST_ASSERT_EQUAL(10U, subsystem_component_priority(&fixture.subsystem));
 }
 
-static void without_its_configuration_a_loop_rests(void)
+static void without_its_configuration_a_loop_does_not_run(void)
 {
     TEST_ASSERT_TRUE(subsystem_loop_step(&fixture.subsystem, SLOW, 1000U * SLOW_NS) == SUBSYSTEM_NEVER);
     TEST_ASSERT_EQUAL(0U, subsystem_loop_priority(&fixture.subsystem, SLOW));
@@ -240,7 +240,7 @@ static void a_full_mailbox_refuses_and_counts(void)
              at             = strstr(&at[1], "3.25 0066")) {
             reports++;
         }
-        TEST_ASSERT_TRUE(reports <= SUBSYSTEM_LOOP_REPORTS); // The limit of one cycle.
+        TEST_ASSERT_TRUE(reports <= SUBSYSTEM_LOOP_REPORTS); // At most this many in one cycle.
     }
     TEST_ASSERT_EQUAL_UINT32(before + cases - fit, fixture.subsystem.housekeeping.counters.dropped);
     fixture_run(1U);
@@ -289,8 +289,8 @@ int main(void)
     RUN_TEST(mutexes_are_created_before_a_service_locks_them);
     RUN_TEST(a_structure_keeps_the_rate_of_its_loop);
     RUN_TEST(the_component_wakes_for_the_fastest_loop);
-    RUN_TEST(before_a_configuration_the_highest_priority_applies);
-    RUN_TEST(without_its_configuration_a_loop_rests);
+    RUN_TEST(without_a_configuration_the_highest_priority_applies);
+    RUN_TEST(without_its_configuration_a_loop_does_not_run);
     RUN_TEST(requests_reach_structures_of_every_loop);
     RUN_TEST(the_component_does_not_step_loops_that_have_tasks);
     RUN_TEST(a_loop_runs_each_of_its_cycles_once_and_keeps_its_period_when_late);

@@ -206,9 +206,9 @@ static void an_event_of_another_size_contains_the_parameters_of_its_definition(v
     TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
 
-/// The monitor cannot know these values, and does not report zeros instead. The refusal is
+/// The monitor does not have the values of these events, and must not report zeros instead. The refusal is
 /// PUS_FAILURE_ACCESS, 0x0206, with the id of the event.
-static void an_event_with_values_that_a_monitor_cannot_know_is_refused(void)
+static void an_event_with_values_that_a_monitor_does_not_have_is_refused(void)
 {
     static const uint16_t events[][2] = {{FIXTURE_BROKEN, 0U}, {0U, FIXTURE_BROKEN}, {FIXTURE_FAILED, 0U}};
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
@@ -358,7 +358,7 @@ static void intervals_are_measured_in_time_and_not_in_cycles(void)
     fixture_run(1U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     const uint32_t missing = storage.statistics.statistics.counters.missing;
-    fixture_run(10U); // Cycles of 10 ms: the loop steps once in each cycle, although two steps were due.
+    fixture_run(10U); // In OFFLINE a cycle has 10 ms: one step in each cycle, although two were due.
     TEST_ASSERT_EQUAL_UINT32(missing + 10U, storage.statistics.statistics.counters.missing);
 }
 
@@ -391,7 +391,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(an_event_carries_the_values_of_its_monitor);
     RUN_TEST(an_event_of_another_size_contains_the_parameters_of_its_definition);
-    RUN_TEST(an_event_with_values_that_a_monitor_cannot_know_is_refused);
+    RUN_TEST(an_event_with_values_that_a_monitor_does_not_have_is_refused);
     RUN_TEST(only_events_of_the_descriptor_are_accepted);
     RUN_TEST(an_event_that_a_new_descriptor_does_not_have_is_not_raised);
     RUN_TEST(a_callback_of_the_subsystem_selects_the_monitored_parameters);

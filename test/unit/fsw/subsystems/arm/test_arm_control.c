@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The control law computes values of the joints of the arm and no others; test_arm.c and test_arm_force.c
-// show the values themselves.
+// test the values themselves.
 #include "test/unit/fsw/subsystems/arm/arm_rig.h"
 #include "unity.h"
 
@@ -35,7 +35,7 @@ static void values_after(double* out_values[], const unsigned joint)
     (void)memcpy(out_values, values, sizeof values);
 }
 
-static void values_after_the_last_joint_stay(void)
+static void values_after_the_last_joint_are_unchanged(void)
 {
     double* after[9];
     arm_motion_t motion                    = {.position_rad = {0.0}};
@@ -62,6 +62,6 @@ int main(void)
 {
     rig_load();
     UNITY_BEGIN();
-    RUN_TEST(values_after_the_last_joint_stay);
+    RUN_TEST(values_after_the_last_joint_are_unchanged);
     return UNITY_END();
 }

@@ -55,7 +55,7 @@ void tearDown(void)
 {
 }
 
-typedef struct { // Largest values of a run.
+typedef struct { // Largest values of one call of lead().
     double tool_speed_m_s;
     double speed_rad_s[RIG_JOINTS];
     double acceleration_rad_s2[RIG_JOINTS];
@@ -63,8 +63,8 @@ typedef struct { // Largest values of a run.
 
 static extremes_t extremes;
 
-/// The hand keeps its angles, or has no sample (null). Checks that velocities are the differences of
-/// positions.
+/// Step the motion with constant angles of the hand, or without a sample (null). Check that velocities are
+/// the differences of positions.
 static void lead(const double* const hand_rad, const unsigned steps)
 {
     extremes = (extremes_t){.tool_speed_m_s = 0.0};

@@ -22,7 +22,7 @@ void tearDown(void)
     fixture_close();
 }
 
-// ---- Up ----
+// ---- Requests from the ground ----
 
 static void a_request_is_received_wherever_the_stream_is_divided(void)
 {
@@ -165,7 +165,7 @@ static void requests_wait_while_the_inbox_of_the_supervisor_is_full(void)
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
-// ---- Down ----
+// ---- Reports to the ground ----
 
 static void reports_go_to_the_connections_of_their_user(void)
 {
@@ -332,7 +332,7 @@ static void a_client_that_never_reads_is_disconnected(void)
     fixture_connect(1U);
     fixture_report(0U, EVENT_SERVICE, 2U, 77U, 0U);
     fixture_step();
-    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // No report for the client before is left in the place.
+    TEST_ASSERT_EQUAL(77U, fixture_next_report(1U)); // The slot has no report for its earlier client.
 }
 
 // ---- Clients ----
@@ -354,7 +354,7 @@ static void clients_beyond_the_limit_are_disconnected(void)
     TEST_ASSERT_EQUAL(1U, fixture.communication.parameters.counters.disconnected);
 }
 
-static void the_port_answers_when_it_is_configured(void)
+static void requests_are_read_when_the_port_is_configured(void)
 {
     fixture_close();
     fixture_open();
@@ -556,7 +556,7 @@ int main(void)
     RUN_TEST(a_slow_reader_loses_housekeeping_only);
     RUN_TEST(a_client_that_never_reads_is_disconnected);
     RUN_TEST(clients_beyond_the_limit_are_disconnected);
-    RUN_TEST(the_port_answers_when_it_is_configured);
+    RUN_TEST(requests_are_read_when_the_port_is_configured);
     RUN_TEST(an_invalid_port_is_an_error);
     RUN_TEST(exactly_the_announced_octets_of_the_participant_are_taken);
     RUN_TEST(a_participant_waits_for_room_without_a_timeout);

@@ -135,7 +135,7 @@ static void a_participant_keeps_its_slot(void)
     TEST_ASSERT_TRUE(fixture_is_ended(1U));
 }
 
-/// Simulated time waits for a participant, so a limit in simulated time must not keep it out.
+/// While a participant waits for a slot, simulated time does not pass, so no limit in simulated time applies.
 static void a_new_participant_gets_a_slot_at_once(void)
 {
     osal_address_t own = {0U, 0U};
@@ -326,7 +326,7 @@ static void octets_announced_before_the_connection_are_taken_after_it(void)
 }
 
 /// When the supervisor has room again, communication waits for missing octets again.
-static void a_participant_is_waited_for_again_when_there_is_room_above(void)
+static void a_participant_is_awaited_again_when_the_supervisor_has_room(void)
 {
     fixture_connect(0U);
     fixture.participant    = fixture.ports[0];
@@ -486,7 +486,7 @@ int main(void)
     RUN_TEST(a_client_loses_its_slot_after_10_s_of_silence);
     RUN_TEST(a_participant_gets_the_slot_of_a_client_that_came_with_it);
     RUN_TEST(octets_announced_before_the_connection_are_taken_after_it);
-    RUN_TEST(a_participant_is_waited_for_again_when_there_is_room_above);
+    RUN_TEST(a_participant_is_awaited_again_when_the_supervisor_has_room);
     RUN_TEST(no_participant_is_awaited_before_the_port_is_open);
     RUN_TEST(a_single_octet_that_is_sent_is_counted);
     RUN_TEST(a_report_that_ends_before_its_destination_goes_to_no_client);

@@ -230,7 +230,7 @@ static void a_report_that_is_being_sent_counts_as_waiting(void)
     }
 }
 
-/// A queue that is initialised for another client has no report of the client before.
+/// A queue that is initialised for another client has no report for its earlier client.
 static void an_initialised_queue_is_empty(void)
 {
     size_t size         = 0U;

@@ -252,8 +252,7 @@ static void clients_without_authentication_make_room_for_others(void)
     TEST_ASSERT_FALSE(fixture_is_ended(4U) || fixture_is_ended(GROUND_CLIENTS + 3U));
 }
 
-/// The key identifies the operator: a client that has proved to have it and continues to send keeps its
-/// place.
+/// The key identifies the operator: a client that has proved to have it and continues to send keeps its slot.
 static void busy_clients_with_the_key_keep_their_slots(void)
 {
     for (unsigned i = 0U; i < GROUND_CLIENTS; i++) {

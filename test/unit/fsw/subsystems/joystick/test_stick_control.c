@@ -133,7 +133,7 @@ static void no_torque_exceeds_the_ceiling(void)
     }
     TEST_ASSERT_EQUAL_UINT(10U, control.limited);
     reflect(1.0, 1.0);
-    // NaN has left no trace: it is not equal to itself.
+    // The state contains no NaN, which would not be equal to itself.
     TEST_ASSERT_TRUE(control.contact == control.contact);
 }
 

@@ -474,7 +474,7 @@ static void the_torque_limit_is_checked_again_after_each_engagement(void)
     }
 }
 
-/// A torque equal to the limit is not reported; an excess ends when the torque is below 95 % of the limit.
+/// A torque equal to the limit is not reported; an excess ends when the torque is at most 95 % of the limit.
 static void the_torque_limit_is_the_largest_torque_that_is_allowed(void)
 {
     rig_hand_at(0.0, 0.0);
@@ -530,7 +530,7 @@ static void every_value_of_both_joints_is_published(void)
     TEST_ASSERT_EQUAL_UINT32(9U, shown->counters.command_limited);
 }
 
-static void an_excess_of_torque_is_over_at_95_percent_of_the_limit(void)
+static void an_excess_of_torque_ends_at_95_percent_of_the_limit(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -583,6 +583,6 @@ int main(void)
     RUN_TEST(the_torque_limit_is_checked_again_after_each_engagement);
     RUN_TEST(the_torque_limit_is_the_largest_torque_that_is_allowed);
     RUN_TEST(every_value_of_both_joints_is_published);
-    RUN_TEST(an_excess_of_torque_is_over_at_95_percent_of_the_limit);
+    RUN_TEST(an_excess_of_torque_ends_at_95_percent_of_the_limit);
     return UNITY_END();
 }

@@ -185,7 +185,7 @@ static void a_contact_is_not_taken_for_mass(void)
     tare();
     const double before[2] = {identification.now.unknown[0], identification.now.unknown[1]};
     circle(1.0, -3.0);
-    TEST_ASSERT_TRUE(learned <= 2U); // While the residuals rise, and when these samples are removed.
+    TEST_ASSERT_TRUE(learned <= 2U); // One while the residuals rise, one that removes its samples.
     TEST_ASSERT_TRUE((identification.now.unknown[0] == before[0]) &&
                      (identification.now.unknown[1] == before[1]));
 }
@@ -273,7 +273,7 @@ static void a_tare_forgets_correlations_of_the_offsets(void)
     }
 }
 
-/// With a ceiling of zero any torque counts as a contact, even no torque.
+/// With a ceiling of zero every torque counts as a contact, even a torque of zero.
 static void a_ceiling_of_zero_keeps_the_model_unchanged(void)
 {
     assumed.ceiling = 0.0;

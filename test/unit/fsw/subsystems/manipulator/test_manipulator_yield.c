@@ -77,7 +77,7 @@ static void couple(void)
     TEST_ASSERT_NOT_NULL(run(hand, free, 5.0));
 }
 
-static void the_first_hand_couples_and_free_space_changes_nothing(void)
+static void the_first_valid_sample_couples_the_hand_and_free_space_changes_nothing(void)
 {
     const double free[2]   = {0.0, 0.0};
     const double broken[2] = {0.1, (double)NAN};
@@ -278,7 +278,7 @@ static void a_stretched_arm_follows_the_hand(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_first_hand_couples_and_free_space_changes_nothing);
+    RUN_TEST(the_first_valid_sample_couples_the_hand_and_free_space_changes_nothing);
     RUN_TEST(the_arm_yields_above_the_force_limit);
     RUN_TEST(the_normal_is_that_of_the_touch_and_then_changes_slowly);
     RUN_TEST(a_fast_shake_is_no_touch);

@@ -34,7 +34,7 @@ static void make_request(const uint16_t apid, const uint8_t service, const uint8
     memset(whole, 0, sizeof whole);
     whole_size = PUS_TC_MIN + size;
     octets_put_u16(whole, (uint16_t)(0x1800U | apid));
-    octets_put_u16(&whole[2], 0xC000U | 99U); // Not segmented; the number.
+    octets_put_u16(&whole[2], 0xC000U | 99U); // Not segmented; sequence count 99.
     octets_put_u16(&whole[4], (uint16_t)(whole_size - 7U));
     whole[6] = 0x2FU; // PUS version 2; acknowledge all stages.
     whole[7] = service;
@@ -173,7 +173,7 @@ static void a_report_longer_than_a_packet_is_sent_in_parts(void)
 }
 
 /// Parts leave the credit that other reports need, and no part is lost.
-static void parts_wait_for_ground(void)
+static void parts_wait_for_credit_of_the_ground(void)
 {
     const pus_large_t* const service              = &fixture.supervisor.spacecraft.large_packets.service;
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
@@ -184,7 +184,7 @@ static void parts_wait_for_ground(void)
     TEST_ASSERT_TRUE(service->counters.reports < 8U);
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&fixture.supervisor.ground_backlog, PUS_CLASS_FIRM) >
                      16384U);
-    // A request that finds no buffer is reported.
+    // Reports without a free buffer were refused.
     const uint32_t lost                           = service->counters.refused;
     fixture.members[FIXTURE_GROUND].takes_nothing = false;
     fixture_run(100U);
@@ -203,6 +203,6 @@ int main(void)
     RUN_TEST(a_request_waits_for_room);
     RUN_TEST(a_user_on_board_may_send_parts);
     RUN_TEST(a_report_longer_than_a_packet_is_sent_in_parts);
-    RUN_TEST(parts_wait_for_ground);
+    RUN_TEST(parts_wait_for_credit_of_the_ground);
     return UNITY_END();
 }

@@ -71,7 +71,7 @@ static void stored_reports_are_sent_again(void)
     TEST_ASSERT_EQUAL_UINT32(2U, fixture.supervisor.spacecraft.storage.service.stores[0].log.counters.stored);
 }
 
-static void retrieved_reports_wait_for_ground(void)
+static void retrieved_reports_wait_for_credit_of_the_ground(void)
 {
     open_store();
     report("ab");
@@ -127,7 +127,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(stored_reports_are_sent_again);
-    RUN_TEST(retrieved_reports_wait_for_ground);
+    RUN_TEST(retrieved_reports_wait_for_credit_of_the_ground);
     RUN_TEST(without_media_no_report_is_stored);
     RUN_TEST(time_is_reported_at_the_commanded_rate);
     return UNITY_END();

@@ -121,7 +121,7 @@ def test_a_request_that_is_not_http_prints_no_stack_trace(place, caplog):
 
 
 def test_a_recording_is_made_once_for_all_pages_and_a_failure_has_its_reason(place, monkeypatch, tmp_path):
-    """Each would be a process of its own."""
+    """Each recording is made by a process of its own."""
     made = []
 
     async def make(directory):
@@ -143,8 +143,8 @@ def test_a_recording_is_made_once_for_all_pages_and_a_failure_has_its_reason(pla
     assert asyncio.run(run(5)) == [(200, b"recording")] * 5 and len(made) == 1
 
 
-def test_a_flight_with_a_damaged_port_is_named(place):
-    """Another flight may have the default port."""
+def test_the_page_is_informed_that_the_port_of_a_flight_cannot_be_read(place):
+    """The station does not use the default port instead: another flight may have it."""
 
     async def story(page, station):
         (place / "first" / "ground.port").write_text("many\n")

@@ -356,7 +356,7 @@ def test_a_slow_browser_loses_housekeeping_only():
     assert sent[:2] == [{"kind": "dropped", "updates": 51}, {"kind": "event"}] and len(sent) == QUEUE + 2 and sent[-1]["n"] == 2
 
 
-def test_a_station_with_nothing_to_say_says_that_it_runs():
+def test_a_station_without_other_messages_sends_that_it_runs():
     sent = []
 
     class Socket:

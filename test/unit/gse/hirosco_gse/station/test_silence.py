@@ -20,12 +20,12 @@ class Clock:
 
 @pytest.mark.parametrize(("speed", "seconds"), [(1.0, LIMIT_S), (0.0, LIMIT_S), (4.0, LIMIT_S), (0.5, 2 * LIMIT_S)])
 def test_silence_is_time_without_telemetry_that_is_expected(speed, seconds):
-    """Of the time between two looks at most STEP_S counts. Telemetry and a pause set the time to zero."""
+    """At most STEP_S of the time between two calls of `look` counts. Telemetry and a pause set the time to zero."""
     clock = Clock()
     silence = Silence(clock)
 
     def looks(step, is_expected=True):
-        """Number of looks in steps of this time until telemetry is missing; None: it is not missing after 1000 looks."""
+        """Number of calls in steps of this time until telemetry is missing; None: it is not missing after 1000 calls."""
         for count in range(1, 1001):
             clock.now += step
             if silence.look(is_expected, speed):

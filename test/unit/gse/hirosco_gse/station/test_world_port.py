@@ -26,7 +26,7 @@ from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, visit
 def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
     """Stations in other processes count, too; the user number of a station that has ended is free again. If
     there are more stations than users, the last stations share one number."""
-    here, elsewhere = 100_000 + 2 * os.getpid(), 100_001 + 2 * os.getpid()  # In place of ports, so that no other process uses the same ones.
+    here, elsewhere = 100_000 + 2 * os.getpid(), 100_001 + 2 * os.getpid()  # In place of port numbers; no other process uses these.
     numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
     claimed = [Identity.claim(dictionary, here) for _ in numbers]
     assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
@@ -113,7 +113,7 @@ class World:
 
 def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monkeypatch):
     """Faults are typed and come from a form. While one page aims the hand, another page and lines of other
-    programs get a message which page has it."""
+    programs get a message that names the page that has it."""
     world = World()
 
     async def story(page, station):
@@ -212,7 +212,7 @@ async def _port(directory, answered):
 
 
 def test_answers_of_the_live_port_belong_to_lines_in_their_order(tmp_path):
-    """The port answers three lines at once. The task that has sent the second has ended meanwhile."""
+    """The port answers three lines at once. The task that sent the second line has ended by then."""
     lines = []
 
     def answered(line, writer):
@@ -383,8 +383,8 @@ def test_rate_and_age_of_a_link_are_computed_from_simulated_time():
 
 
 def test_the_first_telemetry_ends_no_request(dictionary):
-    """The time of the session begins with the first telemetry: a request has not waited for the time
-    before."""
+    """The time of the session begins with the first telemetry: the time before does not count as waiting of a
+    request."""
     session = hub_module._WebSession(dictionary, source=3)
     waiting = session.wait_for(lambda: False, 10**9, "a report")
     next(waiting)
