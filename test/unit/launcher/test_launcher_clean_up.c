@@ -149,7 +149,7 @@ static void expect_poll(const osal_process_result_t* const result, const status_
     will_return(__wrap_osal_process_poll, status);
 }
 
-static void a_tool_has_run_to_its_end(void** state)
+static void a_tool_is_awaited_and_has_succeeded_with_code_0_only(void** state)
 {
     static const osal_process_result_t runs   = {.code = 5};
     static const osal_process_result_t good   = {.has_ended = true};
@@ -354,7 +354,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(every_memory_of_an_identity_is_removed, set_up),
-        cmocka_unit_test_setup(a_tool_has_run_to_its_end, set_up),
+        cmocka_unit_test_setup(a_tool_is_awaited_and_has_succeeded_with_code_0_only, set_up),
         cmocka_unit_test_setup(a_report_is_made_only_if_asked_for, set_up),
         cmocka_unit_test_setup(a_loss_in_the_scheduler_is_a_loss_of_the_run, set_up),
         cmocka_unit_test_setup(figures_that_fail_are_the_result_of_the_run, set_up),

@@ -132,7 +132,7 @@ static void expect_without(const char* const words)
 }
 
 /// Each of these conditions alone, and none of them.
-static void what_makes_a_run_not_reproducible(void)
+static void each_loss_intrusion_or_early_end_makes_a_run_not_reproducible(void)
 {
     static uint32_t* const counts[] = {&run.is_intruded, &launcher.lost_frames, &launcher.external_frames,
                                        &launcher.bus_cuts, &run.is_lossy};
@@ -252,7 +252,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_summary_of_a_run_has_this_text);
-    RUN_TEST(what_makes_a_run_not_reproducible);
+    RUN_TEST(each_loss_intrusion_or_early_end_makes_a_run_not_reproducible);
     RUN_TEST(an_image_has_no_transport_and_reports_the_counters_of_buses);
     RUN_TEST(late_steps_are_reported_if_each_process_has_its_own_clock);
     RUN_TEST(each_line_of_the_live_port_counts_once);

@@ -213,7 +213,7 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
 }
 
 /// More records than the ring holds come before the disk is reported as slow.
-static void an_event_storm_while_the_disk_is_slow_loses_nothing(void)
+static void records_beyond_the_ring_are_counted_while_the_disk_is_slow(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
     open_slow_log(RING_RECORDS);
@@ -315,7 +315,7 @@ int main(void)
     RUN_TEST(a_slow_disk_does_not_delay_the_supervisor);
     RUN_TEST(the_ring_stays_selected_while_the_disk_is_slow);
     RUN_TEST(the_ring_overflows_while_the_disk_is_slow);
-    RUN_TEST(an_event_storm_while_the_disk_is_slow_loses_nothing);
+    RUN_TEST(records_beyond_the_ring_are_counted_while_the_disk_is_slow);
     RUN_TEST(a_strategy_is_selected_while_the_disk_is_slow);
     RUN_TEST(a_disk_that_fails_during_a_write_is_retried);
     RUN_TEST(after_a_kill_during_a_write_the_log_has_each_record_once);

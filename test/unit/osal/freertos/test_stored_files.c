@@ -352,7 +352,7 @@ static bool run_script(const unsigned at, const cut_t how)
     return status == STATUS_OK;
 }
 
-static void the_power_is_cut_at_each_write(void)
+static void a_power_cut_at_any_write_leaves_the_state_before_or_after_the_step(void)
 {
     for (unsigned how = 0U; how < CUTS; how++) {
         unsigned at = 1U;
@@ -382,6 +382,6 @@ int main(void)
     RUN_TEST(what_the_store_cannot_do_is_refused);
     RUN_TEST(without_an_eeprom_there_are_no_files);
     RUN_TEST(a_store_that_is_damaged_is_not_formatted_again);
-    RUN_TEST(the_power_is_cut_at_each_write);
+    RUN_TEST(a_power_cut_at_any_write_leaves_the_state_before_or_after_the_step);
     return UNITY_END();
 }

@@ -379,7 +379,7 @@ static void a_damaged_header_ends_the_chain(void)
     }
 }
 
-static void a_failing_medium_does_not_affect_other_media(void)
+static void a_failing_medium_keeps_the_stored_packets(void)
 {
     fill(1U, 4U, LARGE);
     // The five calls are closing, sync, header, sync and record.
@@ -497,7 +497,7 @@ int main(void)
     RUN_TEST(blocks_beyond_the_capacity_are_not_read);
     RUN_TEST(damage_loses_the_rest_of_its_block);
     RUN_TEST(a_damaged_header_ends_the_chain);
-    RUN_TEST(a_failing_medium_does_not_affect_other_media);
+    RUN_TEST(a_failing_medium_keeps_the_stored_packets);
     RUN_TEST(a_medium_that_fails_at_the_start_is_reported);
     RUN_TEST(a_medium_that_ends_anywhere_is_read);
     RUN_TEST(calls_against_the_contract_are_asserted);

@@ -466,7 +466,7 @@ static void logical_devices_answer_with_a_value_alone(void)
     expect_strict_format(11U, data, writer.position);
 }
 
-static void commissioning_stops_at_a_device_that_does_not_answer(void)
+static void an_acquisition_from_a_device_that_does_not_answer_times_out(void)
 {
     begin(2U);
     add_acquisition(1U, SILENT);
@@ -552,7 +552,7 @@ int main(void)
     RUN_TEST(logical_devices_are_commanded);
     RUN_TEST(each_acquisition_has_a_report);
     RUN_TEST(logical_devices_answer_with_a_value_alone);
-    RUN_TEST(commissioning_stops_at_a_device_that_does_not_answer);
+    RUN_TEST(an_acquisition_from_a_device_that_does_not_answer_times_out);
     RUN_TEST(a_request_continues_when_the_one_before_it_has_ended);
     RUN_TEST(a_request_longer_than_a_packet_is_refused);
     RUN_TEST(several_requests_are_under_way_at_once);

@@ -403,7 +403,7 @@ static void an_invalid_record_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_monitoring_restore(self, 0x1000BU, record, size));
 }
 
-static void event_0_is_refused(void)
+static void event_0_raises_no_event(void)
 {
     data_begin(1U);
     data_fmon(1U, 0U, 1U, 1U, 1U);
@@ -443,7 +443,7 @@ int main(void)
     RUN_TEST(unknown_ids_are_refused);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(an_invalid_record_is_reported);
-    RUN_TEST(event_0_is_refused);
+    RUN_TEST(event_0_raises_no_event);
     RUN_TEST(adding_has_a_strict_format);
     return UNITY_END();
 }

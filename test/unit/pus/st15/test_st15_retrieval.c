@@ -408,7 +408,7 @@ static void checkpoints_that_fail_are_tried_again(void)
     expect_stores_none_sent();
 }
 
-static void without_persistence_no_definition_is_stored(void)
+static void without_persistence_no_retrieval_is_recorded(void)
 {
     stores_config.persistence = NULL;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
@@ -441,6 +441,6 @@ int main(void)
     RUN_TEST(the_end_of_a_range_is_stored_at_once_and_later_progress_after_the_interval);
     RUN_TEST(a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost);
     RUN_TEST(checkpoints_that_fail_are_tried_again);
-    RUN_TEST(without_persistence_no_definition_is_stored);
+    RUN_TEST(without_persistence_no_retrieval_is_recorded);
     return UNITY_END();
 }

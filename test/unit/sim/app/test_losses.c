@@ -21,7 +21,7 @@ static void a_run_without_losses_prints_nothing(void** state)
     assert_false(losses_report(&none));
 }
 
-static void each_kind_of_loss_is_told_with_its_count(void** state)
+static void each_kind_of_loss_is_reported_with_its_count(void** state)
 {
     (void)state;
     const simulator_statistics_t of_tools = {
@@ -50,7 +50,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_without_losses_prints_nothing),
-        cmocka_unit_test(each_kind_of_loss_is_told_with_its_count),
+        cmocka_unit_test(each_kind_of_loss_is_reported_with_its_count),
         cmocka_unit_test(announced_octets_that_did_not_arrive_make_a_run_not_reproducible),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -506,7 +506,7 @@ static void sdo_responses_take_200_us_and_contain_present_values(void)
     TEST_ASSERT_UINT64_WITHIN(40000U, 430000U, taken_ns);
 }
 
-static void a_data_sheet_without_pdos_is_refused(void)
+static void a_missing_data_sheet_is_refused(void)
 {
     node_t* none = NULL;
     TEST_ASSERT_EQUAL_INT(STATUS_NOT_FOUND,
@@ -539,6 +539,6 @@ int main(void)
     RUN_TEST(an_unplugged_node_is_silent_and_boots_when_plugged);
     RUN_TEST(emergencies_set_the_error_register_and_the_error_history);
     RUN_TEST(sdo_responses_take_200_us_and_contain_present_values);
-    RUN_TEST(a_data_sheet_without_pdos_is_refused);
+    RUN_TEST(a_missing_data_sheet_is_refused);
     return UNITY_END();
 }

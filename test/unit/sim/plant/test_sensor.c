@@ -116,7 +116,7 @@ static void torque_sensor_saturates(void)
     EXPECT_WITHIN(-60.0, 0.0, torque_sensor_read(&sensor, 2U, 0U, -1e9, 0.0));
 }
 
-static void encoder_counts_downwards(void)
+static void an_encoder_rounds_down(void)
 {
     const double quantum = 2.0 * acos(-1.0) / 65536.0;
     EXPECT_WITHIN(95.87e-6, 1e-8, quantum);
@@ -167,7 +167,7 @@ int main(void)
     RUN_TEST(uniform_noise_fills_its_interval);
     RUN_TEST(torque_sensor_has_offset_drift_and_noise);
     RUN_TEST(torque_sensor_saturates);
-    RUN_TEST(encoder_counts_downwards);
+    RUN_TEST(an_encoder_rounds_down);
     RUN_TEST(an_encoder_on_the_motor_is_finer_by_the_gear_ratio);
     RUN_TEST(the_torque_sensor_has_a_ripple_with_the_motor_angle);
     return UNITY_END();

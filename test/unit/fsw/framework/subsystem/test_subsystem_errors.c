@@ -397,7 +397,7 @@ static void a_medium_error_waits_four_cycles_for_a_command_of_the_supervisor(voi
     fixture_expect("");
 }
 
-static void requests_are_released_in_the_order_of_their_times(void)
+static void an_order_within_the_four_cycles_replaces_the_own_reaction(void)
 {
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     (void)subsystem_raise(&fixture.subsystem, FIXTURE_STRAINED, NULL, 0U);
@@ -409,7 +409,7 @@ static void requests_are_released_in_the_order_of_their_times(void)
     fixture_run(20U);
     fixture_expect(
         "129.2 5>4 ENTERING cause 1 code 0000 cfg 1\n129.2 4>4 IDLE cause 1 code 0000 cfg 1\n1.7 #0\n");
-    (void)fixture_state(STATE_OPERATIONAL); // The disabled event has no effect any more.
+    (void)fixture_state(STATE_OPERATIONAL); // The event has no further effect.
     fixture_run(20U);
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.subsystem));
 }
@@ -530,7 +530,7 @@ int main(void)
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);
     RUN_TEST(publishing_several_parameters_ends_at_the_first_refused_one);
     RUN_TEST(a_medium_error_waits_four_cycles_for_a_command_of_the_supervisor);
-    RUN_TEST(requests_are_released_in_the_order_of_their_times);
+    RUN_TEST(an_order_within_the_four_cycles_replaces_the_own_reaction);
     RUN_TEST(a_medium_error_below_operational_is_logged_only);
     RUN_TEST(without_a_supervisor_no_subsystem_stays_operational);
     RUN_TEST(heartbeats_keep_the_subsystem_operational);

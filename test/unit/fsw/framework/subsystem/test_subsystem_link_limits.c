@@ -34,7 +34,7 @@ static void a_method_that_cannot_reach_the_partner_is_not_offered(void)
     TEST_ASSERT_TRUE(fixture_has("130.4 link 1"));
 }
 
-static void without_links_every_request_is_refused(void)
+static void without_links_a_request_for_a_link_is_refused_and_offers_are_reported(void)
 {
     fixture.subsystem.config.links = NULL;
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
@@ -167,7 +167,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_method_that_cannot_reach_the_partner_is_not_offered);
-    RUN_TEST(without_links_every_request_is_refused);
+    RUN_TEST(without_links_a_request_for_a_link_is_refused_and_offers_are_reported);
     RUN_TEST(a_port_with_unsupported_methods_only_gets_no_link);
     RUN_TEST(links_beyond_the_capacity_are_refused);
     RUN_TEST(ports_whose_links_are_not_open_are_neither_read_nor_written);

@@ -252,7 +252,7 @@ static void homing_ends_with_the_result_of_the_drive(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, call(99U));
 }
 
-static void no_search_is_made_in_another_mode(void)
+static void in_another_mode_homing_is_refused(void)
 {
     bring(NOMINAL, STATE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, call(ACTUATORS_FUNCTION_HOME));
@@ -315,7 +315,7 @@ int main(void)
     RUN_TEST(the_rates_of_the_gyro_are_inputs);
     RUN_TEST(outputs_act_in_operational_only);
     RUN_TEST(homing_ends_with_the_result_of_the_drive);
-    RUN_TEST(no_search_is_made_in_another_mode);
+    RUN_TEST(in_another_mode_homing_is_refused);
     RUN_TEST(the_first_cycle_of_operational_is_safe);
     RUN_TEST(devices_above_the_capacities_do_not_fit);
     return UNITY_END();

@@ -176,7 +176,7 @@ static void a_fast_turn_stays_within_the_angular_acceleration(void)
 }
 
 /// On a diagonal the length of the velocity, not each coordinate, reaches the limit.
-static void a_diagonal_line_is_flown_at_full_speed(void)
+static void a_diagonal_line_is_followed_at_full_speed(void)
 {
     arm_pose_t pose;
     arm_twist_t twist;
@@ -342,7 +342,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(random_poses_are_passed_within_the_limits_of_the_tool);
     RUN_TEST(a_fast_turn_stays_within_the_angular_acceleration);
-    RUN_TEST(a_diagonal_line_is_flown_at_full_speed);
+    RUN_TEST(a_diagonal_line_is_followed_at_full_speed);
     RUN_TEST(the_tool_turns_on_beyond_half_a_turn);
     RUN_TEST(the_tool_turns_on_through_half_and_whole_turns);
     RUN_TEST(a_tool_has_at_most_sixteen_poses);

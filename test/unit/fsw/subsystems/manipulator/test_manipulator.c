@@ -140,7 +140,7 @@ static void joints_in_two_modes_do_not_fit(void)
     TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "the same for both joints"));
 }
 
-static void the_sensors_are_tared_on_the_brake(void)
+static void the_sensors_are_tared_while_the_brakes_hold(void)
 {
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
@@ -277,7 +277,7 @@ static void exceeding_the_torque_limit_is_reported_once_per_excess(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-static void the_torque_limit_counts_in_operation_only(void)
+static void the_torque_limit_is_checked_in_operation_only(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     rig_show(GRAVITY1, -50.0);
@@ -331,7 +331,7 @@ static void emergencies_become_events(void)
     TEST_ASSERT_EQUAL_UINT(1U, double_events(&rig_generic, MANIPULATOR_EVENT_DRIVE_FAULT));
 }
 
-static void a_lost_link_holds_the_arm(void)
+static void without_its_link_the_arm_holds_its_position(void)
 {
     rig_hand_at(0.0, 0.0);
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
@@ -415,7 +415,7 @@ static void the_channel_is_selected_by_command(void)
 }
 
 /// Leaving SAFE_OPERATIONAL ends a tare with its command; the next one is accepted.
-static void a_tare_that_is_left_is_aborted_once_and_can_be_repeated(void)
+static void a_tare_whose_state_is_left_is_aborted_once_and_can_be_repeated(void)
 {
     rig_bring(MANIPULATOR_CONFIGURATION_TELEPRESENCE, STATE_SAFE_OPERATIONAL);
     TEST_ASSERT_EQUAL(STATUS_BUSY, rig_perform(MANIPULATOR_FUNCTION_TARE, NULL, 5U));
@@ -439,7 +439,7 @@ static void a_tare_that_is_left_is_aborted_once_and_can_be_repeated(void)
 }
 
 /// Initialising the hardware discards the zero, because a sensor may have been replaced.
-static void initialising_the_hardware_forgets_the_zero(void)
+static void initialising_the_hardware_again_removes_the_zero(void)
 {
     rig_show(GRAVITY1 + 0.2, GRAVITY2 - 0.15);
     rig_hand_at(0.0, 0.0);
@@ -564,22 +564,22 @@ int main(void)
     RUN_TEST(a_release_closes_the_bus);
     RUN_TEST(only_a_descriptor_of_two_joints_fits);
     RUN_TEST(joints_in_two_modes_do_not_fit);
-    RUN_TEST(the_sensors_are_tared_on_the_brake);
+    RUN_TEST(the_sensors_are_tared_while_the_brakes_hold);
     RUN_TEST(torque_mode_waits_for_the_tare);
     RUN_TEST(torque_mode_does_not_engage_in_contact_without_a_zero);
     RUN_TEST(a_sensor_zero_is_kept_until_the_hardware_is_initialised_again);
     RUN_TEST(a_command_takes_over_the_automatic_tare);
     RUN_TEST(engaging_commands_the_present_torques_of_the_joints);
     RUN_TEST(exceeding_the_torque_limit_is_reported_once_per_excess);
-    RUN_TEST(the_torque_limit_counts_in_operation_only);
+    RUN_TEST(the_torque_limit_is_checked_in_operation_only);
     RUN_TEST(an_unplugged_drive_stops_the_other_drive_in_that_cycle);
     RUN_TEST(emergencies_become_events);
-    RUN_TEST(a_lost_link_holds_the_arm);
+    RUN_TEST(without_its_link_the_arm_holds_its_position);
     RUN_TEST(only_low_events_can_be_raised_by_command);
     RUN_TEST(current_values_and_counters_are_published);
     RUN_TEST(the_channel_is_selected_by_command);
-    RUN_TEST(a_tare_that_is_left_is_aborted_once_and_can_be_repeated);
-    RUN_TEST(initialising_the_hardware_forgets_the_zero);
+    RUN_TEST(a_tare_whose_state_is_left_is_aborted_once_and_can_be_repeated);
+    RUN_TEST(initialising_the_hardware_again_removes_the_zero);
     RUN_TEST(the_torque_limit_is_checked_again_after_each_engagement);
     RUN_TEST(the_torque_limit_is_the_largest_torque_that_is_allowed);
     RUN_TEST(every_value_of_both_joints_is_published);

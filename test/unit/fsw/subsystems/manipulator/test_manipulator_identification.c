@@ -231,7 +231,7 @@ static void a_nan_torque_does_not_change_the_estimates(void)
     TEST_ASSERT_TRUE((identification.now.unknown[0] == 3.0) && (identification.now.unknown[1] == 2.0));
 }
 
-static void a_new_tare_forgets_the_offsets_and_keeps_the_masses(void)
+static void a_new_tare_discards_the_offsets_and_keeps_the_masses(void)
 {
     tare();
     circle(12.0, 0.0);
@@ -250,7 +250,7 @@ static void a_new_tare_forgets_the_offsets_and_keeps_the_masses(void)
 }
 
 /// A tare sets the offsets; it also clears their correlations with the masses.
-static void a_tare_forgets_correlations_of_the_offsets(void)
+static void a_tare_removes_correlations_of_the_offsets(void)
 {
     const double mean[2] = {0.1, -0.2};
     tare();
@@ -286,7 +286,7 @@ static void a_ceiling_of_zero_keeps_the_model_unchanged(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_tare_forgets_correlations_of_the_offsets);
+    RUN_TEST(a_tare_removes_correlations_of_the_offsets);
     RUN_TEST(a_ceiling_of_zero_keeps_the_model_unchanged);
     RUN_TEST(after_a_tare_no_torque_is_measured_in_the_pose_of_the_tare);
     RUN_TEST(a_circle_in_free_space_finds_the_masses);
@@ -296,6 +296,6 @@ int main(void)
     RUN_TEST(samples_from_the_beginning_of_a_contact_are_removed);
     RUN_TEST(masses_stay_within_four_standard_deviations);
     RUN_TEST(a_nan_torque_does_not_change_the_estimates);
-    RUN_TEST(a_new_tare_forgets_the_offsets_and_keeps_the_masses);
+    RUN_TEST(a_new_tare_discards_the_offsets_and_keeps_the_masses);
     return UNITY_END();
 }
