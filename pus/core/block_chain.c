@@ -22,7 +22,7 @@ static void release(pus_block_chains_t* const chains, pus_block_chain_block_t* c
     while (block != NULL) {
         pus_block_chain_block_t* const next = block->next;
         const status_t status               = pool_release(&chains->pool, block);
-        FSW_ASSERT(status == STATUS_OK); // Always, because the block is from this pool.
+        FSW_ASSERT(status == STATUS_OK); // True, because the block is from this pool.
         block = next;
     }
 }

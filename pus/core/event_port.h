@@ -12,8 +12,8 @@ typedef struct {
     void* context;
     /// True if the event is defined.
     bool (*is_known)(void* context, uint16_t event_id);
-    /// True if `size` octets from the service that raises the event are all auxiliary data of the event. A
-    /// null pointer to this function means: always.
+    /// True if a service that raises this event with `size` octets of auxiliary data supplies all auxiliary
+    /// data of its definition. If this pointer is null, every size is accepted.
     bool (*can_fill)(void* context, uint16_t event_id, size_t size);
     /// Raise an event. The service that raises it defines `auxiliary` in its header; if the event is defined
     /// without auxiliary data or with other ones, the port omits them. The port counts events that it cannot

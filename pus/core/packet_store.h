@@ -88,8 +88,8 @@ MUST_USE status_t pus_packet_store_append(pus_packet_store_t* store, uint64_t ti
 /// Make the stored packets persistent. STATUS_OK, STATUS_IO: try again.
 status_t pus_packet_store_sync(pus_packet_store_t* store);
 
-/// Return the address of the oldest packet, and the address after the newest packet; equal if the store is
-/// empty.
+/// Return the address of the oldest packet (tail), and the address after the newest packet (head); equal if
+/// the store is empty.
 uint64_t pus_packet_store_tail(const pus_packet_store_t* store);
 uint64_t pus_packet_store_head(const pus_packet_store_t* store);
 /// Returns the address that a reader at `cursor` reads next: that of the oldest packet if the packet at

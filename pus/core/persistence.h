@@ -6,7 +6,7 @@
 ///
 /// At start the owner passes each record to the service of its table, in the order in which they were last
 /// put. If a service cannot use a record, it returns an error status; the owner counts and reports it. A
-/// damaged record fails no assertion.
+/// damaged record must not make an assertion fail.
 #ifndef PUS_CORE_PERSISTENCE_H
 #define PUS_CORE_PERSISTENCE_H
 

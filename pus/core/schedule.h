@@ -4,10 +4,10 @@
 /// services, by subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
 /// Every change is stored before it is acknowledged; a status or a group that cannot be stored stays as it
-/// was. Each request is released at most once, also across a restart (docs/decisions/0017): the identifiers
-/// of due requests are stored in one record before the requests are released; after a restart `lost` reports
-/// the requests in that record. If that record cannot be stored, the due requests are still released
-/// (counted in `unsaved`).
+/// was. Each request is released at most once, also across a restart (docs/decisions/0017): a step takes the
+/// due requests out of the schedule and stores their identifiers in one record; they are then under release,
+/// until the port has taken all of them. After a restart `lost` reports the requests in that record. If the
+/// record cannot be stored, the due requests are still released (counted in `unsaved`).
 ///
 /// Ownership  The caller provides all arrays.
 /// Context    One loop.
@@ -61,7 +61,7 @@ typedef struct { // Private.
 } pus_activity_t;
 
 typedef struct {
-    pus_app_process_t* process;           ///< Sends reports that continue in a step.
+    pus_app_process_t* process;           ///< Sends the reports that a step continues.
     pus_port_t release;                   ///< Port that takes due requests.
     const pus_persistence_t* persistence; ///< Null: the schedule is not persistent.
     pus_activity_t* activities;

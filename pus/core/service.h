@@ -165,8 +165,8 @@ void pus_dispatcher_defer(pus_dispatcher_t* dispatcher, const pus_performer_t* p
 /// the request with TM[1,8] (PUS_FAILURE_IO, status).
 void pus_dispatcher_persist(pus_dispatcher_t* dispatcher, const pus_persistence_t* persistence);
 /// Perform a request that a performer has taken, and send all its reports from the start on. `service` has
-/// the type and subtype of the request. So that the loop of the dispatcher uses neither of them, `service`
-/// may be another instance than that of the dispatcher, and `process` another process of the same APID.
+/// the type and subtype of the request. `service` and `process` may be instances that the loop of the
+/// dispatcher does not use: another instance of the service, and another process of the same APID.
 void pus_perform(pus_app_process_t* process, const pus_service_t* service, const pus_token_t* token,
                  const uint8_t* data, size_t size, uint64_t now_ns);
 /// Verify one packet and pass it on. STATUS_OK (accepted; verification reports the rest), STATUS_INVALID

@@ -9,7 +9,7 @@
 
 /// Packet structure [octets].
 #ifndef PUS_PACKET_MAX
-#define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included. A build may have smaller ones.
+#define PUS_PACKET_MAX 4096U ///< Largest packet, headers and CRC included. A build may define less.
 #endif
 #define PUS_LARGE_MAX 65542U ///< Limit of the length field; packets longer than PUS_PACKET_MAX use ST[13].
 #define PUS_PRIMARY_HEADER_SIZE 6U
@@ -131,12 +131,12 @@ enum {
     PUS_FAILURE_DEVICE       = 0x0403, ///< return code
     PUS_FAILURE_IO           = 0x0404, ///< system code, or status of the failed storage
     PUS_FAILURE_ABORTED      = 0x0405, ///< 0
-    PUS_FAILURE_TIMEOUT      = 0x0406, ///< milliseconds
+    PUS_FAILURE_TIMEOUT      = 0x0406, ///< time that was waited [ms]
     PUS_FAILURE_SOME_FAILED  = 0x0407, ///< number of instructions failed
     PUS_FAILURE_LOST         = 0x0408, ///< APID of the addressee
     PUS_FAILURE_LINK_REFUSED = 0x0409, ///< reason << 8 | offending field, as in TM[130,5]
     PUS_FAILURE_PROCEDURE    = 0x040A, ///< line of the error, 0 unknown
-    PUS_FAILURE_RESTARTED    = 0x040B  ///< lives of the application in this run
+    PUS_FAILURE_RESTARTED    = 0x040B  ///< number of the supervisor's life in this run
 };
 
 /// Added to the id of a failure that the descriptor of the sender defines (<Failure>); any stage.

@@ -65,7 +65,7 @@ static void read_pulse(pus_device_cursor_t* const cursor, pus_device_action_t* c
     }
     const uint16_t pulse = octet_read_u16(&cursor->reader);
     cursor->inner--;
-    // The CPDU has further pulses, so it still counts.
+    // A CPDU is counted in `left` until its last pulse was read.
     cursor->left     = (uint8_t)(cursor->left + ((cursor->inner > 0U) ? 1U : 0U));
     action->device   = cursor->cpdu;
     action->command  = (uint16_t)(pulse >> LINE_SHIFT);

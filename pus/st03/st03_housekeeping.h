@@ -138,8 +138,8 @@ void pus_hk_clear(pus_hk_t* hk);
 /// Take due samples and send complete reports. `cycle` may jump forward; the missed samples then get the
 /// present values.
 void pus_hk_step(pus_hk_t* hk, uint64_t now_ns, uint32_t cycle);
-/// Like pus_hk_step, for the structures of another loop (1..255). Called in that loop, which holds the guard;
-/// `cycle` counts the cycles of that loop.
+/// Like pus_hk_step, for the structures of another loop (1..255). Called in that loop, which has locked
+/// `guard`; `cycle` counts the cycles of that loop.
 void pus_hk_loop_step(pus_hk_t* hk, uint8_t loop, uint64_t now_ns, uint32_t cycle,
                       const pus_hk_outlet_t* outlet);
 /// Send a report of another loop, with the time at which its values were sampled.

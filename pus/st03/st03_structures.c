@@ -161,7 +161,7 @@ void hk_candidate_begin(pus_hk_t* const hk, const bool is_diagnostic, const uint
     } else if (*out_slot == NULL) {
         (void)fail(hk, PUS_FAILURE_TABLE_FULL, hk->config.structure_count);
     } else {
-        // Such a structure is possible.
+        // The structure can be created.
     }
 }
 

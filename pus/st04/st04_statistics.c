@@ -176,7 +176,7 @@ void pus_statistics_step(pus_statistics_t* const self, const uint64_t now_ns, co
                                           .destination = PUS_USER_GROUND,
                                           .now_ns      = now_ns};
         self->counters.lost += (report_statistics(self, &target).kind == PUS_DONE) ? 0U : 1U;
-        // Also if the report was lost: each report has the samples of one interval.
+        // Reset even if the report was lost: each report has the samples of one interval.
         reset(self, now_ns);
         self->next_report = self->cycle + self->reporting_interval;
     }

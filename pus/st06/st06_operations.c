@@ -256,7 +256,7 @@ static void load_slice(pus_memory_service_t* const service, pus_memory_operation
         files->read(files->context, operation->file, area.offset + operation->done, service->octets, piece);
     if ((status == STATUS_OK) && (operation->phase == (uint8_t)PHASE_LOAD) &&
         service->config.states[operation->memory].is_protected) {
-        failure = pus_failure(PUS_FAILURE_PROTECTED, memory->id); // Protected since the load has begun.
+        failure = pus_failure(PUS_FAILURE_PROTECTED, memory->id); // Protected after the load began.
     } else if ((status == STATUS_OK) && (operation->phase == (uint8_t)PHASE_LOAD)) {
         status = memory->write(memory->context, address, service->octets, piece);
         failure =

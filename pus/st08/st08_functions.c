@@ -59,8 +59,8 @@ static bool has_format(void* const self, octet_reader_t* const reader)
     const uint16_t index                   = function_of(functions, octet_read_octets(reader, PUS_NAME_SIZE));
     const uint8_t count                    = octet_read_u8(reader);
     if (index >= functions->count) {
-        // The end of an unknown function's arguments cannot be found. The function is refused when it should
-        // start.
+        // The end of an unknown function's arguments cannot be found. The format is accepted, and `execute`
+        // refuses the function.
         (void)octet_read_octets(reader, octet_reader_left(reader));
         return true;
     }

@@ -345,7 +345,7 @@ static pus_failure_t set(pus_monitoring_t* const self, const uint16_t id, const 
                          const bool is_protected)
 {
     pus_fmon_t* const fmon = fmon_of(self, id);
-    FSW_ASSERT(fmon != NULL); // Always, because the caller has found it.
+    FSW_ASSERT(fmon != NULL); // True, because the caller has found it.
     pus_fmon_t changed   = *fmon;
     changed.is_enabled   = is_enabled;
     changed.is_protected = is_protected;

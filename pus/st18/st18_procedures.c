@@ -257,7 +257,8 @@ static pus_reply_t abort_one(void* const context, pus_request_t* const request)
     const pus_failure_t failure  = find(self, read_id(request), true, &procedure);
     if (failure.code == PUS_FAILURE_NONE) {
         self->now_ns = request->now_ns;
-        // A request to stop and unload may wait for its step: an abort does not unload.
+        // An earlier TC[18,20] may wait for its step and would unload the procedure; an abort does not
+        // unload.
         procedures_run_of(self, procedure)->unloads = false;
         procedures_end(self, procedure, PUS_OBSERVED_ABORTED);
     }
@@ -355,7 +356,7 @@ static pus_reply_t start_engine(void* const context, pus_request_t* const reques
     (void)request;
     pus_procedures_t* const self = context;
     const pus_failure_t failure  = procedures_save_engine(self, false);
-    // Without a record the engine keeps its state, so that the next life does not differ from this one.
+    // If the record cannot be stored, the state does not change, so that a restart finds the same state.
     self->is_stopped = self->is_stopped && (failure.code != PUS_FAILURE_NONE);
     return reply_of(self, failure);
 }

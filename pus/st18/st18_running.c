@@ -265,7 +265,7 @@ static bool want_parameters(const pus_procedures_t* const self, const pus_proced
     if (take_parameters(self, procedure, run)) {
         return true;
     }
-    run->answer = (pus_answer_t){.kind = PUS_ANSWER_MISSING}; // This answer is valid until parameters arrive.
+    run->answer = (pus_answer_t){.kind = PUS_ANSWER_MISSING}; // The answer if no parameters arrive in time.
     return wait_for(self, run, PUS_WAITS_PARAMETERS);
 }
 

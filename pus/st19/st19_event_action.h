@@ -32,11 +32,11 @@ typedef struct { // Private.
     uint32_t report;  // Number of the report that includes this definition.
     bool in_use;
     bool is_enabled;
-    bool is_queued; // The queue contains this slot, perhaps since a definition that was deleted.
+    bool is_queued; // The queue contains this slot, perhaps for an earlier definition that was deleted.
 } pus_event_action_definition_t;
 
 typedef struct {
-    pus_app_process_t* process; ///< Sends reports that continue in a step.
+    pus_app_process_t* process; ///< Sends the reports that a step continues.
     /// Port that takes the requests.
     pus_port_t release;
     const pus_persistence_t* persistence; ///< Null: the service stores no records.

@@ -39,7 +39,7 @@ typedef struct { // Private.
 } pus_sequence_t;
 
 typedef struct {
-    pus_app_process_t* process; ///< Sends reports that continue in a step.
+    pus_app_process_t* process; ///< Sends the reports that a step continues.
     /// Port that takes the requests.
     pus_port_t release;
     const pus_persistence_t* persistence; ///< Null: the service stores no records.

@@ -2,7 +2,7 @@
 /// Publishes a bus of the simulator on a SocketCAN interface for tools (candump, cansniffer, canplayer,
 /// Wireshark): every frame in the order of arbitration, and the error reports of the controller of the flight
 /// software. A separate controller, created when the first tool sends a frame, sends the frames of tools on
-/// the bus. The flight software gets an error frame that a tool sends as a report of its own controller.
+/// the bus. An error frame from a tool reaches the flight software as an error report of its own controller.
 ///
 /// If the interface goes down or disappears, frames are counted as unpublished until it can be opened again.
 ///

@@ -28,7 +28,7 @@ instrument_t* instrument_set_at(const instrument_set_t* instruments, size_t inde
 const char* instrument_set_name(const instrument_set_t* instruments, size_t index);
 /// Step each instrument (instrument_step).
 void instrument_set_step(instrument_set_t* instruments, uint64_t now_ns, uint64_t end_ns);
-/// Returns the number of announced octets and messages that never arrived.
+/// Returns the sum of instrument_lost over all instruments.
 uint64_t instrument_set_lost(const instrument_set_t* instruments);
 /// Flush the log.
 void instrument_set_flush(instrument_set_t* instruments);

@@ -6,7 +6,7 @@
 #include "sim/plant/plant.h"
 #include "sim/truth/truth.h"
 
-/// Write the event with the names of the entries of all other events. STATUS_OK or STATUS_IO.
+/// Write the names of the entries of the plant's channels (truth_world, truth_names). STATUS_OK or STATUS_IO.
 MUST_USE status_t plant_log_names(truth_t* log, const world_t* world);
 /// Write the state after a step, on the channel of each kind of part that the world has. STATUS_OK or
 /// STATUS_IO.

@@ -4,7 +4,7 @@
 ///
 /// A gyro has three values, the rate in the axes of its link [rad/s]. A star tracker has four, the quaternion
 /// w, x, y, z from the axes of its link to those of the world, w >= 0. A pose camera has six, the position of
-/// the link that it sees [m] and x, y, z of its quaternion (w >= 0), both in the axes of the camera.
+/// the link that it measures [m] and x, y, z of its quaternion (w >= 0), both in the axes of the camera.
 ///
 /// Ownership  The caller provides sensor_t. Plant and world outlive it.
 #ifndef SIM_APP_SENSORS_H

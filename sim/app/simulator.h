@@ -105,8 +105,8 @@ const char* simulator_bus_name(const simulator_t* simulator, unsigned index);
 uint16_t simulator_tool_port(const simulator_t* simulator);
 void simulator_statistics(const simulator_t* simulator, simulator_statistics_t* out_statistics);
 
-/// Let the tasks of the logs write the records so far: for a run that will be killed from outside. `waits`:
-/// return when the operating system has them; may then be called in the signal handler of a crash.
+/// Let the tasks of the logs write the records so far, so that they exist even if the process is killed. With
+/// `waits` it returns when the operating system has them, and may be called in the signal handler of a crash.
 void simulator_flush(simulator_t* simulator, bool waits);
 
 #endif // SIM_APP_SIMULATOR_H

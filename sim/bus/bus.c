@@ -412,7 +412,7 @@ static void deliver_frame(bus_t* const bus)
     if (bus->tap != NULL) {
         bus->tap(bus->tap_context, bus->senders, &bus->wire);
     }
-    // A sender that sees an error in the last bit repeats a frame that all receivers have taken already.
+    // A sender that detects an error in the last bit repeats a frame that all receivers have taken already.
     const bool is_repeated = bus_random_chance(&bus->random, bus->duplication);
     const uint32_t senders = bus->senders;
     for (unsigned i = 0U; !is_repeated && ((senders >> i) != 0U); i++) {
@@ -451,7 +451,8 @@ static void tick_stuck(bus_t* const bus)
     account_all(bus, CONTROLLER_TRANSMIT_ERROR, CONTROLLER_RECEIVE_ERROR);
 }
 
-/// Check whether the oldest frame has waited too long; it may be a later frame than the one that was watched.
+/// Check whether the oldest frame has waited too long. Since the check was set, another frame may have become
+/// the oldest.
 static void watch_queue(bus_t* const bus, const unsigned index, const uint64_t now_ns)
 {
     bus_node_t* node = &bus->node[index];

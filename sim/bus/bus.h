@@ -66,15 +66,16 @@ MUST_USE status_t bus_add_node(bus_t* bus, const bus_callbacks_t* callbacks, uns
 /// Remove a tool's controller permanently; the slot may be used again.
 void bus_remove_node(bus_t* bus, unsigned node);
 
-/// Queue a frame, ready at `time_ns` (the present if earlier). On a classic bus FD flags are refused. Returns
-/// STATUS_OK, STATUS_FULL, STATUS_CLOSED (the node is unplugged or bus-off), STATUS_INVALID (length, flags).
+/// Queue a frame, ready at `time_ns` (at the present time if that is later). On a classic bus FD flags are
+/// refused. Returns STATUS_OK, STATUS_FULL, STATUS_CLOSED (the node is unplugged or bus-off), STATUS_INVALID
+/// (length, flags).
 status_t bus_submit(bus_t* bus, unsigned node, const osal_can_frame_t* frame, uint64_t time_ns);
 /// Returns the number of frames in the queue of a node, including the frame on the wire.
 unsigned bus_queued(const bus_t* bus, unsigned node);
 /// Call the node's on_wake at `time_ns`; BUS_NEVER cancels. A new time replaces the earlier time of the node.
 void bus_set_wake(bus_t* bus, unsigned node, uint64_t time_ns);
 
-/// Simulate the bus over [present, time_ns).
+/// Simulate the bus over [present time, time_ns).
 void bus_run_until(bus_t* bus, uint64_t time_ns);
 uint64_t bus_now_ns(const bus_t* bus);
 /// Returns the number of controllers that are bus-off.
@@ -94,7 +95,7 @@ const controller_t* bus_controller(const bus_t* bus, unsigned node);
 void bus_set_loss(bus_t* bus, double probability);       ///< Drawn for each receiver separately.
 void bus_set_corruption(bus_t* bus, double probability); ///< Error frame, then repetition.
 void bus_set_duplication(bus_t* bus,
-                         double probability); ///< Error in the last bit: repeated though received.
+                         double probability); ///< Error in the last bit: sent again, although received.
 void bus_set_delay(bus_t* bus, unsigned node, uint64_t delay_ns); ///< Frames of the node are ready later.
 void bus_set_babbling(bus_t* bus, unsigned node, bool on);        ///< Sends identifier 0 all the time.
 void bus_set_stuck(bus_t* bus, bool on);                          ///< The wire is permanently dominant.

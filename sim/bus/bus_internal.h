@@ -44,7 +44,7 @@ struct bus {
     uint64_t idle_ns;       // Time from which the wire is free.
     uint64_t next_wake_ns;  // Next time at which a node or the stuck wire needs work.
     uint64_t stuck_tick_ns; // Time at which a stuck wire counts the next errors; BUS_NEVER: none.
-    unsigned stuck_ticks;   // Times at which the stuck wire has counted errors.
+    unsigned stuck_ticks;   // Number of times that the stuck wire has counted errors.
     bool is_stuck;
     bool is_sending;
     outcome_t outcome;

@@ -43,12 +43,12 @@ static void take(stuffing_t* const stuffing, const uint32_t next)
 #define BASE_HEADERS (2048U * 16U)   // Base identifiers and data length codes.
 #define IS_KNOWN 0x80000000U         // Marks an effect that has been computed.
 
-/// Tables of steps by whole octets, and of those that need several.
+/// Tables for whole octets, and for whole headers of data frames in base format.
 typedef struct {
     uint8_t stuffing[8U * 256U];                 ///< For each state and octet: state | stuff bits << 3.
     uint8_t crc15_rest[8U * (1U << CRC15_REST)]; ///< The same for the last bits of a CRC.
     uint16_t crc15[256];
-    /// For each identifier << 4 | length of a data frame in base format, what its header does:
+    /// For each identifier << 4 | length of a data frame in base format, the effect of its header:
     /// IS_KNOWN | CRC << 8 | stuff bits << 3 | state.
     uint32_t header[BASE_HEADERS];
     bool are_filled; ///< All but `header`, which is filled as frames occur.
@@ -86,8 +86,8 @@ static steps_t* all_steps(void)
     return &steps;
 }
 
-/// Send the low `count` bits of `bits`, most significant first. Inline, because a constant `count`, as most
-/// calls have, then leaves no loop.
+/// Send the low `count` bits of `bits`, most significant first. Inline, because the compiler then removes the
+/// loops of the calls with a constant `count`, which are most of them.
 static inline void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
     const uint8_t* steps = all_steps()->stuffing;
@@ -192,7 +192,7 @@ uint16_t frame_crc15(const osal_can_frame_t* const frame)
     return (uint16_t)crc;
 }
 
-/// Returns what a header does, as steps_t.header has it.
+/// Returns the effect of a header, in the format of steps_t.header.
 static uint32_t effect_of(const header_t* const header)
 {
     stuffing_t stuffing = {.state = AFTER_START_OF_FRAME};

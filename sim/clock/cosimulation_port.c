@@ -145,8 +145,7 @@ static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* con
     return STATUS_OK;
 }
 
-/// Wait for a line, at most for the patience of the co-simulation port. False: the client was disconnected,
-/// or the run ended.
+/// Wait for a line, at most `patience_ms`. False: the client was disconnected, or the run ended.
 static bool receive_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
@@ -186,7 +185,7 @@ static uint32_t rest_ms(const uint64_t until_ns)
     return (until_ns > now_ns) ? (uint32_t)((until_ns - now_ns + NS_PER_MS - 1U) / NS_PER_MS) : 0U;
 }
 
-// ---- The contract ----
+// ---- Functions of sim/clock/cosimulation_port.h ----
 
 status_t cosimulation_port_open(cosimulation_port_t* const cosimulation, const char* const path,
                                 const char* const participant, const osal_lockstep_t* const scheduler,

@@ -76,7 +76,7 @@ struct drive {
     double velocity_unit; // [rad/s]
     drive_settings_t settings;
     homing_t homing;
-    double zero_rad; // Position of the motor that the drive calls zero.
+    double zero_rad; // Position of the motor at which the drive reports zero.
 
     // Regulator.
     double position_rad; // Last reading of the position of the motor, from its zero.

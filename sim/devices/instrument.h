@@ -53,7 +53,7 @@ void instrument_set_silent(instrument_t* instrument, bool is_silent);
 void instrument_set_garbage(instrument_t* instrument, bool is_garbage);
 double instrument_value(const instrument_t* instrument);
 bool instrument_is_enabled(const instrument_t* instrument);
-/// Announced messages and octets that never arrived (stream_port_lost).
+/// Octets and datagrams that did not arrive (stream_port_lost).
 uint32_t instrument_lost(const instrument_t* instrument);
 
 #endif // SIM_DEVICES_INSTRUMENT_H

@@ -9,7 +9,7 @@
 /// master (0x1016:01) by the rules of object 0x2000. From power-on, from a reset, and from the loss of that
 /// heartbeat it changes channel every Ttoggle consumer heartbeat times, at most Ntoggle times; then it stays
 /// on its channel. After each change it sends its own heartbeat at once. Bdefault is set to the channel on
-/// which the master was heard; an NMT reset keeps it, power-on sets it to the value of the EDS.
+/// which the heartbeat was received; an NMT reset keeps it, power-on sets it to the value of the EDS.
 ///
 /// Ownership  node_create allocates, node_destroy frees. The buses outlive the node.
 #ifndef SIM_DEVICES_NODE_H
@@ -76,10 +76,10 @@ void node_destroy(node_t* node);
 /// Add a channel B to the node, before power-on. Returns STATUS_OK, STATUS_EXHAUSTED (nodes of the bus).
 MUST_USE status_t node_add_channel(node_t* node, bus_t* bus);
 
-/// Power on at the bus's present time: objects to their initial values, boot-up after NODE_BOOT_NS.
+/// Power on at the present time of the bus: objects to their initial values, boot-up after NODE_BOOT_NS.
 void node_power_on(node_t* node);
 /// Power off: the node neither sends nor receives from now on; the device is as after a reset until
-/// node_power_on. Plugs can be moved in the meantime.
+/// node_power_on. node_unplug, node_plug and node_cut may be called in the meantime.
 void node_power_off(node_t* node);
 bool node_is_powered(const node_t* node);
 /// Disconnect the node from both channels of its bus; it keeps its power, and its deadlines expire.

@@ -58,7 +58,7 @@ static void use_channel(node_t* const node, const unsigned channel, const uint64
     node->bus_index = node->channel[channel].index;
     node->wake_ns   = BUS_NEVER;
     connect_active(node);
-    node_wake_by(node, now_ns); // The wake-up handles everything that is due.
+    node_wake_by(node, now_ns); // on_wake of the new bus handles everything that is due.
 }
 
 /// End the search on the active channel, and make it the channel after a reset (Bdefault).
@@ -88,7 +88,7 @@ void node_master_heard(node_t* const node)
 
 void node_master_lost(node_t* const node, const uint64_t now_ns)
 {
-    if (may_search(node)) { // One heartbeat time has passed already.
+    if (may_search(node)) { // One consumer heartbeat time has passed since the last heartbeat.
         node->toggle_ns = now_ns + (heartbeat_time_ns(node) * (node->toggle_factor->value - 1U));
         node_wake_by(node, node->toggle_ns);
     }

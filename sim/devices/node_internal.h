@@ -8,7 +8,7 @@
 
 typedef struct {
     object_t* entry;      ///< 0x1016:k, node id << 16 | time [ms].
-    uint64_t deadline_ns; ///< BUS_NEVER: no heartbeat has been heard yet.
+    uint64_t deadline_ns; ///< BUS_NEVER: no heartbeat was received yet.
 } heartbeat_consumer_t;
 
 typedef struct {
@@ -27,7 +27,7 @@ struct node {
     object_t* toggle_factor;
     object_t* toggle_limit;
     object_t* toggle_count;
-    uint64_t toggle_ns; ///< Next change of channel; BUS_NEVER: the master is heard, or the search has ended.
+    uint64_t toggle_ns; ///< Next change of channel; BUS_NEVER: no search.
     uint8_t id;
     bool is_plugged;
     bool is_powered;

@@ -176,7 +176,7 @@ uint64_t node_run_pdo_timers(node_t* const node, const uint64_t now_ns)
     for (unsigned i = 0U; i < node->receive_count; i++) {
         pdo_t* pdo = &node->receive[i];
         if (pdo->deadline_ns <= now_ns) {
-            pdo->deadline_ns = BUS_NEVER; // No deadline until the next one is received.
+            pdo->deadline_ns = BUS_NEVER; // No deadline until the next RPDO is received.
             node_raise(node, EMERGENCY_RPDO_TIMEOUT, 0U, (int32_t)i, now_ns);
             node->application.connection_lost(node->application.context, now_ns);
         }

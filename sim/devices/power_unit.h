@@ -54,7 +54,7 @@ void power_unit_plug(power_unit_t* unit, bool is_connected);
 void power_unit_cut(power_unit_t* unit, unsigned channel, bool is_cut);
 /// Set by a scenario: restart the unit. Pulses end.
 void power_unit_reset(power_unit_t* unit);
-/// Move the relays that are due at `now_ns`, the present of the nodes' buses.
+/// Move the relays that are due at `now_ns`, the present time of the nodes' buses.
 void power_unit_step(power_unit_t* unit, uint64_t now_ns);
 
 #endif // SIM_DEVICES_POWER_UNIT_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Framing of messages in a stream of octets, at the end of the device: a length of 16 bits before each
+/// Framing of messages in a stream of octets, on the side of the device: a length of 16 bits before each
 /// message, or SLIP (RFC 1055).
 ///
 /// Context    One task.

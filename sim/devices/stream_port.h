@@ -60,7 +60,8 @@ void stream_port_send(stream_port_t* port, const uint8_t* message, size_t size);
 void stream_port_send_raw(stream_port_t* port, const uint8_t* octets, size_t size);
 /// Receive the next message into STREAM_PORT_MESSAGE_MAX octets. False: there is none.
 bool stream_port_receive(stream_port_t* port, uint8_t* message, size_t* out_size);
-/// Announced messages and octets that never arrived [wraps]; if not 0, the run is not reproducible.
+/// Octets and datagrams that one end has counted as sent and the other has not received in time [wraps]; if
+/// not 0, the run is not reproducible.
 uint32_t stream_port_lost(const stream_port_t* port);
 /// Null is allowed.
 void stream_port_close(stream_port_t* port);

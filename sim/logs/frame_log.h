@@ -29,7 +29,8 @@ typedef struct frame_log frame_log_t;
 MUST_USE status_t frame_log_open(const char* directory, const char* interface, frame_log_t** out_log);
 /// Append a data or error frame with its time.
 void frame_log_write(frame_log_t* log, const osal_can_frame_t* frame);
-/// Let the task of the log write the frames so far. `waits`: return when the operating system has them.
+/// Let the task of the log write the frames so far. With `waits` it returns when the operating system has
+/// them.
 void frame_log_flush(frame_log_t* log, bool waits);
 /// Write the rest, close the files and free the log. Null is allowed. Returns STATUS_OK, STATUS_IO: some
 /// records were not written.

@@ -168,7 +168,7 @@ static void play_home(hand_t* const hand, const command_t* const command, const 
     go_towards(hand, hand->home, elapsed_s / command->argument[0]);
 }
 
-/// Begin `aim`. The person at the stick sees and feels the robot, so the hand expects no force. The expected
+/// Begin `aim`. The person at the stick reacts to the robot, so the hand expects no force. The expected
 /// force of later motions rises slowly from zero, so that the intent does not jump.
 static void begin_aim(hand_t* const hand, const command_t* const command)
 {

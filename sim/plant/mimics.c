@@ -107,7 +107,7 @@ static void eliminate(double row[MIMICS_MAX][MIMICS_MAX + 1U], const size_t coun
 }
 
 /// Solve the equations whose right sides are in the last column. Except for friction of contacts the matrix
-/// is symmetric and positive, so no exchange of rows is needed; the unknown of a row without a pivot is zero.
+/// is positive semi-definite, so no exchange of rows is needed; the unknown of a row without a pivot is zero.
 static void solve(double row[MIMICS_MAX][MIMICS_MAX + 1U], const size_t count, double out[])
 {
     bool is_free[MIMICS_MAX];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The physics of a world (sim/world/world.h): its robots, contacts, cable springs, latches and joysticks.
 ///
-/// Bodies, joints and contacts live in an ODE world (dWorldStep). Rotors, gear elasticity, friction, brakes
+/// ODE (Open Dynamics Engine) steps bodies, joints and contacts (dWorldStep). Rotors, gears, friction, brakes
 /// and joysticks are integrated PLANT_SUBSTEPS times per step outside of ODE, because they are stiff.
 ///
 /// Joints     A Drive of the world moves its joint by a rotor and an elastic gear; its end stops act on the
@@ -36,7 +36,7 @@ typedef struct {
     double gear_damping_nms_rad;  ///< Damping parallel to the stiffness.
     double coulomb_nm;            ///< Friction of the moving rotor.
     double stiction_nm;           ///< Friction at zero speed, >= coulomb_nm.
-    double stribeck_rad_s;        ///< Speed at which the excess of stiction has halved.
+    double stribeck_rad_s;        ///< Speed at which half of stiction_nm - coulomb_nm remains.
     double viscous_nms_rad;       ///< Friction growing with speed.
     torque_ripple_t ripple;       ///< Torque ripple of motor and gear, acting on the rotor.
     double brake_torque_nm;       ///< Largest torque of the holding brake.

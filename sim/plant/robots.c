@@ -9,8 +9,8 @@
 /// floating point the sum of angles is more exact than the product of rotations.
 typedef struct {
     pose_t pose;
-    matrix_t still; ///< Rotation before the turn.
-    double axis[3]; ///< In `still`; zero: no turn.
+    matrix_t still; ///< Rotation before the turn about `axis`.
+    double axis[3]; ///< In the axes of `still`; zero: no turn.
     double angle_rad;
     bool is_still_constant; ///< No joint turns `still`.
 } start_pose_t;

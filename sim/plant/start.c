@@ -44,7 +44,7 @@ static void rates_of(const robot_mass_t* const mass, const matrix_t* const back,
     double momentum[3];
     double torque[3];
     for (unsigned i = 0U; i < 3U; i++) {
-        cross(&state[(size_t)3U * i], rate, &out[(size_t)3U * i]); // Row i of R [rate].
+        cross(&state[(size_t)3U * i], rate, &out[(size_t)3U * i]); // Row i of R [rate x].
     }
     apply(&mass->inertia_kgm2, rate, momentum);
     cross(momentum, rate, torque);

@@ -22,7 +22,7 @@
 
 typedef struct {
     uint64_t delay_ns; ///< Mean delay of a frame.
-    double jitter; ///< The delay is uniform within delay_ns * (1 - jitter) and delay_ns * (1 + jitter), 0..1.
+    double jitter; ///< 0..1: the delay is uniform from delay_ns * (1 - jitter) to delay_ns * (1 + jitter).
     double loss;   ///< Probability that a frame is lost, 0..1.
 } relay_law_t;
 

@@ -220,7 +220,7 @@ static void handle_input(client_t* const client)
 
 static void receive_from(client_t* const client)
 {
-    // Read while the transmit queue has room. Other octets wait in the socket, and when it is full, in the
+    // Read while the transmit queue has room. Other octets wait in the socket, and when this is full, in the
     // client.
     while (client->is_used) {
         size_t size = 0U;

@@ -9,7 +9,7 @@
 /// One message extends the protocol: a client that sends `< step N >` (1 to 1000) is in lock-step from then
 /// on. It receives `< step SEC.USEC >` after the frames of every N-th step, and simulated time waits until
 /// the client sends `< step N >` again. The frames that it has sent before are on the bus in the next step,
-/// however slow it is.
+/// however slow the client is.
 ///
 /// Ownership  socketcand_open allocates; the buses outlive the server.
 /// Context    The task that runs the buses, between two calls of bus_run_until.

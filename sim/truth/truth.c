@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Longest event (the names of a world with all entries), and so much more that consecutive events begin in
-// different sets of the processor's cache, which repeat every 4096 octets: every step writes and compares all
-// of them.
+// Octets for the longest event (the names of a world with all entries), and padding: consecutive events begin
+// in different sets of the processor's cache, which repeat every 4096 octets, because every step writes and
+// compares all of them.
 #define EVENT_MAX (16384U + 640U)
 #define HEADER_OCTETS 28U           // Octets of an event before the name of its channel.
 #define SYNCHRONISATION 0xEDA1DA01U // First octets of an event.
@@ -325,7 +325,7 @@ status_t truth_close(truth_t* const truth)
         return STATUS_OK;
     }
     for (unsigned i = 0U; i < STATE_CHANNELS; i++) {
-        (void)write_left_out(truth, (state_channel_t)i); // The log then shows the end of the rest.
+        (void)write_left_out(truth, (state_channel_t)i); // The log then contains the last step.
     }
     write_behind_close(&truth->events);
     const bool failed = has_failed(truth);

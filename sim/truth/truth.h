@@ -26,8 +26,8 @@ typedef struct truth truth_t;
 /// is null).
 MUST_USE status_t truth_open(const char* path, uint64_t most_octets, truth_t** out_truth);
 
-/// Let the task of the log write the events so far. `waits`: return when the operating system has them; may
-/// then be called in the signal handler of a crash.
+/// Let the task of the log write the events so far. With `waits` it returns when the operating system has
+/// them, and may be called in the signal handler of a crash.
 void truth_flush(truth_t* truth, bool waits);
 
 /// Flush and close; null is allowed. Returns STATUS_OK or STATUS_IO: some events were not written.
@@ -71,7 +71,7 @@ typedef struct {
     double rate_rad_s[3];
 } truth_base_t;
 
-/// Channel WORLD, once: the names of the entries of the other channels.
+/// Channel WORLD, once: the names of joints, axes, contacts, springs and bases.
 typedef struct {
     unsigned count;
     const char* const* name;
@@ -172,7 +172,7 @@ status_t truth_instruments(truth_t* truth, uint64_t time_ns, const truth_instrum
 /// Channel POWER: true for each device that its power unit supplies.
 status_t truth_power(truth_t* truth, uint64_t time_ns, const bool* supplied, unsigned count);
 status_t truth_buses(truth_t* truth, uint64_t time_ns, const truth_buses_t* buses);
-/// Instead of truth_buses, at a step after which all is as at the last call.
+/// Called instead of truth_buses after a step that has changed none of its values.
 status_t truth_buses_again(truth_t* truth, uint64_t time_ns);
 /// Channel NAMES: the names of the entries of another channel.
 status_t truth_names(truth_t* truth, uint64_t time_ns, const char* channel, const truth_names_t* names);

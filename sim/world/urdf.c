@@ -311,7 +311,7 @@ static status_t start_robot(urdf_reader_t* const reader, const element_t* const 
     static const field_t labels[] = {
         {"name", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, false},
         {"version", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true},
-        {"xmlns:xacro", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}}; // xacro leaves it.
+        {"xmlns:xacro", FIELD_TEXT, offsetof(urdf_reader_t, unused), 0.0, 0.0, true}}; // From xacro.
     reader->inside = IN_ROBOT;
     return (strcmp(element->name, "robot") == 0) ? element_take(element, labels, 3U, reader)
                                                  : element_refuse(element, element->name, "robot");
@@ -382,7 +382,7 @@ static status_t on_end(void* const context, const element_t* const element)
 {
     urdf_reader_t* reader = context;
     if (element->depth != depth_of(reader->inside)) {
-        return STATUS_OK; // The end of an element that cannot contain others does not change the inside.
+        return STATUS_OK; // The end of an element that cannot contain others does not change `inside`.
     }
     switch (reader->inside) {
     case IN_NOTHING:

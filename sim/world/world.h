@@ -87,7 +87,7 @@ typedef struct {
     double damping;          ///< Damping parallel to the stiffness [Nms/rad].
     double coulomb;          ///< [Nm]
     double stiction;         ///< At zero speed, >= coulomb [Nm].
-    double stribeck;         ///< Speed at which the excess of stiction has halved [rad/s].
+    double stribeck;         ///< Speed at which half of stiction - coulomb remains [rad/s].
     double viscous;          ///< [Nms/rad]
     double brake;            ///< Largest torque of the holding brake, on the joint side [Nm].
     double stop_stiffness;   ///< Stiffness of the end stops, which act on the rotor [Nm/rad].
