@@ -7,8 +7,8 @@
     restart_to_ready      a killed joystick, until its next life answers a ping; baseline: 200 ms
 
 Baselines are the required values. Medians of the rounds; each round is a flight of processes, with TIME=real
-(`_real`) or on clocks of their own (`_free` and the deaths). A free supervisor allows each process 200 ms more,
-because of the machine's other work. The instant of the fault is on the machine's clock; the fastest ping gives
+(`_real`) or on clocks of their own (`_free` and the deaths). With TIME=free the supervisor allows each process 200 ms
+more, because of the machine's other work. The instant of the fault is on the machine's clock; the fastest ping gives
 its offset to the run's clock."""
 
 import os
@@ -69,7 +69,7 @@ class Round:
             self.station.listen(0.005)
 
     def strike(self, name, number):
-        """Cause the fault amid pings. Returns the instant [ns] on the machine's clock."""
+        """Cause the fault between pings. Returns the instant [ns] on the machine's clock."""
         self.ping(40)
         at_ns = time.monotonic_ns()
         os.kill(self.flight.children()[name], number)

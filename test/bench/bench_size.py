@@ -5,7 +5,7 @@ Rows of text on x86-64:
 - each library of the framework and of the packet services: the sum of its objects
 - the framework with the services that every subsystem has, linked as in a program: equal constants count once, and other
   libraries only as far as they are referenced
-- the addition of each option with what it needs: each other service, each end node but CAN, stream devices on all end
+- the addition of each option with what it needs: each other service, each end node except CAN, stream devices on all end
   nodes, control of drives, protected telecommands, limits of resources, and what only supervisor and launcher have:
   reading the whole mission, taking over the channels of a process that died
 Row of text for a Cortex-M: all packet services, the sum of their objects. The baseline of a row is its limit.
@@ -112,8 +112,8 @@ def functions(target):
 
 
 def check_everywhere(objects):
-    """Check that each program of a subsystem contains something of each source of the common part; only then
-    is the row correct."""
+    """Check that each program of a subsystem contains something of each source of the common part; otherwise
+    the row is wrong."""
     programs = {name: functions(f"build/bin/{name}") for name in PROGRAMS if pathlib.Path("build/bin", name).is_file()}
     for source in filter(is_everywhere, objects):
         named = functions(objects[source])

@@ -46,7 +46,7 @@ DIRECTORY = ROOT / "runs" / "bench-station"
 STARTS, CLIENTS, HOUR_S, SEEKS = 3, 5, 3600, 40
 WATCHED_S, HAND_S, SETTLED_S = 60.0, 10.0, 3.0
 MOVED_RAD = 0.02
-KEPT_PACE = 0.95  # Share of the wall clock's pace.
+KEPT_PACE = 0.95  # Simulated time by wall-clock time.
 SCENARIO = ["0.0 hand rest", *flying.bring_up(0.2), "1.5 hand circle 0.15 0.5 1 600 1", "3600 operator shutdown"]
 HOUSEKEEPING, SYNC = (3, 25), 0x080
 # Records for each picture of the scene the report that it shows, whether the robot is at its positions, and when the page has
@@ -292,7 +292,7 @@ def telemetry(page, station):
     pictures, pace = len(measured["drawn"]) / (flown_s + 2 * SETTLED_S), (last_s - first_s) / flown_s
     print(f"  {len(reports)} reports, {pictures:.1f} pictures a second, {pace:.3f} x real time")
     if pace < KEPT_PACE:
-        print("  other work holds up the flight, so the times of this run are those of the machine; repeat them when it is quiet")
+        print("  other load slows the flight, so these times are not those of the station; repeat the run without other load")
     print(f"BENCH station_picture {share(late, 0.95):.1f} ms 100")
     print(f"BENCH station_updates_dropped {len(reports.keys() - taken.keys())} reports 1")
     print(f"BENCH station_memory {memory:.1f} MB 60")

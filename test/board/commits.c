@@ -22,7 +22,7 @@
 #define INSTRUCTION_NS 32U
 #define TABLE 12U
 #define RECORD 64U    ///< Octets of a record, about those of a monitoring definition.
-#define LARGE 160U    ///< So many octets that the log is never twice as long as its live records.
+#define LARGE 160U    ///< Octets of a record so large that the log is never twice as long as its records.
 #define AFTERWARDS 8U ///< Requests after the compaction.
 #define TURNS 8U      ///< Requests that replace all records.
 #define LINE_MAX 128U

@@ -19,7 +19,7 @@ STACK = re.compile(r"^STACK (\S+) (\d+) (\d+)$", re.MULTILINE)
 LOOP = re.compile(r"^LOOP (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
 COMMIT = re.compile(r"^COMMIT (\d+) (\d+) (\d+) (\d+) (\d+) (\d+)$", re.MULTILINE)
 COMPACTIONS = ("none", "a part", "at once")
-PAGE_MS, OCTET_MS = 5, 0.009  # AT24CM01: a write of a page at most, and nine clocks at 1 MHz.
+PAGE_MS, OCTET_MS = 5, 0.009  # AT24CM01: longest write of a page; an octet needs nine clocks at 1 MHz.
 # An instruction takes 8 ns, so that 0.5 ms have 62500 instructions: fewer than the 108000 cycles of 216 MHz.
 REAL_TIME = "qemu-system-arm -display none -monitor none -serial none -icount shift=3,sleep=off -no-reboot -machine " + BOARD
 STATES = ("OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL",
@@ -28,7 +28,7 @@ STATES = ("OFFLINE", "SOFTWARE_INIT", "HARDWARE_INIT", "PRE_OPERATIONAL", "SAFE_
 
 @dataclass(frozen=True)
 class Row:
-    """Instructions of the steps that begin in one state and end in one state."""
+    """Instructions of the steps that begin in the state `before` and end in the state `after`."""
 
     before: str
     after: str
@@ -44,7 +44,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Stack:
-    """Octets of the stack of a task."""
+    """Octets of the stack of a task, reserved and used."""
 
     task: str
     octets: int

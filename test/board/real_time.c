@@ -8,8 +8,8 @@
 // it prints
 //     LOOP <state> <steps> <microseconds> <missed> <early> <latest>     [counts of 40 ns]
 //     STACK <task> <octets> <octets used>
-// `missed`: steps that began when the wait for them had not begun in time. The argument `hang` lets a step
-// never end, `hang-service` a turn of a loop of services.
+// `missed`: steps that were already due when the loop began to wait for them. With the argument `hang` a step
+// never ends, with `hang-service` a turn of a loop of services.
 #include "base/apids.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/programs/compiled_descriptors.h"
@@ -256,7 +256,7 @@ static void command(const uint64_t now_ns)
     } else if ((machine->state == STATE_SAFE_OPERATIONAL) && (machine->phase == PHASE_IDLE)) {
         request_state(STATE_OPERATIONAL);
     } else {
-        // The manipulator is on its way.
+        // A transition or an action runs.
     }
 }
 
@@ -315,8 +315,8 @@ static uint32_t counts(void)
     return UINT32_MAX - *(volatile const uint32_t*)(BOARD_FREE_TIMER + 4U);
 }
 
-/// Only the loop of the program waits with sockets. The port does not know such a wait in real time, so a
-/// message waits for the next step.
+/// Only the loop of the program waits with sockets. The port does not support such a wait in real time,
+/// so a message waits for the next step.
 status_t __wrap_osal_clock_wait(osal_clock_t* const clock, const uint64_t wake_ns,
                                 osal_socket_t* const* const sockets, const size_t socket_count)
 {
@@ -387,7 +387,7 @@ status_t __wrap_loop_tasks_start(loop_tasks_t* const tasks, subsystem_t* const c
     return __real_loop_tasks_start(tasks, component, origin_ns);
 }
 
-/// The stacks of the tasks of the loops exist until they are stopped.
+/// Prints before the tasks of the loops are stopped, because their stacks exist only until then.
 void __wrap_loop_tasks_stop(loop_tasks_t* const tasks)
 {
     __atomic_store_n(&is_over, 1U, __ATOMIC_RELEASE);
@@ -466,7 +466,7 @@ int __wrap_executive_run(const int argument_count, char* const arguments[], cons
         hang = (strcmp(arguments[1], "hang") == 0) ? HANG_STEP : HANG_SERVICE;
     }
     bool is_made = false;
-    must(osal_task_start(&surroundings, make_run, &is_made, 0)); // It shall not use the stack of main.
+    must(osal_task_start(&surroundings, make_run, &is_made, 0)); // In a task, to spare the stack of main.
     osal_task_join(&surroundings);
     if (!is_made) {
         osal_console_print_error("the program was not compiled for " MISSION);

@@ -115,11 +115,11 @@ class Stage:
         self.mark = len(self.ground.session.events)
 
     def events(self):
-        """Events since the last play."""
+        """Events since the last call of play()."""
         return self.ground.events(self.mark)
 
     def refusals(self):
-        """(node, reason, object, detail) of devices that were not commissioned since the last play."""
+        """(node, reason, object, detail) of devices that were not commissioned since the last call of play()."""
         return [tuple(values.values()) for name, values in self.events() if name == "DEVICE_REFUSED"]
 
     def close(self):

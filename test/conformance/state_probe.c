@@ -71,7 +71,7 @@ static state_machine_t machine_in(const state_t state)
         break;
     case STATE_PRE_OPERATIONAL:
         break;
-    case STATE_POST_OPERATIONAL: // On its way to PRE_OPERATIONAL.
+    case STATE_POST_OPERATIONAL: // Passed on the way to PRE_OPERATIONAL.
         go(&machine, STATE_SAFE_OPERATIONAL);
         (void)subsystem_state_machine_request(&machine, STATE_PRE_OPERATIONAL, CAUSE_REQUEST);
         go_to(&machine, state);

@@ -124,7 +124,7 @@ def test_a_database_names_the_mission_it_is_made_for(generated):
         assert hashes[name] in text, name
 
 
-def test_every_frame_has_a_message_and_every_octet_a_place(databases, decoded):
+def test_every_frame_has_a_message_of_its_length_and_format(databases, decoded):
     assert sum(len(entries) for entries in decoded["robot"].values()) > 20_000
     for bus in BUSES:
         for name, entries in decoded[bus].items():
@@ -134,7 +134,7 @@ def test_every_frame_has_a_message_and_every_octet_a_place(databases, decoded):
             assert {frame.is_extended_id for frame, _ in entries} == {False}, name
 
 
-def test_all_kinds_of_frames_were_there(decoded):
+def test_the_flight_contains_all_kinds_of_frames(decoded):
     axes = ("EMCY", "HEARTBEAT", "SDO_REQUEST", "SDO_RESPONSE", "RPDO1", "RPDO2", "TPDO1", "TPDO2")
     robot = {"NMT", "SYNC", "MASTER_HEARTBEAT", *(f"JOINT1_{kind}" for kind in axes)}
     robot |= {f"JOINT2_{kind}" for kind in axes if kind != "EMCY"}
@@ -194,7 +194,7 @@ def test_other_physical_values_are_plausible(decoded):
     assert np.abs(sticks).max() < 0.36
 
 
-def test_words_stand_for_states_and_codes(decoded):
+def test_states_and_codes_have_names(decoded):
     robot = decoded["robot"]
     assert str(robot["JOINT1_EMCY"][0][1]["Code"]) == "Over temperature drive"
     assert {str(values["State"]) for _, values in robot["JOINT1_HEARTBEAT"]} == {"Boot up", "Pre operational", "Operational"}
@@ -222,7 +222,7 @@ def assert_wireshark_names_every_frame(flight, bus, suffix):
 
 
 @pytest.mark.long
-def test_whole_telepresence_is_known(tmp_path, databases):
+def test_every_frame_of_a_flight_of_telepresence_is_known(tmp_path, databases):
     """cantools and tshark read a million frames."""
     flown = flying.fly(tmp_path / "telepresence", "--form", "image", "--scenario", "telepresence")
     assert flown.code == 0, flown.transcript()
@@ -293,7 +293,7 @@ def test_the_database_follows_the_settings(copied):
     assert database.get_message_by_frame_id(0x221).get_signal_by_name("TargetPosition").unit == "rad"
 
 
-def test_the_counter_of_sync_is_described_where_a_device_wants_it(copied):
+def test_the_counter_of_sync_is_described_if_a_device_uses_it(copied):
     copied.edit("subsystems/manipulator.xml", '<Setting object="0x1401:01" type="UINT32" value="0x80000311"/>',
                 '<Setting object="0x1019:00" type="UINT8" value="240"/>')
     made = copied.make()

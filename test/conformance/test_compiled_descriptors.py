@@ -70,7 +70,7 @@ def test_device_classes_are_those_of_the_descriptors(tmp_path, name):
 
 
 def test_a_changed_constant_is_found(library, tmp_path):
-    """The comparison can fail: one number of one item is another one."""
+    """Shows that the comparison can fail: one number of one item is changed."""
     assert compile_descriptors(tmp_path, "manipulator", *MISSIONS).returncode == 0
     source = tmp_path / "manipulator_descriptors.c"
     text, count = re.subn(r"(\.subindex = )(\d+)U", lambda match: f"{match[1]}{int(match[2]) + 1}U", source.read_text(), count=1)
@@ -109,7 +109,7 @@ def members_written(text):
 
 
 def differences(text):
-    """Members that the tables of the writer leave out or name in excess, as `structure.member`."""
+    """Members that the tables of the writer lack or have in excess, as `structure.member`."""
     known, written = members_of_headers(), members_written(text)
     found = set()
     for structure, names in written.items():
@@ -123,7 +123,7 @@ def differences(text):
 
 
 def test_each_member_of_a_model_is_written():
-    """A member that the writer forgets would be zero on every board; the comparison of items finds it only if a descriptor uses it."""
+    """A member that the writer does not write would be zero on every board; the comparison of items finds it only if a descriptor uses it."""
     text = (ROOT / "launcher/descriptor_members.c").read_text()
     assert len(members_written(text)) > 20
     assert differences(text) == set()

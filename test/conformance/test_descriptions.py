@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each parameter of each mission has a description, and a unit or words for its numbers, in the dictionary
+"""Each parameter of each mission has a description, and a unit or names for its numbers, in the dictionary
 and in the XTCE database; each message has a name."""
 
 import json
@@ -30,7 +30,7 @@ def _leaves(mission):
 
 
 @pytest.mark.parametrize("mission", MISSIONS)
-def test_each_parameter_has_a_description_and_a_unit_or_words(mission):
+def test_each_parameter_has_a_description_and_a_unit_or_names(mission):
     leaves = dict(_leaves(mission))
     meant = ("quantity", "kind", "words", "bits", "enumeration")
     bare = [name for name, leaf in leaves.items() if leaf["type"] != "BOOL" and not leaf["unit"] and not any(key in leaf for key in meant)]
@@ -40,7 +40,7 @@ def test_each_parameter_has_a_description_and_a_unit_or_words(mission):
 
 
 @pytest.mark.parametrize("mission", MISSIONS)
-def test_each_event_and_function_has_a_description_and_its_values_a_unit_or_words(mission):
+def test_each_event_and_function_has_a_description_and_its_values_a_unit_or_names(mission):
     content = json.loads((ROOT / "build" / "generated" / f"{mission}.json").read_text(encoding="utf-8"))
     for subsystem in content["subsystems"]:
         for kind, members in (("events", "parameters"), ("functions", "arguments")):
@@ -49,7 +49,7 @@ def test_each_event_and_function_has_a_description_and_its_values_a_unit_or_word
                 for value in one[members]:
                     if isinstance(value, dict):  # Otherwise the name of a parameter.
                         assert value["description"] and (value["unit"] or {"quantity", "kind", "words", "enumeration"} & value.keys()), (one["name"], value)
-                        assert value.get("kind", "") not in ("code", "flag", "type", "status", "reason", "cause"), f"{one['name']} has no words for {value}"
+                        assert value.get("kind", "") not in ("code", "flag", "type", "status", "reason", "cause"), f"{one['name']} has no names for the numbers of {value}"
 
 
 class _Types:
@@ -87,7 +87,7 @@ class _Types:
 
 
 @pytest.mark.parametrize("mission", MISSIONS)
-def test_each_parameter_and_argument_of_the_database_has_a_description_and_a_unit_or_words(mission):
+def test_each_parameter_and_argument_of_the_database_has_a_description_and_a_unit_or_names(mission):
     """This excludes entries that only serve to find the entries after them; their names contain two
     underscores."""
     known = _Types(ET.parse(ROOT / "build" / "generated" / f"{mission}.xtce.xml").getroot())

@@ -80,7 +80,7 @@ def test_both_readers_agree_on_damaged_names(probe, tmp_path, seed):  # noqa: F8
         ('name="TOO_FAST"', 'name="TOO_FAR"', "is taken in line"),
     ],
 )
-def test_wrong_names_are_refused_with_the_right_ones(probe, tmp_path, old, new, expected):  # noqa: F811
+def test_the_error_of_a_wrong_name_lists_the_valid_ones(probe, tmp_path, old, new, expected):  # noqa: F811
     assert NAMED.count(old) == 1
     path = tmp_path / "arm.xml"
     path.write_text(NAMED.replace(old, new))

@@ -292,7 +292,7 @@ def compare_damaged(probe, tmp_path, document, seed):
     compare(probe, "subsystem", paths)
 
 
-def test_structures_within_structures_are_such_in_c(tmp_path):
+def test_structures_within_structures_are_nested_in_c(tmp_path):
     path = tmp_path / "arm.xml"
     path.write_text(NESTED)
     schema = DESCRIPTORS / "schema" / "subsystem.xsd"
@@ -387,7 +387,7 @@ def test_the_build_checks_worlds_against_their_schema(copy, tmp_path, old, new, 
     assert expected in done.stderr
 
 
-def test_the_build_checks_worlds_that_no_mission_is_named_as(copy, tmp_path):
+def test_the_build_checks_worlds_whose_name_no_mission_has(copy, tmp_path):
     mission, spoil = copy
     line = spoil("worlds/rokviss-20bit.xml", ' travel="0.002"', "")
     done = generate(mission, tmp_path / "out")
@@ -473,7 +473,7 @@ def content(generated):
     return json.loads((generated / "generated" / "rokviss.json").read_text())
 
 
-def test_devices_and_their_settings_are_known_to_their_data_sheets(content):
+def test_devices_and_objects_of_their_settings_are_in_data_sheets(content):
     sheets = {"joint-drive": "joint-drive.eds", "joystick": "joystick.eds"}
     for subsystem in content["subsystems"]:
         for configuration in subsystem["configurations"]:

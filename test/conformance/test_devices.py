@@ -126,7 +126,7 @@ def test_wireshark_names_every_frame_of_the_log(tmp_path, suffix):
     simulator.connect("robot").add_node(node)
     pass_time(node.network, 400)
     assert node.sdo[0x1008].raw
-    node.sdo[0x2300].raw = "a tag of some length"
+    node.sdo[0x2300].raw = "a tag of several segments"
     with pytest.raises(canopen.SdoAbortedError):
         node.sdo.upload(0x5000, 0)
     enable(node, 8)
@@ -201,7 +201,7 @@ def test_an_error_is_reported_in_one_line(options, words):
     (["--world", "/nowhere.xml"], "/nowhere.xml: "),
     (["--world", "descriptors/worlds/rokviss.urdf"], "rokviss.urdf:6: found 'robot', expected World"),
 ])
-def test_the_world_is_needed(options, words):
+def test_a_missing_or_wrong_world_is_reported_in_one_line(options, words):
     ended = subprocess.run([SIMULATOR, "--free-run", "1", *options], cwd=ROOT, stderr=subprocess.PIPE, text=True)
     assert ended.returncode in (1, 2)
     assert len(ended.stderr.splitlines()) == 1

@@ -77,7 +77,7 @@ PUS = sorted(f"pus_{directory.name}" for directory in (ROOT / "pus").iterdir() i
 
 
 @pytest.mark.parametrize("library", ["osal_posix", "base", "fsw_framework_parameter", "fsw_framework_rtlink", "fsw_framework_subsystem", "fsw_canopen", "fsw_drives", *PUS])
-def test_every_public_function_has_its_place(docs, library):
+def test_every_public_function_is_in_the_reference(docs, library):
     """The reference has every symbol of the libraries that a public header declares."""
     archive = ROOT / "build" / "lib" / f"lib{library}.a"
     if not archive.exists():
@@ -117,7 +117,7 @@ def searched(docs, question):
     ("ten minutes gripper", "tutorial.html"),
     ("files of a run", "flying.html#files-of-a-run"),
 ])
-def test_search_finds(docs, question, first):
+def test_search_lists_the_expected_place_first(docs, question, first):
     assert searched(docs, question)[0].startswith(first)
 
 
@@ -168,7 +168,7 @@ def test_layer_graph_is_that_of_the_code(docs):
                 other = check_layers.first_match(layers, name)[0]
                 if other and other not in (home, "sim"):
                     direct.add((home, other))
-                    assert other in reached(home), f"{home} sees {other} in {path}"
+                    assert other in reached(home), f"{path} of {home} includes {other}, which the graph does not show"
     assert all(edge in direct for edge in edges if not edge[0].startswith("sim/"))
 
 

@@ -136,7 +136,7 @@ local CATALOGUE = {
 '''
 
 
-def test_the_tables_of_a_dissector():
+def test_the_tables_of_a_dissector_are_as_expected():
     text = dissector.script(SMALL)
     assert text.splitlines()[1] == (
         "-- Wireshark dissector of PUS packets, mission small; interface 0x0123456789ABCDEF, configuration 0x02. Made by gse/generator; "

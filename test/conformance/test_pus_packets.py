@@ -418,7 +418,7 @@ def test_pusdump_reports_the_error_of_a_faulty_line():
     assert code == 1 and "not a line of a packet log" in found[0]["error"]
 
 
-def test_pusdump_options_and_files(tmp_path):
+def test_pusdump_accepts_the_options_of_its_usage_and_refuses_others(tmp_path):
     tm = bytes(PusTm(17, 2, timestamp=TIME, apid=APID).pack())
     path = tmp_path / "packets"
     path.write_bytes(tm * 3)
@@ -493,7 +493,7 @@ def any_input(rng):
     return rng.randbytes(rng.randrange(200_000))
 
 
-def test_pusdump_survives_any_input(tmp_path):
+def test_pusdump_does_not_crash_on_any_input(tmp_path):
     sanitized = build(tmp_path / "pusdump", *sorted((ROOT / "pus/tool").glob("*.c")))
     rng = random.Random(4)
     for _ in range(120):

@@ -78,7 +78,7 @@ def test_the_reader_of_the_ground_finds_the_same_members(types, events):
             assert np.array_equal(found, getattr(message, member.name)), (channel, member.name)
 
 
-def test_joints(types, events):
+def test_lcm_reads_the_values_of_joints(types, events):
     joints = decode(types, events, "JOINTS")
     assert joints.time_ns == 500_000
     assert tuple(joints.position_rad) == (1.1, 1.2)
@@ -91,7 +91,7 @@ def test_joints(types, events):
     assert [bool(value) for value in joints.brake_engaged] == [True, False]
 
 
-def test_devices_and_buses(types, events):
+def test_lcm_reads_the_values_of_devices_and_buses(types, events):
     bench, instrument, power, bus = (decode(types, events, channel) for channel in ("BENCH", "INSTRUMENT", "POWER", "BUS"))
     assert (tuple(bench.position_rad), tuple(bench.velocity_rad_s), tuple(bench.output_torque_nm)) == ((1.1, 1.2), (2.1, 2.2), (3.1, 3.2))
     assert (tuple(instrument.value), [bool(one) for one in (*instrument.enabled, *instrument.plugged)]) == ((4.1, 4.2), [True, False, False, True])
@@ -100,7 +100,7 @@ def test_devices_and_buses(types, events):
     assert (tuple(bus.state), tuple(bus.off), [bool(one) for one in bus.plugged]) == ((3, -1), (1, 0), [True, False])
 
 
-def test_stick(types, events):
+def test_lcm_reads_the_values_of_stick(types, events):
     stick = decode(types, events, "STICK")
     assert tuple(stick.position_rad) == (0.1, 0.2)
     assert tuple(stick.velocity_rad_s) == (0.3, 0.4)
@@ -108,13 +108,13 @@ def test_stick(types, events):
     assert tuple(stick.hand_torque_nm) == (0.7, -1e-300)
 
 
-def test_world(types, events):
+def test_lcm_reads_the_values_of_world(types, events):
     world = decode(types, events, "WORLD")
     assert (world.joint, world.axis) == (["arm.joint1", "arm.joint2"], ["STICK", "STICK"])
     assert (world.contact, world.spring, world.base) == (["arm.finger", "arm.tip"], ["arm.finger"], ["arm"])
 
 
-def test_contact_and_spring(types, events):
+def test_lcm_reads_the_values_of_contact_and_spring(types, events):
     contact = decode(types, events, "CONTACT")
     assert [tuple(place) for place in contact.place_m] == [(0.1, 0.2, 0.3), (0.4, 0.5, 0.6)]
     assert [tuple(point) for point in contact.point_m] == [(1.1, 1.2, 1.3), (1.4, 1.5, 1.6)]
@@ -125,7 +125,7 @@ def test_contact_and_spring(types, events):
     assert [bool(value) for value in spring.is_hooked] == [True]
 
 
-def test_base_and_cut(types, events):
+def test_lcm_reads_the_values_of_base_and_cut(types, events):
     base = decode(types, events, "BASE")
     assert (tuple(base.position_m[0]), tuple(base.rotation[0])) == ((1, 2, 3), (0.5, 0.5, -0.5, 0.5))
     assert (tuple(base.velocity_m_s[0]), tuple(base.rate_rad_s[0])) == ((4, 5, 6), (7, 8, 9))
@@ -133,14 +133,14 @@ def test_base_and_cut(types, events):
     assert cut.time_ns == 96_000_000_000 and 1500 < cut.octets < 1850
 
 
-def test_wheel_and_names(types, events):
+def test_lcm_reads_the_values_of_wheel_and_names(types, events):
     wheel = decode(types, events, "WHEEL")
     assert (tuple(wheel.momentum_nms), tuple(wheel.torque_nm)) == ((1.5, -2.5), (0.1, -0.2))
     names = decode(types, events, "NAMES")
     assert (names.channel, names.name) == ("WHEEL", ["arm.finger"])
 
 
-def test_operator(types, events):
+def test_lcm_reads_the_values_of_operator(types, events):
     operator = decode(types, events, "OPERATOR")
     assert tuple(operator.intent_rad) == (0.1, 0.2)
     assert tuple(operator.wanted_tip_m) == (0.3, 0.4)
@@ -148,7 +148,7 @@ def test_operator(types, events):
     assert (operator.grip, operator.verb) == (0.75, "follow")
 
 
-def test_drive_valve_latch_and_fault(types, events):
+def test_lcm_reads_the_values_of_drive_valve_latch_and_fault(types, events):
     drive = decode(types, events, "DRIVE")
     assert (drive.bus, drive.node, drive.axis, drive.statusword) == ("robot", 0x12, 1, 0x8627)
     assert (drive.plugged, drive.brake_engaged) == (True, False)

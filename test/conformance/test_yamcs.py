@@ -328,7 +328,7 @@ def synthetic(yamcs, synthetic_link):
         yield connection
 
 
-def test_made_up_reports_have_the_values_that_were_put_in(yamcs, synthetic, dictionary):
+def test_synthetic_reports_have_the_values_that_were_encoded(yamcs, synthetic, dictionary):
     made = {raw: (message, given) for message, given, raw in made_up(dictionary)}
     synthetic.sendall(b"".join(made))
     # Wait until Yamcs has all packets of `made`; `kept` are then all packets that it has.

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fly a mission that is commanded by random telecommands in each time step: `random_flight.py --seed N`.
 
-The telecommands have right checksums. Most are drawn from a pool, which this program makes from the dictionary of the
+The telecommands have correct checksums. Most are drawn from a pool, which this program makes from the dictionary of the
 mission: the requests that bring subsystems up, and each request of the catalogue with several values. They are sent
 as they are, or with changed fields; others are random octets. The program test/fuzz/flight checks invariants in each
-cycle; this program compares the counts at the end: each telecommand with a sound header is accepted or refused, once.
+cycle; this program compares the counts at the end: each telecommand with a valid header is accepted or refused, once.
 
 A flight depends on its seed only. A violation prints the seed, the reason and the last telecommands, as pusdump reads
 them, and is repeated by the same seed."""
@@ -182,7 +182,7 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATI
     environment = dict(os.environ, RANDOM_FLIGHT=f"{seed} {count} {pool} {result}", RANDOM_FLIGHT_FAULT=fault)
     words = [str(prepare_programs(program)), "run", "--mission", MISSION, "--form", "image", "--scenario", "none", "--report", "no", "--duration", str(LONGEST_S),
              "--seed", str(seed), "--out", str(directory)]
-    again = f"to see it again: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}"
+    again = f"to repeat it: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}"
     try:
         done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience_s)
     except subprocess.TimeoutExpired as stuck:
@@ -211,9 +211,9 @@ def judge(counts):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, default=1, help="of the first flight")
-    parser.add_argument("--count", type=int, default=20000, help="telecommands of each flight")
-    parser.add_argument("--flights", type=int, default=1, help="flights, with the following seeds")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first flight")
+    parser.add_argument("--count", type=int, default=20000, help="number of telecommands of each flight")
+    parser.add_argument("--flights", type=int, default=1, help="number of flights, with consecutive seeds")
     parser.add_argument("--program", type=pathlib.Path, default=PROGRAM)
     arguments = parser.parse_args()
     if not arguments.program.exists():

@@ -91,7 +91,7 @@ def explain(target, output):
     text = "\n".join("    " + line for line in output.splitlines()[-40:])
     artifact = re.search(r"Test unit written to (\S+)", output)
     if artifact:
-        text += (f"\n  to see it again:      build/fuzz/target/{target} {artifact[1]}"
+        text += (f"\n  to repeat it:         build/fuzz/target/{target} {artifact[1]}"
                  f"\n  keep it with its fix: cp {artifact[1]} test/fuzz/regression/{target}/")
     return text
 

@@ -61,7 +61,7 @@ def lines_until_ground_is_silent(directory):
 
 
 def test_a_flight_depends_on_its_seed_only(flown, tmp_path):
-    """A flight with fewer telecommands begins as the one with the same seed, and otherwise than one with another seed."""
+    """A flight with fewer telecommands begins like the one with the same seed, and differently from one with another seed."""
     logs = []
     for seed in (SEED, SEED + 1):
         random_flight.fly(seed, 100, tmp_path, keep=True)

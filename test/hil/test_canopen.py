@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """CANopen that other projects accept: PyPI canopen as master of the simulated devices, over the simulator's
-port and over SocketCAN; cantools, tshark and the generated database judge candump's recording."""
+port and over SocketCAN; cantools, tshark and the generated database check candump's recording."""
 
 import collections
 import os
@@ -16,8 +16,8 @@ from recordings import assert_wireshark_names_all
 MASTER = "test/hil/guest/canopen_master.py"
 SLAVES = "test/hil/guest/canopen_slaves.py"
 # Each case of the master runs over the port of the simulator in every run, and over SocketCAN with LONG=1.
-QUICK_MASTER = ("scan_finds_the_nodes_of_each_bus", "emergency_of_a_drive_whose_master_falls_silent",
-                "joint_moves_in_cyclic_synchronous_position", "simulator_and_recorder_end_well")
+QUICK_MASTER = ("scan_finds_the_nodes_of_each_bus", "a_drive_reports_that_its_master_falls_silent",
+                "joint_moves_in_cyclic_synchronous_position", "simulator_and_recorder_end_without_error")
 SENTINEL = 0x7FF
 LIMIT_S = 3000
 
@@ -32,7 +32,7 @@ def over_port(hil_directory):
 
 
 @pytest.mark.parametrize("case", cases(MASTER))
-def test_master_over_the_port(over_port, case):
+def test_a_case_of_the_master_passes_over_the_port(over_port, case):
     over_port.check(case)
 
 
@@ -45,7 +45,7 @@ def both_programs(request, place):
         names = [case for case in cases(program) if case in {*params, *quick}]
         return f"{PYTHON} {program} {' '.join(names)}" if names else "true"
 
-    slaves, master = asked(SLAVES, "test_flight_commissions_"), asked(MASTER, "test_master_over_socketcan", QUICK_MASTER)
+    slaves, master = asked(SLAVES, "test_flight_commissions_"), asked(MASTER, "test_a_case_of_the_master_passes_over_socketcan", QUICK_MASTER)
     return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {slaves}; "
                      f"OUT=$OUT/master CANOPEN_INTERFACES=vcan- {master}", LIMIT_S)
 
@@ -62,7 +62,7 @@ def over_socketcan(both_programs):
 
 
 @pytest.mark.parametrize("case", [case if case in QUICK_MASTER else pytest.param(case, marks=pytest.mark.long) for case in cases(MASTER)])
-def test_master_over_socketcan(over_socketcan, case):
+def test_a_case_of_the_master_passes_over_socketcan(over_socketcan, case):
     over_socketcan.check(case)
 
 

@@ -24,7 +24,7 @@ TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network
               *(LONG_TIPC_TESTS if os.environ.get("LONG") else ()))
 REACTION_US = 5000
 REPEATS = 5
-CASES = [case for case in places.cases(PROGRAM) if case != "repeats_give_one_sum"]
+CASES = [case for case in places.cases(PROGRAM) if case != "repetitions_give_the_same_checksum"]
 # With LONG=1, the cases fly over TIPC, too: the micro-VM takes half a minute of processor time and more for each.
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
@@ -53,7 +53,7 @@ def udp(place, hil_directory, two_readers):
 def tipc(request, place, two_readers):
     """Results of the group over TIPC. The C tests run first; their results are in $OUT/c-tests. Then the cases that this session
     asks for fly."""
-    asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_over_tipc[")}
+    asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_a_case_passes_over_tipc[")}
     names = " ".join(case for case in CASES if case in asked)
     programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
     tests = f'for test in {programs}; do $test >"$OUT/$(basename $test).txt" 2>&1; echo "$test $?" >>"$OUT/c-tests"; done; '
@@ -63,14 +63,14 @@ def tipc(request, place, two_readers):
 
 @pytest.mark.timeout(GROUP_SECONDS)
 @pytest.mark.parametrize("case", CASES)
-def test_over_udp(udp, case):
+def test_a_case_passes_over_udp(udp, case):
     udp.check(case)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
 @pytest.mark.parametrize("case", CASES)
-def test_over_tipc(tipc, case):
+def test_a_case_passes_over_tipc(tipc, case):
     tipc.check(case)
 
 
@@ -79,12 +79,12 @@ def test_over_tipc(tipc, case):
 def test_repetitions_over_tipc_have_one_checksum(place):
     """The test repeats the flight fewer times than the twenty of the other forms (test/mission/test_mission_lives.py),
     because the micro-VM is slow."""
-    command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {places.PYTHON} {PROGRAM} tipc repeats_give_one_sum"
-    place.group("repeats-tipc", command, GROUP_SECONDS).check("repeats_give_one_sum")
+    command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {places.PYTHON} {PROGRAM} tipc repetitions_give_the_same_checksum"
+    place.group("repeats-tipc", command, GROUP_SECONDS).check("repetitions_give_the_same_checksum")
 
 
 @pytest.mark.parametrize("name", TIPC_TESTS)
-def test_layer_over_tipc(tipc, name):
+def test_the_c_tests_pass_over_tipc(tipc, name):
     """The same test programs on a kernel with TIPC: there, too, a slow receiver loses no block silently."""
     path = tipc.result.directory / "c-tests"
     outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
@@ -114,7 +114,7 @@ def cuts_and_reactions(directory):
 @pytest.mark.parametrize("method", ["udp", pytest.param("tipc", marks=pytest.mark.long)])
 def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
     group = request.getfixturevalue(method)
-    group.check("unplug_between_nodes")
+    group.check("unplugs_between_nodes_give_the_octets_of_an_image")
     reactions = list(cuts_and_reactions(group.result.directory / f"judged-{method}"))
     assert len(reactions) == 2
     for reaction in reactions:

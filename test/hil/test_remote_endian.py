@@ -25,7 +25,7 @@ S390X = places.ROOT / "build" / "s390x"
 MEMBERS = {"MANIPULATOR": 16, "JOYSTICK": 17}
 RUNNER = "qemu-s390x"
 BUS_LOGS = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
-END_S = 60  # Much longer than a process can take to die.
+END_S = 60  # Much longer than the end of a process takes.
 FLIGHT_S = 20
 REPEATS = 20
 BIG, LITTLE = 0, 1  # Byte orders in an agreement of service 130.
@@ -61,7 +61,7 @@ def test_programs_are_big_endian_and_static():
         assert int.from_bytes(head[18:20], "big") == 22, "IBM S/390"
 
 
-def test_flight_is_in_order(remote_endian):
+def test_flight_ends_without_error_over_udp(remote_endian):
     name, flight = remote_endian
     assert flight.facts["remote_endian"] == name
     assert flight.facts["links"] == "udp"
@@ -78,7 +78,7 @@ def test_records_lie_in_the_storage_directory(native, remote_endian):
 
 
 @pytest.mark.parametrize("log", BUS_LOGS)
-def test_buses_carry_the_same(native, remote_endian, log):
+def test_buses_carry_the_same_frames(native, remote_endian, log):
     _, flight = remote_endian
     assert flight.octets(log) == native.octets(log)
 
@@ -117,7 +117,7 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, remote_endian
 
 
 @pytest.mark.long
-def test_whole_telepresence(directory):
+def test_whole_telepresence_gives_the_same_logs(directory):
     """Contact, springs, pulled plugs and the return to operation have the same octets."""
     one = flying.fly(directory / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
     other = flying.fly(directory / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
@@ -150,7 +150,7 @@ def test_kill_in_operation_ends_in_the_safe_state(directory, scenario, victim):
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
-def test_kill_at_any_step(directory, scenario, seed):
+def test_a_kill_at_any_step_leaves_no_drive_in_operation(directory, scenario, seed):
     """This also kills before the program has joined."""
     draw = random.Random(seed)
     victim, step = draw.choice([RUNNER, "proxy"]), draw.randint(0, FLIGHT_S)
@@ -200,7 +200,7 @@ def test_lives_are_those_of_a_native_program(directory, name):
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("name", MEMBERS)
-def test_repeats_give_one_sum(directory, name):
+def test_repetitions_give_the_same_checksum(directory, name):
     """Stops, kills, hangs and restarts, twenty times: each log has the same checksum every time."""
     path, sums = lives.scenario(directory / f"repeats-{name}.scn"), set()
     for number in range(REPEATS):

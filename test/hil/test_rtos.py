@@ -99,7 +99,7 @@ def test_a_processor_without_doubles_in_hardware_flies_the_same(directory, nativ
 
 
 @pytest.mark.long
-def test_whole_telepresence(directory, board):
+def test_whole_telepresence_gives_the_same_logs(directory, board):
     one = flying.fly(directory / "telepresence-native", "--links", "udp")
     assert one.code == 0, one.transcript()
     expect_same(one, flying.fly(directory / "telepresence", "--rtos", "MANIPULATOR"))

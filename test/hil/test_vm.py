@@ -140,7 +140,7 @@ def test_directories_of_a_killed_runner_are_removed_and_those_in_use_are_not(tmp
 
 
 @pytest.mark.long
-def test_two_run_side_by_side(tmp_path):
+def test_two_machines_run_at_the_same_time(tmp_path):
     """Each machine waits for a file that only the host can create: it shows that the other machine runs,
     too."""
     command = "touch $OUT/here; while [ ! -e $OUT/both ]; do sleep 0.05; done; echo $OUT"
@@ -247,7 +247,7 @@ def test_missing_parts_are_named(kernel_directory, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("options, message", [({"cans": 9}, "9 CAN controllers, expected 0 to 8"),
                                               ({"memory": 1}, "1 MB of memory, expected at least 256")])
-def test_nonsense_is_refused(kernel_directory, tmp_path, options, message):
+def test_numbers_out_of_range_are_refused(kernel_directory, tmp_path, options, message):
     assert message in refusal(kernel_directory, tmp_path, **options)
 
 
@@ -293,7 +293,7 @@ class Terminal:
 
 
 @pytest.mark.long
-def test_shell_on_a_terminal(tmp_path):
+def test_a_shell_on_a_terminal_gets_all_input_and_restores_the_terminal(tmp_path):
     terminal = Terminal("--out", tmp_path)
     before = termios.tcgetattr(terminal.master)
     try:
@@ -326,13 +326,13 @@ def test_shell_on_a_terminal(tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize("case", places.cases(BUSES))
-def test_bus(place, case):
+def test_the_buses_work(place, case):
     place.group("buses", f"{places.PYTHON} {BUSES}").check(case)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("case", places.cases(CONTROLLERS))
-def test_controller(place, case):
+def test_the_controllers_work(place, case):
     place.group("controllers", f"{places.PYTHON} {CONTROLLERS}", cans=2).check(case)
 
 

@@ -4,7 +4,7 @@
 Places are drawn by a seed over all lines of base/, pus/, fsw/, osal/ and launcher/: a comparison, a bound, a sign, a logical
 operator, a condition, a returned value, or a statement that is left out. Each mutant is built in a copy under build/mutants, and
 those test programs run that link the changed file, until one fails: first those named like it, then those that call its functions,
-then the nearest. They run in name spaces of their own (processes, /tmp, /dev/shm), since a mutant may kill or remove what it does
+then those in the nearest directories. They run in namespaces of their own (processes, /tmp, /dev/shm), since a mutant may kill or remove what it does
 not own. If all pass, and with --fly, the tests in FLIGHTS run with the programs of the copy. A mutant that does not build, or
 that gives the same object code, is replaced by another one. Sources that no C test links are not drawn but listed.
 
@@ -143,7 +143,7 @@ def code(path):
 
 
 class Tests:
-    """The test programs that link a source, the nearest first."""
+    """The test programs that link a source, in the order in which they are tried."""
 
     def __init__(self):
         names = [path.relative_to(ROOT).with_suffix("").as_posix() for directory in ("test/unit", "test/contract")
@@ -188,7 +188,7 @@ exec 3<&- && shift && exec "$@" """
 
 
 def alone(root, directory):
-    """Command prefix that runs a program in that directory of a tree, in separate name spaces."""
+    """Command prefix that runs a program in that directory of a tree, in separate namespaces."""
     enter = ["unshare", "--pid", "--ipc", "--fork", "--kill-child", "--mount", "--mount-proc"]
     if os.getuid() != 0:
         enter[1:1] = ["--user", "--map-root-user"]
@@ -197,7 +197,7 @@ def alone(root, directory):
 
 def passes(command, seconds, processor_seconds=SECONDS, output=subprocess.DEVNULL):
     """True if a command in the copy ends with success in that time. It has a process group of its own: kill(0) in a mutant
-    ends its whole group, also outside its name space."""
+    ends its whole group, also outside its namespace."""
     limits = {resource.RLIMIT_CPU: processor_seconds, resource.RLIMIT_FSIZE: 1 << 30, resource.RLIMIT_CORE: 0}
 
     def limit():

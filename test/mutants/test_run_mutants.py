@@ -25,7 +25,7 @@ import run_mutants
         ("static const int x = 2;", []),
     ],
 )
-def test_changes_of_a_line(line, changes):
+def test_a_line_has_the_expected_changes(line, changes):
     assert [mutant.new for mutant in run_mutants.mutants_of_line("a.c", 1, line)] == changes
 
 

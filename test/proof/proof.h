@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What the proofs share. Each `proof_*.c` begins with its statement, which run_proofs.py reads: what it
 /// proves, for which bounds, what it replaces, the sources it needs, options of CBMC, and faults that it
-/// must find. CBMC begins with the function `proof`; what a proof does not set has any value.
+/// must find. CBMC begins with the function `proof`; what a proof does not set has any value. A state is
+/// sound if the conditions hold that every call of the code must preserve; the proof defines them.
 #ifndef TEST_PROOF_PROOF_H
 #define TEST_PROOF_PROOF_H
 

@@ -217,7 +217,7 @@ def kept(proof, digest):
 
 
 def unlisted(proofs):
-    """Proofs that the page for those who judge the software does not list, with property, bound and run time."""
+    """Proofs that docs/assurance.md does not list with property, bound and run time."""
     page = (ROOT / PAGE).read_text()
     return [f"{PAGE}: no row with `{proof.name}` in the table of proofs" for proof in proofs if f"`{proof.name}` |" not in page]
 

@@ -11,7 +11,7 @@ static rtlink_producer_t producers[2];
 static rtlink_producer_t* producer;
 static rtlink_consumer_t consumer;
 static rtlink_terms_t terms;
-static long maker; // Process that has made the memories.
+static long maker; // Process that created the shared memory.
 
 static bool shm_name(void* context, uint16_t link, char* out_name, size_t capacity)
 {

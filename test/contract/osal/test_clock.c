@@ -33,7 +33,7 @@ static void real_time_counts_from_its_origin(void)
     osal_clock_deliver(&wall, 3U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 1U); // The call has no effect.
 }
 
-/// Times after the origin may be later than the origin itself.
+/// The origin is long ago, so the times since then are large.
 static void a_wait_ends_with_an_early_origin(void)
 {
     osal_clock_open_real(&wall, 1U);
@@ -43,8 +43,8 @@ static void a_wait_ends_with_an_early_origin(void)
 }
 
 /// Each cycle works for half its period. Absolute sleep compensates for that, and for any delay of the
-/// machine; relative sleep would be 100 periods late at the end. So the best of the last wakes must be on the
-/// grid.
+/// machine; relative sleep would be 100 periods late at the end. Therefore at least one of the last wake-ups
+/// must be on time.
 static void absolute_sleep_does_not_drift(void)
 {
     const uint64_t period_ns = MS;

@@ -74,7 +74,7 @@ static void create_empties_a_file_and_append_adds_to_it(void)
     assert_content("new");
 }
 
-static void read_in_parts_up_to_the_end(void)
+static void a_file_is_read_in_parts_up_to_its_end(void)
 {
     char part[4];
     size_t size = 0U;
@@ -212,7 +212,7 @@ static void rename_replaces_the_target(void)
     assert_content("old");
 }
 
-static void file_without_a_name_is_known(void)
+static void a_file_reports_whether_it_still_has_a_name(void)
 {
     osal_file_t file;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_append(&file, path));
@@ -269,14 +269,14 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(create_empties_a_file_and_append_adds_to_it);
-    RUN_TEST(read_in_parts_up_to_the_end);
+    RUN_TEST(a_file_is_read_in_parts_up_to_its_end);
     RUN_TEST(a_file_is_loaded_only_if_it_fits);
     RUN_TEST(operations_on_missing_files_report_not_found);
     RUN_TEST(update_reads_and_writes_anywhere);
     RUN_TEST(resize_cuts_and_extends_with_zeros);
     RUN_TEST(a_lock_keeps_others_out_until_the_file_is_closed);
     RUN_TEST(rename_replaces_the_target);
-    RUN_TEST(file_without_a_name_is_known);
+    RUN_TEST(a_file_reports_whether_it_still_has_a_name);
     RUN_TEST(directories_are_made_with_their_parents);
     RUN_TEST(reserved_room_is_part_of_the_file);
     return UNITY_END();

@@ -226,7 +226,7 @@ static void a_succession_is_one_operation(void)
     grant = next_is(scheduler, 1U, 11U * STEP_NS);
     TEST_ASSERT_EQUAL_UINT32(5U, grant.messages);
     osal_lockstep_done(scheduler, 1U, OSAL_LOCKSTEP_NEVER);
-    osal_lockstep_set_succession(scheduler, 1U, 0U); // From here on, an end has no successor.
+    osal_lockstep_set_succession(scheduler, 1U, 0U); // From here on, no life follows an end.
     (void)next_is(scheduler, 0U, 20U * STEP_NS);
     osal_lockstep_kill(scheduler, 1U, 2U);
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, osal_lockstep_presence(scheduler, 1U, &life));

@@ -74,7 +74,7 @@ static void a_participant_that_joins_early_is_granted_no_earlier(void)
 {
     (void)next_is(FIRST, 0U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 2000U);
-    osal_lockstep_done(scheduler, SECOND, 0U); // In wall-clock time the process is fast.
+    osal_lockstep_done(scheduler, SECOND, 0U); // The process joins before its life begins.
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 1U, 0U);
     osal_lockstep_done(scheduler, FIRST, 1000U);
     (void)next_is(FIRST, 1000U);
@@ -91,7 +91,7 @@ static void deliveries_and_ends_of_another_life_have_no_effect(void)
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_ABSENT, presence(SECOND, 1U));
     osal_lockstep_expect(scheduler, SECOND, 2U, 1000U);
     osal_lockstep_deliver(scheduler, FIRST, SECOND, 1U, 7U, 7U); // Delivered to the first life.
-    osal_lockstep_end(scheduler, SECOND, 1U); // The launcher notices the death of its process only now.
+    osal_lockstep_end(scheduler, SECOND, 1U); // The launcher detects the death of its process only now.
     TEST_ASSERT_EQUAL(OSAL_LOCKSTEP_EXPECTED, presence(SECOND, 2U));
     osal_lockstep_dismiss(scheduler, SECOND, 1U);
     osal_lockstep_kill(scheduler, SECOND, 1U);
@@ -151,7 +151,7 @@ static void grants_due_during_a_suspension_follow_it(void)
                              next_is(SECOND, 1000U).messages); // SECOND had not had its turn in this instant.
     osal_lockstep_suspend(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 10000U);
-    (void)next_is(SECOND, 10000U); // The time at which FIRST wanted to wake has passed.
+    (void)next_is(SECOND, 10000U); // The requested wake time of FIRST has passed.
     osal_lockstep_resume(scheduler, FIRST);
     osal_lockstep_done(scheduler, SECOND, 20000U);
     // The turn of FIRST in that instant has passed: it wakes in the next time step.
@@ -246,7 +246,7 @@ static void an_expected_life_does_not_replace_a_present_one(void)
         osal_lockstep_done(scheduler, i, 2U * STEP_NS);
     }
     run_time_step(2U * STEP_NS, SLOTS);
-    TEST_ASSERT_EQUAL(SLOTS, osal_lockstep_awaited(scheduler)); // Time waits for no participant.
+    TEST_ASSERT_EQUAL(SLOTS, osal_lockstep_awaited(scheduler)); // No participant holds time.
 }
 
 static void expect_one_too_many(void)
@@ -383,10 +383,10 @@ static void a_server_that_cuts_a_stream_wakes_its_participant(void)
     osal_lockstep_set_stream_port(scheduler, THIRD, 4713U);
     TEST_ASSERT_EQUAL_UINT16(0U, osal_lockstep_served_port(scheduler, THIRD));
     osal_lockstep_done(scheduler, SECOND, 9000U);
-    (void)next_is(THIRD, 4000U); // Served, it is woken in the same instant.
+    (void)next_is(THIRD, 4000U); // The new stream is served: its client is woken in the same instant.
 }
 
-/// Neither the end of its server nor that of another process takes what was delivered after the cut.
+/// Neither the end of its server nor that of another process discards what was delivered after the cut.
 static void a_stream_that_was_cut_is_not_cut_again(void)
 {
     open_stream();

@@ -54,7 +54,7 @@ static void a_variable_that_nobody_has_set_is_null(void)
 static void without_a_stop_signal_none_is_counted(void)
 {
     TEST_ASSERT_EQUAL_UINT(0U, osal_process_stop_count());
-    TEST_ASSERT_EQUAL(-1, osal_process_stop_descriptor()); // They are not caught.
+    TEST_ASSERT_EQUAL(-1, osal_process_stop_descriptor()); // This program catches no stop signals.
 }
 
 int main(void)

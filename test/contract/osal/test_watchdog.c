@@ -72,7 +72,7 @@ static void a_stopped_watchdog_does_nothing(void)
 /// be reset again and again.
 static void the_watchdog_has_not_reset_the_board(void)
 {
-    TEST_ASSERT_FALSE_MESSAGE(osal_watchdog_has_reset(), "a test before was reset by the watchdog");
+    TEST_ASSERT_FALSE_MESSAGE(osal_watchdog_has_reset(), "the watchdog reset the board in an earlier test");
 }
 
 int main(void)

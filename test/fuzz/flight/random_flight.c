@@ -30,8 +30,8 @@
 #define DRIVES 32U
 #define BEGIN_NS 300000000ULL       // The supervisor and communication are up.
 #define QUIET_NS 15000000000ULL     // Time from the last telecommand until the shutdown of the mission.
-#define SECURED_CYCLES 400U         // Cycles from leaving OPERATIONAL until each brake holds: 200 ms.
-#define LINKLESS_CYCLES 2U          // Cycles in OPERATIONAL after the loss of a required link.
+#define SECURED_CYCLES 400U         // Most cycles from leaving OPERATIONAL until each brake holds: 200 ms.
+#define LINKLESS_CYCLES 2U          // Most cycles in OPERATIONAL after the loss of a required link.
 #define CALM_STEPS 40U              // Time steps between two telecommands of phase CALM, on average.
 #define SCRIPT_STEP_NS 200000000ULL // Time between two requests of the script.
 #define SCRIPT_NS 4000000000ULL
@@ -39,9 +39,9 @@
 
 /// Phases of a flight, which differ in the telecommands that are sent.
 enum {
-    LOAD = 0, // Three in two time steps on average: random ones of all kinds.
-    CALM,     // Few, which bring subsystems up in any order.
-    SCRIPT    // Those of the script in order, which lead to operation with links.
+    LOAD = 0, // On average three telecommands in two time steps, of all kinds.
+    CALM,     // Few telecommands, which bring subsystems up in any order.
+    SCRIPT    // The telecommands of the script in order, which lead to operation with links.
 };
 enum { // Stages of a telecommand.
     UNSENT = 0,
@@ -171,7 +171,7 @@ status_t __wrap_truth_drive(truth_t* const truth, const uint64_t time_ns, const 
     return __real_truth_drive(truth, time_ns, drive);
 }
 
-/// The brakes of a subsystem's drives hold, as the simulated drives themselves state.
+/// Check that the brakes of a subsystem's drives hold, according to the simulated drives.
 static void check_brakes(const subsystem_t* const subsystem)
 {
     const subsystem_descriptor_t* const descriptor = subsystem->descriptor;

@@ -11,8 +11,8 @@
 #include "test/support/consistent_pool.h"
 
 static struct {
-    const message_endpoint_t* endpoint; // Of the supervisor that is making its step.
-    const supervisor_t* counted;        // The supervisor whose packets are counted.
+    const message_endpoint_t* endpoint; // Endpoint of the supervisor whose step runs.
+    const supervisor_t* counted;        // Supervisor whose packets are counted.
     uint32_t requests;                  // Packets that it has taken.
     uint32_t reports;
     uint32_t stale; // Reports of ended lives before the count began.

@@ -103,7 +103,7 @@ def case_network_namespaces_are_joined_by_veth():
     command("ip", "netns", "exec", "node-a", "tc", "qdisc", "add", "dev", "va", "root", "netem", "loss", "100%")
 
 
-def case_shared_memory_is_there():
+def case_shared_memory_can_be_written():
     path = pathlib.Path("/dev/shm/hirosco-buses")
     path.write_bytes(bytes(1 << 20))
     path.unlink()

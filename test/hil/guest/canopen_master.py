@@ -144,7 +144,7 @@ def case_scan_finds_the_nodes_of_each_bus():
         assert sorted(master.network.scanner.nodes) == numbers
 
 
-def case_sdo_expedited_and_segmented_both_ways():
+def case_sdo_transfers_are_expedited_and_segmented_in_both_directions():
     drive = WORLD.master("robot").drive(0x11)
     assert drive.sdo[0x1000].raw == 0x00020192
     assert drive.sdo[0x1008].raw == "hirosco joint drive JD-40"
@@ -157,7 +157,7 @@ def case_sdo_expedited_and_segmented_both_ways():
     assert drive.sdo[0x1017].raw == 20
 
 
-def case_sdo_abort_codes():
+def case_sdo_accesses_end_with_the_abort_codes_of_cia_301():
     drive = WORLD.master("robot").drive(0x11)
     for index, subindex, data, code in (
         (0x5000, 0, None, 0x06020000),
@@ -191,7 +191,7 @@ def case_mappings_are_read_from_the_devices():
     assert [variable.index for variable in stick.rpdo[1]] == [0x6071, 0x6871, 0x6040, 0x6840]
 
 
-def case_heartbeat_and_boot_up_are_heard():
+def case_heartbeat_and_boot_up_are_received():
     master = WORLD.master("robot")
     drive = master.drive(0x12)
     seen, steps = [], []
@@ -213,7 +213,7 @@ def case_heartbeat_and_boot_up_are_heard():
     assert 390 <= steps[boot + 11] - steps[boot + 1] <= 410  # One in 20 ms of simulated time, which is 40 steps.
 
 
-def case_emergency_of_a_drive_whose_master_falls_silent():
+def case_a_drive_reports_that_its_master_falls_silent():
     master = WORLD.master("robot")
     drive = master.drive(0x12)
     drive.rpdo.read()
@@ -240,7 +240,7 @@ def prepared(master, mode):
     return drive
 
 
-def case_cia_402_from_switch_on_disabled_to_operation_enabled_and_back():
+def case_a_drive_passes_the_states_of_cia_402_to_operation_enabled_and_back():
     master = WORLD.master("robot")
     drive = prepared(master, 8)
     states_seen = []
@@ -293,7 +293,7 @@ def case_joint_moves_in_cyclic_synchronous_position():
     assert abs(moved - 20000) < 1500, f"{moved} urad instead of 20000"
 
 
-def case_axes_of_the_joystick_are_commanded_apart():
+def case_axes_of_the_joystick_are_commanded_separately():
     master = WORLD.master("joystick")
     stick = master.drive(0x21, "joystick")
     stick.pdo.read()
@@ -308,7 +308,7 @@ def case_axes_of_the_joystick_are_commanded_apart():
     stick.nmt.state = "PRE-OPERATIONAL"
 
 
-def case_simulator_and_recorder_end_well():
+def case_simulator_and_recorder_end_without_error():
     WORLD.close()
 
 

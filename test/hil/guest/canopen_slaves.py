@@ -27,32 +27,32 @@ def case_good_devices_are_commissioned_and_flown():
     drive_deviations.fly_without_deviations(STAGE)
 
 
-def case_an_answer_that_comes_too_late():
+def case_a_late_answer_is_refused():
     refused(drive_deviations.late, (0x12, drive_deviations.TIMEOUT, 0x100000, 0))
 
 
-def case_another_type_of_device():
+def case_another_type_of_device_is_refused():
     refused(drive_deviations.other_type, (0x12, drive_deviations.VALUE, 0x100000, 0x00010192))
 
 
-def case_a_node_of_another_kind():
+def case_a_device_with_another_product_code_is_refused():
     """The slave has the same profile and mapping, but another product code."""
     refused(drive_deviations.other_product, (0x12, drive_deviations.VALUE, 0x101802, 0x2015))
 
 
-def case_a_value_of_another_size():
+def case_a_value_of_another_size_is_refused():
     refused(drive_deviations.short_value, (0x12, drive_deviations.FORMAT, 0x607600, 0))
 
 
-def case_a_missing_object():
+def case_a_missing_object_is_refused():
     refused(drive_deviations.without_mapping, (0x12, drive_deviations.ABORTED, 0x1A0100, 0x06020000))
 
 
-def case_a_device_that_boots_again_and_again():
+def case_a_device_that_boots_repeatedly_is_refused():
     refused(drive_deviations.reboots_repeatedly, (0x12, drive_deviations.REBOOTED, 0, 0))
 
 
-def case_the_flight_ends_well():
+def case_the_flight_ends_without_error():
     STAGE.close()
     (pathlib.Path(os.environ["OUT"]) / "can-robot.log").write_bytes(STAGE.flight.octets("can-robot.log"))
     assert STAGE.flight.code == 0, STAGE.flight.transcript()

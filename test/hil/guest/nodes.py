@@ -153,7 +153,7 @@ def case_two_nodes_fly_as_one_image():
     assert_equal(flight, fly("image", "--scenario", "hil", "--form", "image", "--links", METHOD))
 
 
-def case_one_node_gives_the_same():
+def case_one_node_gives_the_same_octets():
     one = fly("one", "--scenario", "hil", "--transport", METHOD)
     assert_equal(one, fly("shm", "--scenario", "hil", "--form", "image"))
     assert one.facts["transport"] == METHOD
@@ -170,7 +170,7 @@ def case_lives_are_those_of_the_image():
         assert_gone(flight)
 
 
-def case_repeats_give_one_sum():
+def case_repetitions_give_the_same_checksum():
     """Stops, kills, hangs and restarts, repeated LIVES_REPEATS times on one computer and on two: each log has the same checksum every time."""
     path, sums = lives.scenario(OUT / "repeats.scn"), set()
     for options in (("--transport", METHOD), NODES):
@@ -209,7 +209,7 @@ def case_shared_memory_between_nodes_is_refused():
     assert "no common method" in flight.console or "method" in flight.console, flight.transcript()
 
 
-def case_unplug_between_nodes():
+def case_unplugs_between_nodes_give_the_octets_of_an_image():
     """Plugs are pulled while the links go between the nodes; the caller checks the drives."""
     lines = ["0.0 hand rest", "0.2 hand circle 0.1 0.5 1 5 1"]
     for start, bus, device in ((0.3, "joystick", "STICK"), (2.6, "robot", "JOINT1")):
@@ -259,7 +259,7 @@ def cut_and_mend(name, root):
         wait_for(flight, "SUBSYSTEM_SILENT")
         with frozen(flight):
             set_veth(flight, "up")
-        # Until the neighbours know each other again, commands have no answer; then the sequence is repeated.
+        # Until the computers reach each other again, commands get no answer; then the sequence is repeated.
         end = time.monotonic() + LIMIT_S
         while True:
             done = flying.gse(flight, "script", again, timeout=LIMIT_S)
@@ -290,13 +290,13 @@ def assert_safe_and_again(states, safely):
     assert OPERATIONAL in states[2:] and states[-1] == OFFLINE, states
 
 
-def case_members_cut_from_the_supervisor_hold_safely_and_come_again():
+def case_members_cut_from_the_supervisor_hold_safely_and_are_brought_up_again():
     flight = cut_and_mend("cut-above", ROOT)
     for apid in (JOYSTICK, MANIPULATOR):
         assert_safe_and_again(after_operation(flight, apid), SAFELY)
 
 
-def case_members_cut_from_each_other_secure_themselves_and_come_again():
+def case_members_cut_from_each_other_secure_themselves_and_are_brought_up_again():
     flight = cut_and_mend("cut-between", split_mission())
     # The link becomes stale: the subsystem reacts in that cycle, with or without a supervisor.
     assert_safe_and_again(after_operation(flight, JOYSTICK), {ERROR_OPERATIONAL})

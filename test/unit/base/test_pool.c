@@ -201,7 +201,7 @@ static uint32_t next_random(uint32_t* const state)
     return *state;
 }
 
-/// Compare with a model that knows how often each block is held.
+/// Compare with a model that counts how often each block is held.
 static void a_pool_agrees_with_a_model_over_many_random_steps(void)
 {
     make(3U);

@@ -47,12 +47,12 @@ static void set_octets(void* const object, const uint64_t number, const size_t s
 
 static void numbers_outside_the_range_are_unknown(void)
 {
-    // Plain numbers, because a damaged memory can hold values that the compiler does not know as a status.
+    // Plain numbers, because a damaged memory can contain values that are no status.
     const int outside[] = {(int)STATUS_COUNT, (int)STATUS_COUNT + 1, 31, 255, 65536, INT_MAX};
     for (size_t i = 0U; i < (sizeof outside / sizeof outside[0]); i++) {
         status_t status = STATUS_OK;
         TEST_ASSERT_TRUE(sizeof status <= sizeof outside[i]);
-        if (((uint64_t)outside[i] >> (8U * sizeof status)) == 0U) { // Some compilers take the least octets.
+        if (((uint64_t)outside[i] >> (8U * sizeof status)) == 0U) { // A status may be one octet.
             set_octets(&status, (uint64_t)outside[i], sizeof status);
             TEST_ASSERT_EQUAL_STRING("unknown status", status_text(status));
         }

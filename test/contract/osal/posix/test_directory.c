@@ -143,7 +143,7 @@ static void links_and_special_files_are_treated_as_absent(void)
     TEST_ASSERT_EQUAL_MEMORY("secret", content, 6U);
 }
 
-static void no_privilege_is_denied(void)
+static void access_without_permission_is_denied(void)
 {
     put_file(real("file"), "x");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "closed"));
@@ -172,6 +172,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(names_are_returned_in_order_and_in_parts);
     RUN_TEST(links_and_special_files_are_treated_as_absent);
-    RUN_TEST(no_privilege_is_denied);
+    RUN_TEST(access_without_permission_is_denied);
     return UNITY_END();
 }

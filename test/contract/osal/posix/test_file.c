@@ -149,7 +149,7 @@ static void directories_are_made_with_their_parents(void)
     }
 }
 
-static void no_privilege_is_denied(void)
+static void access_without_permission_is_denied(void)
 {
     if (geteuid() != 0U) {
         osal_file_t file;
@@ -209,6 +209,6 @@ int main(void)
     RUN_TEST(short_and_interrupted_writes_are_completed);
     RUN_TEST(directories_are_made_with_their_parents);
     RUN_TEST(reserved_room_can_be_written_to);
-    RUN_TEST(no_privilege_is_denied);
+    RUN_TEST(access_without_permission_is_denied);
     return UNITY_END();
 }

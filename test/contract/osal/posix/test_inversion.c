@@ -98,7 +98,7 @@ static void play(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&high, run_high, NULL, 30));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.waiting, UINT32_MAX));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&middle, run_middle, NULL, 20));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // High sleeps on the lock now.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_event_wait(&scene.working, UINT32_MAX)); // `high` waits.
     osal_event_signal(&scene.go);
     osal_task_join(&high);
     osal_task_join(&middle);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // No call that waits gives up the grant: a participant makes each call during its grant and waits for an
-// event that happens in wall-clock time or never, while another participant wants to run. Until the grant is
+// event that happens in wall-clock time or never, while another participant is ready. Until the grant is
 // given back, simulated time stands still and the other one does not run. test/hil runs this program again on
 // a kernel with virtual CAN interfaces.
 #define _GNU_SOURCE

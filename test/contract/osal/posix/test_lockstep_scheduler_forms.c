@@ -361,7 +361,7 @@ static void assert_same(const trace_t* expected, const trace_t* actual, uint64_t
     }
 }
 
-static void loop_follows_the_rules(void)
+static void the_loop_gives_the_sequence_of_the_model(void)
 {
     static trace_t model;
     static trace_t loop;
@@ -404,7 +404,7 @@ static void time_never_goes_back_and_orders_rise_within_an_instant(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(loop_follows_the_rules);
+    RUN_TEST(the_loop_gives_the_sequence_of_the_model);
     RUN_TEST(time_never_goes_back_and_orders_rise_within_an_instant);
     RUN_TEST(processes_give_the_sequence_of_the_loop);
     return UNITY_END();

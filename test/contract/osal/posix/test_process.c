@@ -235,7 +235,7 @@ static void exit_code_is_reported_once(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_stop(&process, true));
 }
 
-static void running_child_and_its_two_ways_to_end(void)
+static void a_running_child_ends_by_sigterm_or_sigkill(void)
 {
     for (int by_force = 0; by_force <= 1; by_force++) {
         osal_process_t process      = start_role("hold", NULL, &plain);
@@ -288,7 +288,7 @@ static void a_program_that_cannot_be_started_is_reported(void)
     TEST_ASSERT_EQUAL(-1, waitpid(-1, NULL, WNOHANG)); // No partly started process is left.
 }
 
-static void child_keeps_only_the_named_descriptors(void)
+static void a_child_keeps_only_the_named_descriptors(void)
 {
     // Whatever descriptors the test was started with, 3..8 are open here, some without close-on-exec.
     for (int i = 3; i <= 8; i++) {
@@ -402,7 +402,7 @@ static void output_goes_to_the_file_and_is_appended(void)
     TEST_ASSERT_EQUAL_STRING("out\nerr\nout\nerr\n", text);
 }
 
-static void child_begins_with_ordinary_signals(void)
+static void a_child_begins_with_the_default_actions_of_signals(void)
 {
     sigset_t all;
     sigset_t kept;
@@ -440,7 +440,7 @@ static void child_dies_with_its_parent(void)
     osal_process_result_t result;
     osal_process_t parent = start_parent("parent", &grandchild);
     TEST_ASSERT_TRUE(osal_process_is_alive(&grandchild));
-    TEST_ASSERT_EQUAL(grandchild.id, getpgid(grandchild.id)); // Only the death of its parent reaches it.
+    TEST_ASSERT_EQUAL(grandchild.id, getpgid(grandchild.id)); // A signal to another group does not end it.
     // The process is not a child of this program.
     TEST_ASSERT_EQUAL(STATUS_NOT_OURS, osal_process_poll(&grandchild, &result));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, osal_process_wait_any(one, 1U, 10U));
@@ -475,7 +475,7 @@ static void watch_needs_a_process(void)
     for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
         (void)memset(&process, 1, sizeof process);
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_process_watch(&process, none[i]));
-        TEST_ASSERT_EQUAL_INT32(0, process.id); // So no later call ends another process by mistake.
+        TEST_ASSERT_EQUAL_INT32(0, process.id); // Otherwise a later call could end another process.
         TEST_ASSERT_EQUAL_INT(-1, process.descriptor);
         TEST_ASSERT_FALSE(osal_process_is_alive(&process));
     }
@@ -575,17 +575,17 @@ int main(int count, char** arguments)
     }
     UNITY_BEGIN();
     RUN_TEST(exit_code_is_reported_once);
-    RUN_TEST(running_child_and_its_two_ways_to_end);
+    RUN_TEST(a_running_child_ends_by_sigterm_or_sigkill);
     RUN_TEST(signals_of_the_terminal_are_ignored_from_the_start);
     RUN_TEST(a_program_that_cannot_be_started_is_reported);
-    RUN_TEST(child_keeps_only_the_named_descriptors);
+    RUN_TEST(a_child_keeps_only_the_named_descriptors);
     RUN_TEST(memory_limit_holds_for_the_child_only);
     RUN_TEST(descriptors_are_limited);
     RUN_TEST(end_reports_the_memory_that_was_needed);
     RUN_TEST(the_size_of_a_program_is_that_of_its_loaded_segments);
     RUN_TEST(child_is_pinned_to_one_of_our_processors);
     RUN_TEST(output_goes_to_the_file_and_is_appended);
-    RUN_TEST(child_begins_with_ordinary_signals);
+    RUN_TEST(a_child_begins_with_the_default_actions_of_signals);
     RUN_TEST(child_dies_with_its_parent);
     RUN_TEST(a_child_that_outlives_its_parent_survives_the_end_of_its_group);
     RUN_TEST(watch_needs_a_process);

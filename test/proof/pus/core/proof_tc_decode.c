@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. Exactly a packet of a
-//     permitted size, which its length field states, with a correct checksum and the header of a request is
-//     accepted; the result has the fields of its headers and a view of its data inside the packet. For a
+// Proves: pus_tc_decode and pus_packet_frame access no octet outside a packet. A packet is accepted if
+//     and only if it has a permitted size, which its length field states, a correct checksum and the header
+//     of a request; the result has the fields of its headers and a view of its data inside the packet. For a
 //     refused packet the failure is reported, and the result has no data.
 // Bounds: every packet of 0..4096 octets (the largest of the mission), and packets of 4097 octets.
 // Replaced: crc16_ccitt returns any value; test/proof/base/proof_crc16.c proves the function.

@@ -250,7 +250,7 @@ static void commands_never_pass_the_limits(void)
     TEST_ASSERT_EQUAL_INT16(0, axis.target_torque);
 }
 
-/// The sum of such a number and one half is not exact: the nearest whole number must not depend on it.
+/// The sum of this number and one half is rounded to 1, but its nearest whole number is 0.
 #define BELOW_HALF 0.49999999999999994
 
 static void halves_are_rounded_away_from_zero(void)

@@ -322,7 +322,7 @@ static void a_boot_up_ends_the_transfer_with_the_node(void)
 }
 
 /// Requests to the devices of a full bus: the next one is sent when an answer has come or its time is over.
-static void few_requests_wait_for_an_answer_at_the_same_time(void)
+static void the_number_of_requests_that_wait_for_an_answer_is_limited(void)
 {
     uint8_t index = 0U;
     for (uint8_t i = 1U; i < MASTER_NODES_MAX; i++) { // Only node 0x11 is on the bus and answers.
@@ -437,7 +437,7 @@ int main(void)
     RUN_TEST(a_sync_that_the_full_queue_refuses_is_counted_as_refused);
     RUN_TEST(a_flood_is_read_in_parts_and_does_not_delay_the_cycle);
     RUN_TEST(a_boot_up_ends_the_transfer_with_the_node);
-    RUN_TEST(few_requests_wait_for_an_answer_at_the_same_time);
+    RUN_TEST(the_number_of_requests_that_wait_for_an_answer_is_limited);
     RUN_TEST(clearing_a_master_removes_nodes_routes_emergencies_and_sync);
     RUN_TEST(the_first_and_the_last_node_id_are_valid);
     RUN_TEST(emergencies_keep_their_order_beyond_the_end_of_the_queue);

@@ -367,7 +367,7 @@ static void a_boot_is_repeated_every_300_ms_at_the_missing_node_only(void)
 {
     unsigned resets[2]      = {0U, 0U};
     joints[1]->is_boot_mute = true;
-    // The first cycle starts the call, the second sends the reset, and the 600th after that repeats the
+    // The first cycle begins the boot, the second sends the reset, and the 600th after that repeats the
     // reset.
     (void)cycle(canopen_network_boot);
     TEST_ASSERT_EQUAL_UINT(601U, cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED) + 1U);

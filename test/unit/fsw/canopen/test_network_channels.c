@@ -175,7 +175,7 @@ static void devices_on_the_other_channel_follow_the_heartbeat(void)
     TEST_ASSERT_EQUAL_UINT(0U, frames_sent[B]);
 }
 
-static void a_call_ends_for_devices_that_do_not_answer(void)
+static void booting_starts_although_devices_do_not_answer(void)
 {
     devices_on(NETWORK_CHANNELS);
     nodes[A][0]->is_plugged   = true;
@@ -378,14 +378,15 @@ static unsigned cycles_to_reset(const unsigned channel)
     return cycles;
 }
 
-/// A heartbeat from before the call does not show on which channel the node is now.
-static void a_call_ends_when_every_node_has_answered_or_after_160_ms(void)
+/// A heartbeat from before NETWORK_CALLING does not show on which channel the node is now.
+static void booting_starts_when_every_node_is_heard_or_after_160_ms(void)
 {
     static const uint8_t alive = 0x7FU;
     open_network();
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
-    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot)); // The heartbeats arrive as the call begins.
+    // The heartbeats arrive as NETWORK_CALLING begins.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[A], 0U));
@@ -453,7 +454,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_master_sends_on_the_active_channel_only);
     RUN_TEST(devices_on_the_other_channel_follow_the_heartbeat);
-    RUN_TEST(a_call_ends_for_devices_that_do_not_answer);
+    RUN_TEST(booting_starts_although_devices_do_not_answer);
     RUN_TEST(a_cut_channel_counts_as_unplugged_and_a_command_recovers_the_devices);
     RUN_TEST(a_selection_while_closed_applies_to_the_next_opening);
     RUN_TEST(a_change_of_channel_first_stops_process_data);
@@ -462,7 +463,7 @@ int main(void)
     RUN_TEST(conditions_of_a_controller_are_reported_and_counted);
     RUN_TEST(unsent_frames_are_counted_with_the_reason);
     RUN_TEST(the_counters_of_both_channels_are_summed);
-    RUN_TEST(a_call_ends_when_every_node_has_answered_or_after_160_ms);
+    RUN_TEST(booting_starts_when_every_node_is_heard_or_after_160_ms);
     RUN_TEST(frames_of_the_other_channel_are_read_in_the_cycle_they_arrive);
     RUN_TEST(a_missing_channel_a_is_reported_without_the_offset_of_b);
     RUN_TEST(a_channel_that_does_not_exist_is_not_missing);

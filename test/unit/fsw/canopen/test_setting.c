@@ -154,7 +154,7 @@ static void a_transfer_waits_for_the_end_of_another_transfer(void)
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_setting_run_step(&run, &client));
 }
 
-static void emergencies_are_decoded_and_ranked(void)
+static void emergencies_are_decoded_and_have_a_class(void)
 {
     const uint8_t octets[8]             = {0x11U, 0x83U, 0x05U, 0x01U, 0xFEU, 0xFFU, 0xFFU, 0xFFU};
     const canopen_emergency_t emergency = canopen_emergency_decode(0x12U, octets);
@@ -177,7 +177,7 @@ static void emergencies_are_decoded_and_ranked(void)
     TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_class(NULL, 0U, 0x0000U));
 }
 
-static void a_class_ranks_its_manufacturer_codes(void)
+static void a_device_class_defines_the_class_of_its_manufacturer_codes(void)
 {
     const canopen_emergency_code_t codes[] = {{0xFF01U, EMERGENCY_HIGH}, {0x8611U, EMERGENCY_LOW}};
     TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(codes, 2U, 0xFF01U));
@@ -196,7 +196,7 @@ int main(void)
     RUN_TEST(an_abort_contains_its_code_and_its_object);
     RUN_TEST(silence_and_reset_end_in_a_timeout);
     RUN_TEST(a_transfer_waits_for_the_end_of_another_transfer);
-    RUN_TEST(emergencies_are_decoded_and_ranked);
-    RUN_TEST(a_class_ranks_its_manufacturer_codes);
+    RUN_TEST(emergencies_are_decoded_and_have_a_class);
+    RUN_TEST(a_device_class_defines_the_class_of_its_manufacturer_codes);
     return UNITY_END();
 }

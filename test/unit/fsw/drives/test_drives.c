@@ -370,7 +370,7 @@ static void limited_commands_of_all_axes_are_summed(void)
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
-/// Each change of the activity abandons a command once; on the way up, when the axes have arrived.
+/// Each change of the activity abandons a command once; a higher one begins when the axes have reached it.
 static void each_change_of_activity_abandons_a_command_once(void)
 {
     static const struct {

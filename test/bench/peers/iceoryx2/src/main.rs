@@ -95,7 +95,7 @@ fn live<const N: usize>(side: usize, polled: bool, trips: usize, name: &str) -> 
     let mut end = Side { publisher, subscriber, sleeping };
     let taken = if side == 0 { ask(&mut end, trips)? } else { answer(&mut end, trips)? };
     if side == 1 {
-        std::thread::sleep(Duration::from_millis(50)); // The last sample is read before its memory goes.
+        std::thread::sleep(Duration::from_millis(50)); // The peer reads the last sample before this program releases its memory.
     }
     Ok(taken)
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Packets encoded into a buffer and decoded from it by spacepackets: what bench_codec.c does with ours. Each function
-//! returns the octets of the packet, 0 if it is not what it was. The last two are for test/conformance, which reads the
+//! returns the number of octets of the packet, or 0 if decoding gives other values. The last two are for test/conformance, which reads the
 //! reports of a flight by them and makes requests for it.
 use arbitrary_int::{u11, u14};
 use spacepackets::ecss::tc::{AckFlags, PusTcCreator, PusTcReader, PusTcSecondaryHeader};
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn spacepackets_schedule(
     }
 }
 
-/// What a report says of itself.
+/// Header fields of a report, and place of its data in the packet [octets].
 #[repr(C)]
 pub struct Report {
     apid: u16,
@@ -110,7 +110,7 @@ pub struct Report {
     data_size: u32,
 }
 
-/// 1; 0 for no packet of PUS-C, -1 for a wrong checksum, -2 for a time that is no CUC.
+/// Returns 1; 0 for no packet of PUS-C, -1 for a wrong checksum, -2 for a time that is no CUC.
 /// # Safety
 /// `packet` has `size` octets; `report` may be written.
 #[no_mangle]
@@ -138,7 +138,7 @@ pub unsafe extern "C" fn spacepackets_read(packet: *const u8, size: usize, repor
     1
 }
 
-/// A request that asks for all verification reports; its octets.
+/// Encode a request that asks for all verification reports. Returns its number of octets.
 /// # Safety
 /// `data` has `size` octets, `packet` room for `capacity`.
 #[no_mangle]

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: dividing the TCP stream of a ground user into space packets accesses nothing after the received
-//     octets; a complete packet is returned with the size that its length field states; exactly for an
-//     incomplete packet the function waits for more octets; exactly if a length field exceeds the largest
-//     packet, the stream is closed. So the stream always advances, waits or is closed.
+//     octets; a complete packet is returned with the size that its length field states; the
+//     function waits for more octets if and only if the packet is incomplete; it closes the stream if and
+//     only if a length field exceeds the largest packet. So the stream always advances, waits or is closed.
 // Bounds: 0..4128 received octets (32 more than the largest packet) of any content, any client, no security
 //     of the ground link.
 // Replaced: crc16_ccitt returns any value (the framing does not call it); the security layer (SDLS) is not

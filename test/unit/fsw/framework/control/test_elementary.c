@@ -56,7 +56,7 @@ static void sine_and_cosine_lie_on_the_circle_and_are_odd_and_even(void)
     TEST_ASSERT_TRUE(control_sine_cosine(0.0).cosine == 1.0);
 }
 
-static void angles_that_are_huge_or_not_finite_are_harmless(void)
+static void angles_that_are_huge_or_not_finite_count_as_zero(void)
 {
     const double angles[] = {1.0e6 + 1.0,      -1.0e6 - 1.0,      1.0e300,
                              (double)INFINITY, -(double)INFINITY, (double)NAN};
@@ -122,7 +122,7 @@ int main(void)
     RUN_TEST(sine_and_cosine_agree_with_the_c_library);
     RUN_TEST(quadrants_meet_without_a_gap);
     RUN_TEST(sine_and_cosine_lie_on_the_circle_and_are_odd_and_even);
-    RUN_TEST(angles_that_are_huge_or_not_finite_are_harmless);
+    RUN_TEST(angles_that_are_huge_or_not_finite_count_as_zero);
     RUN_TEST(tanh_agrees_with_the_c_library);
     RUN_TEST(an_angle_is_that_of_the_c_library_in_all_directions);
     RUN_TEST(clamp_takes_bounds_and_turns_nan_into_the_lower_one);

@@ -126,7 +126,7 @@ static void lost_sums_only_delay_a_reserve(void)
 }
 
 /// Whichever side starts first or starts again, energy from before is not added.
-static void a_sum_begins_and_a_port_that_was_reset_adds_nothing(void)
+static void the_first_sum_and_a_sum_after_a_reset_add_nothing(void)
 {
     control_reserve_t reserve = {0};
     control_reserve_take_sum(&reserve, 7.0);
@@ -139,7 +139,7 @@ static void a_sum_begins_and_a_port_that_was_reset_adds_nothing(void)
     TEST_ASSERT_TRUE(reserve.reserve_j == 0.75);
 }
 
-static void a_reserve_is_capped_and_can_be_owed(void)
+static void a_reserve_has_an_upper_limit_and_may_be_negative(void)
 {
     control_reserve_t reserve = {0};
     control_reserve_add(&reserve, 5.0, 2.0);
@@ -164,7 +164,7 @@ int main(void)
     RUN_TEST(the_first_position_is_no_step);
     RUN_TEST(the_received_energy_does_not_decrease);
     RUN_TEST(lost_sums_only_delay_a_reserve);
-    RUN_TEST(a_sum_begins_and_a_port_that_was_reset_adds_nothing);
-    RUN_TEST(a_reserve_is_capped_and_can_be_owed);
+    RUN_TEST(the_first_sum_and_a_sum_after_a_reset_add_nothing);
+    RUN_TEST(a_reserve_has_an_upper_limit_and_may_be_negative);
     return UNITY_END();
 }

@@ -466,7 +466,7 @@ static void in_stepped_time_a_call_waits_for_announced_octets(void)
         TEST_ASSERT_EQUAL_UINT32(1U, osal_hand_over_lost(&counts));
         TEST_ASSERT_TRUE(osal_hand_over_is_connected(&counts));
         flow_close(&flow);
-        TEST_ASSERT_FALSE(osal_hand_over_is_connected(&counts)); // The device learns of the disconnection.
+        TEST_ASSERT_FALSE(osal_hand_over_is_connected(&counts)); // The device detects the disconnection.
         end_all();
         osal_hand_over_close(&counts);
         (void)osal_shm_remove(counts_name);

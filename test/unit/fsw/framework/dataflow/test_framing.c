@@ -168,7 +168,7 @@ static void slip_recovers_from_invalid_octets(void)
 {
     octets_t expected = {.size = 0U};
     begin(&formats[2]);
-    // The noise ends like a frame, and a reader that starts here cannot distinguish it from one.
+    // These octets end like a frame, and a reader that starts here cannot distinguish it from one.
     feed((const uint8_t*)"noise\300\300\300", 8U);
     feed((const uint8_t*)"a\333xb\300good\300", 10U); // A wrong escape sequence.
     feed((const uint8_t*)"a\333\300good\300", 8U);    // An escaped end octet.

@@ -28,7 +28,7 @@ static size_t whole_size;
 static uint8_t found[KEPT_OCTETS];
 static size_t found_size;
 static unsigned kept_calls;
-static uint32_t moves;      // Of the configuration.
+static uint32_t moves;      // Value in the configuration.
 static bool was_compacting; // The written journal has a compaction in progress.
 static uint32_t random_state = 1U;
 static unsigned long tried;
@@ -218,13 +218,13 @@ static void damage_at_any_octet_is_reported_or_harmless(void)
     TEST_ASSERT_TRUE(journal.stats.generation > 1U);
     damage_everywhere();
     TEST_ASSERT_TRUE((damage_reports > 1000U) && (damage_reports < tried));
-    (void)snprintf(text, sizeof text, "%lu damages, %lu damage_reports, the others did no harm", tried,
+    (void)snprintf(text, sizeof text, "%lu damages: %lu were reported, the others lost no record", tried,
                    damage_reports);
     UnityPrint(text);
     UNITY_PRINT_EOL();
 }
 
-/// While records are moved, the other medium must still tell where the last commit ends.
+/// While records are moved, the other medium must still show where the last commit ends.
 static void a_cut_during_a_compaction_is_reported(void)
 {
     unsigned cuts = 0U;

@@ -36,7 +36,7 @@ static journal_slot_t slots[JOURNAL_SLOTS(CAPACITY)];
 static state_t states[COMMITS_MAX]; // States after each commit of this life; the last commit is in progress.
 static size_t state_count;
 static state_t replayed;
-static uint32_t moves; // Of the configuration.
+static uint32_t moves; // Value in the configuration.
 static bool is_content_right;
 static bool is_power_cut; // A power cut is the only change of the media.
 static uint32_t random_state = 1U;
@@ -178,7 +178,7 @@ static void judge(const unsigned mark)
     const bool is_acknowledged = is_same(&replayed, &states[last]);
     const bool is_under_way    = ((mark % 2U) == 1U) && is_same(&replayed, &states[last + 1U]);
     if (!is_acknowledged && !is_under_way) {
-        TEST_FAIL_MESSAGE("neither the last acknowledged state nor the one under way");
+        TEST_FAIL_MESSAGE("neither the last acknowledged state nor that of the commit in progress");
     }
 }
 

@@ -387,7 +387,7 @@ static void lose_some(void)
     TEST_ASSERT_EQUAL(15U, end(1U)->counters.received);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 0U));
     expect_number(0U, 1U, 0U);
-    TEST_ASSERT_EQUAL_MESSAGE(MESSAGE_WINDOW, credit(0U, 1U), "lost blocks keep their credit");
+    TEST_ASSERT_EQUAL_MESSAGE(MESSAGE_WINDOW, credit(0U, 1U), "the credit of lost blocks was not returned");
 }
 
 static void lost_blocks_are_counted_and_give_their_credit_back(void)
@@ -419,7 +419,7 @@ static void lose_a_whole_window(void)
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(0U, 1U, i));
     }
     TEST_ASSERT_EQUAL(STATUS_FULL, send_number(0U, 1U, 99U));
-    // Member 1 does not know of the loss. When member 0 returns credit for the blocks of member 1, the
+    // Member 1 has not detected the loss. When member 0 returns credit for the blocks of member 1, the
     // sequence number of that frame shows member 1 how many blocks it has missed.
     for (uint32_t i = 0U; i < (MESSAGE_WINDOW / 2U); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, i));

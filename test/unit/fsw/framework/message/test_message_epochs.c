@@ -143,7 +143,7 @@ static void restart_both(void)
     party_restart(&party, 1U, 3U);
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(0U));
     TEST_ASSERT_EQUAL(UINT32_MAX, next_number(1U));
-    send_number(0U, 1U, 60U); // Neither end has heard of the other's new life: at most one block is lost.
+    send_number(0U, 1U, 60U); // Neither end has received from the other's new life: one block may be lost.
     send_number(1U, 0U, 61U);
     (void)next_number(0U);
     (void)next_number(1U);
@@ -155,8 +155,8 @@ static void two_restarted_ends_agree_again(void)
     party_in_each_form(&party, restart_both);
 }
 
-/// The peer had received a frame before its first own frame, said hello, and died before it read any block.
-static void die_after_hello(void)
+/// The peer sends a frame and dies before it reads any of five blocks: its next life counts none as lost.
+static void die_before_reading(void)
 {
     for (uint32_t i = 0U; i < 5U; i++) {
         send_number(0U, 1U, i);
@@ -178,7 +178,7 @@ static void die_after_hello(void)
 
 static void messages_to_a_previous_life_consume_no_credit(void)
 {
-    party_in_each_form(&party, die_after_hello);
+    party_in_each_form(&party, die_before_reading);
 }
 
 static void restart_a_receiver_before_its_first_answer(void)

@@ -254,7 +254,7 @@ static void lose_at_random(void)
     TEST_ASSERT_EQUAL(0U, end(0U)->counters.stale + end(1U)->counters.stale);
 }
 
-static void one_exchange_later_all_is_counted_and_data_passes(void)
+static void after_one_exchange_all_losses_are_counted_and_data_passes(void)
 {
     party_in_each_form(&party, lose_at_random);
 }
@@ -324,7 +324,7 @@ static void forge_each_field(void)
     }
 }
 
-static void no_forged_frame_leaves_a_channel_dead(void)
+static void no_forged_frame_stops_a_channel_permanently(void)
 {
     party_in_each_form(&party, forge_each_field);
 }
@@ -369,7 +369,7 @@ static void damage_at_random(void)
     }
 }
 
-static void damaged_frames_leave_no_channel_dead(void)
+static void damaged_frames_stop_no_channel_permanently(void)
 {
     party_in_each_form(&party, damage_at_random);
 }
@@ -381,10 +381,10 @@ int main(void)
     RUN_TEST(messages_of_other_lives_change_nothing);
     RUN_TEST(a_lost_first_frame_is_reported);
     RUN_TEST(a_position_of_an_earlier_life_is_not_resumed);
-    RUN_TEST(one_exchange_later_all_is_counted_and_data_passes);
+    RUN_TEST(after_one_exchange_all_losses_are_counted_and_data_passes);
     RUN_TEST(a_receiver_finds_a_sequence_number_far_ahead);
-    RUN_TEST(no_forged_frame_leaves_a_channel_dead);
+    RUN_TEST(no_forged_frame_stops_a_channel_permanently);
     RUN_TEST(without_lives_from_the_run_a_forged_life_is_corrected);
-    RUN_TEST(damaged_frames_leave_no_channel_dead);
+    RUN_TEST(damaged_frames_stop_no_channel_permanently);
     return UNITY_END();
 }

@@ -275,7 +275,7 @@ static void exchange_at_random(const uint32_t steps)
     TEST_ASSERT_TRUE((sent[0] > 100U) && (sent[1] > 100U));
 }
 
-static void numbers_pass_zero_again_without_a_loss(void)
+static void numbers_wrap_without_a_loss(void)
 {
     resume_both_at(UINT32_MAX - 60U);
     exchange_at_random(3000U);
@@ -287,7 +287,7 @@ static void numbers_pass_zero_again_without_a_loss(void)
     }
 }
 
-static void a_full_window_across_zero_is_credited(void)
+static void a_full_window_across_the_wrap_is_credited(void)
 {
     for (uint32_t before = 0U; before <= MESSAGE_WINDOW; before++) {
         resume_both_at(UINT32_MAX - before + 1U);
@@ -451,7 +451,7 @@ static void a_full_window_of_a_dead_sender_makes_room(void)
 }
 
 /// Both die with full windows; all frames of the earlier lives come late, when the next lives have begun.
-static void both_ends_die_and_all_their_frames_are_late(void)
+static void late_frames_of_two_dead_ends_use_no_window_of_the_next_lives(void)
 {
     is_keeping = true;
     fill_exactly(0U);
@@ -485,8 +485,8 @@ int main(void)
     RUN_TEST(a_sender_that_waits_for_less_than_the_interval_can_send);
     RUN_TEST(an_end_grants_no_more_than_its_inbox_holds);
     RUN_TEST(an_exactly_full_window_fits_the_inbox_of_a_board);
-    RUN_TEST(numbers_pass_zero_again_without_a_loss);
-    RUN_TEST(a_full_window_across_zero_is_credited);
+    RUN_TEST(numbers_wrap_without_a_loss);
+    RUN_TEST(a_full_window_across_the_wrap_is_credited);
     RUN_TEST(impossible_credit_does_not_open_a_full_window);
     RUN_TEST(forged_numbers_close_a_window_for_a_short_time_at_most);
     RUN_TEST(frames_of_impossible_sizes_are_counted_and_use_no_room);
@@ -494,6 +494,6 @@ int main(void)
     RUN_TEST(every_lost_block_is_counted_once);
     RUN_TEST(a_new_life_of_the_receiver_has_an_empty_window_of_the_same_size);
     RUN_TEST(a_full_window_of_a_dead_sender_makes_room);
-    RUN_TEST(both_ends_die_and_all_their_frames_are_late);
+    RUN_TEST(late_frames_of_two_dead_ends_use_no_window_of_the_next_lives);
     return UNITY_END();
 }

@@ -139,7 +139,7 @@ static void an_entry_is_read_without_the_lock(void)
     const parameter_entry_t* entry = NULL;
     octet_writer_t writer          = octet_writer(octets, 23U);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, VALUES, &entry));
-    // Another holder of the lock may be in any operation.
+    // As if another task held the lock.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_lock(&dictionary.mutex));
 #ifndef THREAD_CHECKS // With the thread sanitizer every reader takes the lock, which this task holds.
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));

@@ -239,7 +239,7 @@ static void meet_an_old_producer(void)
     TEST_ASSERT_TRUE(consumer.counters.refused > 0U);
     rtlink_producer_t successor = {0};
     TEST_ASSERT_EQUAL(STATUS_OK, rtlink_producer_open(&successor, &links, LINK, &terms, 2U));
-    write_number(2U, 0U); // The replaced producer does not know that it was replaced.
+    write_number(2U, 0U); // The replaced producer still writes.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     rtlink_producer_close(&successor);
 }

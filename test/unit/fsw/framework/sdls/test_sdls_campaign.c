@@ -188,7 +188,7 @@ static void campaign(const uint64_t seed)
         } else if (what < 65U) {
             close_connections();
         } else if (what < 70U) {
-            record(&next); // The frame is lost, and the attacker records it: the session is over.
+            record(&next); // The frame is lost; the attacker records it. The operator begins a new session.
             close_connections();
             serve();
         } else if (what < 75U) {

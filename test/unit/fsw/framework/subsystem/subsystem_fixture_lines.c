@@ -124,7 +124,7 @@ void fixture_line_of_report(const uint8_t* packet, size_t size)
     pus_failure_t failure;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_tm_decode(packet, size, &tm, &failure));
     TEST_ASSERT_EQUAL(FIXTURE_APID, tm.apid);
-    TEST_ASSERT_EQUAL_MESSAGE(fixture.next_sequence, tm.sequence, "a report is missing, or twice there");
+    TEST_ASSERT_EQUAL_MESSAGE(fixture.next_sequence, tm.sequence, "a report is missing or was sent twice");
     fixture.next_sequence = (uint16_t)((tm.sequence + 1U) % PUS_SEQUENCE_COUNT);
     octet_reader_t reader = octet_reader(tm.data, tm.size);
     if (tm.service == PUS_SERVICE_VERIFICATION) {
