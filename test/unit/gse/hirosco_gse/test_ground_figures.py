@@ -71,7 +71,7 @@ def test_back_latency_is_seen(run, lag):
     assert figures.holds("latency_back_cycles", 1 + lag) == (lag <= 1)
 
 
-def test_no_answer_to_ticks_gives_no_latency(run):
+def test_no_answer_to_encoder_counts_gives_no_latency(run):
     for cycles in run.joint_cst:
         cycles.words["torque"][:] = np.random.default_rng(3).normal(0, 100, run.count)
     found, reasons = figures.compute(run)
@@ -396,7 +396,7 @@ def test_a_truth_log_of_other_types_is_a_problem_of_the_run(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "struct a_t { int32_t x; }", "struct a_t { int64_t time_ns; other_t x; }"])
-def test_a_type_that_this_ground_cannot_read_is_refused(text):
+def test_a_type_that_cannot_be_read_is_refused(text):
     with pytest.raises(truth_log.TruthError, match="a_t.lcm: expected a struct"):
         truth_log.parse(text, "a_t.lcm")
 

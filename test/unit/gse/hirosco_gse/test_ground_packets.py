@@ -28,7 +28,7 @@ def test_a_telecommand_equals_that_of_an_independent_encoder():
         assert PusTc.unpack(ours).app_data == data
 
 
-def test_known_packets_are_read():
+def test_a_known_packet_is_made_and_one_with_another_time_code_is_refused():
     """The packets are worked examples of other implementations."""
     assert packets.build_tc(100, 25, 17, 1).hex() == "1864c01900062f11010001ebe6"
     # CUC 4+3 with another P-field (agency epoch): the error contains the P-field.

@@ -48,7 +48,7 @@ def test_frames_equal_those_of_the_spacecraft_s_tests(session, count, part, text
     assert sdls.key_check(KEY).hex() == "f05d76ae4ab99fe5"
 
 
-def test_key_and_marks_are_their_owners_only(key):
+def test_only_their_owner_has_access_to_key_and_marks(key):
     for ending in ("", ".sent", ".received"):
         assert os.stat(f"{key}{ending}").st_mode & 0o777 == 0o600
     assert len(sdls.read_key(key)) == 32

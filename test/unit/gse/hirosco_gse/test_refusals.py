@@ -33,7 +33,7 @@ def lines():
                         yield [*words[:index], long, *words[index + 1 :]]
 
 
-def test_a_refusal_repeats_a_part_of_a_long_word(dictionary):
+def test_a_refusal_repeats_only_a_part_of_a_long_word(dictionary):
     refused = 0
     for words in lines():
         try:
@@ -76,7 +76,7 @@ def test_a_long_line_without_its_end_is_refused_in_linear_time(line):
     [LONG], ["--port", LONG, "ping"], ["--timeout", LONG, "ping"], [f"--{LONG}", "ping"], ["--dictionary", LONG, "ping"], ["--run", LONG, "record"],
     ["--run", LONG, "pcap"], ["decode", LONG], ["script", LONG], ["key", "make", LONG], ["replay", LONG], ["completion", LONG], ["hand", LONG], ["mcap", LONG],
 ])
-def test_options_and_files_are_repeated_in_part(dictionary_path, capsys, words):
+def test_options_and_files_are_repeated_only_in_part(dictionary_path, capsys, words):
     assert main(["--dictionary", str(dictionary_path), *words]) in (1, 2, 3)
     assert 0 < len(capsys.readouterr().err) < REFUSAL_MAX
 

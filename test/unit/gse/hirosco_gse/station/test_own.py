@@ -38,6 +38,6 @@ def test_the_list_of_links_is_recognized(dictionary):
 
 
 @pytest.mark.parametrize("text", OF_OPERATORS)
-def test_a_command_of_an_operator_is_none(text, dictionary):
+def test_a_command_of_an_operator_is_no_request_of_a_station(text, dictionary):
     found = sent(text, WEB, dictionary)
     assert found and not any(is_own(packet, dictionary) for packet in found)
