@@ -28,7 +28,7 @@ from source import BUS_NAME_MAX, DescriptorError
 BASE_MISSION = "rokviss"
 FIRST_APID, LAST_APID = 18, 2046
 NAME_MAX = 24
-SUBSYSTEMS_MAX = 14  # The scheduler has 16 participants; simulator and operator are two of them.
+SUBSYSTEMS_MAX = 16  # Subsystems of a mission (base/capacities.h).
 BUSES_MAX = 8  # Buses of a mission (base/capacities.h).
 RESERVED = KEYWORDS | {"operator", "simulator", "image", "hirosco", "pusdump", "packet_archive_sqlite", "self", "network"}
 STANDARD_TYPES = re.compile(r"u?int(ptr|max|(_least|_fast)?(8|16|32|64))|s?size|ptrdiff|wchar")  # Followed by _t.

@@ -48,6 +48,12 @@ def test_a_mission_that_already_has_eight_buses_is_refused():
         new_subsystem.with_bus(text, NAMES, source)
 
 
+def test_the_limits_of_a_mission_are_those_of_the_flight_software():
+    header = (ROOT / "base" / "capacities.h").read_text(encoding="utf-8")
+    capacities = {name: int(number) for name, number in re.findall(r"#define CAPACITY_(\w+) (\d+)U", header)}
+    assert (new_subsystem.SUBSYSTEMS_MAX, new_subsystem.BUSES_MAX) == (capacities["SUBSYSTEMS"], capacities["BUSES"])
+
+
 def test_a_mission_without_a_world_is_refused(tmp_path):
     with pytest.raises(new_subsystem.Refusal, match="expected the world of the mission"):
         new_subsystem.plan_world(NAMES, ROOT / "descriptors" / "missions" / "nowhere.xml", False)
