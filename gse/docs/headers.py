@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read the project's headers: the contract at the beginning of a header, and the comment above each declaration.
 
-It parses the house format: `///` comments, `// ---- title` between sections, one or several declarations
+All headers have one format: `///` comments, `// ---- title` between sections, one or several declarations
 below a comment, followed by an empty line.
 """
 

@@ -5,10 +5,10 @@ function searchWords(text) {
   return text.toLowerCase().match(/[a-z0-9]+/g) || [];
 }
 
-// Find the sections that contain all words of the question, best first. A word of the question matches each
+// Find the sections that contain all words of the query, best first. A word of the query matches each
 // word that begins with it: this scores 1, a match in a title 4 more, a match of the whole word 2 more.
-function searchFind(index, question) {
-  var wanted = searchWords(question),
+function searchFind(index, query) {
+  var wanted = searchWords(query),
     scores = {},
     i;
   for (i = 0; i < wanted.length; i += 1) {
@@ -52,17 +52,17 @@ function searchScore(index, wanted, before) {
   return scores;
 }
 
-// Show the question and the sections that it finds.
-function searchShow(question) {
+// Show the query and the sections that it finds.
+function searchShow(query) {
   var results = document.getElementById("results");
-  var found = searchFind(searchIndex, question);
+  var found = searchFind(searchIndex, query);
   function add(parent, tag, text) {
     var element = document.createElement(tag);
-    element.textContent = text; // Never as HTML: the question comes from the address.
+    element.textContent = text; // Not innerHTML: a link may bring a query with HTML in its address.
     parent.appendChild(element);
     return element;
   }
-  document.getElementById("q").value = question;
+  document.getElementById("q").value = query;
   add(
     results,
     "p",

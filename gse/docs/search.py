@@ -52,7 +52,7 @@ class Sections(html.parser.HTMLParser):
 
 
 def words_of(text):
-    """Set of the words of a text, split as search.js splits a query."""
+    """Set of the words of a text, split as search.js splits a query: runs of letters and digits, in lower case."""
     return set(re.findall(r"[a-z0-9]+", text.lower()))
 
 

@@ -183,7 +183,7 @@ def _service(path, known, names):
 
 
 def _check_harmless(message, enumerations, known, reader):
-    """Check the field that can make a request harmless: the first field, of one octet, whose enumeration has these words."""
+    """Check the field that decides whether a request is critical: the first field, of one octet, whose enumeration has these words."""
     first, words = message.harmless["field"], message.harmless["words"]
     if not message.fields or message.fields[0].get("name") != first or known[message.fields[0]["kind"]]["coding"] != "u8":
         reader.wrong(first, f"the first field of {message.identifier}, of one octet, after `unless` in names.txt")
@@ -209,7 +209,7 @@ def private(directory):
 # ---- Format programs: pus/core/request_format.h ----
 
 def _encode(fields, known, registers):
-    """Octets of a format program as C words; `registers` maps names of ids and layouts to their register."""
+    """Octets of a format program as C expressions. `registers`: field name of an id or a layout -> register that keeps it for later fields."""
     words, skip, bits = [], 0, 0
 
     def flush():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words for numbers that every mission has, from where they are defined: enumerations of C headers, and the catalogue of messages."""
+"""Words for numbers with the same meaning in every mission, read from their definitions: enumerations of C headers, and the catalogue of messages."""
 
 import functools
 import pathlib
@@ -9,7 +9,7 @@ import catalogue
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CATALOGUE = ROOT / "pus" / "catalogue"
-# Quantity of descriptions.txt: header, and the prefix of its constants.
+# Quantity of descriptions.txt -> header with the enumeration of its numbers, prefix of the constants.
 HEADERS = {
     "=refusal": (ROOT / "fsw" / "canopen" / "network.h", "REFUSAL_"),
     "=result": (ROOT / "base" / "status.h", "STATUS_"),

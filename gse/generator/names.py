@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from source import IDENTIFIER, NUMBER_OUT_OF_RANGE, read_number, unique
 
-ENUMERATIONS = 16  # Most enumerations of a subsystem.
-FAILURES = 32  # Most failures of a subsystem.
+ENUMERATIONS = 16  # Maximum number in a subsystem.
+FAILURES = 32  # Maximum number in a subsystem.
 FAILURE_IDS = 0x7FFF
 FAILURE_OWN = 0x8000  # PUS_FAILURE_OWN: failure code of id 0
 

@@ -71,9 +71,9 @@ TABLE = {
     ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud checksum silence retry retryLongest",
 }
 REPORT_OCTETS = 4000
-NESTING = 3  # structures within the structure of a parameter
-CONFIGURATION_LOOPS = 2  # Most loops of a configuration.
-SERVICES = 16  # Most services of a subsystem.
+NESTING = 3  # Maximum depth of structures within the structure of a parameter.
+CONFIGURATION_LOOPS = 2  # Maximum number of loops in a configuration.
+SERVICES = 16  # Maximum number of services in a subsystem.
 PORT_OCTETS = 1024
 AUXILIARY_OCTETS = 1024
 HIGH_EVENT_HEAD = 27  # Octets of a stored report without its auxiliary data.

@@ -71,8 +71,8 @@ def _together(dictionary, root, modes, members):
 
 
 def stacks(dictionary):
-    """Content of command stacks by file name. A configuration that needs data of another subsystem has no stack of its own: a stack brings
-    both up together and opens the links between them."""
+    """Content of command stacks by file name. A configuration that needs data of another subsystem has no stack of its own: the stack
+    ALL-<configuration> brings all subsystems with a configuration of this name into operation and opens the links between them."""
     root = f"/{dictionary['mission']}"
     members = [one for one in dictionary["subsystems"] if not one["autostart"]]
     modes = [mode["name"] for mode in dictionary["modes"] if not mode["fallback"] and mode["id"]]

@@ -32,8 +32,8 @@ EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4
 LISTEN_S = 2.0  # Time for which `hk` and `events` receive reports without -f.
 LONGEST_S = 1e9  # Longest time-out.
 PATIENCE_S = 10.0  # a script may be started together with the mission
-NEGATIVE = re.compile(r"-[\d.]")  # Beginning of a word that is no option.
-WITHOUT_END = ("hk", "events", "gateway", "monitor", "replay", "shell")  # Ctrl-C is their usual end.
+NEGATIVE = re.compile(r"-[\d.]")  # Beginning of a negative number, which is not an option.
+WITHOUT_END = ("hk", "events", "gateway", "monitor", "replay", "shell")  # Ctrl-C ends them without an error.
 
 
 class OutputLost(Exception):
@@ -68,7 +68,7 @@ def _seconds(text):
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser that shortens what it repeats of the words of the user."""
+    """Parser whose error messages shorten the words of the user that they quote."""
 
     def error(self, message):
         super().error(values.shortened(message, values.TEXT_MAX))
@@ -106,7 +106,7 @@ def _print_error(text, meaning="failed"):
     text = values.with_short_words(text)
     try:
         print(coloured(f"gse: {text}", meaning, sys.stderr), file=sys.stderr, flush=True)
-    except OSError:  # The exit code remains.
+    except OSError:  # The caller still returns its exit code.
         sys.stderr = open(os.devnull, "w", encoding="utf-8")
 
 

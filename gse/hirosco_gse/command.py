@@ -10,7 +10,7 @@ from .values import TEXT_MAX, ValueProblem, shortened
 
 REPLY_NS = 5_000_000_000  # longest wait for a report after the end of its verification
 
-# After an open quotation the expression fails in linear time: each character fits one way only.
+# Each character matches one alternative only. The search for a missing closing quotation mark therefore takes linear time.
 _PIECE = re.compile(r"""([ \t\r\n]+)|'([^']*)'|"([^"\\]*(?:\\.[^"\\]*)*)"|\\(.)|([^ \t\r\n'"\\]+)""", re.DOTALL)
 _ESCAPE = re.compile(r"\\.", re.DOTALL)
 
@@ -20,8 +20,8 @@ class UsageError(ValueProblem):
 
 
 def words_of(line):
-    """The words of a line, as shlex.split finds them, which takes a second for a line of 256 KiB. The time grows in proportion to the length of
-    any line. Raises ValueError: a quotation or an escape without its end."""
+    """The same words as shlex.split(line), which is not used because it takes a second for a line of 256 KiB. Here the time grows in
+    proportion to the length of the line. Raises ValueError: a quotation or an escape without its end."""
     words, pieces, at = [], [], 0
     for found in _PIECE.finditer(line):
         if found.start() != at:
@@ -93,7 +93,7 @@ def rows_of(session, request, message, timeout_ns):
 
 
 def asking(request, message):
-    """Procedure that performs a request and returns its report of the given message."""
+    """Command that performs a request and returns its reports of the given message."""
 
     def procedure(session, timeout_ns):
         replies = yield from answers(session, request, message, timeout_ns)

@@ -176,7 +176,7 @@ class _Names:
 
 
 def _of_token(token, dictionary, bound, prefix):
-    """Candidates for one word of a form."""
+    """Candidates for one word of a form of a command (usage.py)."""
     found = []
     for part in token.split("|"):
         if part.islower() or part == "-f":

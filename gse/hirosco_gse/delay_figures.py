@@ -54,13 +54,13 @@ def _hold(run, before):
 
 
 def _oscillation(run, start, end):
-    """Largest peak-to-peak motion of a stick axis relative to its mean over SLOW cycles; the mean reads SLOW cycles on either side."""
+    """Largest peak-to-peak motion of a joystick axis relative to its moving mean. Reads SLOW more cycles before `start` and after `end`."""
     stick = _true(run, "STICK", "position_rad")[start - SLOW : end + SLOW]
     return float(np.ptp((stick - _mean(stick, SLOW))[SLOW : SLOW + end - start], axis=0).max())
 
 
 def held(run, start, end):
-    """Figures of a hold in these cycles: oscillation of the stick, error of the reflected torque, share of contact."""
+    """Figures of a hold in these cycles: oscillation of the joystick, error of the reflected torque, share of contact."""
     external = _true(run, "CONTACT", "external_torque_nm")[start:end].mean(axis=0) * force_scale(run)
     error = _felt(run, start, end).mean(axis=0) - external
     return {
@@ -76,7 +76,7 @@ def force_peak(run, first, end):
 
 
 def holds(run):
-    """Figures of both holds: oscillation of the stick, share of contact, error of the reflected torque, largest force."""
+    """Figures of both holds: oscillation of the joystick, share of contact, error of the reflected torque, largest force."""
     (start, end), (after, last) = _hold(run, "press"), _hold(run, "follow")
     press, _ = segment(run, "press", None)
     found = held(run, start, end)
@@ -89,7 +89,7 @@ def holds(run):
 
 
 def end_error(run):
-    """Distance at the end between the tip and its commanded position, which is the scaled motion of the stick since the first move."""
+    """Distance at the end between the tip and its commanded position, which is the scaled motion of the joystick since the first move."""
     first, _ = segment(run, "move", None)
     end = max((end for verb, _, end in run.segments() if verb == "home"), default=None)
     if end is None:
@@ -101,7 +101,7 @@ def end_error(run):
 
 
 def free_drag(run):
-    """Torque that the hand has to overcome in the circle without its first and last 2 s; the larger value of both axes."""
+    """Rms of the torque that the hand has to overcome in the circle without its first and last 2 s; the larger value of both axes."""
     first, end = segment(run, "circle", None)
     window = slice(first + SETTLED_US // CYCLE_US, end - SETTLED_US // CYCLE_US)
     torque = _felt(run, window.start, window.stop)

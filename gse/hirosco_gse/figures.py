@@ -15,9 +15,9 @@ from . import run as runs
 from .figures_common import HOLD_LEAST_US, HOLD_US, SETTLED_US, Missing, filled, force_scale, position_scale, segment, setting, telecommanded
 from .run import CYCLE_US, ENABLE_OPERATION, OPERATION_ENABLED, STATE_MASK
 
-CIRCLE_PERIODS = 4  # Most periods of the circle that are evaluated.
-ROWS_LEAST = 1000  # Fewest cycles of a fit.
-SIGNIFICANT = 6.0  # standard deviations
+CIRCLE_PERIODS = 4  # Maximum number of periods of the circle that are evaluated.
+ROWS_LEAST = 1000  # Minimum number of cycles in a fit.
+SIGNIFICANT = 6.0  # Smallest significance of a latency [standard deviations].
 SMALLEST_TORQUE_NM = 2.0  # A joint with a smaller external torque is not evaluated.
 BRAKE_WATCH_US, ENGAGE_WATCH_US, UNPLUG_WATCH_US = 500_000, 10_000, 1_000_000
 FORWARD_LAGS, LOOP_LAGS = range(-3, 30), range(12)
@@ -54,8 +54,8 @@ PRESS_BOUNDS = {
     "dynamic_transparency": ("<=", 0.07),
     "passivity_local_j": (">=", -1e-4),
 }
-# Bounds of the scenario press with an encoder of 16 bits. The damping turns one count into a torque spike, so the stick
-# oscillates within one count.
+# Bounds of the scenario press with an encoder of 16 bits. The damping turns one count into a torque spike, so the
+# joystick oscillates within one count.
 COARSE_BOUNDS = {
     "press_hold_motion_rad": ("<=", 2e-4),
     "hold_force_ripple_nm": ("<=", 0.06),
@@ -107,9 +107,9 @@ def _increments(values):
 
 
 def _response(answer, cause, lags, others):
-    """Least-squares fit of an answer by a cause at each lag and by all `others`: (signal, lags).
+    """Least-squares fit of `answer` to the signal `cause` at each of its lags and to all `others`, each (signal, lags).
 
-    Returns the weights of the cause and their significance in standard deviations.
+    Returns for each lag of the cause its weight (absolute value) and the significance of this weight in standard deviations.
     """
     parts = [(cause, lags), *others]
     first = max(max(steps) for _, steps in parts)
@@ -398,7 +398,7 @@ def link_lost(run):
 
 
 def _times_left(drives, cut):
-    """Time at which each drive that was enabled at the cut left operation-enabled; None for a drive that did not."""
+    """Time at which each drive that was enabled when a node was unplugged, at the time `cut`, left operation-enabled; None if it did not."""
     left = []
     for entries in drives.values():
         before = [entry for entry in entries if entry["time_us"] <= cut]
@@ -411,7 +411,7 @@ def _times_left(drives, cut):
 
 
 def unplug(run):
-    """Time from the cut of a node until the last drive of the network leaves operation-enabled."""
+    """Largest time from the unplug of a node until the last drive of the network leaves operation-enabled."""
     drives, worst, count = _drives(run), 0.0, 0
     for fault in run.truth["FAULT"]:
         if fault["kind"] != "unplug" or not fault["active"]:

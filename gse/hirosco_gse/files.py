@@ -17,7 +17,7 @@ class MachineFiles:
     """All files that the user of this process may read and write."""
 
     def read(self, path, most):
-        """Octets of a file that has at most so many. Raises UsageError."""
+        """Octets of a file; it may have `most` at most. Raises UsageError."""
         try:
             with pathlib.Path(path).open("rb") as file:
                 octets = file.read(most + 1)
@@ -41,7 +41,7 @@ class PageFiles:
         self._octets = octets
 
     def read(self, path, most):
-        """Octets of the file of the page, which has at most so many. Raises UsageError."""
+        """Octets of the file of the page; it may have `most` at most. Raises UsageError."""
         if path != PAGE_FILE or self._octets is None:
             raise UsageError(f"a page cannot send {quoted(path)}, a file of the machine of the station; select a file in the tab On board, or use gse")
         return _bounded(self._octets, "the file", most)

@@ -27,7 +27,7 @@ from .session import LinkLost, Pause
 
 NEVER = "never"
 CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
-CLOSED = "the spacecraft closed the link; if all its connection slots are used, try again within 30 s"
+CLOSED = "the spacecraft closed the link; if all its connection slots are used, one becomes free within 30 s: try again"
 
 
 def connect(host, port, patience_s=0.0):

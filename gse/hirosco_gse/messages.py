@@ -231,7 +231,7 @@ class _Writer:
         coding = kind["coding"]
         try:
             return self.coded(field, kind, coding, value)
-        except ValueProblem as problem:  # Its words are the reason: a name, a range, a command within a request.
+        except ValueProblem as problem:  # Its text already contains the reason, for example an unknown name or a range.
             raise MessageProblem(f"{name}: {problem}") from problem
         except (OverflowError, ValueError, TypeError, struct.error) as problem:
             raise MessageProblem(f"{name}: {quoted(value)} is not {kind['meaning']} ({coding})") from problem
@@ -290,7 +290,7 @@ def _names(fields):
 
 
 def _exact(value):
-    """The exact value of a number. One with a long exponent would take minutes, and no field is as wide."""
+    """The exact value of a number. A long exponent is refused: the conversion would take minutes, and the number fits no field."""
     text = str(value)
     if len(text.lower().partition("e")[2]) > EXPONENT_MAX:
         raise ValueError(f"exponent of more than {EXPONENT_MAX} characters")

@@ -19,7 +19,7 @@ LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 10015
 CLASSES = "device classes"
 DEFAULT_MISSION = "rokviss"
-LOGS = ("run.json", "packets.log", "packets.ascii", "truth.lcm")  # Files of which each run has one.
+LOGS = ("run.json", "packets.log", "packets.ascii", "truth.lcm")  # Each run has at least one of these files.
 LATEST = ROOT / "runs" / "latest"
 FACTS = "run.json"
 TEXT, HASH, WHOLE, NUMBER, TRUTH, OBJECT, LIST = "text", "a hash such as 0x12AB", "a whole number", "a number", "true or false", "an object", "a list"
@@ -34,14 +34,14 @@ FACT_TYPES = {
     **dict.fromkeys(("processes", "figures_failed", "report_problems"), LIST),
 }
 PYTHON_TYPES = {TEXT: str, HASH: str, WHOLE: int, NUMBER: (int, float), TRUTH: bool, OBJECT: dict, LIST: list}
-LARGEST = 1 << 64  # No number of run.json is larger.
+LARGEST = 1 << 64  # Largest absolute value of a number in run.json.
 
 
 def problem_of(run):
     """Words that say why a directory is not that of a run; None if it is."""
     if any((pathlib.Path(run) / name).exists() for name in LOGS):
         return None
-    return f"{run}: found no log of a flight, expected the directory of a run, with {', '.join(LOGS)}"
+    return f"{run}: found no log of a flight, expected the directory of a run, with one of {', '.join(LOGS)}"
 
 
 def _infinite(value, name):
@@ -103,8 +103,8 @@ def fact(facts, name, run=None):
 
 
 def is_under_way(run):
-    """Whether the flight of a run directory is under way: it has no run.json, and a program listens at its ground port. There is no connection,
-    which the flight would notice."""
+    """Whether the flight of a run directory is under way: it has no run.json, and its ground port is in use. The function does not connect to
+    the port, because a connection would change the flight."""
     if (run / FACTS).exists() or not (run / "ground.port").exists():
         return False
     with socket.socket() as probe:

@@ -131,7 +131,7 @@ class _Commands:
 
 
 class _Sent:
-    """What `lights_of` needs of the verification of a telecommand."""
+    """The verification of a telecommand, with the members that `lights_of` reads."""
 
     def __init__(self):
         self.stages, self.is_finished = [], False

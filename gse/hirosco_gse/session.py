@@ -20,8 +20,8 @@ GROUND_USER = 1  # Source id of telecommands of the command line.
 OUT_OF_RANGE = 0x0203  # Failure code of a value outside its limits.
 
 HOUSEKEEPING = (3, 25)  # Message of the reports that are decoded only if they are read.
-ENDED = 32  # Requests whose reports may still arrive in parts.
-ASKED = 0x4000  # Packets that are remembered until a script logs them.
+ENDED = 32  # Maximum number of ended requests whose reports may still arrive in parts.
+ASKED = 0x4000  # Maximum number of sent packets that are stored until a script logs them.
 
 
 class SessionError(Exception):
@@ -50,7 +50,7 @@ class RequestLost(SessionError):
 
 
 class Pause(int):
-    """Time [ns] at which a procedure wants to wake; before, no telemetry makes it act."""
+    """Time [ns] at which a procedure wants to wake; until then it ignores telemetry."""
 
 
 @dataclass(frozen=True)

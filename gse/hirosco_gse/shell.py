@@ -19,7 +19,7 @@ from .session import LinkLost, SessionError
 HISTORY = "hirosco_gse_history"
 HISTORY_MAX = 1000
 POLL_S = 0.05  # Period of receiving telemetry while the prompt waits.
-SHOWN_EVENTS = 20  # Most events that are shown before a prompt.
+SHOWN_EVENTS = 20  # Maximum number of events that are shown before a prompt.
 LEAVE = ("exit", "quit")
 
 
@@ -47,7 +47,7 @@ class Shell:
 
     @contextlib.contextmanager
     def _editing(self):
-        """Set up the keys of the prompt: Tab completes, arrows recall. A Python without readline has neither."""
+        """Set up the keys of the prompt: Tab completes a word, the arrow keys show earlier lines. A Python without readline has neither."""
         try:
             import readline
         except ImportError:

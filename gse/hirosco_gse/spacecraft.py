@@ -207,7 +207,7 @@ class Spacecraft:
         return self._perform(self.plan("set", parameter, value), timeout_s, lambda rows: None)
 
     def wait_value(self, parameter, is_wanted=lambda value: True, timeout_s=None):
-        """Wait until the last value of SUBSYSTEM.PARAMETER[.FIELD] in housekeeping is wanted; returns the value."""
+        """Wait until is_wanted(value) is true for the last value of SUBSYSTEM.PARAMETER[.FIELD] in housekeeping. Returns this value."""
         subsystem_name, _, name = parameter.upper().partition(".")
         subsystem = self.dictionary.subsystem(subsystem_name)
         head, _, field = name.partition(".")

@@ -68,7 +68,7 @@ def _circle(run):
 
 
 def tracking(run):
-    """Difference between the true motion of the tool and the motion of the stick in free space, at the lag that fits best."""
+    """Difference between the true motion of the tool and the scaled motion of the joystick in free space, at the lag that fits best."""
     first, end = _circle(run)
     tool = _along(run, _truth(run, "CONTACT", "tip_m"))
     stick = _truth(run, "STICK", "position_rad") * _led(run, "POSITION_SCALE")

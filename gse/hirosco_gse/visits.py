@@ -122,7 +122,7 @@ def _effects(run):
     """(time, verb, octets, user or None) of each action of other users, from the packet log; the first connection is that of the operator."""
     own, has_operator = _operator_requests(run), (run / "operator.log").exists()
     for time_ns, direction, packet, raw in packet_log.rows(run / "packets.log"):
-        if direction == "TC":  # `None` is octets that are not a telecommand; the operator does not send such octets.
+        if direction == "TC":  # packet is None for octets that are not a telecommand; the operator does not send such octets.
             if packet is None or (packet.user < ON_BOARD and (packet.apid, packet.sequence) not in own):
                 yield time_ns, "send", raw, None if packet is None else packet.user
         elif packet is not None and packet.apid == COMMUNICATION_APID and packet.message == (5, 1):

@@ -358,7 +358,7 @@ def scenario(robot, names, start):
         step(f"state {name} OPERATIONAL", 0.5)
         motions()
         if configuration_name == "POSITION" and len(robot.joints) >= 6:
-            if any(joint.is_prismatic for joint in robot.joints):  # It would reach the end of its range before the line became impossible.
+            if any(joint.is_prismatic for joint in robot.joints):  # A line would end at the range of a prismatic joint before it was out of reach.
                 step(f"expect-refusal JOINT_RANGE cmd {name}.MOVE_TO POSITION={at['outside']} SHARE=0.5", 0.5)
             else:
                 step(f"expect-refusal LINE cmd {name}.LINE_TO POSITION={at['far']} ROTATION={at['rotation']} SHARE=0.5", 0.5)

@@ -273,7 +273,7 @@ def parse(words):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, help=f"time limit of the command, {SECONDS} if not given; of a shell, none")
     parser.add_argument("--cans", type=int, default=0, help="emulated CAN controllers (kvaser_pci) on one bus: can0, can1 ...")
-    parser.add_argument("--memory", type=int, default=MEMORY_MB, help="MB, which also holds the changes to files")
+    parser.add_argument("--memory", type=int, default=MEMORY_MB, help="memory of the guest [MB], which also holds the changes to files")
     parser.add_argument("--out", help="output directory that stays; build/vm/out if not given")
     parser.add_argument("--append", default="", help="additional parameters of the kernel's command line")
     parser.add_argument("command", nargs="*", help="shell command; without it an interactive shell")

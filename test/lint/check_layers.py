@@ -45,7 +45,7 @@ def breaches(path, layers, headers):
     place = MIRROR.sub("", directory) + "/" + file
     home, sees = first_match(layers, place)
     system = ["*"] if is_test else first_match(headers, place)[1]
-    parent = directory.rpartition("/")[0]  # Its fixtures are also linked to the tests of its directories.
+    parent = directory.rpartition("/")[0]  # The fixtures of a directory are also linked to the tests of its subdirectories.
     extra = [directory, parent + "/fixtures", "test/support", "test/proof/proof.h"] if is_test else []
     for line in INCLUDE.finditer((ROOT / path).read_text()):
         kind, name = line.groups()

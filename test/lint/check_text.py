@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SKIPPED = {".git", "build", "runs", "__pycache__", ".pytest_cache"}
 FILE_LINES, FUNCTION_LINES, CONTRACT_LINES, COMMENT_COLUMNS = 600, 60, 15, 110
 MAKEFILE_COLUMNS = 120
-README_LINES = 60  # Of the page in the top directory: a reader sees it whole.
+README_LINES = 60  # Maximum of README.md in the top directory, so that a reader sees all of it at once.
 
 
 def project_files():
@@ -23,7 +23,7 @@ def project_files():
 
 
 def c_functions(lines):
-    """(line of the name, length) of each function; the house format has both braces in the first column."""
+    """(line of the name, length) of each function; clang-format puts both braces into the first column."""
     start = 0
     for number, line in enumerate(lines, 1):
         if line == "{":

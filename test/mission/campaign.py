@@ -222,7 +222,7 @@ def main():
     parser.add_argument("seed", type=int, help="first seed")
     parser.add_argument("--count", type=int, default=1, help="number of seeds")
     parser.add_argument("--faults", type=int, default=1, help="faults in each flight")
-    parser.add_argument("--form", choices=("image", "processes", "nodes"), help="as drawn where nothing is said")
+    parser.add_argument("--form", choices=("image", "processes", "nodes"), help="form of the flights (default: as drawn from the seed)")
     parser.add_argument("--kind", help="only seeds with this kind of fault")
     arguments = parser.parse_args()
     place = pathlib.Path(tempfile.mkdtemp(prefix="campaign-"))

@@ -11,7 +11,7 @@ from campaign_faults import OUTAGE_S
 
 NS_PER_S = 1_000_000_000
 STEP_NS = 500_000
-ROUNDING_NS = 1000  # Offset of the time field in a packet.
+ROUNDING_NS = 1000  # Tolerance for the rounding of times in packets, whose unit is 2^-24 s.
 APIDS = {"JOYSTICK": 17, "MANIPULATOR": 16, "SUPERVISOR": 1, "COMMUNICATION": 2}
 PARTNER = {17: 16, 16: 17}
 SERVICE_1 = 1
@@ -131,7 +131,7 @@ def _apid(raw):
 
 
 def _stamp(log_ns, raw):
-    """Time in the header of a report [ns of the flight]; the packet log has the report at most a few seconds
+    """Time in the header of a report [ns of the flight]; the report must be in the packet log less than a second
     later."""
     fraction = int.from_bytes(raw[18:21], "big") * NS_PER_S // (1 << 24)
     second = log_ns // NS_PER_S
@@ -161,7 +161,7 @@ def _endings(seen):
 def every_request_ends_once(seen):
     requests, endings, last_ns = _requests(seen), _endings(seen), int((seen.end_s - CUT_S) * NS_PER_S)
     for key in endings.keys() - requests.keys():
-        yield f"{key} ended by {endings[key]} and was never asked"
+        yield f"request {key} ended by {endings[key]}, but the packet log has no such request"
     for key, times in requests.items():
         found = endings.get(key, [])
         due = sum(time_ns < last_ns for time_ns in times)

@@ -258,7 +258,7 @@ def connect(port, limit_s=MOMENT_S):
 
 
 def assert_clean(flight):
-    """Expect that soon after the end of the run nothing of it is left."""
+    """Expect that soon after the end of the run no process, socket or shared memory of it is left."""
     with contextlib.suppress(AssertionError):
         wait_until(lambda: not flight.leftovers(), "the end of all processes and names of the run")
     left = flight.leftovers()

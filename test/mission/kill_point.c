@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into the supervisor: kills its first life at call n of the functions of the C library below,
-// which receive, send or write. KILL_POINT is 2 n to kill it before the call, and 2 n + 1 to kill it when
-// the call returns. Without KILL_POINT no life is killed, and the number of calls is written into the file
-// KILL_MARK.
+// Preloaded into the supervisor: kills its first life at call n of the functions of the C library at the end
+// of this file, which receive, send or write. KILL_POINT is 2 n to kill it before the call, and 2 n + 1 to
+// kill it when the call returns. Without KILL_POINT no life is killed, and the number of calls is written
+// into the file KILL_MARK.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>

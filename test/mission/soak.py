@@ -281,7 +281,7 @@ def main():
     parser.add_argument("seed", type=int)
     parser.add_argument("--hours", type=float, default=24.0, help="simulated hours (default 24)")
     parser.add_argument("--form", choices=("image", "processes"), default="image")
-    parser.add_argument("--out", type=pathlib.Path, help="a directory that is not there (default: one of its own, removed if all is well)")
+    parser.add_argument("--out", type=pathlib.Path, help="a directory that does not exist yet (default: a temporary one, removed if there is no problem)")
     arguments = parser.parse_args()
     directory = arguments.out or pathlib.Path(tempfile.mkdtemp(prefix="soak-")) / "run"
     flight, samples, judge, problems = fly(directory, arguments.seed, arguments.hours, arguments.form)

@@ -278,7 +278,7 @@ def test_joints_pass_via_points_without_a_stop(free_flyer):
     assert np.abs(true[-1] - last).max() < 0.003 and ended - began < 3.0
 
 
-STRUCTURE, LIMITS = 24, 1  # Layout and number of a parameter.
+STRUCTURE, LIMITS = 24, 1  # Parts of the id of the parameter LIMITS: the layout code of a structure, and its number.
 NODE = 0x52  # Drive of the second joint.
 
 

@@ -9,8 +9,8 @@ import campaign
 import campaign_faults as faults
 
 BATCHES = 8
-LONG = {1: 250, 2: 125}  # Flights in a batch.
-SHORT = 1  # Flights with two faults.
+LONG = {1: 250, 2: 125}  # Number of faults in a flight -> flights in a batch of the whole campaign (LONG=1).
+SHORT = 1  # Flights with two faults without LONG=1.
 SLOW = ("connection_cut",)  # Kinds of faults for which a flight waits in wall-clock time.
 
 

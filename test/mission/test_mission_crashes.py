@@ -249,7 +249,7 @@ def test_nothing_is_left_of_a_launcher_that_is_killed_before_the_flight(director
     flight.process.kill()
     flight.wait()
     flying.assert_clean(flight)
-    is_over = flight.code == 0  # The launcher was faster.
+    is_over = flight.code == 0  # The flight ended before the launcher was killed.
     assert is_over or not directory.exists() or not (directory / "ground.port").exists() or flight.facts["exit_code"] == 1
 
 

@@ -12,7 +12,7 @@ CYCLE_NS = 500_000
 TOGETHER_NS = 600_000_000  # Largest interval between the link reports before and after a closing or a death.
 FIRST_DEATH_NS = 3_100_000_000
 ROW = struct.Struct(">HBHHHH21xIIIII")  # Of TM[130,9]: link, state, both ends, (properties), sent, received, lost, late, last sequence.
-REPORTS_NS = 100_000_000  # The members answer one request for link reports one after the other within this time.
+REPORTS_NS = 100_000_000  # Within this time all members have answered a request for link reports.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
 LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # Number of the link in the mission: its reader.
 
@@ -60,7 +60,7 @@ def _dying(at):
     return [*lines, f"{at} operator link list", f"{at + 0.1} operator shutdown"]
 
 
-# With two nodes, JOYSTICK and MANIPULATOR are on the second computer and SHADOW is on the first: a port has a reader on either.
+# With two nodes, JOYSTICK and MANIPULATOR are on the second computer and SHADOW is on the first, so each computer has a reader of the port.
 WAYS = {
     "shm": ("--links", "shm"),
     "udp": ("--links", "udp"),

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.long  # The program is built.
 
 DEVICES, FIRST_NODE = 32, 0x11
 COMMAND_US = 56
-PERIOD_US = 4000  # 16 drives on a bus exchange 32 frames of COMMAND_US.
+PERIOD_US = 4000  # In each period, 16 drives on a bus receive and send 32 frames of COMMAND_US.
 UNPLUGGED = FIRST_NODE + 9
 UNPLUG_S = 3.0
 ENABLED = 0x0F
@@ -90,11 +90,11 @@ def tree(session_directory):
     place = flying.descriptors_copied(session_directory / "many")
     for name in ("build", "gse"):
         (place / name).unlink()
-    shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))  # It reads the dictionary beside it.
+    shutil.copytree(flying.ROOT / "gse", place / "gse", ignore=shutil.ignore_patterns("__pycache__"))  # gse reads the dictionary of the tree that it is in.
     for name in ("base", "fsw", "pus"):
         (place / name).symlink_to(flying.ROOT / name)
     second_reader._link_all(flying.ROOT / "build", place / "build", ("bin", "generated", "test"))
-    shutil.copytree(flying.BIN, place / "build" / "bin")  # A launcher looks for programs where it is itself.
+    shutil.copytree(flying.BIN, place / "build" / "bin")  # The launcher looks for programs in its own directory.
     put(place, DEVICES, 4)
     made = place / "build" / "shadow" / "generated"
     made.mkdir(parents=True)

@@ -11,7 +11,7 @@ import soak
 
 MEMBERS = ("JOYSTICK", "MANIPULATOR")
 KILLS_MAX = 200  # A scenario has at most 256 faults.
-# The image is fast, but the test takes its samples in wall-clock time.
+# Restarts of each form. Those of the image take less time; with 200 the test still gets enough samples, which it takes in wall-clock time.
 SHORT, LONG = {"processes": 40, "image": 200}, 1000
 
 

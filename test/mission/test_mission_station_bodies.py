@@ -245,7 +245,7 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, directory, session
     assert len(drawn) == 3  # With the collision sphere of the finger, which has no visual.
 
 
-@pytest.mark.usefixtures("flight")  # It has built the page.
+@pytest.mark.usefixtures("flight")  # The fixture builds the page.
 def test_a_wrong_recording_is_refused_in_words(browser, directory):
     directory.mkdir(exist_ok=True)
     (directory / "kept.recording").write_text("no recording", encoding="utf-8")

@@ -63,7 +63,7 @@ def page(flight, browser):
 
 
 def test_a_replay_at_rest_changes_nothing(page):
-    """Every change costs a layout and a picture of the page, which delay the next jump."""
+    """After every change the browser computes the layout and paints the page, which delays the next jump."""
     assert page.evaluate(AT_REST) == []
 
 

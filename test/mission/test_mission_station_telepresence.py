@@ -77,7 +77,7 @@ RING = """(part) => {
     const isSeen = style.outlineStyle !== "none" && width >= 2 && !isCut && (edge > width || style.outlineColor !== style.backgroundColor);
     return [Boolean(node.closest(part)), isSeen ? null : node.outerHTML.slice(0, 120)];
 }"""
-# Elements that begin or end outside of the page, and the alarm slot if it has no room for its counts.
+# Elements that begin or end outside of the page, and the alarm cell if it has no room for its counts.
 WIDE = """[...document.querySelectorAll("header *, .panel, .panel > *, .hud, .head > *")].filter((node) => node.checkVisibility() && (([box]) =>
     box && (box.left < -1 || box.right > innerWidth + 1))(node.getClientRects())).concat([...document.querySelectorAll(".counts > span")].filter((node) =>
     node.getBoundingClientRect().right > document.querySelector(".slot").getBoundingClientRect().right)).map((node) => node.outerHTML.slice(0, 120))"""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The supervisor dies in a busy flight and is started again: only the packet log shows it.
 
-A point is an instant of the flight at which `fault kill supervisor` kills it: between two steps. A call is a
-system call within a step, at which kill_point.c kills it. Its number is twice that of the system call: the supervisor
-dies before the call; or one more: it dies when the call returns. To repeat a failed flight alone:
+A point is an instant of simulated time at which `fault kill supervisor` kills it between two steps. A call is a
+system call within a step at which kill_point.c kills it: 2 n before system call n, 2 n + 1 when system call n returns.
+To repeat a failed flight alone:
 
     POINTS=2.1335,2.7120 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_points
     CALLS=5310 build/venv/bin/python -m pytest test/mission/test_mission_supervisor_death.py -k by_calls"""
@@ -110,8 +110,8 @@ def mortal(session_directory):
 
 
 def _fly_to_call(directory, mortal, lines, call):
-    """Fly with the death of the supervisor at that call (0: without a death). Returns the flight and, if there was no death, the number of
-    system calls."""
+    """Fly with the death of the supervisor at a call, numbered as in CALLS (0: without a death). Returns the flight and, if there was no
+    death, the number of system calls."""
     directory.mkdir(parents=True, exist_ok=True)
     mark = directory / f"{call}.mark"
     path = flying.write_scenario(directory / f"call-{call}.scn", *lines)

@@ -303,7 +303,7 @@ def _wait_for_event(stream, number):
 
 @contextlib.contextmanager
 def _gateway_through(tap, key):
-    class Way:  # The part of a flight that _gateway uses.
+    class Way:  # Replaces a flight; _gateway calls only port().
         @staticmethod
         def port():
             return tap.port

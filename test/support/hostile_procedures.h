@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Procedures that try to use more time than they are charged: each repeats without end the operation that is
-/// most expensive for its charge. Shared by the unit tests (their use is bounded) and the benchmark (the time
-/// that a unit takes).
+/// most expensive for its charge. The unit tests check that none exceeds its budget; the benchmark measures
+/// the time that a charged unit takes.
 #ifndef TEST_SUPPORT_HOSTILE_PROCEDURES_H
 #define TEST_SUPPORT_HOSTILE_PROCEDURES_H
 

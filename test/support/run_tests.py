@@ -39,8 +39,8 @@ PROCESSOR_SECONDS_ALLOWED = 300
 SECONDS_ALLOWED = 1200
 FLIGHT_SECONDS_ALLOWED = 1500
 SLOWEST = 10
-# Files and groups of files (test/conftest.py) that take more than half a minute. They begin first; so the files of the
-# station, each of which flies in wall-clock time with a browser, do not fly at the same time.
+# Files and groups of files (test/conftest.py) that take more than half a minute. They begin first, in this order. The
+# files of the station fly in wall-clock time with a browser; they are apart in the list, so that they do not run together.
 LONGEST = ["test/mission/test_mission_artefacts.py", "test/hil/test_nodes.py", "test/hil/test_deaths.py", "test/hil/test_buses.py",
            "test/mission/test_mission_station.py", "test/mission/test_tutorial.py", "test/conformance/pus/",
            "test/mission/test_mission_station_telepresence.py", "test/hil/test_rtos.py", "test/unit/gse/hirosco_gse/test_ground_figures.py",

@@ -26,12 +26,12 @@ from .server import Station
 PORT = 8090  # First port that is tried for the page.
 PORTS = 20  # Number of ports that are tried.
 FRAMED_BY = "http://127.0.0.1:8080"
-END_S = 30.0  # Time in which a flight ends after Ctrl-C; then it gets another one. The third ends it at once.
-ENDS = 4  # A flight that has not ended after so many is killed; its guard removes what is left.
+END_S = 30.0  # Time in which a flight must end after Ctrl-C; then the station sends another one. The third ends a flight at once.
+ENDS = 4  # A flight that has not ended after this number of Ctrl-C is killed; its guard removes what is left.
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser that shortens what it repeats of the words of the user."""
+    """Parser whose error messages shorten the words of the user that they quote."""
 
     def error(self, message):
         super().error(shortened(message, TEXT_MAX))

@@ -28,18 +28,18 @@ from .forms import script_of
 from .hub import Hub
 from .interfaces import subsystems_of
 
-# Messages that wait for a slow browser. If there are more, the oldest update is dropped, and the page gets the number of dropped messages.
+# Messages that wait for a slow browser. If there are more, the oldest update is dropped, and the page gets the number of dropped updates.
 QUEUE = 400
-UPDATES = tuple(f'{{"kind": "{kind}"' for kind in ("housekeeping", "truth", "bus", "counts"))  # The next one replaces them.
+UPDATES = tuple(f'{{"kind": "{kind}"' for kind in ("housekeeping", "truth", "bus", "counts"))  # Each update has newer values than the one before.
 # Other messages are not dropped. If so many messages or characters wait, the connection is closed: the page connects again, and gets the present state.
 MESSAGES_MAX, CHARACTERS_MAX = 8 * QUEUE, 1 << 24
 ROOM = QUEUE // 2  # While more messages wait, no request of the page is read.
-UNDER_WAY = 16  # Most requests of a page that wait for other programs at the same time.
+UNDER_WAY = 16  # Maximum number of requests of a page that wait for other programs at the same time.
 ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 SLOW = re.compile(r'\{"do": ?"(ask|live)"')  # Requests that another program answers.
-REPLAY = "replay: a recorded flight takes no commands"  # As the page says.
+REPLAY = "replay: a recorded flight takes no commands"  # The same text as in gse/page/src/replay.js.
 READS = ("structures", "plan", "forms", "script", "watch")
 DISPLAY = ("hk", "enable")
 LIVE = [[verb] for verb in live.VERBS]  # Commands for the simulator, not for the spacecraft.

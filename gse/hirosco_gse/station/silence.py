@@ -3,8 +3,9 @@
 
 import time
 
-LIMIT_S = 3.0  # Members report their status each second of simulated time, and links are asked for theirs as often.
-STEP_S = 0.2  # Most that one look adds.
+# Longest time without telemetry. Members report their status each second of simulated time, and the station requests that of links as often.
+LIMIT_S = 3.0
+STEP_S = 0.2  # Maximum time that one call of look() counts.
 
 
 class Silence:
@@ -19,7 +20,7 @@ class Silence:
         self._seconds = 0.0
 
     def look(self, is_expected, speed):
-        """Look at least each STEP_S. Returns whether telemetry is missing. speed: pace of simulated time, 0: as fast as possible."""
+        """Returns whether telemetry is missing. Call it at least each STEP_S. speed: pace of simulated time, 0: as fast as possible."""
         now = self._clock()
         self._seconds = self._seconds + min(now - self._at, STEP_S) if is_expected else 0.0
         self._at = now

@@ -27,7 +27,7 @@ function set(node, attributes) {
   }
 }
 
-// Set the text of an element only if it differs, because each change costs a layout.
+// Set the text of an element only if it differs: after each change the browser computes the layout again.
 export function text(node, words) {
   if (node.textContent !== words) node.textContent = words;
 }
@@ -45,7 +45,7 @@ export function refill(node, ...children) {
   (node.contains(held) ? held : same)?.focus({ preventScroll: true });
 }
 
-// Set an attribute of an element only if it differs, because each change costs a picture of the page.
+// Set an attribute of an element only if it differs: after each change the browser paints the page again.
 export function put(node, name, value) {
   if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
 }

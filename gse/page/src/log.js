@@ -86,7 +86,7 @@ class Log extends HTMLElement {
     }, 200);
   }
 
-  // In a replay, the entries around the present instant: AROUND before it and AROUND to come.
+  // In a replay, the entries around the present instant: AROUND before it and AROUND after it.
   around(entries, isPast) {
     const present = entries.filter(isPast).length;
     return entries.slice(Math.max(0, present - AROUND), present + AROUND);

@@ -120,7 +120,7 @@ class Scene extends SceneMarks {
       return;
     }
     store.on("hello", () => {
-      this.isWatching = false; // The station forgets the request when the connection ends.
+      this.isWatching = false; // A new connection: the station sends the truth only after a new request.
       this.build();
       this.mark("telemetry");
       if (!store.replay) this.watch();
@@ -282,7 +282,8 @@ class Scene extends SceneMarks {
     this.dim();
   }
 
-  // Set the distance of the camera so that it shows all robots in their initial poses, and at least `least`.
+  // Set the distance of the camera so that it shows all robots in their initial poses, and at least a reach
+  // of `least` [m].
   frameAll(least) {
     const box = new THREE.Box3();
     this.content.updateMatrixWorld(true);

@@ -253,7 +253,7 @@ const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creat
 const BOX = { width: 120, height: 40, x: [8, 180], top: 6, pitch: 106, devices: 92 };
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
-// closed, and a line of figures for each link.
+// closed, and a line of values for each link.
 class Network extends HTMLElement {
   connectedCallback() {
     if (this.sym) return; // The browser calls this again when the element moves within the page.
@@ -389,7 +389,7 @@ class Network extends HTMLElement {
     ];
   }
 
-  // Devices of a member that were lost, and neither returned nor were commissioned again since.
+  // Devices of a member that were lost and since then have neither returned nor been commissioned again.
   lost(name) {
     const [started] = (store.lanes.get(name) ?? []).findLast(
       ([time, state]) => state === "HARDWARE_INIT" && time <= store.time,

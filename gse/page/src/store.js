@@ -27,7 +27,8 @@ class Store {
 
   clear() {
     this.hello = null;
-    this.link = this.reportedLink = { is_live: false, text: "connecting" }; // Shown; last one of the station
+    // State of the link as the page shows it, and as the station reported it last.
+    this.link = this.reportedLink = { is_live: false, text: "connecting" };
     this.pace = { is_there: false, is_paused: false, speed: 1 };
     this.hand = { page: null, other: null }; // Page, or other program, that commands the hand; null: none
     this.mismatches = new Map(); // "SUBSYSTEM" -> text: its interface hash differs from the dictionary

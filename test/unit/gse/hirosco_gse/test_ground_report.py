@@ -215,7 +215,7 @@ def test_a_damaged_run_json_is_named_and_kept(flight_directory, dictionary_path,
 def test_a_directory_that_is_no_run_is_refused_and_stays_as_it_is(tmp_path, capsys):
     (tmp_path / "letter.txt").write_text("")
     assert report.main([str(tmp_path)]) == 1
-    assert capsys.readouterr().err == (f"report: not written: {tmp_path}: found no log of a flight, expected the directory of a run, with run.json, "
+    assert capsys.readouterr().err == (f"report: not written: {tmp_path}: found no log of a flight, expected the directory of a run, with one of run.json, "
                                        "packets.log, packets.ascii, truth.lcm. Name such a directory: make report OUT=runs/...\n")
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
 
