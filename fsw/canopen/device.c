@@ -222,7 +222,8 @@ status_t canopen_device_identify_step(canopen_device_t* const device)
     if ((status == STATUS_OK) && (device->identified == 0U)) {
         status = take_torques(device);
     }
-    // The next step starts in the same cycle in which the previous one ended; an axis may have no units.
+    // The next step starts in the same cycle in which the previous one ended. The step of an axis without
+    // units is empty and ends at once.
     while ((status == STATUS_OK) && (device->identified < last)) {
         device->identified++;
         begin_step(device);

@@ -120,7 +120,7 @@ typedef struct {
 typedef struct {                          // The classes of a program.
     const canopen_device_profile_t* rows; ///< In the order of names.
     size_t count;
-    const char* refusal; ///< Says of the type of a <Device> which classes are expected.
+    const char* refusal; ///< Message that lists the classes which the type of a <Device> may name.
 } canopen_device_classes_t;
 
 /// All classes (device_classes.c). A program whose descriptors are compiled in has only those that its

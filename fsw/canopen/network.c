@@ -181,7 +181,7 @@ static void report_waiting(canopen_network_t* const network, canopen_network_dev
     }
 }
 
-/// True when every node has booted; after each boot_retry_ns, resets those again that have not.
+/// True when every node has booted. After each boot_retry_ns, the nodes that have not booted are reset again.
 static bool have_all_booted(canopen_network_t* const network, const uint64_t now_ns)
 {
     const bool is_retry = (now_ns - network->phase_start_ns) >= network->config.boot_retry_ns;

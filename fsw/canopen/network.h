@@ -47,7 +47,8 @@ typedef struct {
 } canopen_network_config_t;
 
 typedef enum {
-    /// The device is silent or has rebooted, or the bus is dead. Reported once per device and commissioning.
+    /// The device is silent, has rebooted, or cannot be reached: the controller is off the bus, or no node
+    /// acknowledges. Reported once per device and commissioning.
     NETWORK_DEVICE_LOST,
     /// Fault, high-severity emergency, or the drive left operation by itself. Reported once, as above.
     NETWORK_DRIVE_FAULT,
@@ -103,8 +104,8 @@ typedef struct { // device.axes may be used as axis.h says; all else is read-onl
     uint16_t setting_count;
 } canopen_network_device_t;
 
-typedef struct {   // Sums over the channels [wraps].
-    uint32_t sent; ///< Frames, as in the next three.
+typedef struct {   // Sums over the channels [wraps]; flow_can.h explains the counters.
+    uint32_t sent; ///< Frames; the next three count frames, too.
     uint32_t received;
     uint32_t refused; ///< Not sent, for any reason.
     uint32_t full;    ///< Refused because the transmit queue was full.

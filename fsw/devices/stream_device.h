@@ -63,7 +63,7 @@ typedef struct { // Private, except counters and name: read-only.
     stream_record_t out;
     uint64_t opened_ns;        // Time at which the end node was opened last.
     uint64_t heard_ns;         // Time at which the last record was received, or the wait for it began.
-    uint32_t arrivals_counted; // count_arrivals() at the last valid record.
+    uint32_t arrivals_counted; // Result of count_arrivals() at the last valid record.
     bool is_begun;             // Commissioning has begun.
     bool is_open;              // The end node is open.
     bool has_heard;            // A record has arrived since the device was opened.

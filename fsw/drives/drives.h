@@ -25,13 +25,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-// A build whose descriptors are compiled in defines all three, as they need them.
+// A build whose descriptors are compiled in defines all three with the numbers that its descriptors need.
 #ifndef DRIVES_BUSES_MAX
 #define DRIVES_BUSES_MAX 4U
 #define DRIVES_DEVICES_MAX 32U ///< On all buses; NETWORK_DEVICES_MAX on each.
 #define DRIVES_MAPPINGS_MAX 8U ///< Devices whose settings change the mapping of their PDOs.
 #endif
-/// Number of the bus times this is added to the code of a bus condition (node 0).
+/// The number of the bus times this value is added to the code of a bus condition (node 0).
 #define DRIVES_BUS_CODE 0x1000U
 #define DRIVES_ACCESS_SLOTS 16U ///< Largest number of transfers of drives_access.h.
 #define DRIVES_COUNTERS 27U     ///< Number of counters of drives_counters.h, without PDO_MISSED.

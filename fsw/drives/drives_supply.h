@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// On/off devices and command pulses of ST[02]: the supplies of drives, through the power units that the
-/// elements `<Supply>` of the descriptor name.
+/// On/off devices and command pulses of ST[02]. They switch the supplies of drives through the power units
+/// that the elements `<Supply>` of the descriptor name.
 ///
 /// A CPDU is a power unit; its number is the node id, and its output lines are those of the descriptor. An
 /// on/off device address is unit << 8 | line; it requests a pulse of DRIVES_SUPPLY_EXPONENT on that line. A

@@ -10,7 +10,7 @@
 
 #define CHUNK_NAME_MAX 32U
 #define SHORTEST 40U // Texts up to this size are shared, and cost only the instruction [octets].
-// The collector of garbage works in small steps: pause and speed [percent], log2 of the step size.
+// The garbage collector works in small steps: pause and speed [percent], log2 of the step size.
 #define COLLECTOR_PAUSE 200
 #define COLLECTOR_SPEED 100
 #define COLLECTOR_STEP 8
@@ -222,7 +222,7 @@ static void run(void* const context, const uint16_t index, const pus_answer_t* c
     procedure_slot_t* const slot = slot_at(context, index);
     FSW_ASSERT(slot->is_running && (answer != NULL) && (out_call != NULL));
     if ((slot->spent > slot->budget) && (slot->call.kind == PUS_CALL_PAUSED)) {
-        *out_call = slot->call; // This budget does not cover the debt of the previous one.
+        *out_call = slot->call; // This budget does not cover the excess of the previous one.
         return;
     }
     lua_State* const thread = slot->thread;

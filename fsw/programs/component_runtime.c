@@ -12,9 +12,9 @@
 #define PUMP_PATIENCE_MS 100U
 #define PUMP_TRIES 50U      ///< Waits for announced datagrams: together five seconds of wall-clock time.
 #define CUT_PATIENCE_MS 10U ///< Time of one wait after a loss, because the connection may be cut.
-#define CUT_INTERVAL 16U    ///< After this number of intakes without success, only one in this number waits.
+#define CUT_INTERVAL 16U    ///< After this number of intakes without success, only every n-th one waits.
 #define SWEEP_MAX 4096U     ///< Datagrams read from one socket at a time: a flood must not block the reader.
-/// One in this number of the intakes for which no datagram was announced reads the sockets.
+/// Of the intakes for which no datagram was announced, every n-th one reads the sockets.
 #define SWEEP_EVERY 16U
 #define HINTS_EVERY 128U ///< Number of intakes between two reads of the topology service.
 
@@ -99,7 +99,7 @@ static bool link_route(void* const context, const uint16_t link, osal_socket_t**
     return true;
 }
 
-/// Get the buffer of a link, which keeps it when its consumer restarts in the same program.
+/// Get the play-out buffer of a link; the link keeps it when its consumer restarts in the same program.
 static status_t link_play_out(void* const context, const uint16_t link, rtlink_play_out_t** const out_buffer)
 {
     const component_runtime_t* const runtime = (const component_runtime_t*)context;

@@ -3,7 +3,7 @@
 /// logical names into addresses of this run. In the form `processes` each program has one runtime; the image
 /// has one for each component.
 ///
-/// Ownership  The caller slots runtimes (static).
+/// Ownership  The caller provides the runtimes (static).
 /// Context    One task.
 #ifndef FSW_PROGRAMS_COMPONENT_RUNTIME_H
 #define FSW_PROGRAMS_COMPONENT_RUNTIME_H
@@ -61,7 +61,7 @@ typedef struct { // Private, except the members named below.
     message_tipc_carrier_t tipc;
     osal_socket_t topology; // Notices of the kernel about TIPC names.
     uint32_t life;          // Life of this component.
-    uint32_t link_floor;    // Links of this life have later epochs than this number.
+    uint32_t link_floor;    // Links of this life have epochs above this number.
     // For each component, from the run state at the last call of component_runtime_pump.
     struct {
         uint32_t life;
@@ -71,8 +71,9 @@ typedef struct { // Private, except the members named below.
     } peers[MISSION_SUBSYSTEMS_MAX];
     /// Number of calls of component_runtime_pump.
     uint32_t pumps;
-    uint32_t outstanding;   // Datagrams that were announced and not received yet: the connection may be cut.
-    uint32_t short_intakes; // Consecutive intakes that received less than was announced.
+    uint32_t outstanding; // Datagrams that were announced and not received yet: the connection may be cut.
+    // Consecutive intakes (calls of component_runtime_pump) that received less than was announced.
+    uint32_t short_intakes;
     osal_socket_t message_socket;
     osal_socket_t link_sockets[CAPACITY_SUBSYSTEM_LINKS]; // Sockets of links that this component consumes.
     uint32_t link_socket_count;                           // Number of link_sockets in use.

@@ -80,7 +80,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
 {
     remote_endian_t* const remote = (remote_endian_t*)context;
     if ((kind == ENDNODE_SHM) || (kind == ENDNODE_MQUEUE)) {
-        // Shared memory is not supported, because the partner uses the other byte order.
+        // Shared memory and queues are not supported, because the partner uses the other byte order.
         return STATUS_NOT_FOUND;
     }
     status_t status = remote->inner.resolve(remote->inner.context, kind, name, out_address);

@@ -18,7 +18,7 @@
 #include <stdint.h>
 
 #define RUN_LINKS_MAX CAPACITY_LINKS
-// A program on a board, which has its own copy of the run state, defines smaller numbers of both.
+// A program on a board, which has its own copy of the run state, defines smaller values of both.
 #ifndef RUN_FLOWS_MAX
 #define RUN_FLOWS_MAX 32U
 #define RUN_PROCESSES_MAX 64U
@@ -48,7 +48,7 @@ typedef struct {
     int message_descriptor;    ///< UDP or TIPC socket that the process inherits; -1 in the image.
     uint16_t message_port;     ///< UDP port of the message socket.
     uint64_t message_identity; ///< TIPC identity of the message socket.
-    uint32_t message_window;   ///< Octets on their way to it (message_set_window); 0: MESSAGE_WINDOW_OCTETS.
+    uint32_t message_window;   ///< Window of its channels (message_set_window); 0: MESSAGE_WINDOW_OCTETS.
     /// Written by the supervisor (the first life by the launcher):
     uint32_t life;        ///< Number of the last start that was commanded, from 1.
     uint32_t link_floor;  ///< Links of the life `life` have epochs above this number.
@@ -137,7 +137,7 @@ typedef struct {
     run_relay_t relay;
     uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
-    uint32_t is_intruded;       ///< A client outside the scheduler has sent telecommands.
+    uint32_t is_intruded;       ///< A client outside the scheduler has connected or sent telecommands.
     uint32_t is_lossy;          ///< An octet or a datagram that was announced has not arrived.
     /// Number of records of the packet log so far, including those that are no longer kept.
     uint64_t log_records;

@@ -77,8 +77,8 @@ static status_t start_process(void* const context, const uint16_t apid, const ui
     const unsigned index = (unsigned)(component - runtime->run->components);
     // No promise is valid before the first step.
     run_state_beat(runtime->run, index, 0U, OSAL_LOCKSTEP_NEVER);
-    // The order matters: who reads the new life also reads its link floor, and the launcher starts the
-    // process only when the scheduler expects it.
+    // The order of the stores matters: a reader of the new life must also read its link floor, and the
+    // launcher must start the process only when the scheduler expects it.
     __atomic_store_n(&component->link_floor, link_floor, __ATOMIC_RELAXED);
     __atomic_store_n(&component->life, component->life + 1U, __ATOMIC_RELEASE);
     if (runtime->clock.mode == OSAL_CLOCK_STEPPED) {

@@ -198,8 +198,8 @@ static void set_count(const checkpoint_t* const checkpoint, checkpoint_mark_t* c
     __atomic_store_n(&mark->count, count, __ATOMIC_RELEASE);
 }
 
-/// Returns the used octets of an annex, limited to its size. The sizes in an annex are not trusted: no
-/// content lets a block exceed the annex.
+/// Returns the used octets of an annex; 0 if that number exceeds its size. The sizes in an annex are not
+/// trusted: no content lets a block exceed the annex.
 static size_t used_of(const checkpoint_t* const checkpoint, const checkpoint_annex_t* const annex)
 {
     const uint64_t used = count_of(checkpoint, &annex->used);

@@ -371,7 +371,8 @@ static bool is_noted(const supervisor_t* const supervisor, const own_event_t* co
 void supervisor_error_own_event(supervisor_t* const supervisor, const pus_tm_t* const tm,
                                 const pus_event_occurrence_t* const occurrence)
 {
-    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) || // Handled when raised.
+    // These events are handled when they are raised.
+    const bool is_handled = (occurrence->event == SUPERVISOR_EVENT_PROCESS_LOST) ||
                             (occurrence->event == SUPERVISOR_EVENT_PROCESS_HUNG) ||
                             (occurrence->event == SUPERVISOR_EVENT_SUBSYSTEM_SILENT);
     const own_event_t event = {.event_id = occurrence->event,

@@ -414,7 +414,7 @@ static void member_opened(supervisor_t* const supervisor, link_session_t* const 
         end_session(supervisor, session, (status == STATUS_OK) ? PUS_FAILURE_NONE : PUS_FAILURE_TABLE_FULL,
                     LINK_GRAPH_EDGES);
     } else {
-        // Not the answer of this step. If that one does not arrive, the time-out ends the session.
+        // This step waits for another answer. If that answer does not arrive, the time-out ends the session.
     }
 }
 

@@ -498,7 +498,7 @@ status_t supervisor_packet_log_open(packet_log_t* const log, const char* const d
     log->ring_records   = ring_records;
     for (unsigned i = 0U; i < (unsigned)PACKET_LOG_STRATEGIES; i++) {
         log->is_cut[i] = (past->ring != NULL);
-        // Unknown until the file is opened.
+        // The size of an earlier file is unknown until it is opened.
         log->whole[i] = (past->ring != NULL) ? past->sizes[i] : UINT64_MAX;
     }
     message_ring_init(&log->ring, log->ring_storage, sizeof log->ring_storage);

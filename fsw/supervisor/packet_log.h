@@ -73,7 +73,7 @@ typedef struct {                    // All fields are private, except the first 
     char directory[PACKET_LOG_PATH];
     uint32_t ring_records; // Largest number of records while the ring is in use.
     osal_file_t file;
-    bool is_open;  // Also while the ring is in use and its records are being written to the file.
+    bool is_open;  // True also while the ring is in use and its records are written to the file.
     uint64_t size; // Size of the complete records in the file.
     uint64_t whole[PACKET_LOG_STRATEGIES]; // Size of the complete records in each strategy's file.
     bool is_cut[PACKET_LOG_STRATEGIES];
@@ -120,7 +120,7 @@ void supervisor_packet_log_abandon(packet_log_t* log);
 /// Append a packet to the log.
 void supervisor_packet_log_append(packet_log_t* log, uint64_t time_ns, bool is_tc, const uint8_t* packet,
                                   size_t size);
-/// Change the strategy from the next record on, with a writer from the first record that no file has.
+/// Change the strategy from the next record on; with a writer, from the first record that is in no file yet.
 /// STATUS_OK; STATUS_UNSUPPORTED (this build does not have the strategy); STATUS_DENIED, STATUS_IO,
 /// STATUS_NOT_FOUND (its file cannot be opened), STATUS_BUSY (the writer waits for the disk; the ring can
 /// still be selected): the old strategy stays in use.

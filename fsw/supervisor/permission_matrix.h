@@ -22,10 +22,11 @@ typedef struct { // The properties of a telecommand that permissions check.
 #define PERMISSION_RULE_ALWAYS (-2) ///< Permitted by the built-in set.
 
 /// Decide whether a telecommand is permitted: it is denied unless a rule permits it. Always permitted, in
-/// every mode and state: ST[17]; requests that only report data (3,9 11,17 20,1 and so on: those for which
-/// the catalogue of messages has an answer, except those that read memories or devices, or reset or abort
-/// what they report); requests for a lower state (129,1 to a lower rest state among 0, 3, 4, 5, or to 0) and
-/// for ERROR_OPERATIONAL; closing a link (130,7); shutting the mission down (131,5). It takes O(rules).
+/// every mode and state: ST[17]; requests that only report data (TC[3,9], [11,17], [20,1] and so on: those
+/// for which the catalogue of messages has an answer, except those that read memories or devices, or reset or
+/// abort what they report); requests for a lower state (TC[129,1] to a lower rest state among 0, 3, 4, 5, or
+/// to 0) and for ERROR_OPERATIONAL; closing a link (TC[130,7]); shutting the mission down (TC[131,5]). It
+/// takes O(rules).
 /// STATUS_OK or STATUS_FORBIDDEN; *out_rule is an index in `rules`, or one of the values above.
 MUST_USE status_t supervisor_permission_check(const mission_descriptor_t* mission,
                                               const permission_request_t* request, int* out_rule);

@@ -86,7 +86,7 @@ static plan_run_t* free_run(plan_runner_t* const runner)
     while ((index < PLAN_RUNS) && (runner->runs[index].member_count > 0U)) {
         index++;
     }
-    // There is a free index, because each run has a different failed subsystem, and this one has no run yet.
+    // There is a free entry, because each run has a different failed subsystem, and this one has no run yet.
     FSW_ASSERT(index < PLAN_RUNS);
     return &runner->runs[index];
 }

@@ -246,7 +246,7 @@ status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uin
     return STATUS_OK;
 }
 
-typedef struct { // State of one intake.
+typedef struct { // State of one call of supervisor_router_take_in.
     supervisor_t* supervisor;
     bool is_ground_held;                    // The next request from the ground waits for its addressee.
     uint16_t taken[MISSION_SUBSYSTEMS_MAX]; // Packets taken from each subsystem.

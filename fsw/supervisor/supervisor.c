@@ -98,8 +98,8 @@ const subsystem_callbacks_t* supervisor_callbacks(void)
 
 // ---- Life ----
 
-/// Returns the interval of the supervisor's status reports, which are its heartbeat: three in the shortest
-/// time-out of a subsystem.
+/// Returns the interval of the supervisor's status reports, which are its heartbeat: a third of the shortest
+/// time for which a subsystem waits for them, at most SUBSYSTEM_STATUS_INTERVAL_NS.
 static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
 {
     uint64_t interval_ns = SUBSYSTEM_STATUS_INTERVAL_NS;

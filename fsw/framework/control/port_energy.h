@@ -43,9 +43,9 @@ typedef struct { // Read-only outside; all zero at the start.
 
 /// Set all sums to zero.
 void control_port_energy_reset(control_port_energy_t* energy);
-/// Process one cycle: the position, and the torque with which the other side has driven the port since the
-/// last cycle. If a window ends now in which more than the limit was given away, returns that energy [J];
-/// otherwise 0.
+/// Process one cycle: the position, and the torque with which the hand or the environment has driven the port
+/// since the last cycle. Returns the energy that was given away in the window [J] if the window ends now, the
+/// port was at rest in it, and the energy exceeds the limit; otherwise 0.
 double control_port_energy_step(control_port_energy_t* energy, const control_port_watch_t* watch,
                                 const double torque_nm[CONTROL_PORT_AXES],
                                 const double position_rad[CONTROL_PORT_AXES]);

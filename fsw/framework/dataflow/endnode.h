@@ -36,7 +36,7 @@ typedef enum {
 
 typedef struct {
     char address[ENDNODE_ADDRESS_MAX];
-    /// Streams and datagrams: name of the counts of octets in stepped time; "" if there are none.
+    /// Streams and datagrams: name of the counts of stepped time (osal/hand_over.h); "" if there are none.
     char counts[ENDNODE_ADDRESS_MAX];
     bool is_fd; ///< CAN: process data travels in FD frames with bit rate switch.
 } flow_endnode_address_t;

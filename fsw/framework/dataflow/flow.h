@@ -8,7 +8,7 @@
 ///     SHM, MQUEUE        a queue of messages in each direction: NAME.in to flight, NAME.out to the device
 ///
 /// Call flow_step once a cycle, then send and receive. After a loss, flow_step opens the end node again, with
-/// back-off and without an end. A message longer than its limit is dropped and counted.
+/// back-off and without limit. A message longer than its limit is dropped and counted.
 ///
 /// Ownership  The caller provides flow_t, which must not be moved; name, resolver and quota outlive it.
 /// Context    One task. Blocks only in stepped time, until announced octets have arrived (osal/hand_over.h).

@@ -8,7 +8,7 @@
 /// sending and receiving return STATUS_CLOSED, and flow_can_attend opens the bus again once it is back.
 ///
 /// Ownership  The caller provides flow_can_t; it must not be moved while open.
-/// Context    One task. Never blocks, except for the counted transfer in stepped time (osal/can.h).
+/// Context    One task. Never blocks, except in the counted hand-over of stepped time (osal/can.h).
 /// Time       O(1).
 /// Errors     Each function lists its statuses; each refusal is counted.
 #ifndef FSW_FRAMEWORK_DATAFLOW_FLOW_CAN_H

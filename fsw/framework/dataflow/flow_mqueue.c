@@ -15,7 +15,7 @@ static status_t open_queue(void* const context)
     }
     (void)memcpy(flow->address, address.address, sizeof flow->address);
     if (flow->setup.is_receiver) {
-        // Removes a queue that a predecessor has left; usually there is none.
+        // Remove a queue that a predecessor has left; usually there is none.
         (void)osal_mqueue_remove(flow->address);
         return osal_mqueue_create(&flow->queue, flow->address, flow->setup.depth, flow->setup.message_octets);
     }

@@ -41,7 +41,7 @@ typedef struct {     // All counters wrap.
     uint32_t turned_away; ///< Connections closed at once: no slot was free, or the quota was used up.
     uint32_t evicted;     ///< Connections ended to make room for a new one.
     uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
-    uint32_t malformed; ///< Connections ended because the framer gave up or its frame did not fit the buffer.
+    uint32_t malformed;   ///< Connections ended because a frame was malformed or did not fit the buffer.
     uint32_t octets_in;
     uint32_t octets_out;
 } flow_tcp_counters_t;

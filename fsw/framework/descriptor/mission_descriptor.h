@@ -110,8 +110,8 @@ typedef struct { // One <Allow>. A request that no rule allows is denied.
 
 typedef struct { // Real-time link of the mission: producer.port -> consumer.port.
     const char* name;
-    /// 1.. in the order of the file; selector of permissions for service 130. The link id on the wire is
-    /// another number.
+    /// 1.. in the order of the file; the id of the link on the wire, and the selector of permissions for
+    /// service 130.
     uint16_t number;
     uint16_t producer_apid;
     uint16_t producer_port;

@@ -57,7 +57,7 @@ void descriptor_source_taken(source_t* const source, const char* const attribute
     descriptor_source_refuse(source, source->line, "% % is taken in line #", attribute, value, line);
 }
 
-/// Complete an error text with a limit.
+/// Append "<what>, at most <most>" to the error text.
 static void add_limit(source_t* const source, const char* const what, const uint32_t most)
 {
     descriptor_source_append(source, "%, at most #", what, NULL, most);

@@ -79,7 +79,7 @@ static status_t append(journal_t* const journal, const journal_record_t* const r
 }
 
 /// True if a log of `used` octets can take another record and, after it, the commit and one erasure for each
-/// existing record.
+/// record, the new one included.
 static bool has_room(const journal_t* const journal, const uint32_t used, const size_t size)
 {
     const uint64_t erasures = ((uint64_t)journal->stats.records + 1U) * JOURNAL_RECORD_SIZE(0U);
@@ -301,7 +301,8 @@ static void write_mark(journal_t* const journal)
         journal->is_moving = (status == STATUS_OK);
     } else {
         if (journal->is_cut_due) {
-            // A file system that never overwrites would copy the whole log at each mark.
+            // Remove the old log first: a file system that never overwrites in place would copy it at each
+            // mark.
             status              = other->resize(other->context, JOURNAL_HEAD_SIZE);
             journal->is_cut_due = (status != STATUS_OK);
         }
@@ -342,8 +343,8 @@ static bool is_wasteful(const journal_t* const journal)
     return journal->tail.offset > ((2U * live) + journal->configuration.slack);
 }
 
-/// Begin a compaction if the log is wasteful, or continue one. `changes` of the transaction just committed.
-/// STATUS_OK, STATUS_FULL, STATUS_IO.
+/// Continue a compaction, or begin one if is_wasteful. `changes`: puts and erasures of the transaction that
+/// was just committed. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t advance_compaction(journal_t* const journal, const uint32_t changes)
 {
     const uint32_t moves = journal->configuration.moves;
@@ -355,7 +356,7 @@ static status_t advance_compaction(journal_t* const journal, const uint32_t chan
         }
         status = begin_move(journal);
         if ((status == STATUS_OK) && !is_whole) {
-            write_mark(journal); // The head has replaced the last one.
+            write_mark(journal); // The new head has overwritten the last mark.
             return STATUS_OK;
         }
     }
@@ -409,8 +410,8 @@ static status_t build_index(journal_t* const journal)
         } else if ((record.kind == JOURNAL_ERASE) && (slot != NULL)) {
             note_erased(journal, slot);
         } else {
-            // A mark is about the generation before. A commit needs no action: all records up to the tail are
-            // committed.
+            // A mark refers to the previous generation. A commit needs no action: all records up to the tail
+            // are committed.
         }
     }
     return STATUS_OK;

@@ -115,7 +115,7 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
 /// used. limit >= 256.
 MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t* configuration);
 
-#define JOURNAL_DAMAGE_SIZE 9U ///< Event data: octets u32 (saturates), records u32, is kept u8.
+#define JOURNAL_DAMAGE_SIZE 9U ///< Event data: octets u32 (saturates), records u32, is_kept u8.
 /// Write the damage, and `refused` records that no service restored, as the data of an event. False if
 /// there is no damage to report.
 bool journal_report_damage(const journal_t* journal, uint32_t refused, uint8_t octets[JOURNAL_DAMAGE_SIZE]);

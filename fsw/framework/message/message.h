@@ -76,7 +76,7 @@ typedef struct {
 // Position of a channel: the numbers that another process needs in order to continue the channel.
 typedef struct {
     uint32_t peer_life;      // 0: no frame of the peer has arrived.
-    uint32_t sent;           // Data frames sent in this incarnation of the channel.
+    uint32_t sent;           // Data frames sent to this life of the peer.
     uint32_t credited;       // Sent frames that the peer has taken.
     uint32_t expected;       // Next sequence number from the peer.
     uint32_t taken;          // Data frames that the caller has taken; lost ones are included.
@@ -98,7 +98,7 @@ typedef struct { // Private.
     bool is_syncing;       // A SYNC was sent and not answered yet.
     uint32_t strays;       // Frames in a row that were dropped because their numbers were impossible.
     uint32_t sync_at;      // Number of strays at which the next SYNC is due.
-    uint32_t refusals;     // Sends refused for lack of credit since the last frame of the peer.
+    uint32_t refusals;     // Sends refused for lack of credit since the channel had credit last.
 } message_channel_t;
 
 /// Private: storage for one peer, its channel and the octets of its inbox.

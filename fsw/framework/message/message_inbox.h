@@ -30,7 +30,7 @@ typedef struct { // Private. A frame without data.
     bool is_set;
 } message_note_t;
 
-typedef struct {           // Private, except `blocks`, to be read.
+typedef struct {           // Private, except `blocks` (read-only).
     message_ring_t blocks; ///< Frames with data, the checked ones first.
     uint32_t arrived;      // Number of frames with data that have arrived.
     uint32_t checked;      // Number of these frames that were checked.

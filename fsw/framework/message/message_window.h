@@ -17,7 +17,7 @@ message_channel_t* message_channel_of(const message_endpoint_t* endpoint, uint16
 /// Returns the number of blocks that may be sent, without the reserve of the window if they are plain; 0 if
 /// the largest block does not fit.
 uint32_t message_window_credit(const message_channel_t* channel, bool is_plain);
-/// Returns the number of taken octets for which credit is sent: half of a window, or less in a small one. A
+/// Returns the number of taken octets after which credit is sent: half of a window, or less in a small one. A
 /// sender that waits only for fewer octets than this can send the largest plain block.
 uint32_t message_window_interval(uint32_t window);
 

@@ -5,7 +5,7 @@
 /// The kernel returns a frame that was not delivered: the frame is counted, and its receiver detects the loss
 /// by the sequence numbers. The kernel's topology service reports names that disappear and appear: when the
 /// name of a peer appears again, a SYNC is sent at once. These reports are hints only: decisions about a peer
-/// depend on its own frames, on their life and on heartbeats.
+/// depend on its own frames, on the life that they contain, and on heartbeats.
 ///
 /// Ownership  The caller provides message_tipc_carrier_t; the program opens or adopts the sockets.
 /// Context    One task.

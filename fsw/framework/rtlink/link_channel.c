@@ -353,8 +353,8 @@ uint64_t rtlink_consumer_patience_us(const rtlink_consumer_t* const consumer)
     if (play_out == NULL) {
         return consumer->terms.max_age_us;
     }
-    // A sample is played at the age delay_us + budget_us, or later if its jitter exceeds the budget: beyond
-    // that age, the larger of both times is allowed.
+    // A sample is played at the age delay_us + budget_us, or later if its jitter exceeds the budget. Beyond
+    // that age it may be older by agreed_us or by budgets_us, whichever is larger.
     const uint64_t budgets_us = (uint64_t)RTLINK_PLAY_OUT_BUDGETS * play_out->budget_us;
     const uint64_t agreed_us  = consumer->terms.max_age_us;
     return (uint64_t)play_out->delay_us + play_out->budget_us +

@@ -39,7 +39,7 @@ status_t sdls_open(sdls_receiver_t* const self, const uint8_t key[SDLS_KEY_OCTET
                    const medium_t* const medium)
 {
     FSW_ASSERT((self != NULL) && (key != NULL) && (medium != NULL));
-    // The vector of session 0 is free for this purpose, because sessions begin with 1.
+    // No frame uses the initialization vector of session 0, because sessions begin with 1.
     static const uint8_t unused[SDLS_VECTOR_OCTETS] = {0};
     // The first output of the cipher identifies the key without revealing it.
     uint8_t check[SESSION_MARK_CHECK];

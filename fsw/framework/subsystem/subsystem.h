@@ -10,7 +10,7 @@
 ///     control                     the cyclic code of the state
 ///     emit                        commands to the devices, SYNC last; then write links, sample housekeeping
 ///
-/// Ownership  The program offsets subsystem_t and what subsystem_config_t points to; all outlive the
+/// Ownership  The program provides subsystem_t and what subsystem_config_t points to; all outlive the
 ///            subsystem.
 /// Context    One task; the callbacks run inside subsystem_step and never block. The time is an argument.
 /// Errors     Each function lists its statuses.

@@ -34,7 +34,8 @@
 #include "pus/st17/st17_test.h"
 #include "pus/st20/st20_parameters.h"
 
-// A build whose descriptors are compiled in defines the capacities up to the #endif, as they need them.
+// A build whose descriptors are compiled in defines the capacities up to the #endif with the numbers that its
+// descriptors need.
 #ifndef SUBSYSTEM_PARAMETERS
 #define SUBSYSTEM_PARAMETERS DESCRIPTOR_PARAMETERS_MAX
 #define SUBSYSTEM_BOUNDS DESCRIPTOR_FIELDS_MAX ///< Fields of all parameters.
@@ -111,7 +112,7 @@ typedef struct {
     const rtlink_resolver_t* links; ///< Null: no real-time links.
     uint8_t link_methods;           ///< Transfer methods of this run: bit set of 1 << rtlink_method_t.
     bool has_loop_tasks;            ///< Each loop of services has a task of its own.
-    const pus_service_t* services;  ///< Further services (0..16).
+    const pus_service_t* services;  ///< Further services; SUBSYSTEM_SERVICES at most in all.
     size_t service_count;
     subsystem_services_t optional;        ///< Services that the descriptor lists.
     const pus_persistence_t* persistence; ///< Store for records of services; null: no records are stored.

@@ -107,7 +107,7 @@ size_t subsystem_sample_auxiliary(subsystem_t* const subsystem, const descriptor
             }
         }
     }
-    while (writer.position < event->octets) { // Fill values that only the caller of the event could supply.
+    while (writer.position < event->octets) { // Values that only the caller has are 0.
         octet_write_u8(&writer, 0U);
     }
     return writer.position;

@@ -16,8 +16,9 @@
 #include <stdbool.h>
 
 typedef struct {
-    double limit;   ///< Smallest singular value of the Jacobian below which damping acts [m and 1 mixed].
-    double damping; ///< Damping at singular value 0.
+    /// Damping acts while the smallest singular value of the Jacobian is below this limit [m and 1 mixed].
+    double limit;
+    double damping;        ///< Damping at singular value 0.
     bool is_position_only; ///< The orientation of the tool is not controlled.
 } arm_inverse_t;
 

@@ -6,7 +6,7 @@
 /// the second value of TORQUE.
 ///
 /// Units      The descriptor gives the unit of each value; for prismatic joints see arm_model.h.
-/// Ownership  The caller offsets the structures.
+/// Ownership  The caller provides the structures.
 /// Context    Any.
 #ifndef FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H
 #define FSW_SUBSYSTEMS_ARM_ARM_PARAMETERS_H

@@ -13,8 +13,7 @@
 
 #define DURATION_MIN_S 0.1
 #define STOP_MIN_S 0.05
-// Tolerance of the check of speeds: the duration of a motion is such that the peak speed of a joint equals
-// its limit.
+// Tolerance of the check of speeds: the peak speed of a joint equals its limit, so rounding may exceed it.
 #define SPEED_MARGIN 1.001
 // Steps of the check of a line.
 #define CHECK_STEPS 400U
@@ -264,7 +263,8 @@ void arm_path_brake(arm_path_t* const path, const arm_model_t* const model, cons
                     const arm_motion_t* const motion)
 {
     FSW_ASSERT((path != NULL) && (model != NULL) && (limits != NULL) && (motion != NULL));
-    // Progress is the time of the trajectory, which slows down from the normal rate to rest.
+    // Progress is a time that slows down from the normal rate to rest; each joint moves by its present
+    // velocity times this time.
     const control_motion_point_t start = {.position = 0.0, .velocity = 1.0};
     arm_path_rest(path, model, motion);
     for (unsigned i = 0U; i < model->joint_count; i++) {

@@ -40,7 +40,7 @@ typedef struct {                        // All fields are private.
     const arm_trajectory_t* trajectory; ///< Trajectory; null if the motion is not a trajectory.
     bool is_slowing;                    ///< The time of the trajectory slows down; it is `progress`.
     double elapsed_s;                   ///< Time of the trajectory, if it does not slow down.
-    /// Progress of the motion from 0 to 1, or the time of a trajectory that slows down.
+    /// Progress of the motion from 0 to 1, or the time [s] of a trajectory that slows down or of braking.
     control_motion_t progress;
     double start_rad[ARM_JOINTS_MAX];
     double distance_rad[ARM_JOINTS_MAX];

@@ -234,7 +234,7 @@ static double plan_blend(arm_trajectory_t* const trajectory, const arm_limits_t*
     return DISTANCE * largest * duration_s;
 }
 
-/// True for points between the start and the last one: only there the motion passes at a distance.
+/// True for points between the start and the last one, which the motion may pass at a distance.
 static bool is_via(const arm_trajectory_t* const trajectory, const unsigned point)
 {
     return (point > 0U) && (point < trajectory->point_count);

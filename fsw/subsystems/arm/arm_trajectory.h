@@ -59,7 +59,7 @@ void arm_trajectory_begin_tool(arm_trajectory_t* trajectory, const arm_limits_t*
 /// ARM_PLAN_ROUNDS were not enough.
 MUST_USE status_t arm_trajectory_plan(arm_trajectory_t* trajectory, const arm_limits_t* limits);
 double arm_trajectory_duration_s(const arm_trajectory_t* trajectory);
-/// Compute the motion at a time; the plan must be ready. Before its start and after its end, the motion is
+/// Compute the motion at a time; the plan must be ready. Before its start and after its end, the arm is at
 /// rest.
 void arm_trajectory_at(const arm_trajectory_t* trajectory, double time_s, arm_motion_t* out_motion);
 /// Compute pose and velocity of the tool at time `time_s` of the plan, if this time passes `rate` times as

@@ -8,7 +8,7 @@
 /// in simulated time when its connection is served, and when it has ended. Other clients are accepted at any
 /// time, but make the run irreproducible, because events and counters report them.
 ///
-/// Ownership  The program provides communication_t (static; about 2.2 MiB).
+/// Ownership  The program provides communication_t (static; about 2.1 MiB).
 /// Context    One loop; never blocks.
 #ifndef FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H
 #define FSW_SUBSYSTEMS_COMMUNICATION_COMMUNICATION_H

@@ -8,8 +8,8 @@
 /// robot reports r, J and x_e, the joystick angle that it followed when it measured r. A hand at rest feels
 /// exactly r; a moving hand feels the model, and only the difference between the model's stiffness and the
 /// true one passes through the delayed loop. At the tip the force along the normal is >= 0, and the
-/// tangential force is limited to a share of it. The torque is proportional to the reported push as long as
-/// this is small: in free space r is only an estimation error, which the hand must not feel.
+/// tangential force is limited to a share of it. The torque is scaled by a factor that rises from 0 to 1
+/// with the reported push, from FADE_FROM to FADE_TO: in free space r is only an error of the estimate.
 ///
 /// Ownership  The caller provides joystick_remote_contact_t. Settings are the parameter REMOTE.
 /// Context    One task.

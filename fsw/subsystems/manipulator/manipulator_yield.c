@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#define LEAD_SHARE 0.01     // Share of the lag behind the asked angles that one cycle removes.
+#define LEAD_SHARE 0.01     // Share of the lag of acted_rad behind asked_rad that one cycle removes.
 #define LEAD_MAX_RAD 2.0e-4 // Largest change in one cycle.
 
 /// True if the sample has an angle of the hand in which no number is infinite or NaN: x - x is then 0.

@@ -28,7 +28,7 @@ static bool path_of(const pus_file_name_t* const name, pus_file_path_t* const ou
            pus_file_path_read_name(&reader, out_path);
 }
 
-/// Returns the index of a free index; SPACECRAFT_FILES_OPEN if there is none.
+/// Returns the index of a free entry; SPACECRAFT_FILES_OPEN if there is none.
 static uint32_t free_index(const spacecraft_files_t* const files)
 {
     uint32_t index = 0U;

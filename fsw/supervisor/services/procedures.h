@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of the on-board control procedures of ST[18], with the engine that runs them. All of it is
-/// static; the capacities are those of this class of missions.
+/// Storage of the on-board control procedures of ST[18], with the engine that runs them. All of it is static.
+/// It has room for the largest capacity that a descriptor may grant.
 ///
 /// A cycle of procedures is SPACECRAFT_PROCEDURE_CYCLE_NS, independent of the supervisor's wake times. In
 /// each cycle every running procedure has a budget of units (procedure_cost.h) and of calls with external

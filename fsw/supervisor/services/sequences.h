@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Storage of the request sequences of ST[21]. The capacities are those of this class of missions.
+/// Storage of the request sequences of ST[21]. It has room for the largest capacity that a descriptor may
+/// grant.
 #ifndef FSW_SUPERVISOR_SERVICES_SEQUENCES_H
 #define FSW_SUPERVISOR_SERVICES_SEQUENCES_H
 

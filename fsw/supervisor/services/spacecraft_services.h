@@ -50,7 +50,7 @@ typedef struct {
     /// Run the work that is due. Returns the time of the next wake [ns of the run], SPACECRAFT_NEVER if no
     /// work is planned.
     uint64_t (*step)(struct supervisor* supervisor, uint64_t now_ns);
-    /// Process a report that has passed, also one of the supervisor itself. It may release requests, but
+    /// Process a report that was routed, also one of the supervisor itself. It may release requests, but
     /// must not send reports.
     void (*observe)(struct supervisor* supervisor, const pus_tm_t* tm, const uint8_t* packet, size_t size);
 } spacecraft_binding_t;
