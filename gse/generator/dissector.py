@@ -119,7 +119,7 @@ class _Tables:
     # ---- layouts of the descriptors ----
 
     def _item(self, key, owner, one):
-        """Register a field of a descriptor under a key. Returns {field, type, count}."""
+        """Register a field of a descriptor under a key. Returns [key, type, count]."""
         words = None
         numbers = owner["enumerations"].get(one.get("enumeration"))
         if numbers and max(numbers.values()) <= LARGEST_WORD and one["type"] != "UINT64":

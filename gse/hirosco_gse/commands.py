@@ -109,7 +109,7 @@ def _reload(dictionary, words):
 
 
 def _properties_octets(producer, consumer):
-    """Link properties that the ground requests: ports of the dictionary; the ends choose byte order and method."""
+    """Link properties in a request: layout, period and maximum age from the ports of the dictionary; the ends choose byte order and method."""
     age_us = consumer.max_age_us
     layout = producer.layout_hash, producer.octets
     return struct.pack(">IIBIHBBI", *layout, 0, producer.period_us, 0, METHOD_ANY, 1, age_us)
@@ -334,7 +334,7 @@ def _hk(dictionary, words):
 
 
 def _hk_once(request, apid):
-    """One-shot report: the spacecraft sends it to all ground users, so it is read from the stream of reports."""
+    """One-shot report: the spacecraft sends it to all ground users, so it is not among the replies to this user."""
 
     def procedure(session, timeout_ns):
         found = []

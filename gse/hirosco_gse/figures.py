@@ -177,7 +177,7 @@ def joystick_count(run):
 
 
 def _circle_window(run):
-    """First and last cycle of the last whole periods of constant amplitude, at most four, and their frequency [Hz]."""
+    """(first cycle, end cycle, frequency [Hz]) of the last whole periods of constant amplitude, three or four."""
     first, end = segment(run, "circle", None)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     away = intent - intent[0]
@@ -286,7 +286,7 @@ def hold_motion(run):
 
 
 def contact(run):
-    """Share of the time with contact while following and holding; largest contact force from the first touch on."""
+    """Share of the time with contact while following and holding; largest contact force from the beginning of the press to the end of the hold."""
     touched = run.at_cycles("CONTACT", "in_contact")
     if touched is None:
         raise Missing("the truth log has no channel CONTACT")
@@ -301,7 +301,7 @@ def contact(run):
 
 
 def _drives(run):
-    """Dict (bus, node, axis) -> list of (time_us, entry) of the truth."""
+    """Dict (bus, node, axis) -> entries of this drive in the truth log, in order."""
     found = {}
     for entry in run.truth["DRIVE"]:
         found.setdefault((entry["bus"], entry["node"], entry["axis"]), []).append(entry)

@@ -51,12 +51,12 @@ def setting(run, owner, name, field):
 
 
 def position_scale(run):
-    """Angle of a joint of the arm for an angle of the joystick."""
+    """Angle of a joint of the arm divided by the angle of the joystick that commands it."""
     return float(setting(run, "MANIPULATOR", "CONTROL", "POSITION_SCALE")[0])
 
 
 def force_scale(run):
-    """Torque of the joystick for an external torque of a joint."""
+    """Torque of the joystick divided by the external torque of a joint that it reflects."""
     return float(setting(run, "JOYSTICK", "CONTROL", "FORCE_SCALE")[0])
 
 

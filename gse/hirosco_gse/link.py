@@ -212,7 +212,7 @@ class StepDriver:
                 part = self._stream.recv(octets - len(received))
             except OSError:
                 part = b""
-            if not part:  # The process was killed from outside; the scheduler has not reported it yet.
+            if not part:  # The process `communication` was killed from outside of the run; the scheduler has not reported it yet.
                 self._session.feed(received)
                 self._lose()
                 return b""

@@ -146,7 +146,7 @@ def _events(whole):
         if first == len(at) or at[first] != offset:
             word = int.from_bytes(bytes(whole[offset : offset + 4]), "big")
             raise LogError(f"no event at octet {offset} (sync word 0x{word:08X})")
-        last = first + int(np.argmin(is_next[first:]))  # The last of a row of events without anything between them.
+        last = first + int(np.argmin(is_next[first:]))  # The last of the events that follow each other without a gap.
         kept.append(np.arange(first, last + 1))
         first, offset = int(following[last]), int(ends[last])
     kept = np.concatenate(kept) if kept else np.zeros(0, np.int64)

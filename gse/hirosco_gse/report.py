@@ -147,7 +147,7 @@ def mismatches(run):
 
 
 def _count_of(facts):
-    """(figures that hold, all figures with a bound)."""
+    """(number of figures within their bounds, number of figures with a bound)."""
     bounds = figures.bounds_of(facts)
     return sum(figures.holds(name, facts.get(name), bounds) for name in bounds), len(bounds)
 

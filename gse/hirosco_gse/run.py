@@ -113,7 +113,7 @@ class Run:
         self.buses = self._read_buses(dictionary) if has_buses else {}
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
         if not (self.directory / "packets.log").exists() and (self.directory / "packets.ascii").exists():
-            self.problems.append(f"packets.log: absent; build/bin/packet-archive-sqlite merge {self.directory} makes it from the parts of a flight that was cut off")
+            self.problems.append(f"packets.log: absent; build/bin/packet-archive-sqlite merge {self.directory} makes it from the parts of a flight that was killed")
         channels = self._read(logs.read_lcm, "truth.lcm") or {}
         if "CUT" in channels:
             self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its maximum size")
@@ -205,7 +205,7 @@ class Run:
         return cycles
 
     def _interpret(self):
-        """Reports of the packet log: (time_ns, Packet, decoded)."""
+        """Set `reports`, those of the packet log: (time_ns, Packet, decoded)."""
         self.reports = []
         if self.dictionary is None:
             return

@@ -99,7 +99,7 @@ class Session:
         self.follow = None  # follow(packet) lets the clock of a driver follow the time of telemetry.
         self.states = {}  # APID -> name of the last reported state
         self.configurations = {}  # APID -> last reported configuration id
-        self.links = {}  # (consumer APID, consumer port) -> link id, from accept and status reports
+        self.links = {}  # name of a link that this user has opened -> its id
         self.events = []  # (packet, decoded) of ST[05], in order
         self.housekeeping = {}  # (APID, octets of the structure's id) -> (last report, id of the configuration), the newest at the end
         self.mode = None

@@ -95,7 +95,8 @@ def _sizes(member, numbers):
 
 
 def _columns(events, members):
-    """Dict name -> array of members without text: a row for each event (logs.Events). Counts are those of the first event."""
+    """(dict name -> array with a row for each event, octet after the members in an event) for members without text. Counts are those of the
+    first event."""
     fields, numbers, at = [("head", f"V{HEAD - 8}"), ("time_ns", ">i8")], {}, HEAD
     for member in members:
         kind = np.dtype((NUMBERS[member.kind], _sizes(member, numbers)))

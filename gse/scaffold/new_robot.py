@@ -407,7 +407,7 @@ def check_world(path, urdf_path, own_urdf):
 
 
 def plan(path, name, tool, start_given, apid, base="fixed"):
-    """Dict path -> text of the new files, and the mission's path."""
+    """(dict path -> text of the new files, path of the mission, name of the files, the robot)."""
     robot, source = read(path, tool)
     expect(base in GRAVITY, "BASE", base, "fixed or free")
     expect(base == "fixed" or robot.base.mass > 0.0, "URDF", path, "the root link with a mass, or a link fixed to it: the base flies freely")

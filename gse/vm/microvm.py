@@ -173,7 +173,7 @@ def wait_for_boot(process, control, boot_seconds):
 
 
 def wait_for_code(process, control, streams, seconds):
-    """Pass the output of the command on until its exit code exists or its time is over. Returns an Outcome without texts."""
+    """Pass the output of the command on until its exit code exists or its time is over. Returns an Outcome without stdout and stderr."""
     limit = time.monotonic() + (float("inf") if seconds is None else seconds)
     while True:
         ended, finished = process.poll() is not None, (control / "code").is_file()

@@ -73,7 +73,7 @@ def decisions_of(file):
 
 
 def compare(path, decisions, lines, exclusions):
-    """(conditions shown, conditions, findings) of one source."""
+    """(number of conditions that are shown, number of conditions, findings) of one source."""
     shown = total = 0
     findings = []
     for (line, _), conditions in sorted(decisions.items()):

@@ -203,7 +203,7 @@ def test_frames_are_those_of_the_identifier_plan(buses):
 
 
 def _unplugged(truth):
-    """(bus, node, start_us, end_us) of each time a device was cut off."""
+    """(bus, node, start_us, end_us) of each interval in which a device was unplugged."""
     nodes = {"STICK": STICK, "JOINT1": JOINTS[0], "JOINT2": JOINTS[1]}
     open_cuts, found = {}, []
     for fault in truth["FAULT"]:

@@ -39,7 +39,7 @@ def _transitions(flight, apid):
 
 
 def _events(flight, number):
-    """(time_s, APID, state) of an event of the supervisor."""
+    """(time_s, APID, state) of each event of the supervisor with this number."""
     return [(time_ns / 1e9, int.from_bytes(raw[23:25], "big"), int.from_bytes(raw[25:27], "big")) for time_ns, direction, raw in flight.packets
             if direction == "TM" and raw[7] == 5 and raw[1] == 1 and int.from_bytes(raw[21:23], "big") == number]
 

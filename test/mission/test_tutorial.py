@@ -181,7 +181,7 @@ def test_rate_address_and_method_came_from_the_descriptor(pupil):
 
 
 def records(directory, name, mark):
-    """(time s, octets) of the records that an instrument has sent (>) or taken (<)."""
+    """(time s, octets) of the records that an instrument has sent (>) or received (<)."""
     lines = [line.split(" ") for line in (directory / "records.log").read_text(encoding="ascii").splitlines()]
     return [(float(time), bytes.fromhex(octets)) for time, who, way, octets in lines if (who, way) == (name, mark)]
 

@@ -331,8 +331,8 @@ class Hub:
             self._connection.flush()
 
     def command(self, text, is_for_display=False, files=None):
-        """Start a command of an operator; its progress is published. is_for_display: structures that it enables are disabled
-        when no page is open any more. files: as of `plan`. Raises UsageError."""
+        """Start a command of an operator; its progress is published. Returns its number. is_for_display: structures that it
+        enables are disabled when no page is open any more. files: as of `plan`. Raises UsageError."""
         planned, words = self.plan(text, files), words_of(text)
         if reason := barrier(self, planned):
             raise UsageError(reason)
@@ -376,7 +376,7 @@ class Hub:
         return call.rows
 
     def upload(self, words, octets):
-        """A command with a file of a page, for which the word `{}` stands. Raises UsageError."""
+        """Start a command with a file of a page, for which the word `{}` stands. Returns its number. Raises UsageError."""
         number = self.command(shlex.join(words), files=PageFiles(octets))
         self.commands[-1].line = ""  # It cannot be repeated without the file.
         return number

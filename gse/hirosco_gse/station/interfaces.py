@@ -12,7 +12,7 @@ LINK, LINK_ENDS = (130, 3), struct.Struct(">IHHHHH")  # A link: transaction, id,
 
 
 def subsystems_of(planned, dictionary):
-    """Names of these subsystems, in the order of the requests."""
+    """Names of the subsystems on whose interface a planned command depends, in the order of its requests."""
     apids = (apid for one in (*planned.requests, *planned.later) for apid in _apids(dictionary, one.apid, one.service, one.subtype, one.data))
     return [dictionary.name_of_apid(apid) for apid in dict.fromkeys(apids)]
 
@@ -29,7 +29,7 @@ def barrier(hub, planned):
 def _apids(dictionary, apid, service, subtype, data):
     if (service, subtype) not in STANDARD:
         yield apid
-    if (service, subtype) == LINK and len(data) >= LINK_ENDS.size:  # It contains the layout of the samples, which both ends define.
+    if (service, subtype) == LINK and len(data) >= LINK_ENDS.size:  # The request contains the layout of the samples, which both ends define.
         _, _, producer, _, consumer, _ = LINK_ENDS.unpack_from(data)
         yield from (producer, consumer)
     entry = dictionary.catalogue.flags(service, subtype)

@@ -19,7 +19,7 @@ class Network:
 
     def __init__(self, hub):
         self._hub = hub
-        self.open = set()  # Names.
+        self.open = set()  # Names of the open links.
         self.message = None
         self._rows = {}  # name -> row
         # Wall-clock time and mission time of the last request, and whether its answer has not arrived yet.

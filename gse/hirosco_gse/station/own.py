@@ -5,7 +5,7 @@ from .display import ID
 from .identity import PREFIX
 
 READ = {(3, 27), (3, 33), (130, 8), (131, 8)}  # One report of a structure, its state, real-time links, subsystems.
-# The display structure is created; deleted, enabled or disabled. The id of the structure is the first field of TC[3,1], and the last of the others.
+# Requests about the display structure: create; delete, enable, disable. Its id is the first field of TC[3,1], and the last of the others.
 CREATE, ENABLE = {(3, 1)}, {(3, 3), (3, 5), (3, 6)}
 
 
