@@ -4,7 +4,7 @@ writes without end."""
 
 import pexpect
 
-PATIENCE_S = 60.0
+PATIENCE_S = 600.0
 
 
 def converse(command, environment, steps, size=(24, 80)):

@@ -18,7 +18,7 @@ from spacecraft import failure, success
 from terminal import converse
 from textual.widgets import DataTable, Input, RichLog, Static
 
-MANIPULATOR, PATIENCE_S = 16, 60.0
+MANIPULATOR, PATIENCE_S = 16, 600.0
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from aiohttp import ClientSession, web
 from hirosco_gse.station.server import Station
 from spacecraft import failure, success
 
-PATIENCE_S = 30.0
+PATIENCE_S = 600.0
 MANIPULATOR, JOYSTICK = 16, 17
 TELEPRESENCE = 2
 
@@ -88,4 +88,4 @@ def visit(place, story, **options):
                 return await story(page, station)
 
     # Messages that no test awaits arrive all the time.
-    return asyncio.run(asyncio.wait_for(run(), 4 * PATIENCE_S))
+    return asyncio.run(asyncio.wait_for(run(), 2 * PATIENCE_S))
