@@ -58,8 +58,8 @@ def _named(kind, number, owner, dictionary):
 
 
 def named(found, event, subsystem, dictionary):
-    """Values of an event report (name -> list of numbers) with a values.Named for each number that has a name. A value APID of the report is the
-    subsystem that the other values concern, and BY_APID that of BY_EVENT; without it, that is `subsystem`, which has sent the report."""
+    """Values of an event report (name -> list of numbers) with a values.Named for each number that has a name. If the report has a value APID,
+    the other values concern that subsystem, otherwise `subsystem`, which has sent the report. BY_EVENT is an event of BY_APID."""
     kinds = {item.name: getattr(item, "kind", "") for item in event.parameters}
 
     def owner(name):

@@ -45,7 +45,7 @@ TEXTS = {
     "contact_share": ("Contact kept while following and holding", ""),
     "contact_force_max_n": ("Largest contact force at a commanded force of 15 N", "N"),
     "brake_drop_rad": ("Motion of the arm when it leaves operation", "rad"),
-    "engagement_step_rad": ("Step of the joint command at engagement", "rad"),
+    "engagement_step_rad": ("Step of the joint command when a drive is enabled", "rad"),
     "link_lost": ("Link samples lost", "samples"),
     "unplug_reaction_s": ("Time from the unplug until no drive is in operation", "s"),
     "torque_limit_reaction_cycles": ("Time from the exceeded torque limit to the command that ends operation", "cycles"),

@@ -54,8 +54,8 @@ def json_of(value, default=str, **options):
 
 
 class Word(int):
-    """A number of an enumeration with its word. Arithmetic uses the number, the text form is the word, and both equal the object. `members`:
-    the parts of a word of bits by name, None for others."""
+    """A number of an enumeration with its word. Arithmetic uses the number, and the text form is the word; the object compares equal to both.
+    `members`: the parts of a number whose bits have names, by name; None for other numbers."""
 
     def __new__(cls, number, word, members=None):
         made = super().__new__(cls, number)

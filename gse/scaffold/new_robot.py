@@ -209,7 +209,7 @@ def gains_of(joint):
 
 
 def device(joint, address, number, mode):
-    """A joint's drive in a configuration: CSP by the first RPDO or CST by the second, one each millisecond."""
+    """A joint's drive in a configuration: CSP by the first RPDO or CST by the second, with one command each millisecond."""
     bus, node = address
     kp, kd = gains_of(joint)
     # CiA 402: torques are in per mille of the rated torque, which is 10 Nm, and 40 Nm for the large drive.

@@ -111,8 +111,8 @@ def _requests(rng, flight):
 
 
 def _events(rng, flight):
-    """Load: a member raises notes as fast as it accepts requests, a procedure or monitors raise events, or
-    all of them do."""
+    """Load: a member raises events as fast as it accepts requests, or a procedure or monitoring definitions raise
+    events."""
     at, name, kind = flight.moment(rng), rng.choice(MEMBERS), rng.choice(("notes", "notes", "procedure", "procedure", "monitor", "high"))
     if kind == "notes":
         flight.lines += [f"{at:.6f} operator try nowait cmd {name}.RAISE EVENT=9"] * rng.choice((50, 300))
@@ -130,7 +130,7 @@ def _events(rng, flight):
 
 
 def _disk(rng, flight):
-    """Some writes of the packet log or of a record store fail, because the disk is full or read-only."""
+    """Some writes of the packet log or of a record store fail, because the disk is full, read-only or damaged."""
     text = rng.choice(("/packets.ascii", "/packets.ascii", "/storage/SUPERVISOR.", "/storage/MANIPULATOR."))
     first = rng.choice((1, rng.randrange(1, 300), rng.randrange(1, 30)))
     # The launcher refuses a flight whose component cannot open its record store.

@@ -21,7 +21,7 @@ def pings(begin_s, count=PINGS, step_s=0.01):
 
 
 def scenario(path):
-    """Processes end and start in every way, in OPERATIONAL and in other states, some within one tick of the supervisor."""
+    """Processes end and start in every way, in OPERATIONAL and in other states, some within one step of the supervisor (10 ms)."""
     lines = ["0.0 hand rest"]
     lines += flying.bring_up(0.2)
     lines += ["7.0 hand circle 0.1 0.5 1 3 1"]

@@ -130,7 +130,7 @@ def _simulated_s(flight):
 
 
 def _sample(flight, began):
-    """Resources of every process of the flight, and the size of its files."""
+    """Resources of every process of the flight, its names in shared memory, and the size of its packet logs."""
     found = {"wall_s": round(time.monotonic() - began, 2), "simulated_s": _simulated_s(flight), "processes": {}}
     for name, pid in {**flight.children(), "launcher": flight.process.pid}.items():
         try:
@@ -161,7 +161,7 @@ def judge_samples(samples, form="image"):
     warm = [sample for sample in samples if end / 4 <= sample["simulated_s"] < end / 2]
     last = [sample for sample in samples if sample["simulated_s"] >= 3 * end / 4]
     if min(len(warm), len(last)) < 2:
-        yield f"{len(samples)} samples show no growth: fly longer"
+        yield f"{len(samples)} samples, expected at least two in the second and in the last quarter of the flight: fly longer"
         return
     # The ground segment is not part of the spacecraft.
     names = {name for sample in samples for name in sample["processes"]} - {"operator"}
@@ -202,7 +202,7 @@ class Judge:
 
     def _numbered(self, time_ns, apid, count):
         if apid in PERIODIC and apid in self._sequence and count != (self._sequence[apid] + 1) % SEQUENCE:
-            self.problems.append(f"{time_ns / NS_PER_S} s: APID {apid} goes from {self._sequence[apid]} to {count}")
+            self.problems.append(f"{time_ns / NS_PER_S} s: sequence count {count} of APID {apid} follows {self._sequence[apid]}")
         self._sequence[apid] = count
 
     def _periodic(self, time_ns, key, period_ns):
@@ -240,7 +240,7 @@ def _numbers_are_whole(directory):
         for line in log:
             expected += 1
             if int(line.split(" ", 1)[0]) != expected:
-                return f"packets.ascii: record {line.split(' ', 1)[0]} where {expected} was due"
+                return f"packets.ascii: found record {line.split(' ', 1)[0]}, expected {expected}"
     return None
 
 
@@ -269,7 +269,7 @@ def fly(directory, seed, hours, form="image", sample_s=SAMPLE_S):
     if not flight.facts["reproducible"]:
         problems.append("the flight is not reproducible")
     if flight.facts["simulated_s"] < hours * HOUR_S:
-        problems.append(f"it ended at {flight.facts['simulated_s']} s")
+        problems.append(f"the flight ended at {flight.facts['simulated_s']} s, expected {hours * HOUR_S} s or later")
     problems += judge.end() + list(judge_samples([s for s in samples if s["simulated_s"] > 0], form))
     problems += [what for what in (_numbers_are_whole(directory),) if what]
     return flight, samples, judge, problems + flight.leftovers()

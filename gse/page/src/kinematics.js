@@ -89,8 +89,9 @@ export function poseOf([px, py, pz, w, x, y, z]) {
   ];
 }
 
-// Rows of poses as above, one after the other, between two reports; `share` of the time between them has
-// passed. An attitude turns by the shorter way: q and -q are the same attitude.
+// Poses between those of two reports, which contain positions and attitudes as above, one body after the
+// other. `share`: share of the time between the reports that has passed. An attitude turns by the shorter
+// way: q and -q are the same attitude.
 export function posesBetween(from, to, share) {
   const found = [];
   for (let n = 0; n + 7 <= to.length; n += 7) {

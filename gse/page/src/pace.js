@@ -4,7 +4,8 @@
 // - The next picture begins LEAST_MS after the last one at the earliest, and not before the processors have
 //   rested for as long as the last one took, but for SLOWEST_MS at most.
 // - If OVER pictures in succession take longer than BUDGET_MS, the next ones have half as many pixels.
-// - If UNDER pictures in succession take less than half of it, the next ones have twice as many.
+// - If UNDER pictures in succession take less than half of BUDGET_MS, the next ones have twice as many
+//   pixels.
 
 export const LEAST_MS = 40;
 const [BUDGET_MS, SLOWEST_MS, OVER, UNDER] = [25, 1000, 3, 20];

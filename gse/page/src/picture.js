@@ -33,8 +33,8 @@ function copy(from, to, width, height) {
 const after = (ms) => new Promise((done) => setTimeout(done, ms));
 
 export class Pictures {
-  // canvas: visible, without WebGL; draw(scale): draws the scene by WebGL if it has changed, and returns
-  // whether it has; shown(): called when a picture is visible.
+  // canvas: visible, without WebGL; draw(scale, isForced): draws the scene by WebGL if it has changed or
+  // isForced is true, and returns whether it has drawn; shown(): called when a picture is visible.
   constructor(canvas, gl, draw, shown) {
     Object.assign(this, { canvas, gl, draw, shown });
     this.context = canvas.getContext("2d");

@@ -128,6 +128,7 @@ export class Replay {
   }
 
   // Select the source that moves the robot of the scene and is drawn in the strips: "telemetry" or "truth".
+  // `film` is the history of this source.
   use(which) {
     this.film = this[which] ?? this.telemetry;
     this.which = which;
@@ -171,7 +172,7 @@ export class Replay {
     this.pace();
   }
 
-  // Row of the film at a time, interpolated linearly between two reports. Null in a gap, more than GAP_S
+  // Row of a history at a time, interpolated linearly between two reports. Null in a gap, more than GAP_S
   // before the first report and more than LAST_S after the last.
   at(time, film = this.film) {
     const { t } = film;

@@ -467,7 +467,7 @@ class Scene extends SceneMarks {
   }
 
   // Move the robot from its positions in the last report but one to those in the last, within a period. A
-  // picture without a graphics processor is visible later, so it shows the robot further on.
+  // picture without a graphics processor is visible later, so it shows the positions of a later time.
   move() {
     if (!this.last) {
       if (this.truth.isNew) this.pose(this.drawn);

@@ -360,8 +360,7 @@ class Store {
     this.append(key, message, 3 * (known ? known / 1e6 : (old?.gap ?? 1000) / 1000) + 0.2);
   }
 
-  // Add a report to the history of the subsystem. Only the report that contains the positions, which is the
-  // fastest, is used.
+  // Add a report to the history of the subsystem, if it contains the positions of joints.
   record(message) {
     if (message.values["CUR_VALUES.POSITION"]) this.append(message.subsystem, message, 1);
   }
