@@ -253,7 +253,7 @@ static const descriptor_member_t subsystems[] = {
     NUMBER(mission_subsystem_t, boot_time_us),
     NUMBER(mission_subsystem_t, device_deadline_us),
     NUMBER(mission_subsystem_t, hang_after_us),
-    NUMBER(mission_subsystem_t, supervisor_patience_us),
+    NUMBER(mission_subsystem_t, supervisor_timeout_us),
     NUMBER(mission_subsystem_t, computer),
     NUMBERS(mission_subsystem_t, power_w),
     NUMBER(mission_subsystem_t, interface_hash),

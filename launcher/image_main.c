@@ -23,7 +23,7 @@ CAPACITY_CHECK(simulator_has_all_buses, SIMULATOR_BUSES_MAX >= MISSION_BUSES_MAX
 
 /// Time for which the operator's client may be silent [ms]; longer than the launcher waits until simulated
 /// time advances.
-#define COSIMULATION_PORT_PATIENCE_MS 200000U
+#define COSIMULATION_PORT_TIMEOUT_MS 200000U
 /// Time for which the image waits for the operator to join: 180 s, in rounds after each of which it checks
 /// whether the run must end.
 #define COSIMULATION_PORT_ROUND_MS 100U
@@ -282,7 +282,7 @@ static const char* open_cosimulation(image_t* const self, const char* const path
         return NULL;
     }
     if (cosimulation_port_open(&self->cosimulation, path, "operator", self->scheduler,
-                               COSIMULATION_PORT_PATIENCE_MS) != STATUS_OK) {
+                               COSIMULATION_PORT_TIMEOUT_MS) != STATUS_OK) {
         return "cannot open the operator's co-simulation port";
     }
     self->has_cosimulation = true;

@@ -20,7 +20,7 @@
 #define NETEM_FRAMES "10000"
 #define RECEIVE_OCTETS 425984U
 /// Longest wall-clock time until each computer knows all TIPC names.
-#define NEIGHBOUR_PATIENCE_NS 15000000000ULL
+#define NEIGHBOUR_TIMEOUT_NS 15000000000ULL
 #define NEIGHBOUR_ROUND_MS 100U
 /// 10.0.0.1; the second computer has 10.0.0.2. They exist only inside the namespaces.
 #define COMPUTER_IPV4 0x0A000001U
@@ -355,7 +355,7 @@ static bool open_on_computer(launcher_t* const launcher, const unsigned computer
 /// with a delay, because TIPC nodes discover each other only some time after their bearers are up.
 static bool wait_for_names(launcher_t* const launcher, const uint32_t type, const unsigned expected)
 {
-    const uint64_t end_ns = osal_clock_monotonic_ns() + NEIGHBOUR_PATIENCE_NS;
+    const uint64_t end_ns = osal_clock_monotonic_ns() + NEIGHBOUR_TIMEOUT_NS;
     osal_socket_t watch   = OSAL_SOCKET_CLOSED;
     unsigned seen         = 0U;
     status_t status       = osal_tipc_watch_open(&watch, type);

@@ -16,7 +16,7 @@
 #define IDENTITY "hirosco-"
 #define FAMILY "/" IDENTITY ///< Beginning of the names of all shared objects of runs.
 /// Longest wall-clock time for which a stopped process may block the scheduler in real time.
-#define REAL_PATIENCE_NS 40000000ULL
+#define REAL_TIMEOUT_NS 40000000ULL
 #define PORT_TRIES 200U
 #define DIRECTORY_TRIES 1000U
 
@@ -396,7 +396,7 @@ static bool make_scheduler(launcher_t* const launcher)
         return launcher_fail(launcher, "this system has no lock that survives the death of its holder", "");
     }
     if (!launcher->options.is_stepped) {
-        osal_lockstep_set_patience(launcher->scheduler, REAL_PATIENCE_NS);
+        osal_lockstep_set_timeout(launcher->scheduler, REAL_TIMEOUT_NS);
     }
     const unsigned last = run_operator(launcher->run);
     for (unsigned participant = 0U; participant <= last; participant++) {

@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 #include "fsw/framework/rtlink/link_frame.h"
 
-#define PATIENCE_MS 100U
+#define TIMEOUT_MS 100U
 /// Number of waits for announced datagrams: 50 waits of 100 ms are five seconds of wall-clock time.
 #define TRIES 50U
 
@@ -61,7 +61,7 @@ static uint32_t receive_all(launcher_relay_t* const self, const uint64_t now_ns)
     return taken;
 }
 
-/// Wait until a frame of a producer can be read; at most PATIENCE_MS, which the open sockets share equally.
+/// Wait until a frame of a producer can be read; at most TIMEOUT_MS, which the open sockets share equally.
 static void wait_for_frame(launcher_relay_t* const self)
 {
     uint32_t open = 0U;
@@ -70,7 +70,7 @@ static void wait_for_frame(launcher_relay_t* const self)
     }
     for (unsigned link = 0U; link < RUN_LINKS_MAX; link++) {
         if (osal_socket_is_open(&self->sockets[link]) &&
-            (osal_socket_wait_readable(&self->sockets[link], PATIENCE_MS / open) == STATUS_OK)) {
+            (osal_socket_wait_readable(&self->sockets[link], TIMEOUT_MS / open) == STATUS_OK)) {
             break;
         }
     }

@@ -13,8 +13,8 @@
 #include <string.h>
 
 #define LINE_MAX 512U
-#define SLICE_MS 50U          ///< Interval of checks whether the run has ended.
-#define END_PATIENCE_MS 5000U ///< Wall-clock time in which the program must end by itself.
+#define SLICE_MS 50U         ///< Interval of checks whether the run has ended.
+#define END_TIMEOUT_MS 5000U ///< Wall-clock time in which the program must end by itself.
 
 typedef struct { // All storage of the program.
     osal_shm_t run_shm;
@@ -170,7 +170,7 @@ static bool start_emulator(proxy_t* const self, const char* const runner, const 
 static bool open_eeprom(proxy_t* const self)
 {
     const char* const name  = self->run->components[self->component].name;
-    const uint64_t until_ns = osal_clock_monotonic_ns() + (END_PATIENCE_MS * 1000000ULL);
+    const uint64_t until_ns = osal_clock_monotonic_ns() + (END_TIMEOUT_MS * 1000000ULL);
     status_t status         = eeprom_image_open(&self->eeprom, self->run->storage, name);
     while ((status == STATUS_BUSY) && (osal_clock_monotonic_ns() < until_ns) &&
            (osal_process_stop_count() == 0U)) {
@@ -346,7 +346,7 @@ static osal_process_result_t await_end(proxy_t* const self)
 {
     osal_process_result_t result  = {.has_ended = false};
     osal_process_t* const process = &self->process;
-    const uint64_t until_ns       = osal_clock_monotonic_ns() + (END_PATIENCE_MS * 1000000ULL);
+    const uint64_t until_ns       = osal_clock_monotonic_ns() + (END_TIMEOUT_MS * 1000000ULL);
     while ((osal_process_poll(process, &result) == STATUS_OK) && !result.has_ended) {
         if (osal_clock_monotonic_ns() >= until_ns) {
             (void)osal_process_stop(process, true);

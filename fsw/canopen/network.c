@@ -261,7 +261,7 @@ status_t canopen_network_boot(canopen_network_t* const network, const uint64_t n
     return status;
 }
 
-void canopen_network_set_patience(canopen_network_t* const network, const uint32_t syncs)
+void canopen_network_set_lost_after(canopen_network_t* const network, const uint32_t syncs)
 {
     FSW_ASSERT((network != NULL) && (syncs >= 1U));
     network->config.lost_after_syncs = syncs;

@@ -196,7 +196,7 @@ void canopen_network_add_counters(const canopen_network_t* network, canopen_netw
 status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// Set the number of consecutive SYNCs, >= 1, after which a device that has not answered is lost.
-void canopen_network_set_patience(canopen_network_t* network, uint32_t syncs);
+void canopen_network_set_lost_after(canopen_network_t* network, uint32_t syncs);
 /// Remove the settings of all devices; call it before canopen_network_set. Each device is then idle until
 /// canopen_network_include: it is supervised, but its axes stay out of operation, whatever the goal.
 void canopen_network_clear_settings(canopen_network_t* network);

@@ -310,14 +310,14 @@ static status_t add_settings(drives_t* const drives, const descriptor_device_t* 
 
 /// Set the number of SYNCs after which a device is lost: the deadline for devices, but at least
 /// LOST_AFTER_SYNCS.
-static void set_patience(drives_t* const drives, const descriptor_configuration_t* const configuration)
+static void set_lost_after(drives_t* const drives, const descriptor_configuration_t* const configuration)
 {
     const uint64_t deadline_ns = subsystem_device_deadline_ns(drives->generic);
     const uint64_t period_ns   = (uint64_t)configuration->sampling_us * 1000U;
     const uint64_t syncs       = (deadline_ns + period_ns - 1U) / period_ns;
     for (uint8_t i = 0U; i < drives->bus_count; i++) {
-        canopen_network_set_patience(&drives->buses[i].network,
-                                     (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
+        canopen_network_set_lost_after(&drives->buses[i].network,
+                                       (syncs > LOST_AFTER_SYNCS) ? (uint32_t)syncs : LOST_AFTER_SYNCS);
     }
 }
 
@@ -334,7 +334,7 @@ static status_t begin_configuration(drives_t* const drives,
     drives->is_written    = false;
     drives->goal          = CIA402_GOAL_DISABLED;
     status_t status       = STATUS_OK;
-    set_patience(drives, configuration);
+    set_lost_after(drives, configuration);
     for (uint16_t i = 0U; (status == STATUS_OK) && (i < configuration->device_count); i++) {
         status = add_settings(drives, &descriptor->devices[configuration->first_device + i]);
     }

@@ -6,8 +6,8 @@
 #include "generated/communication_services.h"
 #include "osal/include/osal/console.h"
 
-#define OWED_PATIENCE_MS 100U ///< Time of one wait for announced octets, divided among the sockets.
-#define ANNOUNCED_TRIES 50U   ///< Waits for announced octets: together five seconds of wall-clock time.
+#define OWED_TIMEOUT_MS 100U ///< Time of one wait for announced octets, divided among the sockets.
+#define ANNOUNCED_TRIES 50U  ///< Waits for announced octets: together five seconds of wall-clock time.
 
 typedef struct {
     subsystem_host_t host;
@@ -63,7 +63,7 @@ static void await(communication_program_t* const self)
     osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
     const size_t count = communication_sockets(&self->communication, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
     for (size_t i = count; i > 0U; i--) { // The listener is the first socket; clients are checked before it.
-        if (osal_socket_wait_readable(sockets[i - 1U], OWED_PATIENCE_MS / (uint32_t)count) == STATUS_OK) {
+        if (osal_socket_wait_readable(sockets[i - 1U], OWED_TIMEOUT_MS / (uint32_t)count) == STATUS_OK) {
             break;
         }
     }

@@ -9,11 +9,11 @@
 #include <string.h>
 
 #define NS_PER_US 1000U
-#define PUMP_PATIENCE_MS 100U
-#define PUMP_TRIES 50U      ///< Waits for announced datagrams: together five seconds of wall-clock time.
-#define CUT_PATIENCE_MS 10U ///< Time of one wait after a loss, because the connection may be cut.
-#define CUT_INTERVAL 16U    ///< After this number of intakes without success, only every n-th one waits.
-#define SWEEP_MAX 4096U     ///< Datagrams read from one socket at a time: a flood must not block the reader.
+#define PUMP_TIMEOUT_MS 100U
+#define PUMP_TRIES 50U     ///< Waits for announced datagrams: together five seconds of wall-clock time.
+#define CUT_TIMEOUT_MS 10U ///< Time of one wait after a loss, because the connection may be cut.
+#define CUT_INTERVAL 16U   ///< After this number of intakes without success, only every n-th one waits.
+#define SWEEP_MAX 4096U    ///< Datagrams read from one socket at a time: a flood must not block the reader.
 /// Of the intakes for which no datagram was announced, every n-th one reads the sockets.
 #define SWEEP_EVERY 16U
 #define HINTS_EVERY 128U ///< Number of intakes between two reads of the topology service.
@@ -192,8 +192,8 @@ void component_runtime_watch_supervisor(const component_runtime_t* const runtime
         return;
     }
     const uint64_t promised_ns = component_runtime_promise_ns(runtime, scheduler, index);
-    const uint64_t patience_ns = (uint64_t)runtime->mission->subsystems[index].hang_after_us * NS_PER_US;
-    if ((now_ns > promised_ns) && ((now_ns - promised_ns) > patience_ns) &&
+    const uint64_t timeout_ns  = (uint64_t)runtime->mission->subsystems[index].hang_after_us * NS_PER_US;
+    if ((now_ns > promised_ns) && ((now_ns - promised_ns) > timeout_ns) &&
         osal_lockstep_is_present(scheduler, run_participant(index))) {
         osal_lockstep_kill(scheduler, run_participant(index), OSAL_LOCKSTEP_ANY_LIFE);
     }
@@ -525,12 +525,12 @@ static uint32_t sweep(component_runtime_t* const runtime,
 }
 
 /// Wait a short time for further datagrams.
-static void wait_for_more(component_runtime_t* const runtime, const uint32_t patience_ms)
+static void wait_for_more(component_runtime_t* const runtime, const uint32_t timeout_ms)
 {
     osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
     const size_t count = component_runtime_sockets(runtime, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
     for (size_t i = 0U; i < count; i++) {
-        const uint32_t share_ms = patience_ms / (uint32_t)count;
+        const uint32_t share_ms = timeout_ms / (uint32_t)count;
         if (osal_socket_wait_readable(sockets[i], (share_ms > 0U) ? share_ms : 1U) == STATUS_OK) {
             return;
         }
@@ -557,11 +557,11 @@ static void take_due(component_runtime_t* const runtime, const uint32_t due,
     if ((due == 0U) && !is_cut && !runtime->run->relay.is_network && ((runtime->pumps % SWEEP_EVERY) != 0U)) {
         return; // Only unannounced datagrams can be there. A system call in each intake would cost more.
     }
-    const unsigned tries       = tries_of(runtime);
-    const uint32_t patience_ms = is_cut ? CUT_PATIENCE_MS : PUMP_PATIENCE_MS;
-    uint32_t taken             = sweep(runtime, link_datagram, context);
+    const unsigned tries      = tries_of(runtime);
+    const uint32_t timeout_ms = is_cut ? CUT_TIMEOUT_MS : PUMP_TIMEOUT_MS;
+    uint32_t taken            = sweep(runtime, link_datagram, context);
     for (unsigned attempt = 0U; (taken < due) && (attempt < tries); attempt++) {
-        wait_for_more(runtime, patience_ms);
+        wait_for_more(runtime, timeout_ms);
         taken += sweep(runtime, link_datagram, context);
     }
     if (due > 0U) {

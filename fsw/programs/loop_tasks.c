@@ -67,7 +67,7 @@ bool loop_tasks_are_alive(const loop_tasks_t* const tasks, const uint64_t now_ns
         const uint32_t turn_ms = __atomic_load_n(&tasks->tasks[i].turn_ms, __ATOMIC_RELAXED);
         const uint32_t age_ms  = (uint32_t)(now_ns / NS_PER_MS) - turn_ms;
         // The turn may have begun after now_ns.
-        are_alive = are_alive && ((age_ms <= LOOP_TASKS_PATIENCE_MS) || (age_ms > (UINT32_MAX / 2U)));
+        are_alive = are_alive && ((age_ms <= LOOP_TASKS_TIMEOUT_MS) || (age_ms > (UINT32_MAX / 2U)));
     }
     return are_alive;
 }

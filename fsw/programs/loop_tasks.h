@@ -16,7 +16,7 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/task.h"
 
-#define LOOP_TASKS_PATIENCE_MS 500U ///< A turn begins at least every 20 ms.
+#define LOOP_TASKS_TIMEOUT_MS 500U ///< A turn begins at least every 20 ms.
 
 typedef struct loop_tasks loop_tasks_t;
 
@@ -37,7 +37,7 @@ struct loop_tasks {         // Private.
 /// Start a task for each loop that a configuration may have; time 0 of the run is `origin_ns` of
 /// osal_clock_monotonic_ns. STATUS_OK; STATUS_EXHAUSTED, STATUS_IO (then no task runs).
 MUST_USE status_t loop_tasks_start(loop_tasks_t* tasks, subsystem_t* component, uint64_t origin_ns);
-/// True if each task has begun a turn within the LOOP_TASKS_PATIENCE_MS before `now_ns`, a time of the run,
+/// True if each task has begun a turn within the LOOP_TASKS_TIMEOUT_MS before `now_ns`, a time of the run,
 /// or if the tasks were never started. False: a task hangs, or others leave it no processor time.
 bool loop_tasks_are_alive(const loop_tasks_t* tasks, uint64_t now_ns);
 /// End the tasks, and wait until they have ended. A structure whose tasks were never started (all zero) is

@@ -7,7 +7,7 @@
 #include <string.h>
 
 /// Length of one wait. The number of waits is not limited, because the stream shows the end of the proxy.
-#define PATIENCE_MS 1000U
+#define TIMEOUT_MS 1000U
 
 /// Wait for a message, until it arrives or the proxy ends.
 static status_t receive(remote_endian_t* const remote, const remote_endian_kind_t kind,
@@ -15,7 +15,7 @@ static status_t receive(remote_endian_t* const remote, const remote_endian_kind_
 {
     status_t status = STATUS_TIMEOUT;
     while (status == STATUS_TIMEOUT) {
-        status = remote_endian_receive(&remote->wire, kind, PATIENCE_MS, out_reader);
+        status = remote_endian_receive(&remote->wire, kind, TIMEOUT_MS, out_reader);
     }
     return status;
 }

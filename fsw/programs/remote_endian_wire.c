@@ -105,10 +105,10 @@ static status_t take_in(remote_endian_wire_t* const wire)
 }
 
 status_t remote_endian_receive(remote_endian_wire_t* const wire, const remote_endian_kind_t kind,
-                               const uint32_t patience_ms, octet_reader_t* const out_reader)
+                               const uint32_t timeout_ms, octet_reader_t* const out_reader)
 {
     FSW_ASSERT((wire != NULL) && (out_reader != NULL));
-    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)patience_ms * NS_PER_MS);
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)timeout_ms * NS_PER_MS);
     status_t status         = take_in(wire);
     while (status == STATUS_EMPTY) {
         const uint64_t now_ns = osal_clock_monotonic_ns();

@@ -63,10 +63,10 @@ typedef struct {
 octet_writer_t remote_endian_begin(remote_endian_wire_t* wire, remote_endian_kind_t kind);
 /// Send the message. STATUS_OK, STATUS_TOO_LARGE (the content did not fit), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t remote_endian_send(remote_endian_wire_t* wire, const octet_writer_t* writer);
-/// Wait for a message of that kind, at most patience_ms; the reader is valid until the next call. STATUS_OK,
+/// Wait for a message of that kind, at most timeout_ms; the reader is valid until the next call. STATUS_OK,
 /// STATUS_TIMEOUT (call again), STATUS_CLOSED, STATUS_INVALID (of another kind or size), STATUS_IO.
 MUST_USE status_t remote_endian_receive(remote_endian_wire_t* wire, remote_endian_kind_t kind,
-                                        uint32_t patience_ms, octet_reader_t* out_reader);
+                                        uint32_t timeout_ms, octet_reader_t* out_reader);
 
 /// Write and read the contents of messages. The readers return false if the octets are malformed; their
 /// output is then invalid. `storage` is the name of the storage directory for this program.

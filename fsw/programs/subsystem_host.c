@@ -95,23 +95,23 @@ void subsystem_host_begin(subsystem_host_t* const host, void* const self, const 
         descriptor_mission_find_subsystem(runtime->mission, runtime->apid);
     const bool is_real              = (runtime->clock.mode == OSAL_CLOCK_REAL);
     const subsystem_config_t config = {
-        .device_deadline_ns     = is_real ? ((uint64_t)subsystem->device_deadline_us * 1000U) : 0U,
-        .descriptor             = host->in_force,
-        .is_descriptor_valid    = true,
-        .callbacks              = host->callbacks,
-        .self                   = self,
-        .mission_epoch_s        = runtime->mission->epoch_s,
-        .start_count            = runtime->life,
-        .port                   = runtime->uplink,
-        .links                  = &runtime->links,
-        .link_methods           = runtime->run->link_methods,
-        .supervisor_patience_ns = (uint64_t)subsystem->supervisor_patience_us * 1000U,
-        .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
-        .has_loop_tasks         = (runtime->clock.mode == OSAL_CLOCK_REAL),
-        .optional               = services,
-        .persistence            = &host->persistence,
-        .reload                 = reload,
-        .reload_context         = host};
+        .device_deadline_ns    = is_real ? ((uint64_t)subsystem->device_deadline_us * 1000U) : 0U,
+        .descriptor            = host->in_force,
+        .is_descriptor_valid   = true,
+        .callbacks             = host->callbacks,
+        .self                  = self,
+        .mission_epoch_s       = runtime->mission->epoch_s,
+        .start_count           = runtime->life,
+        .port                  = runtime->uplink,
+        .links                 = &runtime->links,
+        .link_methods          = runtime->run->link_methods,
+        .supervisor_timeout_ns = (uint64_t)subsystem->supervisor_timeout_us * 1000U,
+        .status_interval_ns    = SUBSYSTEM_STATUS_INTERVAL_NS,
+        .has_loop_tasks        = (runtime->clock.mode == OSAL_CLOCK_REAL),
+        .optional              = services,
+        .persistence           = &host->persistence,
+        .reload                = reload,
+        .reload_context        = host};
     subsystem_init(&host->subsystem, &config);
     if (journal_replay(&host->records.journal, restore_record, host) != STATUS_OK) {
         host->records_refused++;

@@ -6,8 +6,8 @@
 
 #define HOUSEKEEPING_REPORT 25U
 #define DIAGNOSTIC_REPORT 26U
-#define APID_MASK 0x07FFU                // Mask of the APID in the first word of a packet.
-#define REQUEST_PATIENCE_NS 100000000ULL ///< Longest time in which a running subsystem takes a packet.
+#define APID_MASK 0x07FFU               // Mask of the APID in the first word of a packet.
+#define REQUEST_TIMEOUT_NS 100000000ULL ///< Longest time in which a running subsystem takes a packet.
 #define INTAKE_PACKETS_MAX (MESSAGE_PEERS_MAX * MESSAGE_WINDOW)
 
 /// Report when the ring begins to replace the selected strategy of the packet log, and when this ends; each
@@ -301,7 +301,7 @@ static bool must_wait(supervisor_t* const supervisor, const uint8_t* const head,
         supervisor->held_ns  = supervisor->now_ns;
     }
     entry->is_unresponsive =
-        entry->is_unresponsive || ((supervisor->now_ns - supervisor->held_ns) >= REQUEST_PATIENCE_NS);
+        entry->is_unresponsive || ((supervisor->now_ns - supervisor->held_ns) >= REQUEST_TIMEOUT_NS);
     return !entry->is_unresponsive;
 }
 

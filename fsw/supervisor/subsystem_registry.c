@@ -145,15 +145,15 @@ void supervisor_registry_end_pending(supervisor_t* const supervisor, const uint1
     }
 }
 
-void supervisor_registry_end_unanswered(supervisor_t* const supervisor, const uint64_t patience_ns)
+void supervisor_registry_end_unanswered(supervisor_t* const supervisor, const uint64_t timeout_ns)
 {
-    if (supervisor->now_ns <= patience_ns) {
+    if (supervisor->now_ns <= timeout_ns) {
         return;
     }
     pus_token_t token;
-    const pus_failure_t failure = pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(patience_ns / NS_PER_MS));
+    const pus_failure_t failure = pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(timeout_ns / NS_PER_MS));
     while (
-        supervisor_pending_take_unanswered(&supervisor->pending, supervisor->now_ns - patience_ns, &token)) {
+        supervisor_pending_take_unanswered(&supervisor->pending, supervisor->now_ns - timeout_ns, &token)) {
         pus_verify_failed(subsystem_process(&supervisor->subsystem), &token, &failure, supervisor->now_ns);
     }
 }
@@ -249,8 +249,8 @@ static bool is_hung(const supervisor_t* const supervisor, const registry_entry_t
 {
     const supervisor_platform_t* const platform = &supervisor->config.platform;
     const uint64_t promise_ns                   = platform->promise(platform->context, entry->mission->apid);
-    const uint64_t patience_ns                  = (uint64_t)entry->mission->hang_after_us * NS_PER_US;
-    return (promise_ns < supervisor->now_ns) && ((supervisor->now_ns - promise_ns) > patience_ns);
+    const uint64_t timeout_ns                   = (uint64_t)entry->mission->hang_after_us * NS_PER_US;
+    return (promise_ns < supervisor->now_ns) && ((supervisor->now_ns - promise_ns) > timeout_ns);
 }
 
 static void watch_one(supervisor_t* const supervisor, registry_entry_t* const entry)

@@ -105,7 +105,7 @@ static uint64_t heartbeat_interval_ns(const supervisor_t* const supervisor)
     uint64_t interval_ns = SUBSYSTEM_STATUS_INTERVAL_NS;
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         const uint64_t share_ns =
-            ((uint64_t)supervisor->mission->subsystems[i].supervisor_patience_us * 1000U) / HEARTBEATS;
+            ((uint64_t)supervisor->mission->subsystems[i].supervisor_timeout_us * 1000U) / HEARTBEATS;
         interval_ns = (share_ns < interval_ns) ? share_ns : interval_ns;
     }
     return interval_ns;

@@ -87,8 +87,8 @@ void supervisor_registry_start_failed(supervisor_t* supervisor, registry_entry_t
 void supervisor_registry_report(supervisor_t* supervisor, const pus_tm_t* tm);
 /// End every unanswered request to a subsystem whose process ended.
 void supervisor_registry_end_pending(supervisor_t* supervisor, uint16_t apid);
-/// End every request whose addressee runs but has not accepted it within `patience_ns`.
-void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t patience_ns);
+/// End every request whose addressee runs but has not accepted it within `timeout_ns`.
+void supervisor_registry_end_unanswered(supervisor_t* supervisor, uint64_t timeout_ns);
 /// Check processes and heartbeats; called every 10 ms.
 void supervisor_registry_watch(supervisor_t* supervisor);
 /// Returns the electrical power [W] of all subsystems if one of them were in another state.

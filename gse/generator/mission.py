@@ -14,7 +14,7 @@ from source import BUS_NAME_MAX, METHODS, REST_STATES, SEVERITIES, STATES, canon
 TABLE = {
     ("", "Mission"): "name! epoch! power! timeReports",
     ("Mission", "Subsystems"): "",
-    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime deviceDeadline hangAfter supervisorPatience node",
+    ("Subsystems", "Subsystem"): "name! id! executable! descriptor! autostart memoryKiB restarts restartPeriod recommission bootTime deviceDeadline hangAfter supervisorTimeout node",
     ("Subsystem", "Power"): "state! watts!",
     ("Mission", "Modes"): "",
     ("Modes", "Mode"): "name! id! initial fallback",
@@ -134,7 +134,7 @@ def _list_subsystems(mission, container):
         element.time_us("bootTime", 500, 60_000_000)
         element.time_us("deviceDeadline", 1000, 1_000_000)
         element.time_us("hangAfter", 1000, 60_000_000)
-        element.time_us("supervisorPatience", 100_000, 3_600_000_000)
+        element.time_us("supervisorTimeout", 100_000, 3_600_000_000)
         element.unsigned("node", 1, 2)
         for power in element.children:
             power.word("state", STATES)

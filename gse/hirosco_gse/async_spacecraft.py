@@ -26,13 +26,13 @@ POLL_S = 0.02  # Time between two requests for the simulated time.
 class AsyncSpacecraft(Spacecraft):
     """One ground user of a flight, within one asyncio loop."""
 
-    async def connect(self, patience_s=0.0):
-        """Open the connection, with attempts for patience_s; returns self. An earlier connection is closed first, as by close(). Raises
+    async def connect(self, timeout_s=0.0):
+        """Open the connection, with attempts for timeout_s; returns self. An earlier connection is closed first, as by close(). Raises
         LinkLost."""
         await self.close()
         self.place.check()
         loop = asyncio.get_running_loop()
-        end = loop.time() + patience_s
+        end = loop.time() + timeout_s
         while True:
             if self._sender:
                 self._sender.begin_anew()

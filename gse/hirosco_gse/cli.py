@@ -31,7 +31,7 @@ INTERRUPTED = 128 + signal.SIGINT
 EXIT_CODES = "exit codes: 0 success, 1 rejected or failed, 2 usage, 3 no link, 4 time-out, 130 Ctrl-C before the result"
 LISTEN_S = 2.0  # Time for which `hk` and `events` receive reports without -f.
 LONGEST_S = 1e9  # Longest time-out.
-PATIENCE_S = 10.0  # a script may be started together with the mission
+CONNECT_TIMEOUT_S = 10.0  # a script may be started together with the mission
 NEGATIVE = re.compile(r"-[\d.]")  # Beginning of a negative number, which is not an option.
 WITHOUT_END = ("hk", "events", "gateway", "monitor", "replay", "shell")  # Ctrl-C ends them without an error.
 
@@ -324,10 +324,10 @@ class _Console:
                 log = None
 
         clock = None
-        with craft.connect(PATIENCE_S):
+        with craft.connect(CONNECT_TIMEOUT_S):
             if self.arguments.cosimulation:
                 others = visits.Visits(script.visits, lambda: link.connect(craft.place.host, craft.place.port))
-                clock = craft.join(self.arguments.cosimulation, lambda text: record(link_entry(craft.session, text)), others, PATIENCE_S)
+                clock = craft.join(self.arguments.cosimulation, lambda text: record(link_entry(craft.session, text)), others, CONNECT_TIMEOUT_S)
             if self.arguments.run:  # Ignore SIGTERM of the launcher, which waits until the interpreter has ended.
                 signal.signal(signal.SIGTERM, signal.SIG_IGN)
             try:

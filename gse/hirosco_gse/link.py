@@ -30,9 +30,9 @@ CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
 CLOSED = "the spacecraft closed the link; if all its connection slots are used, one becomes free within 30 s: try again"
 
 
-def connect(host, port, patience_s=0.0):
-    """TCP connection to the ground port; tries again for patience_s. Raises LinkLost."""
-    deadline = time.monotonic() + patience_s
+def connect(host, port, timeout_s=0.0):
+    """TCP connection to the ground port; tries again for timeout_s. Raises LinkLost."""
+    deadline = time.monotonic() + timeout_s
     while True:
         try:
             stream = socket.create_connection((host, port), timeout=5.0)
@@ -141,9 +141,9 @@ class RealDriver(WallClock):
 class StepClock:
     """Client of the scheduler's co-simulation port."""
 
-    def __init__(self, path, local_port, role="operator", patience_s=0.0):
+    def __init__(self, path, local_port, role="operator", timeout_s=0.0):
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        deadline = time.monotonic() + patience_s
+        deadline = time.monotonic() + timeout_s
         while True:
             try:
                 self._socket.connect(str(path))

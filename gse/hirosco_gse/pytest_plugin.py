@@ -16,7 +16,7 @@ import pytest
 from .place import LATEST
 from .spacecraft import Spacecraft
 
-PATIENCE_S = 10.0  # a test may be started together with the mission
+CONNECT_TIMEOUT_S = 10.0  # a test may be started together with the mission
 
 
 def pytest_addoption(parser):
@@ -32,5 +32,5 @@ def spacecraft_run(pytestconfig):
 @pytest.fixture(scope="module")
 def spacecraft(spacecraft_run):
     """A connected Spacecraft."""
-    with Spacecraft(spacecraft_run).connect(PATIENCE_S) as craft:
+    with Spacecraft(spacecraft_run).connect(CONNECT_TIMEOUT_S) as craft:
         yield craft

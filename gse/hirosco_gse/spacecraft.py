@@ -84,10 +84,10 @@ class Spacecraft:
 
     # Connection ---------------------------------------------------------------------------------------------
 
-    def connect(self, patience_s=0.0):
-        """Open the connection, with attempts for patience_s; returns self. An earlier connection is closed first. Raises LinkLost."""
+    def connect(self, timeout_s=0.0):
+        """Open the connection, with attempts for timeout_s; returns self. An earlier connection is closed first. Raises LinkLost."""
         self.close()
-        self._stream = self._open(patience_s)
+        self._stream = self._open(timeout_s)
         self._driver = link.RealDriver(self._stream, self.session, self.dictionary.epoch_ns)
         return self
 
@@ -96,15 +96,15 @@ class Spacecraft:
         """Whether there is a connection; the spacecraft may have closed it since the last call."""
         return self._stream is not None
 
-    def _open(self, patience_s=0.0):
+    def _open(self, timeout_s=0.0):
         self.place.check()
         if self._sender:
             self._sender.begin_anew()
-        return link.connect(self.place.host, self.place.port, patience_s)
+        return link.connect(self.place.host, self.place.port, timeout_s)
 
-    def join(self, cosimulation, report, visits, patience_s):
+    def join(self, cosimulation, report, visits, timeout_s):
         """From now on take part in the scheduler of a flight in stepped time. The next `run` is the last one."""
-        clock = link.StepClock(cosimulation, self._stream.getsockname()[1], patience_s=patience_s)
+        clock = link.StepClock(cosimulation, self._stream.getsockname()[1], timeout_s=timeout_s)
         self._driver = link.StepDriver(self._stream, self.session, clock, self._open, report, visits)
         return clock
 

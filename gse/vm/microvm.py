@@ -190,13 +190,13 @@ def wait_for_code(process, control, streams, seconds):
             return Outcome(LIMIT_REACHED, limit=True)
 
 
-def end(process, patience):
+def end(process, timeout):
     """Wait for the end of the emulator for the given time, then kill it."""
     for act in (None, process.terminate, process.kill):
         if act:
             act()
         try:
-            process.wait(patience if act is None else END_SECONDS)
+            process.wait(timeout if act is None else END_SECONDS)
             return
         except subprocess.TimeoutExpired:
             continue

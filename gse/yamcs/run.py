@@ -69,11 +69,11 @@ def lacking(mission):
     return ""
 
 
-def _ask(port, dictionary, patience_s):
+def _ask(port, dictionary, timeout_s):
     """Interface hash by APID of the subsystems that answer TC[129,4]. Raises OSError."""
     user = next((one["id"] for one in dictionary["users"] if one["name"] == USER), dictionary["users"][0]["id"])
-    found, splitter, end = {}, packets.Splitter(), time.monotonic() + patience_s
-    with socket.create_connection(("127.0.0.1", port), timeout=patience_s) as stream:
+    found, splitter, end = {}, packets.Splitter(), time.monotonic() + timeout_s
+    with socket.create_connection(("127.0.0.1", port), timeout=timeout_s) as stream:
         for subsystem in dictionary["subsystems"]:
             stream.sendall(packets.build_tc(subsystem["apid"], random.randrange(0x4000), *STATUS_TC, source=user))
         while len(found) < len(dictionary["subsystems"]) and (left := end - time.monotonic()) > 0:
@@ -98,13 +98,13 @@ def compare_files(mission, wanted):
             if wanted not in path.read_text(encoding="utf-8")]
 
 
-def compare(mission, port, patience_s=ANSWER_S):
+def compare(mission, port, timeout_s=ANSWER_S):
     """Lines that say whether the files for Yamcs, the dictionary and the flight have the same interface."""
     dictionary = json.loads((GENERATED / f"{mission}.json").read_text(encoding="utf-8"))
     wanted = dictionary["interface_hash"]
     lines = compare_files(mission, wanted)
     try:
-        found = _ask(port, dictionary, patience_s)
+        found = _ask(port, dictionary, timeout_s)
     except OSError as error:
         return [*lines, f"no mission at 127.0.0.1:{port} ({error.strerror or error}): its interface is not compared; Yamcs connects within 10 s of its start"]
     for subsystem in dictionary["subsystems"]:

@@ -46,7 +46,7 @@ struct osal_lockstep {
     uint32_t left_life; ///< The life that `leaving` ends.
     uint32_t grants;    ///< Number of grants so far [wraps].
     uint32_t awaited;   ///< Expected participant for which time stands still, or NO_PARTICIPANT.
-    uint64_t patience_ns;
+    uint64_t timeout_ns;
     uint32_t is_held;
     uint32_t is_lossy;
     uint32_t used; ///< Participants from this one on have never been expected and have never joined.

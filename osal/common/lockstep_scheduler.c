@@ -89,13 +89,13 @@ osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t step_n
     FSW_ASSERT((storage != NULL) && (((uintptr_t)storage % 64U) == 0U) && (step_ns >= 1U));
     osal_lockstep_t* const scheduler = storage;
     (void)memset(scheduler, 0, sizeof *scheduler);
-    scheduler->step_ns     = step_ns;
-    scheduler->running     = NO_PARTICIPANT;
-    scheduler->last        = NO_PARTICIPANT;
-    scheduler->awaited     = NO_PARTICIPANT;
-    scheduler->leaving     = NO_PARTICIPANT;
-    scheduler->is_shared   = is_shared ? 1U : 0U;
-    scheduler->patience_ns = OSAL_LOCKSTEP_PATIENCE_NS;
+    scheduler->step_ns    = step_ns;
+    scheduler->running    = NO_PARTICIPANT;
+    scheduler->last       = NO_PARTICIPANT;
+    scheduler->awaited    = NO_PARTICIPANT;
+    scheduler->leaving    = NO_PARTICIPANT;
+    scheduler->is_shared  = is_shared ? 1U : 0U;
+    scheduler->timeout_ns = OSAL_LOCKSTEP_TIMEOUT_NS;
     if (is_shared && !lockstep_port_prepare(scheduler)) {
         return NULL;
     }
@@ -103,10 +103,10 @@ osal_lockstep_t* osal_lockstep_create(void* const storage, const uint64_t step_n
     return scheduler;
 }
 
-void osal_lockstep_set_patience(osal_lockstep_t* const scheduler, const uint64_t patience_ns)
+void osal_lockstep_set_timeout(osal_lockstep_t* const scheduler, const uint64_t timeout_ns)
 {
-    FSW_ASSERT((scheduler != NULL) && (patience_ns >= 2U));
-    scheduler->patience_ns = patience_ns;
+    FSW_ASSERT((scheduler != NULL) && (timeout_ns >= 2U));
+    scheduler->timeout_ns = timeout_ns;
 }
 
 osal_lockstep_t* osal_lockstep_attach(void* const storage)

@@ -13,7 +13,7 @@
 #include <sys/mman.h>
 
 #define COUNTS_MAGIC 0x68697263616E636EULL
-#define PATIENCE_NS (OSAL_CAN_PATIENCE_MS * 1000000ULL)
+#define TIMEOUT_NS (OSAL_CAN_TIMEOUT_MS * 1000000ULL)
 // If no frame arrives for so long [ns], none is on the way: delivery takes milliseconds.
 #define QUIET_NS 50000000ULL
 
@@ -100,7 +100,7 @@ static direction_t* direction_of(const osal_can_t* const can, const bool is_rece
 static void discard_pending(osal_can_t* const can, direction_t* const direction)
 {
     const uint32_t announced = load(&direction->announced);
-    const uint64_t limit_ns  = osal_clock_monotonic_ns() + PATIENCE_NS;
+    const uint64_t limit_ns  = osal_clock_monotonic_ns() + TIMEOUT_NS;
     bool is_quiet            = (direction->taken == announced);
     while (!is_quiet && (osal_clock_monotonic_ns() < limit_ns)) {
         osal_can_frame_t frame;
@@ -164,7 +164,7 @@ status_t can_counted_send(osal_can_t* const can, const osal_can_frame_t* const f
 static status_t receive_late(osal_can_t* const can, osal_can_frame_t* const out_frame, const uint32_t due)
 {
     counts_t* const counts  = can->shared;
-    const uint64_t until_ns = osal_clock_monotonic_ns() + PATIENCE_NS;
+    const uint64_t until_ns = osal_clock_monotonic_ns() + TIMEOUT_NS;
     status_t status         = STATUS_EMPTY;
     while ((status == STATUS_EMPTY) && can_socket_wait(can, until_ns)) {
         status = can_socket_receive(can, out_frame);

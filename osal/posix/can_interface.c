@@ -99,14 +99,14 @@ static int error_of(const answer_t* const answer)
 /// Send a request and receive the answer. Returns an errno; 0 for success.
 static int ask(const request_t* const request, answer_t* const answer)
 {
-    const struct timeval patience = {.tv_sec = ANSWER_SECONDS};
-    const int descriptor          = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
-    int error                     = 0;
-    answer->size                  = 0U;
+    const struct timeval timeout = {.tv_sec = ANSWER_SECONDS};
+    const int descriptor         = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
+    int error                    = 0;
+    answer->size                 = 0U;
     if (descriptor < 0) {
         return errno;
     }
-    (void)setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    (void)setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     if (send(descriptor, &request->message, request->message.header.nlmsg_len, 0) < 0) {
         error = errno;
     } else {

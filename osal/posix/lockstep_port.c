@@ -39,7 +39,7 @@ static int32_t stopped_inside(const osal_lockstep_t* const scheduler)
 void lockstep_port_lock(osal_lockstep_t* const scheduler)
 {
     int32_t seen = 0;
-    while (osal_mutex_lock_within(&scheduler->mutex, scheduler->patience_ns / 2U) == STATUS_TIMEOUT) {
+    while (osal_mutex_lock_within(&scheduler->mutex, scheduler->timeout_ns / 2U) == STATUS_TIMEOUT) {
         const int32_t stopped = stopped_inside(scheduler);
         if ((stopped != 0) && (stopped == seen)) {
             (void)kill((pid_t)stopped, SIGKILL);

@@ -26,7 +26,7 @@
 #define EXIT_USAGE 2
 #define NS_PER_S 1000000000U
 #define TOOL_WAIT_MS 100U // Longest wait for a tool before the end of the run is checked.
-#define COSIMULATION_PORT_PATIENCE_MS                                                                        \
+#define COSIMULATION_PORT_TIMEOUT_MS                                                                         \
     200000U              ///< Longer than the launcher waits for simulated time to advance.
 #define REAL_PRIORITY 80 // Priority SCHED_FIFO of a run in real time.
 #define NO_LIMIT UINT64_MAX
@@ -429,7 +429,7 @@ static bool open_cosimulation(port_server_t* const server, const options_t* cons
     server->receiver    = options->cosimulation_receiver;
     const status_t status =
         cosimulation_port_open(&server->cosimulation, options->cosimulation_path, options->cosimulation_name,
-                               scheduler, COSIMULATION_PORT_PATIENCE_MS);
+                               scheduler, COSIMULATION_PORT_TIMEOUT_MS);
     if (status != STATUS_OK) {
         return argument_refuse("cosimulation", options->cosimulation_path,
                                "a path where a local socket can be made");

@@ -145,10 +145,10 @@ static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* con
     return STATUS_OK;
 }
 
-/// Wait for a line, at most `patience_ms`. False: the client was disconnected, or the run ended.
+/// Wait for a line, at most `timeout_ms`. False: the client was disconnected, or the run ended.
 static bool receive_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
-    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
+    const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->timeout_ms * NS_PER_MS);
     const status_t status   = wait_for_line(cosimulation, out_line, until_ns);
     if (status == STATUS_TIMEOUT) {
         disconnect_client(cosimulation, &cosimulation->count.silent);
@@ -161,10 +161,10 @@ static bool receive_line(cosimulation_port_t* const cosimulation, char* const ou
 static status_t admit(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
     char line[COSIMULATION_PORT_LINE_OCTETS];
-    const uint64_t patience_ns = cosimulation->came_ns + ((uint64_t)cosimulation->patience_ms * NS_PER_MS);
+    const uint64_t deadline_ns = cosimulation->came_ns + ((uint64_t)cosimulation->timeout_ms * NS_PER_MS);
     const status_t status =
-        wait_for_line(cosimulation, line, (until_ns < patience_ns) ? until_ns : patience_ns);
-    if ((status == STATUS_TIMEOUT) && (osal_clock_monotonic_ns() >= patience_ns)) {
+        wait_for_line(cosimulation, line, (until_ns < deadline_ns) ? until_ns : deadline_ns);
+    if ((status == STATUS_TIMEOUT) && (osal_clock_monotonic_ns() >= deadline_ns)) {
         disconnect_client(cosimulation, &cosimulation->count.silent);
         return STATUS_CLOSED;
     }
@@ -189,14 +189,14 @@ static uint32_t rest_ms(const uint64_t until_ns)
 
 status_t cosimulation_port_open(cosimulation_port_t* const cosimulation, const char* const path,
                                 const char* const participant, const osal_lockstep_t* const scheduler,
-                                const uint32_t patience_ms)
+                                const uint32_t timeout_ms)
 {
     *cosimulation = (cosimulation_port_t){.listener    = OSAL_SOCKET_CLOSED,
                                           .client      = OSAL_SOCKET_CLOSED,
                                           .scheduler   = scheduler,
                                           .path        = path,
                                           .participant = participant,
-                                          .patience_ms = patience_ms};
+                                          .timeout_ms  = timeout_ms};
     return osal_local_listen(&cosimulation->listener, path);
 }
 

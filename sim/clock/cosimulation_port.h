@@ -9,7 +9,7 @@
 ///
 /// The client receives exactly the messages and octets of its grant before it runs, and sends only while its
 /// stream is served. A stream that is no longer served has ended, and the client closes its socket. A client
-/// that disconnects, sends another line, or is silent for longer than `patience_ms` is removed from the
+/// that disconnects, sends another line, or is silent for longer than `timeout_ms` is removed from the
 /// scheduler; this is counted, and the run continues.
 ///
 /// Ownership  The caller provides cosimulation_port_t. The arguments of _open exist as long as it is open.
@@ -32,7 +32,7 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     const osal_lockstep_t* scheduler;
     const char* path;
     const char* participant;
-    uint32_t patience_ms;
+    uint32_t timeout_ms;
     char line[COSIMULATION_PORT_LINE_OCTETS]; ///< Octets received and not yet used.
     size_t line_size;
     uint64_t came_ns;     ///< Time at which the client connected (wall-clock).
@@ -42,21 +42,21 @@ typedef struct { // All fields are private, except stream_port and count: read-o
         uint32_t left;      ///< Clients that sent `leave`.
         uint32_t vanished;  ///< Clients that disconnected without `leave`.
         uint32_t malformed; ///< Clients that sent another line than expected.
-        uint32_t silent;    ///< Clients that were silent for longer than `patience_ms`.
+        uint32_t silent;    ///< Clients that were silent for longer than `timeout_ms`.
     } count;
 } cosimulation_port_t;
 
-/// Listen at `path`. A client must name itself `participant`. `patience_ms`: longest silence of a client
+/// Listen at `path`. A client must name itself `participant`. `timeout_ms`: longest silence of a client
 /// (wall-clock). Waits end at the end of the run, when `scheduler` is closed. STATUS_OK,
 /// STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path,
                                          const char* participant, const osal_lockstep_t* scheduler,
-                                         uint32_t patience_ms);
+                                         uint32_t timeout_ms);
 /// Disconnect the client, stop listening, remove the path.
 void cosimulation_port_close(cosimulation_port_t* cosimulation);
 
 /// Wait (wall-clock) for a client that joins, at most timeout_ms. Only one client may take part. If a client
-/// has connected and not joined yet, the next call continues to wait for it, until `patience_ms` after its
+/// has connected and not joined yet, the next call continues to wait for it, until `timeout_ms` after its
 /// connection. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
 /// Send the grant to the client and wait for its answer; `served_port` is the result of

@@ -377,7 +377,7 @@ static void accept_connection(stream_port_t* const port)
     if (osal_hand_over_is_open(&port->counts)) {
         const uint32_t connection = osal_hand_over_connection(&port->counts);
         if ((connection == port->connection) ||
-            (osal_socket_wait_readable(&port->listener, OSAL_HAND_OVER_PATIENCE_MS) != STATUS_OK)) {
+            (osal_socket_wait_readable(&port->listener, OSAL_HAND_OVER_TIMEOUT_MS) != STATUS_OK)) {
             return;
         }
         port->connection = connection;
@@ -470,9 +470,8 @@ static void read_octets(stream_port_t* const port)
         port->held += size;
         const bool is_due = osal_hand_over_due(&port->counts) > 0U;
         if (is_due) {
-            status = is_terminal(port)
-                         ? osal_device_wait_readable(&port->terminal, OSAL_HAND_OVER_PATIENCE_MS)
-                         : osal_socket_wait_readable(&port->socket, OSAL_HAND_OVER_PATIENCE_MS);
+            status = is_terminal(port) ? osal_device_wait_readable(&port->terminal, OSAL_HAND_OVER_TIMEOUT_MS)
+                                       : osal_socket_wait_readable(&port->socket, OSAL_HAND_OVER_TIMEOUT_MS);
             if (status != STATUS_OK) {
                 osal_hand_over_give_up(&port->counts);
             }
@@ -489,7 +488,7 @@ static bool take_datagram(stream_port_t* const port, uint8_t* const message, siz
     osal_address_t from;
     status_t status = osal_udp_receive(&port->socket, &from, message, STREAM_PORT_MESSAGE_MAX, out_size);
     if ((status == STATUS_EMPTY) && (osal_hand_over_due(&port->counts) > 0U)) {
-        if (osal_socket_wait_readable(&port->socket, OSAL_HAND_OVER_PATIENCE_MS) == STATUS_OK) {
+        if (osal_socket_wait_readable(&port->socket, OSAL_HAND_OVER_TIMEOUT_MS) == STATUS_OK) {
             status = osal_udp_receive(&port->socket, &from, message, STREAM_PORT_MESSAGE_MAX, out_size);
         } else {
             osal_hand_over_give_up(&port->counts);

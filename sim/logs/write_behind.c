@@ -34,9 +34,9 @@ void write_behind_open(write_behind_t* const buffer, const write_behind_consume_
 }
 
 /// True if the task is idle.
-static bool wait_for_task(write_behind_t* const buffer, const uint32_t patience_ms)
+static bool wait_for_task(write_behind_t* const buffer, const uint32_t timeout_ms)
 {
-    if (buffer->is_busy && (osal_event_wait(&buffer->consumed, patience_ms) == STATUS_OK)) {
+    if (buffer->is_busy && (osal_event_wait(&buffer->consumed, timeout_ms) == STATUS_OK)) {
         buffer->is_busy = false;
     }
     return !buffer->is_busy;
@@ -85,7 +85,7 @@ void write_behind_flush(write_behind_t* const buffer, const bool waits)
 {
     if (!waits) {
         pass(buffer);
-    } else if (wait_for_task(buffer, WRITE_BEHIND_PATIENCE_MS)) {
+    } else if (wait_for_task(buffer, WRITE_BEHIND_TIMEOUT_MS)) {
         consume_own(buffer);
     } else {
         // The file system is too slow: the records stay in the buffer.

@@ -21,7 +21,7 @@
 /// Octets of a half, and of the largest record. On a loaded machine the task gets a processor late: the other
 /// half of a busy bus then still has room for the frames of one simulated second.
 #define WRITE_BEHIND_HALF 262144U
-#define WRITE_BEHIND_PATIENCE_MS 10000U
+#define WRITE_BEHIND_TIMEOUT_MS 10000U
 
 typedef void (*write_behind_consume_t)(void* context, const uint8_t* octets, size_t size);
 
@@ -48,7 +48,7 @@ void write_behind_open(write_behind_t* buffer, write_behind_consume_t consume, v
 uint8_t* write_behind_room(write_behind_t* buffer, size_t octets);
 void write_behind_add(write_behind_t* buffer, size_t octets);
 /// Pass the records so far to the task. `waits`: return when all are consumed, but wait for the task
-/// WRITE_BEHIND_PATIENCE_MS at most; after that the records of the caller's half stay in the buffer.
+/// WRITE_BEHIND_TIMEOUT_MS at most; after that the records of the caller's half stay in the buffer.
 void write_behind_flush(write_behind_t* buffer, bool waits);
 /// Consume the rest and end the task.
 void write_behind_close(write_behind_t* buffer);

@@ -19,13 +19,13 @@
 #define NS_PER_S 1000000000U
 #define NS_PER_MS 1000000U
 #define NS_PER_US 1000U
-#define OK_PATIENCE_NS 50000000ULL ///< Wall-clock time in which a client reads the answer to rawmode.
+#define OK_TIMEOUT_NS 50000000ULL ///< Wall-clock time in which a client reads the answer to rawmode.
 
 typedef struct {
     socketcand_t* server;
     bool is_used;
     bool is_raw; // The client is in raw mode, in which frames are exchanged.
-    // The client has read the answer to rawmode: it has sent a message since, or OK_PATIENCE_NS has passed.
+    // The client has read the answer to rawmode: it has sent a message since, or OK_TIMEOUT_NS has passed.
     bool has_heard_ok;
     // Number of steps after which simulated time waits for the client. 0: the client is not in lock-step.
     unsigned step_every;
@@ -121,7 +121,7 @@ static void reply(client_t* const client, const char* const text)
 static bool may_send_frames(client_t* const client)
 {
     client->has_heard_ok =
-        client->has_heard_ok || ((osal_clock_monotonic_ns() - client->raw_ns) > OK_PATIENCE_NS);
+        client->has_heard_ok || ((osal_clock_monotonic_ns() - client->raw_ns) > OK_TIMEOUT_NS);
     return client->has_heard_ok;
 }
 

@@ -14,7 +14,7 @@ import time
 import can
 
 MESSAGE = re.compile(rb"<\s*(.*?)\s*>")
-PATIENCE_S = 600.0  # Wall-clock time: an emulated machine starts a flight slowly.
+TIMEOUT_S = 600.0  # Wall-clock time: an emulated machine starts a flight slowly.
 
 
 class LockStepBus(can.BusABC):
@@ -28,7 +28,7 @@ class LockStepBus(can.BusABC):
         self.steps, self.every = 0, every  # Steps since this bus has joined.
         self.ended = threading.Event()  # The simulator has closed the port.
         self._frames = can.Bus(interface="socketcan", channel=interface, fd=True) if interface else None
-        self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+        self._socket = socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._input = b""
         self._reported = None  # Time of the step to be acknowledged.

@@ -47,7 +47,7 @@ class Slaves:
         """Call a function between two steps and wait until it has returned."""
         done = threading.Event()
         self.calls.append((function, done))
-        assert done.wait(lock_step.PATIENCE_S), "the simulation stands still"
+        assert done.wait(lock_step.TIMEOUT_S), "the simulation stands still"
         if self.failure:
             raise self.failure
 

@@ -33,7 +33,7 @@ from hirosco_gse import packets, sdls, telemetry, values
 from hirosco_gse.dictionary import Dictionary
 from message_values import Values
 from tm_packets import build_tm
-from yamcs_server import MISSION, PATIENCE_S, Yamcs, plain, until
+from yamcs_server import MISSION, TIMEOUT_S, Yamcs, plain, until
 
 pytestmark = pytest.mark.long
 APID = 16  # The manipulator.
@@ -58,7 +58,7 @@ def flight(place):
     flight = flying.start(place / "flight", "--scenario", "none", "--duration", 1_000_000, "--time", "real")
     flight.port()
     for words in (("state", "MANIPULATOR", "PRE_OPERATIONAL"), ("config", "MANIPULATOR", "STAND_ALONE")):
-        done = flying.gse(flight, *words, timeout=PATIENCE_S)
+        done = flying.gse(flight, *words, timeout=TIMEOUT_S)
         assert done.returncode == 0, done.stdout + done.stderr
     yield flight
     flight.process.send_signal(signal.SIGINT)
@@ -165,7 +165,7 @@ def test_stacks_and_displays_are_there_and_the_steps_of_a_stack_complete(yamcs):
 
 def test_another_ground_user_leaves_no_gap_and_finishes_no_command_of_yamcs(yamcs, flight):
     for _ in range(3):
-        done = flying.gse(flight, "ping", "all", timeout=PATIENCE_S)
+        done = flying.gse(flight, "ping", "all", timeout=TIMEOUT_S)
         assert done.returncode == 0, done.stderr
         history = yamcs.carried_out("ST17/PING", apid="SUPERVISOR")
         assert history["CommandComplete_Status"] == "OK", history
@@ -176,14 +176,14 @@ def test_another_ground_user_leaves_no_gap_and_finishes_no_command_of_yamcs(yamc
 
 
 def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatch, tmp_path):
-    assert yamcs_run.compare(MISSION, flight.port(), PATIENCE_S) == [f"the mission flies the interface of the database, {dictionary.interface_hash}"]
+    assert yamcs_run.compare(MISSION, flight.port(), TIMEOUT_S) == [f"the mission flies the interface of the database, {dictionary.interface_hash}"]
     content = json.loads((ROOT / "build" / "generated" / f"{MISSION}.json").read_text(encoding="utf-8"))
     content["subsystems"][0]["interface_hash"] = content["interface_hash"] = "0x00000000000000AA"
     (tmp_path / f"{MISSION}.json").write_text(json.dumps(content), encoding="utf-8")
     for name in (f"{MISSION}.xtce.xml", f"{MISSION}.events.json"):
         shutil.copy2(ROOT / "build" / "generated" / name, tmp_path)
     monkeypatch.setattr(yamcs_run, "GENERATED", tmp_path)
-    reported = yamcs_run.compare(MISSION, flight.port(), PATIENCE_S)
+    reported = yamcs_run.compare(MISSION, flight.port(), TIMEOUT_S)
     assert len(reported) == 3 and all("run make" in line for line in reported[:2])
     assert re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", reported[2])
 
@@ -204,7 +204,7 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
     finally:
         server.end()
         gateway.send_signal(signal.SIGINT)
-        gateway.wait(PATIENCE_S)
+        gateway.wait(TIMEOUT_S)
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     assert flight.code == 0, flight.transcript()
@@ -426,10 +426,10 @@ def test_a_violated_limit_raises_an_alarm(yamcs, synthetic, dictionary):
 
 
 def test_the_view_of_the_station_is_a_part_of_its_page(yamcs):
-    with urllib.request.urlopen(f"http://127.0.0.1:{yamcs.port}/api/storage/buckets/view/objects/view.js", timeout=PATIENCE_S) as answer:
+    with urllib.request.urlopen(f"http://127.0.0.1:{yamcs.port}/api/storage/buckets/view/objects/view.js", timeout=TIMEOUT_S) as answer:
         text = answer.read().decode()
     assert 'customElements.define("hirosco-view"' in text and f'frame.src = "{yamcs_run.STATION}"' in text
-    with urllib.request.urlopen(f"http://127.0.0.1:{yamcs.port}/", timeout=PATIENCE_S) as answer:
+    with urllib.request.urlopen(f"http://127.0.0.1:{yamcs.port}/", timeout=TIMEOUT_S) as answer:
         assert "/api/storage/buckets/view/objects/view.js" in answer.read().decode()
 
 

@@ -154,16 +154,16 @@ static void fly(const uint16_t configuration)
 static void begin(void)
 {
     static const flow_resolver_t flows = {NULL, resolve};
-    const subsystem_config_t config    = {.descriptor             = &descriptors[0],
-                                          .is_descriptor_valid    = true,
-                                          .callbacks              = manipulator_callbacks(),
-                                          .self                   = &manipulator,
-                                          .mission_epoch_s        = 1000U,
-                                          .start_count            = 1U,
-                                          .port                   = {NULL, take_report},
-                                          .supervisor_patience_ns = 3000000000U,
-                                          .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
-                                          .reload                 = reload};
+    const subsystem_config_t config    = {.descriptor            = &descriptors[0],
+                                          .is_descriptor_valid   = true,
+                                          .callbacks             = manipulator_callbacks(),
+                                          .self                  = &manipulator,
+                                          .mission_epoch_s       = 1000U,
+                                          .start_count           = 1U,
+                                          .port                  = {NULL, take_report},
+                                          .supervisor_timeout_ns = 3000000000U,
+                                          .status_interval_ns    = SUBSYSTEM_STATUS_INTERVAL_NS,
+                                          .reload                = reload};
     memory_sockets_reset();
     descriptor_loader_init(&loader);
     FUZZ_CHECK(descriptor_load_subsystem(&loader, DESCRIPTOR, &descriptors[0]) == STATUS_OK);

@@ -163,19 +163,19 @@ static void begin(void)
     static const flow_resolver_t flows   = {NULL, resolve};
     static const rtlink_resolver_t links = {.udp_route = route};
     static const bool is_good            = true;
-    const subsystem_config_t config      = {.descriptor             = &descriptor,
-                                            .is_descriptor_valid    = true,
-                                            .callbacks              = manipulator_callbacks(),
-                                            .self                   = &manipulator,
-                                            .mission_epoch_s        = 1000U,
-                                            .start_count            = 1U,
-                                            .port                   = {NULL, take_report},
-                                            .links                  = &links,
-                                            .link_methods           = 1U << RTLINK_METHOD_UDP,
-                                            .supervisor_patience_ns = 3000000000U,
-                                            .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
-                                            .reload                 = reload,
-                                            .reload_context         = (void*)(uintptr_t)&is_good};
+    const subsystem_config_t config      = {.descriptor            = &descriptor,
+                                            .is_descriptor_valid   = true,
+                                            .callbacks             = manipulator_callbacks(),
+                                            .self                  = &manipulator,
+                                            .mission_epoch_s       = 1000U,
+                                            .start_count           = 1U,
+                                            .port                  = {NULL, take_report},
+                                            .links                 = &links,
+                                            .link_methods          = 1U << RTLINK_METHOD_UDP,
+                                            .supervisor_timeout_ns = 3000000000U,
+                                            .status_interval_ns    = SUBSYSTEM_STATUS_INTERVAL_NS,
+                                            .reload                = reload,
+                                            .reload_context        = (void*)(uintptr_t)&is_good};
     scripted_bus_open(&bus, "shm:fuzz");
     joints[0]       = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x11U);
     joints[1]       = scripted_bus_add(&bus, SCRIPTED_DRIVE, 0x12U);

@@ -36,7 +36,7 @@ CONFIGURATION, LINKS = "TELEPRESENCE", ("HAND_POSITION", "ROBOT_STATE")
 SHUTDOWN = (131, 5)
 SIZES = {"u8": 1, "u16": 2, "u32": 4}
 PROGRAM = ROOT / "build/random-flight/image"
-PATIENCE_S = 6 * 3600
+TIMEOUT_S = 6 * 3600
 LONGEST_S = 100000  # Limit of simulated time; the flight shuts itself down earlier.
 
 
@@ -170,9 +170,9 @@ def prepare_programs(program):
     return directory / "hirosco"
 
 
-def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATIENCE_S):
+def fly(seed, count, out, program=PROGRAM, fault="", keep=False, timeout_s=TIMEOUT_S):
     """Fly. Returns the counts of the flight. Raises AssertionError with the reason and the last telecommands. `fault` plants one of
-    test/fuzz/flight/faults.c; `keep` keeps the directory of the flight; a flight that lasts longer than `patience_s` is
+    test/fuzz/flight/faults.c; `keep` keeps the directory of the flight; a flight that lasts longer than `timeout_s` is
     stopped."""
     pool, result, directory = out / "pool", out / f"{seed}.json", out / f"{seed}"
     shutil.rmtree(directory, ignore_errors=True)
@@ -184,10 +184,10 @@ def fly(seed, count, out, program=PROGRAM, fault="", keep=False, patience_s=PATI
              "--seed", str(seed), "--out", str(directory)]
     again = f"to repeat it: python3 {pathlib.Path(__file__).relative_to(ROOT)} --seed {seed} --count {count}"
     try:
-        done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience_s)
+        done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=timeout_s)
     except subprocess.TimeoutExpired as stuck:
         output = b"".join(text[-2000:] for text in (stuck.stdout, stuck.stderr) if text).decode(errors="replace")
-        raise AssertionError(f"seed {seed}: the flight did not end within {patience_s:g} s of wall-clock time and was stopped; its files are in {directory}\n"
+        raise AssertionError(f"seed {seed}: the flight did not end within {timeout_s:g} s of wall-clock time and was stopped; its files are in {directory}\n"
                              f"{output}{again}") from None
     failure = result.with_suffix(".json.failure")
     if failure.exists():

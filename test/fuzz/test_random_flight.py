@@ -101,7 +101,7 @@ def test_a_flight_that_does_not_end_is_stopped_and_reported(tmp_path, monkeypatc
 
     monkeypatch.setattr(random_flight.subprocess, "run", run)
     with pytest.raises(AssertionError, match="did not end within 60 s of wall-clock time") as caught:
-        random_flight.fly(SEED, COUNT, tmp_path, patience_s=60)
+        random_flight.fly(SEED, COUNT, tmp_path, timeout_s=60)
     assert "the flight begins" in str(caught.value)
     assert f"--seed {SEED} --count {COUNT}" in str(caught.value)
 

@@ -48,7 +48,7 @@ SECONDS = 60  # Limit for one test program.
 FLIGHT_SECONDS = 300  # Limit for one test in flight.
 # Time limit: this multiple of the time without a mutant, plus ten seconds; it ends a mutant that runs without
 # end.
-PATIENCE = 20
+TIMEOUT_FACTOR = 20
 TOTAL_PERCENT, DIRECTORY_PERCENT = 95.0, 90.0
 SWAPS = [(" <= ", " < "), (" < ", " <= "), (" >= ", " > "), (" > ", " >= "), (" == ", " != "), (" != ", " == "),
          (" && ", " || "), (" || ", " && "), (" + ", " - "), (" - ", " + "), (" += ", " -= "), (" -= ", " += "),
@@ -264,7 +264,7 @@ class Run:
             is_sound = program_passes(name, SECONDS)
             if not is_sound:
                 print(f"  {name} fails without a mutant: it is left out", flush=True)
-            self.seconds[name] = min(SECONDS, 10 + PATIENCE * (time.monotonic() - began)) if is_sound else None
+            self.seconds[name] = min(SECONDS, 10 + TIMEOUT_FACTOR * (time.monotonic() - began)) if is_sound else None
             copy.unlink()
         return self.seconds[name]
 

@@ -42,7 +42,7 @@ REACHING = ["--function", "proof", "--no-standard-checks", "--slice-formula", "-
 MEMORY = 6_000_000 * 1024
 REQUIRED = ("Proves", "Bounds", "Replaced", "Sources", "Options", "Fault")
 OPTIONAL = ("Quick", "Reduced")
-PATIENCE_S = 900 # Limit of processor time for one run.
+TIMEOUT_S = 900 # Limit of processor time for one run.
 HOLDS, FAILS = 0, 10
 
 
@@ -159,7 +159,7 @@ class Result:
 
 def set_limits():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE_S, PATIENCE_S))
+    resource.setrlimit(resource.RLIMIT_CPU, (TIMEOUT_S, TIMEOUT_S))
 
 
 def used_s():

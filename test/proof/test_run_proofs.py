@@ -164,7 +164,7 @@ def test_each_proof_is_listed_with_its_run_time(tree, tmp_path):
 
 
 def test_limits_hold_for_the_checker(tree, tmp_path, monkeypatch):
-    monkeypatch.setattr(run_proofs, "PATIENCE_S", 1)
+    monkeypatch.setattr(run_proofs, "TIMEOUT_S", 1)
     (tmp_path / "cbmc/lib/ld-linux.so").write_text('#!/bin/sh\ncase "$*" in *PROOF_REACHED*) exit 6 ;; esac\nwhile :; do :; done\n')
     findings, _ = run_proofs.prove(tree())
     assert [finding.partition(" (code")[0] for finding in findings] == [

@@ -4,7 +4,7 @@ writes without end."""
 
 import pexpect
 
-PATIENCE_S = 600.0
+TIMEOUT_S = 600.0
 
 
 def converse(command, environment, steps, size=(24, 80)):
@@ -12,7 +12,7 @@ def converse(command, environment, steps, size=(24, 80)):
     program; (all that it has shown, its exit code). The size is that of the terminal: readline sets COLUMNS and LINES in a process
     and in all that it starts, so they are not passed on."""
     passed = {name: value for name, value in environment.items() if name not in ("COLUMNS", "LINES")}
-    child = pexpect.spawn(command[0], command[1:], env=passed, dimensions=size, timeout=PATIENCE_S, encoding="utf-8",
+    child = pexpect.spawn(command[0], command[1:], env=passed, dimensions=size, timeout=TIMEOUT_S, encoding="utf-8",
                           codec_errors="replace", echo=True)
     shown = []
     try:

@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / "gse" / "yamcs"))
 import run as yamcs_run
 
 MISSION = "rokviss"
-PATIENCE_S = 300.0
+TIMEOUT_S = 300.0
 NEWEST = 1000  # Number of packets in one answer.
 SYNTHETIC = """
   - name: synthetic
@@ -39,9 +39,9 @@ mdb:"""
 
 def until(condition, what):
     """Wait until the condition is true. Returns its value."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while not (found := condition()):
-        assert time.monotonic() < end, f"{what} did not come within {PATIENCE_S} s"
+        assert time.monotonic() < end, f"{what} did not come within {TIMEOUT_S} s"
         time.sleep(0.2)
     return found
 
@@ -72,7 +72,7 @@ class Yamcs:
         data = json.dumps(content).encode() if content else None
         asked = urllib.request.Request(f"http://127.0.0.1:{self.port}/api/{path}", data=data)
         try:
-            with urllib.request.urlopen(asked, timeout=PATIENCE_S) as answer:
+            with urllib.request.urlopen(asked, timeout=TIMEOUT_S) as answer:
                 return json.load(answer)
         except urllib.error.HTTPError as error:
             raise AssertionError(f"{path} {content}: {error.read().decode()}") from error

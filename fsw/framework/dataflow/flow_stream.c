@@ -31,7 +31,7 @@ static status_t connect(flow_stream_t* const flow)
     }
     // In stepped time, wait for the result, so that it does not depend on wall-clock time.
     if ((status == STATUS_BUSY) && osal_hand_over_is_open(&flow->counts) &&
-        (osal_socket_wait_writable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS) == STATUS_OK)) {
+        (osal_socket_wait_writable(&flow->socket, OSAL_HAND_OVER_TIMEOUT_MS) == STATUS_OK)) {
         status = osal_tcp_connect_result(&flow->socket);
     }
     flow->link.is_pending = (status == STATUS_BUSY);
@@ -109,8 +109,8 @@ static status_t read_at_once(flow_stream_t* const flow, size_t* const out_size)
 static status_t wait_readable(flow_stream_t* const flow)
 {
     return (flow->setup.kind == ENDNODE_TCP)
-               ? osal_socket_wait_readable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS)
-               : osal_device_wait_readable(&flow->device, OSAL_HAND_OVER_PATIENCE_MS);
+               ? osal_socket_wait_readable(&flow->socket, OSAL_HAND_OVER_TIMEOUT_MS)
+               : osal_device_wait_readable(&flow->device, OSAL_HAND_OVER_TIMEOUT_MS);
 }
 
 /// Read octets; in stepped time, wait for those that the device has announced.

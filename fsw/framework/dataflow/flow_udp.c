@@ -83,7 +83,7 @@ static status_t take_datagram(flow_udp_t* const flow, osal_address_t* const out_
 {
     status_t status = osal_udp_receive(&flow->socket, out_from, octets, capacity, out_size);
     if ((status == STATUS_EMPTY) && (osal_hand_over_due(&flow->counts) > 0U)) {
-        if (osal_socket_wait_readable(&flow->socket, OSAL_HAND_OVER_PATIENCE_MS) == STATUS_OK) {
+        if (osal_socket_wait_readable(&flow->socket, OSAL_HAND_OVER_TIMEOUT_MS) == STATUS_OK) {
             status = osal_udp_receive(&flow->socket, out_from, octets, capacity, out_size);
         } else {
             osal_hand_over_give_up(&flow->counts);

@@ -72,7 +72,7 @@ typedef struct {
     uint32_t device_deadline_us;
     uint32_t hang_after_us; ///< Delay of a step after which the process is killed [us].
     /// How long the subsystem stays OPERATIONAL without the supervisor [us].
-    uint32_t supervisor_patience_us;
+    uint32_t supervisor_timeout_us;
     /// Number of the on-board computer that the subsystem runs on, from 1; used only if the run has several
     /// computers.
     uint8_t computer;

@@ -61,8 +61,8 @@ static const source_attribute_t listed_attributes[] = {
     SOURCE_WITHIN("deviceDeadline", SOURCE_TIME, 1000U, 1000000U, 0U, mission_subsystem_t,
                   device_deadline_us),
     SOURCE_WITHIN("hangAfter", SOURCE_TIME, 1000U, 60000000U, 20000U, mission_subsystem_t, hang_after_us),
-    SOURCE_WITHIN("supervisorPatience", SOURCE_TIME, 100000U, 3600000000U, 3000000U, mission_subsystem_t,
-                  supervisor_patience_us),
+    SOURCE_WITHIN("supervisorTimeout", SOURCE_TIME, 100000U, 3600000000U, 3000000U, mission_subsystem_t,
+                  supervisor_timeout_us),
     SOURCE_WITHIN("node", SOURCE_UNSIGNED, 1U, MISSION_COMPUTERS_MAX, 1U, mission_subsystem_t, computer),
 };
 static const source_attribute_t power_attributes[] = {

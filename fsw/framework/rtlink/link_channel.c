@@ -321,7 +321,7 @@ status_t rtlink_consumer_read(rtlink_consumer_t* const consumer, const uint64_t 
         return STATUS_EMPTY;
     }
     const uint64_t age_ns = (now_ns > consumer->sample_time_ns) ? (now_ns - consumer->sample_time_ns) : 0U;
-    if (age_ns > (rtlink_consumer_patience_us(consumer) * 1000U)) {
+    if (age_ns > (rtlink_consumer_max_age_us(consumer) * 1000U)) {
         consumer->counters.late++;
         return STATUS_STALE;
     }
@@ -346,7 +346,7 @@ status_t rtlink_consumer_deliver(rtlink_consumer_t* const consumer, const uint8_
     return accept(consumer, status, &header, payload);
 }
 
-uint64_t rtlink_consumer_patience_us(const rtlink_consumer_t* const consumer)
+uint64_t rtlink_consumer_max_age_us(const rtlink_consumer_t* const consumer)
 {
     FSW_ASSERT(consumer != NULL);
     const rtlink_play_out_t* const play_out = consumer->play_out;

@@ -127,7 +127,7 @@ status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
 /// STATUS_CLOSED.
 status_t rtlink_consumer_deliver(rtlink_consumer_t* consumer, const uint8_t* frame, size_t size);
 /// Returns the age beyond which a sample of an open link is stale [us].
-uint64_t rtlink_consumer_patience_us(const rtlink_consumer_t* consumer);
+uint64_t rtlink_consumer_max_age_us(const rtlink_consumer_t* consumer);
 void rtlink_consumer_close(rtlink_consumer_t* consumer);
 
 #endif // FSW_FRAMEWORK_RTLINK_LINK_CHANNEL_H

@@ -79,7 +79,7 @@ void subsystem_accept(subsystem_t* const subsystem, const uint8_t* const packet,
 {
     FSW_ASSERT((subsystem != NULL) && (packet != NULL));
     subsystem->now_ns = now_ns;
-    if (subsystem->config.supervisor_patience_ns > 0U) {
+    if (subsystem->config.supervisor_timeout_ns > 0U) {
         subsystem->supervisor_heard_ns = now_ns;
         subsystem->is_supervisor_lost  = false;
     }
@@ -172,7 +172,7 @@ static void watch_supervisor(subsystem_t* const subsystem)
 {
     const bool is_silent =
         !subsystem->is_supervisor_lost && (subsystem->supervisor_heard_ns > 0U) &&
-        ((subsystem->now_ns - subsystem->supervisor_heard_ns) > subsystem->config.supervisor_patience_ns);
+        ((subsystem->now_ns - subsystem->supervisor_heard_ns) > subsystem->config.supervisor_timeout_ns);
     if (is_silent) {
         subsystem->is_supervisor_lost = true;
         subsystem_machine_event(subsystem, EVENT_SUPERVISOR_LOST, CAUSE_SUPERVISOR_LOST, 0U);
@@ -323,7 +323,7 @@ status_t subsystem_raise(subsystem_t* const subsystem, const uint16_t event_id,
         octets      = sampled;
         octet_count = subsystem_sample_auxiliary(subsystem, event, sampled, sizeof sampled);
     }
-    if (subsystem->config.supervisor_patience_ns == 0U) {
+    if (subsystem->config.supervisor_timeout_ns == 0U) {
         // Events of the supervisor are about other subsystems: it reports them and keeps its state.
     } else if (event->severity == DESCRIPTOR_HIGH) { // React first, then report the event.
         subsystem_machine_event(subsystem, EVENT_OWN_HIGH, CAUSE_OWN_ERROR, event_id);

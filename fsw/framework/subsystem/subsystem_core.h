@@ -105,7 +105,7 @@ typedef struct {
     uint32_t mission_epoch_s;    ///< Mission time 0 [s of TAI since 1958].
     uint64_t device_deadline_ns; ///< See subsystem_device_deadline_ns.
     /// Silence after which the supervisor is lost [ns]; 0: this component is the supervisor.
-    uint64_t supervisor_patience_ns;
+    uint64_t supervisor_timeout_ns;
     uint64_t status_interval_ns;    ///< Time between two unsolicited status reports.
     uint32_t start_count;           ///< 1 for the first start of this component in the run.
     pus_port_t port;                ///< Port to which the component's packets are sent.

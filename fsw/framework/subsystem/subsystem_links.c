@@ -390,7 +390,7 @@ static void report_stale(subsystem_t* const subsystem, subsystem_link_t* const l
 /// True if an opened link has not delivered its first sample within the maximum age of samples.
 static bool is_overdue(const subsystem_t* const subsystem, const subsystem_link_t* const link)
 {
-    return (subsystem->now_ns - link->opened_ns) > (rtlink_consumer_patience_us(&link->consumer) * 1000U);
+    return (subsystem->now_ns - link->opened_ns) > (rtlink_consumer_max_age_us(&link->consumer) * 1000U);
 }
 
 static void watch_consumer(subsystem_t* const subsystem, subsystem_link_t* const link)

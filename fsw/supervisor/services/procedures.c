@@ -85,7 +85,7 @@ static pus_service_t open_procedures(supervisor_t* const supervisor)
         .budget              = SPACECRAFT_PROCEDURE_BUDGET,
         .calls               = SPACECRAFT_PROCEDURE_CALLS,
         .cycle_ns            = SPACECRAFT_PROCEDURE_CYCLE_NS,
-        .verification_cycles = (uint32_t)(SPACECRAFT_PROCEDURE_PATIENCE_NS / SPACECRAFT_PROCEDURE_CYCLE_NS),
+        .verification_cycles = (uint32_t)(SPACECRAFT_PROCEDURE_TIMEOUT_NS / SPACECRAFT_PROCEDURE_CYCLE_NS),
         .observation_event   = SUPERVISOR_EVENT_PROCEDURE_OBSERVED,
         .failure_event       = SUPERVISOR_EVENT_PROCEDURE_FAILED};
     procedures->next_cycle_ns = 0U;

@@ -28,7 +28,7 @@
 #define SPACECRAFT_PROCEDURE_CALLS 8U
 #define SPACECRAFT_PROCEDURE_CYCLE_NS 10000000ULL
 /// Time limit of a request for whose end a procedure waits; longer than any function of a subsystem.
-#define SPACECRAFT_PROCEDURE_PATIENCE_NS 900000000000ULL
+#define SPACECRAFT_PROCEDURE_TIMEOUT_NS 900000000000ULL
 
 typedef struct { // Private to fsw/supervisor.
     pus_procedures_t service;

@@ -151,7 +151,7 @@ status_t spacecraft_release(void* const context, const uint8_t* const packet, co
 }
 
 /// True if the first released request may be routed now: its addressee has credit, is not running, or has
-/// been without credit for SPACECRAFT_PATIENCE_NS.
+/// been without credit for SPACECRAFT_CREDIT_TIMEOUT_NS.
 static bool may_go(struct supervisor* const supervisor, const size_t size)
 {
     spacecraft_services_t* const spacecraft = &supervisor->spacecraft;
@@ -170,7 +170,7 @@ static bool may_go(struct supervisor* const supervisor, const size_t size)
     if (*since_ns == 0U) {
         *since_ns = supervisor->now_ns;
     }
-    return (supervisor->now_ns - *since_ns) >= SPACECRAFT_PATIENCE_NS;
+    return (supervisor->now_ns - *since_ns) >= SPACECRAFT_CREDIT_TIMEOUT_NS;
 }
 
 static void route_released(struct supervisor* const supervisor)

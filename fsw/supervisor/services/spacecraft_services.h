@@ -6,8 +6,8 @@
 /// A request that a service releases (from a schedule, a sequence, a procedure, an event-action) waits in
 /// one queue, and is routed in the same step with the same checks as any request: known user, permission,
 /// state. Its source stays unchanged. While its addressee has no credit, it and all later requests wait, for
-/// at most SPACECRAFT_PATIENCE_NS; then it and later ones to the same addressee are refused with TM[1,10]
-/// (PUS_FAILURE_QUEUE_FULL) like requests from the ground.
+/// at most SPACECRAFT_CREDIT_TIMEOUT_NS; then it and later ones to the same addressee are refused with
+/// TM[1,10] (PUS_FAILURE_QUEUE_FULL) like requests from the ground.
 #ifndef FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
 #define FSW_SUPERVISOR_SERVICES_SPACECRAFT_SERVICES_H
 
@@ -30,7 +30,7 @@
 
 #define SPACECRAFT_SERVICES 12U          ///< Maximum number of bindings.
 #define SPACECRAFT_RELEASE_OCTETS 65536U ///< Released requests that wait to be routed.
-#define SPACECRAFT_PATIENCE_NS 100000000ULL
+#define SPACECRAFT_CREDIT_TIMEOUT_NS 100000000ULL
 #define SPACECRAFT_NEVER UINT64_MAX
 /// Time after which a service sends packets again for which there was no room.
 #define SPACECRAFT_RETRY_NS 1000000ULL

@@ -14,7 +14,7 @@ from ..session import SessionError
 ID = 9003  # housekeeping structure of the station
 PERIOD_US = 50_000  # Period of the housekeeping for the pages.
 DISPLAY_STATES = STATES[3:7]  # PRE_OPERATIONAL to ERROR_OPERATIONAL: those with a configuration.
-PATIENCE_S = 1.5  # Time without a report after which the housekeeping is requested again.
+REPORT_TIMEOUT_S = 1.5  # Time without a report after which the housekeeping is requested again.
 
 
 class Display:
@@ -52,8 +52,8 @@ class Display:
             apid = subsystem.apid
             is_on = session.configurations.get(apid) and session.states.get(apid) in DISPLAY_STATES
             last = max(self._seen.get(apid, 0), self._asked.get(apid, 0))
-            is_alive = now - self._status_seen.get(apid, 0) < PATIENCE_S
-            if is_on and is_alive and now - last > PATIENCE_S:
+            is_alive = now - self._status_seen.get(apid, 0) < REPORT_TIMEOUT_S
+            if is_on and is_alive and now - last > REPORT_TIMEOUT_S:
                 self._asked[apid] = now
                 if words := self._words(subsystem):
                     self._hub.begin_own(self._create(subsystem, words))
@@ -130,7 +130,7 @@ class Display:
         for number in wanted:  # One request each: a structure that does not exist would refuse the others.
             with contextlib.suppress(SessionError):
                 words = ["tc", subsystem.name, "3,33", f"n=[{number}]"]
-                answer = yield from commands.plan(words, hub.dictionary).procedure(hub.session, hub.patience_ns)
+                answer = yield from commands.plan(words, hub.dictionary).procedure(hub.session, hub.timeout_ns)
                 rows += [row for reply in answer for row in reply.get("rows", ())]
         named = [{"id": row["structure"], "enabled": bool(row["enabled"]), "interval": row["interval"]} for row in rows]
         self.structures[subsystem.name] = {"kind": "structures", "subsystem": subsystem.name, "rows": named}

@@ -37,7 +37,7 @@ from .world_port import Taps, Truth, WorldPort
 
 ALL_USERS = 0  # Destination of a report: all ground users.
 LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that only read.
-PATIENCE_NS = 20_000_000_000  # Longest simulated time to wait for reports other than those of verification.
+TIMEOUT_NS = 20_000_000_000  # Longest simulated time to wait for reports other than those of verification.
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1  # Period of tasks that depend on time.
 RETRY_S = 0.5  # Time between two attempts to connect, and between two requests for the pace.
@@ -112,7 +112,7 @@ class _WebSession(Session):
 class Hub:
     """One spacecraft link for all browsers. `run`: run directory or a link to it, such as runs/latest."""
 
-    patience_ns = PATIENCE_NS
+    timeout_ns = TIMEOUT_NS
 
     def __init__(self, run, publish, user=None, is_read_only=False, files=MACHINE, **given):
         """user: id in the packets, None: a WEB user that no other station has; is_read_only: the pages show that they
@@ -339,7 +339,7 @@ class Hub:
         if words[0] != "stop" and sum(call.number > 0 for call in self.calls) >= CALLS_MAX:
             raise UsageError(f"{CALLS_MAX} commands of pages are under way; wait until one has ended")
         at_end = self.display.after(words, is_for_display)
-        call = Call(next(self._numbers), planned.text, planned.procedure(self.session, PATIENCE_NS), self.seconds, text, at_end)
+        call = Call(next(self._numbers), planned.text, planned.procedure(self.session, TIMEOUT_NS), self.seconds, text, at_end)
         self.commands.append(call)
         self.calls.append(call)
         self._resume_all()
@@ -368,7 +368,7 @@ class Hub:
         planned = self.plan(text)
         if not self._connection:
             raise UsageError("no link to the spacecraft")
-        call = self.begin_own(planned.procedure(self.session, PATIENCE_NS))
+        call = self.begin_own(planned.procedure(self.session, TIMEOUT_NS))
         while not call.is_over:
             await asyncio.sleep(TICK_S / 4)
         if call.words:
@@ -393,14 +393,14 @@ class Hub:
         """Procedure: states, mode and links after a connection is made."""
         for text in ("status", f"hk once {self.dictionary.subsystem_of_apid(SUPERVISOR_APID).name} 1"):
             with contextlib.suppress(SessionError):
-                yield from self.plan(text).procedure(self.session, PATIENCE_NS)
+                yield from self.plan(text).procedure(self.session, TIMEOUT_NS)
         yield from self.network.ask()
 
     def quietly(self, texts):
         """Procedure: perform commands; failures are not reported."""
         for text in texts:
             with contextlib.suppress(SessionError):
-                yield from self.plan(text).procedure(self.session, PATIENCE_NS)
+                yield from self.plan(text).procedure(self.session, TIMEOUT_NS)
 
     # Telemetry ----------------------------------------------------------------------------------------------
 

@@ -59,11 +59,11 @@ class Network:
 
     def _ask_ends(self, session):
         """Procedure: rows of the supervisor with the counters of the members; each member is asked once."""
-        rows = yield from commands.link_rows_of(session, SUPERVISOR_APID, self._hub.patience_ns)
+        rows = yield from commands.link_rows_of(session, SUPERVISOR_APID, self._hub.timeout_ns)
         ends = {}
         for apid in dict.fromkeys(self._apid(row[role]) for row in rows if row["state"] != "closed" for role in ROLES):
             with contextlib.suppress(SessionError):  # A member that has failed has no counters; the states are those of the supervisor.
-                for end in (yield from commands.link_rows_of(session, apid, self._hub.patience_ns)):
+                for end in (yield from commands.link_rows_of(session, apid, self._hub.timeout_ns)):
                     ends[apid, end["link"]] = end
         for row in rows:
             for role, counters in ROLES.items():

@@ -11,7 +11,7 @@
 /// frames. Identifiers, flags and error data are those of Linux SocketCAN (linux/can.h, linux/can/error.h).
 ///
 /// Ownership  The caller provides osal_can_t; it must not be moved while open.
-/// Context    One task per end. Only the counted hand-over waits, OSAL_CAN_PATIENCE_MS at most.
+/// Context    One task per end. Only the counted hand-over waits, OSAL_CAN_TIMEOUT_MS at most.
 /// Time       O(1).
 /// Errors     Each function lists every status it returns; a null argument is a coding error (FSW_ASSERT).
 #ifndef OSAL_CAN_H
@@ -50,7 +50,7 @@
 #define OSAL_CAN_DATA_MAX 64U
 #define OSAL_CAN_RING_FRAMES 256U ///< Capacity of each direction of a stepped bus [frames].
 #define OSAL_CAN_FILTERS_MAX 16U
-#define OSAL_CAN_PATIENCE_MS 2000U ///< Longest wait for an announced frame, wall-clock time [ms].
+#define OSAL_CAN_TIMEOUT_MS 2000U ///< Longest wait for an announced frame, wall-clock time [ms].
 
 typedef struct {
     /// Time of a received frame [ns]. "shm:": end of frame, set by the wire end; SocketCAN: monotonic time at
@@ -90,7 +90,7 @@ typedef struct { // All fields are private, except the last four, which may be r
 typedef struct {       // Counts of a counted hand-over, sums of both directions [frames, wraps].
     uint32_t frames;   ///< Frames handed over.
     uint32_t late;     ///< Frames of `frames` for which the receiver had to wait.
-    uint32_t lost;     ///< Frames announced but not received within OSAL_CAN_PATIENCE_MS.
+    uint32_t lost;     ///< Frames announced but not received within OSAL_CAN_TIMEOUT_MS.
     uint32_t external; ///< Frames received but not announced: another program sends on the interface.
     uint32_t cuts;     ///< Calls that failed because the interface of their end was down or removed.
 } osal_can_hand_over_t;

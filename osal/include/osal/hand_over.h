@@ -21,7 +21,7 @@
 #include <stdint.h>
 
 /// Longest wait for announced octets or datagrams, wall-clock time [ms].
-#define OSAL_HAND_OVER_PATIENCE_MS 2000U
+#define OSAL_HAND_OVER_TIMEOUT_MS 2000U
 
 typedef struct { // Private.
     void* shared;

@@ -29,8 +29,8 @@
 #define OSAL_LOCKSTEP_NEVER UINT64_MAX
 /// In place of a life: the present life. Lives are numbered 1, 2, ...
 #define OSAL_LOCKSTEP_ANY_LIFE 0U
-#define OSAL_LOCKSTEP_OCTETS 4096U              ///< Storage of one scheduler.
-#define OSAL_LOCKSTEP_PATIENCE_NS 5000000000ULL ///< Default of osal_lockstep_set_patience.
+#define OSAL_LOCKSTEP_OCTETS 4096U             ///< Storage of one scheduler.
+#define OSAL_LOCKSTEP_TIMEOUT_NS 5000000000ULL ///< Default of osal_lockstep_set_timeout.
 
 typedef struct osal_lockstep osal_lockstep_t;
 
@@ -52,10 +52,10 @@ typedef struct {
 /// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system has no lock for `is_shared`.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
 /// A process that a signal stops inside one of these calls blocks the calls of all other processes. If such a
-/// process has a life and blocks another one for `patience_ns` of wall-clock time, it is killed, and its
+/// process has a life and blocks another one for `timeout_ns` of wall-clock time, it is killed, and its
 /// death is treated like any other; a process without a life is not killed. The initial value is
-/// OSAL_LOCKSTEP_PATIENCE_NS.
-void osal_lockstep_set_patience(osal_lockstep_t* scheduler, uint64_t patience_ns);
+/// OSAL_LOCKSTEP_TIMEOUT_NS.
+void osal_lockstep_set_timeout(osal_lockstep_t* scheduler, uint64_t timeout_ns);
 /// Returns the scheduler that another process has created in `storage`; null if there is none.
 osal_lockstep_t* osal_lockstep_attach(void* storage);
 

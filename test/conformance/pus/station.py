@@ -18,7 +18,7 @@ import flying
 from hirosco_gse.session import LinkLost, Request, TimedOut
 from hirosco_gse.spacecraft import Spacecraft, merged
 
-PATIENCE_S = 120.0  # Ends a wait that would otherwise never end; no test depends on it.
+TIMEOUT_S = 120.0  # Ends a wait that would otherwise never end; no test depends on it.
 USER = 2
 LAST = 40  # Number of reports in the message of a failed wait.
 ENDLESS_S = 1_000_000  # Simulated time; the tests end the flight.
@@ -61,7 +61,7 @@ class Station(Spacecraft):
 
     def __init__(self, flight, notes, mission="rokviss"):
         dictionary = flying.ROOT / "build" / "generated" / f"{mission}.json"
-        super().__init__(flight.directory, port=flight.port(), dictionary=dictionary, user=USER, timeout_s=PATIENCE_S, first_sequence=0)
+        super().__init__(flight.directory, port=flight.port(), dictionary=dictionary, user=USER, timeout_s=TIMEOUT_S, first_sequence=0)
         self.flight, self.notes = flight, notes
         self.catalogue = self.dictionary.catalogue
         self.session.listeners.append(self._note)
@@ -70,8 +70,8 @@ class Station(Spacecraft):
         self._connect_to_a_flight()
 
     def _connect_to_a_flight(self):
-        """Raises LinkClosed if there is no link for PATIENCE_S, or the flight has ended."""
-        end = time.monotonic() + PATIENCE_S
+        """Raises LinkClosed if there is no link for TIMEOUT_S, or the flight has ended."""
+        end = time.monotonic() + TIMEOUT_S
         while not self.is_connected:
             try:
                 self.connect(1.0)

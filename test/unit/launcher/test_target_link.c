@@ -17,7 +17,7 @@
 
 #include <cmocka.h>
 
-#define PATIENCE_MS 1000U
+#define TIMEOUT_MS 1000U
 #define STRANGER 4321U ///< Number of a socket that the run has not given to the program.
 
 static target_link_t link;
@@ -116,7 +116,7 @@ static void get(uint8_t* const octets, const size_t size)
     size_t done = 0U;
     while (done < size) {
         size_t got = 0U;
-        assert_int_equal(STATUS_OK, osal_device_wait_readable(&link.peer_in, PATIENCE_MS));
+        assert_int_equal(STATUS_OK, osal_device_wait_readable(&link.peer_in, TIMEOUT_MS));
         assert_int_equal(STATUS_OK, osal_device_read(&link.peer_in, &octets[done], size - done, &got));
         done += got;
     }
@@ -181,7 +181,7 @@ static void octets_of_the_stream_arrive_in_both_directions(void** state)
     size_t size = 0U;
     put_record(TARGET_WIRE_STREAM, "abcde", 5U);
     put_record(TARGET_WIRE_STREAM, "fg", 2U);
-    assert_int_equal(STATUS_OK, carrier.wait_readable(carrier.context, PATIENCE_MS));
+    assert_int_equal(STATUS_OK, carrier.wait_readable(carrier.context, TIMEOUT_MS));
     assert_int_equal(STATUS_OK, carrier.receive(carrier.context, octets, 3U, &size));
     assert_int_equal(3U, size);
     assert_int_equal(STATUS_OK, carrier.receive(carrier.context, &octets[3], 13U, &size));
@@ -215,7 +215,7 @@ static void read_the_pieces(void* const context)
 {
     (void)context;
     while ((arrived_count < sizeof arrived) &&
-           (osal_device_wait_readable(&link.peer_in, PATIENCE_MS) == STATUS_OK)) {
+           (osal_device_wait_readable(&link.peer_in, TIMEOUT_MS) == STATUS_OK)) {
         size_t got = 0U;
         if (osal_device_read(&link.peer_in, &arrived[arrived_count], sizeof arrived - arrived_count, &got) !=
             STATUS_OK) {
@@ -295,14 +295,14 @@ static void datagrams_of_the_program_leave_from_its_sockets(void** state)
     will_return_count(__wrap_osal_udp_send, STATUS_OK, 2);
     put_datagram((uint32_t)run.components[0].message_descriptor, address_of(&partner), "hello");
     assert_int_equal(STATUS_EMPTY, take());
-    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&partner, TIMEOUT_MS));
     assert_int_equal(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
     assert_int_equal(5U, size);
     assert_memory_equal("hello", octets, 5U);
     assert_int_equal(own.port, from.port);
     put_datagram(TARGET_WIRE_SENDER, address_of(&partner), "frame"); // A socket that only sends.
     assert_int_equal(STATUS_EMPTY, take());
-    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&partner, PATIENCE_MS));
+    assert_int_equal(STATUS_OK, osal_socket_wait_readable(&partner, TIMEOUT_MS));
     assert_int_equal(STATUS_OK, osal_udp_receive(&partner, &from, octets, sizeof octets, &size));
     assert_memory_equal("frame", octets, 5U);
     assert_true(own.port != from.port);
@@ -319,7 +319,7 @@ static void a_wait_ends_with_a_datagram_or_with_its_time(void** state)
     assert_int_equal(STATUS_EMPTY, take());
     assert_int_equal(0U, get_record(TARGET_WIRE_WAITED));
     send_to_program("late");
-    octets_put_u32(&content[4], PATIENCE_MS);
+    octets_put_u32(&content[4], TIMEOUT_MS);
     put_record(TARGET_WIRE_WAIT, content, sizeof content);
     assert_int_equal(STATUS_EMPTY, take());
     get_datagram("late");

@@ -433,7 +433,7 @@ static void an_announced_frame_that_does_not_arrive_is_counted_as_lost(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&node, other_end, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&wire, &frame));
-    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // Returns after OSAL_CAN_PATIENCE_MS.
+    TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // Returns after OSAL_CAN_TIMEOUT_MS.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&node, &out)); // Returns immediately.
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_hand_over(counted_address, &counts));
     TEST_ASSERT_EQUAL_UINT32(2U, counts.lost);

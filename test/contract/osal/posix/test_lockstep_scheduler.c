@@ -21,7 +21,7 @@
 #define PARTICIPANTS 6U
 /// Deliveries in one grant. With this number, the grant spends most of its time under the lock.
 #define DELIVERIES 60U
-#define PATIENCE_NS 20000000000ULL
+#define TIMEOUT_NS 20000000000ULL
 
 void setUp(void)
 {
@@ -149,7 +149,7 @@ static bool goes_on(void)
 {
     uint64_t before[PARTICIPANTS];
     memcpy(before, record->grants, sizeof before);
-    const uint64_t until_ns = osal_clock_monotonic_ns() + PATIENCE_NS;
+    const uint64_t until_ns = osal_clock_monotonic_ns() + TIMEOUT_NS;
     for (unsigned i = 0U; i < PARTICIPANTS; i++) {
         while (__atomic_load_n(&record->grants[i], __ATOMIC_ACQUIRE) == before[i]) {
             if (osal_clock_monotonic_ns() > until_ns) {

@@ -117,7 +117,7 @@ static pid_t deliver_as_second(uint32_t life)
 static void a_process_stopped_inside_the_scheduler_is_killed_and_the_others_continue(void)
 {
     scheduler = shared_scheduler();
-    osal_lockstep_set_patience(scheduler, 2000000U);
+    osal_lockstep_set_timeout(scheduler, 2000000U);
     osal_lockstep_expect(scheduler, SECOND, 1U, 0U);
     const pid_t child = deliver_as_second(1U);
     int status        = 0;
@@ -143,7 +143,7 @@ static void a_process_stopped_inside_the_scheduler_is_killed_and_the_others_cont
 static void the_scheduler_waits_for_a_participant_without_a_life_number(void)
 {
     scheduler = shared_scheduler();
-    osal_lockstep_set_patience(scheduler, 2000000U);
+    osal_lockstep_set_timeout(scheduler, 2000000U);
     const pid_t child = deliver_as_second(OSAL_LOCKSTEP_ANY_LIFE);
     // Repeat, so that some of the signals stop the child inside the scheduler.
     for (unsigned i = 0U; i < 50U; i++) {

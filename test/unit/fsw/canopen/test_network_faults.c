@@ -437,7 +437,7 @@ static void a_device_is_lost_after_the_missing_answers_that_the_mission_sets(voi
 {
     for (uint32_t syncs = 1U; syncs <= 5U; syncs += 2U) {
         run_to(CIA402_GOAL_DISABLED);
-        canopen_network_set_patience(&network, syncs);
+        canopen_network_set_lost_after(&network, syncs);
         joints[1]->is_pdo_mute = true;
         idle(syncs);
         expect_no_fault();

@@ -12,9 +12,9 @@
 
 #define APID 20U
 #define CYCLE_NS 1000000ULL
-#define PATIENCE 5000U ///< Largest number of cycles that a test waits.
-#define SLOW_REPORT 1U ///< Every 20 ms.
-#define FAST_REPORT 2U ///< Every 2 ms.
+#define MAX_CYCLES 5000U ///< Largest number of cycles that a test waits.
+#define SLOW_REPORT 1U   ///< Every 20 ms.
+#define FAST_REPORT 2U   ///< Every 2 ms.
 
 static subsystem_t component;
 static subsystem_descriptor_t descriptor;
@@ -122,7 +122,7 @@ static void run_for(uint64_t duration_ns)
 
 static void run_until_a_report(void)
 {
-    for (unsigned i = 0U; (i < PATIENCE) && (reports[FAST_REPORT].count == 0U); i++) {
+    for (unsigned i = 0U; (i < MAX_CYCLES) && (reports[FAST_REPORT].count == 0U); i++) {
         run_for(CYCLE_NS);
     }
     TEST_ASSERT_TRUE(reports[FAST_REPORT].count > 0U);
@@ -131,7 +131,7 @@ static void run_until_a_report(void)
 static void begin(uint16_t configuration)
 {
     TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_request(&component, STATE_PRE_OPERATIONAL, CAUSE_REQUEST));
-    for (unsigned i = 0U; (i < PATIENCE) && (subsystem_state(&component) != STATE_PRE_OPERATIONAL); i++) {
+    for (unsigned i = 0U; (i < MAX_CYCLES) && (subsystem_state(&component) != STATE_PRE_OPERATIONAL); i++) {
         run_for(CYCLE_NS);
     }
     TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_select(&component, configuration));
@@ -157,7 +157,7 @@ static void without_loops_in_the_configuration_the_tasks_do_not_run(void)
     TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_select(&component, 1U));
     run_until_a_report();
     TEST_ASSERT_EQUAL(ANSWER_STARTED, subsystem_request(&component, STATE_OFFLINE, CAUSE_REQUEST));
-    for (unsigned i = 0U; (i < PATIENCE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
+    for (unsigned i = 0U; (i < MAX_CYCLES) && (subsystem_state(&component) != STATE_OFFLINE); i++) {
         run_for(CYCLE_NS);
     }
     const unsigned before = reports[FAST_REPORT].count;

@@ -176,7 +176,7 @@ static void a_task_that_does_not_begin_its_turn_is_not_alive(void** state)
 {
     static const loop_tasks_t none;
     const uint64_t ms       = 1000000U;
-    const uint64_t limit_ns = NOW_NS + (LOOP_TASKS_PATIENCE_MS * ms);
+    const uint64_t limit_ns = NOW_NS + (LOOP_TASKS_TIMEOUT_MS * ms);
     (void)state;
     assert_true(loop_tasks_are_alive(&none, limit_ns + (10U * ms)));
     start();
@@ -191,8 +191,8 @@ static void a_task_that_does_not_begin_its_turn_is_not_alive(void** state)
     for (size_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
         tasks.tasks[i].turn_ms = UINT32_MAX - 5U; // The number wraps after 49 days.
     }
-    assert_true(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_PATIENCE_MS - 6U) * ms));
-    assert_false(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_PATIENCE_MS - 5U) * ms));
+    assert_true(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_TIMEOUT_MS - 6U) * ms));
+    assert_false(loop_tasks_are_alive(&tasks, ((1ULL << 32U) + LOOP_TASKS_TIMEOUT_MS - 5U) * ms));
     assert_true(loop_tasks_are_alive(&tasks, (UINT32_MAX - 7ULL) * ms)); // The turn began after the check.
 }
 

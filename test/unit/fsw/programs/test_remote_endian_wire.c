@@ -9,7 +9,7 @@
 
 #include "unity.h"
 
-#define PATIENCE_MS 10000U
+#define TIMEOUT_MS 10000U
 #define HEAD_OCTETS 5U ///< Length field and kind of a message.
 
 static remote_endian_wire_t one;
@@ -67,7 +67,7 @@ static void the_run_state_passes_the_wire_unchanged(void)
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_RUN);
     remote_endian_write_run(&writer, &run, 1U, run.storage);
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_RUN, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_RUN, TIMEOUT_MS, &reader));
     TEST_ASSERT_TRUE(remote_endian_read_run(&reader, &heard, &component));
     TEST_ASSERT_EQUAL_UINT(1U, component);
     TEST_ASSERT_TRUE(heard.is_stepped);
@@ -122,7 +122,7 @@ static void the_largest_messages_arrive_completely(void)
         _exit((status == STATUS_OK) ? 0 : 1);
     }
     for (unsigned i = 0U; i < MANY; i++) {
-        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, TIMEOUT_MS, &reader));
         TEST_ASSERT_EQUAL(size, octet_reader_left(&reader));
         TEST_ASSERT_EQUAL_MEMORY(space, octet_read_octets(&reader, size), size);
     }
@@ -172,7 +172,7 @@ static void numbers_are_big_endian(void)
     run.components[1].link_floor    = 7U;
     remote_endian_write_grant(&writer, &grant, &run);
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, TIMEOUT_MS, &reader));
     TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, other.octets, sizeof expected);
     TEST_ASSERT_TRUE(remote_endian_read_grant(&reader, &heard, &other_run));
     TEST_ASSERT_EQUAL_UINT32(3U, other_run.components[1].life);
@@ -241,7 +241,7 @@ static void a_message_may_arrive_in_pieces(void)
     }
     size_t sent = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_stream_send(&one.socket, &octets[5], 1U, &sent));
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, TIMEOUT_MS, &reader));
     TEST_ASSERT_EQUAL_HEX8(0x5AU, octet_read_u8(&reader));
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
@@ -254,20 +254,20 @@ static void messages_follow_each_other_in_both_directions(void)
         octet_writer_t done   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
         octet_write_u8(&done, turn);
         TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &done));
-        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, TIMEOUT_MS, &reader));
         TEST_ASSERT_EQUAL_UINT8(turn, octet_read_u8(&reader));
         TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
         octet_writer_t grant = remote_endian_begin(&other, REMOTE_ENDIAN_GRANT);
         octet_write_u32(&grant, 100U + turn);
         TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&other, &grant));
-        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&one, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&one, REMOTE_ENDIAN_GRANT, TIMEOUT_MS, &reader));
         TEST_ASSERT_EQUAL_UINT32(100U + turn, octet_read_u32(&reader));
         TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
     }
     octet_reader_t nothing = octet_reader((const uint8_t*)"x", 1U);
     octet_writer_t empty   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // A message of a kind without content.
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &nothing));
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, TIMEOUT_MS, &nothing));
     TEST_ASSERT_TRUE(octet_reader_is_done(&nothing));
     for (uint8_t i = 0U; i < 2U; i++) { // Two messages in one direction.
         octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
@@ -276,7 +276,7 @@ static void messages_follow_each_other_in_both_directions(void)
     }
     for (uint8_t i = 0U; i < 2U; i++) {
         octet_reader_t reader = octet_reader(NULL, 0U);
-        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, TIMEOUT_MS, &reader));
         TEST_ASSERT_EQUAL_UINT8(i, octet_read_u8(&reader));
     }
 }
@@ -286,16 +286,16 @@ static void the_end_of_the_peer_is_detected(void)
     octet_reader_t reader;
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
     osal_socket_close(&other.socket);
-    TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_receive(&one, REMOTE_ENDIAN_DONE, PATIENCE_MS, &reader));
+    TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_receive(&one, REMOTE_ENDIAN_DONE, TIMEOUT_MS, &reader));
     TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_send(&one, &writer));
 }
 
 static void a_receiver_does_not_wait_longer_than_it_may(void)
 {
     octet_reader_t reader;
-    for (uint32_t patience_ms = 0U; patience_ms <= 3U; patience_ms++) {
+    for (uint32_t timeout_ms = 0U; timeout_ms <= 3U; timeout_ms++) {
         TEST_ASSERT_EQUAL(STATUS_TIMEOUT,
-                          remote_endian_receive(&one, REMOTE_ENDIAN_GRANT, patience_ms, &reader));
+                          remote_endian_receive(&one, REMOTE_ENDIAN_GRANT, timeout_ms, &reader));
     }
 }
 
@@ -348,8 +348,7 @@ static unsigned take_frames(remote_endian_buses_t* const to)
     bool has_more  = true;
     while (has_more) {
         octet_reader_t reader = octet_reader(NULL, 0U);
-        TEST_ASSERT_EQUAL(STATUS_OK,
-                          remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, PATIENCE_MS, &reader));
+        TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, TIMEOUT_MS, &reader));
         TEST_ASSERT_TRUE(remote_endian_read_frames(&reader, to, &has_more));
         count++;
     }

@@ -28,7 +28,7 @@ static mission_subsystem_t* mission_of(uint16_t apid)
     return (mission_subsystem_t*)supervisor_registry_find(&fixture.supervisor, apid)->mission;
 }
 
-static uint64_t patience_of(uint16_t apid)
+static uint64_t timeout_of(uint16_t apid)
 {
     return (uint64_t)mission_of(apid)->hang_after_us * 1000U;
 }
@@ -321,22 +321,22 @@ static void see_late(uint16_t apid, uint64_t by_ns)
 {
     fixture_tick();
     fixture.late_apid  = apid;
-    fixture.promise_ns = fixture.now_ns - patience_of(apid) - by_ns;
+    fixture.promise_ns = fixture.now_ns - timeout_of(apid) - by_ns;
     fixture_step();
 }
 
 /// The supervisor does not react to a process that is repeatedly exactly as late as its mission allows.
 static void a_process_that_is_slow_within_its_time_is_not_killed(void)
 {
-    const uint64_t patience_ns = patience_of(ARM);
+    const uint64_t timeout_ns = timeout_of(ARM);
     fixture_link_up(STATE_OPERATIONAL);
     fixture.late_apid = ARM;
     for (unsigned i = 0U; i < 50U; i++) {
         fixture.promise_ns = fixture.now_ns;
         // The process makes no step. The supervisor also checks it at the last permitted instant.
-        fixture_run((unsigned)(patience_ns / FIXTURE_TICK_NS));
+        fixture_run((unsigned)(timeout_ns / FIXTURE_TICK_NS));
         fixture_step();
-        TEST_ASSERT_EQUAL_UINT64(patience_ns, fixture.supervisor.now_ns - fixture.promise_ns);
+        TEST_ASSERT_EQUAL_UINT64(timeout_ns, fixture.supervisor.now_ns - fixture.promise_ns);
     }
     TEST_ASSERT_EQUAL(0U, fixture.kills);
     TEST_ASSERT_EQUAL(0U, fixture.starts);

@@ -101,9 +101,9 @@ static void make_impatient(supervisor_config_t* config)
     static mission_descriptor_t mission;
     mission = *config->mission;
     descriptor_mission_use_storage(&mission);
-    mission.storage.subsystems[1].supervisor_patience_us = 1500000U;
-    mission.storage.subsystems[2].supervisor_patience_us = 600000U;
-    config->mission                                      = &mission;
+    mission.storage.subsystems[1].supervisor_timeout_us = 1500000U;
+    mission.storage.subsystems[2].supervisor_timeout_us = 600000U;
+    config->mission                                     = &mission;
 }
 
 /// A subsystem that stays OPERATIONAL without the supervisor for only a short time gets three heartbeats in

@@ -183,7 +183,7 @@ static void a_request_to_an_unknown_addressee_is_reported_as_unrouted(void)
 }
 
 #define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // The rest of a window is for commands.
-#define PATIENCE_TICKS 10U
+#define TIMEOUT_TICKS 10U
 
 /// The next request of the ground waits while its addressee has no room, and so do all requests behind it.
 static void a_request_waits_for_room_at_its_addressee(void)
@@ -194,7 +194,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
         fixture_step();
     }
     (void)fixture_tc(HAND, PUS_SERVICE_TEST, 1U, NULL, 0U);
-    fixture_run(PATIENCE_TICKS - 1U);
+    fixture_run(TIMEOUT_TICKS - 1U);
     fixture_expect("");
     fixture.members[FIXTURE_ARM].takes_nothing = false; // The time-out has not passed.
     fixture.members[FIXTURE_ARM].is_passive    = true;
@@ -224,7 +224,7 @@ static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
     fixture_event(FIXTURE_LONE, PUS_SEVERITY_INFORMATIVE, 77U);
     fixture_step();
     fixture_expect("G/18 5.1 004D\n");
-    fixture_run(PATIENCE_TICKS);
+    fixture_run(TIMEOUT_TICKS);
     char expected[128];
     (void)snprintf(expected, sizeof expected, "G 1.10 #%u 0109 10\nG 1.10 #%u 0109 10\n", first, second);
     TEST_ASSERT_TRUE(fixture_has(expected));

@@ -88,13 +88,13 @@ static void a_state_is_in_doubt_after_a_second_and_a_half(void)
 
 static void a_process_hangs_when_its_time_is_exceeded(void)
 {
-    const uint64_t patience_ns = (uint64_t)entry_of(LONE)->mission->hang_after_us * 1000U;
-    fixture.late_apid          = LONE;
-    fixture.promise_ns         = fixture.now_ns + (10U * TICK);
+    const uint64_t timeout_ns = (uint64_t)entry_of(LONE)->mission->hang_after_us * 1000U;
+    fixture.late_apid         = LONE;
+    fixture.promise_ns        = fixture.now_ns + (10U * TICK);
     step_at(fixture.promise_ns, 0U);
-    step_at(fixture.promise_ns + patience_ns, 0U);
+    step_at(fixture.promise_ns + timeout_ns, 0U);
     TEST_ASSERT_EQUAL(0U, fixture.kills);
-    step_at(fixture.promise_ns + patience_ns + TICK, 0U);
+    step_at(fixture.promise_ns + timeout_ns + TICK, 0U);
     TEST_ASSERT_EQUAL(1U, fixture.kills);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_PROCESS_HUNG, LONE));
 }

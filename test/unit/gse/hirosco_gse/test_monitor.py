@@ -18,7 +18,7 @@ from spacecraft import failure, success
 from terminal import converse
 from textual.widgets import DataTable, Input, RichLog, Static
 
-MANIPULATOR, PATIENCE_S = 16, 600.0
+MANIPULATOR, TIMEOUT_S = 16, 600.0
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def _text(table):
 
 
 async def _until(pilot, condition, what):
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while not condition():
         assert time.monotonic() < end, what
         await pilot.pause(0.05)

@@ -11,7 +11,7 @@ from aiohttp import ClientSession, web
 from hirosco_gse.station.server import Station
 from spacecraft import failure, success
 
-PATIENCE_S = 600.0
+TIMEOUT_S = 600.0
 MANIPULATOR, JOYSTICK = 16, 17
 TELEPRESENCE = 2
 
@@ -67,7 +67,7 @@ class Page:
     async def until(self, condition):
         """The first message after the last call that fulfils the condition."""
         while True:
-            message = json.loads((await self.socket.receive(PATIENCE_S)).data)
+            message = json.loads((await self.socket.receive(TIMEOUT_S)).data)
             self.heard.append(message)
             if condition(message):
                 return message
@@ -88,4 +88,4 @@ def visit(place, story, **options):
                 return await story(page, station)
 
     # Messages that no test awaits arrive all the time.
-    return asyncio.run(asyncio.wait_for(run(), 2 * PATIENCE_S))
+    return asyncio.run(asyncio.wait_for(run(), 2 * TIMEOUT_S))

@@ -244,7 +244,7 @@ static void an_announced_frame_is_waited_for(void** state)
     will_wait(&wire, false);
     const uint64_t before_ns = now_ns;
     assert_int_equal(STATUS_EMPTY, can_counted_receive(&wire, &received));
-    assert_int_equal(OSAL_CAN_PATIENCE_MS * 1000000ULL, now_ns - before_ns);
+    assert_int_equal(OSAL_CAN_TIMEOUT_MS * 1000000ULL, now_ns - before_ns);
     expect_counts(1U, 1U, 2U, 0U, 0U);
     will_receive(&wire, STATUS_OK); // A frame that arrives later is not taken for one announced afterwards.
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
@@ -357,7 +357,7 @@ static void an_end_that_opens_late_skips_the_frames_sent_before(void** state)
     can_counted_close(&wire);
     will_send(&node, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
-    frame_ns = (OSAL_CAN_PATIENCE_MS * 1000000ULL) / 4U;
+    frame_ns = (OSAL_CAN_TIMEOUT_MS * 1000000ULL) / 4U;
     will_return(__wrap_can_socket_open, STATUS_OK);
     for (unsigned i = 0U; i < 4U; i++) {
         will_wait(&wire, true);

@@ -88,12 +88,12 @@ int __wrap_close(int descriptor)
 /// The wait for the answer has a limit.
 int __wrap_setsockopt(int descriptor, int level, int option, const void* value, socklen_t size)
 {
-    const struct timeval patience = {.tv_sec = 5};
+    const struct timeval timeout = {.tv_sec = 5};
     assert_int_equal(NETLINK, descriptor);
     assert_int_equal(SOL_SOCKET, level);
     assert_int_equal(SO_RCVTIMEO, option);
-    assert_int_equal(sizeof patience, size);
-    assert_memory_equal(&patience, value, sizeof patience);
+    assert_int_equal(sizeof timeout, size);
+    assert_memory_equal(&timeout, value, sizeof timeout);
     function_called();
     return 0;
 }

@@ -21,7 +21,7 @@
 #include <cmocka.h>
 
 #define HOLDER 77
-#define PATIENCE_NS 1000U
+#define TIMEOUT_NS 1000U
 
 static union {
     osal_lockstep_t scheduler;
@@ -38,7 +38,7 @@ status_t __wrap_osal_mutex_create(osal_mutex_t* mutex, bool is_shared)
 status_t __wrap_osal_mutex_lock_within(osal_mutex_t* mutex, uint64_t wait_ns)
 {
     assert_ptr_equal(&memory.scheduler.mutex, mutex);
-    assert_int_equal(memory.scheduler.patience_ns / 2U, wait_ns);
+    assert_int_equal(memory.scheduler.timeout_ns / 2U, wait_ns);
     return mock_type(status_t);
 }
 
@@ -72,7 +72,7 @@ static int set_up(void** state)
     (void)state;
     will_return(__wrap_osal_mutex_create, STATUS_OK);
     assert_non_null(osal_lockstep_create(&memory, 500U, true));
-    osal_lockstep_set_patience(&memory.scheduler, PATIENCE_NS);
+    osal_lockstep_set_timeout(&memory.scheduler, TIMEOUT_NS);
     memory.scheduler.participants[OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U].process = HOLDER;
     return 0;
 }
@@ -134,13 +134,13 @@ static void a_process_without_a_slot_in_the_run_is_never_killed(void** state)
     lock_and_unlock();
 }
 
-static void the_default_patience_is_that_of_the_contract(void** state)
+static void the_default_timeout_is_that_of_the_contract(void** state)
 {
     (void)state;
-    assert_int_equal(PATIENCE_NS, memory.scheduler.patience_ns);
+    assert_int_equal(TIMEOUT_NS, memory.scheduler.timeout_ns);
     will_return(__wrap_osal_mutex_create, STATUS_OK);
     assert_non_null(osal_lockstep_create(&memory, 500U, true));
-    assert_int_equal(OSAL_LOCKSTEP_PATIENCE_NS, memory.scheduler.patience_ns);
+    assert_int_equal(OSAL_LOCKSTEP_TIMEOUT_NS, memory.scheduler.timeout_ns);
     lock_and_unlock();
 }
 
@@ -244,7 +244,7 @@ int main(void)
         TEST(a_holder_that_is_seen_stopped_twice_is_killed),
         TEST(a_holder_that_continues_in_between_is_not_killed),
         TEST(a_process_without_a_slot_in_the_run_is_never_killed),
-        TEST(the_default_patience_is_that_of_the_contract),
+        TEST(the_default_timeout_is_that_of_the_contract),
         TEST(without_a_robust_lock_there_is_no_scheduler),
         TEST(a_kill_at_any_instruction_of_the_end_of_a_life_counts_one_life),
     };

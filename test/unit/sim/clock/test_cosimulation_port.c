@@ -19,7 +19,7 @@
 #include "unity.h"
 
 #define STEP_NS 500000U
-#define PATIENCE_MS 20000U
+#define TIMEOUT_MS 20000U
 
 static char path[64];
 static uint64_t storage[OSAL_LOCKSTEP_OCTETS / 8U] __attribute__((aligned(64)));
@@ -27,11 +27,11 @@ static osal_lockstep_t* scheduler;
 static osal_socket_t client = OSAL_SOCKET_CLOSED;
 static cosimulation_port_t cosimulation;
 
-static void open_cosimulation(uint32_t patience_ms)
+static void open_cosimulation(uint32_t timeout_ms)
 {
     cosimulation_port_close(&cosimulation);
     TEST_ASSERT_EQUAL(STATUS_OK,
-                      cosimulation_port_open(&cosimulation, path, "operator", scheduler, patience_ms));
+                      cosimulation_port_open(&cosimulation, path, "operator", scheduler, timeout_ms));
 }
 
 void setUp(void)
@@ -39,7 +39,7 @@ void setUp(void)
     (void)snprintf(path, sizeof path, "/tmp/cosimulation-test-%d", (int)getpid());
     scheduler    = osal_lockstep_create(storage, STEP_NS, true);
     cosimulation = (cosimulation_port_t){.listener = OSAL_SOCKET_CLOSED, .client = OSAL_SOCKET_CLOSED};
-    open_cosimulation(PATIENCE_MS);
+    open_cosimulation(TIMEOUT_MS);
 }
 
 void tearDown(void)
@@ -142,7 +142,7 @@ static void an_endless_line_and_zero_octets_are_malformed(void)
 static void clients_that_are_silent_or_disconnect_before_they_join_are_dropped(void)
 {
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 0U));
-    cosimulation.patience_ms = 20U;
+    cosimulation.timeout_ms = 20U;
     connect_and_say("join oper");
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, cosimulation_port_accept(&cosimulation, 200U));
     TEST_ASSERT_EQUAL_UINT32(1U, cosimulation.count.silent);
@@ -252,8 +252,7 @@ static void the_path_of_the_socket_is_created_and_removed(void)
 {
     cosimulation_port_t other;
     struct stat about;
-    TEST_ASSERT_EQUAL(STATUS_EXISTS,
-                      cosimulation_port_open(&other, path, "operator", scheduler, PATIENCE_MS));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, cosimulation_port_open(&other, path, "operator", scheduler, TIMEOUT_MS));
     cosimulation_port_close(&other); // The path belongs to the first port: it is not removed.
     TEST_ASSERT_EQUAL(0, stat(path, &about));
     cosimulation_port_close(&cosimulation);

@@ -43,7 +43,7 @@ status_t __wrap_osal_task_start(osal_task_t* task, void (*entry)(void* context),
 status_t __real_osal_event_wait(osal_event_t* event, uint32_t timeout_ms);
 status_t __wrap_osal_event_wait(osal_event_t* event, uint32_t timeout_ms)
 {
-    if (timeout_ms != WRITE_BEHIND_PATIENCE_MS) {
+    if (timeout_ms != WRITE_BEHIND_TIMEOUT_MS) {
         return __real_osal_event_wait(event, timeout_ms); // The task of the buffer waits for work.
     }
     const status_t status = mock_type(status_t);

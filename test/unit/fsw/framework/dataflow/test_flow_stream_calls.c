@@ -70,7 +70,7 @@ status_t __wrap_osal_stream_receive(osal_socket_t* connection, uint8_t* octets, 
 status_t __wrap_osal_device_wait_readable(osal_device_t* device, uint32_t timeout_ms)
 {
     assert_ptr_equal(&flow.device, device);
-    assert_int_equal(OSAL_HAND_OVER_PATIENCE_MS, timeout_ms);
+    assert_int_equal(OSAL_HAND_OVER_TIMEOUT_MS, timeout_ms);
     function_called();
     return mock_type(status_t);
 }
@@ -78,7 +78,7 @@ status_t __wrap_osal_device_wait_readable(osal_device_t* device, uint32_t timeou
 status_t __wrap_osal_socket_wait_readable(osal_socket_t* connection, uint32_t timeout_ms)
 {
     assert_ptr_equal(&flow.socket, connection);
-    assert_int_equal(OSAL_HAND_OVER_PATIENCE_MS, timeout_ms);
+    assert_int_equal(OSAL_HAND_OVER_TIMEOUT_MS, timeout_ms);
     function_called();
     return mock_type(status_t);
 }

@@ -151,9 +151,9 @@ static const damage_t damages[] = {
     {"name='HAND' id='17'", "name='ARM' id='17'", 5U, "name ARM is taken in line 3"},
     {"name='HAND' id='17'", "name='HAND' id='18'", 5U, "HAND 18: its descriptor says HAND 17"},
     {"descriptor='hand.xml'", "descriptor='arm.xml'", 5U, "HAND 17: its descriptor says ARM 16"},
-    {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorPatience='99ms'", 5U,
-     "supervisorPatience=\"99ms\" of <Subsystem>: expected a time"},
-    {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorPatience='3601s'", 5U, "a time"},
+    {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorTimeout='99ms'", 5U,
+     "supervisorTimeout=\"99ms\" of <Subsystem>: expected a time"},
+    {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorTimeout='3601s'", 5U, "a time"},
     {"<Power state='OPERATIONAL'", "<Power state='RUNNING'", 4U, "the name of a state"},
     {"<Power state='OPERATIONAL' watts='120'/>",
      "<Power state='OPERATIONAL' watts='120'/><Power state='OPERATIONAL' watts='1'/>", 4U, "each state once"},
@@ -299,13 +299,13 @@ static void the_mission_sets_the_time_a_subsystem_waits_for_its_supervisor(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(flight_document));
     TEST_ASSERT_EQUAL_UINT32(3000000U,
-                             descriptor_mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
+                             descriptor_mission_find_subsystem(&mission, 17U)->supervisor_timeout_us);
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(flight_document, "descriptor='hand.xml'",
-                                              "descriptor='hand.xml' supervisorPatience='100ms'")));
+                                              "descriptor='hand.xml' supervisorTimeout='100ms'")));
     TEST_ASSERT_EQUAL_UINT32(3000000U,
-                             descriptor_mission_find_subsystem(&mission, 16U)->supervisor_patience_us);
+                             descriptor_mission_find_subsystem(&mission, 16U)->supervisor_timeout_us);
     TEST_ASSERT_EQUAL_UINT32(100000U,
-                             descriptor_mission_find_subsystem(&mission, 17U)->supervisor_patience_us);
+                             descriptor_mission_find_subsystem(&mission, 17U)->supervisor_timeout_us);
 }
 
 static void the_fallback_mode_is_the_marked_one_or_mode_0(void)

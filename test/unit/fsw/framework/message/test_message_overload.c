@@ -10,9 +10,9 @@
 #define PACKETS 60000U
 #define OCTETS 1000U
 #define STALL_MAX 400U ///< Largest number of packets sent while the receiver does not read.
-#define PATIENCE 64U   ///< Attempts to send within which a restored connection is detected.
+#define ATTEMPTS 64U   ///< Attempts to send within which a restored connection is detected.
 /// The same after a long interruption: more than the largest number of refusals between two SYNCs, 1024.
-#define LONG_PATIENCE 1100U
+#define LONG_ATTEMPTS 1100U
 
 static party_t party;
 static uint8_t packet[OCTETS];
@@ -176,15 +176,15 @@ static void lose_both_directions_and_continue(void)
     exchange(3U);
     const uint32_t lost = lose_both_windows();
     unsigned attempts   = 0U;
-    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < PATIENCE)) {
+    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < ATTEMPTS)) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
         attempts++;
     }
-    TEST_ASSERT_TRUE(attempts < PATIENCE);
+    TEST_ASSERT_TRUE(attempts < ATTEMPTS);
     TEST_ASSERT_EQUAL(77U, take_numbered(1U));
     TEST_ASSERT_EQUAL(lost, counters(1U)->lost);
-    while ((send_numbered(1U, 0U, 78U) != STATUS_OK) && (attempts < (2U * PATIENCE))) {
+    while ((send_numbered(1U, 0U, 78U) != STATUS_OK) && (attempts < (2U * ATTEMPTS))) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
         attempts++;
@@ -238,7 +238,7 @@ static void offer_the_same_credit_again(void)
     }
     party.outcome     = NULL;
     unsigned attempts = 0U;
-    while ((send_numbered(0U, 1U, 9U) != STATUS_OK) && (attempts < PATIENCE)) {
+    while ((send_numbered(0U, 1U, 9U) != STATUS_OK) && (attempts < ATTEMPTS)) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
         attempts++;
@@ -268,7 +268,7 @@ static void repeated_queries_do_not_fill_the_carrier(void)
     party_in_each_form(&party, flood_a_receiver_that_does_not_read);
 }
 
-/// Both ends detect the end of an interruption of any length within LONG_PATIENCE attempts.
+/// Both ends detect the end of an interruption of any length within LONG_ATTEMPTS attempts.
 static void interrupt_for_a_long_time(void)
 {
     exchange(3U);
@@ -280,12 +280,12 @@ static void interrupt_for_a_long_time(void)
     }
     party.outcome     = NULL;
     unsigned attempts = 0U;
-    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < LONG_PATIENCE)) {
+    while ((send_numbered(0U, 1U, 77U) != STATUS_OK) && (attempts < LONG_ATTEMPTS)) {
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(1U));
         TEST_ASSERT_EQUAL(UINT32_MAX, take_numbered(0U));
         attempts++;
     }
-    TEST_ASSERT_TRUE(attempts < LONG_PATIENCE);
+    TEST_ASSERT_TRUE(attempts < LONG_ATTEMPTS);
     TEST_ASSERT_EQUAL(77U, take_numbered(1U));
     TEST_ASSERT_EQUAL(lost, counters(1U)->lost);
 }

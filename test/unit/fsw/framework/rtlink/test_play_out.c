@@ -220,7 +220,7 @@ static void a_late_sample_that_is_the_newest_is_read_at_once(void)
 /// 3 budgets of 1 ms are more than the agreed 2 ms.
 static void a_sample_is_stale_three_budgets_after_its_play_out_time(void)
 {
-    TEST_ASSERT_EQUAL_UINT64(DELAY_US + (4U * BUDGET_US), rtlink_consumer_patience_us(&consumer));
+    TEST_ASSERT_EQUAL_UINT64(DELAY_US + (4U * BUDGET_US), rtlink_consumer_max_age_us(&consumer));
     arrive(0U);
     expect(0U, PLAY_NS);
     expect(0U, PLAY_NS + (3U * MS));
@@ -234,7 +234,7 @@ static void a_sample_is_stale_three_budgets_after_its_play_out_time(void)
 static void with_a_small_budget_the_agreed_age_applies(void)
 {
     buffer.budget_us = 100U;
-    TEST_ASSERT_EQUAL_UINT64(DELAY_US + 100U + 2000U, rtlink_consumer_patience_us(&consumer));
+    TEST_ASSERT_EQUAL_UINT64(DELAY_US + 100U + 2000U, rtlink_consumer_max_age_us(&consumer));
     arrive(0U);
     expect(0U, (12100U * US));
     TEST_ASSERT_EQUAL(STATUS_STALE, rtlink_consumer_read(&consumer, (12100U * US) + 1U));
@@ -311,7 +311,7 @@ static void a_link_without_buffer_is_read_as_its_samples_arrive(void)
     rtlink_consumer_close(&consumer);
     has_buffer = false;
     open_with(OCTETS, EPOCH);
-    TEST_ASSERT_EQUAL_UINT64(2000U, rtlink_consumer_patience_us(&consumer));
+    TEST_ASSERT_EQUAL_UINT64(2000U, rtlink_consumer_max_age_us(&consumer));
     arrive(0U);
     expect(0U, 0U);
     TEST_ASSERT_EQUAL(STATUS_STALE, rtlink_consumer_read(&consumer, (2U * MS) + 1U));

@@ -247,18 +247,18 @@ void fixture_begin(const subsystem_config_t* config)
 
 static void begin(bool is_valid)
 {
-    const subsystem_config_t config = {.descriptor             = &fixture.descriptor,
-                                       .is_descriptor_valid    = is_valid,
-                                       .callbacks              = &callbacks,
-                                       .self                   = &fixture,
-                                       .mission_epoch_s        = EPOCH_S,
-                                       .start_count            = 3U,
-                                       .port                   = {&fixture, send},
-                                       .links                  = &resolver,
-                                       .link_methods           = 1U << RTLINK_METHOD_SHARED_MEMORY,
-                                       .supervisor_patience_ns = 3000000000U,
-                                       .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS,
-                                       .reload                 = reload};
+    const subsystem_config_t config = {.descriptor            = &fixture.descriptor,
+                                       .is_descriptor_valid   = is_valid,
+                                       .callbacks             = &callbacks,
+                                       .self                  = &fixture,
+                                       .mission_epoch_s       = EPOCH_S,
+                                       .start_count           = 3U,
+                                       .port                  = {&fixture, send},
+                                       .links                 = &resolver,
+                                       .link_methods          = 1U << RTLINK_METHOD_SHARED_MEMORY,
+                                       .supervisor_timeout_ns = 3000000000U,
+                                       .status_interval_ns    = SUBSYSTEM_STATUS_INTERVAL_NS,
+                                       .reload                = reload};
     fixture_begin(&config);
 }
 

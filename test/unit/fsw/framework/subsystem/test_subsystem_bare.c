@@ -63,7 +63,7 @@ static void a_parameter_is_set_without_a_callback_for_it(void)
 
 static void without_a_supervisor_errors_are_reported_and_change_nothing(void)
 {
-    fixture.subsystem.config.supervisor_patience_ns = 0U;
+    fixture.subsystem.config.supervisor_timeout_ns = 0U;
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     fixture_heartbeat();
     TEST_ASSERT_EQUAL(STATUS_OK,

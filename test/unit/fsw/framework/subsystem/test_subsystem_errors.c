@@ -432,13 +432,13 @@ static void a_medium_error_below_operational_is_logged_only(void)
 
 // ---- Supervisor and port ----
 
-static void expect_to_stay_without_supervisor(uint64_t patience_ns)
+static void expect_to_stay_without_supervisor(uint64_t timeout_ns)
 {
-    fixture.subsystem.config.supervisor_patience_ns = patience_ns;
+    fixture.subsystem.config.supervisor_timeout_ns = timeout_ns;
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
     fixture_heartbeat();
     const uint64_t heard_ns = fixture.now_ns;
-    while ((fixture.now_ns - heard_ns) <= patience_ns) {
+    while ((fixture.now_ns - heard_ns) <= timeout_ns) {
         fixture_run(1U);
     }
     fixture_expect("");
@@ -457,11 +457,11 @@ static void expect_to_stay_without_supervisor(uint64_t patience_ns)
 /// The subsystem waits for the supervisor as long as its mission allows.
 static void without_a_supervisor_no_subsystem_stays_operational(void)
 {
-    static const uint64_t patiences_ns[] = {3000000000U, 1000000000U, 10000000000U};
+    static const uint64_t timeouts_ns[] = {3000000000U, 1000000000U, 10000000000U};
     for (unsigned i = 0U; i < 3U; i++) {
         fixture_close();
         fixture_open(NULL);
-        expect_to_stay_without_supervisor(patiences_ns[i]);
+        expect_to_stay_without_supervisor(timeouts_ns[i]);
     }
 }
 

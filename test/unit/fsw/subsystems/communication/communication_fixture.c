@@ -9,7 +9,7 @@
 
 #define PERIOD_NS 10000000ULL
 #define ARRIVAL_MS 20
-#define PATIENCE 500U ///< Steps, or attempts to read or write, before a test fails.
+#define MAX_ATTEMPTS 500U ///< Steps, or attempts to read or write, before a test fails.
 
 fixture_t fixture;
 
@@ -95,14 +95,14 @@ void fixture_open(void)
     }
     communication_init(&fixture.communication, &fixture.component, &port, &hooks,
                        osal_socket_descriptor(&fixture.listener));
-    const subsystem_config_t config = {.descriptor             = &fixture.descriptor,
-                                       .is_descriptor_valid    = true,
-                                       .callbacks              = communication_callbacks(),
-                                       .self                   = &fixture.communication,
-                                       .start_count            = 1U,
-                                       .port                   = port,
-                                       .supervisor_patience_ns = 3000000000U,
-                                       .status_interval_ns     = SUBSYSTEM_STATUS_INTERVAL_NS};
+    const subsystem_config_t config = {.descriptor            = &fixture.descriptor,
+                                       .is_descriptor_valid   = true,
+                                       .callbacks             = communication_callbacks(),
+                                       .self                  = &fixture.communication,
+                                       .start_count           = 1U,
+                                       .port                  = port,
+                                       .supervisor_timeout_ns = 3000000000U,
+                                       .status_interval_ns    = SUBSYSTEM_STATUS_INTERVAL_NS};
     subsystem_init(&fixture.component, &config);
 }
 
@@ -145,7 +145,7 @@ void fixture_run(unsigned steps)
 
 void fixture_run_until_requests(unsigned count)
 {
-    for (unsigned i = 0U; (i < PATIENCE) && (fixture.request_count < count); i++) {
+    for (unsigned i = 0U; (i < MAX_ATTEMPTS) && (fixture.request_count < count); i++) {
         fixture_step();
         (void)poll(NULL, 0U, (fixture.request_count < count) ? 1 : 0);
     }
@@ -174,7 +174,7 @@ void fixture_disconnect(unsigned client)
 void fixture_write(unsigned client, const uint8_t* octets, size_t size)
 {
     size_t position = 0U;
-    for (unsigned i = 0U; (position < size) && (i < PATIENCE); i++) {
+    for (unsigned i = 0U; (position < size) && (i < MAX_ATTEMPTS); i++) {
         size_t taken = 0U;
         const status_t status =
             osal_stream_send(&fixture.clients[client], &octets[position], size - position, &taken);
@@ -255,7 +255,7 @@ uint32_t fixture_next_report(unsigned client)
             if ((tries > 3U) && (held == 0U)) {
                 return UINT32_MAX;
             }
-            TEST_ASSERT_TRUE_MESSAGE(tries < PATIENCE, "a report was cut");
+            TEST_ASSERT_TRUE_MESSAGE(tries < MAX_ATTEMPTS, "a report was cut");
             communication_send_out(&fixture.communication);
         }
         held += size;

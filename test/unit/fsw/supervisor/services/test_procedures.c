@@ -228,7 +228,7 @@ static void requests_to_a_subsystem_that_reads_nothing_end_in_time(void)
     load(LOOK, "send(17, 17, 1)");
     fixture_forget();
     activate(LOOK);
-    fixture_run((unsigned)(SPACECRAFT_PATIENCE_NS / FIXTURE_TICK_NS) + 3U);
+    fixture_run((unsigned)(SPACECRAFT_CREDIT_TIMEOUT_NS / FIXTURE_TICK_NS) + 3U);
     TEST_ASSERT_TRUE(fixture_has("17 TC 17.1 "));
 }
 

@@ -95,7 +95,7 @@ static void a_request_that_has_waited_too_long_is_refused(void)
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
     release_at(fixture.now_ns + (5U * MS), LONE, 3U);
     release_at(fixture.now_ns + (6U * MS), HAND, 1U);
-    fixture_run((unsigned)(SPACECRAFT_PATIENCE_NS / FIXTURE_TICK_NS));
+    fixture_run((unsigned)(SPACECRAFT_CREDIT_TIMEOUT_NS / FIXTURE_TICK_NS));
     fixture_expect("");
     fixture_run(3U);
     fixture_expect("G 1.10 #3 0109 12\n17 TC 17.1 from 1\n");

@@ -16,17 +16,17 @@ EPOCH_S = (datetime.datetime(2026, 6, 1, 12) - datetime.datetime(1958, 1, 1)).to
 SUPERVISOR_LOST = 6  # Cause in TM[129,2].
 
 
-def _mission(session_directory, patience):
+def _mission(session_directory, timeout):
     """rokviss with a supervisor that is restarted late."""
-    place = session_directory / f"patience-{patience or 'default'}"
+    place = session_directory / f"timeout-{timeout or 'default'}"
     shutil.copytree(flying.ROOT / "descriptors", place / "descriptors")
     for name in ("build", "sim", "gse"):
         (place / name).symlink_to(flying.ROOT / name)
     path = place / "descriptors" / "missions" / "rokviss.xml"
     text = path.read_text(encoding="utf-8")
     changes = [('executable="supervisor"', f'bootTime="{AWAY_S:.0f}s"')]
-    if patience:
-        changes.append(('executable="manipulator"', f'supervisorPatience="{patience}"'))
+    if timeout:
+        changes.append(('executable="manipulator"', f'supervisorTimeout="{timeout}"'))
     for mark, attribute in changes:
         assert text.count(mark) == 1
         text = text.replace(mark, f"{mark} {attribute}")
@@ -42,17 +42,17 @@ def _left_s(flight):
     return found[0] if found else None
 
 
-@pytest.mark.parametrize(("patience", "patience_s"), [("1s", 1.0), (None, 3.0), ("10s", None)])
-def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_defines(session_directory, directory, patience, patience_s):
+@pytest.mark.parametrize(("timeout", "timeout_s"), [("1s", 1.0), (None, 3.0), ("10s", None)])
+def test_a_subsystem_waits_for_its_supervisor_as_long_as_the_mission_defines(session_directory, directory, timeout, timeout_s):
     directory.mkdir()
     lines = [*flying.bring_up(0.0), f"{DEATH_S} fault kill supervisor", f"{DEATH_S + AWAY_S + 1.0} operator shutdown"]
-    scenario = flying.write_scenario(directory / "patience.scn", *lines)
-    flight = flying.fly(directory / "flight", "--scenario", scenario, root=_mission(session_directory, patience))
+    scenario = flying.write_scenario(directory / "timeout.scn", *lines)
+    flight = flying.fly(directory / "flight", "--scenario", scenario, root=_mission(session_directory, timeout))
     assert "FAILED" not in flight.console, flight.transcript()
     left_s = _left_s(flight)
-    if patience_s is None:
+    if timeout_s is None:
         assert left_s is None
     else:
         # The last heartbeat was at most a third of the time-out, or a second, before the death.
-        assert DEATH_S - min(1.0, patience_s / 3) + patience_s < left_s <= DEATH_S + patience_s + 0.001, flight.transcript()
+        assert DEATH_S - min(1.0, timeout_s / 3) + timeout_s < left_s <= DEATH_S + timeout_s + 0.001, flight.transcript()
     flying.assert_clean(flight)
