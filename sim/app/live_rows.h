@@ -12,9 +12,9 @@
 
 /// Write the line of column names, "columns time ROBOT.JOINT.position ...": time [s]; each joint: position
 /// [rad], torque [Nm], brake (1: engaged); each axis of a joystick: position [rad], torque of the motor and
-/// of the hand [Nm]; each contact and each spring: whether it acts (1), force [N]; each free base: position
-/// [m], rotation (w, x, y, z); each wheel: momentum [Nms]; each valve: whether it is open (1). Returns the
-/// length.
+/// of the hand [Nm]; each contact and each spring: whether it acts (1), force x, y, z [N]; each free base:
+/// position [m], rotation (w, x, y, z); each wheel: momentum [Nms]; each valve: whether it is open (1).
+/// Returns the length.
 size_t live_rows_columns(const world_t* world, char text[LIVE_ROW_OCTETS]);
 /// Write the line "truth 25.1 ..." with the values of these columns. Returns the length.
 size_t live_rows_row(const world_t* world, const plant_truth_t* truth, char text[LIVE_ROW_OCTETS]);

@@ -25,7 +25,7 @@
 
 typedef struct {
     const char* name;
-    const char* address;      ///< Flight software's controller (osal/can.h); null or "": none.
+    const char* address;      ///< Flight software's controller (osal_can_open); null or "": none.
     const char* published;    ///< Interface on which tools see the bus ("can:vcan-robot"); null or "": none.
     unsigned bit_rate;        ///< Nominal [bit/s], divides 10^9; 0: CAN FD with 1 and 5 Mbit/s.
     unsigned data_bit_rate;   ///< Bit rate of the data of FD frames, divides 10^9; 0: classic bus.
@@ -44,7 +44,7 @@ typedef struct {
     simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< The buses of the world always exist.
     size_t bus_count;
     const char* flows; ///< Identity of the run, part of the addresses of its instruments; null: none.
-    /// Stepped time: octets and datagrams of instruments are counted (osal/hand_over.h).
+    /// Stepped time: octets and datagrams of instruments are counted (osal/include/osal/hand_over.h).
     bool are_flows_counted;
     uint64_t seed;
     bool classic_bus;   ///< All buses are classic buses of 1 Mbit/s.

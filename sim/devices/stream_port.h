@@ -4,11 +4,11 @@
 /// that an error on one side becomes visible.
 ///
 ///     SHM, MQUEUE   queues /RUN.flow.NAME.in (to flight) and .out
-///     UDP, TCP      the device's address in this run (osal/socket.h) with the port of the channel
+///     UDP, TCP      the device's address in this run (OSAL_IPV4_OF_DEVICES) with the port of the channel
 ///     SERIAL, FILE  a pseudo-terminal; flight opens the link /dev/shm/RUN.flow.PATH to it
 ///
-/// In stepped time octets and datagrams are counted (osal/hand_over.h), and the counts show whether the
-/// device is plugged in.
+/// In stepped time octets and datagrams are counted (osal/include/osal/hand_over.h), and the counts show
+/// whether the device is plugged in.
 ///
 /// Ownership  stream_port_open allocates, stream_port_close frees and removes the names.
 /// Context    One task.
