@@ -136,14 +136,14 @@ static void dump_line(input_t* const input, char* const line, const bool is_cut,
         dump_packet_add_problem(&packet, "%s", is_cut ? "line too long" : wrong);
     }
     if ((format == DUMP_LOG) && (rest == NULL)) {
-        dump_packet_add_problem(&packet, "not a line of a packet log");
+        dump_packet_add_problem(&packet, "not a line of a packet log, expected <time> TC|TM <hex>");
     }
     if ((log_time != NULL) && !is_time(log_time)) {
-        dump_packet_add_problem(&packet, "time is no number");
+        dump_packet_add_problem(&packet, "time of the line is not a number");
         log_time = NULL;
     }
     if ((direction != NULL) && packet.has_primary && (packet.is_tc != (direction[1] == 'C'))) {
-        dump_packet_add_problem(&packet, "the log says %s, the packet %s", direction,
+        dump_packet_add_problem(&packet, "the line says %s, the packet is a %s", direction,
                                 packet.is_tc ? "TC" : "TM");
     }
     show(input, &packet, log_time, place);

@@ -24,7 +24,7 @@ static const char usage[] =
     "time_ns\n"
     "                    crc_ok error, and name ack|counter size log_time place data fields; null = "
     "absent\n"
-    "  --format FORMAT   do not guess the format\n"
+    "  --format FORMAT   format of the input (default auto: recognize it)\n"
     "  --epoch SECONDS   print packet times relative to this moment, in seconds since 1958-01-01 TAI\n"
     "  --help            this text\n"
     "  --version         name and version\n"

@@ -437,8 +437,9 @@ static void watch_hand(live_t* const live)
         .path = "live", .time_ns = live->now_ns, .word_count = 1U, .word = {lets_go ? "let_go" : "hold"}};
     if (hand_add(live->config.hand, &line, error) == STATUS_OK) {
         const scenario_line_t whole = {.word_count = 2U, .word = {"hand", line.word[0]}};
-        record(live, "hand", &line, "no line for a time");
-        mark(live, &whole, "no line for a time");
+        const char* const reason    = lets_go ? "no line for 5 s" : "no line for 0.5 s";
+        record(live, "hand", &line, reason);
+        mark(live, &whole, reason);
     }
     live->is_silent = true;
     live->is_aimed  = !lets_go;

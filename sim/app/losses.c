@@ -20,7 +20,7 @@ bool losses_report(const simulator_statistics_t* const statistics)
     tell(statistics->tools_lost, "tools in lock-step did not finish a step in 20 s and were disconnected");
     tell(statistics->tool_dropped, "messages to tools dropped, because the tools did not read them");
     tell(statistics->unpublished, "frames not published, because the interface did not accept them");
-    tell(statistics->undelivered, "octets and datagrams of devices that were announced have not arrived; the "
-                                  "run is not reproducible");
+    tell(statistics->undelivered, "octets and datagrams sent between flight software and stream devices did "
+                                  "not arrive; the run is not reproducible");
     return statistics->undelivered > 0U;
 }

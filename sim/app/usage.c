@@ -4,7 +4,7 @@
 const char simulator_usage[] =
     "usage: simulator [options]\n"
     "  the run\n"
-    "    --scheduler NAME       take part in the run with this scheduler; NAME of its shared memory\n"
+    "    --scheduler NAME      take part in a run; NAME is the shared memory of its scheduler\n"
     "    --participant N       number of the simulator as participant (default 0)\n"
     "    --time stepped|real   as fast as possible (default), or in real time\n"
     "    --origin NS           with --time real: monotonic time at which simulated time is 0 (default: now)\n"

@@ -404,8 +404,8 @@ def test_pusdump_reports_the_error_of_a_faulty_line():
     for line, words in (
         (good[:-1], "odd number"),
         (good + "x", "not a hexadecimal digit"),
-        (f"1.0 TM {good}", "the log says TM, the packet TC"),
-        (f"one TC {good}", "time is no number"),
+        (f"1.0 TM {good}", "the line says TM, the packet is a TC"),
+        (f"one TC {good}", "time of the line is not a number"),
         ("1.0 TC ", "too few"),
         ("00" * 70000, "longer than any packet"),
     ):

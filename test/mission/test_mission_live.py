@@ -246,7 +246,7 @@ def test_a_person_moves_the_hand_and_is_refused_in_words(directory):
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     assert flight.code == 0, flight.transcript()  # A paused mission shuts down, too.
-    for words in ("speed 0 (test)", "hand aim 0.1 -0.1 0.2 (gse)", "hand let_go (no line for a time)", "pause (gse)"):
+    for words in ("speed 0 (test)", "hand aim 0.1 -0.1 0.2 (gse)", "hand let_go (no line for 5 s)", "pause (gse)"):
         assert f" s] live {words}" in flight.console
     assert not (directory / "operator.log").exists()
 

@@ -157,7 +157,7 @@ def test_a_run_in_which_octets_of_a_device_are_lost_is_not_reproducible(tmp_path
     assert all(flight.facts["reproducible"] for flight in flights)
     flight = _with_a_loss(tmp_path / "lossy")
     assert flight.code == 0, flight.transcript()
-    assert "3 octets and datagrams of devices that were announced have not arrived; the run is not reproducible" in flight.console
+    assert "3 octets and datagrams sent between flight software and stream devices did not arrive; the run is not reproducible" in flight.console
     assert flight.facts["reproducible"] is False
 
 

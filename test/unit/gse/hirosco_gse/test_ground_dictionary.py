@@ -174,7 +174,7 @@ def test_every_truncation_is_an_error_and_no_exception(dictionary):
         (0x0111, 16 << 16 | 2, "MANIPULATOR requires HAND_POSITION"),
         (0x0110, 1 << 8 | 3, "mode NOMINAL while in state PRE_OPERATIONAL"),
         (0x0113, 16, "MANIPULATOR"),
-        (0x0115, 16, "nothing was received from it"),
+        (0x0115, 16, "silent and has not reported its state"),
         (0x0106, 3 << 8 | 99, r"\[3,99\]"),
         (0x0408, 17, "JOYSTICK"),
         (0x0409, 1 << 8 | 1, "layout"),

@@ -220,8 +220,8 @@ static void a_hand_without_lines_holds_and_lets_go(void)
     }
     step();
     TEST_ASSERT_EQUAL_STRING("let_go", hand_intent(hand)->verb);
-    TEST_ASSERT_NOT_NULL(strstr(content("live.scn"), "0.500000000 hand hold # no line for a time\n"
-                                                     "5.000000000 hand let_go # no line for a time\n"));
+    TEST_ASSERT_NOT_NULL(strstr(content("live.scn"), "0.500000000 hand hold # no line for 0.5 s\n"
+                                                     "5.000000000 hand let_go # no line for 5 s\n"));
 }
 
 static void refused_lines_are_not_recorded(void)

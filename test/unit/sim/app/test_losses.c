@@ -41,8 +41,8 @@ static void announced_octets_that_did_not_arrive_make_a_run_not_reproducible(voi
     const simulator_statistics_t of_flows = {.undelivered = 5U};
     expect_string(
         __wrap_osal_console_print_error, line,
-        "simulator: 5 octets and datagrams of devices that were announced have not arrived; the run is not "
-        "reproducible");
+        "simulator: 5 octets and datagrams sent between flight software and stream devices did not arrive; "
+        "the run is not reproducible");
     assert_true(losses_report(&of_flows));
 }
 
