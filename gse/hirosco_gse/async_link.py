@@ -3,7 +3,7 @@
 
 import asyncio
 
-from .link import CLOSED, WallClock
+from .link import CLOSED, WallClock, words_of
 from .session import LinkLost
 
 
@@ -114,7 +114,7 @@ class AsyncDriver(WallClock):
             await self._link.receive(self._resume_all)
             self._lost = LinkLost(CLOSED)
         except OSError as error:
-            self._lost = LinkLost(f"link lost: {error.strerror or error}")
+            self._lost = LinkLost(f"link lost: {words_of(error)}")
         for one in list(self._running):
             if not one.future.done():
                 self._step(one, lambda one=one: one.procedure.throw(LinkLost(str(self._lost))))

@@ -15,6 +15,7 @@ before it is awaited."""
 import asyncio
 
 from .async_link import AsyncDriver, AsyncLink
+from .link import words_of
 from .session import LinkLost
 from .spacecraft import Spacecraft
 from .station.world_port import WorldPort
@@ -42,7 +43,7 @@ class AsyncSpacecraft(Spacecraft):
             except OSError as error:
                 if loop.time() >= end:
                     where = f"{self.place.host}:{self.place.port}"
-                    raise LinkLost(f"no link to {where}: {error.strerror or error}; is a mission running (make sim-run)?") from error
+                    raise LinkLost(f"no link to {where}: {words_of(error)}; is a mission running (make sim-run)?") from error
             await asyncio.sleep(CONNECT_PAUSE_S)
         self._driver = AsyncDriver(AsyncLink(reader, writer, self.session), self.dictionary.epoch_ns)
         return self

@@ -19,6 +19,7 @@ While its procedure ignores telemetry (session.Pause), the operator reads the oc
 the octets while the flight continues.
 """
 
+import os
 import select
 import socket
 import time
@@ -28,6 +29,11 @@ from .session import LinkLost, Pause
 NEVER = "never"
 CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
 CLOSED = "the spacecraft closed the link; if all its connection slots are used, one becomes free within 30 s: try again"
+
+
+def words_of(error):
+    """Words for an error of a connection. Those of asyncio repeat number and address; those of the system do not."""
+    return os.strerror(error.errno) if isinstance(error, ConnectionError) and error.errno else getattr(error, "strerror", None) or str(error)
 
 
 def connect(host, port, timeout_s=0.0):
@@ -40,8 +46,7 @@ def connect(host, port, timeout_s=0.0):
             return stream
         except OSError as error:
             if time.monotonic() >= deadline:
-                reason = error.strerror or str(error)
-                raise LinkLost(f"no link to {host}:{port}: {reason}; is a mission running (make sim-run)?") from error
+                raise LinkLost(f"no link to {host}:{port}: {words_of(error)}; is a mission running (make sim-run)?") from error
         time.sleep(CONNECT_PAUSE_S)
 
 

@@ -23,8 +23,8 @@ PAUSE_MS = 1200  # Longer than a report of the display structure, or the status 
 AGES = "[...document.querySelectorAll('station-subsystems .age, .readings .age')].map((age) => age.textContent)"
 AGES_OUTSIDE = """[...document.querySelectorAll('.readings .age')].filter((age) =>
     age.getBoundingClientRect().right > age.closest('.scroll').getBoundingClientRect().right).length"""
-# Texts of the bar, names and values with words of the tab Telemetry, and legends of charts, that do not fit their boxes.
-CUT = """[...document.querySelectorAll('station-bar, station-bar *, .readings td.worded, .readings td.name, .strip .legend')].filter((node) =>
+# Texts of the bar, cells of the tab Telemetry, and legends of charts, that do not fit their boxes.
+CUT = """[...document.querySelectorAll('station-bar, station-bar *, .readings td, .strip .legend')].filter((node) =>
     node.clientWidth && (node.scrollWidth > node.clientWidth + 1 || node.getBoundingClientRect().right > innerWidth + 1)).map((node) => node.textContent)"""
 # Pairs of boxes over the scene that cover each other.
 OVERLAPPING = """(() => {

@@ -163,6 +163,47 @@ def test_the_network_shows_the_node_of_a_device_or_the_type_of_its_end_node(page
     assert page.evaluate(drawn, ["DRIVE", "LAMP"]) == ["DRIVE", "0x11", "LAMP", "UDP"]
 
 
+def test_a_lost_device_is_marked_if_others_have_its_number(page):
+    """A device of another configuration has the same node; the configuration that is selected tells which one is lost."""
+    marked = """([devices, ...events]) => {
+        const network = document.querySelector("station-network"), { store } = station, { events: kept } = store;
+        store.configuration = () => ({ devices, nodes: {}, endnodes: {} });
+        store.events = events.map((event) => ({ subsystem: "JOYSTICK", event, device: "DRIVE or WHEEL", time: 1e6 }));
+        const words = network.member("JOYSTICK", 0, 0).filter((node) => node.matches(".broken + .device, .lost")).map((node) => node.textContent);
+        const broken = network.member("JOYSTICK", 0, 0).filter((node) => node.matches("rect.broken")).length;
+        delete store.configuration;
+        store.events = kept;
+        return [words, broken];
+    }"""
+    assert page.evaluate(marked, [["LAMP", "WHEEL"], "DEVICE_LOST"]) == [["lost"], 1]
+    assert page.evaluate(marked, [["LAMP", "WHEEL"], "DEVICE_LOST", "DEVICE_RETURNED"]) == [[], 0]
+    assert page.evaluate(marked, [["LAMP", "DRIVE"], "DEVICE_LOST"]) == [["lost"], 1]
+
+
+def test_a_small_laptop_shows_links_bar_and_numbers_of_the_time_line_as_a_whole(page):
+    """All four links are seen without scrolling; the last number of the time line is not cut; a longer number of events moves no tab."""
+    page.set_viewport_size({"width": 1280, "height": 800})
+    page.click("#work-Telemetry")
+    page.evaluate("station.replay.seek(26)")
+    shown = page.evaluate("""() => {
+        const all = document.querySelector("station-network .scroll"), player = document.querySelector("station-player"), { end } = station.replay;
+        station.replay.end = 90.2;
+        player.draw();
+        const line = player.slider.getBoundingClientRect(), numbers = [...player.drawing.querySelectorAll("text:not(.phase-name)")];
+        const past = numbers.filter((node) => node.getBoundingClientRect().right > line.right).map((node) => node.textContent);
+        station.replay.end = end;
+        player.draw();
+        const place = () => document.querySelector("#log-Commands").offsetLeft, tab = document.querySelector("#log-Events"), { textContent } = tab;
+        const places = ["Events 0", "Events 1234"].map((words) => { tab.textContent = words; return place(); });
+        tab.textContent = textContent;
+        return [all.scrollHeight - all.clientHeight, numbers.at(-1).textContent, past, places[1] - places[0]];
+    }""")
+    assert page.is_hidden("station-work .counts-line")  # A recording has no counts of packets.
+    cut = page.evaluate(station.CUT)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert shown == [0, "90", [], 0] and cut == []
+
+
 def contrast(*colours):
     """Contrast of two colours as in WCAG 2.1."""
     def luminance(colour):

@@ -4,11 +4,12 @@
 import asyncio
 import collections
 import contextlib
+import pathlib
 import time
 
 from .. import live
 from ..frames import Database, DatabaseError
-from ..link import LinkLost
+from ..link import LinkLost, words_of
 from ..place import ROOT
 from .bus_tap import BusTap, bits_of
 
@@ -17,6 +18,11 @@ SHOW_S = 0.25  # Time between two messages about a bus.
 RETRY_S = 0.5  # Time between two attempts to connect.
 TRUTH_HZ = 20
 SILENT = "the simulator does not answer: time-out"
+ENDED = "the flight has ended"
+
+
+def _words(error):
+    return f"the simulator does not answer: {words_of(error)}"
 
 
 class WorldPort:
@@ -55,7 +61,7 @@ class WorldPort:
     async def _read(self, reader, waiting):
         """Give each answer to its line, until the connection ends. Lines about frames or the true state, which an earlier line has
         requested, are skipped."""
-        problem = "the flight has ended"
+        problem = ENDED
         try:
             while line := await reader.readline():
                 words = line.decode("utf-8", "replace").split()
@@ -64,7 +70,7 @@ class WorldPort:
                     if not answer.done():  # The sender of the line may have ended.
                         answer.set_result(words)
         except (OSError, ValueError, IndexError) as error:
-            problem = f"the simulator does not answer: {error}"
+            problem = _words(error)
         if waiting is self._waiting:
             self.close(problem)
 
@@ -82,7 +88,7 @@ class WorldPort:
                 if self._writer is None:
                     await self._open()
             except OSError as error:
-                raise LinkLost(f"the simulator does not answer: {error}") from error
+                raise LinkLost(_words(error)) from error
             waiting, answer = self._waiting, self._send(line)
         try:
             async with asyncio.timeout(ANSWER_S):
@@ -200,8 +206,10 @@ class Taps:
         while True:
             try:
                 await self._read(self._tap(name))
-                problem = "the flight has ended"
-            except (OSError, LinkLost, StopIteration) as error:
+                problem = ENDED
+            except OSError as error:  # The file live.port stays in the directory of a flight that has ended.
+                problem = ENDED if (pathlib.Path(self._run) / "run.json").exists() else _words(error)
+            except (LinkLost, StopIteration) as error:
                 problem = str(error)
             self._publish({"kind": "bus", "bus": name, "problem": problem})
             await asyncio.sleep(RETRY_S)

@@ -203,10 +203,7 @@ class Bar extends HTMLElement {
     else if (store.replay || is_over) show(this.linkSymbol, "off", is_over ? "ended" : "replay");
     else if (is_waiting) show(this.linkSymbol, "standby", "waiting");
     else show(this.linkSymbol, "critical", "lost");
-    text(
-      this.linkText,
-      store.link.is_live ? (store.hello?.read_only ? "live, read only" : "live") : store.link.text,
-    );
+    text(this.linkText, this.wordOfLink());
     this.linkText.title = [store.link.text, ...others].join("; ");
     text(this.modeText, store.mode ?? "–");
     const needed = store.power();
@@ -220,6 +217,17 @@ class Bar extends HTMLElement {
     // better than none.
     this.stop.disabled = Boolean(store.barrier()) && !store.link.is_silent;
     this.drawAlarm();
+  }
+
+  // The cell of the link has room for a word; the alarm slot beside it says more.
+  wordOfLink() {
+    const { is_live, is_waiting, is_silent, code } = store.link;
+    if (is_live) return store.hello?.read_only ? "live, read only" : "live";
+    if (store.replay) return "replay";
+    if (code !== undefined) return code === 0 ? "ended" : "failed";
+    if (is_waiting) return "waiting";
+    if (is_silent) return "silent";
+    return store.hello ? "lost" : "no link";
   }
 
   plan() {
@@ -244,6 +252,7 @@ class Bar extends HTMLElement {
     const isBroken = !is_over && (failed.length > 0 || broken.length > 0);
     this.slot_.classList.toggle("critical", isBroken || isLost);
     if (code !== undefined || is_waiting) text(this.what, upper(store.link.text));
+    else if (!store.hello) text(this.what, upper(store.link.text));
     else if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
     else if (failed.length) {
       const names = failed.map((item) => item.subsystem).join(", ");

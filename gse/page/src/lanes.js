@@ -14,6 +14,7 @@ const ACTIVATION = [
   "OPERATIONAL",
 ];
 const RANK = { LOW: 1, MEDIUM: 2, HIGH: 3 };
+const DIGIT = 6.7; // Width of a digit of a tick [pixels].
 const NEAR = 6; // Distance [pixels] below which only the more severe of two marks is drawn.
 
 export const shownMembers = () =>
@@ -28,11 +29,16 @@ export function ticks(x, end, y, width) {
   const unit =
     [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3600].find((step) => end / step <= most) ?? 36000;
   const found = [];
-  for (let t = 0; t < end; t += unit)
+  for (let t = 0; t < end; t += unit) {
+    const words = String(t);
+    // The last number is on the left of its tick if the line ends before it.
+    const fits = x(t) + 3 + words.length * DIGIT <= width;
+    const place = fits ? { x: x(t) + 3 } : { x: x(t) - 3, "text-anchor": "end" };
     found.push(
       svg("path", { d: `M${x(t)} ${y}v5`, style: "stroke:var(--fg2)" }),
-      svg("text", { x: x(t) + 3, y: y + 9 }, String(t)),
+      svg("text", { ...place, y: y + 9 }, words),
     );
+  }
   return found;
 }
 

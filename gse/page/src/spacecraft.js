@@ -250,7 +250,8 @@ const LINK_SYMBOL = {
 };
 const isBroken = (state) => state === "stale" || state === "failed";
 const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
-const BOX = { width: 120, height: 40, x: [8, 180], top: 6, pitch: 106, devices: 92 };
+// Of two members with devices and four links, all is visible at 1280x800, in a replay as well.
+const BOX = { width: 120, height: 38, x: [8, 180], top: 2, pitch: 96, wire: 44, device: 50, end: 82 };
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
 // closed, and a line of values for each link.
@@ -380,7 +381,7 @@ class Network extends HTMLElement {
         [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch],
       ]),
     );
-    const height = BOX.top + (Math.ceil(members.length / 2) - 1) * BOX.pitch + BOX.devices + 6;
+    const height = BOX.top + (Math.ceil(members.length / 2) - 1) * BOX.pitch + BOX.end + 2;
     this.graph.setAttribute("viewBox", `0 0 308 ${height}`);
     this.graph.style.height = `${height}px`;
     return [
@@ -389,16 +390,18 @@ class Network extends HTMLElement {
     ];
   }
 
-  // Devices of a member that were lost and since then have neither returned nor been commissioned again.
-  lost(name) {
+  // Which of these devices of a member were lost and since then have neither returned nor been
+  // commissioned again. Devices of several configurations may have the same number, which then has all names.
+  lost(name, devices) {
     const [started] = (store.lanes.get(name) ?? []).findLast(
       ([time, state]) => state === "HARDWARE_INIT" && time <= store.time,
     ) ?? [0];
     const found = new Set();
     for (const { subsystem, event, device, time } of store.events) {
       if (subsystem !== name || !device || time < started) continue;
-      if (event === "DEVICE_LOST") found.add(device);
-      if (event === "DEVICE_RETURNED") found.delete(device);
+      const named = device.split(" or ").filter((one) => devices.includes(one));
+      if (event === "DEVICE_LOST") named.forEach((one) => found.add(one));
+      if (event === "DEVICE_RETURNED") named.forEach((one) => found.delete(one));
     }
     return found;
   }
@@ -410,12 +413,12 @@ class Network extends HTMLElement {
     const part = store.configuration(name) ?? about.configurations[0];
     const devices = part?.devices ?? [];
     const isFailed = store.states.get(name)?.state === "ERROR_OPERATIONAL";
-    const lost = this.lost(name);
+    const lost = this.lost(name, devices);
     const wire = (isLost) => (isLost ? "wire broken" : "wire");
     const found = [
       svg("rect", { x, y, width: BOX.width, height: BOX.height, rx: 3, class: isFailed ? "broken" : "" }),
-      svg("text", { x: x + 8, y: y + 17, class: "strong" }, name),
-      svg("text", { x: x + 8, y: y + 32 }, `APID ${about.apid}${isFailed ? ", error" : ""}`),
+      svg("text", { x: x + 8, y: y + 16, class: "strong" }, name),
+      svg("text", { x: x + 8, y: y + 31 }, `APID ${about.apid}${isFailed ? ", error" : ""}`),
     ];
     if (!devices.length) return found;
     const isMany = devices.length > 3;
@@ -432,7 +435,7 @@ class Network extends HTMLElement {
     const kinds = [...new Set(Object.values(ends))];
     const bus = kinds.length > 2 ? `${kinds.length} types of end node` : kinds.join(", ");
     found.push(
-      svg("path", { class: wire(lost.size), d: `M${x + 60} ${y + 40}V${y + 52}` }),
+      svg("path", { class: wire(lost.size), d: `M${x + 60} ${y + BOX.height}V${y + BOX.wire}` }),
       svg("title", {}, `${name}: ${devices.map((device) => `${device} (${ends[device]})`).join(", ")}`),
     );
     shown.forEach((device, n) => {
@@ -440,17 +443,17 @@ class Network extends HTMLElement {
       const isLost = isMany ? lost.size > 0 : lost.has(device);
       const below = isLost ? "lost" : isMany ? bus : (part.nodes?.[device] ?? ends[device] ?? "");
       found.push(
-        svg("path", { class: wire(isLost), d: `M${x + 60} ${y + 52}H${cx}V${y + 58}` }),
+        svg("path", { class: wire(isLost), d: `M${x + 60} ${y + BOX.wire}H${cx}V${y + BOX.device}` }),
         svg("rect", {
           x: cx - each / 2 + 1,
-          y: y + 58,
+          y: y + BOX.device,
           width: each - 2,
-          height: 34,
+          height: BOX.end - BOX.device,
           rx: 3,
           class: isLost ? "broken" : "",
         }),
-        svg("text", { x: cx, y: y + (below ? 72 : 79), "text-anchor": "middle", class: "device" }, device),
-        svg("text", { x: cx, y: y + 86, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
+        svg("text", { x: cx, y: y + (below ? 63 : 70), "text-anchor": "middle", class: "device" }, device),
+        svg("text", { x: cx, y: y + 77, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
       );
     });
     return found;

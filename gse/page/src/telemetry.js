@@ -29,6 +29,14 @@ function gauge() {
   };
 }
 
+// Age [s] in the four places of its column: tenths below 10 s, hours from 10 000 s.
+const ageOf = (seconds) =>
+  seconds < 9.95
+    ? seconds.toFixed(1)
+    : seconds < 9999.5
+      ? seconds.toFixed(0)
+      : `${(seconds / 3600).toFixed(0)} h`;
+
 const isBounded = (leaf) => leaf.min !== undefined && leaf.max !== undefined;
 
 // Rows for all numbers of a report. The table has a column of gauges only if a value has limits.
@@ -43,7 +51,7 @@ function head(rows) {
   const words = [
     ["Parameter", ""],
     ["Value", "of-value num"],
-    ["Unit", "of-unit"],
+    ["Unit", rows.some((row) => isBounded(row.leaf)) ? "of-unit" : "of-unit wide"],
     ...(rows.some((row) => isBounded(row.leaf)) ? [["Limits", "of-gauge"]] : []),
     ["Age s", "of-age num"],
   ];
@@ -106,18 +114,17 @@ export class Row {
     );
   }
 
-  // Cells of value, unit and limits. A value with words has no unit and no limits, and takes their place.
+  // Cells of value, unit and limits. A value with words has no unit and no limits, and takes their place; the
+  // unit of a value without limits, such as "connections", takes the place of these.
   cells(hasGauges) {
     const { words, bits, unit } = this.leaf;
     const own = [this.sym, " ", this.value];
     if ((words || bits) && !unit && !this.gauge)
       return [(this.cell = el("td", { class: "num worded", colspan: hasGauges ? 3 : 2 }, ...own))];
     this.cell = el("td", { class: "num" }, ...own);
-    return [
-      this.cell,
-      el("td", { title: unit }, unit),
-      ...(hasGauges ? [el("td", {}, this.gauge?.node)] : []),
-    ];
+    if (!this.gauge)
+      return [this.cell, el("td", { class: "unit", title: unit, colspan: hasGauges ? 2 : 1 }, unit)];
+    return [this.cell, el("td", { class: "unit", title: unit }, unit), el("td", {}, this.gauge.node)];
   }
 
   // Grade of a value: beyond a limit, or near a limit unless the value is a setting; null otherwise.
@@ -151,7 +158,7 @@ export class Row {
     this.value.classList.toggle("word", word !== undefined && word !== null);
     this.value.style.color = verdict ? `var(--${verdict[0]})` : "";
     this.node.classList.toggle("stale", freshness === "stale");
-    text(this.age, report ? ((store.clock() - report.at) / 1000).toFixed(1) : "–");
+    text(this.age, report ? ageOf((store.clock() - report.at) / 1000) : "–");
     if (this.gauge && typeof value === "number")
       this.gauge.put(
         (value - this.leaf.min) / (this.leaf.max - this.leaf.min),
@@ -348,6 +355,8 @@ export class Telemetry {
     const rows = Object.entries(store.counts);
     const sum = (key) => rows.reduce((total, [, row]) => total + row[key], 0);
     const dropped = store.dropped ? `, ${store.dropped} reports dropped: this page reads too slowly` : "";
+    // No station has counted the packets of a recording.
+    this.total.hidden = this.packets.hidden = Boolean(store.replay);
     text(this.total, `${sum("received")} packets received, ${sum("lost")} lost${dropped}`);
     this.counts.replaceChildren(
       ...rows.map(([name, row]) =>

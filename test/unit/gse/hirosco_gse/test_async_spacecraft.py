@@ -156,7 +156,7 @@ def test_connecting_again_closes_the_earlier_connection(fly):
 
 def test_without_a_spacecraft_there_is_no_link(dictionary_path, tmp_path):
     async def story():
-        with pytest.raises(LinkLost, match="no link to 127.0.0.1:1: .*make sim-run"):
+        with pytest.raises(LinkLost, match="no link to 127.0.0.1:1: Connection refused; .*make sim-run"):
             await AsyncSpacecraft(tmp_path, port=1, dictionary=dictionary_path).connect()
         with pytest.raises(TypeError, match="async with"), AsyncSpacecraft(tmp_path, port=1, dictionary=dictionary_path):
             pass

@@ -2,7 +2,9 @@
 """Frames of a bus on the page: the newest frame of each identifier, decoded, with its rate; error frames as
 text."""
 
+import asyncio
 import copy
+import socket
 
 import pytest
 from conftest import ROOT
@@ -63,3 +65,22 @@ def test_the_page_is_informed_that_names_of_frames_may_be_wrong(dictionary):
     assert taps._message_of(taps._tap("robot"))["warning"].startswith("rokviss-robot.dbc: made from other descriptors than the dictionary")
     other.mission = "unknown"
     assert taps._message_of(taps._tap("robot"))["warning"].startswith("frames are not decoded: ")
+
+
+def test_the_page_is_informed_why_no_frames_arrive(dictionary, tmp_path):
+    """The file live.port stays in the directory of a flight that has ended; its port is closed."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        (tmp_path / "live.port").write_text(str(server.getsockname()[1]), encoding="ascii")
+
+    async def problem():
+        reported = asyncio.Queue()
+        taps = world_port.Taps(reported.put_nowait)
+        taps.move_to(tmp_path, dictionary, {})
+        taps.watch({"robot"})
+        message = await reported.get()
+        taps.watch(set())
+        return message["problem"]
+
+    assert asyncio.run(problem()) == "the simulator does not answer: Connection refused"
+    (tmp_path / "run.json").write_text("{}", encoding="utf-8")
+    assert asyncio.run(problem()) == "the flight has ended"
