@@ -32,6 +32,15 @@ def _ids(subsystems, members):
     return {number: _joined(names) for number, names in sorted(found.items())}
 
 
+def subject_of(item, event):
+    """Name of the value of an event that names the subsystem to which this event or configuration belongs; None if there is none. BY_APID is that
+    of BY_EVENT."""
+    names = {one["name"] for one in event["parameters"] if isinstance(one, dict)}
+    if item.get("kind") not in ("event id", "configuration id"):
+        return None
+    return next((name for name in (f"{item['name'].rpartition('_')[0]}_{SUBJECT}", SUBJECT) if name in names), None)
+
+
 class Identifiers:
     """Words for the identifying numbers in the event reports of a subsystem."""
 

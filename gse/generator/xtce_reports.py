@@ -8,7 +8,7 @@ weight of the bit. A value after a parameter id is one of several parameters, on
 Auxiliary parameters have names with two underscores."""
 
 import xtce_types as xt
-from identifiers import Identifiers
+from identifiers import Identifiers, subject_of
 from xtce_types import element
 
 TM_HEADER, PRIMARY, CRC = 21, 6, 2
@@ -99,15 +99,15 @@ def is_plain(fields, catalogue):
     return True
 
 
-def comparison(path, value):
-    return element("Comparison", parameterRef=path, value=value, useCalibratedValue="false")
+def comparison(path, value, operator=None):
+    return element("Comparison", parameterRef=path, comparisonOperator=operator, value=value, useCalibratedValue="false")
 
 
 def container(name, entries, base=None, restrictions=(), description=None, period_s=None, alias=None):
     """A container that is derived from another if all restrictions are met; alias: the type of the message."""
     parent = None
     if base:
-        held = [comparison(path, value) for path, value in restrictions]
+        held = [comparison(*restriction) for restriction in restrictions]
         criteria = held[0] if len(held) == 1 else element("ComparisonList", *held)
         parent = element("BaseContainer", element("RestrictionCriteria", criteria), containerRef=base)
     rate = element("DefaultRateInStream", basis="perSecond", minimumValue=1 / period_s) if period_s else None
@@ -432,25 +432,51 @@ def _shown(name, item):
     return f"{{{name}}} ({{{name}.raw}})" if "words" in item and "kind" in item else f"{{{name}}}"
 
 
+def _name_in(event, one):
+    return f"{event['name']}_{one['name']}"
+
+
+def _value_of_event(system, event, one, item):
+    """Path of the parameter for a value of an event; item: the value with its words."""
+    words = one.get("description") or f"{one['name']} of the event {event['name']}"
+    return system.parameter(_name_in(event, one), xt.field_type(system, "Parameter", event["name"], item), words)
+
+
+def _about_others(system, dictionary, event, one, octet):
+    """Containers of an event's value that identifies an event or a configuration of another subsystem, which may use the number for something
+    else than a third one. There is a container for each subsystem, with a parameter of the same name in a space system of its own, and one for
+    the number alone if the APID is that of no subsystem."""
+    base, apid = f"{system.path}/EVENT_{event['name']}", f"{system.path}/{event['name']}_{subject_of(one, event)}"
+    whose = {subsystem["name"]: subsystem for subsystem in dictionary["subsystems"]}
+    for name, subsystem in [*whose.items(), ("UNKNOWN", None)]:
+        within = next((child for child in system.children if child.name == f"ABOUT_{name}"), None) or xt.System(f"ABOUT_{name}", system)
+        item = Identifiers(dictionary, subsystem).worded(one, {"parameters": []}) if subsystem else one
+        path = _value_of_event(within, event, one, item)
+        those = [(apid, subsystem["apid"])] if subsystem else [(apid, other["apid"], "!=") for other in whose.values()]
+        system.containers.append(container(f"EVENT_{_name_in(event, one)}_{name}", [entry_at(path, octet)], base, those))
+
+
 def events(system, dictionary, subsystem, catalogue, base, severities):
-    """Containers of a subsystem's events; rows of the event templates for Yamcs."""
+    """Containers of a subsystem's events; rows of the event templates for Yamcs. Values that follow one about another subsystem are at their
+    octets in the packet."""
     known = {parameter["name"]: parameter for parameter in subsystem["parameters"]}
     words = {event["id"]: event["name"] for event in subsystem["events"]}
     kind = system.type("Parameter", "last_event", lambda made: xt.enumeration("Parameter", made, words, 16))
     own = system.parameter("LAST_EVENT", kind, f"last event of {subsystem['name']}") if words else None
     rows, identified = [], Identifiers(dictionary, subsystem)
     for event in subsystem["events"]:
-        entries, shown = [], []
+        entries, shown, about, octet = [], [], [], TM_HEADER + 2
         for one in event["parameters"]:
             if isinstance(one, dict):
-                name = f"{event['name']}_{one['name']}"
-                words = one.get("description") or f"{one['name']} of the event {event['name']}"
-                item = identified.worded(one, event)
-                path = system.parameter(name, xt.field_type(system, "Parameter", event["name"], item), words)
-                shown.append(f"{one['name'].lower()} {_shown(name, item)}")
+                size, item = one["count"] * octets(one["type"]), identified.worded(one, event)
+                shown.append(f"{one['name'].lower()} {_shown(_name_in(event, one), item)}")
+                about += [(one, octet)] if subject_of(one, event) else []
+                path = None if subject_of(one, event) else _value_of_event(system, event, one, item)
             else:
-                path, _ = parameter_path(system, known, one)
-            entries.append(_entry(path))
+                path, size = parameter_path(system, known, one)
+            if path:
+                entries.append(entry_at(path, octet) if about else _entry(path))
+            octet += size
         subtype = severities.index(event["severity"]) + 1
         restrictions = [
             (f"{system.root.path}/apid", subsystem["apid"]), (f"{base.path}/event_definition_id", event["id"])
@@ -458,6 +484,8 @@ def events(system, dictionary, subsystem, catalogue, base, severities):
         entries.append(entry_at(own, TM_HEADER))
         report = f"{base.path}/{name_of(catalogue, 5, subtype)}"
         system.containers.append(container(f"EVENT_{event['name']}", entries, report, restrictions, description=event.get("description")))
+        for one, at in about:
+            _about_others(system, dictionary, event, one, at)
         text = " ".join([subsystem["name"], event["name"], *shown])
-        rows.append({"eventId": f"{catalogue['events'][event['id']]}-{subsystem['apid']}", "template": text})
+        rows.append({"eventId": f"{event['name']}-{subsystem['apid']}", "template": text})
     return rows

@@ -283,6 +283,8 @@ def field_type(system, what, owner, field):
         words = {number: word for word, number in system.enumerations[field["enumeration"]].items()}
         own = f"{field['enumeration']}_{kind}_enumeration" + (f"_{_word(field['unit'])}" if field["unit"] else "")
         item = system.type(what, own, lambda made: enumeration(what, made, words, *SCALARS[kind], field["unit"]))
+    elif field.get("kind") == "character":
+        return system.root.type(what, f"label_{field['count']}", lambda made: label(what, made, field["count"]))
     elif "bits" in field:
         item = _bits_type(system.root, what, kind, field["bits"])
     elif "words" in field:

@@ -34,6 +34,13 @@ USER, STATUS_TC, STATUS_TM = "YAMCS", (129, 4), (129, 5)
 ANSWER_S = 3.0  # Longest wait for the answers to TC[129,4].
 FIRST_PORT, PORTS = 8080, 10
 STATION = "http://127.0.0.1:8090/"
+# Each subsystem may use the id of an event for another event. So each has a decoder, which finds the names of its own events only.
+DECODER = """  - class: org.yamcs.pus.PusEventDecoder
+    name: events-{name}
+    args:
+      eventIdParameter: /{mission}/{name}/LAST_EVENT
+      eventTemplateFile: "{templates}"
+"""
 ENDED = (0, 128 + signal.SIGINT, 128 + signal.SIGTERM, -signal.SIGINT, -signal.SIGTERM)
 END_S = 60  # Longest wait for the end of the server.
 
@@ -48,9 +55,12 @@ def render(out, mission, ground_port, http_port, station=STATION):
     (out / "view").mkdir(exist_ok=True)
     view = (pathlib.Path(__file__).parent / "view.js").read_text(encoding="utf-8")
     (out / "view" / "view.js").write_text(view.replace("@STATION@", station), encoding="utf-8")
+    dictionary = json.loads((GENERATED / f"{mission}.json").read_text(encoding="utf-8"))
+    templates = GENERATED / f"{mission}.events.json"
+    decoders = [DECODER.format(name=one["name"], mission=mission, templates=templates) for one in dictionary["subsystems"] if one["events"]]
     words = {
-        "MISSION": mission, "GROUND_PORT": ground_port, "HTTP_PORT": http_port, "DATA": (out / "data").resolve(),
-        "DATABASE": GENERATED / f"{mission}.xtce.xml", "EVENTS": GENERATED / f"{mission}.events.json", "OUT": out.resolve(),
+        "DECODERS": "".join(decoders), "MISSION": mission, "GROUND_PORT": ground_port, "HTTP_PORT": http_port, "DATA": (out / "data").resolve(),
+        "DATABASE": GENERATED / f"{mission}.xtce.xml", "OUT": out.resolve(),
     }
     for source in (pathlib.Path(__file__).parent / "etc").iterdir():
         text = source.read_text(encoding="utf-8")
