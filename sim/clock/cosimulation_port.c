@@ -145,7 +145,7 @@ static status_t wait_for_line(cosimulation_port_t* const cosimulation, char* con
     return STATUS_OK;
 }
 
-/// Wait for a line, at most `timeout_ms`. False: the client was disconnected, or the run ended.
+/// Wait for a line, at most `timeout_ms` of the port. False: the client was disconnected, or the run ended.
 static bool receive_line(cosimulation_port_t* const cosimulation, char* const out_line)
 {
     const uint64_t until_ns = osal_clock_monotonic_ns() + ((uint64_t)cosimulation->timeout_ms * NS_PER_MS);

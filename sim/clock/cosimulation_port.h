@@ -47,8 +47,8 @@ typedef struct { // All fields are private, except stream_port and count: read-o
 } cosimulation_port_t;
 
 /// Listen at `path`. A client must name itself `participant`. `timeout_ms`: longest silence of a client
-/// (wall-clock). Waits end at the end of the run, when `scheduler` is closed. STATUS_OK,
-/// STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
+/// (wall-clock). Waits end at the end of the run, when `scheduler` is closed. STATUS_OK, STATUS_EXISTS,
+/// STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, const char* path,
                                          const char* participant, const osal_lockstep_t* scheduler,
                                          uint32_t timeout_ms);
@@ -56,8 +56,8 @@ MUST_USE status_t cosimulation_port_open(cosimulation_port_t* cosimulation, cons
 void cosimulation_port_close(cosimulation_port_t* cosimulation);
 
 /// Wait (wall-clock) for a client that joins, at most timeout_ms. Only one client may take part. If a client
-/// has connected and not joined yet, the next call continues to wait for it, until `timeout_ms` after its
-/// connection. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
+/// has connected and not joined yet, the next call continues to wait for it, for the `timeout_ms` of
+/// cosimulation_port_open after its connection. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
 /// Send the grant to the client and wait for its answer; `served_port` is the result of
 /// osal_lockstep_served_port. STATUS_OK, STATUS_CLOSED (the client has left or was removed, or the run
