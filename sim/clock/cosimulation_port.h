@@ -57,7 +57,8 @@ void cosimulation_port_close(cosimulation_port_t* cosimulation);
 
 /// Wait (wall-clock) for a client that joins, at most timeout_ms. Only one client may take part. If a client
 /// has connected and not joined yet, the next call continues to wait for it, for the `timeout_ms` of
-/// cosimulation_port_open after its connection. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended), STATUS_IO.
+/// cosimulation_port_open after its connection. STATUS_OK, STATUS_TIMEOUT, STATUS_CLOSED (the run ended),
+/// STATUS_IO.
 MUST_USE status_t cosimulation_port_accept(cosimulation_port_t* cosimulation, uint32_t timeout_ms);
 /// Send the grant to the client and wait for its answer; `served_port` is the result of
 /// osal_lockstep_served_port. STATUS_OK, STATUS_CLOSED (the client has left or was removed, or the run
