@@ -24,10 +24,10 @@
 ##                   ONLY=<part of a test's path>  PLACE=vm|kernel
 ##   make check      format, warnings of gcc and clang, clang's analyzer, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, quick proofs; what has passed is not repeated
-##   make check-full check, coverage, MC/DC, gcc's analyzer, MISRA and clang's analyzer without bounds of the whole
-##                   flight side, every proof, five minutes of each fuzz target, 300 mutants, C tests without
-##                   sanitizers and all on a board, many deaths in flight, 24 h of flight, times to detect and repair
-##                   deaths
+##   make check-full check, coverage, MC/DC, gcc's analyzer, MISRA of the whole flight side, clang's analyzer without a
+##                   limit of states, every proof, five minutes of each fuzz target, 300 mutants, C tests without
+##                   sanitizers, all portable C tests on a board, flights with many deaths of processes, 24 h of
+##                   flight, times to detect and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make mcdc       modified condition/decision coverage of the sources in test/lint/mcdc.txt by their unit tests
