@@ -5,9 +5,9 @@ HEAD = """# Coverage of the standard's messages
 
 `make pus-coverage` generates this page from the catalogue of messages and a flight of the conformance suite
 (`test/conformance/pus`); a test fails if the page is no longer true. A request is done if it completed in flight and the ground
-decoded its answer, if it has one; a report is done if the ground received and decoded it. The column "refused" is the number of
-malformed requests of that kind, derived from the catalogue; all of them were rejected. Confidence is the certainty of the layout
-(docs/decisions describes the choice if it is not high).
+decoded its answer, if it has one; a report is done if the ground received and decoded it. The column "seen by" names at most three of
+the tests that used the message. The column "refused" is the number of malformed requests of that kind, derived from the catalogue; all
+of them were rejected. Confidence is the certainty of the layout (docs/decisions describes the choice if it is not high).
 
 """
 

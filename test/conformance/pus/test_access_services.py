@@ -73,7 +73,7 @@ def test_objects_of_a_drive_are_read_and_written(station, arm):
     station.do(SUBSYSTEM, 2, 7, n=[command(0x6065, before)])
 
 
-def test_a_faulty_command_refuses_them_all(station, arm):
+def test_one_faulty_command_refuses_the_whole_request(station, arm):
     before = acquire(station, 0x6065)
     outcome = station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 7, n=[command(0x6065, b"\0\0\0\0"), command(0x6065, before, device=0x44)])
     assert outcome.failure.instruction == 2
@@ -121,9 +121,9 @@ def order(identity, value):
     return {"logical_device_id": JOINT, "command_id": identity, "command_arguments": struct.pack(">d", value).hex()}
 
 
-def test_a_drive_is_seen_in_engineering_units(station, arm):
+def test_quantities_of_a_drive_are_in_engineering_units(station, arm):
     assert 0 < quantity(station, TEMPERATURE) < 60
-    assert quantity(station, BRAKE) == 1, "it is engaged while the arm rests"
+    assert quantity(station, BRAKE) == 1, "the brake is not engaged while the arm rests"
     before = struct.unpack("<I", acquire(station, 0x6065))[0]
     assert quantity(station, ERROR_WINDOW) == pytest.approx(before * 1e-6)
     station.do(SUBSYSTEM, 2, 10, n=[order(ERROR_WINDOW, 0.04)])

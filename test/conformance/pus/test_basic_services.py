@@ -14,12 +14,12 @@ def test_alive_report_answers_a_connection_test(station):
 
 def test_unknown_service_and_subtype_are_reported(station):
     outcome = station.settle(station.send_data(16, 99, 1, b""))
-    assert outcome.failure.code == PERMISSION, "nothing permits it"
+    assert outcome.failure.code == PERMISSION, "it was not refused by the permission"
     outcome = station.settle(station.send_data(16, 3, 99, b""))
     assert (outcome.failure.code, outcome.failure.detail) == (SUBTYPE, 3 << 8 | 99)
 
 
-def test_applications_on_board_are_connected(station):
+def test_a_connection_test_on_board_names_the_application(station):
     for subsystem, apid in (("SUPERVISOR", 16), ("SUPERVISOR", 1), ("MANIPULATOR", 16), ("MANIPULATOR", 1)):
         assert station.ask(subsystem, 17, 3, apid=apid)["apid"] == apid
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 17, 3, apid=99)

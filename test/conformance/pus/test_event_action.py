@@ -46,7 +46,7 @@ def test_an_event_releases_its_request(station):
     since = len(station.reports)
     _change_mode(station)
     station.fence(JOYSTICK)
-    assert len(_pings(station, since)) == 1, "only that of the fence: nothing is enabled"
+    assert len(_pings(station, since)) == 1, "more than the ping of the fence was answered, although nothing is enabled"
     station.do("SUPERVISOR", 19, 4, n=[key])
     station.do("SUPERVISOR", 19, 8)
     since = len(station.reports)

@@ -69,7 +69,7 @@ def test_an_invalid_file_name_is_refused(station, name):
     assert outcome.failure is not None and 7 not in outcome.stages
 
 
-def test_locked_files_stay(station):
+def test_locked_files_cannot_be_deleted(station):
     _create(station, "a")
     station.do("SUPERVISOR", 23, 5, **_file("a"))
     assert station.ask("SUPERVISOR", 23, 3, **_file("a"))["file_locked_status"] == 1

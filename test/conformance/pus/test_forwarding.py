@@ -38,7 +38,7 @@ def test_everything_is_forwarded_at_first(station):
     assert len(_seen(station, 129, JOYSTICK)) >= 2
 
 
-def test_a_process_that_is_deleted_is_silent_but_alive(station):
+def test_reports_of_a_deleted_process_are_not_forwarded(station):
     station.do("SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": []}])
     assert _seen(station, 129, JOYSTICK) == []
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": []}])
@@ -63,7 +63,7 @@ def test_structures_are_forwarded_with_their_rates(station, add, delete, report,
     station.do("SUPERVISOR", 14, add, n1=everything)
 
 
-def test_blocked_events_stay_on_board(station):
+def test_blocked_events_are_not_forwarded(station):
     event = station.dictionary.subsystem("SUPERVISOR").event("MODE_CHANGED").id
     station.do("SUPERVISOR", 14, 14, n1=[{"apid": 1, "n2": [event]}])
     assert station.ask("SUPERVISOR", 14, 15)["n1"] == [{"apid": 1, "n2": [{"event_definition_id": event}]}]

@@ -59,7 +59,7 @@ def _cut_off(flight, ground):
 
 
 @pytest.mark.parametrize("mode", [SAFE, NOMINAL])
-def test_a_flight_after_one_that_was_cut_off_begins_in_the_fallback_mode(tmp_path, mode):
+def test_a_flight_after_an_interrupted_one_begins_in_the_fallback_mode(tmp_path, mode):
     storage = tmp_path / "storage"
     flight, ground = _begin(tmp_path / "1", storage)
     _set_mode(ground, mode)

@@ -13,7 +13,7 @@ NOTE, WARNING = 15, 16  # Events that procedures raise.
 UNKNOWN_ID, EXISTS, OUT_OF_RANGE, STATE, TABLE_FULL, DATA_CHECKSUM = 0x0201, 0x0202, 0x0203, 0x0204, 0x0205, 0x020D
 ABORTED, PROCEDURE = 0x0405, 0x040A
 STARTED, ENDED, FAILED, STOPPED, HELD, RESUMED, STEP, SENT, RECEIVED = 1, 2, 3, 4, 6, 7, 8, 9, 10
-SLOTS, CALLS, CYCLE_S = 8, 8, 0.01  # Procedures at once, calls in a cycle, and cycle of the supervisor.
+SLOTS, CALLS, CYCLE_S = 8, 8, 0.01  # Most procedures at once, most calls in a cycle, cycle of the supervisor [s].
 STEPS = "for number = 1, 60000 do step(number) wait(0.02) end"
 ENDLESS = "while true do end"
 
@@ -120,7 +120,7 @@ def test_an_error_is_reported_with_its_line(station, text, line, message):
     assert message in reported["TEXT"]
 
 
-def test_requests_are_routed_and_judged(station):
+def test_requests_are_routed_and_their_failures_are_returned(station):
     since = len(station.reports)
     _run(
         station,
@@ -140,7 +140,7 @@ def test_requests_are_routed_and_judged(station):
         observability_level="detailed level",
     )
     assert [detail for what, _, detail in _observed(station, since) if what == SENT] == [4353, 4353, 4353, 867, 2049, 4620, 4353]
-    assert not [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK], "answers go to the requester"
+    assert not [p for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK], "an answer to the procedure was sent to the ground"
 
 
 def test_telemetry_is_read_as_it_was_reported(station):
@@ -290,8 +290,8 @@ def test_the_engine_is_stopped_and_started(station):
 
 
 def test_procedures_without_an_end_take_their_share_only(station):
-    """As many procedures as possible run, and the last one raises events: the supervisor still routes,
-    reports and keeps its time."""
+    """The maximum number of procedures runs, and the last one raises events: the supervisor still routes,
+    reports, and keeps its period."""
     for number in range(SLOTS - 1):
         _load(station, ENDLESS, f"SPIN{number}")
         _start(station, name=f"SPIN{number}")
@@ -307,7 +307,7 @@ def test_procedures_without_an_end_take_their_share_only(station):
     most = CALLS * (round((notes[-1] - notes[0]) / 1e9 / CYCLE_S) + 1)
     assert most / 2 < len(notes) <= most
     reported = [p.time_ns for p, _ in station.reports[since:] if p.message == (129, 5) and p.apid == SUPERVISOR]
-    assert reported and all(abs(later - sooner - 1e9) < 1e6 for sooner, later in zip(reported, reported[1:])), "its heartbeat comes each second"
+    assert reported and all(abs(later - sooner - 1e9) < 1e6 for sooner, later in zip(reported, reported[1:])), "its state is not reported each second"
     assert len(station.ask("SUPERVISOR", 18, 17)["n"]) == SLOTS
 
 
@@ -329,8 +329,8 @@ def test_faulty_procedure_requests_are_refused(station):
     assert _status(station) == {"LOOK": "inactive"}
 
 
-def test_loaded_procedures_outlive_the_flight(notes, tmp_path):
-    """They are in the storage of the flight, which the next flight uses."""
+def test_loaded_procedures_are_kept_for_the_next_flight(notes, tmp_path):
+    """The next flight uses the same storage."""
     for number in (1, 2):
         flight = stations.launch(tmp_path / str(number), "--storage", tmp_path / "storage")
         ground = stations.Station(flight, notes)

@@ -66,7 +66,7 @@ def _carry_out(station, peer, apid, service, subtype, data=b""):
     return [packet.message for packet, _ in outcome.replies]
 
 
-def test_requests_of_the_peer_are_carried_out(station, peer):
+def test_requests_of_the_peer_are_performed(station, peer):
     assert (17, 2) in _carry_out(station, peer, SUPERVISOR, 17, 1)
     assert (17, 2) in _carry_out(station, peer, JOYSTICK, 17, 1)
     assert (20, 2) in _carry_out(station, peer, SUPERVISOR, 20, 1, struct.pack(">BI", 1, STATUS))

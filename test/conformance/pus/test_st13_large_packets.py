@@ -117,7 +117,7 @@ def test_a_long_procedure_and_a_long_sequence_are_loaded(station, tmp_path):
     station.do("SUPERVISOR", 21, 3, request_sequence_id="LONG")
 
 
-def test_the_longest_request_of_all_is_taken_in(station):
+def test_the_longest_request_is_received_completely(station):
     raw = _request(SUPERVISOR, 17, 1, bytes(LARGE - 13))
     # TC[17,1] has no data, but all parts have arrived.
     assert _uplink(station, raw, 2, 4079) == ([2], [0x0108])
@@ -129,7 +129,7 @@ def test_parts_are_routed_and_permitted_like_any_request(station):
     assert _uplink(station, _request(99, 17, 1), 5, 7) == ([10], [0x0001])
 
 
-def test_transactions_may_be_mixed(station):
+def test_parts_of_several_transactions_may_be_interleaved(station):
     raws = [_request(JOYSTICK, 17, 1, sequence=number) for number in range(UPLINKS)]
     rows = zip(*(_pieces(raw, 5) for raw in raws))
     since = len(station.reports)
@@ -139,7 +139,7 @@ def test_transactions_may_be_mixed(station):
     assert all(_verified(station, raw, since) == ([1, 3, 7], []) for raw in raws)
 
 
-def test_another_subsystem_takes_a_packet_at_most(station):
+def test_a_request_for_another_subsystem_has_at_most_one_packet(station):
     raw, since = _request(MANIPULATOR, 17, 1, bytes(packets.PACKET_MAX - 12)), len(station.reports)
     station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(6, 1, raw[:600]))
     _aborted(station, 6, INTERNAL, since)
@@ -150,7 +150,7 @@ def test_another_subsystem_takes_a_packet_at_most(station):
 
 
 @pytest.mark.parametrize("wrong", [0, 1, 2, 4, 65535])
-def test_a_part_that_is_lost_doubled_or_late_ends_its_transaction(station, wrong):
+def test_a_part_out_of_sequence_ends_its_transaction(station, wrong):
     station.do("SUPERVISOR", 13, 9, **_fields(7, 1, b"ab"))
     station.do("SUPERVISOR", 13, 10, **_fields(7, 2, b"cd"))
     since = len(station.reports)
@@ -159,7 +159,7 @@ def test_a_part_that_is_lost_doubled_or_late_ends_its_transaction(station, wrong
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 13, 10, **_fields(7, 3, b"ef"))
 
 
-def test_a_transaction_that_begins_again_continues(station):
+def test_a_first_part_begins_its_transaction_again(station):
     raw = _request(JOYSTICK, 17, 1)
     station.do("SUPERVISOR", 13, 9, **_fields(8, 1, b"other"))
     since = len(station.reports)
@@ -212,7 +212,7 @@ def test_the_number_of_large_packets_in_reception_is_limited(station):
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 13, 10, **_fields(101, 2, b"ab"))
 
 
-def test_parts_at_random_do_no_harm(station):
+def test_a_large_packet_is_received_after_random_parts(station):
     rng = random.Random(13)
     sent = []
     for _ in range(200):

@@ -110,7 +110,7 @@ def test_a_drive_is_switched_off_and_on(station):
     assert settled.is_completed, settled.failure
 
 
-def test_a_pulse_of_a_cpdu_moves_a_relay_if_it_lasts(station):
+def test_a_pulse_of_a_cpdu_moves_a_relay_if_it_is_long_enough(station):
     station.do(SUBSYSTEM, 2, 4, **pulse(OFF, exponent=LATCH - 1))
     assert device_type(station, JOINT) == 402
     lose(station, 4, pulse(OFF))
@@ -126,7 +126,7 @@ def test_an_unknown_output_is_refused(station):
     assert device_type(station, JOINT) == 402
 
 
-def test_of_several_pulses_the_faulty_one_is_left_out(station):
+def test_a_faulty_pulse_among_several_is_skipped(station):
     fields = pulse(ON)
     fields["n1"][0]["n2"] += pulse(5)["n1"][0]["n2"] + pulse(ON + 2)["n1"][0]["n2"]
     outcome = station.refuse(OUT_OF_RANGE, SUBSYSTEM, 2, 4, **fields)

@@ -49,7 +49,7 @@ def carry_out(station, maker, apid, service, subtype, data=b""):
     return outcome
 
 
-def test_third_party_requests_are_carried_out(station, maker):
+def test_third_party_requests_are_performed(station, maker):
     answers = {
         (17, 1): (carry_out(station, maker, SUPERVISOR, 17, 1), (17, 2)),
         (20, 1): (carry_out(station, maker, SUPERVISOR, 20, 1, struct.pack(">BI", 1, STATUS)), (20, 2)),
@@ -78,7 +78,7 @@ def test_a_third_party_schedule_with_a_third_party_request_is_released(station, 
     station.do("SUPERVISOR", 11, 23, n=[])
 
 
-def test_a_request_that_asks_for_nothing_is_answered_only(station, maker):
+def test_a_request_without_acknowledgement_flags_gets_only_its_answer(station, maker):
     raw = maker(SUPERVISOR, station.session.sequence(SUPERVISOR), 17, 1, b"", NONE)
     since = len(station.reports)
     station.session.send_raw(raw, Request(SUPERVISOR, 17, 1, b"", "third-party TC[17,1]"))

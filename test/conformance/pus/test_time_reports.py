@@ -28,7 +28,7 @@ def day_segmented(notes, tmp_path):
     flight.wait()
 
 
-def test_the_time_is_reported_as_days_and_milliseconds(day_segmented):
+def test_the_time_is_reported_as_cds(day_segmented):
     station = day_segmented
     station.do("SUPERVISOR", 9, 1, rate_exponential_value=0)
     since = len(station.reports)

@@ -37,7 +37,7 @@ def test_reports_of_the_flight_are_dissected_to_the_same_values(station, tmp_pat
     assert all(compared[title] for title in ("TM[1,1]", "TM[1,7]", "TM[17,2]")), compared
 
 
-def test_made_up_messages_of_every_kind_are_dissected_to_the_same_values(dictionary, tmp_path):
+def test_synthetic_messages_of_every_kind_are_dissected_to_the_same_values(dictionary, tmp_path):
     raws = []
     for entry in dictionary.catalogue.all():
         service, subtype = entry["service"], entry["subtype"]

@@ -55,7 +55,7 @@ def test_databases_keep_to_the_schema(mission, tmp_path):
     assert not validate_xtce(broken, level="schema", print_results=False, raise_on_error=False).valid
 
 
-def test_the_flight_reads_the_same_by_the_database(flight, station, definition, dictionary):
+def test_reports_of_the_flight_read_the_same(flight, station, definition, dictionary):
     station.ask("MANIPULATOR", 17, 1)
     station.do("SUPERVISOR", 3, 27, n=[{"hk_structure_id": 1}])
     station.refuse(UNKNOWN_ID, "MANIPULATOR", 3, 27, n=[{"hk_structure_id": 1}])
@@ -73,7 +73,7 @@ def test_the_flight_reads_the_same_by_the_database(flight, station, definition, 
     assert all(compared[message] for message in ((1, 1), (1, 4), (1, 7), (3, 25), (17, 2))), compared
 
 
-def test_made_up_reports_of_every_kind_read_the_same(definition, dictionary):
+def test_synthetic_reports_of_every_kind_read_the_same(definition, dictionary):
     for entry in dictionary.catalogue.all("TM"):
         message = entry["service"], entry["subtype"]
         if message in ((3, 25), (3, 26)) or (message[0] == 5 and message[1] <= 4):
@@ -84,19 +84,19 @@ def test_made_up_reports_of_every_kind_read_the_same(definition, dictionary):
             assert check(definition, packets.parse(raw), dictionary)
 
 
-def _check_made_up_reports(definition, dictionary):
+def _check_synthetic_reports(definition, dictionary):
     for raw in reports_of(dictionary, random.Random(2)):
         assert check(definition, packets.parse(raw), dictionary)
 
 
-def test_made_up_housekeeping_and_events_of_all_subsystems_read_the_same(definition, dictionary):
-    _check_made_up_reports(definition, dictionary)
+def test_synthetic_housekeeping_and_events_of_all_subsystems_read_the_same(definition, dictionary):
+    _check_synthetic_reports(definition, dictionary)
 
 
 @pytest.mark.parametrize("mission", ["ur5e", "zoo"])
-def test_names_for_numbers_of_other_missions_read_the_same(mission, tmp_path):
+def test_reports_of_missions_with_names_for_numbers_read_the_same(mission, tmp_path):
     flattened = Flattened(GENERATED / f"{mission}.xtce.xml")
-    _check_made_up_reports(flattened.definition(tmp_path), Dictionary.load(GENERATED / f"{mission}.json"))
+    _check_synthetic_reports(flattened.definition(tmp_path), Dictionary.load(GENERATED / f"{mission}.json"))
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_names_for_numbers_keep_to_the_schema_and_read_the_same(names, tmp_path)
     path, dictionary = names
     found = validate_xtce(path, level="schema", print_results=False, raise_on_error=False)
     assert found.valid, [str(error) for error in found.errors[:5]]
-    _check_made_up_reports(Flattened(path).definition(tmp_path), dictionary)
+    _check_synthetic_reports(Flattened(path).definition(tmp_path), dictionary)
 
 
 def _labels(tree, what, name):
