@@ -126,7 +126,7 @@ def parallel(mass, arm):
 
 
 def joined(a, b, pose):
-    """Mass properties of a rigid body of mass a and mass b, where b has this pose in the axes of a."""
+    """Mass properties of the rigid body that consists of a and b, where b has this pose in the axes of a."""
     centre_b, rotation = composed(pose, (b.centre, IDENTITY))
     if b.mass == 0.0:
         return a

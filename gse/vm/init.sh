@@ -74,8 +74,8 @@ if [ "$interactive" = yes ]; then
     leave $?
 fi
 
-# Pipes, so that programs may open /dev/stdout and /dev/stderr again. The remaining processes of the command are killed, so
-# that the pipes end and all output is on the share before the exit code.
+# The command writes into pipes, so that its programs may open /dev/stdout and /dev/stderr again. Its remaining processes are
+# killed, so that the pipes end and all output is in the control directory before the exit code.
 mkfifo /stdout /stderr
 cat /stdout >/control/stdout &
 out_writer=$!

@@ -55,9 +55,10 @@ void __wrap_UnityDefaultTestRun(UnityTestFunction test, const char* name, int li
     const UNITY_UINT failures  = Unity.TestFailures;
     const descriptors_t before = descriptors_now();
     __real_UnityDefaultTestRun(test, name, line);
-    // A test that fails ends at once and cannot close what it has opened: its descriptors are not judged.
+    // A test that fails ends at once and cannot close what it has opened: its descriptors are not checked.
     if ((Unity.TestFailures == failures) && (descriptors_changed(&before) > 0U)) {
-        (void)printf("%s:%d:%s:FAIL: it does not give back its descriptors\n", Unity.TestFile, line, name);
+        (void)printf("%s:%d:%s:FAIL: the test leaves the descriptors above open or closed\n", Unity.TestFile,
+                     line, name);
         Unity.TestFailures++;
     }
 }
