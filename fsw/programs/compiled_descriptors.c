@@ -19,7 +19,7 @@ static const char* refuse(compiled_descriptors_t* const compiled, const run_stat
         text_add(&text, " ");
         text_add_hex(&text, compiled->entries[i].mission_hash, 16U);
     }
-    text_add(&text, ": run `make rtos`, for ");
+    text_add(&text, ": run `make rtos` to build the program of ");
     text_add(&text, run->components[index].name);
     return compiled->error;
 }

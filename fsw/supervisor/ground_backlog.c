@@ -26,7 +26,7 @@ void supervisor_ground_backlog_init(ground_backlog_t* const backlog)
     FSW_ASSERT(status == STATUS_OK);
     uint16_t position = 0U;
     for (size_t i = 0U; i < PUS_CLASSES; i++) {
-        backlog->lines[i] = (ground_line_t){
+        backlog->queues[i] = (backlog_queue_t){
             .entries = &backlog->entries[position], .capacity = counts[i], .limit = limits[i]};
         position = (uint16_t)(position + counts[i]);
     }
@@ -70,16 +70,16 @@ static unsigned blocks_left(const ground_backlog_t* const backlog, const pus_cla
     return (taken < allowed) ? (allowed - taken) : 0U;
 }
 
-static bool has_slot(const ground_line_t* const line, const size_t size)
+static bool has_slot(const backlog_queue_t* const queue, const size_t size)
 {
-    return ((line->octets + size) <= line->limit) && (line->span < line->capacity);
+    return ((queue->octets + size) <= queue->limit) && (queue->span < queue->capacity);
 }
 
 bool supervisor_ground_backlog_accepts(const ground_backlog_t* const backlog, const pus_class_t class,
                                        const size_t size)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
-    return has_slot(&backlog->lines[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
+    return has_slot(&backlog->queues[class], size) && (blocks_left(backlog, class, size, 0U) > 0U);
 }
 
 /// Returns the block that contains the report, with one more reference; allocates one if `block` is null.
@@ -102,31 +102,31 @@ status_t supervisor_ground_backlog_put(ground_backlog_t* const backlog, const ui
 {
     FSW_ASSERT((backlog != NULL) && (packet != NULL) && (source < CAPACITY_SUBSYSTEMS) &&
                (size > OFFSET_SERVICE) && (size <= PUS_PACKET_MAX));
-    const pus_class_t class   = pus_class_of(packet, size);
-    ground_line_t* const line = &backlog->lines[class];
+    const pus_class_t class      = pus_class_of(packet, size);
+    backlog_queue_t* const queue = &backlog->queues[class];
     // If a block contains the report already, no other one is needed: it does not count as taken.
     const bool has_block = blocks_left(backlog, class, size, (block != NULL) ? 1U : 0U) > 0U;
-    if (!has_slot(line, size) || !has_block) {
+    if (!has_slot(queue, size) || !has_block) {
         return STATUS_FULL;
     }
     uint8_t* const held = block_of(backlog, packet, size, block);
-    line->entries[(line->head + line->span) % line->capacity] =
+    queue->entries[(queue->head + queue->span) % queue->capacity] =
         (ground_entry_t){.block           = held,
                          .stamp           = backlog->next_stamp,
                          .size            = (uint16_t)size,
                          .source          = source,
                          .is_verification = (packet[OFFSET_SERVICE] == VERIFICATION)};
-    line->span++;
-    line->octets += (uint32_t)size;
+    queue->span++;
+    queue->octets += (uint32_t)size;
     backlog->next_stamp++;
     backlog->waiting[source] = (uint16_t)(backlog->waiting[source] + ((class != PUS_CLASS_FIRM) ? 1U : 0U));
     return STATUS_OK;
 }
 
-static void offer(const ground_line_t* const line, const uint16_t position, const pus_class_t class,
+static void offer(const backlog_queue_t* const queue, const uint16_t position, const pus_class_t class,
                   ground_report_t* const out_report)
 {
-    const ground_entry_t* const entry = &line->entries[position];
+    const ground_entry_t* const entry = &queue->entries[position];
     *out_report =
         (ground_report_t){.packet = entry->block, .size = entry->size, .class = class, .position = position};
 }
@@ -135,12 +135,12 @@ static void offer(const ground_line_t* const line, const uint16_t position, cons
 /// reports of its source: they may be the answer to the request whose end it reports.
 static bool next_firm(const ground_backlog_t* const backlog, ground_report_t* const out_report)
 {
-    const ground_line_t* const line = &backlog->lines[PUS_CLASS_FIRM];
-    for (uint16_t i = 0U; i < line->span; i++) {
-        const uint16_t position           = (uint16_t)((line->head + i) % line->capacity);
-        const ground_entry_t* const entry = &line->entries[position];
+    const backlog_queue_t* const queue = &backlog->queues[PUS_CLASS_FIRM];
+    for (uint16_t i = 0U; i < queue->span; i++) {
+        const uint16_t position           = (uint16_t)((queue->head + i) % queue->capacity);
+        const ground_entry_t* const entry = &queue->entries[position];
         if ((entry->block != NULL) && (!entry->is_verification || (backlog->waiting[entry->source] == 0U))) {
-            offer(line, position, PUS_CLASS_FIRM, out_report);
+            offer(queue, position, PUS_CLASS_FIRM, out_report);
             return true;
         }
     }
@@ -157,16 +157,16 @@ bool supervisor_ground_backlog_next(const ground_backlog_t* const backlog, const
     bool is_found  = false;
     uint32_t first = 0U;
     for (size_t i = 0U; i < PUS_CLASSES; i++) {
-        const ground_line_t* const line = &backlog->lines[i];
-        if (line->span == 0U) {
+        const backlog_queue_t* const queue = &backlog->queues[i];
+        if (queue->span == 0U) {
             continue;
         }
-        const uint32_t stamp = line->entries[line->head].stamp;
+        const uint32_t stamp = queue->entries[queue->head].stamp;
         // Stamps wrap: `stamp` is older than `first` if the difference is small.
         if (!is_found || ((first - stamp) < (UINT32_MAX / 2U))) {
             is_found = true;
             first    = stamp;
-            offer(line, line->head, (pus_class_t)i, out_report);
+            offer(queue, queue->head, (pus_class_t)i, out_report);
         }
     }
     return is_found;
@@ -175,19 +175,19 @@ bool supervisor_ground_backlog_next(const ground_backlog_t* const backlog, const
 void supervisor_ground_backlog_sent(ground_backlog_t* const backlog, const ground_report_t* const report)
 {
     FSW_ASSERT((backlog != NULL) && (report != NULL));
-    ground_line_t* const line   = &backlog->lines[report->class];
-    ground_entry_t* const entry = &line->entries[report->position];
+    backlog_queue_t* const queue = &backlog->queues[report->class];
+    ground_entry_t* const entry  = &queue->entries[report->position];
     FSW_ASSERT((entry->block != NULL) && (entry->block == report->packet));
     if (report->class != PUS_CLASS_FIRM) {
         backlog->waiting[entry->source]--;
     }
-    line->octets -= entry->size;
+    queue->octets -= entry->size;
     supervisor_ground_backlog_give(backlog, entry->block);
     entry->block = NULL;
-    while ((line->span > 0U) && (line->entries[line->head].block == NULL)) {
+    while ((queue->span > 0U) && (queue->entries[queue->head].block == NULL)) {
         // Entries of reports that were sent earlier are removed, too.
-        line->head = (uint16_t)((line->head + 1U) % line->capacity);
-        line->span--;
+        queue->head = (uint16_t)((queue->head + 1U) % queue->capacity);
+        queue->span--;
     }
 }
 
@@ -199,13 +199,13 @@ void supervisor_ground_backlog_copy(const ground_backlog_t* const backlog, messa
         const ground_entry_t* first = NULL;
         size_t class                = 0U;
         for (size_t k = 0U; k < PUS_CLASSES; k++) {
-            const ground_line_t* const line = &backlog->lines[k];
-            while ((next[k] < line->span) &&
-                   (line->entries[(line->head + next[k]) % line->capacity].block == NULL)) {
+            const backlog_queue_t* const queue = &backlog->queues[k];
+            while ((next[k] < queue->span) &&
+                   (queue->entries[(queue->head + next[k]) % queue->capacity].block == NULL)) {
                 next[k]++;
             }
-            const ground_entry_t* const entry = &line->entries[(line->head + next[k]) % line->capacity];
-            if ((next[k] < line->span) &&
+            const ground_entry_t* const entry = &queue->entries[(queue->head + next[k]) % queue->capacity];
+            if ((next[k] < queue->span) &&
                 ((first == NULL) || ((first->stamp - entry->stamp) < (UINT32_MAX / 2U)))) {
                 first = entry;
                 class = k;
@@ -221,16 +221,16 @@ void supervisor_ground_backlog_copy(const ground_backlog_t* const backlog, messa
 uint32_t supervisor_ground_backlog_room(const ground_backlog_t* const backlog, const pus_class_t class)
 {
     FSW_ASSERT((backlog != NULL) && (class < PUS_CLASSES));
-    const ground_line_t* const line = &backlog->lines[class];
-    return (line->span == line->capacity) ? 0U : (line->limit - line->octets);
+    const backlog_queue_t* const queue = &backlog->queues[class];
+    return (queue->span == queue->capacity) ? 0U : (queue->limit - queue->octets);
 }
 
 /// True if PLAIN and FIRM reports both have room, because each request may lead to reports of both classes.
 bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* const backlog)
 {
     FSW_ASSERT(backlog != NULL);
-    const ground_line_t* const firm  = &backlog->lines[PUS_CLASS_FIRM];
-    const ground_line_t* const plain = &backlog->lines[PUS_CLASS_PLAIN];
+    const backlog_queue_t* const firm  = &backlog->queues[PUS_CLASS_FIRM];
+    const backlog_queue_t* const plain = &backlog->queues[PUS_CLASS_PLAIN];
     return ((firm->limit - firm->octets) >= GROUND_INTAKE) &&
            ((firm->capacity - firm->span) >= (int)GROUND_INTAKE_REPORTS) &&
            ((plain->limit - plain->octets) >= GROUND_INTAKE) &&
@@ -241,6 +241,6 @@ bool supervisor_ground_backlog_takes_requests(const ground_backlog_t* const back
 bool supervisor_ground_backlog_is_empty(const ground_backlog_t* const backlog)
 {
     FSW_ASSERT(backlog != NULL);
-    return (backlog->lines[PUS_CLASS_FIRM].span + backlog->lines[PUS_CLASS_PLAIN].span +
-            backlog->lines[PUS_CLASS_BULK].span) == 0U;
+    return (backlog->queues[PUS_CLASS_FIRM].span + backlog->queues[PUS_CLASS_PLAIN].span +
+            backlog->queues[PUS_CLASS_BULK].span) == 0U;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reports that wait until they can be sent to the ground, in one line for each class
+/// Reports that wait until they can be sent to the ground, in one queue for each class
 /// (pus/core/traffic_class.h), and the blocks that contain them.
 ///
 /// A packet is in one block with a reference count: the router has a reference while the packet is logged
-/// and observed, and a line has one until the packet has been sent; so a waiting report is not copied. There
+/// and observed, and a queue has one until the packet has been sent; so a waiting report is not copied. There
 /// are four sizes of blocks; some blocks of each size are for FIRM reports only. If no block is free, a
 /// report cannot wait; the rule of its class then decides what happens.
 ///
@@ -39,7 +39,7 @@
     (GROUND_BLOCKS(64U, 768U) + GROUND_BLOCKS(256U, 128U) + GROUND_BLOCKS(1024U, 16U) +                      \
      GROUND_BLOCKS(PUS_PACKET_MAX, 7U))
 
-typedef struct { // Private. A report in a line.
+typedef struct { // Private. A report in a queue.
     uint8_t* block;
     uint32_t stamp;
     uint16_t size;
@@ -55,7 +55,7 @@ typedef struct { // Private.
     uint16_t span;
     uint32_t limit;
     uint32_t octets;
-} ground_line_t;
+} backlog_queue_t;
 
 typedef struct { // A report that may be sent now.
     const uint8_t* packet;
@@ -64,9 +64,9 @@ typedef struct { // A report that may be sent now.
     uint16_t position; // Private.
 } ground_report_t;
 
-typedef struct { // Private, except `blocks`, to be read.
+typedef struct { // Private, except `blocks` (read-only).
     resource_t blocks;
-    ground_line_t lines[PUS_CLASSES];
+    backlog_queue_t queues[PUS_CLASSES];
     uint16_t waiting[CAPACITY_SUBSYSTEMS]; // PLAIN and BULK reports of each source.
     uint32_t next_stamp;
     ground_entry_t entries[GROUND_REPORTS];
@@ -78,7 +78,7 @@ void supervisor_ground_backlog_init(ground_backlog_t* backlog);
 /// supervisor_ground_backlog_give.
 MUST_USE uint8_t* supervisor_ground_backlog_take(ground_backlog_t* backlog, size_t size);
 void supervisor_ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
-/// Append a report to its line. If `block` contains the report, the block gets one more reference; if
+/// Append a report to its queue. If `block` contains the report, the block gets one more reference; if
 /// `block` is null, the report is copied into a new block. `source` is the number of the subsystem, below
 /// CAPACITY_SUBSYSTEMS. STATUS_OK; STATUS_FULL: its class has no room.
 MUST_USE status_t supervisor_ground_backlog_put(ground_backlog_t* backlog, uint8_t source,

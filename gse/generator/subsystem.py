@@ -300,7 +300,7 @@ def _resources(element):
     if element:
         warning = element.unsigned("poolWarning", 1, 100, 75)
         if element.unsigned("poolClear", 0, 99, 65) >= warning:
-            element.fail("poolClear is not below poolWarning")
+            element.fail("expected poolClear < poolWarning")
 
 
 def _states(element):

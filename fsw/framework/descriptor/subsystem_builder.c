@@ -18,7 +18,7 @@ void descriptor_subsystem_builder_resources(source_t* const source)
 {
     const subsystem_descriptor_t* const descriptor = source->item;
     if (descriptor->pool_clear_percent >= descriptor->pool_warn_percent) {
-        descriptor_source_fail(source, source->line, "poolClear is not below poolWarning");
+        descriptor_source_fail(source, source->line, "expected poolClear < poolWarning");
     }
 }
 

@@ -61,7 +61,7 @@ static void another_hash_is_refused_with_all_hashes_and_the_next_step(void)
     const char* const error             = access.load(access.context, &run, 0U, &mission, &own);
     TEST_ASSERT_EQUAL_STRING(
         "m.xml: hash 0x1111111111111111; the program was compiled for first 0x0123456789ABCDEF, "
-        "second 0xFEDCBA9876543210, second 0xFEDCBA9876543210: run `make rtos`, for FIRST",
+        "second 0xFEDCBA9876543210, second 0xFEDCBA9876543210: run `make rtos` to build the program of FIRST",
         error);
     TEST_ASSERT_NULL(mission);
     TEST_ASSERT_NULL(own);
@@ -72,7 +72,7 @@ static void a_subsystem_without_a_descriptor_is_refused(void)
     const mission_descriptor_t* mission = NULL;
     subsystem_descriptor_t* own         = NULL;
     run.mission_hash                    = HASH; // The mission has no such subsystem of this program.
-    TEST_ASSERT_NOT_NULL(strstr(access.load(access.context, &run, 1U, &mission, &own), "for SECOND"));
+    TEST_ASSERT_NOT_NULL(strstr(access.load(access.context, &run, 1U, &mission, &own), "of SECOND"));
 }
 
 static void compiled_descriptors_cannot_be_read_again(void)

@@ -227,11 +227,11 @@ static void reports_that_wait_for_the_ground_wait_again(void)
     }
     take_over();
     for (size_t i = 0U; i < PUS_CLASSES; i++) {
-        TEST_ASSERT_EQUAL(former.ground_backlog.lines[i].span, successor->ground_backlog.lines[i].span);
-        TEST_ASSERT_EQUAL_UINT32(former.ground_backlog.lines[i].octets,
-                                 successor->ground_backlog.lines[i].octets);
+        TEST_ASSERT_EQUAL(former.ground_backlog.queues[i].span, successor->ground_backlog.queues[i].span);
+        TEST_ASSERT_EQUAL_UINT32(former.ground_backlog.queues[i].octets,
+                                 successor->ground_backlog.queues[i].octets);
     }
-    TEST_ASSERT_TRUE(successor->ground_backlog.lines[PUS_CLASS_BULK].span > 0U);
+    TEST_ASSERT_TRUE(successor->ground_backlog.queues[PUS_CLASS_BULK].span > 0U);
 }
 
 int main(void)

@@ -173,9 +173,9 @@ static void reports_that_wait_for_the_ground_are_counted_in_octets(void)
     TEST_ASSERT_TRUE(ground->waiting_firm > 0U);
     TEST_ASSERT_TRUE(ground->waiting_plain > 0U);
     TEST_ASSERT_TRUE(ground->waiting_bulk > 0U);
-    TEST_ASSERT_EQUAL_UINT32(backlog->lines[PUS_CLASS_FIRM].octets, ground->waiting_firm);
-    TEST_ASSERT_EQUAL_UINT32(backlog->lines[PUS_CLASS_PLAIN].octets, ground->waiting_plain);
-    TEST_ASSERT_EQUAL_UINT32(backlog->lines[PUS_CLASS_BULK].octets, ground->waiting_bulk);
+    TEST_ASSERT_EQUAL_UINT32(backlog->queues[PUS_CLASS_FIRM].octets, ground->waiting_firm);
+    TEST_ASSERT_EQUAL_UINT32(backlog->queues[PUS_CLASS_PLAIN].octets, ground->waiting_plain);
+    TEST_ASSERT_EQUAL_UINT32(backlog->queues[PUS_CLASS_BULK].octets, ground->waiting_bulk);
     uint32_t peak    = 0U;
     uint32_t refused = 0U;
     for (size_t i = 0U; i < GROUND_SIZES; i++) {

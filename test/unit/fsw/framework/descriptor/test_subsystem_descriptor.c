@@ -319,7 +319,7 @@ static const damage_t damages[] = {
     {"samplingTime='1ms'", "samplingTime='99us'", 26U, "from 100us"},
     {"samplingTime='1ms'", "samplingTime='9999999999s'", 26U, "a time"},
     {"timeout='2s'", "timeout='2 s'", 3U, "a time"},
-    {"poolClear='70'", "poolClear='80'", 2U, "poolClear is not below poolWarning"},
+    {"poolClear='70'", "poolClear='80'", 2U, "expected poolClear < poolWarning"},
     {"<States>", "<States count='1'>", 3U, "attribute count of <States>: expected none"},
     {"<State name='HARDWARE_INIT'", "<State name='HARDWARE'", 3U, "the name of a state"},
     {"<State name='HARDWARE_INIT' timeout='2s'/>",
