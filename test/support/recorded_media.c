@@ -12,10 +12,11 @@ static size_t medium_of(const void* const context)
     return (context == &recorded.image[0]) ? 0U : 1U;
 }
 
-static bool fails(void)
+static bool fails(const void* const context)
 {
     recorded.calls++;
-    return (recorded.fail_from != 0U) && (recorded.calls >= recorded.fail_from) &&
+    return ((recorded.failing == NULL) || (recorded.failing == context)) && (recorded.fail_from != 0U) &&
+           (recorded.calls >= recorded.fail_from) &&
            (recorded.calls < (recorded.fail_from + recorded.fail_count));
 }
 
@@ -62,7 +63,7 @@ static status_t read_image(void* const context, const uint64_t offset, uint8_t* 
                            const size_t size)
 {
     const image_t* const image = context;
-    if (fails()) {
+    if (fails(context)) {
         return recorded.failure;
     }
     if ((offset > image->size) || (size > (image->size - offset))) {
@@ -75,7 +76,7 @@ static status_t read_image(void* const context, const uint64_t offset, uint8_t* 
 static status_t write_image(void* const context, const uint64_t offset, const uint8_t* const octets,
                             const size_t size)
 {
-    const bool is_failing = fails();
+    const bool is_failing = fails(context);
     const size_t written  = (is_failing && (recorded.torn < size)) ? recorded.torn : size;
     if (written > 0U) {
         record(&(operation_t){.kind   = OPERATION_WRITE,
@@ -89,7 +90,7 @@ static status_t write_image(void* const context, const uint64_t offset, const ui
 
 static status_t sync_image(void* const context)
 {
-    const bool is_failing = fails();
+    const bool is_failing = fails(context);
     record(&(operation_t){.kind = is_failing ? OPERATION_LOST : OPERATION_SYNC, .medium = medium_of(context)},
            NULL);
     return is_failing ? recorded.failure : STATUS_OK;
@@ -99,12 +100,12 @@ static status_t size_image(void* const context, uint64_t* const out_size)
 {
     const image_t* const image = context;
     *out_size                  = image->size;
-    return fails() ? recorded.failure : STATUS_OK;
+    return fails(context) ? recorded.failure : STATUS_OK;
 }
 
 static status_t resize_it(void* const context, const uint64_t size)
 {
-    if (fails()) {
+    if (fails(context)) {
         return recorded.failure;
     }
     record(&(operation_t){.kind = OPERATION_RESIZE, .medium = medium_of(context), .offset = (size_t)size},
@@ -157,6 +158,7 @@ void recorded_clear(const image_t images[2])
     recorded.calls      = 0U;
     recorded.fail_from  = 0U;
     recorded.fail_count = 1U;
+    recorded.failing    = NULL;
     recorded.failure    = STATUS_IO;
     recorded.torn       = 0U;
 }

@@ -43,8 +43,9 @@ typedef struct {
     unsigned calls;     ///< Number of calls of any kind, reads included, since the last clear.
     unsigned fail_from; ///< The call of this number and `fail_count` - 1 after it fail; 0: none.
     unsigned fail_count;
-    status_t failure; ///< Status that failing calls return.
-    size_t torn;      ///< Octets that a failing write still writes.
+    const image_t* failing; ///< Only calls of the medium with this image fail; null: calls of both.
+    status_t failure;       ///< Status that failing calls return.
+    size_t torn;            ///< Octets that a failing write still writes.
 } recorded_t;
 
 extern recorded_t recorded;

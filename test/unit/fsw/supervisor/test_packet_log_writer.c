@@ -17,6 +17,7 @@
 #define FILE_MAX 4194304U
 #define RING_RECORDS 4096U
 #define PIPE_OCTETS 4096
+#define RECORD_AROUND 21U ///< Octets that a record has in the ring beside its packet.
 #define SECOND_NS 1000000000ULL
 
 static const packet_log_past_t new_log = {.next_number = 1U};
@@ -133,16 +134,21 @@ static void read_file(const char* name)
     (void)fclose(file);
 }
 
-static void expect_numbers(uint64_t first, uint64_t last)
+/// Expect the lines of these records. Returns the place after them.
+static const char* expect_records(const char* line, uint64_t first, uint64_t last)
 {
-    const char* line = content;
     for (uint64_t number = first; number <= last; number++) {
         TEST_ASSERT_EQUAL_UINT64(number, strtoull(line, NULL, 10));
         line = strchr(line, '\n');
         TEST_ASSERT_NOT_NULL(line);
         line++;
     }
-    TEST_ASSERT_EQUAL_STRING("", line);
+    return line;
+}
+
+static void expect_numbers(uint64_t first, uint64_t last)
+{
+    TEST_ASSERT_EQUAL_STRING("", expect_records(content, first, last));
 }
 
 /// The pipe is not read: a step that waited for the disk would not return.
@@ -212,10 +218,13 @@ static void the_ring_overflows_while_the_disk_is_slow(void)
     TEST_ASSERT_NOT_NULL(strstr(content, "\n500 0.000000000 TC 18\n"));
 }
 
-/// More records than the ring holds come before the disk is reported as slow.
+/// More records than the ring holds come before the disk is reported as slow: the file has those of the
+/// piece, then a gap, then the newest ones.
 static void records_beyond_the_ring_are_counted_while_the_disk_is_slow(void)
 {
     static uint8_t packet[PUS_PACKET_MAX];
+    const uint32_t lost = 140U - (PACKET_LOG_RING_OCTETS / (RECORD_AROUND + PUS_PACKET_MAX));
+    char gap[32];
     open_slow_log(RING_RECORDS);
     append(300U);
     supervisor_packet_log_step(&packets, 0U);
@@ -223,8 +232,14 @@ static void records_beyond_the_ring_are_counted_while_the_disk_is_slow(void)
         supervisor_packet_log_append(&packets, 0U, false, packet, sizeof packet);
     }
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, packets.strategy);
-    TEST_ASSERT_TRUE(packets.failures > 0U);
+    const uint32_t overwritten = packets.failures; // Those of the piece included.
     close_slow_log();
+    TEST_ASSERT_EQUAL(300U + lost, overwritten);
+    TEST_ASSERT_EQUAL(lost, packets.failures);
+    const char* const place = expect_records(content, 1U, 300U);
+    const int length        = snprintf(gap, sizeof gap, "301 %u GAP\n", 300U + lost);
+    TEST_ASSERT_EQUAL_STRING_LEN(gap, place, length);
+    TEST_ASSERT_EQUAL_STRING("", expect_records(&place[length], 301U + lost, 440U));
 }
 
 static void a_strategy_is_selected_while_the_disk_is_slow(void)

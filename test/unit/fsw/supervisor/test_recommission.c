@@ -7,6 +7,8 @@
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
 
+#include <stdio.h>
+
 static registry_entry_t* entry_of(uint16_t apid)
 {
     return supervisor_registry_find(&fixture.supervisor, apid);
@@ -69,11 +71,12 @@ static void only_a_state_at_rest_gets_an_order(void)
         {STATE_SAFE_OPERATIONAL, PHASE_ENTERING, STATE_COUNT},
         {STATE_SAFE_OPERATIONAL, PHASE_IDLE, STATE_OPERATIONAL}};
     for (size_t i = 0U; i < (sizeof steps / sizeof steps[0]); i++) {
-        TEST_ASSERT_EQUAL_MESSAGE(steps[i].ordered, step_in(steps[i].state, steps[i].phase),
-                                  "row of the table");
-        TEST_ASSERT_TRUE(run_of(ARM)->is_active);
+        char row[32];
+        (void)snprintf(row, sizeof row, "row %u of the table", (unsigned)i);
+        TEST_ASSERT_EQUAL_MESSAGE(steps[i].ordered, step_in(steps[i].state, steps[i].phase), row);
+        TEST_ASSERT_TRUE_MESSAGE(run_of(ARM)->is_active, row);
         if (steps[i].ordered == STATE_OFFLINE) { // On the way to OFFLINE, going down is no failure.
-            TEST_ASSERT_FALSE(run_of(ARM)->has_left_offline);
+            TEST_ASSERT_FALSE_MESSAGE(run_of(ARM)->has_left_offline, row);
         }
     }
 }

@@ -2,6 +2,7 @@
 // A packet store on a recorded medium: order, times, deletion, recovery, damage and failures of the medium.
 #include "pus/core/packet_store.h"
 
+#include "base/crc.h"
 #include "test/support/assertion.h"
 #include "test/support/recorded_media.h"
 #include "unity.h"
@@ -416,6 +417,47 @@ static void a_failing_medium_keeps_the_stored_packets(void)
     TEST_ASSERT_EQUAL_UINT(0U, recorded.calls);
 }
 
+static uint32_t checksum_of_medium(const size_t index)
+{
+    return crc32_iso(recorded.image[index].octets, recorded.image[index].size);
+}
+
+/// Two stores with one buffer, each on its own medium; one medium fails in every call.
+static void a_failing_medium_does_not_affect_another_store(void)
+{
+    static pus_packet_store_t failing;
+    static pus_store_block_t other_blocks[CAPACITY];
+    const pus_packet_store_config_t config = {
+        .medium = recorded_medium(1U), .blocks = other_blocks, .block_capacity = CAPACITY, .buffer = buffer};
+    pus_packet_store_init(&failing, &config);
+    pus_packet_store_create(&failing, GENERATION, 3U, true);
+    fill(1U, 4U, LARGE);
+    for (unsigned i = 21U; i <= 23U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_append(&failing, i, packet_of(i, LARGE), LARGE));
+    }
+    const uint32_t failed_checksum = checksum_of_medium(1U);
+    recorded.failing               = &recorded.image[1];
+    recorded.calls                 = 0U;
+    recorded.fail_from             = 1U;
+    recorded.fail_count            = OPERATIONS_MAX;
+    for (unsigned i = 5U; i <= 12U; i++) { // The healthy store begins two blocks meanwhile.
+        const uint32_t checksum = checksum_of_medium(0U);
+        uint64_t cursor         = 0U;
+        TEST_ASSERT_EQUAL(STATUS_IO, pus_packet_store_append(&failing, i, packet_of(i, LARGE), LARGE));
+        TEST_ASSERT_EQUAL(STATUS_IO, pus_packet_store_next(&failing, &cursor, &found));
+        TEST_ASSERT_EQUAL(STATUS_IO, pus_packet_store_sync(&failing));
+        TEST_ASSERT_EQUAL_HEX32(checksum, checksum_of_medium(0U));
+        fill(i, i, LARGE);
+        TEST_ASSERT_EQUAL(STATUS_OK, pus_packet_store_sync(&store));
+        expect_content(1U, i, LARGE);
+        TEST_ASSERT_EQUAL_HEX32(failed_checksum, checksum_of_medium(1U));
+    }
+    TEST_ASSERT_EQUAL(STATUS_IO, pus_packet_store_open(&failing, GENERATION, 3U, true, 0U));
+    TEST_ASSERT_EQUAL_UINT32(0U, store.counters.failed + store.counters.damaged);
+    TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
+    expect_content(1U, 12U, LARGE);
+}
+
 static void a_medium_that_fails_at_the_start_is_reported(void)
 {
     fill(1U, 6U, LARGE);
@@ -498,6 +540,7 @@ int main(void)
     RUN_TEST(damage_loses_the_rest_of_its_block);
     RUN_TEST(a_damaged_header_ends_the_chain);
     RUN_TEST(a_failing_medium_keeps_the_stored_packets);
+    RUN_TEST(a_failing_medium_does_not_affect_another_store);
     RUN_TEST(a_medium_that_fails_at_the_start_is_reported);
     RUN_TEST(a_medium_that_ends_anywhere_is_read);
     RUN_TEST(calls_against_the_contract_are_asserted);

@@ -6,13 +6,16 @@
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define ID 0x11U
 #define SHEET "descriptors/devices/joint-drive.eds"
+#define FEWER_PDOS "build/test/node-with-fewer-pdos.eds"
 
 static master_t master;
 static node_t* node;
+static const char* sheet = SHEET;
 static char error[EDS_ERROR_MAX];
 
 /// Calls of the application, in order: s sample, w written, l connection lost, r reset.
@@ -72,7 +75,7 @@ static void forget_received(void)
 void setUp(void)
 {
     master_open(&master, false);
-    TEST_ASSERT_EQUAL_INT(STATUS_OK, node_create(master.bus, SHEET, ID, &application, &node, error));
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, node_create(master.bus, sheet, ID, &application, &node, error));
     forget_received();
     node_power_on(node);
     master_wait(&master, 2U * MASTER_MS);
@@ -514,6 +517,50 @@ static void a_missing_data_sheet_is_refused(void)
     TEST_ASSERT_NULL(none);
 }
 
+/// Copy the data sheet; its objects whose index begins with the three digits `digits` get an index that
+/// CiA 301 reserves: "180" are the communication parameters of the TPDOs, "140" those of the RPDOs.
+static void copy_sheet_without(const char* digits)
+{
+    char line[512];
+    FILE* const from = fopen(SHEET, "r");
+    FILE* const to   = fopen(FEWER_PDOS, "w");
+    while (fgets(line, (int)sizeof line, from) != NULL) {
+        if ((line[0] == '[') && (strncmp(&line[1], digits, 3U) == 0)) {
+            line[1] = '0';
+        }
+        (void)fputs(line, to);
+    }
+    TEST_ASSERT_EQUAL_INT(0, fclose(from) + fclose(to));
+}
+
+static void a_data_sheet_without_tpdos_is_refused(void)
+{
+    node_t* none = NULL;
+    copy_sheet_without("180");
+    TEST_ASSERT_EQUAL_INT(STATUS_INVALID,
+                          node_create(master.bus, FEWER_PDOS, 3U, &application, &none, error));
+    TEST_ASSERT_NULL(none);
+    TEST_ASSERT_EQUAL_STRING(
+        FEWER_PDOS ": a device needs objects 1001, 1005, 1014, 1017 and at least one TPDO", error);
+}
+
+/// A device that only measures.
+static void a_node_without_rpdos_sends_its_tpdos(void)
+{
+    copy_sheet_without("140");
+    tearDown();
+    sheet = FEWER_PDOS;
+    setUp();
+    sheet = SHEET;
+    start();
+    send_rpdo(0x0FU);
+    master_wait(&master, 200U * MASTER_US);
+    master_sync(&master, 300U * MASTER_US);
+    TEST_ASSERT_EQUAL_STRING("s", calls); // The sample, and no written object.
+    TEST_ASSERT_EQUAL_UINT(1U, master_heard(&master, 0x191U));
+    TEST_ASSERT_EQUAL_UINT(0U, master_heard(&master, 0x091U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -540,5 +587,7 @@ int main(void)
     RUN_TEST(emergencies_set_the_error_register_and_the_error_history);
     RUN_TEST(sdo_responses_take_200_us_and_contain_present_values);
     RUN_TEST(a_missing_data_sheet_is_refused);
+    RUN_TEST(a_data_sheet_without_tpdos_is_refused);
+    RUN_TEST(a_node_without_rpdos_sends_its_tpdos);
     return UNITY_END();
 }

@@ -260,14 +260,25 @@ static void in_another_mode_homing_is_refused(void)
     TEST_ASSERT_EQUAL_HEX16(0x000FU, boom->control[0]);
 }
 
-/// In OPERATIONAL, outputs act only if the axes are in operation, too.
-static void the_first_cycle_of_operational_is_safe(void)
+/// The subsystem is in OPERATIONAL before its axes are in operation: until then the outputs stay zero and the
+/// target of an axis is its position.
+static void outputs_and_targets_wait_for_the_axes_in_operational(void)
 {
+    boom->position[0] = 100000;
     bring(NOMINAL, STATE_SAFE_OPERATIONAL);
-    own.parameters.output[0] = 1.0;
-    generic.state            = STATE_OPERATIONAL;
-    cycles(2U);
-    TEST_ASSERT_EQUAL_HEX8(0U, valves->outputs[0]);
+    generic.state = STATE_OPERATIONAL;
+    for (unsigned i = 0U; i < 3U; i++) {
+        own.parameters.output[0] = 1.0;
+        own.parameters.target[0] = 0.3;
+        cycles(1U);
+        TEST_ASSERT_EQUAL_HEX8(0U, valves->outputs[0]);
+        TEST_ASSERT_EQUAL_INT32(100000, boom->target_position);
+    }
+    run(generic.callbacks->engage, STATE_OPERATIONAL);
+    own.parameters.target[0] = 0.3;
+    cycles(3U);
+    TEST_ASSERT_EQUAL_HEX8(1U, valves->outputs[0]);
+    TEST_ASSERT_TRUE(boom->target_position > 100000);
 }
 
 /// Expect this refusal of a descriptor with `more` devices of a class in the first configuration.
@@ -316,7 +327,7 @@ int main(void)
     RUN_TEST(outputs_act_in_operational_only);
     RUN_TEST(homing_ends_with_the_result_of_the_drive);
     RUN_TEST(in_another_mode_homing_is_refused);
-    RUN_TEST(the_first_cycle_of_operational_is_safe);
+    RUN_TEST(outputs_and_targets_wait_for_the_axes_in_operational);
     RUN_TEST(devices_above_the_capacities_do_not_fit);
     return UNITY_END();
 }
