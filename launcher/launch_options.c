@@ -204,7 +204,7 @@ static bool take_name(launch_options_t* const options, const char* const option,
     const bool is_world    = is_word(option, "--world");
     const bool is_path     = (is_scenario || is_world) && launch_is_path(value, is_world ? ".xml" : ".scn");
     if (is_path && (strlen(value) >= LAUNCH_PATH_MAX)) {
-        return fail(error, option, value, "the path is too long");
+        return fail(error, option, value, "the path is too long: expected at most 255 characters");
     }
     if (!is_path && !is_name(value)) {
         return fail(error, option, value,
@@ -251,7 +251,8 @@ static bool take_path(launch_options_t* const options, const char* const option,
         *(is_word(option, "--out") ? &options->output : &options->storage) = value;
     }
     // Names of files in the directory are appended to the path.
-    return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) || fail(error, option, value, "the path is too long");
+    return (strlen(value) < (LAUNCH_PATH_MAX - 64U)) ||
+           fail(error, option, value, "the path is too long: expected at most 191 characters");
 }
 
 /// Check "SUBSYSTEM[:BOARD],...".

@@ -118,7 +118,8 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
 bool launcher_prepare(launcher_t* launcher, const launch_options_t* options, const char* program_directory);
 /// Start all processes and wait until the run has ended. exit_code and reason are the result.
 void launcher_fly(launcher_t* launcher);
-/// End remaining processes, remove every name of the run, complete the logs, write run.json and the report.
+/// End remaining processes, remove every name of the run (shared memory, queues, sockets, interfaces and
+/// namespaces), complete the logs, write run.json and the report.
 void launcher_clean_up(launcher_t* launcher);
 
 #endif // LAUNCHER_LAUNCHER_H

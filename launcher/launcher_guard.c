@@ -17,8 +17,8 @@ static void start(guard_t* const guard)
 {
     const osal_process_start_t how = {.arguments = guard->arguments, .processor = -1, .outlives = true};
     if ((guard->arguments[0] == NULL) || (osal_process_start(&guard->process, &how) != STATUS_OK)) {
-        osal_console_print_error("hirosco: this run has no guard: if its launcher is killed, its names and "
-                                 "interfaces are not removed before the next run");
+        osal_console_print_error("hirosco: this run has no guard: if its launcher is killed, its shared "
+                                 "memory, sockets and interfaces remain until the next run");
         return;
     }
     guard->starts++;

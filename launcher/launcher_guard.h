@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The guard of a run: a second process that outlives the launcher. If the launcher is killed, the guard
-/// waits for the end of its children, removes every name of the run, completes the logs and writes run.json
-/// and the report. If the guard is killed, the launcher starts another one.
+/// waits for the end of its children, removes every name of the run (launcher.h), completes the logs and
+/// writes run.json and the report. If the guard is killed, the launcher starts another one.
 ///
 /// Ownership  The program provides guard_t.
 /// Context    One task.

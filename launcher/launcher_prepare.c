@@ -185,7 +185,8 @@ static bool make_directory(launcher_t* const launcher, char* const directory, co
         }
     }
     if (text.cut || (osal_directory_create(directory) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make the output directory ", directory);
+        return launcher_refuse(launcher, (const char* const[]){"cannot make the output directory ", directory,
+                                                               "; choose another one with --out", NULL});
     }
     const char* const base = (strncmp(directory, "runs/", 5U) == 0) ? &directory[5] : NULL;
     if (base != NULL) {
@@ -218,7 +219,8 @@ static bool check_key(launcher_t* const launcher, const char* const mission_path
     ground_key_t key;
     char error[GROUND_KEY_ERROR_MAX];
     if (text.cut) {
-        return launcher_fail(launcher, "the path of the ground link's key is too long: ", launcher->key_path);
+        return launcher_fail(
+            launcher, "the path of the ground link's key has more than 255 characters: ", launcher->key_path);
     }
     if (!ground_key_open(&key, launcher->key_path, error)) {
         return launcher_fail(launcher, error, "");
@@ -318,7 +320,8 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     text_add(&text, IDENTITY);
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
     if (run_state_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
-        return launcher_fail(launcher, "cannot make shared memory for the run ", identity);
+        return launcher_fail(launcher, "cannot make shared memory (is /dev/shm full?) for the run ",
+                             identity);
     }
     run_state_t* const run  = launcher->run;
     const char* const asked = launcher->options.storage;
@@ -328,7 +331,9 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     const char* const storage[] = {is_asked ? asked : directory, is_asked ? "" : "/storage", NULL};
     if (!text_join(run->storage, sizeof run->storage, storage) ||
         (osal_directory_create(run->storage) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make the storage directory ", run->storage);
+        return launcher_refuse(launcher,
+                               (const char* const[]){"cannot make the storage directory ", run->storage,
+                                                     "; choose another one with --storage", NULL});
     }
     if (!claim_storage(launcher)) {
         return false;
@@ -388,7 +393,8 @@ static bool make_scheduler(launcher_t* const launcher)
     }
     if (!run_name(launcher->run, "scheduler", 0U, name, sizeof name) ||
         (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_OCTETS) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make shared memory for the scheduler ", name);
+        return launcher_fail(launcher, "cannot make shared memory (is /dev/shm full?) for the scheduler ",
+                             name);
     }
     launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), RUN_STEP_NS,
                                                !launcher->options.is_image);
@@ -418,7 +424,8 @@ static bool make_checkpoint(launcher_t* const launcher)
     osal_shm_t shm;
     if (!run_name(launcher->run, "checkpoint", 0U, name, sizeof name) ||
         (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make shared memory for the supervisor ", name);
+        return launcher_fail(launcher, "cannot make shared memory (is /dev/shm full?) for the supervisor ",
+                             name);
     }
     osal_shm_close(&shm); // The memory exists until its name is removed.
     return true;
@@ -442,9 +449,11 @@ static bool listen_to_ground(launcher_t* const launcher)
     text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1: " : "0.0.0.0: ");
     text_add_unsigned(&text, first);
     if (status != STATUS_OK) {
-        return launcher_fail(
-            launcher, (status == STATUS_EXISTS) ? "the ground port is in use on " : "cannot listen on ",
-            endpoint);
+        const bool is_used = (status == STATUS_EXISTS);
+        return launcher_refuse(
+            launcher, (const char* const[]){is_used ? "the ground port is in use on " : "cannot listen on ",
+                                            endpoint, is_used ? "; choose another one with --port" : ": ",
+                                            is_used ? "" : status_text(status), NULL});
     }
     launcher->run->ground_port       = port;
     launcher->run->ground_descriptor = osal_socket_descriptor(&launcher->ground);
@@ -483,7 +492,9 @@ static bool write_ground_files(launcher_t* const launcher)
            ((launcher->run->key[0] == '\0') ||
             write_line(launcher, "/ground.key-file", launcher->run->key)) &&
            (run_summary_reserve(launcher) ||
-            launcher_fail(launcher, "no room for run.json in ", launcher->run->directory));
+            launcher_refuse(launcher,
+                            (const char* const[]){"no disk space for run.json in ", launcher->run->directory,
+                                                  "; free some, or choose another one with --out", NULL}));
 }
 
 /// Place the co-simulation port in the directory of shared memories. Therefore containers, each with its own

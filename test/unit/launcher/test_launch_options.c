@@ -125,10 +125,11 @@ static void a_path_is_limited_in_length(void)
     static const struct {
         char* option;
         size_t most; // Characters.
-    } paths[] = {{"--out", LAUNCH_PATH_MAX - 65U},
-                 {"--storage", LAUNCH_PATH_MAX - 65U},
-                 {"--key", LAUNCH_PATH_MAX - 65U},
-                 {"--scenario", LAUNCH_PATH_MAX - 1U}};
+        char* expected;
+    } paths[] = {{"--out", LAUNCH_PATH_MAX - 65U, "at most 191 characters"},
+                 {"--storage", LAUNCH_PATH_MAX - 65U, "at most 191 characters"},
+                 {"--key", LAUNCH_PATH_MAX - 65U, "at most 191 characters"},
+                 {"--scenario", LAUNCH_PATH_MAX - 1U, "at most 255 characters"}};
     for (size_t i = 0U; i < (sizeof paths / sizeof paths[0]); i++) {
         char value[LAUNCH_PATH_MAX + 2U] = "";
         char* words[]                    = {paths[i].option, value};
@@ -136,7 +137,8 @@ static void a_path_is_limited_in_length(void)
         TEST_ASSERT_TRUE_MESSAGE(launch_options_parse(2, words, &options, error), paths[i].option);
         value[paths[i].most] = '/';
         TEST_ASSERT_FALSE_MESSAGE(launch_options_parse(2, words, &options, error), paths[i].option);
-        TEST_ASSERT_NOT_NULL(strstr(error, "the path is too long"));
+        TEST_ASSERT_NOT_NULL(strstr(error, "the path is too long: expected "));
+        TEST_ASSERT_NOT_NULL(strstr(error, paths[i].expected));
     }
 }
 

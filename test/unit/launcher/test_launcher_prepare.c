@@ -262,16 +262,17 @@ static void a_directory_that_is_not_given_is_named_by_the_run(void** state)
     expect_directory("runs/press-processes-7-001", true);
     expect_directory("runs/press-processes-7-002", false);
     expect_made("runs/press-processes-7-002", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/press-processes-7-002");
+    prepare_fails(
+        "cannot make the output directory runs/press-processes-7-002; choose another one with --out");
     options.scenario = "my/own.scn";
     options.is_image = true;
     expect_directory("runs/own-image-7-001", false);
     expect_made("runs/own-image-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/own-image-7-001");
+    prepare_fails("cannot make the output directory runs/own-image-7-001; choose another one with --out");
     options.scenario = "none";
     expect_directory("runs/none-image-7-001", false);
     expect_made("runs/none-image-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/none-image-7-001");
+    prepare_fails("cannot make the output directory runs/none-image-7-001; choose another one with --out");
 }
 
 static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence(void** state)
@@ -282,11 +283,13 @@ static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telep
     has_own_scenario = true;
     expect_directory("runs/rokviss-processes-7-001", false);
     expect_made("runs/rokviss-processes-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/rokviss-processes-7-001");
+    prepare_fails(
+        "cannot make the output directory runs/rokviss-processes-7-001; choose another one with --out");
     has_own_scenario = false;
     expect_directory("runs/telepresence-processes-7-001", false);
     expect_made("runs/telepresence-processes-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/telepresence-processes-7-001");
+    prepare_fails(
+        "cannot make the output directory runs/telepresence-processes-7-001; choose another one with --out");
 }
 
 // ---- Port of the ground ----
@@ -388,7 +391,7 @@ static void a_port_that_was_asked_for_and_is_in_use_is_refused(void** state)
     options.port = 20000U;
     begin_in_the_directory();
     expect_listen(20000U, STATUS_EXISTS);
-    prepare_fails("the ground port is in use on 127.0.0.1: 20000");
+    prepare_fails("the ground port is in use on 127.0.0.1: 20000; choose another one with --port");
 }
 
 static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** state)
@@ -396,7 +399,7 @@ static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** stat
     (void)state;
     begin_in_the_directory();
     expect_listen(10015U, STATUS_DENIED);
-    prepare_fails("cannot listen on 127.0.0.1: 10015");
+    prepare_fails("cannot listen on 127.0.0.1: 10015: permission denied");
 }
 
 // ---- Scheduler and links ----
