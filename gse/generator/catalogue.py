@@ -96,6 +96,19 @@ def failures_header(known):
     )
 
 
+def titles_header(*services):
+    """C header with the titles of all messages, sorted by service and subtype."""
+    messages = [message for group in services for service in group.values() for message in service["messages"]]
+    rows = "\n".join(f'    {{{one.service}U, {one.subtype}U, "{one.name}"}},' for one in sorted(messages, key=lambda one: (one.service, one.subtype)))
+    guard = "GENERATED_PUS_MESSAGE_TITLES_H"
+    return (
+        "// SPDX-License-Identifier: Apache-2.0\n// Titles of the messages, by service and subtype; made from pus/catalogue.\n"
+        f"#ifndef {guard}\n#define {guard}\n\n#include <stdint.h>\n\n"
+        f"static const struct {{\n    uint8_t service;\n    uint8_t subtype;\n    const char* title;\n}} pus_message_titles[] = {{\n{rows}\n}};\n\n"
+        f"#endif // {guard}\n"
+    )
+
+
 class _Parser:
     def __init__(self, reader, known):
         self.reader, self.known = reader, known

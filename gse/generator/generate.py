@@ -125,13 +125,15 @@ def generate(path, out, described, messages, failures):
 
 
 def generate_messages(out, failures):
-    """Generate the formats of all requests and the words of all failures. Returns the catalogue of messages for the ground."""
+    """Generate the formats of all requests, the words of all failures and the titles of all messages. Returns the catalogue of messages for the ground."""
     known, services = catalogue.load(CATALOGUE)
     words = catalogue.failures(CATALOGUE / "failures.txt", failures)
     write(out / "pus/failure_words.h", catalogue.failures_header(words))
     for number, service in services.items():
         write(out / f"pus/st{number:02}_request_formats.h", catalogue.formats_header(number, service, known))
-    ground = catalogue.ground(known, services) | {"private": catalogue.ground(*catalogue.private(CATALOGUE))}
+    own_kinds, own_services = catalogue.private(CATALOGUE)
+    write(out / "pus/message_titles.h", catalogue.titles_header(services, own_services))
+    ground = catalogue.ground(known, services) | {"private": catalogue.ground(own_kinds, own_services)}
     return ground | {"failures": {number: [what, detail] for number, _, what, detail in words}}
 
 

@@ -435,7 +435,7 @@ def test_pusdump_accepts_the_options_of_its_usage_and_refuses_others(tmp_path):
 
 def test_pusdump_decodes_fields_it_knows():
     (found,), _ = dump(bytes(request(129, 1, b"\5").pack()).hex())
-    assert found["fields"] == {"target": 5} and found["name"] == "request state"
+    assert found["fields"] == {"target": 5} and found["name"] == "request a state"
     create = bytes.fromhex("0009 00000004 01 02010002 01 0002 02 02000001 02090003")
     (found,), _ = dump(bytes(request(3, 1, create).pack()).hex())
     assert found["fields"] == {

@@ -50,7 +50,7 @@ def test_every_example_works_as_it_stands(real_time, tmp_path, monkeypatch):
         for line in commands.splitlines():
             words = shlex.split(line)
             assert words[0] == "gse/gse", line
-            done = flying.gse(real_time.flight, *words[1:])
+            done = flying.gse(real_time.flight, "--timeout", "600", *words[1:])  # The machine may be slow.
             assert done.returncode == 0, f"{line}: {done.stdout}{done.stderr}"
             output += done.stdout
         if expected is not None:
