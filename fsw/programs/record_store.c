@@ -32,7 +32,8 @@ static medium_t medium_of(record_store_t* const store, const unsigned index, con
     if (!waits) {
         medium.sync = leave_to_system;
     }
-    return (store->guard.open != NULL) ? store->guard.open(store->guard.context, index, medium) : medium;
+    return (store->wrapper.open != NULL) ? store->wrapper.open(store->wrapper.context, index, medium)
+                                         : medium;
 }
 
 static void close_files(record_store_t* const store, const unsigned count)

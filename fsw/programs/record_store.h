@@ -33,11 +33,11 @@
 typedef struct {
     void* context;
     medium_t (*open)(void* context, unsigned index, medium_t medium);
-} record_store_guard_t;
+} record_store_wrapper_t;
 
-typedef struct { // Private, except `journal`, and `guard`, which is set before the store is opened.
+typedef struct { // Private, except `journal`, and `wrapper`, which is set before the store is opened.
     const component_runtime_t* runtime;
-    record_store_guard_t guard;
+    record_store_wrapper_t wrapper;
     osal_file_t files[2];
     journal_t journal;
 } record_store_t;

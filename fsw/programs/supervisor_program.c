@@ -27,7 +27,7 @@ typedef struct {
     journal_slot_t slots[JOURNAL_SLOTS(RECORDS_MAX)];
     osal_shm_t checkpoint;
     undo_medium_t journal_media[2];
-    undo_medium_t guarded[SPACECRAFT_STORES];
+    undo_medium_t wrapped[SPACECRAFT_STORES];
     medium_t store_media[SPACECRAFT_STORES];
 } supervisor_program_t;
 
@@ -310,17 +310,17 @@ static bool keep_checkpoint(void* const context, const checkpoint_t* const check
 
 #define FIRST_STORE 2U ///< Medium number of the first packet store; the journal's media are 0 and 1.
 
-/// Guard a medium of the journal: the writes of an incomplete step are undone after a restart.
-static medium_t guard_journal(void* const context, const unsigned number, const medium_t medium)
+/// Wrap a medium of the journal: the writes of an incomplete step are undone after a restart.
+static medium_t wrap_journal(void* const context, const unsigned number, const medium_t medium)
 {
     return supervisor_undo_open(&storage.journal_media[number], (checkpoint_t*)context, (uint8_t)number,
                                 &medium);
 }
 
-static void guard_stores(checkpoint_t* const checkpoint)
+static void wrap_stores(checkpoint_t* const checkpoint)
 {
     for (unsigned i = 0U; i < SPACECRAFT_STORES; i++) {
-        storage.store_media[i] = supervisor_undo_open(&storage.guarded[i], checkpoint,
+        storage.store_media[i] = supervisor_undo_open(&storage.wrapped[i], checkpoint,
                                                       (uint8_t)(FIRST_STORE + i), &storage.stores.media[i]);
     }
 }
@@ -345,7 +345,7 @@ static void keep_arrivals(component_runtime_t* const runtime, checkpoint_t* cons
 bool supervisor_open(component_runtime_t* const runtime, component_instance_t* const out_instance)
 {
     checkpoint_t* const checkpoint = open_checkpoint(runtime);
-    storage.records.guard          = (record_store_guard_t){checkpoint, guard_journal};
+    storage.records.wrapper        = (record_store_wrapper_t){checkpoint, wrap_journal};
     if (!is_fitting(runtime) ||
         (component_runtime_open_inbox(runtime, inbox, MISSION_SUBSYSTEMS_MAX - 1U) != STATUS_OK) ||
         !open_files(runtime) ||
@@ -356,7 +356,7 @@ bool supervisor_open(component_runtime_t* const runtime, component_instance_t* c
         record_store_close(&storage.records);
         return false;
     }
-    guard_stores(checkpoint);
+    wrap_stores(checkpoint);
     const supervisor_config_t config = {
         .mission             = runtime->mission,
         .descriptor          = runtime->own,

@@ -24,9 +24,9 @@ typedef struct { // Private.
     uint8_t number;
 } undo_medium_t;
 
-/// Undo the writes to `inner` that the last life made after its last commit, and return the guarded medium.
-/// `number` identifies the medium and must be the same in each life. With a null checkpoint, returns
-/// `inner`.
+/// Undo the writes to `inner` that the last life made after its last commit, and return the medium whose
+/// writes can be undone. `number` identifies the medium and must be the same in each life. With a null
+/// checkpoint, returns `inner`.
 medium_t supervisor_undo_open(undo_medium_t* medium, checkpoint_t* checkpoint, uint8_t number,
                               const medium_t* inner);
 

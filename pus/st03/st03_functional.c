@@ -319,7 +319,7 @@ pus_reply_t hk_functional_apply(void* const self, pus_request_t* const request)
     if (request->performed == 0U) {
         return pus_done();
     }
-    hk_guard(hk);
+    hk_lock(hk);
     for (uint16_t i = 0U; (exclusive == 1U) && (i < hk->config.structure_count); i++) {
         hk_set_periodic(&hk->config.structures[i], false);
     }
@@ -329,6 +329,6 @@ pus_reply_t hk_functional_apply(void* const self, pus_request_t* const request)
         const pus_hk_functional_t* const definition = definition_of(hk, octet_read_u16(&request->reader));
         failures += (definition != NULL) ? apply(hk, definition) : 0U;
     }
-    hk_release(hk);
+    hk_unlock(hk);
     return (failures == 0U) ? pus_done() : pus_failed(PUS_FAILURE_SOME_FAILED, failures + request->refused);
 }

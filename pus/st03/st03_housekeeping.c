@@ -26,37 +26,37 @@ void pus_hk_init(pus_hk_t* const hk, const pus_hk_config_t* const config)
     }
 }
 
-void hk_guard(const pus_hk_t* const hk)
+void hk_lock(const pus_hk_t* const hk)
 {
-    if (hk->config.guard != NULL) {
+    if (hk->config.mutex != NULL) {
         // This cannot fail: a task that dies ends the process, so no other task is left to lock the mutex.
-        (void)osal_mutex_lock(hk->config.guard);
+        (void)osal_mutex_lock(hk->config.mutex);
     }
 }
 
-void hk_release(const pus_hk_t* const hk)
+void hk_unlock(const pus_hk_t* const hk)
 {
-    if (hk->config.guard != NULL) {
-        osal_mutex_unlock(hk->config.guard);
+    if (hk->config.mutex != NULL) {
+        osal_mutex_unlock(hk->config.mutex);
     }
 }
 
 void pus_hk_clear(pus_hk_t* const hk)
 {
     FSW_ASSERT(hk != NULL);
-    hk_guard(hk);
+    hk_lock(hk);
     for (uint16_t i = 0U; i < hk->config.structure_count; i++) {
         hk->config.structures[i].in_use = false;
     }
-    hk_release(hk);
+    hk_unlock(hk);
 }
 
 void hk_candidate_settle(const pus_hk_t* const hk, pus_hk_structure_t* const slot)
 {
     if (hk->verdict.code == PUS_FAILURE_NONE) {
-        hk_guard(hk);
+        hk_lock(hk);
         *slot = hk->candidate;
-        hk_release(hk);
+        hk_unlock(hk);
     }
 }
 

@@ -98,7 +98,7 @@ typedef struct {
     /// Size of the values of the largest report [octets], <= PUS_TM_DATA_MAX - 2.
     uint16_t sample_size;
     /// Protects the structures from other loops; null: there are no other loops.
-    osal_mutex_t* guard;
+    osal_mutex_t* mutex;
     pus_hk_functional_t* functional; ///< Room for functional reporting definitions.
     uint16_t functional_count;
     const pus_persistence_t* persistence; ///< Null: the service stores no records.
@@ -139,7 +139,7 @@ void pus_hk_clear(pus_hk_t* hk);
 /// present values.
 void pus_hk_step(pus_hk_t* hk, uint64_t now_ns, uint32_t cycle);
 /// Like pus_hk_step, for the structures of another loop (1..255). Called in that loop, which has locked
-/// `guard`; `cycle` counts the cycles of that loop.
+/// `mutex`; `cycle` counts the cycles of that loop.
 void pus_hk_loop_step(pus_hk_t* hk, uint8_t loop, uint64_t now_ns, uint32_t cycle,
                       const pus_hk_outlet_t* outlet);
 /// Send a report of another loop, with the time at which its values were sampled.

@@ -91,9 +91,9 @@ static pus_reply_t for_each(pus_hk_t* const hk, pus_request_t* const request,
             pus_request_refuse(request, i, PUS_FAILURE_OUT_OF_RANGE, offset);
         } else {
             pus_request_perform(request);
-            hk_guard(hk);
+            hk_lock(hk);
             operation->perform(hk, structure, request, interval);
-            hk_release(hk);
+            hk_unlock(hk);
         }
     }
     return pus_done();

@@ -28,9 +28,9 @@ void hk_candidate_lay_out(pus_hk_t* hk, unsigned entries, uint32_t offset);
 /// Copy the candidate to the structure `slot` if there was no failure.
 void hk_candidate_settle(const pus_hk_t* hk, pus_hk_structure_t* slot);
 
-/// Lock and unlock `guard`, so that no other loop samples while structures change.
-void hk_guard(const pus_hk_t* hk);
-void hk_release(const pus_hk_t* hk);
+/// Lock and unlock `mutex`, so that no other loop samples while structures change.
+void hk_lock(const pus_hk_t* hk);
+void hk_unlock(const pus_hk_t* hk);
 /// Enable or disable periodic generation; an interval begins with the next step.
 void hk_set_periodic(pus_hk_structure_t* structure, bool is_periodic);
 /// Shortest interval that a structure may have: the largest repetition number of its sets.

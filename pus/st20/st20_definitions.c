@@ -107,18 +107,18 @@ static status_t write(void* const context, const uint16_t handle, const uint8_t*
 
 // ---- Definitions ----
 
-/// Change an entry while the guard is locked, so that no other loop reads the entry meanwhile.
+/// Change an entry while the mutex is locked, so that no other loop reads the entry meanwhile.
 static void put(const pus_parameter_definitions_t* const definitions,
                 pus_parameter_definition_t* const definition, const pus_parameter_definition_t* const wanted)
 {
-    osal_mutex_t* const guard = definitions->config.guard;
-    if (guard != NULL) {
+    osal_mutex_t* const mutex = definitions->config.mutex;
+    if (mutex != NULL) {
         // This cannot fail: a task that dies ends the process, so no other task is left to lock the mutex.
-        (void)osal_mutex_lock(guard);
+        (void)osal_mutex_lock(mutex);
     }
     *definition = *wanted;
-    if (guard != NULL) {
-        osal_mutex_unlock(guard);
+    if (mutex != NULL) {
+        osal_mutex_unlock(mutex);
     }
 }
 

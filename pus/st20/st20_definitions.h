@@ -37,7 +37,7 @@ typedef struct {
     uint16_t capacity;                    ///< <= 1024.
     const pus_persistence_t* persistence; ///< Null: the service stores no records.
     /// Locked while another loop uses the port, and while a definition changes; null: no other loop uses it.
-    osal_mutex_t* guard;
+    osal_mutex_t* mutex;
 } pus_parameter_definitions_config_t;
 
 typedef struct { // Private.

@@ -156,7 +156,7 @@ static void define_parameters(subsystem_t* const subsystem, memory_service_t* co
                                                             .table        = service->definition_table,
                                                             .capacity     = MEMORY_DEFINITIONS,
                                                             .persistence  = subsystem_persistence(subsystem),
-                                                            .guard        = &subsystem->loop_guard};
+                                                            .mutex        = &subsystem->loop_mutex};
     pus_parameter_definitions_init(&service->definitions, &definitions);
     const pus_parameter_definer_t definer = pus_parameter_definitions_definer(&service->definitions);
     pus_parameters_define(&subsystem->parameters, &definer);

@@ -123,7 +123,7 @@ typedef struct {
     void* reload_context;
 } subsystem_config_t;
 
-typedef struct {        // Private: a loop of services. `mutex` guards inbox and mailbox, loop_guard the rest.
+typedef struct {        // Private: a loop of services. `mutex` guards inbox and mailbox, loop_mutex the rest.
     uint64_t period_ns; // 0: the loop does not run.
     uint64_t first_tick;
     uint32_t cycle;
@@ -220,11 +220,11 @@ struct subsystem { // Private. The most frequently used members come first.
     pus_token_t* open_call_tokens[SUBSYSTEM_CALL_TOKENS];
     uint32_t token_in_call; // Token of the function whose callback is running; its reply ends the token.
 
-    osal_mutex_t loop_guard;
+    osal_mutex_t loop_mutex;
     subsystem_loop_t loops[SUBSYSTEM_LOOPS];
     uint8_t loop_octets[SUBSYSTEM_LOOP_HEADER + PUS_PACKET_MAX]; // A report from a mailbox.
     uint32_t loop_reports_lost;
-    // The loop that is being stepped (its step holds loop_guard), and the services that it uses.
+    // The loop that is being stepped (its step holds loop_mutex), and the services that it uses.
     subsystem_loop_t* present_loop;
     pus_app_process_t loop_process;
     pus_test_t loop_test;

@@ -38,8 +38,8 @@ size_t subsystem_sample_auxiliary(subsystem_t* subsystem, const descriptor_event
 /// through the port `values`.
 void subsystem_init_loops(subsystem_t* subsystem, const pus_parameter_port_t* values);
 /// Create the mutexes of the loops. Must be called before any service is initialised, because a service may
-/// lock loop_guard immediately.
-void subsystem_create_guards(subsystem_t* subsystem);
+/// lock loop_mutex immediately.
+void subsystem_create_mutexes(subsystem_t* subsystem);
 void subsystem_begin_loops(subsystem_t* subsystem);
 void subsystem_end_loops(subsystem_t* subsystem);
 /// Step all loops of services in their order, if they have no tasks of their own; returns the earliest wake.

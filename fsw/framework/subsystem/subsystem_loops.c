@@ -85,9 +85,9 @@ static pus_reply_t take_request(void* const context, const pus_token_t* const to
     return (status == STATUS_OK) ? pus_started() : pus_refused(PUS_FAILURE_TABLE_FULL, waiting);
 }
 
-void subsystem_create_guards(subsystem_t* const subsystem)
+void subsystem_create_mutexes(subsystem_t* const subsystem)
 {
-    status_t status = osal_mutex_create(&subsystem->loop_guard, false);
+    status_t status = osal_mutex_create(&subsystem->loop_mutex, false);
     FSW_ASSERT(status == STATUS_OK);
     for (uint8_t i = 0U; i < SUBSYSTEM_LOOPS; i++) {
         status = osal_mutex_create(&subsystem->loops[i].mutex, false);
@@ -122,7 +122,7 @@ void subsystem_init_loops(subsystem_t* const subsystem, const pus_parameter_port
 void subsystem_begin_loops(subsystem_t* const subsystem)
 {
     const descriptor_configuration_t* const configuration = subsystem->configuration;
-    lock(&subsystem->loop_guard);
+    lock(&subsystem->loop_mutex);
     for (uint16_t i = 0U; i < configuration->loop_count; i++) {
         const descriptor_loop_t* const described =
             &subsystem->descriptor->loops[configuration->first_loop + i];
@@ -134,7 +134,7 @@ void subsystem_begin_loops(subsystem_t* const subsystem)
         loop->services               = described->services;
     }
     subsystem->loop_count = configuration->loop_count;
-    osal_mutex_unlock(&subsystem->loop_guard);
+    osal_mutex_unlock(&subsystem->loop_mutex);
 }
 
 /// Perform the oldest request of a loop, if the mailbox has room for all its reports. False if there is no
@@ -199,7 +199,7 @@ static bool forward_one(subsystem_t* const subsystem, subsystem_loop_t* const lo
 
 void subsystem_end_loops(subsystem_t* const subsystem)
 {
-    lock(&subsystem->loop_guard);
+    lock(&subsystem->loop_mutex);
     for (uint16_t i = 0U; i < subsystem->loop_count; i++) {
         subsystem_loop_t* const loop = &subsystem->loops[i];
         bool has_more                = true;
@@ -212,7 +212,7 @@ void subsystem_end_loops(subsystem_t* const subsystem)
         loop->services  = 0U;
     }
     subsystem->loop_count = 0U;
-    osal_mutex_unlock(&subsystem->loop_guard);
+    osal_mutex_unlock(&subsystem->loop_mutex);
 }
 
 static void run_loop(subsystem_t* const subsystem, const uint8_t index, const uint64_t now_ns)
@@ -231,7 +231,7 @@ uint64_t subsystem_loop_step(subsystem_t* const subsystem, const uint8_t index, 
     FSW_ASSERT((subsystem != NULL) && (index < SUBSYSTEM_LOOPS));
     subsystem_loop_t* const loop = &subsystem->loops[index];
     uint64_t wake_ns             = SUBSYSTEM_NEVER;
-    lock(&subsystem->loop_guard);
+    lock(&subsystem->loop_mutex);
     if (loop->period_ns > 0U) {
         const uint64_t tick  = now_ns / loop->period_ns;
         const uint32_t cycle = (uint32_t)(tick - loop->first_tick);
@@ -241,7 +241,7 @@ uint64_t subsystem_loop_step(subsystem_t* const subsystem, const uint8_t index, 
             run_loop(subsystem, index, now_ns);
         }
     }
-    osal_mutex_unlock(&subsystem->loop_guard);
+    osal_mutex_unlock(&subsystem->loop_mutex);
     return wake_ns;
 }
 
@@ -264,9 +264,9 @@ uint8_t subsystem_component_priority(const subsystem_t* const subsystem)
 uint8_t subsystem_loop_priority(subsystem_t* const subsystem, const uint8_t index)
 {
     FSW_ASSERT((subsystem != NULL) && (index < SUBSYSTEM_LOOPS));
-    lock(&subsystem->loop_guard);
+    lock(&subsystem->loop_mutex);
     const uint8_t priority = subsystem->loops[index].priority;
-    osal_mutex_unlock(&subsystem->loop_guard);
+    osal_mutex_unlock(&subsystem->loop_mutex);
     return priority;
 }
 

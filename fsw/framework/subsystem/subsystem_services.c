@@ -553,7 +553,7 @@ void subsystem_register_services(subsystem_t* const subsystem)
                                               .structure_count  = SUBSYSTEM_STRUCTURES,
                                               .samples          = subsystem->samples,
                                               .sample_size      = SUBSYSTEM_SAMPLE_OCTETS,
-                                              .guard            = &subsystem->loop_guard,
+                                              .mutex            = &subsystem->loop_mutex,
                                               .functional       = subsystem->functional,
                                               .functional_count = SUBSYSTEM_FUNCTIONAL,
                                               .persistence      = subsystem->config.persistence};
@@ -561,7 +561,7 @@ void subsystem_register_services(subsystem_t* const subsystem)
                                               subsystem_select_configuration, reload_descriptor, read_status};
     const pus_rtlink_port_t links          = subsystem_link_port(subsystem);
     const pus_test_port_t connection       = {subsystem, connect};
-    subsystem_create_guards(subsystem); // Services may lock the mutexes as soon as they are initialised.
+    subsystem_create_mutexes(subsystem); // Services may lock the mutexes as soon as they are initialised.
     tabulate_functions(subsystem);
     tabulate_events(subsystem);
     pus_test_init(&subsystem->test, &connection);

@@ -25,8 +25,8 @@ void setUp(void)
 {
     (void)strcpy(directory, "/tmp/record_store.XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(directory));
-    runtime     = (component_runtime_t){.run = &run};
-    store.guard = (record_store_guard_t){NULL, NULL};
+    runtime       = (component_runtime_t){.run = &run};
+    store.wrapper = (record_store_wrapper_t){NULL, NULL};
     (void)strcpy(run.storage, directory);
     (void)strcpy(run.components[0].name, "ARM");
     found = 0U;
@@ -114,13 +114,13 @@ static void if_the_directory_cannot_be_synced_both_files_are_released(void)
     record_store_close(&other);
 }
 
-static medium_t guarded[2]; // The media that the store has passed to its guard.
+static medium_t wrapped[2]; // The media that the store has passed to its wrapper.
 
 static medium_t keep_medium(void* const context, const unsigned index, const medium_t medium)
 {
     TEST_ASSERT_EQUAL_PTR(&found, context);
     TEST_ASSERT_TRUE(index < 2U);
-    guarded[index] = medium;
+    wrapped[index] = medium;
     return medium;
 }
 
@@ -128,16 +128,16 @@ static medium_t keep_medium(void* const context, const unsigned index, const med
 /// that does not wait makes no call, and succeeds.
 static void only_a_store_that_waits_writes_to_the_disk(void)
 {
-    store.guard = (record_store_guard_t){&found, keep_medium};
+    store.wrapper = (record_store_wrapper_t){&found, keep_medium};
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     record_store_close(&store);
-    TEST_ASSERT_NOT_EQUAL(STATUS_OK, guarded[0].sync(guarded[0].context));
-    TEST_ASSERT_NOT_EQUAL(STATUS_OK, guarded[1].sync(guarded[1].context));
-    TEST_ASSERT_TRUE(guarded[0].context != guarded[1].context);
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, wrapped[0].sync(wrapped[0].context));
+    TEST_ASSERT_NOT_EQUAL(STATUS_OK, wrapped[1].sync(wrapped[1].context));
+    TEST_ASSERT_TRUE(wrapped[0].context != wrapped[1].context);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, false));
     record_store_close(&store);
-    TEST_ASSERT_EQUAL(STATUS_OK, guarded[0].sync(guarded[0].context));
-    TEST_ASSERT_EQUAL(STATUS_OK, guarded[1].sync(guarded[1].context));
+    TEST_ASSERT_EQUAL(STATUS_OK, wrapped[0].sync(wrapped[0].context));
+    TEST_ASSERT_EQUAL(STATUS_OK, wrapped[1].sync(wrapped[1].context));
 }
 
 static void a_record_store_that_cannot_be_opened_is_reported(void)

@@ -198,12 +198,12 @@ static supervisor_config_t configuration;
 
 static void open_media(void)
 {
-    static undo_medium_t guards[3];
+    static undo_medium_t wrappers[3];
     medium_t media[3];
     for (unsigned i = 0U; i < 3U; i++) {
         const medium_t mortal = {&inner[i],   mortal_read, mortal_write,
                                  mortal_sync, mortal_size, mortal_resize};
-        media[i]              = supervisor_undo_open(&guards[i], &checkpoint, (uint8_t)i, &mortal);
+        media[i]              = supervisor_undo_open(&wrappers[i], &checkpoint, (uint8_t)i, &mortal);
     }
     static uint64_t none; // Size of the other media.
     store_media[0] = media[2];

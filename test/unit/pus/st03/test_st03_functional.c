@@ -423,8 +423,8 @@ static void an_empty_set_of_parameters_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_hk_add(&hk, &definition));
 }
 
-/// A request releases the guard whether it is performed or refused.
-static void each_request_releases_the_guard(void)
+/// A request unlocks the mutex whether it is performed or refused.
+static void each_request_unlocks_the_mutex(void)
 {
     static const struct {
         uint8_t subtype;
@@ -436,16 +436,16 @@ static void each_request_releases_the_guard(void)
     static const uint32_t simple[]       = {P_U16};
     const pus_hk_definition_t definition = {
         .id = 99U, .interval = 6U, .parameter_count = 1U, .parameters = simple};
-    static osal_mutex_t guard;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&guard, false));
-    hk.config.guard = &guard;
+    static osal_mutex_t mutex;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&mutex, false));
+    hk.config.mutex = &mutex;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
-    TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&guard));
+    TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&mutex));
     for (size_t i = 0U; i < (sizeof requests / sizeof requests[0]); i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, bench_request(requests[i].subtype, requests[i].data, requests[i].size));
-        TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&guard));
+        TEST_ASSERT_EQUAL_INT32(0, osal_mutex_holder(&mutex));
     }
-    hk.config.guard = NULL;
+    hk.config.mutex = NULL;
 }
 
 int main(void)
@@ -461,6 +461,6 @@ int main(void)
     RUN_TEST(bad_records_are_refused);
     RUN_TEST(an_empty_set_of_parameters_is_refused);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
-    RUN_TEST(each_request_releases_the_guard);
+    RUN_TEST(each_request_unlocks_the_mutex);
     return UNITY_END();
 }

@@ -512,7 +512,7 @@ static void every_request_has_a_strict_format(void)
 #define LOOP 3U
 #define TAKEN_NS (TEST_NOW_NS + 7000000U)
 
-static osal_mutex_t guard;
+static osal_mutex_t mutex;
 static uint8_t values[SAMPLE_SIZE];
 static uint8_t handed[SAMPLE_SIZE];
 static size_t handed_size;
@@ -553,8 +553,8 @@ static void another_loop_samples_its_own_parameters_and_passes_the_report_on(voi
                                             .set_count       = 1U,
                                             .parameters      = simple,
                                             .sets            = sets};
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&guard, false));
-    hk.config.guard = &guard;
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&mutex, false));
+    hk.config.mutex = &mutex;
     handed_count    = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_hk_add(&hk, &definition));
     run(12U); // The loop of the process and a third loop do not affect the structure.
@@ -573,7 +573,7 @@ static void another_loop_samples_its_own_parameters_and_passes_the_report_on(voi
     pus_hk_clear(&hk);
     run_loop(LOOP, 12U);
     TEST_ASSERT_EQUAL(1U, handed_count);
-    hk.config.guard = NULL;
+    hk.config.mutex = NULL;
 }
 
 int main(void)

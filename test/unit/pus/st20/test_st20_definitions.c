@@ -21,7 +21,7 @@ static pus_parameters_t parameters;
 static pus_parameter_definitions_t definitions;
 static pus_parameter_definition_t table[CAPACITY];
 static bool is_base_fixed;
-static osal_mutex_t guard;
+static osal_mutex_t mutex;
 
 static void start(void)
 {
@@ -35,7 +35,7 @@ static void start(void)
                                                        .table        = table,
                                                        .capacity     = CAPACITY,
                                                        .persistence  = is_base_fixed ? NULL : records_port(),
-                                                       .guard        = is_base_fixed ? NULL : &guard};
+                                                       .mutex        = is_base_fixed ? NULL : &mutex};
     memset(&parameters, 0xA5, sizeof parameters);
     pus_parameters_init(&parameters, &port);
     memset(table, 0xA5, sizeof table);
@@ -50,7 +50,7 @@ static void start(void)
 void setUp(void)
 {
     is_base_fixed = false;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&guard, false));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&mutex, false));
     memories_start();
     start();
 }
