@@ -26,7 +26,7 @@ proofs) levels='build proofs' ;;
 mcdc) levels='build unit mcdc' ;;
 check) levels='build run unit clang pytest proofs mcdc check' ;;
 full) levels='build run unit clang s390x rtos pytest docs station test hil proofs mcdc check full' ;;
-*) echo "setup: unknown level '$level'" >&2 && exit 2 ;;
+*) echo "setup: level '$level': expected one of build run unit clang docs station s390x rtos pytest test hil proofs mcdc check full" >&2 && exit 2 ;;
 esac
 
 has() { case " $levels " in *" $1 "*) ;; *) return 1 ;; esac; }

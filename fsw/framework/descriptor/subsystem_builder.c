@@ -53,18 +53,19 @@ static const char* numbers_of(source_t* const source, const char* const attribut
     char characters[NUMBERS_CHARACTERS];
     text_t text     = text_in(characters, sizeof characters);
     const char* at  = names;
-    size_t length   = 0U;
+    char end        = '\0'; // The character after the last name.
     uint32_t index  = 0U;
     uint16_t number = 0U;
     do {
-        length = strcspn(at, " ");
-        index  = descriptor_source_index(at, length, field->enumeration->values);
+        const size_t length = strcspn(at, " ");
+        end                 = at[length];
+        index               = descriptor_source_index(at, length, field->enumeration->values);
         text_add_unsigned(&text, (uint64_t)field->enumeration->first + index);
-        text_add_character(&text, at[length]);
+        text_add_character(&text, end);
         at += length + 1U;
         number++;
-    } while ((index != UINT32_MAX) && (at[-1] != '\0') && (number < field->count));
-    if ((index == UINT32_MAX) || (at[-1] != '\0') || (number < field->count)) {
+    } while ((index != UINT32_MAX) && (end != '\0') && (number < field->count));
+    if ((index == UINT32_MAX) || (end != '\0') || (number < field->count)) {
         descriptor_source_wrong(source, attribute, "");
         descriptor_source_append(source, "# of: %", field->enumeration->values, NULL, field->count);
     }
