@@ -82,7 +82,8 @@ void scripted_bus_heartbeat(scripted_bus_t* bus);
 /// Send any frame to the flight software.
 void scripted_bus_deliver(scripted_bus_t* bus, uint32_t id, const uint8_t* octets, uint8_t length);
 void scripted_bus_emergency(scripted_bus_t* bus, uint8_t node, uint16_t code);
-/// Send an error frame of the flight software's controller; class as in osal/include/osal/can.h, detail in data[1].
+/// Send an error frame of the flight software's controller; class as in osal/include/osal/can.h, detail in
+/// data[1].
 void scripted_bus_error(scripted_bus_t* bus, uint32_t class, uint8_t detail);
 /// Returns the number of frames seen with an identifier.
 unsigned scripted_bus_count(const scripted_bus_t* bus, uint32_t id);
