@@ -110,7 +110,7 @@ static const struct {
     {"--port", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
     {"--delay", 1U, 1000U, "expected the round trip of the links in whole ms, 1 to 1000"},
     {"--tools", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
-    {"--duration", 1U, 10000000U, "expected whole seconds, at least 1"},
+    {"--duration", 1U, 10000000U, "expected whole seconds, 1 to 10000000"},
 };
 
 #define NUMBERS (sizeof numbers / sizeof numbers[0])
@@ -202,13 +202,16 @@ static bool take_name(launch_options_t* const options, const char* const option,
 {
     const bool is_scenario = is_word(option, "--scenario");
     const bool is_world    = is_word(option, "--world");
-    const bool is_path     = (is_scenario || is_world) && launch_is_path(value, is_world ? ".xml" : ".scn");
+    const bool may_be_path = is_scenario || is_world;
+    const bool is_path     = may_be_path && launch_is_path(value, is_world ? ".xml" : ".scn");
     if (is_path && (strlen(value) >= LAUNCH_PATH_MAX)) {
         return fail(error, option, value, "the path is too long: expected at most 255 characters");
     }
     if (!is_path && !is_name(value)) {
         return fail(error, option, value,
-                    "expected a name of letters, digits, - and _, without path or ending");
+                    may_be_path
+                        ? "expected a name of letters, digits, - and _, or a path with / or the usual ending"
+                        : "expected a name of letters, digits, - and _, without path or ending");
     }
     if ((value[0] != '\0') && is_world) {
         options->world = value;
@@ -235,7 +238,8 @@ static bool take_interface(launch_options_t* const options, const char* const op
         return fail(error, option, value, "expected BUS=INTERFACE, for example robot=can0");
     }
     if (*count == LAUNCH_INTERFACES_MAX) {
-        return fail(error, option, value, "there are more interfaces than a mission can have buses");
+        return fail(error, option, value,
+                    "there are more interfaces than a mission can have buses; give one for each bus");
     }
     list[*count] = value;
     (*count)++;
@@ -372,9 +376,8 @@ static bool is_remote_sensible(launch_options_t* const options, const char* cons
     }
     if (strcmp(options->links, "udp") != 0) {
         (void)text_join(with, sizeof with, (const char* const[]){option, " --links", NULL});
-        return fail(
-            error, with, options->links,
-            "it cannot read structures of another byte order in shared memory and has no TIPC; use udp");
+        return fail(error, with, options->links,
+                    "its program shares no memory with the run and has no TIPC; use udp");
     }
     if (strcmp(options->transport, "udp") != 0) {
         (void)text_join(with, sizeof with, (const char* const[]){option, " --transport", NULL});
@@ -392,7 +395,8 @@ static bool is_remote_sensible(launch_options_t* const options, const char* cons
                     "--time stepped");
     }
     return (options->computers == 1U) ||
-           fail(error, option, "--nodes 2", "a proxy and its program run on one on-board computer");
+           fail(error, option, "--nodes 2",
+                "a proxy and its program run on one on-board computer; use --nodes 1");
 }
 
 static bool are_remotes_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
@@ -424,11 +428,11 @@ static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH
     }
     if (options->rtos[0] != '\0') {
         return fail(error, "--delay --rtos", options->rtos,
-                    "its proxy does not announce frames to the relay");
+                    "the proxy of such a program does not announce its frames to the relay; omit --delay");
     }
     return (options->remote_endian[0] == '\0') ||
            fail(error, "--delay --remote-endian", options->remote_endian,
-                "its proxy does not announce frames to the relay");
+                "the proxy of such a program does not announce its frames to the relay; omit --delay");
 }
 
 static bool is_image_sensible(const launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
@@ -460,9 +464,10 @@ static bool is_sensible(const launch_options_t* const options, char error[LAUNCH
         return false;
     }
     if ((options->computers > 1U) && (options->bus != LAUNCH_BUS_SHM)) {
-        return fail(error, "--nodes 2 --bus", launch_bus_text(options->bus),
-                    "CAN interfaces belong to one network namespace, and the computers are two others; use "
-                    "--bus shm");
+        return fail(
+            error, "--nodes 2 --bus", launch_bus_text(options->bus),
+            "a CAN interface belongs to one network namespace, and each computer has a namespace of its "
+            "own; use --bus shm");
     }
     if (options->is_free && (options->computers > 1U)) {
         return fail(error, "--time free", "--nodes 2",

@@ -92,7 +92,7 @@ void launcher_adopt_interfaces(launcher_t* launcher);
 bool launcher_check_streams(launcher_t* launcher, const char* mission_path);
 
 /// launcher_watch.c: suspend a process that hangs while it holds the grant; end the life of a process that
-/// was started again and does not join or, in free-running time, makes no step.
+/// was started again and does not join or, unless time is stepped, makes no step.
 void launcher_watch_lives(launcher_t* launcher);
 /// True if the holder of the grant is ready to run but gets no processor.
 bool launcher_is_starved(launcher_t* launcher);

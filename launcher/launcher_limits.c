@@ -8,7 +8,7 @@
 /// Address space for everything except the program itself [KiB]: shared libraries, stacks, and the shared
 /// memories of a run.
 #define OTHER_MAPPINGS_KIB 8192U
-/// Largest number of open descriptors: twice the sockets and memories of all links and the files of all
+/// Largest number of open file descriptors: twice the sockets and memories of all links and the files of all
 /// stores.
 #define DESCRIPTORS 128U
 

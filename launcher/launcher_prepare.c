@@ -339,8 +339,8 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
         return false;
     }
     (void)text_join(run->key, sizeof run->key, (const char* const[]){launcher->key_path, NULL});
-    // A scheduler is also used in real time, because simulated devices need it; only a run in free-running
-    // time has none.
+    // A scheduler is also used in real time, because simulated devices need it; only a run with TIME=free or
+    // without a simulator has none.
     run->is_stepped      = launch_has_scheduler(&launcher->options);
     run->has_simulator   = launch_has_simulator(&launcher->options);
     run->is_real         = !launcher->options.is_stepped;

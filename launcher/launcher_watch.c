@@ -139,7 +139,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
     }
 }
 
-/// In free-running time only the launcher detects a restarted process that never makes a step: before its
+/// Unless time is stepped, only the launcher detects a restarted process that never makes a step: before its
 /// first step it has not announced a wake time that other processes could check.
 static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
 {

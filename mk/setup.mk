@@ -11,7 +11,7 @@ setup: build/setup/full build/setup/vm
 doctor:
 	@sh gse/setup/doctor.sh
 
-# Peers: software of others with which `make bench` compares this project.
+# Peers: software of other projects with which `make bench` compares this project.
 build/setup/peers: gse/setup/peers.sh gse/setup/peers.txt $(shell find test/bench/peers -type f)
 	@sh gse/setup/peers.sh
 build/setup/peer-spacepackets: gse/setup/peers.sh $(shell find test/bench/peers/spacepackets -type f)

@@ -42,7 +42,7 @@ fixtures   = $(filter-out $(dir $1)test_% $(parent)test_%,$(wildcard $(dir $1)*.
 WRAPPED   := $(shell grep -o '__wrap_[A-Za-z0-9_]*' $(TESTS) $(wildcard test/board/*.c) /dev/null | \
                LC_ALL=C sort -u)
 wraps_of   = $(patsubst $1:__wrap_%,-Wl$(comma)--wrap=%,$(filter $1:%,$(WRAPPED)))
-# The runners of Unity and cmocka are replaced by runners that also count open descriptors (test/support/descriptors.h).
+# The runners of Unity and cmocka are replaced by runners that also count open files (test/support/descriptors.h).
 # On a board, test/support/board provides the memory that a test allocates, because the port provides none.
 counted    = $(if $(BOARD),$(foreach f,malloc calloc realloc free,-Wl$(comma)--wrap=$f))
 counted   += $(if $(S390X)$(BOARD),,-Wl$(comma)--wrap=UnityDefaultTestRun -Wl$(comma)--wrap=_cmocka_run_group_tests)
@@ -118,8 +118,8 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
     $(foreach f,control dataflow descriptor journal message parameter rtlink subsystem,test/unit/fsw/framework/$f/%) \
     $(foreach s,actuators arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
     $(filter-out test/unit/pus/tool/% %_endurance.c %/test_long_lists.c %/test_link_torture.c,$(TESTS)))
-# Portable tests that take long on the board, that link libraries that only they need there, or of packet services, run
-# there only with LONG=1 (`make check-full`).
+# Portable tests of packet services, those that take long on the board, and those that link libraries that no other test
+# needs there: they run on the board only with LONG=1 (`make check-full`).
 LONG_BOARD_TESTS := $(filter test/unit/pus/st% test/unit/pus/private/% test/unit/fsw/programs/% \
     test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
     %_torture.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
@@ -130,7 +130,7 @@ PORTABLE_TESTS := $(call portable,$(if $(LONG),$(PORTABLE_TESTS),$(filter-out $(
 board-tests: $(foreach t,$(call selected,$(PORTABLE_TESTS)),$(call test_name,$t))
 	@:
 # The program of the manipulator, linked with one file of test/board: with steps.c it is
-# build/mps2-an500/steps/manipulator. real_time.c also needs simulated drives.
+# build/mps2-an500/steps/manipulator. real_time.c also needs scripted drives.
 PARTS_OF_steps := test/support/board/numbers.c
 PARTS_OF_real_time := test/support/scripted_bus.c $(addprefix test/support/board/,numbers.c system.c)
 define board_program_rule
@@ -201,7 +201,7 @@ mutants: build/setup/unit $(if $(FLY),build/setup/test all)
 pus-coverage: build/setup/test all
 	@UPDATE_COVERAGE=1 $(VENV) -m pytest -q -p no:cacheprovider --timeout=600 --rootdir=. test/conformance/pus
 
-# Only bench_link.py compares with software of others.
+# Only bench_link.py compares with software of other projects, the peers.
 bench: build/setup/test $(if $(call selected,test/bench/bench_link.py),build/setup/peers)
 	$(PARALLEL) programs benches
 	@$(VENV) test/bench/run_bench.py --only '$(ONLY)' --out build/bench.json $(if $(CHECK),--check)

@@ -42,7 +42,8 @@ typedef struct {
     /// Start a new life of the process; its first step is `boot_ns` from now. Real-time links that it opens
     /// have epochs above `link_floor`. STATUS_OK, STATUS_EXISTS (it runs), STATUS_NOT_FOUND.
     status_t (*start)(void* context, uint16_t apid, uint32_t link_floor, uint64_t boot_ns);
-    status_t (*stop)(void* context, uint16_t apid); ///< End a process regularly. STATUS_OK, STATUS_NOT_FOUND.
+    /// Let a process shut itself down. STATUS_OK, STATUS_NOT_FOUND.
+    status_t (*stop)(void* context, uint16_t apid);
     /// End a process immediately because it hangs. Statuses as of `stop`.
     status_t (*kill)(void* context, uint16_t apid);
     bool (*is_running)(void* context, uint16_t apid);

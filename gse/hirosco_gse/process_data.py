@@ -45,5 +45,5 @@ def unit(device, kind):
     values = device.defaults(0)
     found = sheet.units(values)[0] if kind == "position" else values.get((0x6076, 0), 0) * 1e-6
     if not found:
-        raise sheet.SheetError(device.path, 0, f"no unit of {kind}s")
+        raise sheet.SheetError(device.path, 0, f"no unit of {kind}s: expected " + ("0x60A8, or 0x608F and 0x6091" if kind == "position" else "a rated torque in 0x6076"))
     return found

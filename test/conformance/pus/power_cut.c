@@ -3,8 +3,8 @@
 // (LD_PRELOAD), it counts the changes and syncs that the program makes there. At number POWER_CUT_AFTER it
 // undoes changes that a disk may lose, and kills the program. POWER_CUT_SEED selects the changes that are
 // lost: any writes and changes of size since the last sync of their file (the last write may be torn), and
-// any number of the latest changes of names since the last sync of their directory. Reserved space is not
-// counted.
+// any number of the latest changes of names since the last sync of their directory. A call that reserves
+// space (fallocate) is not counted.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -21,7 +21,7 @@
 #include <unistd.h>
 
 #define CHANGES 256     // Beyond this number, the oldest changes count as written to the disk.
-#define DESCRIPTORS 512 // Descriptors of this library begin here.
+#define DESCRIPTORS 512 // File descriptors of this library begin here.
 
 typedef enum {
     WRITTEN,
@@ -47,7 +47,7 @@ typedef struct {
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static change_t changes[CHANGES];
 static unsigned change_count;
-static long rest = -1; // Number of changes until the cut.
+static long rest = -1; // Number of changes and syncs until the cut.
 static char storage[PATH_MAX];
 static int removed_files = -1; // A directory that keeps removed files until their removal is synced.
 
@@ -179,7 +179,7 @@ static void cut(void)
     (void)pause();
 }
 
-/// Count a change. Returns true if it is the last one.
+/// Count a change or a sync. Returns true if it is the last one.
 static bool is_last(void)
 {
     rest--;

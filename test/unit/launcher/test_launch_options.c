@@ -170,7 +170,7 @@ static void a_delay_needs_a_scheduler_and_links_by_udp(void)
         {"--delay 20 --time free", "--delay --time free: the relay works in simulated time"},
         {"--delay 20 --bus can --interface robot=can0", "--delay --time real: the relay works in"},
         {"--delay 20 --nodes 2", "--delay --nodes 2 --time stepped: the network between two nodes delays by"},
-        {"--delay 20 --remote-endian JOYSTICK", "--delay --remote-endian JOYSTICK: its proxy"},
+        {"--delay 20 --remote-endian JOYSTICK", "--delay --remote-endian JOYSTICK: the proxy"},
     };
     TEST_ASSERT_TRUE(parse("--delay 1"));
     TEST_ASSERT_EQUAL_UINT16(1U, options.delay_ms);
@@ -320,7 +320,6 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--bus vcan --nodes 2", "one network namespace"},
         {"--scenario", "a value is missing"},
         {"--seed 1 --port", "a value is missing"},
-        {"--time free --nodes 2", "use --nodes 1"},
         {"--scenario none", "would never end"},
         {"--form image --tools 1", "a process of its own"},
         {"--form image --nodes 2", "one on-board computer"},
@@ -331,14 +330,18 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--report maybe", "expected yes or no"},
         {"--remote-endian ../x", "name of a subsystem"},
         {"--mission x/y", "without path or ending"},
+        {"--scenario a.b", "or a path with / or the usual ending"},
+        {"--world a.b", "or a path with / or the usual ending"},
+        {"--delay 20 --rtos ARM", "omit --delay"},
+        {"--rtos ARM --links shm", "shares no memory"},
         {"--seed 18446744073709551616", "expected a number from 0"},
         {"--seed 1:", "expected a number from 0"},
         {"--seed /1", "expected a number from 0"},
         {"--port 0", "1 to 65535"},
         {"--tools 0", "1 to 65535"},
         {"--tools 65536", "1 to 65535"},
-        {"--duration 0", "at least 1"},
-        {"--duration 10000001", "at least 1"},
+        {"--duration 0", "1 to 10000000"},
+        {"--duration 10000001", "1 to 10000000"},
         {"--unknown 1", "unknown option"},
         {"--remote-endian MANIPULATOR --form image", "needs a process of its own"},
         {"--remote-endian MANIPULATOR --time real", "keeps no deadline"},
@@ -350,7 +353,7 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--remote-endian MANIPULATOR --transport tipc", "use udp"},
         {"--remote-endian MANIPULATOR --bus vcan", "use --bus shm"},
         {"--remote-endian MANIPULATOR --bus can --interface robot=can0", "use --bus shm"},
-        {"--remote-endian MANIPULATOR --nodes 2", "one on-board computer"},
+        {"--remote-endian MANIPULATOR --nodes 2", "use --nodes 1"},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(parse(cases[i].line), cases[i].line);
@@ -390,7 +393,8 @@ static void there_are_not_more_interfaces_than_buses(void)
     }
     TEST_ASSERT_FALSE(launch_options_parse(2 * ((int)LAUNCH_INTERFACES_MAX + 1), words, &options, error));
     TEST_ASSERT_EQUAL_UINT((unsigned)LAUNCH_INTERFACES_MAX, options.interface_count);
-    TEST_ASSERT_NOT_NULL(strstr(error, "more interfaces than a mission can have buses"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(error, "more interfaces than a mission can have buses; give one for each bus"));
 }
 
 int main(void)

@@ -75,7 +75,7 @@ static void a_window_for_which_there_is_no_room_is_refused_in_words(void)
     TEST_ASSERT_NOT_NULL(strstr(runtimes[0].error, "SUPERVISOR: too many peers"));
 }
 
-/// In free-running time there is no scheduler. A component that has not made a step yet has promised none.
+/// With TIME=free there is no scheduler. A component that has not made a step yet has promised none.
 static void without_a_scheduler_the_last_beat_contains_the_promise(void)
 {
     run_state_beat(&run, 1U, 0U, OSAL_LOCKSTEP_NEVER);

@@ -79,7 +79,7 @@ static void a_reader_that_dies_fails_its_network_and_loses_only_its_own_link(voi
     fixture_forget();
     fixture.members[FIXTURE_LONE].is_running = false;
     fixture_run(3U);
-    // Both other members get the command, because the writer connects them.
+    // Both other members get the order for ERROR_OPERATIONAL (6), because the writer connects them.
     TEST_ASSERT_TRUE(fixture_has("16 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("17 TC 129.8 06"));
     TEST_ASSERT_TRUE(fixture_has("16 TC 130.7 00030A"));

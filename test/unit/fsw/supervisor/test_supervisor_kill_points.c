@@ -108,7 +108,8 @@ static bool mortal_is_running(void* context, uint16_t apid)
 // ---- Media ----
 
 static uint8_t store_octets[STORE_OCTETS];
-// Context of the medium; that of the other store, which accepts no octets, differs.
+// Size of the store with media; the address is the context of its medium. The media of the other stores have
+// another context, and accept no octets.
 static uint64_t store_size;
 
 static status_t read_store(void* context, uint64_t offset, uint8_t* octets, size_t size)
@@ -205,7 +206,7 @@ static void open_media(void)
                                  mortal_sync, mortal_size, mortal_resize};
         media[i]              = supervisor_undo_open(&wrappers[i], &checkpoint, (uint8_t)i, &mortal);
     }
-    static uint64_t none; // Size of the other media.
+    static uint64_t none; // Size of the other stores, and context of their media.
     store_media[0] = media[2];
     for (unsigned i = 1U; i < SPACECRAFT_STORES; i++) {
         store_media[i] = (medium_t){&none, read_store, write_store, sync_store, size_of_store, resize_store};
@@ -344,7 +345,7 @@ static void see(uint64_t number, const char* hex)
 /// gap. The earlier records are in the ASCII file, the others in the spool.
 static void expect_complete_log(void)
 {
-    // All records are written.
+    // Selecting another log writes out all records of this one.
     TEST_ASSERT_EQUAL(STATUS_OK, supervisor_packet_log_select(&fixture.supervisor.log, PACKET_LOG_RING));
     (void)memset(seen, 0, sizeof seen);
     for (unsigned i = 0U; i < APIDS; i++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time limits of the supervisor: each is tested at its exact instant and at the instant before or after it.
+// Limits of time and power of the supervisor: each is tested exactly, and just below or above it.
 #include "fsw/supervisor/supervisor_internal.h"
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
 #include "unity.h"
@@ -129,7 +129,7 @@ static void a_restart_waits_for_its_pause(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-static void earlier_deaths_do_not_count_after_a_life_of_the_restart_period(void)
+static void earlier_deaths_do_not_count_after_a_life_as_long_as_the_restart_period(void)
 {
     mission_subsystem_t* const mission = (mission_subsystem_t*)entry_of(ARM)->mission;
     mission->restart_period_us         = 5000000U;
@@ -280,7 +280,7 @@ int main(void)
     RUN_TEST(a_state_is_in_doubt_after_a_second_and_a_half);
     RUN_TEST(a_process_hangs_when_its_time_is_exceeded);
     RUN_TEST(a_restart_waits_for_its_pause);
-    RUN_TEST(earlier_deaths_do_not_count_after_a_life_of_the_restart_period);
+    RUN_TEST(earlier_deaths_do_not_count_after_a_life_as_long_as_the_restart_period);
     RUN_TEST(a_negotiation_ends_at_its_deadline);
     RUN_TEST(a_request_waits_for_room_for_a_tenth_of_a_second);
     RUN_TEST(senders_wait_for_the_ground_for_a_second);

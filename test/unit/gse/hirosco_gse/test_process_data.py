@@ -76,9 +76,9 @@ def test_units_of_a_drive_with_increments_count_the_gear():
     assert counts == pytest.approx(2.0 * math.pi * turns)
 
 
-@pytest.mark.parametrize("kind", ["position", "torque"])
-def test_a_sheet_without_a_unit_is_refused_with_its_file(load, kind):
-    with pytest.raises(sheet.SheetError, match=rf"drive.eds:0: no unit of {kind}s"):
+@pytest.mark.parametrize(("kind", "needed"), [("position", "0x60A8, or 0x608F and 0x6091"), ("torque", "a rated torque in 0x6076")])
+def test_a_sheet_without_a_unit_is_refused_with_its_file(load, kind, needed):
+    with pytest.raises(sheet.SheetError, match=rf"drive.eds:0: no unit of {kind}s: expected {needed}"):
         process_data.unit(load(DRIVE), kind)
 
 

@@ -131,7 +131,7 @@ static void a_star_tracker_exposes_by_its_own_clock_and_sends_time_stamps(void)
 static void a_value_is_available_after_its_delay(void)
 {
     begin(TRACKER, 4U, 10U * MASTER_MS, 25U * MASTER_MS);
-    run(45U); // Exposures at 10 and 20 ms. The next measured time is 25.5 ms.
+    run(45U); // Exposures at 10 and 20 ms: available at 35 and 45 ms, after the next SYNC.
     const unsigned before = measured;
     master_sync(&master, STEP_NS);
     TEST_ASSERT_TRUE(before >= 2U);

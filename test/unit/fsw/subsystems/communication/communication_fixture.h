@@ -65,7 +65,7 @@ bool fixture_is_ended(unsigned client);
 /// Read at most `capacity` octets, waiting a moment for the first.
 size_t fixture_read(unsigned client, uint8_t* octets, size_t capacity);
 
-/// A report for a user (0: all) with its number, as the supervisor passes it.
+/// A report for a user (0: all) with its number, as the supervisor passes it to communication.
 void fixture_report(uint16_t destination, uint8_t service, uint8_t subtype, uint32_t number, size_t data);
 /// Returns the number of the next report that a client receives; UINT32_MAX if none comes within a moment.
 uint32_t fixture_next_report(unsigned client);

@@ -85,6 +85,7 @@ static void a_stick_that_gives_energy_at_rest_is_reported(void)
     TEST_ASSERT_TRUE(rig_joystick.energy.given_j == 0.0);
 }
 
+/// The displayed torque is FORCE_SCALE (0.03) times the torque of the robot.
 static void the_displayed_torque_rises_smoothly_to_the_robot_s_torque(void)
 {
     double before = 0.0;
@@ -107,7 +108,7 @@ static void a_torque_that_is_not_renewed_expires(void)
     rig_bring(JOYSTICK_CONFIGURATION_TELEPRESENCE, STATE_OPERATIONAL);
     rig_idle(8000U);
     rig_generic.ports[ROBOT].read_status = STATUS_STALE;
-    rig_idle(41U); // 20 ms.
+    rig_idle(41U); // In each cycle the torque decays by 10 %.
     EXPECT_WITHIN(0.0, 0.01, rig_torque(0U));
     EXPECT_WITHIN(0.0, 0.2, rig_joystick.felt_nm[0]);
 }
@@ -327,7 +328,7 @@ static void only_a_descriptor_of_one_stick_fits(void)
     TEST_ASSERT_NOT_NULL(strstr(misfit.reason, "expected a class of CiA 402 with two axes"));
 }
 
-/// Forces of the earlier configuration do not come from the robot that is coupled next.
+/// Forces received in the earlier configuration do not count: the robot that is coupled next may be another.
 static void configuring_discards_earlier_forces_and_commands(void)
 {
     robot_feels(-11.0, 8.0);
@@ -349,7 +350,7 @@ static void configuring_discards_earlier_forces_and_commands(void)
     EXPECT_BELOW(0.01, rig_joystick.share); // The torque fades in again.
 }
 
-/// Without a commanded force, STOP and the end of operation complete no command.
+/// After a force has ended, STOP and leaving OPERATIONAL do not report its end again.
 static void a_force_ends_once(void)
 {
     const joystick_force_arguments_t force = {{0.3, -0.15}, 0.1};

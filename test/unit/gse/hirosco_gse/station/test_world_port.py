@@ -25,7 +25,7 @@ from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, visit
 
 def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
     """Stations in other processes count, too; the user number of a station that has ended is free again. If
-    there are more stations than users, the last stations share one number."""
+    there are more stations than users, each further station shares the first number."""
     here, elsewhere = 100_000 + 2 * os.getpid(), 100_001 + 2 * os.getpid()  # In place of port numbers; no other process uses these.
     numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
     claimed = [Identity.claim(dictionary, here) for _ in numbers]
@@ -101,7 +101,7 @@ def test_a_request_without_any_report_is_not_answered_and_has_not_failed(place, 
 
 
 class World:
-    """Replaces the client of the live port: stores each line and accepts it."""
+    """Replaces WorldPort, the client of the live port: stores each line and accepts it."""
 
     def __init__(self):
         self.lines, self.speed, self.hand = [], 1.0, None
@@ -113,7 +113,7 @@ class World:
 
 def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monkeypatch):
     """Faults are typed and come from a form. While one page aims the hand, another page and lines of other
-    programs get a message that names the page that has it."""
+    programs are refused; the message says who has the hand."""
     world = World()
 
     async def story(page, station):
@@ -262,7 +262,7 @@ def test_all_lines_without_an_answer_are_lost_with_the_connection(tmp_path):
     assert again == (1.5, False)
 
 
-def test_a_row_of_the_true_state_becomes_leaves_of_the_page():
+def test_a_row_of_the_true_state_becomes_values_of_the_page():
     names = "time arm.j1.position arm.j1.torque arm.j1.brake arm.j2.position arm.j2.torque arm.j2.brake STICK.1.position STICK.1.torque STICK.1.hand " \
             "arm.tip.contact arm.tip.contact-x arm.tip.contact-y arm.tip.contact-z arm.hook.spring arm.hook.spring-x arm.hook.spring-y arm.hook.spring-z " \
             "arm.x arm.y arm.z arm.qw arm.qx arm.qy arm.qz target.x target.y target.z target.qw target.qx target.qy target.qz RW1.momentum RW2.momentum PUSH.open"
