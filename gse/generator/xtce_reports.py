@@ -442,18 +442,28 @@ def _value_of_event(system, event, one, item):
     return system.parameter(_name_in(event, one), xt.field_type(system, "Parameter", event["name"], item), words)
 
 
-def _about_others(system, dictionary, event, one, octet):
-    """Containers of an event's value that identifies an event or a configuration of another subsystem, which may use the number for something
-    else than a third one. There is a container for each subsystem, with a parameter of the same name in a space system of its own, and one for
-    the number alone if the APID is that of no subsystem."""
-    base, apid = f"{system.path}/EVENT_{event['name']}", f"{system.path}/{event['name']}_{subject_of(one, event)}"
+def _about_others(system, dictionary, event, values):
+    """Containers of the values of an event, each with its octet in the packet, that identify events or configurations of one other subsystem:
+    different subsystems use a number for different things. There is a container for each subsystem, with parameters of the same names in a
+    space system of its own, and one for the numbers alone if the APID is that of no subsystem."""
+    base, apid = f"{system.path}/EVENT_{event['name']}", f"{system.path}/{event['name']}_{subject_of(values[0][0], event)}"
     whose = {subsystem["name"]: subsystem for subsystem in dictionary["subsystems"]}
     for name, subsystem in [*whose.items(), ("UNKNOWN", None)]:
         within = next((child for child in system.children if child.name == f"ABOUT_{name}"), None) or xt.System(f"ABOUT_{name}", system)
-        item = Identifiers(dictionary, subsystem).worded(one, {"parameters": []}) if subsystem else one
-        path = _value_of_event(within, event, one, item)
+        entries = []
+        for one, octet in values:
+            item = Identifiers(dictionary, subsystem).worded(one, {"parameters": []}) if subsystem else one
+            entries.append(entry_at(_value_of_event(within, event, one, item), octet))
         those = [(apid, subsystem["apid"])] if subsystem else [(apid, other["apid"], "!=") for other in whose.values()]
-        system.containers.append(container(f"EVENT_{_name_in(event, one)}_{name}", [entry_at(path, octet)], base, those))
+        system.containers.append(container(f"EVENT_{event['name']}_{name}", entries, base, those))
+
+
+def _others_in(event):
+    """Names of the values for `_about_others`. Those of a second subsystem are not among them: only one container can inherit from that of
+    the event."""
+    found = [(subject_of(one, event), one["name"]) for one in event["parameters"] if isinstance(one, dict)]
+    first = next((subject for subject, _ in found if subject), None)
+    return {name for subject, name in found if subject and subject == first}
 
 
 def events(system, dictionary, subsystem, catalogue, base, severities):
@@ -465,13 +475,13 @@ def events(system, dictionary, subsystem, catalogue, base, severities):
     own = system.parameter("LAST_EVENT", kind, f"last event of {subsystem['name']}") if words else None
     rows, identified = [], Identifiers(dictionary, subsystem)
     for event in subsystem["events"]:
-        entries, shown, about, octet = [], [], [], TM_HEADER + 2
+        entries, shown, about, octet, others = [], [], [], TM_HEADER + 2, _others_in(event)
         for one in event["parameters"]:
             if isinstance(one, dict):
                 size, item = one["count"] * octets(one["type"]), identified.worded(one, event)
                 shown.append(f"{one['name'].lower()} {_shown(_name_in(event, one), item)}")
-                about += [(one, octet)] if subject_of(one, event) else []
-                path = None if subject_of(one, event) else _value_of_event(system, event, one, item)
+                about += [(one, octet)] if one["name"] in others else []
+                path = None if one["name"] in others else _value_of_event(system, event, one, item)
             else:
                 path, size = parameter_path(system, known, one)
             if path:
@@ -484,8 +494,8 @@ def events(system, dictionary, subsystem, catalogue, base, severities):
         entries.append(entry_at(own, TM_HEADER))
         report = f"{base.path}/{name_of(catalogue, 5, subtype)}"
         system.containers.append(container(f"EVENT_{event['name']}", entries, report, restrictions, description=event.get("description")))
-        for one, at in about:
-            _about_others(system, dictionary, event, one, at)
+        if about:
+            _about_others(system, dictionary, event, about)
         text = " ".join([subsystem["name"], event["name"], *shown])
         rows.append({"eventId": f"{event['name']}-{subsystem['apid']}", "template": text})
     return rows

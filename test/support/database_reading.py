@@ -112,9 +112,10 @@ def check_event(found, packet, dictionary):
     namesakes = {one.name for each in dictionary.subsystems.values() for one in each.events.values() if one.id == event.id}
     assert label.raw_value == event.id and set(label.split(" or ")) == namesakes, (label, namesakes)
     expected, own_fields = {}, {one.name for one in event.parameters if not hasattr(one, "parameter_id")}
+    texts = {one.name for one in event.parameters if getattr(one, "kind", "") == "character"}
     for name, value in event.decode(packet.data, 2).items():
         own = f"{event.name}_{name}" if name in own_fields else name
-        expected |= flattened(own, value)
+        expected |= {own: bytes(value).decode("ascii")} if name in texts else flattened(own, value)
     prefix = f"/{dictionary.mission}/{subsystem.name}/"
     theirs = {path.removeprefix(prefix): value for path, value in found.items() if path.startswith(prefix)}
     if event.name in ABOUT_OTHERS:

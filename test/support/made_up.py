@@ -11,7 +11,7 @@ SEVERITIES = ("INFORMATIVE", "LOW", "MEDIUM", "HIGH")
 
 
 def _octets(rng, items):
-    """Octets of parameters or fields: random ones; for an enumeration one of its numbers."""
+    """Octets of parameters or fields: random ones; for an enumeration one of its numbers, for characters a text, padded with 0."""
     octets = b""
     for item in items:
         if getattr(item, "fields", ()):
@@ -20,6 +20,8 @@ def _octets(rng, items):
             octets += b"".join(values.encode(item.type, [rng.getrandbits(8 * values.size_of(item.type))]) for _ in range(item.count))
         elif item.words:
             octets += b"".join(values.encode(item.type, [rng.choice(sorted(item.words))]) for _ in range(item.count))
+        elif getattr(item, "kind", "") == "character":
+            octets += bytes(rng.choices(range(32, 127), k=rng.randrange(item.size + 1))).ljust(item.size, b"\0")
         else:
             octets += rng.randbytes(item.size)
     return octets
