@@ -440,8 +440,7 @@ def test_events_are_reported(yamcs, flight):
     """Another ground connects while Yamcs listens: Yamcs may not receive an event of the time before."""
     until(lambda: all(link["status"] == "OK" for link in yamcs.ask("links/mission")["links"]), "the links")
     before = len(events_of(yamcs, "GROUND_CONNECTED"))
-    done = flying.gse(flight, "ping", "COMMUNICATION", timeout=TIMEOUT_S)
-    assert done.returncode == 0, done.stderr
+    assert (done := flying.gse(flight, "ping", "COMMUNICATION", timeout=TIMEOUT_S)).returncode == 0, done.stderr
     until(lambda: len(events_of(yamcs, "GROUND_CONNECTED")) > before, "the event of the other connection")
     assert {one["type"] for one in events_of(yamcs, "GROUND_CONNECTED")} == {"GROUND_CONNECTED"}
 
