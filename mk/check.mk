@@ -20,9 +20,9 @@ CHECKS := check-format check-gcc check-tidy check-misra check-complexity check-l
           check-proofs
 .PHONY: $(CHECKS) check-clang check-analyzer check-misra-all check-tidy-all check-mutants check-fuzz mutants \
         flight-objects read-by-clang tidied coverage-tests
-# Other checks read what check-gcc has built; while it builds, the packages of the other checks are installed. Then one
-# job more than processors runs, because some wait for the network or for one long process. `make check test` installs
-# what the tests need while the checks run.
+# Other checks read what check-gcc has built; while it builds, the packages of the other checks are installed. One job
+# more than JOBS runs, because some wait for the network or for one long process. `make check test` installs what the
+# tests need while the checks run.
 FIRST_CHECKS := check-gcc build/setup/check
 check: build/setup/unit
 	+@failed=; \

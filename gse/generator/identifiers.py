@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of what the numbers in event reports identify, for grounds that have one word for each number of a value: Yamcs and Wireshark."""
+"""Event reports contain numbers that identify devices, events, parameters, links or users. This module gives their names for Yamcs and
+Wireshark, whose tables have only one name for each number: a number that stands for several has all their names, joined by "or"."""
 
-SUBJECT = "APID"  # Value of a report that names the subsystem to which its events and configurations belong.
+SUBJECT = "APID"  # Name of the value with the APID of the subsystem that the other values of an event are about.
 
 
 def devices(configurations):
     """Names of the devices of a subsystem by kind of number: by CANopen node (0: the controller of the subsystem itself), and by their number in
-    the configuration, from 0. A number that stands for several devices has all their names."""
+    a configuration, from 0. A number that stands for several devices has all their names."""
     found = {"CANopen node": {}, "device": {}}
     for configuration in configurations:
         for number, device in enumerate(configuration["devices"]):
@@ -33,8 +34,8 @@ def _ids(subsystems, members):
 
 
 def subject_of(item, event):
-    """Name of the value of an event that names the subsystem to which this event or configuration belongs; None if there is none. BY_APID is that
-    of BY_EVENT."""
+    """Name of the value with the APID of the subsystem to which the event or configuration belongs that `item`, a value of `event`, identifies;
+    None if `item` identifies neither, or if there is no such value. For the item BY_EVENT this is BY_APID."""
     names = {one["name"] for one in event["parameters"] if isinstance(one, dict)}
     if item.get("kind") not in ("event id", "configuration id"):
         return None
@@ -48,7 +49,8 @@ class Identifiers:
         self.dictionary, self.subsystem = dictionary, subsystem
 
     def _names(self, kind, is_about_others):
-        """(name of the table, number -> name) of a kind of number; None if numbers of this kind have no names."""
+        """(name of the table, number -> name) of a kind of number; None if numbers of this kind have no names. is_about_others: the
+        event is about another subsystem, so its numbers of events and configurations may be those of any subsystem."""
         own = self.subsystem["name"]
         subsystems, whose = (self.dictionary["subsystems"], "mission") if is_about_others else ([self.subsystem], own)
         if kind in self.subsystem["identifiers"]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reader of the world of a mission: robots (URDF), fixtures, springs, drives and joysticks of descriptors/worlds/<mission>.xml.
+"""Reader of the world of a mission: robots (URDF), fixtures, springs, devices on buses, wheels and valves of descriptors/worlds/<mission>.xml.
 
 The simulator reads the same files and reports errors with file and line; this reader expects files that the simulator accepts.
 Units are SI. A pose is a 4 x 4 matrix from a frame to its parent."""
@@ -21,7 +21,7 @@ MESH_OCTETS = 4_000_000  # Maximum of one mesh file; each page receives all mesh
 
 @dataclass
 class Shape:
-    """A collision shape: box (size), cylinder (radius, length along z) or sphere (radius), in the frame of its owner."""
+    """A shape: box (size), cylinder (radius, length along z) or sphere (radius). `pose` is in the frame of its link, for a fixture in the world."""
 
     kind: str
     pose: np.ndarray
@@ -42,7 +42,7 @@ class Visual:
 
 @dataclass
 class Link:
-    """A link. `solid` is the box that has the mass and the moments of inertia of the link; None if the link has no mass."""
+    """A link. `solid` is the box that has the mass and the moments of inertia of the link; None if the link has no mass, or no box has them."""
 
     name: str
     shapes: list = field(default_factory=list)
@@ -79,7 +79,7 @@ class Robot:
     joints: list
     start: dict = field(default_factory=dict)
     base: str = "fixed"
-    at: np.ndarray = field(default_factory=lambda: np.eye(4))  # Pose of the root link at time 0, from its State.
+    at: np.ndarray = field(default_factory=lambda: np.eye(4))  # Pose of the root link in its State: at time 0, or at the time `valid`.
 
     @property
     def moving(self):
@@ -91,7 +91,8 @@ class Robot:
         return next(name for name in self.links if name not in children)
 
     def poses(self, positions, base=None):
-        """Dict link name -> pose in the frame of the world; positions of the moving joints in their order."""
+        """Dict link name -> pose, in the frame in which `base` is the pose of the root link; without base, in the frame of the root link.
+        positions: those of the moving joints in their order."""
         values = dict(zip([joint.name for joint in self.moving], positions))
         found = {self.root: np.eye(4) if base is None else base}
         waiting = list(self.joints)
@@ -119,7 +120,7 @@ class Device:
 
 @dataclass
 class Wheel:
-    """A reaction wheel about `axis` of the link `on` (`robot.link`); `momentum` is its largest one [Nms]."""
+    """A reaction wheel about `axis` of the link `on` (`robot.link`); `momentum` is the largest that it takes [Nms]."""
 
     name: str
     on: str
@@ -251,7 +252,7 @@ def _robot(element, directory):
 
 
 def _start_pose(element, robots):
-    """Pose of the root link of a robot at time 0: its State, in the axes of the link `relativeTo` of a robot before it."""
+    """Pose of the root link of a robot in its State, in the world. The State may be in the frame of the link `relativeTo` of a robot before it."""
     state = element.find("State")
     if state is None:
         return np.eye(4)

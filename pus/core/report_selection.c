@@ -113,7 +113,7 @@ static bool insert(pus_selection_t* const selection, const uint32_t key, const u
 status_t pus_selection_add_process(pus_selection_t* const selection, const uint16_t apid)
 {
     FSW_ASSERT((selection != NULL) && (apid <= PUS_APID_MAX));
-    // Number of lists before PUS_BLOCKED_EVENTS: the entries for types and structures.
+    // The lists before PUS_BLOCKED_EVENTS, those of types and structures, get one entry each.
     const uint16_t lists = (uint16_t)PUS_BLOCKED_EVENTS;
     if (((uint32_t)selection->count + lists) > selection->capacity) {
         return STATUS_EXHAUSTED;
@@ -398,8 +398,8 @@ status_t pus_selection_put(const pus_selection_editor_t* const editor, const pus
     return persistence->put(persistence->context, editor->table, key, record, writer.position);
 }
 
-/// True if the entries of a record can be used: the keys ascend, and list, process and rate of each entry are
-/// valid.
+/// True if the entries of a record can be used: the keys ascend, list and rate of each entry are valid, and a
+/// key without the flag "has an identifier" has the identifier 0.
 static bool is_sound(octet_reader_t reader, const uint16_t count)
 {
     uint32_t least = 0U;

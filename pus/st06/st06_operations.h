@@ -9,7 +9,7 @@
 typedef enum {
     MEMORY_DUMP = 1,
     MEMORY_CHECK,
-    MEMORY_CHECK_OBJECT,
+    MEMORY_CHECK_OBJECT, ///< A whole object, TC[6,17]; TC[6,7] is a MEMORY_CHECK of areas of an object.
     MEMORY_LOAD_FILE,
     MEMORY_DUMP_FILE
 } memory_kind_t;

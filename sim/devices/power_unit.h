@@ -39,7 +39,8 @@ typedef struct power_unit { // Private, except port.
     uint8_t id;
     unsigned count;
     node_t* node[POWER_UNIT_RELAYS_MAX];
-    uint64_t move_ns[2U * POWER_UNIT_RELAYS_MAX]; // Time of the next move of each line; BUS_NEVER: no pulse.
+    // Time at which each line moves its relay; BUS_NEVER: no pulse.
+    uint64_t move_ns[2U * POWER_UNIT_RELAYS_MAX];
 } power_unit_t;
 
 /// Initialize the unit with all relays closed.

@@ -66,11 +66,13 @@ typedef struct {
     robot_model_t model;
     double start[ROBOT_JOINTS_MAX]; ///< Joint positions at time 0.
     double rate[ROBOT_JOINTS_MAX];  ///< Joint rates at time 0.
-    pose_t pose;                    ///< Pose of the root link at time 0.
-    /// Velocity of the root link; the robot moves as one rigid body at time 0.
+    pose_t pose;                    ///< Pose of the root link at `valid_ns`.
+    /// Velocity of the root link at `valid_ns`; the robot moves as one rigid body then.
     double velocity_m_s[3];
-    double rate_rad_s[3];  ///< In the axes of the world.
-    double valid_ns;       ///< Time at which the robot has this state if only gravity acts on it before.
+    double rate_rad_s[3]; ///< In the axes of the world.
+    /// Time of this pose and velocity. If it is not 0, the simulator computes from them those at time 0, with
+    /// gravity only.
+    double valid_ns;
     double spread_mass;    ///< Largest relative difference of the true mass of each body.
     double spread_inertia; ///< The same for its inertia, in addition to the difference of its mass.
     double spread_com;     ///< Largest difference of its centre of mass along each axis [m].
@@ -103,7 +105,7 @@ typedef struct {
     double torque_drift;     ///< Largest drift: drawn from +- this [Nm/s].
     double torque_range;     ///< Readings saturate at +- this [Nm]; 0: there is no sensor.
     double torque_ripple;    ///< Amplitude of the periodic error [Nm]; 0: no such error.
-    double torque_periods;
+    double torque_periods;   ///< Periods of this error per turn of the motor; 0 means 2.
 } world_drive_type_t;
 
 /// Attributes that every device has.
@@ -323,7 +325,7 @@ typedef struct {
     double period_ns;
     double scale;
     double offset;
-    double speed; ///< [1/s]
+    double speed; ///< Largest change of the value in a second.
 } world_instrument_t;
 
 typedef struct {

@@ -130,8 +130,9 @@ MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_
 /// Raise an event of the descriptor with auxiliary octets (big-endian, in the order that the descriptor
 /// defines). If size is 0, the parameters to which the event refers are sampled now. After an event of
 /// severity HIGH the subsystem goes to ERROR_OPERATIONAL in this cycle, before any command is sent to a
-/// device; after an event of severity MEDIUM it waits 4 cycles for a command of the supervisor, then goes
-/// to SAFE_OPERATIONAL by itself. STATUS_OK, STATUS_NOT_FOUND (no such event).
+/// device (from the states 1, 2, 7, 8 and 9 to OFFLINE). After an event of severity MEDIUM in
+/// OPERATIONAL it waits 4 cycles for a command of the supervisor, then goes to SAFE_OPERATIONAL by itself; in
+/// other states it stays. STATUS_OK, STATUS_NOT_FOUND (no such event).
 status_t subsystem_raise(subsystem_t* subsystem, uint16_t event_id, const uint8_t* auxiliary, size_t size);
 /// Raise an event by telecommand, without data. Only events of severity LOW are permitted, because others
 /// trigger reactions. STATUS_OK, STATUS_OUT_OF_RANGE (another severity, or no such event).

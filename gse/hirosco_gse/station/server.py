@@ -4,7 +4,9 @@
 Browser -> station, JSON: {"do": "command", "text": ...}, {"do": "plan", "text": ...}, {"do": "live", "line": ...},
 {"do": "structures", "subsystem": ...}, {"do": "forms"}, {"do": "script"}, {"do": "watch", "bus": name or null}, {"do": "watch", "truth": true},
 {"do": "ask", "text": ...}, {"do": "upload", "words": [...], "data": base64}, each with an "id" that the answer repeats. Instead of "text", a
-command may have "form" and "values" (forms.py). Station -> browser: the messages of the hub, and answers {"kind": "answer", "id": ...}."""
+command or plan may have "form" and "values" (forms.py). Structures that a command with "display": true enables are disabled when no page is
+open any more. Station -> browser: the messages of the hub, and answers {"kind": "answer", "id": ...}, for a line {"kind": "live", "id": ...}. The
+answer to a request that is not understood has no "id"."""
 
 import asyncio
 import base64
@@ -34,7 +36,7 @@ UPDATES = tuple(f'{{"kind": "{kind}"' for kind in ("housekeeping", "truth", "bus
 # Other messages are not dropped. If so many messages or characters wait, the connection is closed: the page connects again, and gets the present state.
 MESSAGES_MAX, CHARACTERS_MAX = 8 * QUEUE, 1 << 24
 ROOM = QUEUE // 2  # While more messages wait, no request of the page is read.
-UNDER_WAY = 16  # Maximum number of requests of a page that wait for other programs at the same time.
+UNDER_WAY = 16  # Maximum number of `ask` of a page that wait for other programs at the same time; as many `live` may wait, too.
 ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
@@ -98,7 +100,7 @@ class _Browser:
         return text
 
     async def room(self):
-        """Wait until the page has read its messages, or the connection has ended."""
+        """Wait until at most ROOM messages wait for the page, or the connection has ended."""
         await self._room.wait()
 
     async def send(self):
@@ -243,7 +245,7 @@ class Station:
             sender.cancel()
             with contextlib.suppress(asyncio.CancelledError, ConnectionError):
                 await sender
-            await asyncio.gather(*lines, return_exceptions=True)  # The last one may aim the hand.
+            await asyncio.gather(*lines, return_exceptions=True)  # One of them may aim the hand, which is then given back.
             await self.hub.leave_hand(browser.number)
         return socket
 

@@ -10,10 +10,10 @@
 /// The storage is plain memory: shared memory with one process per participant (futex hand-off), or memory of
 /// one program that calls osal_lockstep_next in a loop (image form). Both give the same sequence of grants.
 ///
-/// Each start of a participant's process begins a new life with the next number. A life is EXPECTED from a
-/// given instant (simulated time stops there until the life has joined), then JOINED, and finally ended.
-/// Start, stop and death happen at a defined simulated time; the processes follow in wall-clock time. Calls
-/// in the name of an ended life have no effect.
+/// Each start of a participant's process begins a new life with the next number. A life is first EXPECTED: it
+/// begins at a given instant, at which simulated time stops until the life has joined. Then it is JOINED, and
+/// finally ended. Start, stop and death happen at a defined simulated time; the processes follow in
+/// wall-clock time. Calls in the name of an ended life have no effect.
 #ifndef OSAL_LOCKSTEP_SCHEDULER_H
 #define OSAL_LOCKSTEP_SCHEDULER_H
 
@@ -82,7 +82,8 @@ void osal_lockstep_set_succession(osal_lockstep_t* scheduler, unsigned participa
 /// those of an ended life. No effect on a participant that is absent, or before the instant at which its life
 /// begins: whether it has joined by then depends on wall-clock time.
 void osal_lockstep_suspend(osal_lockstep_t* scheduler, unsigned participant);
-/// End a suspension. If the participant was due in the meantime, it wakes at once.
+/// End a suspension. A participant that was due in the meantime wakes in the current time step if its turn is
+/// still to come, else at the start of the next one.
 void osal_lockstep_resume(osal_lockstep_t* scheduler, unsigned participant);
 /// End the run: every present and later wait returns STATUS_CLOSED at once.
 void osal_lockstep_close(osal_lockstep_t* scheduler);

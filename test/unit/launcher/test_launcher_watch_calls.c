@@ -12,7 +12,7 @@
 
 #define NS_PER_MS 1000000ULL
 #define NO_PARTICIPANT OSAL_LOCKSTEP_PARTICIPANTS_MAX
-#define SUPERVISOR 0U ///< Components, and their children.
+#define SUPERVISOR 0U ///< Index of a component, and of its child.
 #define ARM 1U
 #define SIMULATOR 2U ///< A child that is not a component.
 #define LIFE 3U
@@ -23,7 +23,7 @@ static run_state_t run;
 static uint64_t scheduler_storage; // Only its address is used.
 
 static uint64_t now_ns;
-static osal_process_look_t look; // State that each process reports.
+static osal_process_look_t look; // What osal_process_look finds at every process.
 static status_t look_status;
 static unsigned holder;
 static uint32_t grants;
@@ -285,7 +285,7 @@ static void each_grant_begins_the_time_of_its_holder(void** state)
     assert_int_equal(0U, launcher.watch.since_ns);
     assert_string_equal("no process", launcher_holder(&launcher));
     holder = run_participant(ARM);
-    watch_at(1U); // The earliest instant that is not "no holder".
+    watch_at(1U); // The earliest instant: since_ns 0 means that there is no holder.
     assert_string_equal("arm", launcher_holder(&launcher));
     look_status = STATUS_NOT_FOUND; // The process has ended.
     watch_at(BEGIN_NS);

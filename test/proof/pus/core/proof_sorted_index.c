@@ -6,8 +6,8 @@
 //     outside the nodes.
 // Bounds: three slots, every sound index, one call; by induction any number of calls. Tags and serials are
 //     below 8, because only their order matters; no two slots have the same ones, as the contract requires.
-// Replaced: the rank of a slot is its number instead of its hash. Both differ for each slot, and the code
-//     distinguishes slots by their rank only, so that other ranks are another numbering of the slots.
+// Replaced: the rank of a slot is its number instead of its hash. No two slots have the same number or the
+//     same hash, and ranks are only compared, so that other ranks are another numbering of the slots.
 // Sources:
 // Options: --unwind 5
 // Reduced: pus/core/sorted_index.c
