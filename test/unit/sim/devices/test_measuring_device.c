@@ -15,6 +15,8 @@
 static master_t master;
 static measuring_device_t* device;
 static char error[EDS_ERROR_MAX];
+// First value: rate [rad/s] of the gyro, sent in units of 1e-7; component of the quaternion of the star
+// tracker, sent in units of 1e-9.
 static double truth;
 static uint64_t numbers[64];
 static unsigned measured;

@@ -33,11 +33,11 @@ typedef struct {
     unsigned request_count;
     unsigned events[32]; ///< Reports of events, by id.
     bool is_uplink_full;
-    unsigned uplink_room; ///< Requests that the supervisor accepts before it is full; 0: no limit.
-    uint16_t participant;
-    unsigned served; ///< Number of calls of the callback `served`.
-    unsigned cut;
-    unsigned intrusions;
+    unsigned uplink_room;           ///< Requests that the supervisor accepts before it is full; 0: no limit.
+    uint16_t participant;           ///< Port of the participant of the scheduler; 0: none.
+    unsigned served;                ///< Number of calls of the callback `served`.
+    unsigned cut;                   ///< Number of calls of the callback `cut`.
+    unsigned intrusions;            ///< Number of calls of the callback `intruded`.
     uint32_t sent[FIXTURE_CLIENTS]; ///< Octets sent to each client, as the callback reports them.
 } fixture_t;
 
