@@ -22,10 +22,10 @@ def console(dictionary_path, capsys):
     """run(answer, *words) -> (exit code, stdout, stderr, received telecommands)."""
     crafts = []
 
-    def run(answer, *words):
+    def run(answer, *words, timeout_s=600):
         craft = Spacecraft(answer)
         crafts.append(craft)
-        code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "--timeout", "0.5", *words])
+        code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "--timeout", str(timeout_s), *words])
         out, err = capsys.readouterr()
         assert "Traceback" not in err
         return code, out, err, craft.received
@@ -62,7 +62,7 @@ def named(dictionary_path, tmp_path, capsys):
     def run(answer, *words):
         craft = Spacecraft(answer)
         crafts.append(craft)
-        code = main(["--port", str(craft.port), "--dictionary", str(path), "--timeout", "0.5", *words])
+        code = main(["--port", str(craft.port), "--dictionary", str(path), "--timeout", "600", *words])
         out, err = capsys.readouterr()
         assert "Traceback" not in err
         return code, out, err, craft.received
@@ -345,7 +345,7 @@ def test_a_lost_link_is_reported(console):
 
 
 def test_time_out_names_the_missing_report(console):
-    code, _, err, _ = console(lambda p: [(16, 1, 1, p.request_id, p.user)], "ping", "MANIPULATOR")
+    code, _, err, _ = console(lambda p: [(16, 1, 1, p.request_id, p.user)], "ping", "MANIPULATOR", timeout_s=5)
     assert code == 4
     assert "end of verification" in err
 
@@ -357,7 +357,7 @@ def test_reports_of_other_clients_do_not_end_a_request(console):
         other = bytes([packet.raw[0], packet.raw[1], 0xC0 | (packet.raw[2] ^ 1) & 0x3F, packet.raw[3]])
         return [(16, 1, 7, other, packet.user)]
 
-    assert console(answer, "state", "MANIPULATOR", "OFFLINE")[0] == 4
+    assert console(answer, "state", "MANIPULATOR", "OFFLINE", timeout_s=0.5)[0] == 4
 
 
 def test_raw_sends_octets_as_they_are(console):
