@@ -113,7 +113,7 @@ def other(dictionary, dictionary_path):
 
 def test_the_shell_warns_once_of_another_interface(other, tmp_path):
     lines, shown = ["ping MANIPULATOR", "ping MANIPULATOR", "exit"], []
-    with Client(tmp_path, timeout_s=5, **other) as craft:
+    with Client(tmp_path, timeout_s=600, **other) as craft:
         Shell(craft, lambda prompt: lines.pop(0), lambda text: shown.append(str(text))).run()
     assert sum("warning: MANIPULATOR flies interface 0x0000000000000007" in line for line in shown) == 1
 
