@@ -12,7 +12,8 @@ MISSION_SERVICES = (129, 130, 131)
 PROPERTIES = {"layout_hash": "layout_hash", "octets": "layout_size", "byte_order": "byte_order", "period_us": "period",
               "tolerance_permille": "tolerance", "depth": "depth", "max_age_us": "max_age"}  # fmt: skip
 STATES = {"state": "state", "phase": "phase", "configuration_id": "configuration", "cycle": "cycle"}
-# Events with a number of another subsystem: the database has it, and what follows, at its place in the packet, which Flattened does not read.
+# Events with a number of another subsystem. The database enters this number and the values after it by their offsets in the packet;
+# Flattened reads no entries with an offset, so only the values before are compared.
 ABOUT_OTHERS = ("PLAN_STARTED", "PLAN_OVERRULED", "ADOPTION_DIFFERS")
 OWN = {
     (129, 2): {**STATES, "previous": "previous", "code": "code"},

@@ -17,15 +17,14 @@ from tm_packets import build_tm
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 
 
-@pytest.fixture
-def console(dictionary_path, capsys):
-    """run(answer, *words) -> (exit code, stdout, stderr, received telecommands)."""
+def _consoles(path, capsys):
+    """Yields run(answer, *words, timeout_s) -> (exit code, stdout, stderr, received telecommands), with the dictionary at `path`."""
     crafts = []
 
     def run(answer, *words, timeout_s=600):
         craft = Spacecraft(answer)
         crafts.append(craft)
-        code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "--timeout", str(timeout_s), *words])
+        code = main(["--port", str(craft.port), "--dictionary", str(path), "--timeout", str(timeout_s), *words])
         out, err = capsys.readouterr()
         assert "Traceback" not in err
         return code, out, err, craft.received
@@ -33,6 +32,11 @@ def console(dictionary_path, capsys):
     yield run
     for craft in crafts:
         craft.close()
+
+
+@pytest.fixture
+def console(dictionary_path, capsys):
+    yield from _consoles(dictionary_path, capsys)
 
 
 def test_ping_prints_that_a_subsystem_answers(console):
@@ -53,23 +57,11 @@ def test_ping_without_a_name_reaches_all_and_prints_json(console):
 
 @pytest.fixture
 def named(dictionary_path, tmp_path, capsys):
-    """run(answer, *words) as console, with the names of named_dictionary."""
+    """As console, with the names of named_dictionary."""
     content = named_dictionary.named(json.loads(dictionary_path.read_text(encoding="utf-8")))
     path = tmp_path / "named.json"
     path.write_text(json.dumps(content), encoding="utf-8")
-    crafts = []
-
-    def run(answer, *words):
-        craft = Spacecraft(answer)
-        crafts.append(craft)
-        code = main(["--port", str(craft.port), "--dictionary", str(path), "--timeout", "600", *words])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err, craft.received
-
-    yield run
-    for craft in crafts:
-        craft.close()
+    yield from _consoles(path, capsys)
 
 
 def test_numbers_are_written_by_their_names(named):
