@@ -17,7 +17,7 @@ AXES_MAX, PDOS_MAX, ENTRIES_MAX, VALUES_MAX, EMERGENCIES_MAX = 8, 4, 8, 16, 32
 CONTROLWORD, RATED_TORQUE, MAX_TORQUE = 0x6040, 0x6076, 0x6072
 POSITION_LIMITS, MAX_SPEED, TURN_PER_MINUTE = 0x607D, 0x6080, 2.0 * math.pi / 60.0
 DECIMAL_DIGITS, ANALOGUE_INPUTS = 0x6132, {0x6130, 0x7130, 0x9130}  # CiA 404: value in 8, 16 and 32 bits.
-PDO_INVALID, IDENTIFIER_MASK, EACH_SYNC = 1 << 31, 0x7FF, 1
+PDO_INVALID, EXTENDED_IDENTIFIER, IDENTIFIER_MASK, EACH_SYNC = 1 << 31, 0x3FFFF800, 0x7FF, 1
 PROFILE_FIRST, PROFILE_LAST, DATA_TYPES_END = 0x6000, 0x9FFF, 0x20
 TORQUES = {0x6071, 0x6077, 0x60B2}
 TRANSMITTED = {0x6041: "STATUSWORD", 0x6064: "POSITION", 0x606C: "VELOCITY", 0x6077: "TORQUE", 0x6078: "CURRENT"}
@@ -35,6 +35,7 @@ class _Class:
 
     def __init__(self, loaded):
         self.sheet = loaded
+        self.place = None  # Object that is being checked; a refusal names its line.
         self.values = loaded.defaults(0)
         self.profile = self._number(DEVICE_TYPE) & 0xFFFF
         self.slots = []
@@ -54,10 +55,12 @@ class _Class:
         self.hash = fnv64(loaded.path.read_bytes())
 
     def fail(self, reason):
-        raise SheetError(self.sheet.path, 0, reason)
+        entry = self.sheet.entries.get(self.place)
+        raise SheetError(self.sheet.path, entry.line if entry else 0, reason)
 
     def _number(self, key):
         if key not in self.values:
+            self.place = key
             self.fail(f"no default of {key[0]:#06x}:{key[1]:02x}, which identifies the class")
         return self.values[key]
 
@@ -89,15 +92,23 @@ class _Class:
         pdos = []
         while (parameters + len(pdos), 1) in self.sheet.entries:
             pdos.append(self._pdo(parameters + len(pdos), mappings + len(pdos), words))
+        self.place = None
         if len(pdos) > PDOS_MAX:
             self.fail(f"{len(pdos)} PDOs from {parameters:#06x}: expected at most {PDOS_MAX}")
         return pdos
 
     def _pdo(self, parameter, mapping, words):
         identifier = self._number((parameter, 1))
+        self.place = (parameter, 1)
         if "$NODEID" not in self.sheet.entries[parameter, 1].default.upper():
             self.fail(f"{parameter:#06x}:01: expected $NODEID in its default")
-        entries = [self._entry(*entry, words) for entry in sheet.mapped(self.values, mapping)]
+        if identifier & EXTENDED_IDENTIFIER:
+            self.fail(f"{parameter:#06x}:01: expected an identifier of 11 bits, which the frames of this project have")
+        entries = []
+        for number, entry in enumerate(sheet.mapped(self.values, mapping), 1):
+            self.place = (mapping, number)
+            entries.append(self._entry(*entry, words))
+        self.place = (mapping, 0)
         if len(entries) > ENTRIES_MAX or sum(entry[2] for entry in entries) > 8:
             self.fail(f"{mapping:#06x}: expected at most 8 octets")
         is_each_sync = self.values.get((parameter, 2), 255) == EACH_SYNC
@@ -112,13 +123,17 @@ class _Class:
         entry = self.sheet.entries.get((index, subindex))
         if entry is None:
             self.fail(f"{index:#06x}:{subindex:02x} in a PDO: expected an object of the sheet")
+        if entry.kind not in sheet.INTEGERS:
+            self.fail(f"{index:#06x}:{subindex:02x} in a PDO has DataType={entry.kind:#06x}: expected an integer")
+        width, signed = sheet.INTEGERS[entry.kind]
+        if width not in (1, bits):
+            self.fail(f"{bits} bits of {index:#06x}:{subindex:02x} in a PDO: expected {width}, as its DataType={entry.kind:#06x}")
         axis, first = divmod(index - PROFILE_FIRST, AXIS_STEP)
         first += PROFILE_FIRST
         if PROFILE_FIRST <= index <= PROFILE_LAST and axis < self.axes and first in words and subindex == 0:
             if first in TORQUES and not self.units[axis][2]:
                 self.fail(f"torque {index:#06x} in a PDO: expected the rated torque, 0x6076")
             return index, subindex, bits // 8, words[first], axis
-        signed = sheet.INTEGERS.get(entry.kind, (bits, False))[1]
         slot = (index, subindex, bits // 8, signed, self._scale(index, subindex))
         if slot not in self.slots:
             self.slots.append(slot)

@@ -3,7 +3,6 @@
 
 This is the only reader of data sheets on the ground: the generator and the reader of a run's bus logs import it."""
 
-import configparser
 import functools
 import math
 import pathlib
@@ -11,8 +10,9 @@ import re
 from dataclasses import dataclass
 
 DIRECTORY = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devices"
-SECTION = re.compile(r"([0-9A-Fa-f]{4})(?:sub([0-9A-Fa-f]{1,2}))?\Z")
-TERM = re.compile(r"(?:\$NODEID\s*\+\s*)?(-?(?:0x[0-9A-Fa-f]+|[0-9]+))\Z", re.IGNORECASE)
+# Names of sections and keys are not case-sensitive.
+SECTION = re.compile(r"([0-9a-f]{4})(?:sub([0-9a-f]{1,2}))?\Z", re.IGNORECASE)
+NUMBER = re.compile(r"-?(?:0x[0-9a-f]+|0[0-7]*|[1-9][0-9]*)\Z", re.IGNORECASE)
 # Data type of CiA 301 -> bits, signed. Process data contain no others.
 INTEGERS = {1: (1, False), 2: (8, True), 3: (16, True), 4: (32, True), 5: (8, False), 6: (16, False), 7: (32, False),
             0x10: (24, True), 0x15: (64, True), 0x16: (24, False), 0x1B: (64, False)}
@@ -24,28 +24,40 @@ EMERGENCY = re.compile(r"EMCY\s+(0x[0-9A-Fa-f]{1,4})\s+(\w+)\s+(\S.*)\Z")
 
 
 class SheetError(Exception):
-    """An error in a data sheet: file, line (0: unknown) and what is wrong."""
+    """An error in a data sheet: file, line (0: the whole file) and what is wrong."""
 
     def __init__(self, path, line, reason):
-        super().__init__(f"{path}:{line}: {reason}")
+        super().__init__(f"{path}:{line}: {reason}" if line else f"{path}: {reason}")
+
+
+def _number(text):
+    """A number as CiA 306 writes it: decimal, hexadecimal with 0x, or octal with a leading 0. None if it is not a number."""
+    text = text.strip().lower()
+    if not NUMBER.match(text):
+        return None
+    digits = text.lstrip("-")
+    return int(text, 16 if digits.startswith("0x") else 8 if digits.startswith("0") else 10)
 
 
 @dataclass
 class Entry:
-    """One object or member of an object."""
+    """One object or member of an object, and the line of its default."""
 
     name: str
     kind: int
     default: str
     access: str = ""
     is_mappable: bool = False
+    line: int = 0
 
     def value(self, node):
-        """Default as a number; $NODEID is the node id. None if it is not a number."""
-        match = TERM.match(self.default.strip())
-        if not match:
+        """Default as a number; $NODEID is the node id. None if it is not a number. Makers write negative numbers in hexadecimal, too."""
+        terms = [node if term.strip().upper() == "$NODEID" else _number(term) for term in self.default.split("+")]
+        if None in terms[:2] or len(terms) > 2:
             return None
-        return int(match[1], 0) + (node if "$NODEID" in self.default.upper() else 0)
+        bits, signed = INTEGERS.get(self.kind, (0, False))
+        is_negative = signed and "x" in self.default.lower() and 1 << bits - 1 <= sum(terms) < 1 << bits
+        return sum(terms) - (1 << bits if is_negative else 0)
 
 
 @dataclass
@@ -72,41 +84,97 @@ def load(path):
     return _read(path, status.st_mtime_ns, status.st_size)
 
 
-@functools.cache
-def _read(path, changed_ns, octets):
-    reader = configparser.ConfigParser(interpolation=None, comment_prefixes=(";",), strict=True)
+@dataclass
+class _Section:
+    """A section of the file: its name, line, and values with their lines by the names of their keys in small letters."""
+
+    name: str
+    line: int
+    values: dict
+
+    def get(self, key, default=""):
+        return self.values.get(key, (default, self.line))[0]
+
+    def line_of(self, key):
+        return self.values.get(key, ("", self.line))[1]
+
+
+def _text(path):
+    """Text of the file. CiA 306 has ASCII only; the sheets of many makers contain Latin-1."""
     try:
-        with path.open(encoding="utf-8") as file:
-            reader.read_file(file)
+        octets = path.read_bytes()
     except OSError as error:
         raise SheetError(path, 0, f"cannot read: {error.strerror}") from error
-    except configparser.Error as error:
-        raise SheetError(path, getattr(error, "lineno", None) or 0, f"not a data sheet: {error.message}") from error
-    entries = {}
-    for name in reader.sections():
-        match, section = SECTION.match(name), reader[name]
-        if match and "datatype" in section:
-            try:
-                kind = int(section["datatype"], 0)
-            except ValueError as error:
-                raise SheetError(path, 0, f"[{name}] DataType={section['datatype']}: expected a number") from error
-            key = (int(match[1], 16), int(match[2] or "0", 16))
-            entries[key] = Entry(section.get("parametername", name), kind, section.get("defaultvalue", ""),
-                                 section.get("accesstype", "").lower(), section.get("pdomapping", "0").strip() == "1")
-    return Sheet(path, entries, tuple(_emergencies(path, reader)))
+    try:
+        return octets.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return octets.decode("latin-1")
 
 
-def _emergencies(path, reader):
+def _sections(path):
+    """Sections by their names in small letters."""
+    sections, section = {}, None
+    for number, line in enumerate(_text(path).split("\n"), 1):
+        line = line.strip()
+        if not line or line[0] in ";#":
+            continue
+        if line[0] == "[" and line[-1] == "]":
+            section = _Section(line[1:-1].strip(), number, {})
+            if section.name.lower() in sections:
+                raise SheetError(path, number, f"not a data sheet: {line}: expected a section that is not there yet; the first is in line "
+                                               f"{sections[section.name.lower()].line}")
+            sections[section.name.lower()] = section
+            continue
+        key, equals, value = (part.strip() for part in line.partition("="))
+        if not equals or section is None:
+            raise SheetError(path, number, f"not a data sheet: {line[:60]}: expected {'[section]' if section is None else 'key=value, [section]'} or ; comment")
+        if key.lower() in section.values:
+            raise SheetError(path, number, f"not a data sheet: {line[:60]}: expected a key that is not in [{section.name}] yet")
+        section.values[key.lower()] = (value, number)
+    return sections
+
+
+@functools.cache
+def _read(path, changed_ns, octets):
+    sections, entries = _sections(path), {}
+    for section in sections.values():
+        match = SECTION.match(section.name)
+        is_head = match and not match[2] and _number(section.get("objecttype", "7")) in (8, 9)  # Its members have sections of their own.
+        if match and not is_head and section.get("datatype"):
+            entry = _entry(path, section)
+            entries[int(match[1], 16), int(match[2] or "0", 16)] = entry
+    return Sheet(path, entries, tuple(_emergencies(path, sections)))
+
+
+def _entry(path, section):
+    """The object of a section. Refuse a default that is not a number of its type."""
+    kind = _number(section.get("datatype"))
+    if kind is None:
+        raise SheetError(path, section.line_of("datatype"), f"[{section.name}] DataType={section.get('datatype')}: expected a number")
+    default = section.get("defaultvalue")
+    entry = Entry(section.get("parametername", section.name), kind, default, section.get("accesstype").lower(),
+                  _number(section.get("pdomapping", "0")) == 1, section.line_of("defaultvalue"))
+    if default and kind in INTEGERS:
+        bits, signed = INTEGERS[kind]
+        value = entry.value(0)
+        if value is None or not (-(1 << bits - 1) <= value < 1 << bits - 1 if signed else 0 <= value < 1 << bits):
+            raise SheetError(path, entry.line, f"[{section.name}] DefaultValue={default}: expected {'a signed' if signed else 'an unsigned'} number of {bits} "
+                                               f"bit{'s' if bits > 1 else ''}, as DataType={section.get('datatype')}")
+    return entry
+
+
+def _emergencies(path, sections):
     """Emergency codes of the manufacturer. They are in [Comments], the only section of CiA 306 with free content."""
     known = set()
-    for key, line in reader.items("Comments") if reader.has_section("Comments") else ():
+    comments = sections.get("comments", _Section("Comments", 0, {}))
+    for key, (line, number) in comments.values.items():
         if key == "lines" or line.split(" ")[0] != "EMCY":
             continue
         match = EMERGENCY.match(line)
         code = int(match[1], 16) if match else 0
         if code == 0 or match[2] not in SEVERITIES or code in known:
-            raise SheetError(path, 0, f"[Comments] {key}={line}: expected EMCY, a code from 0x0001 to 0xFFFF that no other line has, "
-                                      f"one of {' '.join(SEVERITIES)}, and a text")
+            raise SheetError(path, number, f"[Comments] {key}={line}: expected EMCY, a code from 0x0001 to 0xFFFF that no other line has, "
+                                           f"one of {' '.join(SEVERITIES)}, and a text")
         known.add(code)
         yield code, match[2], match[3]
 

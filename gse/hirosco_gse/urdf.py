@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 ZERO = (0.0, 0.0, 0.0)
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 PRINCIPAL = ("ixx", "iyy", "izz")
+WITHOUT_AXIS = ("fixed", "floating")  # Many files give these joints an axis of length 0.
 
 
 class UrdfError(Exception):
@@ -195,12 +196,13 @@ def _link(element, materials):
 
 def _joint(element):
     axis, limit = element.first("axis"), element.first("limit")
-    direction = axis.numbers("xyz", 3) if axis else (1.0, 0.0, 0.0)
+    kind = element.text("type")
+    direction = axis.numbers("xyz", 3) if axis and kind not in WITHOUT_AXIS else (1.0, 0.0, 0.0)
     length = math.hypot(*direction)
     if length == 0.0:
-        axis.fail("<axis>: expected a direction")
+        axis.fail(f'<axis> of joint {element.text("name")}: expected a direction')
     limits = {key: limit.number(key) for key in ("lower", "upper", "velocity", "effort") if limit and key in limit.attributes}
-    return Joint(element.text("name"), element.text("type"), element.line, element.need("parent").text("link"),
+    return Joint(element.text("name"), kind, element.line, element.need("parent").text("link"),
                  element.need("child").text("link"), _origin(element), tuple(x / length for x in direction), limits,
                  element.first("mimic") is not None)
 

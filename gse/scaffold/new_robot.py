@@ -155,7 +155,11 @@ def drive_of(joint):
     effort = joint.effort
     inertia = sum(a * b for a, b in zip(joint.axis, urdf.turned(joint.link.inertia, joint.axis)))
     inertia = joint.link.mass if joint.is_prismatic else inertia
-    stiffness = min((LINEAR_STIFFNESS if joint.is_prismatic else STIFFNESS) * effort, inertia * (0.5 / STEP_S) ** 2)
+    of_effort = LINEAR_STIFFNESS if joint.is_prismatic else STIFFNESS
+    if of_effort * effort < STIFFNESS_MIN:
+        raise Refusal(f"URDF: {joint.location}: joint {joint.name}: effort=\"{effort:g}\": expected at least {STIFFNESS_MIN / of_effort:g} {'N' if joint.is_prismatic else 'Nm'}, "
+                      "with which its gear has the smallest stiffness that a world may have")
+    stiffness = min(of_effort * effort, inertia * (0.5 / STEP_S) ** 2)
     if stiffness < STIFFNESS_MIN:
         raise Refusal(f"URDF: {joint.location}: joint {joint.name}: moves {inertia:.3g} {'kg' if joint.is_prismatic else 'kgm2 about its axis'}, expected "
                       f"at least {STIFFNESS_MIN / (0.5 / STEP_S) ** 2:.3g}, with which the simulator can simulate its gear")

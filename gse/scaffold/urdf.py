@@ -17,12 +17,13 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 JOINTS_MAX = 12
 EFFORT_MAX = 320.0  # Nm or N, of descriptors/devices/joint-drive-large.eds.
 POSITION_MAX = 2147.0  # rad or m: 32 bits of the drives' unit of 1e-6.
+SPEED_MIN = 0.001  # rad/s or m/s, of SPEED in the descriptor.
 FINGERS = 'make the joints of a gripper type="fixed" without <mimic>, docs/arm.md'
 INSTEAD = {  # What to write for a joint type that no drive moves.
     "floating": 'for a base that flies freely, remove this joint with its parent link and give BASE=free; otherwise make it type="fixed"',
     "planar": 'make it type="fixed", or two prismatic joints and a revolute one, each of which moves a link with a mass',
 }
-NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,62}")  # Of an attribute of the world's <Start>.
+NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,58}")  # Of an attribute of the world's <Start>; with "arm." it has at most 63 octets.
 
 
 @dataclass
@@ -216,7 +217,7 @@ class _Chain:
         if missing:
             self.refuse(joint, f"no {', '.join(missing)}: expected <limit> with {', '.join(bounds)}, which bound motion and torque")
         if not NAME.fullmatch(joint.name):
-            self.refuse(joint, "expected a name of letters, digits, '_', '-' and '.', a letter first, because it is a name in the world")
+            self.refuse(joint, "expected a name of at most 59 letters, digits, '_', '-' and '.', a letter first and not xml, because it is a name in the world")
         turns = {"lower": -2.0 * math.pi, "upper": 2.0 * math.pi}
         limit = joint.limit | (turns if joint.kind == "continuous" else {})
         self.check_limit(joint, limit)
@@ -227,8 +228,8 @@ class _Chain:
         """Refuse limits that no drive of the project has."""
         if not 0.0 < limit["effort"] <= EFFORT_MAX:
             self.refuse(joint, f'effort="{limit["effort"]:g}": expected more than 0 and at most {EFFORT_MAX:g} Nm or N, as the drives have')
-        if not limit["velocity"] > 0.0:
-            self.refuse(joint, f'velocity="{limit["velocity"]:g}": expected more than 0')
+        if not limit["velocity"] >= SPEED_MIN:
+            self.refuse(joint, f'velocity="{limit["velocity"]:g}": expected at least {SPEED_MIN:g} rad/s or m/s')
         if not -POSITION_MAX <= limit["lower"] < limit["upper"] <= POSITION_MAX:
             self.refuse(joint, f'lower="{limit["lower"]:g}" upper="{limit["upper"]:g}": expected lower < upper, within +-{POSITION_MAX:g} rad or m')
 
@@ -237,7 +238,8 @@ class _Chain:
         base, leaving, frames = self.rigid(self.root())
         while leaving:
             if len(leaving) > 1:
-                self.refuse(leaving[1][0], f"expected one joint after a link, an arm is a chain; there is {leaving[0][0].name}; {FINGERS}")
+                self.refuse(leaving[1][0], f"expected one joint after a link, an arm is a chain; there is {leaving[0][0].name}; "
+                                        f"give each arm a file of its own, or {FINGERS}")
             found, placed = leaving[0]
             joint = self.joint_of(found, placed)
             joint.link, leaving, frames = self.rigid(found.child)

@@ -11,8 +11,14 @@
 #define LINE_MAX_OCTETS 512U
 #define GROWTH 64U // Number of entries by which an array grows.
 
+// Object codes of CiA 301.
+#define OBJECT_TYPE_NULL 0x0
+#define OBJECT_TYPE_DOMAIN 0x2
+#define OBJECT_TYPE_DEFTYPE 0x5
+#define OBJECT_TYPE_DEFSTRUCT 0x6
 #define OBJECT_TYPE_VAR 0x7
 #define OBJECT_TYPE_RECORD 0x9
+#define DATA_TYPE_MAX 0x25F // Last data type of device profiles in the object dictionary of CiA 301.
 
 /// A section of the file that describes an object; the keys that have been read so far.
 typedef struct {
@@ -22,6 +28,7 @@ typedef struct {
     bool has_name;
     bool has_type;
     bool has_access;
+    bool is_left_out; // Of a type that CiA 301 defines and simulated devices do not have.
     long object_type;
     unsigned default_line;
     char default_value[LINE_MAX_OCTETS];
@@ -119,6 +126,18 @@ static bool fits(const object_t* const object, const int64_t value)
     return (value >= 0) && (value < ((int64_t)1 << bits));
 }
 
+/// Value of a hexadecimal number in the type of an object: makers write negative numbers as their two's
+/// complement.
+static int64_t in_type(const object_t* const object, const int64_t value)
+{
+    const unsigned bits = 8U * object->size;
+    if (!object_is_signed(object) || (bits >= 64U) || (value < ((int64_t)1 << (bits - 1U))) ||
+        (value >= ((int64_t)1 << bits))) {
+        return value;
+    }
+    return value - ((int64_t)1 << bits);
+}
+
 static status_t set_default(const eds_reader_t* const reader, section_t* const section)
 {
     object_t* object = &section->object;
@@ -136,6 +155,9 @@ static status_t set_default(const eds_reader_t* const reader, section_t* const s
     if ((section->default_value[0] != '\0') && !parse_number(reader, section->default_value, &value)) {
         return fail(reader, section->default_line, section->default_value, "a number as DefaultValue");
     }
+    value        = (strpbrk(section->default_value, "xX") != NULL) ? in_type(object, value) : value;
+    object->low  = in_type(object, object->low);
+    object->high = in_type(object, object->high);
     if (!fits(object, value) || (object->has_low && (value < object->low)) ||
         (object->has_high && (value > object->high))) {
         return fail(reader, section->default_line, section->default_value,
@@ -202,11 +224,16 @@ static status_t close_section(eds_reader_t* const reader)
     if (!section->has_name) {
         return fail(reader, section->line, "no name", "ParameterName in this section");
     }
+    // Head of an array or record; its members have sections of their own.
+    const bool is_head = !section->has_subindex && (section->object_type > OBJECT_TYPE_VAR);
+    if (section->is_left_out && !is_head) {
+        return STATUS_OK;
+    }
     if (!section->has_subindex && (append_name(reader, section) != STATUS_OK)) {
         return STATUS_EXHAUSTED;
     }
-    if (!section->has_subindex && (section->object_type != OBJECT_TYPE_VAR)) {
-        return STATUS_OK; // Head of an array or record; its members have sections of their own.
+    if (is_head) {
+        return STATUS_OK;
     }
     if (!section->has_type) {
         return fail(reader, section->line, "no type", "DataType in this section");
@@ -265,13 +292,14 @@ static status_t open_section(eds_reader_t* const reader, char* const text)
 static status_t take_type(const eds_reader_t* const reader, section_t* const section, const char* const value,
                           const int64_t number)
 {
+    if ((number < 1) || (number > DATA_TYPE_MAX)) {
+        return fail(reader, reader->line, value, "a DataType from 0x1 to 0x25F");
+    }
     section->object.type = (object_type_t)number;
     section->object.size = object_type_size(section->object.type);
     section->has_type    = true;
-    if ((section->object.size == 0U) && !object_is_text(&section->object)) {
-        return fail(reader, reader->line, value,
-                    "a DataType of 0x1..0x7, 0x9, 0xA, 0x15, 0x1B (boolean, integers, strings)");
-    }
+    section->is_left_out =
+        section->is_left_out || ((section->object.size == 0U) && !object_is_text(&section->object));
     return STATUS_OK;
 }
 
@@ -297,16 +325,19 @@ static status_t take_number(const eds_reader_t* const reader, section_t* const s
 {
     int64_t number   = 0;
     object_t* object = &section->object;
-    if (value[0] == '\0') {
-        return STATUS_OK; // An empty value is the same as none.
+    if ((value[0] == '\0') || section->is_left_out) {
+        return STATUS_OK; // No value. An object that is left out may have real limits.
     }
     if (!parse_number(reader, value, &number)) {
         return fail(reader, reader->line, value, "a number");
     }
     if (strcasecmp(key, "ObjectType") == 0) {
         section->object_type = number;
-        if ((number < OBJECT_TYPE_VAR) || (number > OBJECT_TYPE_RECORD)) {
-            return fail(reader, reader->line, value, "ObjectType 0x7, 0x8 or 0x9");
+        const bool is_known  = (number >= OBJECT_TYPE_VAR) && (number <= OBJECT_TYPE_RECORD);
+        section->is_left_out = section->is_left_out || !is_known;
+        if (!is_known && (number != OBJECT_TYPE_NULL) && (number != OBJECT_TYPE_DOMAIN) &&
+            (number != OBJECT_TYPE_DEFTYPE) && (number != OBJECT_TYPE_DEFSTRUCT)) {
+            return fail(reader, reader->line, value, "an ObjectType of CiA 301: 0x0, 0x2 or 0x5 to 0x9");
         }
     } else if (strcasecmp(key, "DataType") == 0) {
         return take_type(reader, section, value, number);
@@ -357,6 +388,9 @@ static status_t read_lines(eds_reader_t* const reader, FILE* const file)
     status_t status = STATUS_OK;
     while ((status == STATUS_OK) && (fgets(line, (int)sizeof line, file) != NULL)) {
         reader->line++;
+        if ((reader->line == 1U) && (strncmp(line, "\xEF\xBB\xBF", 3U) == 0)) { // Byte order mark of UTF-8.
+            memmove(line, &line[3], strlen(&line[3]) + 1U);
+        }
         if ((strchr(line, '\n') == NULL) && !feof(file)) {
             return fail(reader, reader->line, line, "a line of at most 510 characters");
         }

@@ -393,6 +393,27 @@ static bus_callbacks_t callbacks_of(node_t* const node)
     return (bus_callbacks_t){.on_frame = on_frame, .on_error = on_error, .on_wake = on_wake, .context = node};
 }
 
+/// Refuse a device whose data sheet maps an object that the device cannot transfer.
+static status_t check_mappings(const node_t* const node, const char* const eds_path,
+                               char error[EDS_ERROR_MAX])
+{
+    for (unsigned i = 0U; i < (node->receive_count + node->transmit_count); i++) {
+        const pdo_t* pdo =
+            (i < node->receive_count) ? &node->receive[i] : &node->transmit[i - node->receive_count];
+        const uint8_t entry = pdo_unusable_entry(pdo);
+        if (entry != 0U) {
+            const unsigned first = (pdo->direction == PDO_RECEIVE) ? 0x1600U : 0x1A00U;
+            (void)snprintf(
+                error, EDS_ERROR_MAX,
+                "%s: %04X:%02X maps an object that a simulated device cannot transfer, expected at most 8 "
+                "octets of objects with PDOMapping=1, their length, and 8, 16, 32 or 64 bits",
+                eds_path, first + pdo->number, entry);
+            return STATUS_INVALID;
+        }
+    }
+    return STATUS_OK;
+}
+
 static status_t connect_node(node_t* const node, const char* const eds_path, char error[EDS_ERROR_MAX])
 {
     const bus_callbacks_t callbacks = callbacks_of(node);
@@ -404,6 +425,10 @@ static status_t connect_node(node_t* const node, const char* const eds_path, cha
         (void)snprintf(error, EDS_ERROR_MAX,
                        "%s: a device needs objects 1001, 1005, 1014, 1017 and at least one TPDO", eds_path);
         return STATUS_INVALID;
+    }
+    status = check_mappings(node, eds_path, error);
+    if (status != STATUS_OK) {
+        return status;
     }
     status = bus_add_node(node->bus, &callbacks, &node->bus_index);
     if (status != STATUS_OK) {

@@ -47,6 +47,18 @@ static object_t* mapped_object(const dictionary_t* const dictionary, const uint3
     return is_usable ? object : NULL;
 }
 
+uint8_t pdo_unusable_entry(const pdo_t* const pdo)
+{
+    uint8_t used =
+        0U; // pdo_configure() leaves out entries that it cannot use, and keeps the order of the others.
+    while ((used < pdo->entry_count) && (pdo->map_entry[used] != NULL) &&
+           (pdo->entry[used]->index == (pdo->map_entry[used]->value >> 16)) &&
+           (pdo->entry[used]->subindex == ((pdo->map_entry[used]->value >> 8) & 0xFFU))) {
+        used++;
+    }
+    return (used < pdo->count_entry->value) ? (uint8_t)(used + 1U) : 0U;
+}
+
 void pdo_configure(pdo_t* const pdo, const dictionary_t* const dictionary)
 {
     const uint32_t cob   = (uint32_t)pdo->cob_entry->value;

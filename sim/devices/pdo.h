@@ -53,6 +53,10 @@ typedef struct { // Read-only for other modules, except the fields of the runnin
 
 /// Find the objects of PDO `number`. Returns false if the dictionary does not have it.
 bool pdo_init(pdo_t* pdo, pdo_direction_t direction, uint16_t number, const dictionary_t* dictionary);
+
+/// Sub-index of the first entry of the mapping whose object the device does not have, cannot map with this
+/// length, or has no room for; 0 if there is none.
+uint8_t pdo_unusable_entry(const pdo_t* pdo);
 /// Read parameters and mapping from the objects.
 void pdo_configure(pdo_t* pdo, const dictionary_t* dictionary);
 /// True if the object is a parameter of this PDO.

@@ -105,6 +105,10 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
         (_sheet(DRIVE | TURNS, [(0x1400, "0x211", 1, [0x60400010])]), "0x1400:01: expected $NODEID"),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020, 0x60640020])]), "0x1a00: expected at most 8 octets"),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410004])]), "4 bits of 0x6041:00 in a PDO"),
+        (_sheet(DRIVE | TURNS, [(0x1400, "$NODEID+0x20000200", 1, [0x60400010])]), "0x1400:01: expected an identifier of 11 bits"),
+        (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60640010])]), "16 bits of 0x6064:00 in a PDO: expected 32, as its DataType=0x0004"),
+        (_sheet(DRIVE | TURNS | {(0x2000, 0): (8, "0.5")}, [(0x1800, "$NODEID+0x180", 1, [0x20000020])]),
+         "0x2000:00 in a PDO has DataType=0x0008: expected an integer"),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x606C0020])]), "0x606c:00 in a PDO: expected an object of the sheet"),
         (_sheet(DRIVE | TURNS, [(0x1800 + n, f"$NODEID+{0x180 + 0x100 * n:#x}", 1, [0x60410010]) for n in range(5)]), "5 PDOs from 0x1800: expected at most 4"),
         (_sheet({(0x1000, 0): (7, "0")} | {(0x2000, n): (5, "0") for n in range(1, 18)},
@@ -120,6 +124,14 @@ def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text,
     with pytest.raises(SheetError) as refused:
         _table(tmp_path, wrong=text)
     assert "wrong.eds" in str(refused.value) and message in str(refused.value)
+
+
+def test_a_refusal_names_the_line_of_the_object(tmp_path):
+    text = _sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640010])])
+    line = text.splitlines().index("[1A00sub2]") + 1
+    with pytest.raises(SheetError, match=f"wrong.eds:{text[:text.index('0x60640010')].count(chr(10)) + 1}: ") as refused:
+        _table(tmp_path, wrong=text)
+    assert int(str(refused.value).split(":")[1]) > line
 
 
 def test_a_class_keeps_the_hash_of_its_sheet(tmp_path):

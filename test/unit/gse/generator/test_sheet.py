@@ -36,7 +36,7 @@ PDOMapping=1
 ParameterName=No type
 
 [2000]
-DataType=5
+DataType=9
 DefaultValue=text
 """
 
@@ -59,7 +59,7 @@ def test_entries_have_names_types_access_and_defaults(tmp_path):
 
 @pytest.mark.parametrize("line", ["EMCY 0x0000 HIGH Zero", "EMCY 0x12345 HIGH Long", "EMCY 0x1000 LOUD Word", "EMCY 0x1000 HIGH", "EMCY 4096 LOW x"])
 def test_a_wrong_emergency_is_refused(tmp_path, line):
-    with pytest.raises(sheet.SheetError, match=r"device.eds:0: \[Comments\] line1=.*: expected EMCY, a code from 0x0001 to 0xFFFF"):
+    with pytest.raises(sheet.SheetError, match=r"device.eds:2: \[Comments\] line1=.*: expected EMCY, a code from 0x0001 to 0xFFFF"):
         load(tmp_path, f"[Comments]\nLine1={line}\n")
 
 
@@ -68,11 +68,43 @@ def test_a_code_is_described_once(tmp_path):
         load(tmp_path, "[Comments]\nLine1=EMCY 0x1000 LOW a\nLine2=EMCY 0x1000 LOW b\n")
 
 
-@pytest.mark.parametrize("text, message", [("[1000]\nDataType=seven\n", r":0: \[1000\] DataType=seven: expected a number"),
-                                        ("[1000]\nDataType=7\n[1000]\nDataType=7\n", ":3: not a data sheet"), ("DataType=7\n", ":1: not a data sheet")])
-def test_a_file_that_is_not_a_data_sheet_is_refused(tmp_path, text, message):
-    with pytest.raises(sheet.SheetError, match=message):
+@pytest.mark.parametrize("text, message", [
+    ("[1000]\nDataType=seven\n", r":2: \[1000\] DataType=seven: expected a number"),
+    ("[1000]\nDataType=7\n[1000]\nDataType=7\n", r":3: not a data sheet: \[1000\]: expected a section that is not there yet; the first is in line 1"),
+    ("[1000]\nDataType=7\n; text\nDATATYPE=7\n", r":4: not a data sheet: DATATYPE=7: expected a key that is not in \[1000\] yet"),
+    ("DataType=7\n", r":1: not a data sheet: DataType=7: expected \[section\] or ; comment"),
+    ("[1000]\n\nwords\n", r":3: not a data sheet: words: expected key=value, \[section\] or ; comment"),
+    ("[1000]\nDataType=7\nDefaultValue=words\n", r":3: \[1000\] DefaultValue=words: expected an unsigned number of 32 bits, as DataType=7"),
+    ("[1000]\nDataType=7\nDefaultValue=0x100000000\n", ":3: .* expected an unsigned number of 32 bits"),
+    ("[1000]\nDataType=7\nDefaultValue=-1\n", ":3: .* expected an unsigned number of 32 bits"),
+    ("[1000]\nDataType=2\nDefaultValue=128\n", ":3: .* expected a signed number of 8 bits"),
+    ("[1000]\nDataType=2\nDefaultValue=0x100\n", ":3: .* expected a signed number of 8 bits"),
+    ("[1000]\nDataType=1\nDefaultValue=2\n", ":3: .* expected an unsigned number of 1 bit, as"),
+])
+def test_a_file_that_is_not_a_data_sheet_is_refused_with_its_line(tmp_path, text, message):
+    with pytest.raises(sheet.SheetError, match="device.eds" + message):
         load(tmp_path, text)
+
+
+def test_a_sheet_may_be_written_as_makers_write_it(tmp_path):
+    """Latin-1, a byte order mark, names in capitals, comments with #, the node id last, octal numbers, heads of records with a type."""
+    text = (SMALL.replace("sub1", "SUB1").replace("[Comments]", "# a comment\n[COMMENTS]").replace("$NODEID + 0x180", "0X180+$NodeId")
+            .replace("0x20192", "0400622").replace("[1a00]\n", "[1a00]\nObjectType=0x9\nDataType=0x21\n"))
+    expected = load(tmp_path, SMALL)
+    for octets in (text.encode("utf-8-sig"), text.replace("Free text", "Müller, 20 °C").encode("latin-1")):
+        path = tmp_path / "maker.eds"
+        path.write_bytes(octets.replace(b"\n", b"\r\n"))
+        loaded = sheet.load(path)
+        assert loaded.defaults(0x11) == expected.defaults(0x11) and loaded.emergencies == expected.emergencies
+        assert sorted(loaded.entries) == sorted(expected.entries)
+        path.unlink()
+
+
+@pytest.mark.parametrize("kind, default, value", [(4, "0x80000000", -(2**31)), (4, "0x7FFFFFFF", 2**31 - 1), (2, "0xFF", -1), (7, "0x80000000", 2**31),
+                                                (2, "-0x80", -128), (5, "0", 0), (9, "0x5 0x6", None)])
+def test_a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement(tmp_path, kind, default, value):
+    loaded = load(tmp_path, f"[2000]\nDataType={kind}\nDefaultValue={default}\n")
+    assert loaded.entries[0x2000, 0].value(0) == value
 
 
 def test_a_missing_sheet_is_refused(tmp_path):

@@ -78,11 +78,11 @@ def test_units_of_a_drive_with_increments_count_the_gear():
 
 @pytest.mark.parametrize(("kind", "needed"), [("position", "0x60A8, or 0x608F and 0x6091"), ("torque", "a rated torque in 0x6076")])
 def test_a_sheet_without_a_unit_is_refused_with_its_file(load, kind, needed):
-    with pytest.raises(sheet.SheetError, match=rf"drive.eds:0: no unit of {kind}s: expected {needed}"):
+    with pytest.raises(sheet.SheetError, match=rf"drive.eds: no unit of {kind}s: expected {needed}"):
         process_data.unit(load(DRIVE), kind)
 
 
-@pytest.mark.parametrize("text, line", [("6041]\n", 1), ("[6041]\nDataType=none\n", 0), ("[6041]\n[6041]\n", 2)])
+@pytest.mark.parametrize("text, line", [("6041]\n", 1), ("[6041]\nDataType=none\n", 2), ("[6041]\n[6041]\n", 2)])
 def test_a_file_that_is_no_sheet_is_refused_with_its_line(load, text, line):
     with pytest.raises(sheet.SheetError, match=rf"drive.eds:{line}: "):
         load(text)

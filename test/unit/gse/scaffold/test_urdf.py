@@ -44,7 +44,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
 
 
 @pytest.mark.parametrize("parts, message", [
-    ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint after a link, an arm is a chain; there is shoulder; make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
+    ((*ARM, link("other"), joint("twin", "base", "other")), "robot.urdf:1: joint twin: expected one joint after a link, an arm is a chain; there is shoulder; give each arm a file of its own, or make the joints of a gripper type=\"fixed\" without <mimic>, docs/arm.md"),
     ((link("base"), link("upper"), joint("slide", "base", "upper", "floating")),
      'robot.urdf:1: joint slide: type="floating": expected fixed, or revolute, continuous or prismatic, the joints that the program arm drives; for a base that'
      ' flies freely, remove this joint with its parent link and give BASE=free; otherwise make it type="fixed"'),
@@ -71,7 +71,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((*ARM, link("hand", mass=-1.0), joint("flange", "upper", "hand", "fixed")), 'robot.urdf:1: value="-1.0" of <mass>: expected more than 0'),
     ((ARM[0], ARM[1].replace('"1.0"', '"0"'), ARM[2]), 'robot.urdf:1: value="0" of <mass>: expected more than 0'),
     ((ARM[0], ARM[1].replace('iyy="0.01"', 'iyy="-0.01"'), ARM[2]), 'robot.urdf:1: iyy="-0.01" of <inertia>: expected more than 0'),
-    ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 0 0")), "<axis>: expected a direction"),
+    ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 0 0")), "robot.urdf:1: <axis> of joint shoulder: expected a direction"),
     ((ARM[0], ARM[1], ARM[2].replace("</joint>", "")), "robot.urdf:1: mismatched tag: expected XML"),
     ((ARM[0], ARM[1].replace("</link>", "<collision/></link>"), ARM[2]), "<collision>: expected <geometry>"),
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 1")), 'xyz="0 1" of <axis>: expected 3 numbers'),
@@ -83,14 +83,16 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
      "robot.urdf:1: joint shoulder: expected one link that is no child of a joint, the root of the robot; the joints form a ring: remove one"),
     ((), "robot.urdf: no link: expected one link that is no child of a joint, the root of the robot"),
     ((*ARM[:2], ARM[2].replace("</joint>", '<mimic joint="other"/></joint>')), "joint shoulder: expected no <mimic>, because a drive moves each joint of an arm; make the joints of a gripper"),
-    ((*ARM[:2], ARM[2].replace("shoulder", "arm/1")), "joint arm/1: expected a name of letters, digits, '_', '-' and '.', a letter first"),
-    ((*ARM[:2], ARM[2].replace("shoulder", "1st")), "joint 1st: expected a name of letters, digits"),
-    ((*ARM[:2], ARM[2].replace("shoulder", "xmlns")), "joint xmlns: expected a name of letters, digits"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "arm/1")), "joint arm/1: expected a name of at most 59 letters, digits, '_', '-' and '.', a letter first"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "1st")), "joint 1st: expected a name of at most 59 letters"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "j" * 60)), "expected a name of at most 59 letters"),
+    ((*ARM[:2], ARM[2].replace("shoulder", "xmlns")), "joint xmlns: expected a name of at most 59 letters"),
     ((*ARM[:2], ARM[2].replace('lower="-1"', 'lower="2"')), 'lower="2" upper="2": expected lower < upper, within +-2147 rad or m'),
     ((*ARM[:2], ARM[2].replace('upper="2"', 'upper="2148"')), 'lower="-1" upper="2148": expected lower < upper, within +-2147 rad or m'),
     ((*ARM[:2], ARM[2].replace('effort="50"', 'effort="321"')), 'robot.urdf:1: joint shoulder: effort="321": expected more than 0 and at most 320'),
     ((*ARM[:2], ARM[2].replace('effort="50"', 'effort="0"')), 'joint shoulder: effort="0": expected more than 0 and at most 320'),
-    ((*ARM[:2], ARM[2].replace('velocity="2"', 'velocity="0"')), 'joint shoulder: velocity="0": expected more than 0'),
+    ((*ARM[:2], ARM[2].replace('velocity="2"', 'velocity="0"')), 'joint shoulder: velocity="0": expected at least 0.001 rad/s or m/s'),
+    ((*ARM[:2], ARM[2].replace('velocity="2"', 'velocity="9e-4"')), 'robot.urdf:1: joint shoulder: velocity="0.0009": expected at least 0.001 rad/s'),
     (('<xacro:arm prefix="left"/>',), "robot.urdf:1: <xacro:arm>: expected an element of URDF; a file for xacro must be expanded first"),
 ])
 def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, message):
@@ -132,6 +134,19 @@ def test_a_link_too_light_for_a_gear_is_refused(read):
     light = [part.replace('iyy="0.01"', 'iyy="9e-7"') for part in ARM]
     with pytest.raises(Refusal, match="robot.urdf:1: joint shoulder: moves 9e-07 kgm2 about its axis, expected at least 1e-06"):
         new_robot.drive_of(read(*light).joints[0])
+
+
+@pytest.mark.parametrize("kind, least", [("revolute", "0.02 Nm"), ("prismatic", "0.0002 N")])
+def test_an_effort_too_small_for_a_gear_is_refused(read, kind, least):
+    weak = joint("shoulder", "base", "upper", kind).replace('effort="50"', 'effort="1e-4"')
+    with pytest.raises(Refusal, match=f'robot.urdf:1: joint shoulder: effort="0.0001": expected at least {least}, with which'):
+        new_robot.drive_of(read(*ARM[:2], weak).joints[0])
+
+
+def test_the_axis_of_a_fixed_joint_has_no_effect(read):
+    """Manufacturers often write an axis of length 0."""
+    tool = joint("flange", "upper", "tool", "fixed", limit="").replace("0 1 0", "0 0 0")
+    assert read(*ARM, link("tool"), tool).joints == read(*ARM, link("tool"), tool.replace("0 0 0", "0 0 1")).joints
 
 
 def test_the_scenario_of_an_arm_with_a_linear_axis_expects_the_refusal_of_its_range(read):

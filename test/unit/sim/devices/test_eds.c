@@ -108,21 +108,62 @@ static void errors_name_file_and_line(void)
     expect_error("[1000]\nDataType=7\nAccessType=ro\n", 1U, "ParameterName");
     expect_error(GOOD_HEAD "AccessType=ro\n", 4U, "DataType");
     expect_error(GOOD_HEAD "DataType=7\n[1001]\n", 4U, "AccessType");
-    expect_error(GOOD_HEAD "DataType=0x8\nAccessType=ro\n", 6U, "DataType");
+    expect_error(GOOD_HEAD "DataType=0\nAccessType=ro\n", 6U, "DataType");
+    expect_error(GOOD_HEAD "DataType=0x260\nAccessType=ro\n", 6U, "DataType");
     expect_error(GOOD_HEAD "DataType=seven\nAccessType=ro\n", 6U, "a number");
     expect_error(GOOD_HEAD "DataType=7\nAccessType=rx\n", 7U, "AccessType ro");
-    expect_error(GOOD_HEAD "ObjectType=0x5\n", 6U, "ObjectType");
+    expect_error(GOOD_HEAD "ObjectType=0x4\n", 6U, "ObjectType");
+    expect_error(GOOD_HEAD "ObjectType=0xA\n", 6U, "ObjectType");
     expect_error(GOOD_HEAD "DataType=7\nAccessType=ro\nDefaultValue=many\n", 8U, "a number as DefaultValue");
     expect_error(GOOD_HEAD "DataType=7\nAccessType=ro\nDefaultValue=$NODEID+\n", 8U,
                  "a number as DefaultValue");
     expect_error(GOOD_HEAD "DataType=5\nAccessType=ro\nDefaultValue=256\n", 8U, "inside DataType");
     expect_error(GOOD_HEAD "DataType=5\nAccessType=ro\nDefaultValue=-1\n", 8U, "inside DataType");
     expect_error(GOOD_HEAD "DataType=2\nAccessType=ro\nDefaultValue=128\n", 8U, "inside DataType");
+    expect_error(GOOD_HEAD "DataType=2\nAccessType=ro\nDefaultValue=0x100\n", 8U, "inside DataType");
     expect_error(GOOD_HEAD "DataType=1\nAccessType=ro\nDefaultValue=2\n", 8U, "inside DataType");
     expect_error(GOOD_HEAD "DataType=5\nAccessType=ro\nHighLimit=9\nDefaultValue=10\n", 9U, "HighLimit");
     expect_error(GOOD_HEAD "DataType=9\nAccessType=ro\nDefaultValue="
                            "12345678901234567890123456789012345678901234567890123456789012345\n",
                  8U, "64 characters");
+}
+
+/// A byte order mark, and objects of types that simulated devices do not have, as in the sheets of makers.
+static void objects_of_other_types_are_left_out(void)
+{
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_OK,
+        load("\xEF\xBB\xBF[1000]\nParameterName=Device type\nDataType=7\nAccessType=ro\nDefaultValue=1\n"
+             "[0020]\nParameterName=PDO\nObjectType=0x6\n"
+             "[1F50]\nParameterName=Program data\nObjectType=0x8\nDataType=0x000F\n"
+             "[1F50Sub0]\nParameterName=Number\nDataType=5\nAccessType=const\nDefaultValue=1\n"
+             "[1F50Sub1]\nParameterName=Program\nObjectType=0x2\nDataType=0x000F\nAccessType=wo\n"
+             "[2000]\nParameterName=Gain\nDataType=0x8\nAccessType=rw\nLowLimit=-0.5\nDefaultValue=0.5\n"
+             "[2001]\nParameterName=Domain\nObjectType=2\nAccessType=rw\n"
+             "[2002]\nParameterName=Angle\nDataType=0x10\nAccessType=ro\nDefaultValue=0xFFFFFF\n"));
+    TEST_ASSERT_EQUAL_UINT(2U, dictionary.count);
+    TEST_ASSERT_EQUAL_HEX64(1U, dictionary_find(&dictionary, 0x1000U, 0U)->value);
+    TEST_ASSERT_EQUAL_HEX64(1U, dictionary_find(&dictionary, 0x1F50U, 0U)->value);
+    TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Gain"));
+    TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Domain"));
+}
+
+/// Makers write negative numbers in hexadecimal as two's complement, in limits, too.
+static void a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement(void)
+{
+    TEST_ASSERT_EQUAL_INT(
+        STATUS_OK,
+        load("[607D]\nParameterName=low\nDataType=4\nAccessType=rw\nLowLimit=0x80000000\n"
+             "HighLimit=0x7FFFFFFF\nDefaultValue=0x80000000\n"
+             "[2000]\nParameterName=octet\nDataType=2\nAccessType=rw\nDefaultValue=0xFF\n"
+             "[2001]\nParameterName=most\nDataType=2\nAccessType=rw\nDefaultValue=0x7F\n"
+             "[2002]\nParameterName=without a sign\nDataType=7\nAccessType=rw\nDefaultValue=0x80000000\n"));
+    TEST_ASSERT_EQUAL_INT64(INT32_MIN, object_signed(dictionary_find(&dictionary, 0x607DU, 0U)));
+    TEST_ASSERT_EQUAL_INT64(INT32_MIN, dictionary_find(&dictionary, 0x607DU, 0U)->low);
+    TEST_ASSERT_EQUAL_INT64(INT32_MAX, dictionary_find(&dictionary, 0x607DU, 0U)->high);
+    TEST_ASSERT_EQUAL_INT64(-1, object_signed(dictionary_find(&dictionary, 0x2000U, 0U)));
+    TEST_ASSERT_EQUAL_INT64(127, object_signed(dictionary_find(&dictionary, 0x2001U, 0U)));
+    TEST_ASSERT_EQUAL_HEX64(0x80000000U, dictionary_find(&dictionary, 0x2002U, 0U)->value);
 }
 
 static void duplicate_objects_and_empty_files_are_refused(void)
@@ -192,6 +233,8 @@ int main(void)
     RUN_TEST(a_manufacturer_object_is_found_by_its_name);
     RUN_TEST(default_values_of_all_types_are_read);
     RUN_TEST(errors_name_file_and_line);
+    RUN_TEST(objects_of_other_types_are_left_out);
+    RUN_TEST(a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement);
     RUN_TEST(duplicate_objects_and_empty_files_are_refused);
     RUN_TEST(a_missing_file_is_reported_with_the_next_step);
     RUN_TEST(data_sheets_of_the_mission_are_complete);

@@ -533,17 +533,6 @@ static void copy_sheet_without(const char* digits)
     TEST_ASSERT_EQUAL_INT(0, fclose(from) + fclose(to));
 }
 
-static void a_data_sheet_without_tpdos_is_refused(void)
-{
-    node_t* none = NULL;
-    copy_sheet_without("180");
-    TEST_ASSERT_EQUAL_INT(STATUS_INVALID,
-                          node_create(master.bus, FEWER_PDOS, 3U, &application, &none, error));
-    TEST_ASSERT_NULL(none);
-    TEST_ASSERT_EQUAL_STRING(
-        FEWER_PDOS ": a device needs objects 1001, 1005, 1014, 1017 and at least one TPDO", error);
-}
-
 /// A device that only measures.
 static void a_node_without_rpdos_sends_its_tpdos(void)
 {
@@ -587,7 +576,6 @@ int main(void)
     RUN_TEST(emergencies_set_the_error_register_and_the_error_history);
     RUN_TEST(sdo_responses_take_200_us_and_contain_present_values);
     RUN_TEST(a_missing_data_sheet_is_refused);
-    RUN_TEST(a_data_sheet_without_tpdos_is_refused);
     RUN_TEST(a_node_without_rpdos_sends_its_tpdos);
     return UNITY_END();
 }
