@@ -262,15 +262,15 @@ class _Console:
         """Serve a run on the page of the station."""
         if len(self.arguments.words) > 1:
             raise UsageError("usage: replay [RUN] [--http-port PORT]")
-        try:
-            from .station import __main__ as station  # Needs packages, as the page does.
-        except ImportError as error:
-            raise UsageError(f"replay: {error}; after make setup call build/venv/bin/gse replay") from error
+        from .station import __main__ as station
+
         options = ["--replay", str(self.arguments.words[0] if self.arguments.words else self.run)]
         if self.arguments.http_port is not None:
             options += ["--http-port", str(self.arguments.http_port)]
         try:
             return station.main(options)
+        except ImportError as error:  # The station needs packages.
+            raise UsageError(f"replay: {error}; after make setup call build/venv/bin/gse replay") from error
         except SystemExit as end:
             raise UsageError(end.code) from end
 

@@ -16,12 +16,9 @@ import socket
 import subprocess
 import sys
 
-from aiohttp import web
-
 from ..files import next_step
 from ..place import LOOPBACK, ROOT, facts_of, is_under_way, problem_of
 from ..values import TEXT_MAX, quoted, shortened, with_short_words
-from .server import Station
 
 PORT = 8090  # First port that is tried for the page.
 PORTS = 20  # Number of ports that are tried.
@@ -114,6 +111,18 @@ def _interrupt(_number, _frame):
     raise KeyboardInterrupt
 
 
+def _load():
+    """The modules whose loading takes longest, aiohttp.web and .server: a flight begins meanwhile. Ctrl-C waits."""
+    interrupt.hold()
+    try:
+        from aiohttp import web
+
+        from . import server
+    finally:
+        interrupt.release()
+    return web, server
+
+
 def _serve(arguments, listener):
     """Serve until Ctrl-C, with the flight that is started, if there is none."""
     host = f"{LOOPBACK}:{listener.getsockname()[1]}"
@@ -121,8 +130,9 @@ def _serve(arguments, listener):
     try:
         if arguments.fly and not arguments.replay and not is_under_way(arguments.run):
             flight = subprocess.Popen(arguments.fly, start_new_session=True)
+        web, server = _load()
         print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
-        station = Station(arguments.run, arguments.page, arguments.replay, arguments.read_only, arguments.framed_by)
+        station = server.Station(arguments.run, arguments.page, arguments.replay, arguments.read_only, arguments.framed_by)
         web.run_app(station.application(host), sock=listener, print=None)
     finally:
         if flight:

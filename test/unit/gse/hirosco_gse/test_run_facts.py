@@ -20,6 +20,7 @@ from hirosco_gse import run as runs
 from hirosco_gse.cli import main
 from hirosco_gse.place import end_of, facts_of
 from hirosco_gse.station import __main__ as station_main
+from hirosco_gse.station import server
 
 DAMAGED = [
     ('{"exit_code": "0"}', 'exit_code: found "0", expected a whole number'),
@@ -187,15 +188,16 @@ def signals():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_flight_that_the_station_has_started_ends_with_it(run, monkeypatch, capsys, signals, number):
-    """Also before the page is served, and if the terminal is closed."""
-    started, popen = [], subprocess.Popen
+    """Also before the page is served, and if the terminal is closed. It begins before the modules of the server are loaded."""
+    started, popen, load = [], subprocess.Popen, station_main._load
 
     def start(*arguments, **options):
         started.append(popen(*arguments, **options))
         return started[0]
 
     monkeypatch.setattr(station_main.subprocess, "Popen", start)
-    monkeypatch.setattr(station_main, "Station", lambda *_: os.kill(os.getpid(), number))
+    monkeypatch.setattr(station_main, "_load", lambda: load() if started else pytest.fail("the flight waits for the modules"))
+    monkeypatch.setattr(server, "Station", lambda *_: os.kill(os.getpid(), number))
     options = ["--run", str(run / "none"), "--page", str(run / "page"), "--http-port", "0"]
     assert station_main.main([*options, "--fly", sys.executable, "-c", "import time; time.sleep(600)"]) == 130
     assert started[0].poll() is not None

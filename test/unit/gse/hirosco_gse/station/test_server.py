@@ -4,6 +4,7 @@ clients."""
 
 import asyncio
 import base64
+import importlib
 import json
 import re
 import struct
@@ -457,7 +458,7 @@ def test_a_run_is_replayed_by_the_command_line(flight_directory, tmp_path, monke
                 found["recording"] = answered.status, await answered.read()
         await runner.cleanup()
 
-    monkeypatch.setattr(station_main.web, "run_app", lambda application, sock, print: asyncio.run(visit_page(application, sock)))
+    monkeypatch.setattr(web, "run_app", lambda application, sock, print: asyncio.run(visit_page(application, sock)))
     monkeypatch.setattr(station_main, "ROOT", tmp_path)
     assert main(["replay", str(flight_directory), "--http-port", "0"]) == 2
     assert capsys.readouterr().err == f"gse: station: {tmp_path}/build/station/page has no page; run make gse\n"
@@ -469,6 +470,9 @@ def test_a_run_is_replayed_by_the_command_line(flight_directory, tmp_path, monke
     (tmp_path / "kept.recording").write_bytes(found["recording"][1][:500])
     assert main(["replay", str(tmp_path / "kept.recording"), "--http-port", "0"]) == 0
     assert found["recording"] == (200, (tmp_path / "kept.recording").read_bytes())  # A file is sent as it is.
+    monkeypatch.setattr(station_main, "_load", lambda: importlib.import_module("hirosco_gse.no_package"))
+    assert main(["replay", str(flight_directory), "--http-port", "0"]) == 2
+    assert capsys.readouterr().err.endswith("after make setup call build/venv/bin/gse replay\n")
     assert main(["replay", str(tmp_path / "nothing")]) == 2 and "there is no run directory" in capsys.readouterr().err
     assert main(["replay", "a", "b"]) == 2 and "usage: replay [RUN] [--http-port PORT]" in capsys.readouterr().err
 
