@@ -66,7 +66,7 @@ static bool fail(char error[LAUNCH_ERROR_MAX], const char* const option, const c
 {
     text_t text = text_in(error, LAUNCH_ERROR_MAX);
     text_add(&text, option);
-    text_add(&text, " ");
+    text_add(&text, (value[0] != '\0') ? " " : "");
     for (size_t i = 0U; (i < SHOWN_MAX) && (value[i] != '\0'); i++) {
         text_add_character(&text, value[i]);
     }
@@ -106,7 +106,7 @@ static const struct {
     uint64_t most;
     const char* expected;
 } numbers[] = {
-    {"--seed", 0U, UINT64_MAX, "expected a number from 0"},
+    {"--seed", 0U, UINT64_MAX, "expected a number, 0 to 18446744073709551615"},
     {"--port", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
     {"--delay", 1U, 1000U, "expected the round trip of the links in whole ms, 1 to 1000"},
     {"--tools", 1U, UINT16_MAX, "expected a port number, 1 to 65535"},
@@ -506,7 +506,8 @@ bool launch_options_parse(const int argument_count, char* const arguments[],
     bool is_time_given = false;
     for (int i = 0; i < argument_count; i += 2) {
         if ((i + 1) == argument_count) {
-            return fail(error, arguments[i], "", "a value is missing; see hirosco run --help");
+            return fail(error, arguments[i], "",
+                        "expected a known option with its value; see hirosco run --help");
         }
         if (!take(out_options, arguments[i], arguments[i + 1], error)) {
             return false;

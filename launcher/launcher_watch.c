@@ -65,16 +65,29 @@ static void report_error(const child_t* const child, const char* const what)
     osal_console_print_error(line);
 }
 
-static void suspend(launcher_t* const launcher, child_t* const child)
+/// Report that a process hangs, how long it has made no step, and what the launcher does.
+static void report_hang(const child_t* const child, const char* const action, const uint64_t time_ns,
+                        const char* const consequence)
+{
+    char line[LAUNCHER_REASON_MAX];
+    text_t text = text_in(line, sizeof line);
+    text_add_words(&text, (const char* const[]){child->name, " hangs: ", action, " after ", NULL});
+    text_add_unsigned(&text, time_ns / NS_PER_MS);
+    text_add_words(&text, (const char* const[]){" ms without the end of a step", consequence, NULL});
+    osal_console_print_error(line);
+}
+
+/// Suspend a process that has made no step for this time.
+static void suspend(launcher_t* const launcher, child_t* const child, const uint64_t time_ns)
 {
     run_component_t* const component = &launcher->run->components[child->component];
     launcher->is_undetermined        = true;
     if (component->apid == SUPERVISOR_APID) { // Only the launcher can kill the supervisor.
-        report_error(child, " hangs: killed");
+        report_hang(child, "killed", time_ns, "");
         (void)osal_process_stop(&child->process, true);
         return;
     }
-    report_error(child, " hangs: suspended, so that the others continue; the supervisor kills it");
+    report_hang(child, "suspended", time_ns, ", so that the others continue; the supervisor kills it");
     (void)osal_process_suspend(&child->process); // The suspended process cannot act without a grant.
     osal_lockstep_suspend(launcher->scheduler, child->participant);
     __atomic_store_n(&component->hung_life, child->life, __ATOMIC_RELEASE);
@@ -101,7 +114,7 @@ static void watch_holder(launcher_t* const launcher, const uint64_t now_ns)
         return;
     }
     if (child->is_component && is_hanging(launcher, child, &look, now_ns - watch->since_ns)) {
-        suspend(launcher, child);
+        suspend(launcher, child, now_ns - watch->since_ns);
         watch->since_ns = 0U;
     }
 }
@@ -174,7 +187,7 @@ static void watch_supervisor(launcher_t* const launcher, const uint64_t now_ns)
             .since_ns = now_ns, .step_ns = beat.step_ns, .processor_ns = look.processor_ns};
     } else if ((look.is_stopped || look.is_runnable) &&
                is_hanging(launcher, child, &look, now_ns - watch->since_ns)) {
-        suspend(launcher, child);
+        suspend(launcher, child, now_ns - watch->since_ns);
         watch->since_ns = 0U;
     } else {
         // The supervisor still has time, or waits for its disk.

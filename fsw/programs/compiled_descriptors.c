@@ -4,7 +4,8 @@
 #include "base/assertion.h"
 #include "base/text.h"
 
-/// Write that the program has no descriptors for this component of the run.
+/// Write that the program has no descriptors for this component of the run. The list is last, because a text
+/// that is too long is cut at its end.
 static const char* refuse(compiled_descriptors_t* const compiled, const run_state_t* const run,
                           const unsigned index)
 {
@@ -12,15 +13,15 @@ static const char* refuse(compiled_descriptors_t* const compiled, const run_stat
     text_add(&text, run->mission_path);
     text_add(&text, ": hash ");
     text_add_hex(&text, run->mission_hash, 16U);
-    text_add(&text, "; the program was compiled for");
+    text_add(&text, ": run `make rtos` to build the program of ");
+    text_add(&text, run->components[index].name);
+    text_add(&text, ", which was compiled for");
     for (size_t i = 0U; i < compiled->count; i++) {
         text_add(&text, (i > 0U) ? ", " : " ");
         text_add(&text, compiled->entries[i].mission->name);
         text_add(&text, " ");
         text_add_hex(&text, compiled->entries[i].mission_hash, 16U);
     }
-    text_add(&text, ": run `make rtos` to build the program of ");
-    text_add(&text, run->components[index].name);
     return compiled->error;
 }
 

@@ -426,6 +426,8 @@ def _run(arguments):
         return console.monitor()
     if arguments.command == "hk" and len(arguments.words) < 2:
         return console.listen(lambda packet: packet.message == (3, 25))
+    if arguments.command not in commands.VERBS:
+        raise UsageError(f"no command {values.quoted(arguments.command)}; gse --help lists them")
     return console.command()
 
 

@@ -79,7 +79,7 @@ def _state_number(word):
     if name.isdecimal():
         name = STATES[int(name)] if int(name) < len(STATES) else name
     if name not in REST_STATES:
-        raise UsageError(f"{quoted(word)} is not a state to ask for; there are: {', '.join(REST_STATES)}")
+        raise UsageError(f"{quoted(word)} is not a state that can be requested; there are: {', '.join(REST_STATES)}")
     return STATES.index(name)
 
 
@@ -211,7 +211,7 @@ def _log(_dictionary, words):
     need(words, 1, "log ascii|sqlite|ring")
     name = words[0].upper()
     if name not in STRATEGIES:
-        raise UsageError(f"no packet log {quoted(words[0])}; there are: {', '.join(STRATEGIES).lower()}")
+        raise UsageError(f"no packet log {quoted(words[0])}; there are: ascii, sqlite, ring")
     return simple(Request(SUPERVISOR_APID, 131, 3, bytes([STRATEGIES.index(name)]), f"log {name}"))
 
 
@@ -431,9 +431,9 @@ def _raw(_dictionary, words):
     try:
         octets = bytes.fromhex("".join(words))
     except ValueError as error:
-        raise UsageError(f"raw: {quoted(' '.join(words))} is not hexadecimal; usage: raw HEX") from error
+        raise UsageError(f"raw: found {quoted(' '.join(words))}, expected octets, each as two hexadecimal digits") from error
     if len(octets) < packets.PRIMARY_HEADER:
-        raise UsageError("raw: expected at least the 6 octets of a primary header")
+        raise UsageError(f"raw: found {len(octets)} octet{'s' if len(octets) != 1 else ''}, expected at least the 6 of a primary header")
     apid = int.from_bytes(octets[:2], "big") & 0x7FF
     request = Request(apid, octets[7] if len(octets) > 7 else 0, octets[8] if len(octets) > 8 else 0, text="raw")
 

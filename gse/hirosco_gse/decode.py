@@ -122,7 +122,7 @@ def _hex_lines(decoder, lines, path):
         digits = re.sub(r"0[xX]|[\s:,]", "", line)
         wrong = re.search(r"[^0-9A-Fa-f]", digits)
         if wrong or len(digits) % 2:
-            found = f"{quoted(wrong[0])} in {line.strip()[:60]!r}" if wrong else f"{len(digits)} digits"
+            found = f"{quoted(wrong[0])} in {line.strip()[:60]!r}" if wrong else f"{len(digits)} digit{'s' if len(digits) > 1 else ''}"
             raise DecodeError(f"{path}:{number}: found {found}, expected an even number of hexadecimal digits, one packet or more a line")
         yield from _packets_in(decoder, bytes.fromhex(digits), f"{path}:{number}")
 

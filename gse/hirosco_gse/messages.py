@@ -130,8 +130,8 @@ class Catalogue:
             for number, word in self.words(service, field).items():
                 if word == value:
                     return number
-            known = ", ".join(self.words(service, field).values()) or "a number"
-            raise MessageProblem(f"{field}: {quoted(value)} is none of: {known}")
+            known = ", ".join(self.words(service, field).values())
+            raise MessageProblem(f"{quoted(value)} is none of: {known}" if known else f"{quoted(value)} is not a number")
         return int(value, 0) if isinstance(value, str) else int(value)
 
     def parameter_id(self, value):
@@ -224,7 +224,10 @@ class _Writer:
     def value(self, field, value):
         name = field["name"]
         if field["kind"] == "value":
-            return self.deduced(field, value)
+            try:
+                return self.deduced(field, value)
+            except ValueProblem as problem:
+                raise MessageProblem(f"{name}: {problem}") from problem
         if field["kind"] == "auxiliary":
             return _hex(value)
         kind = self.catalogue.kinds[field["kind"]]
@@ -275,7 +278,7 @@ class _Writer:
         if isinstance(value, str) and layout >= len(LAYOUTS):
             return bytes.fromhex(value)
         if layout >= len(LAYOUTS):
-            raise MessageProblem(f"{field['name']}: octets in hexadecimal are expected")
+            raise MessageProblem(f"found {quoted(value)}, expected octets in hexadecimal")
         kind = LAYOUTS[layout]
         return values.encode(kind, [values.scalar_from_text(kind, value) if isinstance(value, str) else value])
 

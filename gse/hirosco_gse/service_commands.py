@@ -53,7 +53,8 @@ def _tc(dictionary, words):
 def _at(dictionary, words):
     usage = "at [+]SECONDS [SUB-SCHEDULE.GROUP] COMMAND ..."
     if len(words) < 2 or not words[0].lstrip("+").replace(".", "", 1).isdecimal():
-        raise UsageError(f"usage: {usage}")
+        found = f"at: found {values.quoted(words[0])}, expected a time in seconds; " if len(words) > 1 else ""
+        raise UsageError(f"{found}usage: {usage}")
     place, rest = (1, 1), words[1:]
     if words[1].replace(".", "", 1).isdecimal() and "." in words[1]:
         place, rest = tuple(int(number) for number in words[1].split(".")), words[2:]

@@ -9,7 +9,7 @@
 // Largest number of characters of a line; enough for the largest packet with two spaces after each octet.
 #define LINE_MAX 262144U
 #define PEEK_MAX 16U // Octets from which the format is recognized.
-#define PLACE_MAX 32U
+#define LOCATION_MAX 32U
 
 /// State of a stream while it is read.
 typedef struct {
@@ -31,10 +31,10 @@ static int next_octet(input_t* const input)
 }
 
 static void show(input_t* const input, const dump_packet_t* const packet, const char* const log_time,
-                 const char* const place)
+                 const char* const location)
 {
     input->malformed += (packet->problem[0] != '\0') ? 1U : 0U;
-    dump_print(input->style, packet, log_time, place);
+    dump_print(input->style, packet, log_time, location);
 }
 
 // ---- Lines ----
@@ -120,7 +120,7 @@ static bool is_time(const char* const text)
 }
 
 static void dump_line(input_t* const input, char* const line, const bool is_cut, const dump_format_t format,
-                      const char* const place)
+                      const char* const location)
 {
     static uint8_t octets[PACKET_MAX + 1U];
     dump_packet_t packet;
@@ -139,14 +139,14 @@ static void dump_line(input_t* const input, char* const line, const bool is_cut,
         dump_packet_add_problem(&packet, "not a line of a packet log, expected <time> TC|TM <hex>");
     }
     if ((log_time != NULL) && !is_time(log_time)) {
-        dump_packet_add_problem(&packet, "time of the line is not a number");
+        dump_packet_add_problem(&packet, "found time '%.32s', expected seconds such as 12.5", log_time);
         log_time = NULL;
     }
     if ((direction != NULL) && packet.has_primary && (packet.is_tc != (direction[1] == 'C'))) {
         dump_packet_add_problem(&packet, "the line says %s, the packet is a %s", direction,
                                 packet.is_tc ? "TC" : "TM");
     }
-    show(input, &packet, log_time, place);
+    show(input, &packet, log_time, location);
 }
 
 static void dump_lines(input_t* const input, const dump_format_t format)
@@ -156,14 +156,14 @@ static void dump_lines(input_t* const input, const dump_format_t format)
     unsigned long number = 0U;
     while (read_line(input, line, &is_cut)) {
         char* start = line;
-        char place[PLACE_MAX];
+        char location[LOCATION_MAX];
         number++;
         while (is_blank(*start)) {
             start++;
         }
         if ((*start != '\0') && (*start != '#')) {
-            (void)snprintf(place, sizeof place, "line %lu", number);
-            dump_line(input, start, is_cut, format, place);
+            (void)snprintf(location, sizeof location, "line %lu", number);
+            dump_line(input, start, is_cut, format, location);
         }
     }
 }
@@ -188,15 +188,15 @@ static void dump_binary(input_t* const input)
     unsigned long offset = 0U;
     size_t size          = read_octets(input, octets, PUS_PRIMARY_HEADER_SIZE);
     while (size > 0U) {
-        char place[PLACE_MAX];
+        char location[LOCATION_MAX];
         dump_packet_t packet;
         if (size == PUS_PRIMARY_HEADER_SIZE) {
             const size_t rest = (((size_t)octets[4] << 8U) | octets[5]) + 1U;
             size += read_octets(input, &octets[PUS_PRIMARY_HEADER_SIZE], rest);
         }
-        (void)snprintf(place, sizeof place, "octet %lu", offset);
+        (void)snprintf(location, sizeof location, "octet %lu", offset);
         dump_packet_read(octets, size, &packet);
-        show(input, &packet, NULL, place);
+        show(input, &packet, NULL, location);
         offset += size;
         size = read_octets(input, octets, PUS_PRIMARY_HEADER_SIZE);
     }

@@ -22,7 +22,7 @@ static const char usage[] =
     "\n"
     "  --json            one JSON object per packet: direction apid service subtype seq source|destination "
     "time_ns\n"
-    "                    crc_ok error, and name ack|counter size log_time place data fields; null = "
+    "                    crc_ok error, and name ack|counter size log_time location data fields; null = "
     "absent\n"
     "  --format FORMAT   format of the input (default auto: recognize it)\n"
     "  --epoch SECONDS   print packet times relative to this moment, in seconds since 1958-01-01 TAI\n"

@@ -108,14 +108,14 @@ static void print_header(const dump_style_t* const style, const dump_packet_t* c
 }
 
 static void print_text(const dump_style_t* const style, const dump_packet_t* const packet,
-                       const char* const log_time, const char* const place)
+                       const char* const log_time, const char* const location)
 {
     static char fields[FIELDS_MAX];
     if (log_time != NULL) {
         (void)printf("%s ", log_time);
     }
     if (packet->problem[0] != '\0') {
-        (void)printf("MALFORMED (%s): %s: ", place, packet->problem);
+        (void)printf("MALFORMED (%s): %s: ", location, packet->problem);
         print_hex(packet->octets, (packet->size < HEX_MAX) ? packet->size : HEX_MAX);
         (void)printf("%s\n", (packet->size > HEX_MAX) ? "..." : "");
         return;
@@ -183,7 +183,7 @@ static void print_json_data(const dump_packet_t* const packet)
 }
 
 static void print_json(const dump_style_t* const style, const dump_packet_t* const packet,
-                       const char* const log_time, const char* const place)
+                       const char* const log_time, const char* const location)
 {
     const bool has_second = packet->has_secondary;
     if (packet->has_primary) {
@@ -211,17 +211,17 @@ static void print_json(const dump_style_t* const style, const dump_packet_t* con
     print_json_text("name", packet->has_primary ? name_of(packet) : NULL);
     print_json_number("size", true, packet->size);
     print_json_text("log_time", log_time);
-    print_json_text("place", place);
+    print_json_text("location", location);
     print_json_data(packet);
     (void)printf("}\n");
 }
 
 void dump_print(const dump_style_t* const style, const dump_packet_t* const packet,
-                const char* const log_time, const char* const place)
+                const char* const log_time, const char* const location)
 {
     if (style->as_json) {
-        print_json(style, packet, log_time, place);
+        print_json(style, packet, log_time, location);
     } else {
-        print_text(style, packet, log_time, place);
+        print_text(style, packet, log_time, location);
     }
 }

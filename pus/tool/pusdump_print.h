@@ -11,9 +11,9 @@ typedef struct {
     bool has_epoch;
 } dump_style_t;
 
-/// Print one packet. `log_time`: time of its line in a packet log, or null. `place` in the input, for example
-/// "line 12" or "octet 300".
+/// Print one packet. `log_time`: time of its line in a packet log, or null. `location` in the input, for
+/// example "line 12" or "octet 300".
 void dump_print(const dump_style_t* style, const dump_packet_t* packet, const char* log_time,
-                const char* place);
+                const char* location);
 
 #endif // PUS_TOOL_PUSDUMP_PRINT_H

@@ -17,6 +17,14 @@ bool argument_refuse(const char* const option, const char* const value, const ch
     return false;
 }
 
+void argument_refuse_word(const char* const word, const char* const expected)
+{
+    char line[192];
+    (void)snprintf(line, sizeof line, "simulator: found '%.80s', expected %.80s (see --help)", word,
+                   expected);
+    osal_console_print_error(line);
+}
+
 bool argument_count(const char* const option, const char* const text, const uint64_t limit,
                     uint64_t* const out_value)
 {

@@ -9,7 +9,7 @@
 #define NS_PER_US 1000.0
 #define SYNC_ID 0x80U // CiA 301.
 
-#define WORDS_MAX 200U ///< Octets of a list of names in a message.
+#define WORDS_MAX 256U ///< Octets of a list of names in a message.
 
 typedef struct {
     faults_t* faults;
@@ -217,6 +217,9 @@ static status_t take_instrument(const loader_t* const loader, const scenario_lin
     }
     for (size_t i = 0U; i < world->instrument_count; i++) {
         list(expected, world->instrument[i].name);
+    }
+    if (world->instrument_count == 0U) {
+        list(expected, "this world has none");
     }
     return scenario_error(line, line->word[index], expected, error);
 }

@@ -437,7 +437,9 @@ static void watch_hand(live_t* const live)
         .path = "live", .time_ns = live->now_ns, .word_count = 1U, .word = {lets_go ? "let_go" : "hold"}};
     if (hand_add(live->config.hand, &line, error) == STATUS_OK) {
         const scenario_line_t whole = {.word_count = 2U, .word = {"hand", line.word[0]}};
-        const char* const reason    = lets_go ? "no line for 5 s" : "no line for 0.5 s";
+        char reason[32];
+        (void)snprintf(reason, sizeof reason, "no line for %g s",
+                       (double)(lets_go ? LIVE_LET_GO_NS : LIVE_HOLD_NS) / NS_PER_S);
         record(live, "hand", &line, reason);
         mark(live, &whole, reason);
     }

@@ -112,10 +112,10 @@ status_t segment_open(segment_t* const segment, const segment_config_t* const co
                            .can         = {.descriptor = -1},
                            .bus         = bus_create(&bus)};
     if (segment->bus == NULL) {
-        (void)snprintf(
-            error, SIMULATOR_ERROR_MAX,
-            "simulator: bus %s: bit rates %u and %u: expected divisors of 10^9, e.g. 500000, and memory",
-            segment->name, config->bit_rate, config->data_bit_rate);
+        (void)snprintf(error, SIMULATOR_ERROR_MAX,
+                       "simulator: bus %s: bit rates %u and %u: expected divisors of 10^9, e.g. 500000, or "
+                       "no memory is left",
+                       segment->name, config->bit_rate, config->data_bit_rate);
         return STATUS_INVALID;
     }
     status_t status =

@@ -293,7 +293,7 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
 
 /// Create the operator's hand if the world has one.
 static status_t open_hand(simulator_t* const simulator, const simulator_config_t* const config,
-                          char reason[DOCUMENT_ERROR_MAX])
+                          char reason[SCENARIO_ERROR_MAX])
 {
     const world_t* world = &simulator->world;
     scene_t scene;
@@ -316,7 +316,7 @@ static status_t open_hand(simulator_t* const simulator, const simulator_config_t
 static status_t open_plant(simulator_t* const simulator, const simulator_config_t* const config,
                            char error[SIMULATOR_ERROR_MAX])
 {
-    char reason[DOCUMENT_ERROR_MAX];
+    char reason[SCENARIO_ERROR_MAX];
     status_t status = plant_create(&simulator->world, &simulator->plant, reason);
     status          = (status == STATUS_OK) ? open_hand(simulator, config, reason) : status;
     if (status != STATUS_OK) {

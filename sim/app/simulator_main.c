@@ -334,7 +334,7 @@ static bool check_options(options_t* const options)
     if (options->is_free) {
         options->pace = options->is_stepped ? PACE_NONE : PACE_REAL;
         if (options->scheduler_name != NULL) {
-            return argument_refuse("free-run", options->scheduler_name, "either --free-run or --scheduler");
+            return argument_refuse("scheduler", options->scheduler_name, "no --free-run beside it");
         }
     } else if (options->scheduler_name != NULL) {
         options->pace                 = PACE_SCHEDULER;
@@ -380,7 +380,7 @@ static int parse(options_t* const options, const int count, char* arguments[])
             return EXIT_SUCCESS + 1;
         }
         if (option == '?') {
-            (void)argument_refuse("?", arguments[optind - 1], "a known option with its value");
+            argument_refuse_word(arguments[optind - 1], "a known option with its value");
             return EXIT_USAGE + 1;
         }
         if (!take_option(options, option, optarg)) {
@@ -388,7 +388,7 @@ static int parse(options_t* const options, const int count, char* arguments[])
         }
     }
     if (optind < count) {
-        (void)argument_refuse("?", arguments[optind], "options only; the simulator has no other arguments");
+        argument_refuse_word(arguments[optind], "options only");
         return EXIT_USAGE + 1;
     }
     return check_options(options) ? 0 : (EXIT_USAGE + 1);

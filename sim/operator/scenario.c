@@ -17,7 +17,7 @@ static const char* const actors[] = {"hand", "fault", "operator", "ground"};
 status_t scenario_error(const scenario_line_t* const line, const char* const found,
                         const char* const expected, char error[SCENARIO_ERROR_MAX])
 {
-    (void)snprintf(error, SCENARIO_ERROR_MAX, "%s:%u: found '%.60s', expected %.120s", line->path, line->line,
+    (void)snprintf(error, SCENARIO_ERROR_MAX, "%s:%u: found '%.60s', expected %.250s", line->path, line->line,
                    found, expected);
     return STATUS_INVALID;
 }

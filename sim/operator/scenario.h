@@ -17,7 +17,7 @@
 
 #define SCENARIO_WORDS_MAX 12U
 #define SCENARIO_LINE_MAX 512U
-#define SCENARIO_ERROR_MAX 320U
+#define SCENARIO_ERROR_MAX 480U
 
 /// A line of the requested actor. Words point into `text`.
 typedef struct {

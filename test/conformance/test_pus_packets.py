@@ -254,7 +254,7 @@ def test_pusdump_reads_requests_of_the_peer():
         assert (found["apid"], found["seq"], found["source"]) == (tc.apid, tc.seq_count, tc.source_id)
         assert (found["ack"], bytes.fromhex(found["data"])) == (tc.pus_tc_sec_header.ack_flags, tc.app_data)
         assert found["time_ns"] is None and line["log_time"] == f"{number}.5"
-        assert {**line, "log_time": None, "place": None} == {**found, "place": None}
+        assert {**line, "log_time": None, "location": None} == {**found, "location": None}
 
 
 def test_pusdump_reads_reports_of_the_peer():
@@ -393,7 +393,7 @@ def test_pusdump_reports_a_faulty_packet_in_one_line(octets, words):
     for text in (octets.hex(), f"1.25 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}"):
         found, code = dump(f"{good.hex()}\n{text}\n{good.hex()}\n")
         assert code == 1 and len(found) == 3
-        assert words in found[1]["error"] and found[1]["place"] == "line 2"
+        assert words in found[1]["error"] and found[1]["location"] == "line 2"
         assert found[0]["error"] is None and found[2]["error"] is None
     run = subprocess.run([PUSDUMP], input=octets.hex().encode(), capture_output=True)
     assert run.returncode == 1 and run.stdout.count(b"\n") == 1 and words.encode() in run.stdout
@@ -405,7 +405,7 @@ def test_pusdump_reports_the_error_of_a_faulty_line():
         (good[:-1], "odd number"),
         (good + "x", "not a hexadecimal digit"),
         (f"1.0 TM {good}", "the line says TM, the packet is a TC"),
-        (f"one TC {good}", "time of the line is not a number"),
+        (f"one TC {good}", "found time 'one', expected seconds such as 12.5"),
         ("1.0 TC ", "too few"),
         ("00" * 70000, "longer than any packet"),
     ):

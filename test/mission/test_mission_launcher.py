@@ -150,6 +150,13 @@ def test_simulator_names_the_expected_value(option, value, expected):
     assert f"--{option} '{value.partition('=')[0]}': expected {expected}" in done.stderr
 
 
+@pytest.mark.parametrize("words", [("--no-such-option",), ("robot",), ("--world",)])
+def test_simulator_names_the_word_that_it_does_not_know(words):
+    done = subprocess.run([flying.BIN / "simulator", *words], check=False, capture_output=True, text=True, timeout=flying.MOMENT_S)
+    assert done.returncode == USAGE
+    assert f"simulator: found '{words[0]}', expected " in done.stderr
+
+
 def test_a_port_in_use_is_refused_and_named(directory):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -115,7 +115,7 @@ def test_a_process_that_hangs_does_not_stop_the_others(directory, name, apid):
         flight.abandon()
     assert apid in _hung(flight), flight.transcript()
     assert not flight.facts["reproducible"]
-    assert "hangs: suspended" in flight.transcript() + flight.output
+    assert "hangs: suspended after" in flight.transcript() + flight.output
     flying.assert_clean(flight)
 
 

@@ -6,6 +6,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -158,10 +159,16 @@ static void watch_at(const uint64_t at_ns)
     launcher_watch_lives(&launcher);
 }
 
-static void expect_suspension(void)
+/// Expect that the arm is suspended after this time without the end of a step.
+static void expect_suspension(const uint64_t time_ns)
 {
-    expect_string(__wrap_osal_console_print_error, line,
-                  "arm hangs: suspended, so that the others continue; the supervisor kills it");
+    static char line[160];
+    (void)snprintf(
+        line, sizeof line,
+        "arm hangs: suspended after %llu ms without the end of a step, so that the others continue; "
+        "the supervisor kills it",
+        (unsigned long long)(time_ns / NS_PER_MS));
+    expect_string(__wrap_osal_console_print_error, line, line);
     expect_value(__wrap_osal_process_suspend, process, &child(ARM)->process);
     expect_value(__wrap_osal_lockstep_suspend, participant, run_participant(ARM));
 }
@@ -203,7 +210,7 @@ static void a_holder_is_suspended_once_its_time_is_used(void** state)
         watch_at(BEGIN_NS + hang->limit_ns - 1U);
         assert_false(launcher.is_undetermined);
         look.processor_ns += hang->is_runnable ? 1U : 0U;
-        expect_suspension();
+        expect_suspension(hang->limit_ns);
         watch_at(BEGIN_NS + hang->limit_ns);
         assert_true(launcher.is_undetermined);
         assert_int_equal(LIFE, run.components[ARM].hung_life);
@@ -232,7 +239,7 @@ static void a_holder_has_the_time_that_its_mission_declares(void** state)
         watch_at(BEGIN_NS);
         watch_at(BEGIN_NS + cases[i].limit_ns - 1U);
         assert_false(launcher.is_undetermined);
-        expect_suspension();
+        expect_suspension(cases[i].limit_ns);
         watch_at(BEGIN_NS + cases[i].limit_ns);
         assert_true(launcher.is_undetermined);
     }
@@ -244,7 +251,7 @@ static void a_supervisor_that_hangs_is_killed(void** state)
     holder          = run_participant(SUPERVISOR);
     look.is_stopped = true;
     watch_at(BEGIN_NS);
-    expect_kill(SUPERVISOR, "supervisor hangs: killed");
+    expect_kill(SUPERVISOR, "supervisor hangs: killed after 5000 ms without the end of a step");
     watch_at(BEGIN_NS + (5000U * NS_PER_MS));
     assert_true(launcher.is_undetermined);
     assert_int_equal(0U, run.components[SUPERVISOR].hung_life);
@@ -409,7 +416,10 @@ static void a_free_running_supervisor_that_makes_no_step_is_killed(void** state)
         bool is_stopped;
         uint64_t used_ns;
         uint64_t after_ns;
-    } cases[] = {{true, 0U, 200U * NS_PER_MS}, {false, 200U * NS_PER_MS, 1U}};
+        const char* line;
+    } cases[] = {
+        {true, 0U, 200U * NS_PER_MS, "supervisor hangs: killed after 200 ms without the end of a step"},
+        {false, 200U * NS_PER_MS, 1U, "supervisor hangs: killed after 0 ms without the end of a step"}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         (void)set_up(state);
         free_running();
@@ -419,7 +429,7 @@ static void a_free_running_supervisor_that_makes_no_step_is_killed(void** state)
         assert_int_equal(BEGIN_NS, launcher.watch.since_ns);
         watch_at(BEGIN_NS + cases[i].after_ns - 1U);
         look.processor_ns += cases[i].used_ns;
-        expect_kill(SUPERVISOR, "supervisor hangs: killed");
+        expect_kill(SUPERVISOR, cases[i].line);
         watch_at(BEGIN_NS + cases[i].after_ns);
         assert_true(launcher.is_undetermined);
         assert_int_equal(0U, launcher.watch.since_ns);

@@ -59,12 +59,23 @@ static void another_hash_is_refused_with_all_hashes_and_the_next_step(void)
     subsystem_descriptor_t* own         = NULL;
     run.mission_hash                    = STRANGE_HASH;
     const char* const error             = access.load(access.context, &run, 0U, &mission, &own);
-    TEST_ASSERT_EQUAL_STRING(
-        "m.xml: hash 0x1111111111111111; the program was compiled for first 0x0123456789ABCDEF, "
-        "second 0xFEDCBA9876543210, second 0xFEDCBA9876543210: run `make rtos` to build the program of FIRST",
-        error);
+    TEST_ASSERT_EQUAL_STRING("m.xml: hash 0x1111111111111111: run `make rtos` to build the program of FIRST, "
+                             "which was compiled for "
+                             "first 0x0123456789ABCDEF, second 0xFEDCBA9876543210, second 0xFEDCBA9876543210",
+                             error);
     TEST_ASSERT_NULL(mission);
     TEST_ASSERT_NULL(own);
+}
+
+static void a_refusal_with_a_long_path_still_has_the_next_step(void)
+{
+    const mission_descriptor_t* mission = NULL;
+    subsystem_descriptor_t* own         = NULL;
+    run.mission_hash                    = STRANGE_HASH;
+    (void)memset(run.mission_path, 'm', sizeof run.mission_path - 1U);
+    const char* const error = access.load(access.context, &run, 0U, &mission, &own);
+    TEST_ASSERT_NOT_NULL(
+        strstr(error, "run `make rtos` to build the program of FIRST, which was compiled for"));
 }
 
 static void a_subsystem_without_a_descriptor_is_refused(void)
@@ -72,7 +83,7 @@ static void a_subsystem_without_a_descriptor_is_refused(void)
     const mission_descriptor_t* mission = NULL;
     subsystem_descriptor_t* own         = NULL;
     run.mission_hash                    = HASH; // The mission has no such subsystem of this program.
-    TEST_ASSERT_NOT_NULL(strstr(access.load(access.context, &run, 1U, &mission, &own), "of SECOND"));
+    TEST_ASSERT_NOT_NULL(strstr(access.load(access.context, &run, 1U, &mission, &own), "of SECOND,"));
 }
 
 static void compiled_descriptors_cannot_be_read_again(void)
@@ -100,6 +111,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(hash_and_number_of_the_subsystem_select_the_descriptors);
     RUN_TEST(another_hash_is_refused_with_all_hashes_and_the_next_step);
+    RUN_TEST(a_refusal_with_a_long_path_still_has_the_next_step);
     RUN_TEST(a_subsystem_without_a_descriptor_is_refused);
     RUN_TEST(compiled_descriptors_cannot_be_read_again);
     RUN_TEST(exchanging_a_model_is_a_coding_error);

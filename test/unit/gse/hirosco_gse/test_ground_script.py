@@ -54,7 +54,7 @@ def test_an_expected_refusal_may_have_a_name_of_the_addressee(dictionary_path_of
         ("1 pilot ping", "found 'pilot', expected"),
         ("1 operator", "expected <time>"),
         ("1 operator dance", "no command 'dance'"),
-        ("1 operator state MANIPULATOR FLYING", "not a state to ask for"),
+        ("1 operator state MANIPULATOR FLYING", "not a state that can be requested"),
         ("1 operator wait-state MANIPULATOR FLYING 1", "no state 'FLYING'"),
         ("1 operator wait-state MANIPULATOR OFFLINE", "usage: wait-state"),
         ("1 operator wait-state MANIPULATOR OFFLINE long", "found 'long'"),

@@ -162,6 +162,7 @@ static void expect_error(const char* line, const char* words)
 static void errors_name_file_line_and_expected_value(void)
 {
     expect_error("1 fault unplugg joystick", "unplug, plug");
+    expect_error("1 fault unplugg joystick", "kill, hang or resume"); // The end of the list.
     expect_error("1 fault unplug wheel", "a bus of the run: robot joystick");
     expect_error("1 fault unplug robot JOINT3", "a device of this bus, or its id: JOINT1 JOINT2 FLIGHT");
     expect_error("1 fault unplug robot STICK", "JOINT1 JOINT2 FLIGHT");
