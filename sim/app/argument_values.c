@@ -19,7 +19,7 @@ bool argument_refuse(const char* const option, const char* const value, const ch
 
 void argument_refuse_word(const char* const word, const char* const expected)
 {
-    char line[192];
+    char line[256];
     (void)snprintf(line, sizeof line, "simulator: found '%.80s', expected %.80s (see --help)", word,
                    expected);
     osal_console_print_error(line);

@@ -211,15 +211,12 @@ static status_t take_instrument(const loader_t* const loader, const scenario_lin
                                 const size_t index, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
     const fault_world_t* world = loader->world;
-    char expected[WORDS_MAX]   = "an instrument:";
+    char expected[WORDS_MAX]   = "an instrument of the world:";
     if (find_instrument(world, line->word[index], fault)) {
         return STATUS_OK;
     }
     for (size_t i = 0U; i < world->instrument_count; i++) {
         list(expected, world->instrument[i].name);
-    }
-    if (world->instrument_count == 0U) {
-        list(expected, "this world has none");
     }
     return scenario_error(line, line->word[index], expected, error);
 }
