@@ -37,24 +37,38 @@ static bool load_mission(launcher_t* const launcher, char* const path, const siz
     return true;
 }
 
-/// Check that the program of each subsystem is in the directory of the launcher.
+static bool refuse_program(launcher_t* const launcher, const char* const mission_path,
+                           const mission_subsystem_t* const subsystem, const char* const expected,
+                           const char* const name, const char* const next)
+{
+    char line[16];
+    text_t text = text_in(line, sizeof line);
+    text_add_unsigned(&text, subsystem->line);
+    return launcher_refuse(
+        launcher, (const char* const[]){mission_path, ":", line, ": executable=\"", subsystem->executable,
+                                        "\" of <Subsystem>: expected ", expected, name, next, NULL});
+}
+
+/// Check that the program of each subsystem is in the directory of the launcher. A program has static storage
+/// for one subsystem, and the image contains each program once.
 static bool find_programs(launcher_t* const launcher, const char* const mission_path)
 {
+    const mission_subsystem_t* const all = launcher->mission.subsystems;
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
-        const mission_subsystem_t* const subsystem = &launcher->mission.subsystems[i];
         char path[LAUNCH_PATH_MAX];
-        char line[16];
-        const char* const words[] = {launcher->program_directory, subsystem->executable, NULL};
-        if (text_join(path, sizeof path, words) && osal_file_exists(path)) {
-            continue;
+        const char* const words[] = {launcher->program_directory, all[i].executable, NULL};
+        if (!text_join(path, sizeof path, words) || !osal_file_exists(path)) {
+            return refuse_program(launcher, mission_path, &all[i], "a program in ",
+                                  launcher->program_directory,
+                                  "; `make` builds one of each fsw/programs/*_main.c");
         }
-        text_t text = text_in(line, sizeof line);
-        text_add_unsigned(&text, subsystem->line);
-        return launcher_refuse(
-            launcher,
-            (const char* const[]){mission_path, ":", line, ": executable=\"", subsystem->executable,
-                                  "\" of <Subsystem>: expected a program in ", launcher->program_directory,
-                                  "; `make` builds one of each fsw/programs/*_main.c", NULL});
+        for (uint16_t k = 0U; launcher->options.is_image && (k < i); k++) {
+            if (strcmp(all[k].executable, all[i].executable) == 0) {
+                return refuse_program(launcher, mission_path, &all[i], "another program than that of ",
+                                      all[k].name,
+                                      ", because the image contains each program once; use --form processes");
+            }
+        }
     }
     return true;
 }

@@ -99,6 +99,9 @@ static status_t finish_robot(world_t* const world, const element_t* const elemen
     }
     (void)snprintf(path, sizeof path, "%.*s%s", directory, world->path, robot->urdf);
     const status_t status = robot_model_read(path, &robot->model, element->error);
+    if (status == STATUS_NOT_FOUND) {
+        return element_refuse(element, robot->urdf, "a URDF file in the directory of the world");
+    }
     if ((status == STATUS_OK) && robot->is_free && (robot->model.body[0].mass_kg == 0.0)) {
         return element_refuse(element, robot->name, "a free base that has a mass");
     }

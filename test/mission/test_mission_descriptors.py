@@ -132,6 +132,15 @@ def test_a_missing_executable_is_refused(project_copy, form):
     flying.assert_clean(flight)
 
 
+def test_two_subsystems_with_one_program_are_refused_in_the_image(project_copy):
+    line = _replace(project_copy, MISSION, 'executable="manipulator"', 'executable="joystick"')
+    flight = _fly(project_copy, "image")
+    assert flight.code == 1
+    assert (f'rokviss.xml:{line}: executable="joystick" of <Subsystem>: expected another program than that of JOYSTICK, '
+            "because the image contains each program once; use --form processes") in flight.output
+    assert not flight.directory.exists()
+
+
 @pytest.mark.parametrize("address", ["moon", "10.0.0.1", "127.0.0.1 "])
 def test_ground_elsewhere_is_refused(project_copy, address):
     """The port is open to this machine only: an attribute that would have no effect is refused."""
