@@ -39,9 +39,11 @@ def serving(*options):
     process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
     address = Address(re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group())
     address.process = process
-    yield address
-    process.send_signal(signal.SIGINT)
-    process.wait(flying.MOMENT_S)
+    try:
+        yield address
+    finally:  # Also if the test fails.
+        process.send_signal(signal.SIGINT)
+        process.wait(flying.MOMENT_S)
 
 
 @contextlib.contextmanager

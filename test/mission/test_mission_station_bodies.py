@@ -33,29 +33,35 @@ COVERED = """[...document.querySelectorAll('header .cell, main')].flatMap((cell)
     node.getBoundingClientRect().right > cell.getBoundingClientRect().right + 1 || node.getBoundingClientRect().bottom > cell.getBoundingClientRect().bottom + 1))
     .map((node) => node.textContent)"""
 
-# The camera shows an arm of three joints that extends along -y: places of its base and its tip on the screen, from -1 to 1.
-FRAMED = """(() => {
+# The camera shows an arm of three joints that extends along -y, on a base that is fixed or `free`: places of its base and its tip on the
+# screen, from -1 to 1.
+FRAMED = """(free) => {
     const { scene, store } = window.station;
     const pose = (y) => [1, 0, 0, 0, 0, 1, 0, y, 0, 0, 1, 0.3, 0, 0, 0, 1];
     const joints = [0, -0.6, -0.6].map((y, n) => ({ name: `j${n}`, kind: "revolute", parent: `l${n}`, child: `l${n + 1}`, axis: [1, 0, 0], pose: pose(y), lower: -1, upper: 1 }));
-    const robot = { name: "arm", root: "l0", start: {}, links: { l0: [], l1: [], l2: [], l3: [] }, joints };
+    const robot = { name: "arm", root: "l0", free, start: {}, links: { l0: [], l1: [], l2: [], l3: [] }, joints };
     const empty = Object.entries(store.hello.world).map(([name, value]) => [name, Array.isArray(value) ? [] : {}]);
     store.take({ ...store.hello, kind: "hello", world: { ...Object.fromEntries(empty), robots: [robot] } });
     scene.view("Iso");
     scene.camera.lookAt(scene.target);
     scene.camera.updateMatrixWorld();
     return [[0, 0, 0], [0, -1.2, 0.9]].map((at) => { const { x, y } = scene.target.clone().set(...at).project(scene.camera); return [x, y]; });
-})()"""
+}"""
 
-# Words of the scene of a mission without a robot, the boxes that it shows, the words of its charts, and their title.
+# Words of the scene of a mission without a robot, the boxes that it shows, the lines of its charts, their title, whether the charts have its
+# room, and the words of the charts when the user has removed all lines.
 EMPTY = """(() => {
     const { store } = window.station, empty = Object.entries(store.hello.world).map(([name, value]) => [name, Array.isArray(value) ? [] : {}]);
     store.take({ ...store.hello, kind: "hello", world: Object.fromEntries(empty) });
     const strips = document.querySelector("station-strips");
     strips.title_.textContent = "";
     strips.draw();
-    return [document.querySelector("station-scene").innerText.trim(), [...document.querySelectorAll("station-scene .hud")].filter((node) => node.offsetWidth).length,
-        strips.querySelector(".strips").innerText, strips.title_.textContent];
+    const lines = strips.strips.flatMap(({ about }) => about.lines.map((line) => line.title)), scene = document.querySelector("station-scene");
+    const seen = [scene.innerText.trim(), [...scene.querySelectorAll(".hud")].filter((node) => node.offsetWidth).length, lines, strips.title_.textContent,
+        scene.clientHeight < 0.2 * strips.clientHeight];
+    for (const line of [...store.charted.values()]) store.tell("chart", line);
+    store.tell("state", {});
+    return [...seen, strips.querySelector(".strips").innerText];
 })()"""
 
 # Send a harmless command that is ready, and a critical one before the station has checked it; with a key that is held, and in a hidden tab.
@@ -199,12 +205,16 @@ def test_the_page_report_html_moves_a_free_body(browser, session_directory):
         page.evaluate("station.replay.seek(0)")
         assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
         page.screenshot(path=str(session_directory / "report-free-body.png"))
+        lines = [f"ACTUATORS {leaf}.{n}" for leaf, count in (("POSITION", 8), ("TORQUE", 4)) for n in range(1, count + 1)]  # Three strips.
+        no_robot = ["This mission has no robot that can be drawn.", 0, lines, "The whole flight", True, "No charts yet: P adds a parameter."]
+        assert page.evaluate(EMPTY) == no_robot
+        fixed, free = (abs(base[0] - tip[0]) for base, tip in (page.evaluate(FRAMED, is_free) for is_free in (False, True)))
+        assert free > 1.3 * fixed  # From the side of the arm.
         page.set_viewport_size({"width": 390, "height": 844})
         assert page.evaluate(COVERED) == []
-        ends = page.evaluate(FRAMED)
+        ends = page.evaluate(FRAMED, False)
         assert all(abs(x) < 0.95 and abs(y) < 0.95 for x, y in ends)
         assert all(abs(one + other) / 2 < 0.25 for one, other in zip(*ends))
-        assert page.evaluate(EMPTY) == ["This mission has no robot that can be drawn.", 0, "No charts yet: P adds a parameter.", "The whole flight"]
         assert not faults
 
 

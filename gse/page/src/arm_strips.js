@@ -5,7 +5,25 @@
 import { groups, moving } from "./kinematics.js";
 
 export const LINES_MAX = 4;
-export const COLOURS = ["measured", "second", "force", "desired"]; // Of the lines of a strip.
+export const COLOURS = ["measured", "second", "force", "fg1"]; // Of the lines of a strip.
+
+// Places of labels [px, downwards], in the order of `wanted`, that are at least `least` apart and between
+// `top` and `bottom`.
+export function apart(wanted, least, top, bottom) {
+  const order = [...wanted.keys()].sort((a, b) => wanted[a] - wanted[b]);
+  const found = [...wanted];
+  let limit = top;
+  for (const n of order) {
+    found[n] = Math.max(found[n], limit);
+    limit = found[n] + least;
+  }
+  limit = bottom;
+  for (const n of order.reverse()) {
+    found[n] = Math.min(found[n], limit);
+    limit = found[n] - least;
+  }
+  return found;
+}
 
 // The strips with their lines: name, colour, dashed or not, and a function that gives the value in a row of
 // housekeeping. `reported`: names of the parameters of the subsystem that moves the robot; forceOf(row): size

@@ -214,7 +214,7 @@ class Scene extends SceneMarks {
       this.camera.position.copy(this.target).addScaledVector(direction, reach * 3.1);
     } else {
       this.camera.position
-        .set(...VIEWS[name])
+        .set(...(name === "Iso" ? (this.iso ?? VIEWS.Iso) : VIEWS[name]))
         .multiplyScalar(reach / REACH_M)
         .add(this.target);
     }
@@ -256,6 +256,7 @@ class Scene extends SceneMarks {
     const isSpatial = moving(this.robot).length > 2;
     const least = isSpatial ? this.reach * 0.6 : 0.3;
     if (this.robot.free || world.robots.length > 1 || isSpatial) this.frameAll(least);
+    this.iso = this.robot.free && isSpatial ? this.besideArm() : VIEWS.Iso;
     for (const node of this.across) node.hidden = !isSpatial;
     this.floor = new THREE.GridHelper(
       Math.ceil((this.reach * 4) / 0.05) * 0.05,
@@ -291,6 +292,29 @@ class Scene extends SceneMarks {
     const size = box.getSize(new THREE.Vector3());
     this.reach = Math.max(least, size.length() * 0.75);
     box.getCenter(this.target);
+  }
+
+  // Of eight views around the vertical axis, the one that shows the arm of a free robot from its side, with
+  // its first joint in front of the base.
+  besideArm() {
+    const { positions, base } = placedByTruth(this.robot, null, {});
+    const { links } = poses(this.robot, positions, base);
+    const at = (link) => new THREE.Vector3(...place(links.get(link)));
+    const first = at(moving(this.robot)[0].child),
+      mount = first.clone().sub(at(this.robot.root)),
+      arm = at(tipOf(this.robot)).sub(first);
+    const [x, y, z] = VIEWS.Iso;
+    const seen = (view) => {
+      const direction = new THREE.Vector3(...view).normalize();
+      return direction.dot(mount) < 0 ? -1 : direction.cross(arm).length();
+    };
+    const views = [x, -x].flatMap((one) =>
+      [y, -y].flatMap((other) => [
+        [one, other, z],
+        [other, one, z],
+      ]),
+    );
+    return views.reduce((best, view) => (seen(view) > seen(best) ? view : best));
   }
 
   // The simulator's truth { row, names, time } at an instant of a replay, in a flight the present one; null

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Strip charts: those of the robot (arm_strips.js), and strips of parameters that the user has chosen, with
-// at most four lines of one unit in each.
+// at most four lines of one unit in each. A mission without a robot begins with chosen parameters.
 
 import uPlot from "uplot";
 
 import { store } from "./store.js";
 import { el, isPageKey, number, text, wordOf } from "./dom.js";
-import { COLOURS, LINES_MAX, stripsOf } from "./arm_strips.js";
+import { apart, COLOURS, LINES_MAX, stripsOf } from "./arm_strips.js";
 import { leadOf, tipForce } from "./kinematics.js";
+import { lineOf } from "./telemetry.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
 const REFRESH_MS = 150; // Time between two updates of the charts.
+const FIRST_STRIPS = 3; // Strips of a mission without a robot before the user chooses others.
+const LABEL_PX = 10; // Least distance of two names at the ends of curves.
 const LEAST_S = 0.05; // Shortest view that the keys select.
 const STALE_S = 1; // An older last report shows no present value.
 const token = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -47,6 +50,22 @@ function chosen(lines) {
     });
   }
   return found;
+}
+
+// The lines that a mission without a robot shows until the user chooses others: measured values in the first
+// housekeeping structure of a subsystem.
+function firstLines() {
+  for (const { name, parameters, configurations } of store.members()) {
+    const structure = (store.configuration(name) ?? configurations[0])?.structures[0];
+    const measured = (structure?.leaves ?? [])
+      .map((leaf) => parameters.find((one) => one.name === leaf))
+      .filter((leaf) => ["FLOAT", "DOUBLE"].includes(leaf?.type));
+    const lines = measured.flatMap((leaf) =>
+      [...Array(leaf.count).keys()].map((n) => lineOf(`${name}/${structure.id}`, leaf, n)),
+    );
+    if (lines.length) return lines.slice(0, FIRST_STRIPS * LINES_MAX);
+  }
+  return [];
 }
 
 // Join the values of lines from different reports on one time axis.
@@ -199,17 +218,19 @@ class Strip {
       ctx.stroke();
     }
     ctx.font = `${11 * devicePixelRatio}px "IBM Plex Mono"`;
-    this.about.lines.forEach((line, n) => {
+    ctx.textAlign = "left"; // uPlot has left those of its axes.
+    ctx.textBaseline = "middle";
+    const labels = this.about.lines.flatMap((line, n) => {
       const data = plot.data[n + 1];
       const at = data.findLastIndex((item) => item !== null && item !== undefined);
-      if (!line.short || at < 0) return;
-      const end = Math.min(plot.valToPos(plot.data[0][at], "x", true), bbox.left + bbox.width);
-      ctx.fillStyle = token(line.colour);
-      ctx.fillText(
-        line.short,
-        end + 3 * devicePixelRatio,
-        plot.valToPos(data[at], "y", true) + 4 * devicePixelRatio,
-      );
+      if (!line.short || at < 0) return [];
+      const x = Math.min(plot.valToPos(plot.data[0][at], "x", true), bbox.left + bbox.width);
+      return [{ line, x, y: plot.valToPos(data[at], "y", true) }];
+    });
+    const wanted = labels.map(({ y }) => y);
+    apart(wanted, LABEL_PX * devicePixelRatio, bbox.top, bbox.top + bbox.height).forEach((y, n) => {
+      ctx.fillStyle = token(labels[n].line.colour);
+      ctx.fillText(labels[n].line.short, labels[n].x + 3 * devicePixelRatio, y);
     });
     ctx.restore();
   }
@@ -342,6 +363,7 @@ class Strips extends HTMLElement {
     });
     this.strips = [];
     store.on("hello", () => this.build());
+    store.on("state", () => this.begin() && this.arrange());
     store.on("theme", () => this.remake());
     // A plot also changes its height when its legend needs another row.
     this.sizes = new ResizeObserver(() =>
@@ -355,6 +377,7 @@ class Strips extends HTMLElement {
 
   // Add a parameter to the charts, or remove it.
   toggle(line) {
+    this.isChosen = true;
     if (!store.charted.delete(line.key)) store.charted.set(line.key, line);
     this.arrange();
     const added = this.strips.find((strip) => strip.about.lines.some((one) => one.key === line.key));
@@ -375,7 +398,18 @@ class Strips extends HTMLElement {
   build() {
     this.zoom = this.held = null;
     this.source = store.members().find((item) => store.drives(item))?.name;
+    this.begin();
     this.arrange();
+  }
+
+  // Chart the first lines of a mission without a robot, if the user has chosen none. Returns whether they
+  // have changed, as those of another configuration do.
+  begin() {
+    if (this.isChosen || !store.hello || leadOf(store.hello.world)) return false;
+    const lines = firstLines();
+    if (lines.map((line) => line.key).join() === [...store.charted.keys()].join()) return false;
+    store.charted = new Map(lines.map((line) => [line.key, line]));
+    return true;
   }
 
   arrange() {

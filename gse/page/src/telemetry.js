@@ -67,25 +67,30 @@ function head(rows) {
   );
 }
 
+// Number `n` of a leaf of a report, as a line of the strip charts.
+export function lineOf(report, leaf, n) {
+  const name = `${leaf.name.split(".").pop()}${leaf.count > 1 ? `.${n + 1}` : ""}`;
+  return {
+    key: `${report}/${leaf.name}/${n}`,
+    report,
+    leaf: leaf.name,
+    n,
+    name,
+    unit: leaf.unit,
+    words: leaf.words,
+    bits: leaf.bits,
+    title: `${report.split("/")[0]} ${name}`,
+  };
+}
+
 // Table row of one number of a report; `judge` and the other methods update its cells.
 export class Row {
   constructor(report, leaf, n, hasGauges) {
     this.report = report;
     this.leaf = leaf;
     this.n = n;
-    this.key = `${report}/${leaf.name}/${n}`;
-    const short = `${leaf.name.split(".").pop()}${leaf.count > 1 ? `.${n + 1}` : ""}`;
-    this.line = {
-      key: this.key,
-      report,
-      leaf: leaf.name,
-      n,
-      name: short,
-      unit: leaf.unit,
-      words: leaf.words,
-      bits: leaf.bits,
-      title: `${report.split("/")[0]} ${short}`,
-    };
+    this.line = lineOf(report, leaf, n);
+    this.key = this.line.key;
     this.sym = el("span");
     this.value = el("span", { class: "value" });
     this.gauge = isBounded(leaf) ? gauge() : null;
@@ -104,7 +109,11 @@ export class Row {
     this.node = el(
       "tr",
       { draggable: "true" },
-      el("td", { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") }, short),
+      el(
+        "td",
+        { class: "name", title: [leaf.name, leaf.description].filter(Boolean).join(": ") },
+        this.line.name,
+      ),
       ...this.cells(hasGauges),
       this.age,
       el("td", {}, this.chart),

@@ -30,7 +30,7 @@ def modules(tmp_path_factory):
 
 def printed(directory, script):
     """The JSON that an ECMAScript script prints."""
-    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
+    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
     done = subprocess.run(["node", directory / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -172,6 +172,20 @@ def test_strips_show_every_joint_and_torques_under_their_own_name(modules):
                        ["Joint force", "N", ["1", 10]],
                        ["Joint torque", "Nm", *([f"{n + 1}", 10 + n] for n in range(1, 5))],
                        ["Joint torque", "Nm", *([f"{n + 1}", 10 + n] for n in range(5, 7))], force]
+
+
+def test_names_at_the_ends_of_curves_do_not_cover_each_other(modules):
+    """They stay in order and between the edges of the plot."""
+    found = printed(modules, """
+        console.log(JSON.stringify([[30, 10, 12, 60], [100, 99, 101], [-4, -8], [], [50]].map((wanted) => apart(wanted, 10, 0, 100))));""")
+    assert found == [[30, 10, 20, 60], [90, 80, 100], [10, 0], [], [50]]
+
+
+def test_the_lines_of_a_strip_have_different_colours(modules):
+    """The colour of desired values is not that of a fourth joint."""
+    names = printed(modules, ARM + """
+        console.log(JSON.stringify(stripsOf(arm(...Array(4).fill("revolute")), [], () => 9)[0].lines.map((line) => line.colour)));""")
+    assert len(set(names)) == 4 and "desired" not in names
 
 
 def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
