@@ -220,10 +220,12 @@ class _Console:
 
     def permissions(self):
         """Print the permitted requests of the mission descriptor."""
-        for rule in self.spacecraft().dictionary.permissions:
-            request = f"TC[{rule['service']},{rule['subtype']}]"
-            states = "any state" if len(rule["states"]) == len(STATES) else " ".join(rule["states"])
-            text = f"{request:<9} {rule['select']:<17} to {rule['to']:<14} {' '.join(rule['modes']):<13} {states}"
+        rules = self.spacecraft().dictionary.permissions
+        rows = [(f"TC[{rule['service']},{rule['subtype']}]", rule["select"], f"to {rule['to']}", " ".join(rule["modes"]),
+                 "any state" if len(rule["states"]) == len(STATES) else " ".join(rule["states"])) for rule in rules]
+        widths = [max(map(len, column)) for column in zip(*rows)]
+        for rule, row in zip(rules, rows):
+            text = "  ".join(f"{word:<{width}}" for word, width in zip(row, widths)).rstrip()
             _print(self.arguments, {"text": text, **rule})
         return SUCCESS
 

@@ -14,7 +14,7 @@ import sys
 
 from . import frames, large, packet_log, packets, telecommands, telemetry
 from .place import facts_of
-from .values import quoted
+from .values import bits_of, quoted
 
 CANDUMP = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})(?:#R\d?|#((?:[0-9A-Fa-f]{2})*)|##[0-9A-Fa-f]((?:[0-9A-Fa-f]{2})*))(?: [RT])?\s*")
 PACKET_LINE = re.compile(r"\d+\.\d+ T[CM] ")
@@ -37,6 +37,7 @@ class _Decoder:
     def __init__(self, dictionary, directory):
         self.dictionary, self._directory = dictionary, pathlib.Path(directory)
         self._configurations, self._databases = {}, {}
+        self._bits = bits_of(dictionary.content)
         self._assembler = large.Assembler()
         self._facts, self._warnings = {}, []
 
@@ -97,7 +98,7 @@ class _Decoder:
             self._databases[bus] = database = frames.Database(self._directory / f"{self.dictionary.mission}-{bus}.dbc")
             self._warn(database.problem_with(self._facts, "those that flew") or database.problem_with(self.dictionary.content, "the dictionary"))
         name, signals = self._databases[bus].decode(identifier, octets, is_extended)
-        text = f"{bus} {self._databases[bus].describe(identifier, octets, is_extended)}"
+        text = f"{bus} {self._databases[bus].describe(identifier, octets, is_extended, self._bits)}"
         return self._row(seconds, text, bus=bus, id=identifier, frame=name, values={signal: value for signal, value, _ in signals})
 
     @staticmethod

@@ -4,6 +4,8 @@
 import re
 from dataclasses import dataclass, field
 
+from .values import bits_for
+
 MESSAGE = re.compile(r"BO_ (\d+) (\w+): (\d+) ")
 SIGNAL = re.compile(r' SG_ (\w+)( M| m(\d+)M?)? : (\d+)\|(\d+)@1([+-]) \(([^,]+),([^)]+)\) \[[^\]]*\] "([^"]*)"')
 WORDS = re.compile(r"VAL_ (\d+) (\w+) ")
@@ -89,10 +91,19 @@ class Database:
             found.append((signal.name, value, signal.unit))
         return self.names.get(key), found
 
-    def describe(self, identifier, octets, is_extended=False):
-        """One line of text. The octets of a frame that the database does not contain are shown in hexadecimal."""
+    def describe(self, identifier, octets, is_extended=False, bits=None):
+        """One line of text. The octets of a frame that the database does not contain are shown in hexadecimal. bits: those of values.bits_of;
+        numbers whose bits have names are shown by these."""
         name, signals = self.decode(identifier, octets, is_extended)
         if name is None:
             return f"0x{identifier:03X} (not in the database of the bus)  {octets.hex(' ')}".rstrip()
-        words = (f"{signal}={value:.6g}" if isinstance(value, float) else f"{signal}={value}" for signal, value, _ in signals)
-        return "  ".join([name, *(f"{word} {unit}".rstrip() for word, (_, _, unit) in zip(words, signals))])
+        words = (f"{signal}={_word(signal, value, bits or {})} {unit}".rstrip() for signal, value, unit in signals)
+        return "  ".join([name, *words])
+
+
+def _word(signal, value, bits):
+    """Text of a value."""
+    names = bits_for(signal, bits)
+    if names and isinstance(value, int):
+        return names[value]
+    return f"{value:.6g}" if isinstance(value, float) else value

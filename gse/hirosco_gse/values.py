@@ -209,3 +209,18 @@ def to_text(values):
     if isinstance(values, float):
         return f"{values:.6g}"
     return str(values)
+
+
+def bits_of(item):
+    """Names of the bits of values in the content of a dictionary, by the name of the value: {"statusword": Bits}."""
+    found = {}
+    for part in item.values() if isinstance(item, dict) else item if isinstance(item, list) else ():
+        found |= bits_of(part)
+    if isinstance(item, dict) and isinstance(item.get("bits"), dict):
+        found[item["bits"]["name"]] = Bits(item["bits"])
+    return found
+
+
+def bits_for(signal, bits):
+    """The names of the bits of a signal, whose name begins with that of the value, as StatuswordAxis2; or None. bits: those of bits_of."""
+    return next((item for name, item in bits.items() if signal.lower().startswith(name)), None)

@@ -6,7 +6,7 @@ A bus has thousands of frames a second. A line is therefore only counted when it
 import collections
 
 from ..frame_length import classic_us, fd_us
-from ..values import Bits
+from ..values import bits_for
 
 ERRORS_KEPT = 20  # Newest error frames that a page shows.
 _CONTROLLER = {0x01: "receive buffer overflow", 0x02: "transmit buffer overflow", 0x04: "receive errors: error warning", 0x08: "transmit errors: error warning",
@@ -29,19 +29,9 @@ def error_of(identifier, octets):
     return name, symbol, words
 
 
-def bits_of(item):
-    """Names of the bits of values in the content of a dictionary, by the name of the value: {"statusword": Bits}."""
-    found = {}
-    for part in item.values() if isinstance(item, dict) else item if isinstance(item, list) else ():
-        found |= bits_of(part)
-    if isinstance(item, dict) and isinstance(item.get("bits"), dict):
-        found[item["bits"]["name"]] = Bits(item["bits"])
-    return found
-
-
 class BusTap:
     """Statistics and newest frames of one bus. Rates in bit/s; database: hirosco_gse.frames.Database, or None; warning: why names and values may be
-    wrong; bits: those of bits_of."""
+    wrong; bits: those of values.bits_of."""
 
     def __init__(self, name, rate, data_rate, database, warning=None, bits=None):
         self.name, self._rate, self._data_rate, self._database, self.warning = name, rate, data_rate, database, warning
@@ -97,7 +87,7 @@ class BusTap:
 
     def _word(self, signal, value):
         """Text of a value: of one whose bits have names the state, as in the other tabs of the page."""
-        bits = next((bits for name, bits in self._bits.items() if signal.lower().startswith(name)), None)
+        bits = bits_for(signal, self._bits)
         if bits and isinstance(value, int):
             return bits.state(value)
         return f"{value:.6g}" if isinstance(value, float) else value

@@ -11,7 +11,8 @@ from .. import live
 from ..frames import Database, DatabaseError
 from ..link import LinkLost, words_of
 from ..place import ROOT
-from .bus_tap import BusTap, bits_of
+from ..values import bits_of
+from .bus_tap import BusTap
 
 ANSWER_S = 2.0  # Longest wait for an answer.
 SHOW_S = 0.25  # Time between two messages about a bus.

@@ -110,7 +110,8 @@ def test_a_log_of_candump_is_decoded_as_by_cantools(shown, dictionary_path, tmp_
     (tmp_path / "bus.log").write_text(FRAMES + "(0000000025.1", encoding="ascii")
     code, lines, _ = shown(tmp_path / "bus.log")
     assert code == 0 and len(lines) == 7
-    assert lines[0] == "   25.170055  robot JOINT1_TPDO1  Statusword=1591  PositionActualValue=5 rad  TorqueActualValue=-0.12 Nm"
+    statusword = "OPERATION_ENABLED+VOLTAGE_ENABLED+REMOTE+TARGET_REACHED"  # 0x0637
+    assert lines[0] == f"   25.170055  robot JOINT1_TPDO1  Statusword={statusword}  PositionActualValue=5 rad  TorqueActualValue=-0.12 Nm"
     assert lines[2].endswith("JOINT1_HEARTBEAT  State=Operational") and "Initiate upload" in lines[3]
     assert lines[4].endswith("robot SYNC") and lines[5].endswith("0x7E5 (not in the database of the bus)  01 02")
     assert "Code=Over current" in lines[6]

@@ -10,7 +10,8 @@ import pytest
 from conftest import ROOT
 from hirosco_gse.frames import Database
 from hirosco_gse.station import world_port
-from hirosco_gse.station.bus_tap import BusTap, bits_of, error_of
+from hirosco_gse.station.bus_tap import BusTap, error_of
+from hirosco_gse.values import bits_of
 
 
 def test_the_newest_frame_of_each_identifier_is_sent_with_its_rate():
