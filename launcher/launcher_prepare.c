@@ -136,7 +136,8 @@ static bool find_scenario(launcher_t* const launcher)
         return true;
     }
     return has_scenario(launcher, launcher->options.scenario) ||
-           launcher_fail(launcher, "no such scenario: ", launcher->scenario_path);
+           launcher_refuse(launcher, (const char* const[]){"no such scenario: ", launcher->scenario_path,
+                                                           "; choose another one with --scenario", NULL});
 }
 
 /// Find the world of the mission; a run with real devices has none.
@@ -147,7 +148,9 @@ static bool find_world(launcher_t* const launcher)
                     (const char* const[]){is_path ? "" : "descriptors/worlds/", launcher->options.world,
                                           is_path ? "" : ".xml", NULL});
     return !launch_has_simulator(&launcher->options) || osal_file_exists(launcher->world_path) ||
-           launcher_fail(launcher, "no world for the simulator: ", launcher->world_path);
+           launcher_refuse(launcher,
+                           (const char* const[]){"no world for the simulator: ", launcher->world_path,
+                                                 "; choose another one with --world", NULL});
 }
 
 static bool find_inputs(launcher_t* const launcher)

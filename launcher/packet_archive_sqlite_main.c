@@ -96,7 +96,10 @@ static void open_archive(archive_t* const archive)
     path_of(archive, "packets.db", path);
     archive->is_failed = !open_database(archive, path);
     if (archive->is_failed) {
-        (void)report_error("cannot open ", path);
+        char detail[PATH_MAX_CHARACTERS + 128U];
+        (void)text_join(detail, sizeof detail,
+                        (const char* const[]){path, ": ", sqlite3_errmsg(archive->database), NULL});
+        (void)report_error("cannot open ", detail);
     }
 }
 
@@ -344,7 +347,7 @@ static int follow(archive_t* const archive)
         archive->is_failed = !execute(archive, "COMMIT") || archive->is_failed;
         if (archive->is_failed && !was_failed) {
             (void)report_error(
-                "the disk has no room for packets.db; the merge at the end reads all records from ",
+                "cannot write packets.db (is the disk full?); the merge at the end reads all records from ",
                 "packets.spool");
         }
         if (osal_clock_wait(&clock, osal_clock_now_ns(&clock) + FOLLOW_PAUSE_NS, NULL, 0U) != STATUS_OK) {
@@ -466,7 +469,7 @@ static bool merge_in_memory(archive_t* const archive)
         path_of(archive, names[i], path);
         (void)osal_file_remove(path);
     }
-    (void)report_error("the disk has no room for packets.db: it is made again from the parts by ",
+    (void)report_error("cannot write packets.db (is the disk full?): it is made again from the parts by ",
                        "packet-archive-sqlite merge");
     archive->is_failed = !open_database(archive, ":memory:");
     if (!archive->is_failed) {

@@ -115,7 +115,8 @@ def _packets_in(decoder, octets, place, seconds=None):
     if used != len(octets):
         rest = octets[used:]
         needed = int.from_bytes(rest[4:6], "big") + 7 if len(rest) >= packets.PRIMARY_HEADER else packets.PRIMARY_HEADER
-        raise DecodeError(f"{place}: found {len(rest)} octets at octet {used}, expected {needed} of a whole packet; add what is missing")
+        found = f"{len(rest)} octet{'s' if len(rest) > 1 else ''}"
+        raise DecodeError(f"{place}: found {found} at octet {used}, expected {needed} of a whole packet; add what is missing")
 
 
 def _hex_lines(decoder, lines, path):

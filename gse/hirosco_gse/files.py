@@ -55,7 +55,10 @@ MACHINE = MachineFiles()
 
 
 def next_step(problem):
-    """What a user does about a file that this user may not read or write, in words that follow the error; empty for other errors."""
+    """What a user does about a packet log that is absent, or a file that this user may not read or write, in words that follow the error;
+    empty for other errors."""
+    if problem.errno == errno.ENOENT and os.path.basename(problem.filename or "") == "packets.log":
+        return f"; for a flight that was killed, make it: build/bin/packet-archive-sqlite merge {os.path.dirname(problem.filename) or '.'}"
     if problem.errno not in (errno.EACCES, errno.EPERM, errno.EROFS) or not problem.filename:
         return ""
     if os.path.exists(problem.filename) and not os.access(problem.filename, os.R_OK):

@@ -328,7 +328,11 @@ def _made_of(directory):
 
 def main(argv=None):
     """Write the recording of a run directory to the standard output."""
-    directory, = sys.argv[1:] if argv is None else argv
+    words = sys.argv[1:] if argv is None else argv
+    if len(words) != 1:
+        print("usage: python3 -m hirosco_gse.recording RUN_DIR", file=sys.stderr)
+        raise SystemExit(2)
+    directory = words[0]
     try:
         interrupt.release()
         octets = _made_of(directory)

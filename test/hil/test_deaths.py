@@ -242,21 +242,21 @@ def ended(request, tmp_path_factory, undisturbed):
         shutil.rmtree(directory)
 
     with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
-        futures = {number: pool.submit(flown, number) for number in asked(request, "test_death_on_shared_memory")}
+        futures = {number: pool.submit(flown, number) for number in asked(request, "test_a_death_on_shared_memory_ends_as_specified")}
         yield futures
         pool.shutdown(cancel_futures=True)
 
 
 @pytest.mark.parametrize("number", with_the_rest_long(ON_SHARED_MEMORY, first_of_each()), ids=lambda number: str(deaths.drawn(number)))
-def test_death_on_shared_memory(ended, number):
+def test_a_death_on_shared_memory_ends_as_specified(ended, number):
     ended[number].result()
 
 
 @pytest.mark.long  # The micro-VM needs half a minute of processor time and more for each.
 @pytest.mark.timeout(REAL_BUSES_S + 300)
 @pytest.mark.parametrize("number", ON_REAL_BUSES, ids=lambda number: str(deaths.drawn(number, True)))
-def test_death_on_real_buses(request, place, undisturbed, number):
-    numbers = asked(request, "test_death_on_real_buses")
+def test_a_death_on_real_buses_ends_as_specified(request, place, undisturbed, number):
+    numbers = asked(request, "test_a_death_on_real_buses_ends_as_specified")
     group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=REAL_BUSES_S)
     group.check(str(number))
     directory = pathlib.Path(group.result.directory) / str(number)

@@ -61,5 +61,5 @@ def test_every_kind_of_fault_is_drawn():
 @pytest.mark.long
 @pytest.mark.parametrize("count", LONG)
 @pytest.mark.parametrize("batch", range(BATCHES))
-def test_the_whole_campaign(ground, directory, batch, count):
+def test_the_whole_campaign_keeps_the_invariants(ground, directory, batch, count):
     _judge(ground, directory, _drawn(range(1000 + batch * LONG[count], 1000 + (batch + 1) * LONG[count]), count))

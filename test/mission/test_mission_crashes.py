@@ -330,7 +330,7 @@ def test_a_run_that_is_interrupted_three_times_ends_at_once(directory):
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", range(40))
-def test_kill_of_any_process_at_any_time(directory, number):
+def test_nothing_is_left_after_the_kill_of_any_process_at_any_instant(directory, number):
     """Many deaths; the number determines the process and the instant of wall-clock time."""
     rng = random.Random(number)
     name, moment = rng.choice(PROCESSES), rng.uniform(0.05, 3.5)

@@ -61,7 +61,7 @@ def test_nonsense_is_refused_with_the_reason(options, reasons):
     ("options", "reason"),
     [
         (("--mission", "apollo"), "no such mission"),
-        (("--scenario", "picnic"), "no such scenario: sim/scenarios/picnic.scn"),
+        (("--scenario", "picnic"), "no such scenario: sim/scenarios/picnic.scn; choose another one with --scenario"),
         (("--scenario", "/nowhere/picnic.scn"), "no such scenario: /nowhere/picnic.scn"),
         (("--bus", "can", "--interface", "robot=none0", "--interface", "joystick=none1"), "none0"),
         (("--bus", "can", "--interface", "arm=none0"), "the mission has no such bus: arm=none0"),

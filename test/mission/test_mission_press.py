@@ -61,7 +61,7 @@ def test_a_run_whose_report_cannot_be_made_has_failed(directory):
     assert flight.facts["exit_code"] == 1
 
 
-def test_telepresence_with_a_joystick_of_20_bit(directory):
+def test_telepresence_with_a_joystick_of_20_bit_keeps_its_bounds(directory):
     """The devices differ by their XML only; every figure is also defined for this joystick."""
     flight = flying.fly(directory, "--world", "rokviss-20bit", "--form", "image")
     assert flight.code == 0, flight.transcript()
@@ -102,7 +102,7 @@ MASSES = [((masses, seed) if (masses, seed) == ((1.05, 1.05), 1) else pytest.par
 
 
 @pytest.mark.parametrize("masses, seed", MASSES)
-def test_masses_of_the_model_may_be_wrong(directory, masses, seed):
+def test_figures_keep_their_bounds_with_wrong_masses_of_the_model(directory, masses, seed):
     world = pressing.write_world(directory, masses=masses)
     flight = flying.fly(directory / "out", "--world", world, "--seed", seed, "--form", "image")
     assert flight.code == 0, flight.transcript()
@@ -115,7 +115,7 @@ def test_masses_of_the_model_may_be_wrong(directory, masses, seed):
 @pytest.mark.long
 @pytest.mark.parametrize("stiffness", [2000, 20000])
 @pytest.mark.parametrize("base", WORLDS)
-def test_telepresence_on_a_soft_and_a_hard_wall(directory, base, stiffness):
+def test_telepresence_on_a_soft_and_a_hard_wall_keeps_its_bounds(directory, base, stiffness):
     world = pressing.write_world(directory, base, contact={"stiffness": stiffness, "shear": 0.8 * stiffness, "shearDamping": 80})
     flight = flying.fly(directory / "out", "--world", world, "--form", "image")
     assert flight.code == 0, flight.transcript()

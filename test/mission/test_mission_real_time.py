@@ -169,7 +169,7 @@ def test_following_ends_with_an_interrupt(mission):
     mission.wait()
 
 
-def test_scenario_in_wall_clock_time(directory):
+def test_each_step_of_a_scenario_is_performed_in_wall_clock_time(directory):
     """The operator performs all steps of the scenario in wall-clock time too."""
     flight = flying.fly(directory, "--time", "real", "--scenario", "commissioning")
     assert flight.code == 0, flight.transcript()

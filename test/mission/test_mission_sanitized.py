@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not (SANITIZED / "hirosco").exists(), reason="no
 
 @pytest.mark.parametrize("form", ["image", "processes"])
 @pytest.mark.parametrize("scenario", ["commissioning", "standalone", "hil", pytest.param("telepresence", marks=pytest.mark.long)])
-def test_flight_without_a_report(directory, shared_flights, form, scenario):
+def test_sanitizers_report_nothing_in_a_flight(directory, shared_flights, form, scenario):
     options = ("--scenario", scenario, "--form", form)
     flight = flying.fly(directory, *options, binaries=SANITIZED, environment=ENVIRONMENT)
     assert not REPORT.search(flight.console + flight.output), flight.transcript()
@@ -28,7 +28,7 @@ def test_flight_without_a_report(directory, shared_flights, form, scenario):
 
 
 @pytest.mark.parametrize("scenario", ["hil", pytest.param("telepresence", marks=pytest.mark.long)])
-def test_udp_links_without_a_report(directory, scenario):
+def test_sanitizers_report_nothing_with_links_by_udp(directory, scenario):
     flight = flying.fly(directory, "--scenario", scenario, "--links", "udp", binaries=SANITIZED, environment=ENVIRONMENT)
     assert not REPORT.search(flight.console + flight.output), flight.transcript()
     assert flight.code == 0, flight.transcript()

@@ -13,7 +13,7 @@ SEED = int(os.environ.get("SOAK_SEED", "1"))
 RESOURCES_OF_A_PROCESS = {"VmRSS": 10_000, "VmData": 5_000, "RssAnon": 4_000, "descriptors": 39, "sockets": 12}
 
 
-def test_ten_minutes_of_random_traffic(directory):
+def test_nothing_grows_drifts_or_stalls_in_ten_minutes_of_random_traffic(directory):
     flight, _, judge, problems = soak.fly(directory, SEED, 1 / 6, sample_s=0.1)
     assert not problems, problems
     assert judge.lines > 1000 and flight.facts["reproducible"]
@@ -22,7 +22,7 @@ def test_ten_minutes_of_random_traffic(directory):
 @pytest.mark.long
 @pytest.mark.timeout(24 * soak.HOUR_S)
 @pytest.mark.parametrize("form", ["image", "processes"])
-def test_hours_of_random_traffic(directory, form):
+def test_nothing_grows_drifts_or_stalls_in_hours_of_random_traffic(directory, form):
     """SOAK_HOURS and SOAK_SEED set the duration and the seed."""
     _, _, _, problems = soak.fly(directory, SEED, HOURS if form == "image" else min(HOURS, 1.0), form)
     assert not problems, problems

@@ -158,7 +158,7 @@ def test_a_storm_of_a_subsystem_delays_neither_its_answers_nor_its_high_event(di
 
 
 @pytest.mark.long
-def test_a_storm_of_a_minute(directory, stormy):
+def test_a_storm_of_a_minute_delays_neither_answers_nor_the_high_event(directory, stormy):
     """The storm has six million events."""
     flight = _fly_storm(directory, stormy, 60)
     assert flight.code == 0, flight.transcript()
@@ -174,9 +174,9 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_within_a_storm(directory, stormy, fault):
-    """Each process that forwards reports is suspended for a while: no FIRM report is lost, duplicated or out
-    of order."""
+def test_a_fault_within_a_storm_loses_no_report(directory, stormy, fault):
+    """The supervisor is killed or suspended, or communication is suspended: no FIRM report of the joystick is lost,
+    duplicated or out of order."""
     flight = _fly_storm(directory, stormy, 3, *FAULTS[fault])
     ends = fault in ("death", "hang")
     assert flight.code == (1 if ends else 0), flight.transcript()
@@ -190,9 +190,9 @@ def test_a_fault_within_a_storm(directory, stormy, fault):
     assert counts == list(range(len(counts)))
 
 
-def test_the_process_that_raises_a_storm_dies(directory, stormy):
+def test_a_process_that_dies_in_its_storm_loses_at_most_the_counts_of_a_second(directory, stormy):
     """Counts that are not reported yet are lost with the process: at most those of the second between two
-    reports. No other component is affected."""
+    reports. Each ping ends once, and the partner goes to ERROR_OPERATIONAL."""
     flight = _fly_storm(directory, stormy, 3, "3.05 fault kill joystick")
     first_ns = _events(flight, JOYSTICK, OPERATOR_NOTE)[0][0]
     raised = round((3_050_000_000 - first_ns) / STEP_NS) * EACH

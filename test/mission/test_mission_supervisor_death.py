@@ -242,20 +242,20 @@ def test_flight_without_faults_is_complete(undisturbed):
     assert _assert_each_request_ends_once(undisturbed) == 0
 
 
-def test_death_by_points(directory, undisturbed):
+def test_a_death_by_points_changes_only_the_packet_log(directory, undisturbed):
     """At instants that are drawn from a seed, or at the instants of POINTS."""
     named = [[float(text) for text in pair.split(",")] for pair in os.environ.get("POINTS", "").split()]
     _fly_all(directory, undisturbed, named or _draw(FLIGHTS, "short"))
 
 
-def test_death_during_bring_up(directory, undisturbed):
+def test_a_mission_continues_after_a_death_during_bring_up(directory, undisturbed):
     """Configurations, negotiations and transitions in progress continue."""
     _fly_all(directory, undisturbed, _draw(FLIGHTS // 2, "up", BRINGING_UP_S))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
-def test_death_by_many_points(directory, undisturbed, part):
+def test_a_mission_continues_after_a_death_by_many_points(directory, undisturbed, part):
     """A thousand instants, two in each flight; one in ten is during the bring-up of the members."""
     count = LONG_FLIGHTS // PARTS
     _fly_all(directory, undisturbed, _draw(count // 10, part, BRINGING_UP_S) + _draw(count - count // 10, part))
@@ -312,7 +312,7 @@ def test_a_mission_is_ended_if_all_its_processes_hang(directory):
     flying.wait_until(lambda: not flight.leftovers(), "the end of all processes of the flight")
 
 
-def test_death_in_the_image(directory, undisturbed):
+def test_a_death_in_the_image_gives_the_octets_of_processes(directory, undisturbed):
     """With all components in one address space, the octets are the same."""
     points = _draw(1, "image")[0]
     flights = [_fly(directory, points, form) for form in ("processes", "image")]
@@ -342,7 +342,7 @@ def _draw_calls(count, seed, between):
     return [drawn.randrange(*between) for _ in range(count)]
 
 
-def test_death_by_calls(directory, mortal, busy_calls, undisturbed):
+def test_a_death_by_calls_changes_only_the_packet_log(directory, mortal, busy_calls, undisturbed):
     """At calls that are drawn from a seed, or at the calls of CALLS."""
     named = [int(text) for text in os.environ.get("CALLS", "").split()]
     _fly_all_calls(directory, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
@@ -350,7 +350,7 @@ def test_death_by_calls(directory, mortal, busy_calls, undisturbed):
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
-def test_death_by_many_calls(directory, mortal, busy_calls, undisturbed, part):
+def test_a_death_by_many_calls_changes_only_the_packet_log(directory, mortal, busy_calls, undisturbed, part):
     """At hundreds of calls."""
     _fly_all_calls(directory, mortal, undisturbed, _draw_calls(LONG_CALLS // PARTS, part, busy_calls))
 
@@ -430,7 +430,7 @@ def _fly_work(directory, mortal, work, count):
 
 
 @pytest.mark.parametrize("work", WORKS)
-def test_death_at_work(directory, mortal, work):
+def test_requests_and_reports_are_complete_after_a_death_at_work(directory, mortal, work):
     """The supervisor dies while the packet log is switched, a schedule releases requests, a long report is
     sent, or there is a storm of events."""
     directory.mkdir(exist_ok=True)
@@ -439,7 +439,7 @@ def test_death_at_work(directory, mortal, work):
 
 @pytest.mark.long
 @pytest.mark.parametrize("work", WORKS)
-def test_many_deaths_at_work(directory, mortal, work):
+def test_requests_and_reports_are_complete_after_many_deaths_at_work(directory, mortal, work):
     """The same test with more deaths."""
     directory.mkdir(exist_ok=True)
     _fly_work(directory, mortal, work, LONG_DEATHS)

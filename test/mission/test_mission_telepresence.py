@@ -37,7 +37,7 @@ class TestFigures:
     """Figures of the flights of the image, from their raw logs."""
 
     @pytest.mark.parametrize("name", figures.BOUNDS)
-    def test_figure_within_its_bound(self, shared_flights, form, seed, name):
+    def test_each_figure_is_within_its_bound(self, shared_flights, form, seed, name):
         found, reasons = shared_flights.computed(form=form, seed=seed)
         relation, bound = figures.BOUNDS[name]
         assert figures.holds(name, found[name]), f"{name} = {found[name]}, wanted {relation} {bound}: {reasons.get(name)}"

@@ -141,8 +141,8 @@ def test_request_with_a_wrong_crc_is_refused(directory):
     _end(flight)
 
 
-def test_more_clients_than_places(directory):
-    """Eight clients have all places before the operator connects: the operator still gets one."""
+def test_the_operator_is_served_beside_eight_idle_clients(directory):
+    """The clients connect at the beginning of the flight; as a rule they have all slots before the operator connects."""
     flight = flying.start(directory, "--scenario", "commissioning")
     flight.port()
     streams = []

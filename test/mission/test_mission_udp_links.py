@@ -10,7 +10,7 @@ UDP = {"links": "udp"}
 
 
 @pytest.mark.parametrize("name", figures.BOUNDS)
-def test_figure_within_its_bound(shared_flights, name):
+def test_each_figure_is_within_its_bound(shared_flights, name):
     flight = shared_flights.flight(**UDP)
     assert flight.code == 0, flight.transcript()
     found, reasons = shared_flights.computed(**UDP)

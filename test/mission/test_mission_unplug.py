@@ -78,7 +78,7 @@ def test_all_drives_leave_operation_within_5_ms(unplugged):
             assert not any(flying.is_enabled(e["statusword"]) for e in later)
 
 
-def test_all_members_are_reported(unplugged):
+def test_all_members_report_error_operational_and_reach_offline(unplugged):
     """Both members report ERROR_OPERATIONAL by TM[129,2] within 10 ms, and the owner of the device a HIGH event; then the
     recovery plan leads both to OFFLINE."""
     device, flight, run = unplugged

@@ -122,7 +122,7 @@ LONG_LINE = TUTORIAL.read_text(encoding="utf-8").partition("\n## 7. ")[0].count(
 
 @pytest.mark.parametrize("step", [pytest.param(step, id=f"line{step.line}-{step.kind}", marks=pytest.mark.long if step.line > LONG_LINE else ())
                                   for step in STEPS])
-def test_step(pupil, step):
+def test_a_step_gives_the_output_of_the_tutorial(pupil, step):
     if pupil.has_failed:
         pytest.skip("an earlier step failed")
     pupil.has_failed = True

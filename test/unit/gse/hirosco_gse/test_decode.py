@@ -188,6 +188,7 @@ TM = "0.1 TM 0802c0\n"
     ("h", b"\n18 1x\n", ["h:2: found 'x' in '18 1x', expected an even number of hexadecimal digits"]),
     ("h", b"181\n", ["h:1: found 3 digits"]),
     ("h", b"1\n", ["h:1: found 1 digit, expected"]),
+    ("h", b"18\n", ["h:1: found 1 octet at octet 0"]),
     ("h", b"1810c00000ff00\n", ["h:1: found 7 octets at octet 0, expected 262 of a whole packet"]),
     ("h", b"\x00\xff\x01", ["h: offset 1: found octet 0xFF, expected packets.log"]),
     ("packets.log", b"0.031000000 TC 18\n0.03 TC zz\nx\n", ["packets.log:2: not a packet line: '0.03 TC zz", "expected <seconds, 9 decimals> TC|TM", "remove the line"]),

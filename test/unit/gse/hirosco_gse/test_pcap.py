@@ -77,6 +77,19 @@ def test_a_damaged_run_json_has_no_scenario_and_is_a_warning_of_the_export(gse, 
     assert code == 0 and (f"gse: warning: {reason}" in output) == (content not in (None, "{}"))
 
 
+def test_an_absent_packet_log_is_named_with_the_next_step(gse, tmp_path):
+    code, _, output = gse("pcap", tmp_path)
+    assert code != 0
+    assert f"{tmp_path}/packets.log: No such file or directory; for a flight that was killed, make it: build/bin/packet-archive-sqlite merge {tmp_path}" in output
+
+
+def test_a_recording_without_one_directory_is_a_usage_error(capsys):
+    for words in ([], ["a", "b"]):
+        with pytest.raises(SystemExit, match="^2$"):
+            recording.main(words)
+        assert capsys.readouterr().err == "usage: python3 -m hirosco_gse.recording RUN_DIR\n"
+
+
 def test_no_recording_is_made_of_a_directory_that_is_no_run(tmp_path):
     with pytest.raises(SystemExit, match="found no log of a flight"):
         recording.main([str(tmp_path)])
