@@ -214,7 +214,11 @@ def _process_data(node, name, is_fd, place):
     signals, position = [], 0
     for index, subindex, bits in sheet.mapped(node.values, mapping):
         if index >= 0x20:  # Smaller numbers are data types, which only fill a gap in the mapping.
-            signals.append(_mapped(node, index, subindex, position, bits))
+            signal = _mapped(node, index, subindex, position, bits)
+            if any(signal.name == other.name for other in signals):
+                number = f"{index:04X}Sub{subindex:X}"
+                signal.name = signal.name[: NAME_MAX - len(number)] + number
+            signals.append(signal)
         position += bits
     if position % 8 or position > 512:
         node.element.fail(f"{kind} of {name} has {position} bits: expected whole octets, at most 64")
@@ -232,7 +236,7 @@ def _mapped(node, index, subindex, start, bits):
         node.element.fail(f"{node.name} maps {bits} bits of {index:#06x}:{subindex:02x}, which has {width}")
     is_temperature = index < PROFILE_FIRST and entry.name.lower().endswith(TEMPERATURES)
     factor, unit = (0.1, "degC") if is_temperature else _scale(node.values, index)
-    return Signal(_identifier(entry.name), start, bits, signed, factor, unit)
+    return Signal(_identifier(entry.name, index, subindex), start, bits, signed, factor, unit)
 
 
 def _scale(values, index):
@@ -257,10 +261,11 @@ def _si(code):
     return sheet.prefix(code), f"{unit}/{per}" if per else unit
 
 
-def _identifier(name):
-    """Signal name of an object: PositionActualValueAxis2 for "Position actual value axis 2"."""
-    words = re.findall(r"[A-Za-z0-9]+", name)
-    return "".join(word[0].upper() + word[1:] for word in words)[:NAME_MAX]
+def _identifier(name, index, subindex):
+    """Signal name of an object: PositionActualValueAxis2 for "Position actual value axis 2". It begins with a letter."""
+    words = re.findall(r"[A-Za-z0-9]+", sheet.ascii_of(name)) or [f"{index:04X}Sub{subindex:X}"]
+    found = "".join(word[0].upper() + word[1:] for word in words)
+    return (f"Object{found}" if found[0].isdigit() else found)[:NAME_MAX]
 
 
 # ---- Text of the file ----
@@ -293,8 +298,13 @@ def _attributes(bus, messages):
 def _words(messages):
     """Words for values of signals."""
     return [f"VAL_ {message.identifier} {signal.name} "
-            + " ".join(f'{value} "{word}"' for value, word in sorted(signal.words.items())) + " ;"
+            + " ".join(f'{value} "{_quoted(word)}"' for value, word in sorted(signal.words.items())) + " ;"
             for message in messages for signal in message.signals if signal.words]
+
+
+def _quoted(word):
+    """A word inside of double quotes, in ASCII."""
+    return sheet.ascii_of(word).replace("\\", "/").replace('"', "'")
 
 
 def _selections(messages):

@@ -87,7 +87,7 @@ def emergencies(subsystem, directory=sheet.DIRECTORY):
     types = {device["type"] for configuration in subsystem["configurations"] for device in configuration["devices"]}
     for place in sorted(directory / f"{name}.eds" for name in types):
         for code, _, text in sheet.load(place).emergencies if place.exists() else ():
-            word = re.sub(r"[^A-Z0-9]+", "_", text.upper()).strip("_")
+            word = re.sub(r"[^A-Z0-9]+", "_", sheet.ascii_of(text).upper()).strip("_") or f"CODE_{code:04X}"
             own.setdefault(code, []).append(word)
     return EMERGENCIES | {code: "_OR_".join(dict.fromkeys(names)) for code, names in own.items()}
 

@@ -7,6 +7,7 @@ import functools
 import math
 import pathlib
 import re
+import unicodedata
 from dataclasses import dataclass
 
 DIRECTORY = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devices"
@@ -177,6 +178,11 @@ def _emergencies(path, sections):
                                            f"one of {' '.join(SEVERITIES)}, and a text")
         known.add(code)
         yield code, match[2], match[3]
+
+
+def ascii_of(text):
+    """Text of a sheet for files that are in ASCII: letters lose their accents, other characters are left out."""
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii")
 
 
 def mapped(values, record):

@@ -5,9 +5,11 @@ manufacturer objects, units of drives; and data sheets that are refused."""
 import functools
 import math
 import pathlib
+import re
 import subprocess
 import sys
 
+import cantools
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -15,6 +17,7 @@ sys.path.insert(0, str(ROOT / "gse" / "generator"))
 
 import dbc
 import device_class
+import mission as missions
 import sheet
 from sheet import SheetError
 
@@ -153,3 +156,24 @@ def test_the_database_has_si_units_of_a_drive_with_increments(index, unit):
     values = sheet.load(sheet.DIRECTORY / "servo-drive.eds").defaults(0)
     turns = values[0x608F, 2] * values[0x6091, 2] / (values[0x608F, 1] * values[0x6091, 1])
     assert dbc._scale(values, index) == (pytest.approx(2.0 * math.pi * turns), unit)
+
+
+def test_the_database_is_valid_with_the_names_of_any_maker(tmp_path, monkeypatch):
+    """Names and texts with other letters, a digit first, quotes, or the same twice. cantools reads the database."""
+    for path in sheet.DIRECTORY.glob("*.eds"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = (tmp_path / "joint-drive.eds").read_text(encoding="utf-8")
+    for section, name in (("6041", "2nd word"), ("6064", "日本"), ("6077", "Größe der Kraft"), ("6078", "12 V"), ("2210", "12 V"),
+                          ("606C", "x" * 40), ("6040", "Target"), ("607A", "Target"), ("60B2", "x" * 40)):
+        text, count = re.subn(rf"(?m)^(\[{section}\]\nParameterName=).*$", rf"\g<1>{name}", text)
+        assert count == 1
+    text, count = re.subn(r"(EMCY (0x\w+) HIGH ).*", '\\1Für "Prüfung" \\\\ 日', text, count=1)
+    assert count == 1
+    (tmp_path / "joint-drive.eds").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(sheet, "DIRECTORY", tmp_path)
+    made = dbc.databases(missions.load(ROOT / "descriptors/missions/rokviss.xml"))
+    database = cantools.database.load_string(made["robot"], "dbc")
+    names = {pdo: [signal.name for signal in database.get_message_by_name(f"JOINT1_{pdo}").signals] for pdo in ("TPDO1", "TPDO2", "RPDO1")}
+    assert names == {"TPDO1": ["Object2ndWord", "Object6064Sub0", "GroeDerKraft"], "TPDO2": ["X" + "x" * 31, "Object12V", "Object12V2210Sub0"],
+                     "RPDO1": ["Target", "Target607ASub0", "X" + "x" * 31]}
+    assert "Fur 'Prufung' / " in map(str, database.get_message_by_name("JOINT1_EMCY").get_signal_by_name("Code").choices.values())
