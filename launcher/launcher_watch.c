@@ -9,6 +9,7 @@
 
 #define NS_PER_US 1000U
 #define NS_PER_MS 1000000ULL
+#define NS_PER_S 1000000000ULL
 /// Time for which a holder may compute, or be stopped by a signal, before it counts as hanging. In real
 /// time, this is a minimum: `hangAfter` of the mission applies if it is longer.
 #define REAL_HANG_NS (20U * NS_PER_MS)
@@ -58,10 +59,14 @@ static bool is_hanging(const launcher_t* const launcher, const child_t* const ch
                              : (granted_ns >= wait_ns);
 }
 
-static void report_error(const child_t* const child, const char* const what)
+/// Report that the launcher kills a restarted process that has not done something within JOIN_NS.
+static void report_late(const child_t* const child, const char* const what)
 {
     char line[LAUNCHER_REASON_MAX];
-    (void)text_join(line, sizeof line, (const char* const[]){child->name, what, NULL});
+    text_t text = text_in(line, sizeof line);
+    text_add_words(&text, (const char* const[]){child->name, what, " within ", NULL});
+    text_add_unsigned(&text, JOIN_NS / NS_PER_S);
+    text_add(&text, " s: killed");
     osal_console_print_error(line);
 }
 
@@ -142,7 +147,7 @@ static void watch_joining(launcher_t* const launcher, const uint64_t now_ns)
         child_t* const child      = child_of(launcher, awaited);
         launcher->is_undetermined = true;
         if (child != NULL) {
-            report_error(child, " has not joined the run within 10 s: killed");
+            report_late(child, " has not joined the run");
             (void)osal_process_stop(&child->process, true);
         }
         osal_lockstep_end(launcher->scheduler, awaited, life);
@@ -161,7 +166,7 @@ static void watch_first_steps(launcher_t* const launcher, const uint64_t now_ns)
         if (child->is_alive && child->is_component && (child->life > 1U) &&
             ((now_ns - child->started_ns) >= JOIN_NS) &&
             (run_state_last_beat(launcher->run, child->component).wake_ns == OSAL_LOCKSTEP_NEVER)) {
-            report_error(child, " has not made a step within 10 s: killed");
+            report_late(child, " has not made a step");
             (void)osal_process_stop(&child->process, true);
             child->started_ns = now_ns;
         }

@@ -54,26 +54,26 @@ def read_all():
 
 def index_of(layers):
     """Addresses of all declarations in the reference, by name."""
-    places = {}
+    addresses = {}
     for layer, _, files in layers:
         for header in files:
             for entry in header.entries:
                 for name in entry.names:
-                    places.setdefault(name, f"{page_of(layer)}#{name}")
-    return places
+                    addresses.setdefault(name, f"{page_of(layer)}#{name}")
+    return addresses
 
 
-def link_names(text, places, own=()):
+def link_names(text, addresses, own=()):
     """Make each name of a declaration in a text a link to the declaration."""
 
     def link(found):
         name = found[0]
-        return f'<a href="{places[name]}">{name}</a>' if "_" in name and name in places and name not in own else name
+        return f'<a href="{addresses[name]}">{name}</a>' if "_" in name and name in addresses and name not in own else name
 
     return re.sub(r"\b[A-Za-z_]\w{3,}\b", link, text)
 
 
-def code_block(entry, places):
+def code_block(entry, addresses):
     """HTML of a declaration with coloured comments and keywords."""
     lines = []
     body = entry.code
@@ -81,25 +81,25 @@ def code_block(entry, places):
         body = [body[0], "    ...", body[-1]]
     for line in body:
         code, mark, comment = line.partition("//")
-        shown = re.sub(rf"\b({KEYWORDS})\b", r'<span class="k">\1</span>', link_names(escape(code), places, entry.names))
+        shown = re.sub(rf"\b({KEYWORDS})\b", r'<span class="k">\1</span>', link_names(escape(code), addresses, entry.names))
         lines.append(shown + (f'<span class="c">{escape(mark + re.sub("^/<?", "", comment))}</span>' if mark else ""))
     return "<pre><code>" + "\n".join(lines) + "</code></pre>"
 
 
-def prose(lines, places):
+def prose(lines, addresses):
     """HTML of a comment: paragraphs, labelled lines and blocks of code."""
     out, labels, paragraph, block = [], [], [], []
 
     def close():
         if paragraph:
-            out.append("<p>" + link_names(ticks(escape(" ".join(paragraph))).replace("\n", "<br>"), places) + "</p>")
+            out.append("<p>" + link_names(ticks(escape(" ".join(paragraph))).replace("\n", "<br>"), addresses) + "</p>")
             paragraph.clear()
         if labels:
-            cells = "".join(f"<dt>{escape(k)}</dt><dd>{link_names(ticks(escape(' '.join(v))), places)}</dd>" for k, v in labels)
+            cells = "".join(f"<dt>{escape(k)}</dt><dd>{link_names(ticks(escape(' '.join(v))), addresses)}</dd>" for k, v in labels)
             out.append(f"<dl>{cells}</dl>")
             labels.clear()
         if block:
-            out.append("<pre><code>" + link_names(escape("\n".join(block)), places) + "</code></pre>")
+            out.append("<pre><code>" + link_names(escape("\n".join(block)), addresses) + "</code></pre>")
             block.clear()
 
     for line in lines:
@@ -129,35 +129,35 @@ def ticks(text):
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
 
-def layer_page(layer, about, files, places):
+def layer_page(layer, about, files, addresses):
     body, contents = [f'<h1>{layer}</h1><p class="sub">{escape(about)}</p>'], []
     for header in files:
-        place = anchor(header.path)
-        contents.append((2, place, header.path.rpartition("/")[2]))
-        body.append(f'<h2 id="{place}"><span class="mono">{escape(header.path)}</span></h2>{prose(header.contract, places)}')
+        fragment = anchor(header.path)
+        contents.append((2, fragment, header.path.rpartition("/")[2]))
+        body.append(f'<h2 id="{fragment}"><span class="mono">{escape(header.path)}</span></h2>{prose(header.contract, addresses)}')
         for entry in header.entries:
             if entry.title:
                 body.append(f"<h3>{escape(entry.title)}</h3>")
                 continue
             marks = "".join(f'<a id="{name}"></a>' for name in entry.names)
-            body.append(f'<div class="entry">{marks}{code_block(entry, places)}{prose(entry.text, places)}</div>')
+            body.append(f'<div class="entry">{marks}{code_block(entry, addresses)}{prose(entry.text, addresses)}</div>')
     return shell(page_of(layer), layer, "".join(body), contents)
 
 
 def pages():
     """Dict file -> HTML of the whole reference."""
     layers = read_all()
-    places = index_of(layers)
-    made = {page_of(layer): layer_page(layer, about, files, places) for layer, about, files in layers}
+    addresses = index_of(layers)
+    made = {page_of(layer): layer_page(layer, about, files, addresses) for layer, about, files in layers}
     cards = "".join(
         f'<a href="{page_of(layer)}"><b>{layer}</b><span>{escape(about)}; {len(files)} header{"s" if len(files) != 1 else ""}</span></a>'
         for layer, about, files in layers
     )
-    names = "".join(f'<a href="{place}">{name}</a><br>' for name, place in sorted(places.items()))
+    names = "".join(f'<a href="{address}">{name}</a><br>' for name, address in sorted(addresses.items()))
     made["api.html"] = shell(
         "api.html",
         "API reference",
         f'<h1>API reference</h1><p class="sub">Made from the headers, which define the contracts.</p><div class="cards">{cards}</div>'
-        f'<h2 id="names">All {len(places)} names</h2><div class="mono" style="columns:17em">{names}</div>',
+        f'<h2 id="names">All {len(addresses)} names</h2><div class="mono" style="columns:17em">{names}</div>',
     )
     return made

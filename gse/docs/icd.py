@@ -78,9 +78,9 @@ def parameters(subsystem, sizes):
     """Table of all parameters. The fields of a structure follow it with their offset in the structure."""
     rows, kinds = [], []
     for item in subsystem["parameters"]:
-        place = f'<a id="{subsystem["name"].lower()}-{item["name"].lower()}"></a>'
+        anchor = f'<a id="{subsystem["name"].lower()}-{item["name"].lower()}"></a>'
         mark = ' <span class="chip">settable</span>' if item["settable"] else ""
-        first = [place + mono(item["name"]) + mark, mono(f"0x{item['parameter_id']:08X}")]
+        first = [anchor + mono(item["name"]) + mark, mono(f"0x{item['parameter_id']:08X}")]
         if item["type"] == "STRUCT":
             rows.append([*first, mono("STRUCT"), "0", item["size"], "", "", "", ""])
             kinds.append("")
@@ -100,8 +100,8 @@ def enumerations(subsystem, _):
     """Table of enumerations with their numbers."""
     rows = []
     for name, numbers in subsystem["enumerations"].items():
-        place = f'<a id="{subsystem["name"].lower()}-enumeration-{name.lower()}"></a>'
-        rows.append([place + mono(name), "<br>".join(f"{number}: {mono(word)}" for word, number in numbers.items())])
+        anchor = f'<a id="{subsystem["name"].lower()}-enumeration-{name.lower()}"></a>'
+        rows.append([anchor + mono(name), "<br>".join(f"{number}: {mono(word)}" for word, number in numbers.items())])
     return table(["enumeration", "numbers"], rows)
 
 
@@ -202,12 +202,12 @@ def devices(items):
 
 
 def configuration(subsystem, item, sizes):
-    place = f"{subsystem['name'].lower()}-configuration-{item['name'].lower()}"
+    anchor = f"{subsystem['name'].lower()}-configuration-{item['name'].lower()}"
     loops = "".join(
         f" Loop {loop['name']}: {loop['sampling_us'] / 1000:g} ms, priority {loop['priority']}"
         + "".join(f", ST[{number:02}]" for number in loop["services"]) + "."
         for loop in item["loops"])
-    head = f'<h3 id="{place}">Configuration {item["name"]}, id {item["id"]}</h3><p>Cycle {item["sampling_us"] / 1000:g} ms, priority {item["priority"]}.{loops}</p>'
+    head = f'<h3 id="{anchor}">Configuration {item["name"]}, id {item["id"]}</h3><p>Cycle {item["sampling_us"] / 1000:g} ms, priority {item["priority"]}.{loops}</p>'
     reports = "".join(structure(subsystem, part) for part in item["housekeeping"])
     return head + reports + ports(subsystem, "provides", item["provides"], sizes) + ports(subsystem, "requires", item["requires"], sizes) + devices(item["devices"])
 
@@ -263,7 +263,7 @@ def mission_page(loaded):
         + '<h2 id="permissions">Permissions</h2><p>A request that is not listed is refused, except requests for reports and values, TC[17,1] and requests for a lower state.</p>' + permissions(content)
         + "".join(subsystem_section(item, sizes) for item in content["subsystems"])
     )
-    contents = [(2, place, place.capitalize()) for place in ("subsystems", "links", "buses", "permissions")]
+    contents = [(2, anchor, anchor.capitalize()) for anchor in ("subsystems", "links", "buses", "permissions")]
     for item in content["subsystems"]:
         contents.append((2, item["name"].lower(), item["name"]))
         contents += [(3, f"{item['name'].lower()}-configuration-{c['name'].lower()}", c["name"]) for c in item["configurations"]]

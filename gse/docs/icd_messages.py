@@ -73,9 +73,9 @@ def page():
     known, services = catalogue.load(DIRECTORY)
     parts, contents = [], []
     for number, service in services.items():
-        place, title = f"st{number:02}", f"ST[{number:02}] {service['name']}"
-        contents.append((2, place, title))
-        parts.append(f'<h2 id="{place}">{title}</h2>')
+        anchor, title = f"st{number:02}", f"ST[{number:02}] {service['name']}"
+        contents.append((2, anchor, title))
+        parts.append(f'<h2 id="{anchor}">{title}</h2>')
         parts += [_message(message, known, service["enumerations"]) for message in service["messages"]]
     total = sum(len(service["messages"]) for service in services.values())
     body = (

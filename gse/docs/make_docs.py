@@ -47,19 +47,19 @@ def markdown_files():
 
 def prose_pages(out):
     """HTML of the Markdown files by file name. Copies their pictures to `out`."""
-    places = markdown_files()
+    sources = markdown_files()
 
     def rename(path):
         path = path / "README.md" if path.is_dir() else path
-        if path in places:
-            return places[path]
+        if path in sources:
+            return sources[path]
         if path.suffix in (".png", ".svg") and path.is_file():
             shutil.copyfile(path, out / path.name)
             return path.name
         return os.path.relpath(path, out) if path.exists() else None
 
     made = {}
-    for path, page in places.items():
+    for path, page in sources.items():
         title, body, contents = from_markdown(path, rename)
         body = re.sub(r'src="([^"]+)"', lambda found, path=path: f'src="{rename((path.parent / found[1]).resolve())}"', body)
         if page == "architecture.html":
@@ -94,11 +94,11 @@ def dead_links(out):
         for link in page.links:
             if re.match(r"[a-z]+:", link):
                 continue
-            target, _, place = link.partition("#")
+            target, _, fragment = link.partition("#")
             file = out / (target or name)
             if not file.exists():
                 yield f"{name}: {link} leads to no file"
-            elif place and (target or name) in pages and place not in pages[target or name].anchors:
+            elif fragment and (target or name) in pages and fragment not in pages[target or name].anchors:
                 yield f"{name}: {link} has an anchor that the page does not have"
 
 

@@ -74,7 +74,7 @@ def shell(name, title, body, contents=()):
     here = (' class="here"' if file == part else "" for file, _ in NAVIGATION)
     links = "".join(f'<a href="{file}"{mark}>{text}</a>' for (file, text), mark in zip(NAVIGATION, here))
     links += '<form action="search.html"><input type="search" name="q" aria-label="Search" title="Search all pages"></form>'
-    items = "".join(f'<li style="padding-left:{(level - 2) * 0.9}em"><a href="#{place}">{text}</a></li>' for level, place, text in contents)
+    items = "".join(f'<li style="padding-left:{(level - 2) * 0.9}em"><a href="#{fragment}">{text}</a></li>' for level, fragment, text in contents)
     side = f"<aside><ul>{items}</ul></aside>" if items else ""
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
@@ -100,11 +100,11 @@ def from_markdown(path, rename):
     body = re.sub(r'<pre><code class="language-diff">(.*?)</code></pre>', colour_diff, body, flags=re.DOTALL)
 
     def link(found):
-        target, _, place = found[1].partition("#")
+        target, _, fragment = found[1].partition("#")
         if re.match(r"[a-z]+:", target) or not target:
             return found[0]
         page = rename((path.parent / target).resolve())
-        return f'href="{page}{"#" + place if place else ""}"' if page else found[0]
+        return f'href="{page}{"#" + fragment if fragment else ""}"' if page else found[0]
 
     body = re.sub(r'href="([^"]*)"', link, body)
     title = re.search(r"^# (.*)$", text, re.MULTILINE)

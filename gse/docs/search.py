@@ -36,9 +36,9 @@ class Sections(html.parser.HTMLParser):
 
     def handle_starttag(self, tag, attributes):
         """Begin a section at an element with an id; its title is the text of the heading, or the id of another element."""
-        place = dict(attributes).get("id")
-        if place:
-            self.found.append([place, "" if tag in HEADINGS else place, ""])
+        anchor = dict(attributes).get("id")
+        if anchor:
+            self.found.append([anchor, "" if tag in HEADINGS else anchor, ""])
         self.is_heading = self.is_heading or tag in HEADINGS
         self.found[-1][2] += " "
 
@@ -61,13 +61,13 @@ def index_of(pages):
     files, sections, words = [], [], {}
     for page, text in pages.items():
         files.append([page, html.unescape(re.search(r"<title>(.*?) - hirosco</title>", text)[1])])
-        for place, title, body in Sections(text).found:
-            if not (title or body.strip()) or (page, place) in SKIPPED:
+        for anchor, title, body in Sections(text).found:
+            if not (title or body.strip()) or (page, anchor) in SKIPPED:
                 continue
             body = " ".join(body.split())
             for word in words_of(f"{title} {body}"):
                 words.setdefault(word, []).append(len(sections))
-            sections.append([len(files) - 1, place, " ".join(title.split()), body[:EXCERPT]])
+            sections.append([len(files) - 1, anchor, " ".join(title.split()), body[:EXCERPT]])
     return {"pages": files, "sections": sections, "words": words}
 
 

@@ -365,8 +365,8 @@ static void take_line(live_t* const live, client_t* const client, const char* co
 
 static void accept_client(live_t* const live)
 {
-    static const char refusal[] = "refused live:0: found a ninth client, expected at most 8\n";
-    osal_socket_t socket        = OSAL_SOCKET_CLOSED;
+    char refusal[96];
+    osal_socket_t socket = OSAL_SOCKET_CLOSED;
     osal_address_t peer;
     if (osal_tcp_accept(&live->listener, &socket, &peer) != STATUS_OK) {
         return;
@@ -380,8 +380,10 @@ static void accept_client(live_t* const live)
             return;
         }
     }
-    size_t sent           = 0U;
-    const status_t status = osal_stream_send(&socket, (const uint8_t*)refusal, sizeof refusal - 1U, &sent);
+    size_t sent = 0U;
+    (void)snprintf(refusal, sizeof refusal, "refused live:0: found one more client, expected at most %u\n",
+                   LIVE_CLIENTS_MAX);
+    const status_t status = osal_stream_send(&socket, (const uint8_t*)refusal, strlen(refusal), &sent);
     (void)status; // The client is disconnected even if it has not got the refusal.
     osal_socket_close(&socket);
 }
