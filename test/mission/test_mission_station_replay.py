@@ -161,6 +161,22 @@ def test_the_network_shows_the_node_of_a_device_or_the_type_of_its_end_node(page
         return words.slice(2);
     }"""
     assert page.evaluate(drawn, ["DRIVE", "LAMP"]) == ["DRIVE", "0x11", "LAMP", "UDP"]
+    # A mission with one member has room for the names of more devices, in two rows of two lines.
+    many = """(devices) => {
+        const network = document.querySelector("station-network"), { store } = station, members = store.members;
+        store.configuration = () => ({ devices, nodes: { A: "0x11" }, endnodes: { A: "arm-1", B: "UDP", C: "UDP", D: "UDP", E: "UDP" } });
+        const words = (alone) => {
+            store.members = () => members.call(store).slice(0, alone ? 1 : 2);
+            return network.member("JOYSTICK", 94, 2).filter((node) => node.nodeName === "text").slice(2);
+        };
+        const found = [words(false).map((node) => node.textContent), words(true).map((node) => node.textContent),
+            [...new Set(words(true).map((node) => node.getAttribute("y")))].length];
+        delete store.configuration;
+        delete store.members;
+        return found;
+    }"""
+    assert page.evaluate(many, list("ABCDE")) == [
+        ["5 devices", "arm-1, UDP"], ["A", "0x11 arm-1", "B", "UDP", "C", "UDP", "D", "UDP", "E", "UDP"], 4]
 
 
 def test_a_lost_device_is_marked_if_others_have_its_number(page):

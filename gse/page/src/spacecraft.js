@@ -252,6 +252,11 @@ const isBroken = (state) => state === "stale" || state === "failed";
 const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
 // Of two members with devices and four links, all is visible at 1280x800, in a replay as well.
 const BOX = { width: 120, height: 38, x: [8, 180], top: 2, pitch: 96, wire: 44, device: 50, end: 82 };
+// The devices of a member that is alone have the width of the panel, in rows.
+const GRID = { x: 12, width: 290, columns: 4, most: 12, pitch: 42 };
+const rowsOf = (devices) => Math.ceil(devices.length / GRID.columns);
+// Whether the devices of a member are drawn in rows.
+const isGrid = (devices) => store.members().length === 1 && devices.length > 3 && devices.length <= GRID.most;
 
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
 // closed, and a line of values for each link.
@@ -381,13 +386,22 @@ class Network extends HTMLElement {
         [members.length === 1 ? 94 : BOX.x[n % 2], BOX.top + Math.floor(n / 2) * BOX.pitch],
       ]),
     );
-    const height = BOX.top + (Math.ceil(members.length / 2) - 1) * BOX.pitch + BOX.end + 2;
+    const devices = this.part(members[0])?.devices ?? [];
+    const below = isGrid(devices)
+      ? (rowsOf(devices) - 1) * GRID.pitch
+      : (Math.ceil(members.length / 2) - 1) * BOX.pitch;
+    const height = BOX.top + Math.max(0, below) + BOX.end + 2;
     this.graph.setAttribute("viewBox", `0 0 308 ${height}`);
     this.graph.style.height = `${height}px`;
     return [
       ...links.flatMap((link, n) => this.arrow(link, rows.get(link.name), positions, n)),
       ...members.flatMap((name) => this.member(name, ...positions.get(name))),
     ];
+  }
+
+  // The present configuration of a member, or its first one.
+  part(name) {
+    return name && (store.configuration(name) ?? store.subsystem(name).configurations[0]);
   }
 
   // Which of these devices of a member were lost and since then have neither returned nor been
@@ -410,7 +424,7 @@ class Network extends HTMLElement {
   // lost is red and dashed.
   member(name, x, y) {
     const about = store.subsystem(name);
-    const part = store.configuration(name) ?? about.configurations[0];
+    const part = this.part(name);
     const devices = part?.devices ?? [];
     const isFailed = store.states.get(name)?.state === "ERROR_OPERATIONAL";
     const lost = this.lost(name, devices);
@@ -421,7 +435,7 @@ class Network extends HTMLElement {
       svg("text", { x: x + 8, y: y + 31 }, `APID ${about.apid}${isFailed ? ", error" : ""}`),
     ];
     if (!devices.length) return found;
-    const isMany = devices.length > 3;
+    const isMany = devices.length > 3 && !isGrid(devices);
     const [one] = lost;
     const all = !lost.size
       ? `${devices.length} devices`
@@ -429,33 +443,49 @@ class Network extends HTMLElement {
         ? `${lost.size} of ${devices.length} lost`
         : `${one} of ${devices.length} lost`;
     const shown = isMany ? [all] : devices;
-    const each = BOX.width / shown.length;
     // The bus of each device, or the type of its end node.
     const ends = part.endnodes ?? {};
     const kinds = [...new Set(Object.values(ends))];
     const bus = kinds.length > 2 ? `${kinds.length} types of end node` : kinds.join(", ");
+    const columns = isGrid(devices) ? Math.ceil(devices.length / rowsOf(devices)) : shown.length;
+    const [left, width] = isGrid(devices) ? [GRID.x, GRID.width] : [x, BOX.width];
+    const each = width / columns;
+    const boxes = [];
     found.push(
       svg("path", { class: wire(lost.size), d: `M${x + 60} ${y + BOX.height}V${y + BOX.wire}` }),
       svg("title", {}, `${name}: ${devices.map((device) => `${device} (${ends[device]})`).join(", ")}`),
     );
     shown.forEach((device, n) => {
-      const cx = x + each * (n + 0.5);
+      const row = Math.floor(n / columns);
+      const cx = left + each * ((n % columns) + 0.5);
+      const down = y + row * GRID.pitch;
       const isLost = isMany ? lost.size > 0 : lost.has(device);
-      const below = isLost ? "lost" : isMany ? bus : (part.nodes?.[device] ?? ends[device] ?? "");
+      const node = part.nodes?.[device];
+      const end =
+        node && kinds.length > 1 && isGrid(devices) ? `${node} ${ends[device]}` : (node ?? ends[device]);
+      const below = isLost ? "lost" : isMany ? bus : (end ?? "");
+      // A wire to a lower row passes the upper ones at the left.
+      const passed = row ? `H${GRID.x / 2}V${down + BOX.wire}` : "";
       found.push(
-        svg("path", { class: wire(isLost), d: `M${x + 60} ${y + BOX.wire}H${cx}V${y + BOX.device}` }),
+        svg("path", {
+          class: wire(isLost),
+          d: `M${x + 60} ${y + BOX.wire}${passed}H${cx}V${down + BOX.device}`,
+        }),
+      );
+      boxes.push(
         svg("rect", {
           x: cx - each / 2 + 1,
-          y: y + BOX.device,
+          y: down + BOX.device,
           width: each - 2,
           height: BOX.end - BOX.device,
           rx: 3,
           class: isLost ? "broken" : "",
         }),
-        svg("text", { x: cx, y: y + (below ? 63 : 70), "text-anchor": "middle", class: "device" }, device),
-        svg("text", { x: cx, y: y + 77, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
+        svg("text", { x: cx, y: down + (below ? 63 : 70), "text-anchor": "middle", class: "device" }, device),
+        svg("text", { x: cx, y: down + 77, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
       );
     });
+    found.push(...boxes);
     return found;
   }
 
