@@ -272,12 +272,17 @@ def test_pictures_are_drawn_when_something_has_changed(page):
             return scene.frame();
         };
         drawn(0.01, 0);
-        const noise = [drawn(0.02, 2e-5), drawn(0.03, 1e-2)];
-        return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise];
+        const noise = [drawn(0.02, 2e-5), drawn(0.03, 1e-2)], moved = (period) => {
+            scene.before = last.positions.map((value) => value + 1);
+            scene.last = { ...last, time: last.time + 0.04, at: performance.now(), period };
+            scene.move();
+            return Math.abs(scene.drawn[0] - last.positions[0]) < 1e-9;
+        };
+        return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise, moved(50), moved(300)];
     }""")
     # Pixel ratio of the last picture at rest; pictures at rest; whether view() draws at once; pictures for the change; whether the change is
-    # drawn with the pixels of the pace; more than 50 colours; whether noise, and a movement, ask for a picture.
-    assert drawn == [2, 0, False, 1, True, True, False, True]
+    # drawn with the pixels of the pace; more than 50 colours; whether noise, and a movement, ask for a picture; whether it shows the last report.
+    assert drawn == [2, 0, False, 1, True, True, False, True, True, False]
 
 
 def pulled(page):

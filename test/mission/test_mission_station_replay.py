@@ -292,6 +292,29 @@ def test_a_replay_plays_once_however_often_it_is_started(page):
     }""") == [1, 0]
 
 
+def test_a_jump_begins_its_picture_at_once(page):
+    """The processors compute the picture while the browser computes the layout. The page asks for no size, because an answer to a question after
+    a change needs the layout at once."""
+    begun, asked = page.evaluate("""async () => {
+        const { scene, replay, strips } = station, { pictures, renderer } = scene, { render } = renderer, own = Element.prototype;
+        const width = Object.getOwnPropertyDescriptor(own, "clientWidth");
+        replay.play(false);
+        replay.seek(10);
+        strips.draw();
+        while (!pictures.isFine || pictures.isBusy) await new Promise((done) => setTimeout(done, 20));
+        let begun = 0, asked = 0;
+        renderer.render = (...words) => { begun++; render.call(renderer, ...words); };
+        Object.defineProperty(own, "clientWidth", { ...width, get() { asked++; return width.get.call(this); } });
+        replay.seek(12);
+        strips.draw();
+        await Promise.resolve();
+        renderer.render = render;
+        Object.defineProperty(own, "clientWidth", width);
+        return [begun, asked];
+    }""")
+    assert (begun, asked) == (1, 0)
+
+
 def test_a_hidden_page_does_not_jump_when_it_is_shown_again(page):
     """A browser draws no picture of a hidden page, so the replay stands still; it goes on where it was."""
     before, after = page.evaluate("""async () => {

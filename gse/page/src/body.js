@@ -7,6 +7,11 @@ import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
 
 import { moving, place } from "./kinematics.js";
 
+// Share of the facets of spheres, springs and other shapes with many that are drawn. Without a graphics
+// processor it is smaller, because the triangles take most of the time of a picture.
+export const FACETS = { share: 1 };
+export const facets = (count) => Math.max(3, Math.round(count * FACETS.share));
+
 const matrix = (pose) => new THREE.Matrix4().set(...pose);
 
 function material(colour, roughness, metalness = 0) {
@@ -44,8 +49,10 @@ export function shape(about, look) {
   let geometry;
   if (about.kind === "box") geometry = new THREE.BoxGeometry(...about.size);
   else if (about.kind === "cylinder")
-    geometry = new THREE.CylinderGeometry(about.radius, about.radius, about.length, 96).rotateX(Math.PI / 2);
-  else geometry = new THREE.SphereGeometry(about.radius, 32, 20);
+    geometry = new THREE.CylinderGeometry(about.radius, about.radius, about.length, facets(96)).rotateX(
+      Math.PI / 2,
+    );
+  else geometry = new THREE.SphereGeometry(about.radius, facets(32), facets(20));
   const mesh = new THREE.Mesh(geometry, look);
   mesh.applyMatrix4(matrix(about.pose));
   return mesh;
@@ -113,7 +120,10 @@ export class Arm {
   brake(still, joint, wide) {
     const look = new THREE.MeshBasicMaterial({ color: 0xffffff });
     const rings = [-1, 1].map((side) => {
-      const ring = new THREE.Mesh(new THREE.TorusGeometry(wide * 1.36, wide * 0.12, 8, 36), look);
+      const ring = new THREE.Mesh(
+        new THREE.TorusGeometry(wide * 1.36, wide * 0.12, facets(8), facets(36)),
+        look,
+      );
       ring.quaternion.setFromUnitVectors(
         new THREE.Vector3(0, 0, 1),
         new THREE.Vector3(...joint.axis).normalize(),
@@ -144,7 +154,7 @@ export class Arm {
     const end = isLast ? length * 0.84 : length;
     parent.add(rod(point(0), point(end), wide * 0.95, wide * (isLast ? 0.62 : 0.8), looks.shell));
     if (isLast) {
-      const nose = new THREE.Mesh(new THREE.SphereGeometry(wide * 0.62, 28, 16), looks.shell);
+      const nose = new THREE.Mesh(new THREE.SphereGeometry(wide * 0.62, facets(28), facets(16)), looks.shell);
       nose.position.set(...point(end));
       parent.add(nose, rod(point(end), point(length), wide * 0.25, wide * 0.2, looks.metal));
     }

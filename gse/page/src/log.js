@@ -157,27 +157,11 @@ class Log extends HTMLElement {
   }
 
   drawEvents() {
-    const newest = store.events
-      .filter((event) => this.isShown(event))
-      .slice(-SHOWN)
-      .reverse();
-    const unseen = newest.filter(
-      (event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen,
-    );
-    const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
-    const isPast = (event) => event.number < store.events.length;
-    const shown = store.replay
-      ? this.around(
-          store.replay.events.filter((event) => this.isShown(event)),
-          isPast,
-        )
-      : ordered;
-    const entryOf = (event) =>
-      store.replay ? this.replayed(event) : this.entry(event, unseen.includes(event));
+    const entries = store.replay ? this.replayedEntries() : this.newestEntries();
     refill(
       this.eventList,
-      ...(shown.length
-        ? shown.map(entryOf)
+      ...(entries.length
+        ? entries
         : [
             el(
               "p",
@@ -187,6 +171,26 @@ class Log extends HTMLElement {
           ]),
     );
     this.eventList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+  }
+
+  // In a flight: the newest events, with those of severity HIGH that the user has not seen first.
+  newestEntries() {
+    const newest = store.events
+      .filter((event) => this.isShown(event))
+      .slice(-SHOWN)
+      .reverse();
+    const unseen = newest.filter(
+      (event) => event.severity === "HIGH" && store.events.indexOf(event) >= store.seen,
+    );
+    const ordered = [...unseen, ...newest.filter((event) => !unseen.includes(event))];
+    return ordered.map((event) => this.entry(event, unseen.includes(event)));
+  }
+
+  replayedEntries() {
+    const events = store.replay.events.filter((event) => this.isShown(event));
+    return this.around(events, (event) => event.number < store.events.length).map((event) =>
+      this.replayed(event),
+    );
   }
 
   drawCommands() {

@@ -2,7 +2,7 @@
 // Pictures of the scene without a graphics processor. The processors compute a picture while the page goes
 // on; a page that showed the canvas of WebGL itself would wait for each picture.
 
-import { Pace } from "./pace.js";
+import { LEAST_MS, Pace } from "./pace.js";
 import { store } from "./store.js";
 
 // Share of the pixels of each axis of a scene at rest, whose edges are smooth then; time after which the
@@ -51,14 +51,18 @@ export class Pictures {
     if (this.isBusy || document.hidden) return;
     this.isBusy = true;
     const isJump = store.replay && !store.replay.isPlaying;
-    setTimeout(() => this.next(), isJump ? 0 : this.pace.wait(performance.now()));
+    const wait = isJump ? 0 : this.pace.wait(performance.now());
+    // At the end of this task, the processors begin before the page computes its layout.
+    if (wait) setTimeout(() => this.next(), wait);
+    else queueMicrotask(() => this.next());
   }
 
   async next() {
     this.isWanted = false;
+    let isDrawn = false;
     try {
       const began = performance.now();
-      if (this.draw(this.pace.scale)) {
+      if ((isDrawn = this.draw(this.pace.scale))) {
         clearTimeout(this.resting);
         this.resting = setTimeout(() => this.rest(), REST_MS);
         this.isFine = false;
@@ -67,7 +71,7 @@ export class Pictures {
     } finally {
       this.isBusy = false;
     }
-    if (this.isWanted) this.wake();
+    if (this.isWanted) setTimeout(() => this.wake(), isDrawn ? 0 : LEAST_MS);
   }
 
   // Draw the scene at rest.

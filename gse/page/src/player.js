@@ -3,7 +3,7 @@
 // present instant.
 
 import { store } from "./store.js";
-import { clock, el, isPageKey, svg, text } from "./dom.js";
+import { clock, el, isPageKey, put, svg, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 const SPEEDS = [0.1, 1, 4, 16];
@@ -13,6 +13,7 @@ const PHASE_LEAST = 4; // Least width of a phase that has its own tooltip [pixel
 
 class Player extends HTMLElement {
   connectedCallback() {
+    this.width = 0; // Of the slider, when it was drawn last.
     this.start = el("button", { class: "go", onclick: () => store.replay?.play(!store.replay.isPlaying) });
     this.clock = el("span", { class: "clock", role: "timer", "aria-label": "Time of the replay" });
     this.speeds = SPEEDS.map((speed) =>
@@ -88,16 +89,17 @@ class Player extends HTMLElement {
     const { time, end, isPlaying, speed } = store.replay;
     text(this.clock, clock(time));
     text(this.start, isPlaying ? "❚❚" : "▶");
-    this.start.setAttribute("aria-label", isPlaying ? "Pause (Space)" : "Play (Space)");
-    this.speeds.forEach((button, n) => button.setAttribute("aria-pressed", String(SPEEDS[n] === speed)));
-    this.head.style.transform = `translateX(${((time / end) * this.slider.clientWidth).toFixed(1)}px)`;
-    this.slider.setAttribute("aria-valuemax", end.toFixed(1));
+    put(this.start, "aria-label", isPlaying ? "Pause (Space)" : "Play (Space)");
+    this.speeds.forEach((button, n) => put(button, "aria-pressed", SPEEDS[n] === speed));
+    // To ask the slider for its width after a change would make the browser compute the layout at once.
+    this.head.style.transform = `translateX(${((time / end) * this.width).toFixed(1)}px)`;
+    put(this.slider, "aria-valuemax", end.toFixed(1));
     this.slider.setAttribute("aria-valuenow", time.toFixed(1));
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(1)} of ${end.toFixed(1)} seconds`);
   }
 
   draw() {
-    const width = this.slider.clientWidth;
+    const width = (this.width = this.slider.clientWidth);
     if (!store.replay || !width) return;
     const { end, phases, events } = store.replay;
     const x = (t) => (t / end) * width;

@@ -6,7 +6,7 @@ import * as THREE from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
 import { Actuators } from "./actuators.js";
-import { Arm, cutBelow, LOOK, shape } from "./body.js";
+import { Arm, cutBelow, FACETS, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, isPageKey, number, text } from "./dom.js";
@@ -110,6 +110,7 @@ class Scene extends SceneMarks {
     );
     this.joints = [];
     this.trace = [];
+    this.extent = { width: 0, height: 0 }; // Of the scene: a question of the layout would compute it anew.
     try {
       this.start();
     } catch {
@@ -162,6 +163,7 @@ class Scene extends SceneMarks {
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.world = new THREE.Scene();
     if (isComputed) {
+      FACETS.share = 0.5;
       // Without a graphics processor the reflections of a room would take seconds to compute.
       for (const name of Object.keys(LOOK))
         LOOK[name] = new THREE.MeshLambertMaterial({ color: LOOK[name].color });
@@ -335,7 +337,9 @@ class Scene extends SceneMarks {
   }
 
   tipAt(row, time) {
-    const { positions, base } = this.where(this.robot, row, this.truthAt(time));
+    // In a replay of the truth the row itself is the truth. For the trace, 150 others would be searched.
+    const truth = store.replay?.which === "truth" ? null : this.truthAt(time);
+    const { positions, base } = this.where(this.robot, row, truth);
     return place(poses(this.robot, positions, base).links.get(tipOf(this.robot)));
   }
 
@@ -491,15 +495,17 @@ class Scene extends SceneMarks {
   }
 
   // Move the robot from its positions in the last report but one to those in the last, within a period. A
-  // picture without a graphics processor is visible later, so it shows the positions of a later time.
+  // picture without a graphics processor is visible later, so it shows the positions of a later time: those
+  // of the last report, if there is no time for another picture before the next report.
   move() {
     if (!this.last) {
       if (this.truth.isNew) this.pose(this.drawn);
       if (this.truth.isNew) this.pictures?.wake();
       return;
     }
-    const passed = performance.now() - this.last.at + (this.pictures ? LEAST_MS : 0);
-    const share = Math.min(1, passed / this.last.period);
+    const { at, period } = this.last;
+    const passed = performance.now() - at + (this.pictures ? LEAST_MS : 0);
+    const share = this.pictures && period < 2 * LEAST_MS ? 1 : Math.min(1, passed / period);
     const now = this.last.positions.map(
       (value, n) => (this.before[n] ?? value) + (value - (this.before[n] ?? value)) * share,
     );
@@ -569,6 +575,7 @@ class Scene extends SceneMarks {
     const width = this.clientWidth,
       height = this.clientHeight;
     if (!width || !height) return;
+    this.extent = { width, height };
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

@@ -4,7 +4,7 @@
 
 import * as THREE from "three";
 
-import { Arm } from "./body.js";
+import { Arm, facets } from "./body.js";
 import { store } from "./store.js";
 import { number, put, text } from "./dom.js";
 import { moving, place, poses, tipForce, tipOf } from "./kinematics.js";
@@ -29,9 +29,10 @@ export function token(name) {
 }
 
 function coil(from, to, turns = 13, radius = 0.011) {
-  const points = [];
-  for (let n = 0; n <= turns * 12; n++) {
-    const share = n / (turns * 12),
+  const points = [],
+    count = turns * facets(12);
+  for (let n = 0; n <= count; n++) {
+    const share = n / count,
       angle = share * turns * 2 * Math.PI;
     points.push(
       new THREE.Vector3(
@@ -41,7 +42,7 @@ function coil(from, to, turns = 13, radius = 0.011) {
       ),
     );
   }
-  return new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), turns * 12, 0.0018, 5);
+  return new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), count, 0.0018, facets(5));
 }
 
 export class SceneMarks extends HTMLElement {
@@ -273,14 +274,15 @@ export class SceneMarks extends HTMLElement {
   }
 
   labels() {
+    const { width, height } = this.extent;
     const put = (label, point, below = 0) => {
       if (label.hidden || !point) return;
       const flat = point.clone().project(this.camera);
-      const x = ((flat.x + 1) / 2) * this.clientWidth + 10,
-        y = ((1 - flat.y) / 2) * this.clientHeight - 11 + below;
+      const x = ((flat.x + 1) / 2) * width + 10,
+        y = ((1 - flat.y) / 2) * height - 11 + below;
       const within = (value, end) => `${Math.max(0, Math.min(end, value)).toFixed(0)}px`;
-      const left = within(x, this.clientWidth - 110);
-      label.style.transform = `translate(${left}, ${within(y, this.clientHeight - 24)})`;
+      const left = within(x, width - 110);
+      label.style.transform = `translate(${left}, ${within(y, height - 24)})`;
     };
     put(this.forceLabel, this.forceEnd);
     put(this.ghostLabel, this.ghostEnd, 24);

@@ -307,7 +307,7 @@ class Strip {
     if (this.cursor.parentNode !== this.plot.over) this.plot.over.append(this.cursor);
     const x = this.plot.valToPos(time, "x");
     this.cursor.style.transform = `translateX(${x.toFixed(1)}px)`;
-    this.cursor.hidden = x < 0 || x > this.plot.over.clientWidth;
+    this.cursor.hidden = x < 0 || x > this.plot.bbox.width / devicePixelRatio;
     this.tell(row);
   }
 }
