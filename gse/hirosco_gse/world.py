@@ -16,6 +16,7 @@ from . import urdf
 class WorldError(Exception):
     """There is no world, or it cannot be read."""
 
+DRAWN = ("box", "cylinder", "sphere", "mesh")  # Visuals that page and report can draw.
 MESH_OCTETS = 4_000_000  # Maximum of one mesh file; each page receives all meshes of the world.
 
 
@@ -214,6 +215,8 @@ def _visuals(link, directory):
     found = []
     for visual in link.visuals:
         mesh = None
+        if visual.shape.kind not in DRAWN:
+            continue
         if visual.mesh:
             mesh = (directory / visual.mesh).resolve()
             if mesh.suffix.lower() != ".stl" or not mesh.is_relative_to(directory.resolve()) or not mesh.is_file():

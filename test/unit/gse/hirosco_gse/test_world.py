@@ -123,6 +123,14 @@ def test_a_mesh_that_cannot_be_drawn_is_left_out(tmp_path, mesh, monkeypatch):
     assert "b" not in found and len(found["a"]) == 2
 
 
+def test_a_shape_that_cannot_be_drawn_is_left_out(tmp_path):
+    """A capsule was drawn as a sphere."""
+    path = tmp_path / "r.urdf"
+    path.write_text(VISUALS.replace('<mesh filename="{mesh}" scale="0.001 0.001 0.001"/>', '<capsule radius="1" length="2"/>'), encoding="utf-8")
+    found = geometry._robot(world.read_urdf(path))["visuals"]
+    assert "b" not in found and len(found["a"]) == 2
+
+
 def test_the_page_gets_wheels_thrusters_and_the_joints_with_a_brake(tmp_path):
     """A servo drive, whose data sheet has no holding brake, is not among these joints."""
     (tmp_path / "r.urdf").write_text(URDF, encoding="utf-8")
