@@ -132,10 +132,7 @@ static bool find_scenario(launcher_t* const launcher)
     }
     launcher->has_operator     = (strcmp(launcher->options.scenario, "none") != 0);
     launcher->scenario_path[0] = '\0';
-    if (!launcher->has_operator) {
-        return true;
-    }
-    return has_scenario(launcher, launcher->options.scenario) ||
+    return !launcher->has_operator || has_scenario(launcher, launcher->options.scenario) ||
            launcher_refuse(launcher, (const char* const[]){"no such scenario: ", launcher->scenario_path,
                                                            "; choose another one with --scenario", NULL});
 }

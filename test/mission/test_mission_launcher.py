@@ -41,7 +41,7 @@ USAGE = 2
         (("--mission", "rok viss"), ("name",)),
         (("--report", "maybe"), ("yes", "no")),
         (("--speed", "9"), ("--speed", "unknown")),
-        (("--seed",), ("--seed", "missing")),
+        (("--seed",), ("--seed: expected a known option with its value",)),
         (("telepresence",), ("telepresence",)),
         (("--out", "x" * 5000), ("long",)),
         (("--scenario", "/" + "x" * 5000 + ".scn"), ("long",)),
