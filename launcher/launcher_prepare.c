@@ -59,14 +59,12 @@ static bool find_programs(launcher_t* const launcher, const char* const mission_
         const char* const words[] = {launcher->program_directory, all[i].executable, NULL};
         if (!text_join(path, sizeof path, words) || !osal_file_exists(path)) {
             return refuse_program(launcher, mission_path, &all[i], "a program in ",
-                                  launcher->program_directory,
-                                  "; `make` builds one of each fsw/programs/*_main.c");
+                                  launcher->program_directory, "; `make` builds each fsw/programs/*_main.c");
         }
         for (uint16_t k = 0U; launcher->options.is_image && (k < i); k++) {
             if (strcmp(all[k].executable, all[i].executable) == 0) {
                 return refuse_program(launcher, mission_path, &all[i], "another program than that of ",
-                                      all[k].name,
-                                      ", because the image contains each program once; use --form processes");
+                                      all[k].name, ", which the image contains once; use --form processes");
             }
         }
     }

@@ -137,7 +137,7 @@ def test_two_subsystems_with_one_program_are_refused_in_the_image(project_copy):
     flight = _fly(project_copy, "image")
     assert flight.code == 1
     assert (f'rokviss.xml:{line}: executable="joystick" of <Subsystem>: expected another program than that of JOYSTICK, '
-            "because the image contains each program once; use --form processes") in flight.output
+            "which the image contains once; use --form processes") in flight.output
     assert not flight.directory.exists()
 
 
