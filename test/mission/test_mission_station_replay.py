@@ -216,7 +216,22 @@ def test_small_screens_show_links_bar_and_numbers_of_the_time_line_as_a_whole(pa
     }""")
     page.wait_for_selector("station-work .counts-line", state="hidden")  # A recording has no counts of packets.
     cut = page.evaluate(station.CUT)
+    page.evaluate("""() => {  // An event of severity HIGH that nobody has seen, and numbers of two digits.
+        const { store } = station, bar = document.querySelector("station-bar"), numbers = { HIGH: 12, MEDIUM: 10, LOW: 22 };
+        bar.kept = [store.events, store.seen];
+        store.events = Object.entries(numbers).flatMap(([severity, count]) => Array(count).fill({ severity }));
+        store.seen = 0;
+        bar.drawAlarm();
+    }""")
+    cut += page.evaluate(station.CUT)
     page.set_viewport_size({"width": 1024, "height": 768})
+    cut += page.evaluate(station.CUT)
+    assert page.is_visible("station-bar button:has-text('Seen')")
+    page.evaluate("""() => {
+        const bar = document.querySelector("station-bar");
+        [station.store.events, station.store.seen] = bar.kept;
+        bar.drawAlarm();
+    }""")
     page.evaluate("document.querySelector('station-bar .mission h1').textContent = 'ur5e-telepresence'")  # The longest name of a mission.
     cut += page.evaluate(station.CUT)
     page.evaluate("document.querySelector('station-bar').draw()")
