@@ -214,7 +214,9 @@ def test_frames_of_a_bus_are_decoded_while_the_tab_is_open(page, flight):
     reported = page.evaluate("""(() => { const { store } = window.station, tab = document.querySelector('station-work').bus, said = store.buses.get(tab.name);
         store.buses.set(tab.name, { ...said, warning: "MANIPULATOR flies interface 0x0a" }); tab.draw();
         const words = tab.words.textContent; store.buses.set(tab.name, { problem: "no port" }); tab.draw(); const ended = tab.words.textContent;
-        store.buses.set(tab.name, said); tab.draw(); return [words, tab.words.textContent, ended]; })()""")
+        store.buses.set(tab.name, { ...said, frames: said.frames.slice(0, 1), error_count: 1 }); tab.draw(); const one = tab.words.textContent;
+        store.buses.set(tab.name, said); tab.draw(); return [words, tab.words.textContent, ended, one]; })()""")
+    assert reported[3] == "1 identifier, 1 error frame since this tab is open"
     assert re.fullmatch(r"MANIPULATOR flies interface 0x0a\. \d+ identifiers, 0 error frames since this tab is open", reported[0])
     assert reported[1] == reported[0].removeprefix("MANIPULATOR flies interface 0x0a. ") and reported[2] == "No frames: no port"
     page.click("#work-Operate")

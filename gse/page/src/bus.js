@@ -3,7 +3,7 @@
 // from a listen-only tap.
 
 import { store } from "./store.js";
-import { el, refill, symbol, text } from "./dom.js";
+import { counted, el, refill, symbol, text } from "./dom.js";
 
 const REFRESH_MS = 250; // Time between two updates of the tab.
 
@@ -103,7 +103,8 @@ export class Bus {
     if (!isShown) return;
     const said = store.buses.get(this.name);
     const warning = said?.warning ? `${said.warning}. ` : "";
-    const identifiers = `${said?.frames?.length} identifiers`;
+    const identifiers = counted(said?.frames?.length, "identifier");
+    const errors = counted(said?.error_count, "error frame");
     const problem = said?.problem ?? (store.pace.is_there ? null : "this flight has no live port");
     text(
       this.words,
@@ -114,8 +115,8 @@ export class Bus {
           : !said
             ? "Waiting for frames"
             : said.dropped
-              ? `${warning}${said.dropped} frames were not passed on: the tap was too slow`
-              : `${warning}${identifiers}, ${said.error_count} error frames since this tab is open`,
+              ? `${warning}${counted(said.dropped, "frame")} not passed on: the tap was too slow`
+              : `${warning}${identifiers}, ${errors} since this tab is open`,
     );
     const { load, tx, lost, off } = this.numbers;
     const put = (one, value, below) => {

@@ -134,6 +134,9 @@ export function number(value, unit, type) {
   return (value < 0 && Number(words) !== 0 ? "−" : " ") + words;
 }
 
+// A number of things in words: "1 report", "2 reports".
+export const counted = (count, thing) => `${count} ${thing}${count === 1 ? "" : "s"}`;
+
 // Word that the dictionary gives to a number; undefined if it gives none.
 export const wordOf = (leaf, value) => (leaf.bits ? stateOf(leaf, value) : leaf.words?.[Number(value)]);
 

@@ -2,7 +2,20 @@
 // Left column: subsystems, the ten states of the selected one, the real-time network.
 
 import { store } from "./store.js";
-import { age, el, isPageKey, number, once, padlock, put, show, stateSymbol, svg, text } from "./dom.js";
+import {
+  age,
+  counted,
+  el,
+  isPageKey,
+  number,
+  once,
+  padlock,
+  put,
+  show,
+  stateSymbol,
+  svg,
+  text,
+} from "./dom.js";
 
 class Subsystems extends HTMLElement {
   connectedCallback() {
@@ -369,7 +382,7 @@ class Network extends HTMLElement {
               .filter(Boolean)
               .join(", ");
       text(node.lastChild, figures);
-      const samples = row.received === undefined ? "" : `, ${row.received} samples received`;
+      const samples = row.received === undefined ? "" : `, ${counted(row.received, "sample")} received`;
       put(node, "title", `${link.producer} to ${link.consumer}${samples}`);
       node.classList.toggle("critical", isBroken(row.state));
     }

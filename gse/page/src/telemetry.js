@@ -3,7 +3,7 @@
 // the strip charts.
 
 import { store } from "./store.js";
-import { el, flagsOf, number, put, show, svg, text, wordOf } from "./dom.js";
+import { counted, el, flagsOf, number, put, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200; // Time between two updates of the tables.
 const NEAR = 0.1; // Share of the range that counts as near a limit.
@@ -226,7 +226,7 @@ class Section {
     text(
       this.words,
       report
-        ? `${rate}, ${report.count} reports`
+        ? `${rate}, ${counted(report.count, "report")}`
         : store.states.get(this.name)?.configuration === "-"
           ? "needs a configuration"
           : "no report received yet",
@@ -363,10 +363,12 @@ export class Telemetry {
   drawCounts() {
     const rows = Object.entries(store.counts);
     const sum = (key) => rows.reduce((total, [, row]) => total + row[key], 0);
-    const dropped = store.dropped ? `, ${store.dropped} reports dropped: this page reads too slowly` : "";
+    const dropped = store.dropped
+      ? `, ${counted(store.dropped, "report")} dropped: this page reads too slowly`
+      : "";
     // No station has counted the packets of a recording.
     this.total.hidden = this.packets.hidden = Boolean(store.replay);
-    text(this.total, `${sum("received")} packets received, ${sum("lost")} lost${dropped}`);
+    text(this.total, `${counted(sum("received"), "packet")} received, ${sum("lost")} lost${dropped}`);
     this.counts.replaceChildren(
       ...rows.map(([name, row]) =>
         el(
