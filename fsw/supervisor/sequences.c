@@ -131,7 +131,9 @@ static void enter_step(supervisor_t* const supervisor, const unsigned step)
             pus_verify_completed(subsystem_process(&supervisor->subsystem), &supervisor->shutdown_token,
                                  supervisor->now_ns);
         }
-        (void)supervisor_order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE, PUS_CAUSE_SHUTDOWN);
+        if (supervisor_registry_find(supervisor, COMMUNICATION_APID) != NULL) { // A mission may have none.
+            (void)supervisor_order_state(supervisor, COMMUNICATION_APID, STATE_OFFLINE, PUS_CAUSE_SHUTDOWN);
+        }
         break;
     case SHUTDOWN_SELF:
         (void)subsystem_request(&supervisor->subsystem, STATE_OFFLINE, CAUSE_SHUTDOWN);
