@@ -74,8 +74,8 @@ typedef struct { // Private, except `blocks` (read-only).
 } ground_backlog_t;
 
 void supervisor_ground_backlog_init(ground_backlog_t* backlog);
-/// Take a block for a packet, with one reference; null if none is free. The caller must return it by
-/// supervisor_ground_backlog_give.
+/// Take a block for a packet of `size` octets (> 0), with one reference; null if none is free, or if `size`
+/// exceeds PUS_PACKET_MAX. The caller must return it by supervisor_ground_backlog_give.
 MUST_USE uint8_t* supervisor_ground_backlog_take(ground_backlog_t* backlog, size_t size);
 void supervisor_ground_backlog_give(ground_backlog_t* backlog, uint8_t* block);
 /// Append a report to its queue. If `block` contains the report, the block gets one more reference; if

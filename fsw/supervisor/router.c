@@ -223,10 +223,9 @@ void supervisor_router_route_released(supervisor_t* const supervisor, const uint
 {
     pus_tc_t tc;
     pus_failure_t failure;
-    // `failure` is not used: route_request checks the packet again and reports the failure.
-    const status_t status     = pus_tc_decode(packet, size, &tc, &failure);
-    const bool is_from_ground = (status == STATUS_OK) && is_ground(tc.source);
-    route_request(supervisor, is_from_ground ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
+    const status_t status = pus_tc_decode(packet, size, &tc, &failure);
+    (void)status; // route_request checks the packet again and reports the failure.
+    route_request(supervisor, is_ground(tc.source) ? COMMUNICATION_APID : SUPERVISOR_APID, packet, size);
 }
 
 status_t supervisor_router_route_whole(supervisor_t* const supervisor, const uint8_t* const packet,
@@ -332,9 +331,8 @@ static status_t take_one(supervisor_t* const supervisor, const message_filter_t*
     if ((*out_from == COMMUNICATION_APID) && must_wait(supervisor, head, size)) {
         return STATUS_BUSY;
     }
-    uint8_t* const block  = ((size > 0U) && (size <= PUS_PACKET_MAX))
-                                ? supervisor_ground_backlog_take(&supervisor->ground_backlog, size)
-                                : NULL;
+    uint8_t* const block =
+        (size > 0U) ? supervisor_ground_backlog_take(&supervisor->ground_backlog, size) : NULL;
     uint8_t* const packet = (block != NULL) ? block : supervisor->packet;
     const size_t capacity = (block != NULL) ? size : sizeof supervisor->packet;
     // Take the packet of this sender, even if the filter would no longer admit it.

@@ -201,6 +201,7 @@ static void routed_reports_leave_the_blocks_reserved_for_firm_ones(void)
 static void without_blocks_allocation_is_refused(void)
 {
     uint8_t* blocks[7];
+    TEST_ASSERT_NULL(supervisor_ground_backlog_take(&backlog, PUS_PACKET_MAX + 1U));
     for (unsigned i = 0U; i < 7U; i++) {
         blocks[i] = supervisor_ground_backlog_take(&backlog, PUS_PACKET_MAX);
         TEST_ASSERT_NOT_NULL(blocks[i]);

@@ -13,6 +13,18 @@ static supervisor_config_t configuration;
 static supervisor_t former;
 static const supervisor_t* const successor = &fixture.supervisor;
 
+/// The endpoint has a position for each index: more channels than a correct one has.
+static bool has_endless_channels;
+
+bool __real_message_position(const message_endpoint_t* endpoint, size_t index,
+                             message_position_t* out_position);
+bool __wrap_message_position(const message_endpoint_t* endpoint, size_t index,
+                             message_position_t* out_position)
+{
+    TEST_ASSERT_TRUE(index < MESSAGE_PEERS_MAX);
+    return __real_message_position(endpoint, has_endless_channels ? 0U : index, out_position);
+}
+
 static void configure(supervisor_config_t* config)
 {
     config->checkpoint = &checkpoint;
@@ -218,6 +230,56 @@ static void a_doubt_continues_and_the_status_is_requested_again(void)
     TEST_ASSERT_TRUE(fixture_has("18 TC 129.4"));
 }
 
+static const pus_token_t of_session  = {.request_id = 0x1801C001U, .source = 1U, .ack = PUS_ACK_ALL};
+static const pus_token_t of_shutdown = {.request_id = 0x1801C002U, .source = 3U, .ack = PUS_ACK_ALL};
+
+/// Returns true if a request of this source with this number goes on after a takeover. Otherwise the next
+/// supervisor has still to end it.
+static bool goes_on(const uint32_t request_id, const uint16_t source)
+{
+    const pus_token_t token = {.request_id = request_id, .source = source, .ack = PUS_ACK_ALL};
+    pus_token_t taken;
+    supervisor_pending_init(&fixture.supervisor.own);
+    TEST_ASSERT_EQUAL(STATUS_OK, supervisor_pending_add(&fixture.supervisor.own, SUPERVISOR_APID, &token,
+                                                        fixture.supervisor.now_ns));
+    supervisor_adoption_commit(&fixture.supervisor);
+    take_over();
+    const bool is_left = supervisor_pending_take(&fixture.supervisor.left, SUPERVISOR_APID, &taken);
+    TEST_ASSERT_EQUAL(is_left, !supervisor_pending_take(&fixture.supervisor.own, SUPERVISOR_APID, &taken));
+    TEST_ASSERT_EQUAL_HEX32(request_id, taken.request_id);
+    return !is_left;
+}
+
+static void only_the_requests_of_sessions_and_of_the_shutdown_go_on(void)
+{
+    TEST_ASSERT_FALSE(goes_on(of_session.request_id, of_session.source));
+    TEST_ASSERT_FALSE(goes_on(of_shutdown.request_id, of_shutdown.source));
+    fixture.supervisor.sessions[1]        = (link_session_t){.step        = SESSION_CLOSING,
+                                                             .link        = LINK_LONE_STATE,
+                                                             .ends        = {ARM, 1U, LONE, 3U},
+                                                             .token       = of_session,
+                                                             .deadline_ns = fixture.now_ns + 1000000000U};
+    fixture.supervisor.has_shutdown_token = true;
+    fixture.supervisor.shutdown_token     = of_shutdown;
+    TEST_ASSERT_TRUE(goes_on(of_session.request_id, of_session.source));
+    TEST_ASSERT_TRUE(goes_on(of_shutdown.request_id, of_shutdown.source));
+    // Each user numbers its own requests, so both the number and the user must be the same.
+    TEST_ASSERT_FALSE(goes_on(of_session.request_id, of_shutdown.source));
+    TEST_ASSERT_FALSE(goes_on(of_session.request_id + 9U, of_session.source));
+    TEST_ASSERT_FALSE(goes_on(of_shutdown.request_id, of_session.source));
+    TEST_ASSERT_FALSE(goes_on(of_shutdown.request_id + 9U, of_shutdown.source));
+}
+
+static void a_commit_keeps_no_more_channels_than_it_has_room_for(void)
+{
+    has_endless_channels = true;
+    supervisor_adoption_commit(&fixture.supervisor);
+    has_endless_channels = false;
+    TEST_ASSERT_EQUAL_UINT16(MESSAGE_PEERS_MAX, fixture.supervisor.kept.channel_count);
+    supervisor_adoption_commit(&fixture.supervisor);
+    TEST_ASSERT_EQUAL_UINT16(FIXTURE_MEMBERS, fixture.supervisor.kept.channel_count);
+}
+
 static void reports_that_wait_for_the_ground_wait_again(void)
 {
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
@@ -245,5 +307,7 @@ int main(void)
     RUN_TEST(a_start_that_was_due_is_performed_by_the_next_supervisor);
     RUN_TEST(a_start_that_failed_is_not_repeated_by_the_next_supervisor);
     RUN_TEST(a_doubt_continues_and_the_status_is_requested_again);
+    RUN_TEST(only_the_requests_of_sessions_and_of_the_shutdown_go_on);
+    RUN_TEST(a_commit_keeps_no_more_channels_than_it_has_room_for);
     return UNITY_END();
 }

@@ -354,6 +354,30 @@ static void a_report_that_does_not_fit_is_refused_completely(void)
     TEST_ASSERT_EQUAL_UINT16(0U, bench_report(0U).sequence);
 }
 
+/// Build a report with `room` octets for its data, of which it uses `used`. Returns the status of its end.
+static status_t close_large(const size_t room, const size_t used, size_t* const out_size)
+{
+    static uint8_t octets[PUS_LARGE_MAX + 1U];
+    static const uint8_t data[PUS_LARGE_MAX + 1U];
+    octet_writer_t writer =
+        pus_tm_begin_large(&bench.process, octets, PUS_TM_MIN + room, 3U, 25U, 0U, TEST_NOW_NS);
+    octet_write_octets(&writer, data, used);
+    return pus_tm_close_large(&bench.process, &writer, out_size);
+}
+
+static void a_large_report_is_limited_by_its_buffer_and_by_the_length_field(void)
+{
+    const size_t most = PUS_LARGE_MAX - PUS_TM_MIN;
+    size_t size       = 0U;
+    TEST_ASSERT_EQUAL(STATUS_OK, close_large(most, most, &size));
+    TEST_ASSERT_EQUAL_UINT64(PUS_LARGE_MAX, size);
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, close_large(most + 1U, most + 1U, &size));
+    TEST_ASSERT_EQUAL_UINT64(0U, size);
+    TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, close_large(8U, 9U, &size));
+    TEST_ASSERT_EQUAL_UINT64(0U, size);
+    TEST_ASSERT_EQUAL_UINT32(2U, bench.process.counters.oversized);
+}
+
 static void a_report_begun_within_another_is_sent_and_the_outer_one_is_refused(void)
 {
     octet_writer_t outer = begin(3U, 25U, 0U);
@@ -445,6 +469,7 @@ int main(void)
     RUN_TEST(an_event_that_waits_is_kept_until_it_is_sent);
     RUN_TEST(the_largest_answer_can_be_queued);
     RUN_TEST(a_report_that_does_not_fit_is_refused_completely);
+    RUN_TEST(a_large_report_is_limited_by_its_buffer_and_by_the_length_field);
     RUN_TEST(a_report_begun_within_another_is_sent_and_the_outer_one_is_refused);
     RUN_TEST(a_report_is_sent_once_and_can_be_cancelled);
     RUN_TEST(more_message_types_than_counters_are_sent_uncounted);

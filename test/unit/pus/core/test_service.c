@@ -17,6 +17,7 @@ static struct {
     unsigned instructions; // Instructions of a request; bit i of `faulty` refuses instruction i + 1.
     unsigned faulty;
     bool is_unfinished;
+    uint16_t packets_lost;
     pus_token_t token;
 } served;
 
@@ -34,6 +35,7 @@ static pus_reply_t execute(void* const self, pus_request_t* const request)
         }
     }
     request->is_unfinished = served.is_unfinished;
+    request->packets_lost  = served.packets_lost;
     return served.reply;
 }
 
@@ -393,6 +395,22 @@ static void a_request_whose_effect_cannot_be_stored_ends_once(void)
     EXPECT_MESSAGES(1, 7);
 }
 
+static void a_request_that_was_done_fails_if_packets_of_its_answer_were_lost(void)
+{
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
+    bench_clear();
+    served.packets_lost = 2U;
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
+    expect_failure(2U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
+    bench_clear();
+    served.reply = pus_failed(PUS_FAILURE_DEVICE, 4U); // This failure is its end.
+    TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
+    EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
+    expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -411,5 +429,6 @@ int main(void)
     RUN_TEST(a_performer_may_be_full_or_may_not_perform_the_request);
     RUN_TEST(a_request_whose_effect_is_not_stored_is_not_completed);
     RUN_TEST(a_request_whose_effect_cannot_be_stored_ends_once);
+    RUN_TEST(a_request_that_was_done_fails_if_packets_of_its_answer_were_lost);
     return UNITY_END();
 }
