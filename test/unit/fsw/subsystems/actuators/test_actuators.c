@@ -315,6 +315,8 @@ static void devices_above_the_capacities_do_not_fit(void)
     expect_misfit("joint-drive", 8U, "axes of a <Configuration>");
     expect_misfit("valve-box", 4U, NULL); // 10 inputs and 15 outputs fit.
     expect_misfit("valve-box", 5U, "outputs of a <Configuration>");
+    expect_misfit("gyro", 2U, NULL); // 12 inputs fit.
+    expect_misfit("gyro", 3U, "inputs of a <Configuration>");
     expect_misfit("joystick", 1U, "expected a drive of CiA 402 with one axis, or a class without axes");
 }
 
