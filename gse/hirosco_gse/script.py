@@ -191,7 +191,10 @@ class Script:
         return cls(steps, visits_of_ground)
 
     def procedure(self, session, timeout_ns, report=lambda entry: None):
-        """Procedure: all steps; report(entry) is called after each. Raises ScriptFailure."""
+        """Procedure: all steps; report(entry) is called after each. Raises ScriptFailure. Without any step it lasts until the last action of the
+        other users, because a flight ends after its operator: `gse record` writes such scenarios of flights that had none."""
+        if not self.steps and self.visits:
+            yield from session.wait_until(self.visits[-1].time_ns)
         is_going_down = False
         for step in self.steps:
             start = session.now_ns

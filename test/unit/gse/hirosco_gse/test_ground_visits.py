@@ -6,6 +6,7 @@ import socket
 import pytest
 from hirosco_gse import packets, visits
 from hirosco_gse.script import Script, ScriptError
+from hirosco_gse.session import Session
 from tm_packets import build_tm
 
 CONNECTED, LOST = b"\0\1", b"\0\2"
@@ -130,3 +131,14 @@ def test_a_malformed_report_and_a_damaged_log_of_the_operator_end_no_recording_w
     (run / "operator.log").write_bytes(b"\xff\n")
     with pytest.raises(visits.VisitError, match="operator.log:1: found .* expected a step of the operator"):
         visits.recorded(run)
+
+
+def test_a_script_without_a_step_lasts_until_the_last_action_of_other_users(dictionary):
+    """Otherwise the flight would end before their actions."""
+    session = Session(dictionary, 1)
+    procedure = Script.parse("1 ground connect\n3 ground hang-up\n", "x", dictionary).procedure(session, 0)
+    for session.now_ns in (0, 2_999_999_999):
+        assert next(procedure) == 3_000_000_000
+    session.now_ns = 3_000_000_000
+    assert list(procedure) == []
+    assert list(Script.parse("0 hand rest\n", "x", dictionary).procedure(session, 0)) == []
