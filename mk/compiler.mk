@@ -33,11 +33,9 @@ ifeq ($(shell uname -m)$(S390X)$(BOARD)$(findstring clang,$(CC)),x86_64)
 # A step of a flight executes most of its code once, and this code is larger than the first-level cache of instructions.
 # Without padding before loops and jumps the code is smaller.
 OPTIMIZE += -fno-align-jumps -fno-align-labels -fno-align-loops
-ifneq ($(shell grep -c GenuineIntel /proc/cpuinfo),0)
 # The assembler places no jump across a boundary of 32 octets. Intel processors with the microcode correction of 2019
-# run such jumps slowly, so the time of a function would depend on its address. Other processors need no such padding.
+# run such jumps slowly, so the time of a function would depend on its address.
 OPTIMIZE += -Wa,-mbranches-within-32B-boundaries
-endif
 # A prefetch for writing (prefetchw) takes the cache line from the other processors; a processor without this
 # instruction ignores it.
 OPTIMIZE += -mprfchw
