@@ -28,18 +28,18 @@ static void unlock(parameter_dictionary_t* const dictionary)
     osal_mutex_unlock(&dictionary->mutex);
 }
 
-/// Lock the mutex, and mark the values for readers without the lock: `guard` is odd while the values may be
-/// inconsistent.
+/// Lock the mutex, and mark the values for readers without the lock: the sequence counter is odd while the
+/// values may be inconsistent.
 static void lock_values(parameter_dictionary_t* const dictionary)
 {
     lock(dictionary);
-    __atomic_store_n(&dictionary->guard, dictionary->guard + 1U, __ATOMIC_RELAXED);
+    __atomic_store_n(&dictionary->sequence_counter, dictionary->sequence_counter + 1U, __ATOMIC_RELAXED);
     __atomic_thread_fence(__ATOMIC_RELEASE);
 }
 
 static void unlock_values(parameter_dictionary_t* const dictionary)
 {
-    __atomic_store_n(&dictionary->guard, dictionary->guard + 1U, __ATOMIC_RELEASE);
+    __atomic_store_n(&dictionary->sequence_counter, dictionary->sequence_counter + 1U, __ATOMIC_RELEASE);
     unlock(dictionary);
 }
 
@@ -330,14 +330,14 @@ static bool read_unlocked(const parameter_dictionary_t* const dictionary,
 static bool read_unlocked(const parameter_dictionary_t* const dictionary,
                           const parameter_entry_t* const entry, octet_writer_t* const writer)
 {
-    const uint32_t guard = __atomic_load_n(&dictionary->guard, __ATOMIC_ACQUIRE);
-    if (((guard % 2U) != 0U) || !has_room(writer, entry)) {
+    const uint32_t before = __atomic_load_n(&dictionary->sequence_counter, __ATOMIC_ACQUIRE);
+    if (((before % 2U) != 0U) || !has_room(writer, entry)) {
         return false;
     }
     put_values(entry, writer);
-    // Read all values before the guard is read again.
+    // Read all values before the sequence counter is read again.
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
-    if (__atomic_load_n(&dictionary->guard, __ATOMIC_RELAXED) != guard) {
+    if (__atomic_load_n(&dictionary->sequence_counter, __ATOMIC_RELAXED) != before) {
         return false;
     }
     writer->position += entry->definition->wire_size;

@@ -82,7 +82,7 @@ typedef struct { // All fields are private, except `count` and `refusals`, which
     uint16_t bounds_capacity;
     uint16_t bounds_used;
     osal_mutex_t mutex;
-    uint32_t guard; // Odd while values may change.
+    uint32_t sequence_counter; // Odd while values may change.
     parameter_refusals_t refusals;
 } parameter_dictionary_t;
 

@@ -11,11 +11,11 @@
 #define LINE_WORDS 8U
 #define HEADER_WORDS LINK_FRAME_HEADER_WORDS
 
-/// Content of the shared memory. `guard` is odd while the writer writes. The frame is written and read word
-/// by word with relaxed atomics between fences, so that a torn read is detected and is not undefined
-/// behaviour.
+/// Content of the shared memory. `sequence_counter` is odd while the writer writes. The frame is written and
+/// read word by word with relaxed atomics between fences, so that a torn read is detected and is not
+/// undefined behaviour.
 typedef struct link_slot {
-    uint32_t guard;
+    uint32_t sequence_counter;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
 } link_slot_t;
 
@@ -93,15 +93,15 @@ static void write_slot(link_slot_t* const slot, const rtlink_frame_header_t* con
         __builtin_prefetch(&slot->words[i], 1);
     }
     rtlink_frame_pack(header, words);
-    const uint32_t guard = __atomic_load_n(&slot->guard, __ATOMIC_RELAXED);
-    __atomic_store_n(&slot->guard, guard + 1U, __ATOMIC_RELAXED);
-    // A reader that sees a changed word must also see the odd guard.
+    const uint32_t counter = __atomic_load_n(&slot->sequence_counter, __ATOMIC_RELAXED);
+    __atomic_store_n(&slot->sequence_counter, counter + 1U, __ATOMIC_RELAXED);
+    // A reader that sees a changed word must also see the odd counter.
     __atomic_thread_fence(__ATOMIC_RELEASE);
     for (size_t i = 0U; i < HEADER_WORDS; i++) {
         __atomic_store_n(&slot->words[i], words[i], __ATOMIC_RELAXED);
     }
     store_words(&slot->words[HEADER_WORDS], payload, size);
-    __atomic_store_n(&slot->guard, guard + 2U, __ATOMIC_RELEASE);
+    __atomic_store_n(&slot->sequence_counter, counter + 2U, __ATOMIC_RELEASE);
 }
 
 static status_t send_datagram(rtlink_producer_t* const producer, const rtlink_frame_header_t* const header,
@@ -263,13 +263,13 @@ static void take_played_out(rtlink_consumer_t* const consumer, const uint64_t no
     }
 }
 
-/// Make one attempt to copy the whole slot. *guard is the guard of the previous copy; an unchanged slot is
-/// not copied. False if the writer was writing.
-static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_t* const guard,
+/// Make one attempt to copy the whole slot. *counter is the sequence counter at the previous copy; a slot
+/// that has not changed since is not copied. False if the writer was writing.
+static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_t* const counter,
                       uint64_t* const out_words)
 {
-    const uint32_t before = __atomic_load_n(&slot->guard, __ATOMIC_ACQUIRE);
-    if (before == *guard) {
+    const uint32_t before = __atomic_load_n(&slot->sequence_counter, __ATOMIC_ACQUIRE);
+    if (before == *counter) {
         return true;
     }
     if ((before & 1U) != 0U) {
@@ -278,23 +278,23 @@ static bool copy_slot(const link_slot_t* const slot, const size_t words, uint32_
     for (size_t i = 0U; i < words; i++) {
         out_words[i] = __atomic_load_n(&slot->words[i], __ATOMIC_RELAXED);
     }
-    // Read all words before the guard is read again.
+    // Read all words before the sequence counter is read again.
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
-    if (__atomic_load_n(&slot->guard, __ATOMIC_RELAXED) != before) {
+    if (__atomic_load_n(&slot->sequence_counter, __ATOMIC_RELAXED) != before) {
         return false;
     }
-    *guard = before;
+    *counter = before;
     return true;
 }
 
 static void take_from_slot(rtlink_consumer_t* const consumer)
 {
     const size_t count   = HEADER_WORDS + WORDS_OF(consumer->terms.layout_octets);
-    const uint32_t taken = consumer->guard;
+    const uint32_t taken = consumer->sequence_counter;
     uint64_t words[HEADER_WORDS + WORDS_OF(RTLINK_PAYLOAD_MAX)];
     for (unsigned attempt = 0U; attempt < LINK_READ_ATTEMPTS; attempt++) {
-        if (copy_slot(consumer->slot, count, &consumer->guard, words)) {
-            if (consumer->guard != taken) {
+        if (copy_slot(consumer->slot, count, &consumer->sequence_counter, words)) {
+            if (consumer->sequence_counter != taken) {
                 rtlink_frame_header_t header;
                 const status_t status = rtlink_frame_unpack(words, &header);
                 (void)accept(consumer, status, &header, (const uint8_t*)&words[HEADER_WORDS]);

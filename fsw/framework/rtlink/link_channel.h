@@ -67,10 +67,10 @@ typedef struct {
     uint32_t frames; ///< Frames sent, or received and used.
     /// Samples that were missing when they were due; only those that the decimation selects.
     uint32_t lost;
-    uint32_t late;    ///< Reads of a stale sample.
-    uint32_t torn;    ///< Reads that failed because the writer was busy in each attempt.
-    uint32_t refused; ///< Frames of another epoch, link or layout, or with a wrong CRC.
-    uint32_t last_sequence;
+    uint32_t late;          ///< Reads of a stale sample.
+    uint32_t torn;          ///< Reads that failed because the writer was busy in each attempt.
+    uint32_t refused;       ///< Frames of another epoch, link or layout, or with a wrong CRC.
+    uint32_t last_sequence; ///< Sequence number of the last frame that was sent, or received and used.
 } rtlink_counters_t;
 
 typedef struct { // Private, except counters.
@@ -97,7 +97,7 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     osal_shm_t shm;
     struct link_slot* slot;      // Slot in the shared memory; null if the samples arrive as datagrams.
     rtlink_play_out_t* play_out; // Play-out buffer, or null.
-    uint32_t guard;              // Value of the guard when the last sample was read.
+    uint32_t sequence_counter;   // Sequence counter of the slot when the last sample was read.
     uint32_t sequence;
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].

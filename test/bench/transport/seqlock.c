@@ -5,7 +5,7 @@
 #include <string.h>
 
 typedef struct {
-    uint32_t guard;
+    uint32_t sequence_counter;
     uint32_t unused;
     uint64_t words[ROUND_TRIP_PAYLOAD_MAX / 8U];
 } slot_t;
@@ -34,21 +34,21 @@ static bool open_side(unsigned side, size_t size, bool is_polled)
 
 static void send_payload(const uint8_t* payload)
 {
-    const uint32_t guard = __atomic_load_n(&out->guard, __ATOMIC_RELAXED);
-    __atomic_store_n(&out->guard, guard + 1U, __ATOMIC_RELAXED);
+    const uint32_t counter = __atomic_load_n(&out->sequence_counter, __ATOMIC_RELAXED);
+    __atomic_store_n(&out->sequence_counter, counter + 1U, __ATOMIC_RELAXED);
     __atomic_thread_fence(__ATOMIC_RELEASE);
     for (size_t i = 0U; i < (octets / 8U); i++) {
         uint64_t word = 0U;
         (void)memcpy(&word, &payload[8U * i], sizeof word);
         __atomic_store_n(&out->words[i], word, __ATOMIC_RELAXED);
     }
-    __atomic_store_n(&out->guard, guard + 2U, __ATOMIC_RELEASE);
+    __atomic_store_n(&out->sequence_counter, counter + 2U, __ATOMIC_RELEASE);
 }
 
 static void receive(uint8_t* payload)
 {
     for (;;) {
-        const uint32_t before = __atomic_load_n(&in->guard, __ATOMIC_ACQUIRE);
+        const uint32_t before = __atomic_load_n(&in->sequence_counter, __ATOMIC_ACQUIRE);
         if ((before == seen) || ((before & 1U) != 0U)) {
             continue;
         }
@@ -57,7 +57,7 @@ static void receive(uint8_t* payload)
             (void)memcpy(&payload[8U * i], &word, sizeof word);
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
-        if (__atomic_load_n(&in->guard, __ATOMIC_RELAXED) == before) {
+        if (__atomic_load_n(&in->sequence_counter, __ATOMIC_RELAXED) == before) {
             seen = before;
             return;
         }

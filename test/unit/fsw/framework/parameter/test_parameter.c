@@ -156,16 +156,17 @@ static void an_entry_is_read_without_the_lock(void)
     TEST_ASSERT_EQUAL_UINT32(24U, dictionary.refusals.no_room);
 }
 
-/// The octets of the value overlap the guard: reading looks as if the owner had written in between.
+/// The octets of the value overlap the sequence counter: the read looks as if the owner wrote during it.
 static void a_read_during_a_write_is_repeated_under_the_lock(void)
 {
     static const uint8_t expected[] = {0x3F, 0x80, 0x00, 0x00};
     const parameter_entry_t* entry  = NULL;
-    octet_writer_t writer           = octet_writer((uint8_t*)&dictionary.guard, sizeof dictionary.guard);
+    octet_writer_t writer =
+        octet_writer((uint8_t*)&dictionary.sequence_counter, sizeof dictionary.sequence_counter);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, RATE, &entry));
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
     TEST_ASSERT_EQUAL_UINT64(4U, writer.position);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, &dictionary.guard, sizeof expected);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, &dictionary.sequence_counter, sizeof expected);
 }
 
 static void while_values_change_an_entry_is_read_with_the_lock(void)
@@ -173,15 +174,15 @@ static void while_values_change_an_entry_is_read_with_the_lock(void)
     const parameter_entry_t* entry = NULL;
     octet_writer_t writer          = octet_writer(octets, 4U);
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_find(&dictionary, RATE, &entry));
-    dictionary.guard++; // As between parameter_lock and parameter_unlock.
+    dictionary.sequence_counter++; // As between parameter_lock and parameter_unlock.
     TEST_ASSERT_EQUAL(STATUS_OK, parameter_read_entry(&dictionary, entry, &writer));
     TEST_ASSERT_EQUAL_UINT64(4U, writer.position);
-    dictionary.guard++;
-    const uint32_t before = dictionary.guard;
+    dictionary.sequence_counter++;
+    const uint32_t before = dictionary.sequence_counter;
     parameter_lock(&dictionary);
-    TEST_ASSERT_EQUAL_UINT32(1U, dictionary.guard % 2U);
+    TEST_ASSERT_EQUAL_UINT32(1U, dictionary.sequence_counter % 2U);
     parameter_unlock(&dictionary);
-    TEST_ASSERT_EQUAL_UINT32(before + 2U, dictionary.guard);
+    TEST_ASSERT_EQUAL_UINT32(before + 2U, dictionary.sequence_counter);
 }
 
 static octet_reader_t target_value(const double first, const double second)

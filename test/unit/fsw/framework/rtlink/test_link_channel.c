@@ -320,10 +320,10 @@ static void a_damaged_slot_is_refused(void)
     open_both(1U);
     write_number(1U, 0U);
     uint8_t* const memory = osal_shm_address(&producer.shm);
-    *(uint64_t*)(void*)&memory[8] ^= 1ULL << 48U; // The mark after the guard.
+    *(uint64_t*)(void*)&memory[8] ^= 1ULL << 48U; // The magic number, after the sequence counter.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.refused);
-    *(uint32_t*)(void*)&memory[0] |= 1U; // An odd guard: the writer died while it wrote.
+    *(uint32_t*)(void*)&memory[0] |= 1U; // An odd counter: the writer died while it wrote.
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
     TEST_ASSERT_EQUAL(1U, consumer.counters.torn);
 }
