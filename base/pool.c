@@ -18,7 +18,7 @@ static inline bool is_taken(const pool_t* const pool, const void* const block, u
     const uint64_t index = (offset * pool->inverse) >> INVERSE_BITS;
     *out_index           = (uint16_t)index;
     return (index < pool->block_count) && (pool->slots[index].start == offset) &&
-           (pool->slots[index].holders > 0U);
+           (pool->slots[index].references > 0U);
 }
 
 /// Returns the number of taken blocks at which `percent` is reached, rounded up.
@@ -62,7 +62,7 @@ void pool_init(pool_t* const pool, uint64_t* const storage, pool_slot_t* const s
     for (uint16_t i = 0U; i < setup->block_count; i++) {
         const uint16_t next = (uint16_t)((i + 1U) % setup->block_count);
         slots[i] =
-            (pool_slot_t){.start = i * words * (uint32_t)sizeof(uint64_t), .next = next, .holders = 0U};
+            (pool_slot_t){.start = i * words * (uint32_t)sizeof(uint64_t), .next = next, .references = 0U};
     }
     *pool = (pool_t){.storage      = (uint8_t*)storage,
                      .slots        = slots,
@@ -91,11 +91,11 @@ static inline void* take(pool_t* const pool)
 {
     void* const block       = pool->free_block;
     pool_slot_t* const slot = &pool->slots[pool->free_index];
-    FSW_ASSERT(slot->holders == 0U);
+    FSW_ASSERT(slot->references == 0U);
     FSW_ASSERT(take_check_is_marked(block, pool->block_words)); // No write to the block after its release.
     pool->free_index = slot->next;
     pool->free_block = &pool->storage[pool->slots[slot->next].start];
-    slot->holders    = 1U;
+    slot->references = 1U;
     pool->stats.taken++;
     return block;
 }
@@ -136,11 +136,11 @@ status_t pool_retain(pool_t* const pool, void* const block)
         pool->stats.rejected++;
         return STATUS_NOT_OURS;
     }
-    if (pool->slots[index].holders == UINT16_MAX) {
+    if (pool->slots[index].references == UINT16_MAX) {
         pool->stats.rejected++;
         return STATUS_FULL;
     }
-    pool->slots[index].holders++;
+    pool->slots[index].references++;
     return STATUS_OK;
 }
 
@@ -153,7 +153,7 @@ status_t pool_release(pool_t* const pool, void* const block)
         return STATUS_NOT_OURS;
     }
     pool_slot_t* const slot = &pool->slots[index];
-    if (slot->holders == 1U) {
+    if (slot->references == 1U) {
         slot->next       = pool->free_index;
         pool->free_index = index;
         pool->free_block = block;
@@ -163,7 +163,7 @@ status_t pool_release(pool_t* const pool, void* const block)
             update_warning(pool, pool->stats.taken);
         }
     }
-    slot->holders--;
+    slot->references--;
     return STATUS_OK;
 }
 

@@ -41,10 +41,10 @@ typedef struct {
     uint8_t clear_percent; ///< Taken blocks at which `warning` becomes false again [%], < warn_percent.
 } pool_setup_t;
 
-typedef struct {      // One per block, placed by the owner. All fields are private.
-    uint32_t start;   // Start of the block [octets] in the storage: constant.
-    uint16_t next;    // Index of the next free block; undefined in the last free block.
-    uint16_t holders; // Number of references; 0: free.
+typedef struct {         // One per block, placed by the owner. All fields are private.
+    uint32_t start;      // Start of the block [octets] in the storage: constant.
+    uint16_t next;       // Index of the next free block; undefined in the last free block.
+    uint16_t references; // 0: free.
 } pool_slot_t;
 
 typedef struct { // All fields are private, except `stats`: read-only, for housekeeping telemetry.

@@ -20,7 +20,7 @@ static inline bool pool_list_is_consistent(const pool_t* pool)
         return false;
     }
     for (uint16_t i = 0U; i < free_count; i++) {
-        if ((index >= pool->block_count) || is_listed[index] || (pool->slots[index].holders > 0U)) {
+        if ((index >= pool->block_count) || is_listed[index] || (pool->slots[index].references > 0U)) {
             return false;
         }
         is_listed[index] = true;
@@ -29,12 +29,12 @@ static inline bool pool_list_is_consistent(const pool_t* pool)
     return true;
 }
 
-/// True if free list, holders and counters agree.
+/// True if free list, references and counters agree.
 static inline bool pool_is_consistent(const pool_t* pool)
 {
     uint16_t held = 0U;
     for (uint16_t i = 0U; i < pool->block_count; i++) {
-        held = (uint16_t)(held + ((pool->slots[i].holders > 0U) ? 1U : 0U));
+        held = (uint16_t)(held + ((pool->slots[i].references > 0U) ? 1U : 0U));
     }
     return (held == pool->stats.taken) && (pool->stats.taken <= pool->stats.peak) &&
            pool_list_is_consistent(pool);

@@ -2,7 +2,7 @@
 // Proves: every call on every sound pool leaves a sound pool: each block is either taken or exactly once in
 //     the list of free blocks, and the counters agree. A block that is given was free and is inside the
 //     storage; only pool_take_reserved gives the blocks of the reserve; a wrong pointer is refused and
-//     counted, and changes neither the holders of the block that contains it nor the number of taken blocks.
+//     counted, and changes neither the references of the block that contains it nor the taken blocks.
 // Bounds: pools of four blocks of 8 octets with a reserve of one block, every sound state, one call; by
 //     induction any number of calls.
 // Replaced: nothing.
@@ -13,10 +13,10 @@
 //   - slot->next       = pool->free_index;
 //   + slot->next       = index;
 // Fault: base/pool.c
-//   - (pool->slots[index].holders > 0U);
+//   - (pool->slots[index].references > 0U);
 //   + true;
 // Fault: base/pool.c
-//   - pool->slots[index].holders++;
+//   - pool->slots[index].references++;
 #include "base/pool.h"
 #include "test/proof/proof.h"
 
@@ -42,7 +42,7 @@ static bool is_sound(const pool_t* const pool)
     bool is_listed[BLOCKS] = {false};
     uint16_t index         = pool->free_index;
     for (uint16_t i = taken; i < BLOCKS; i++) {
-        if ((index >= BLOCKS) || is_listed[index] || (slots[index].holders != 0U)) {
+        if ((index >= BLOCKS) || is_listed[index] || (slots[index].references != 0U)) {
             return false;
         }
         if ((i == taken) && (pool->free_block != &storage[index])) {
@@ -52,7 +52,7 @@ static bool is_sound(const pool_t* const pool)
         index            = slots[index].next;
     }
     for (uint16_t i = 0U; i < BLOCKS; i++) {
-        if ((slots[i].start != (8U * i)) || (!is_listed[i] && (slots[i].holders == 0U)) ||
+        if ((slots[i].start != (8U * i)) || (!is_listed[i] && (slots[i].references == 0U)) ||
             (slots[i].next >= BLOCKS)) {
             return false;
         }
@@ -63,8 +63,8 @@ static bool is_sound(const pool_t* const pool)
 static void any_sound_state(pool_t* const pool)
 {
     for (uint16_t i = 0U; i < BLOCKS; i++) {
-        slots[i].next    = nondet_u16();
-        slots[i].holders = nondet_u16();
+        slots[i].next       = nondet_u16();
+        slots[i].references = nondet_u16();
     }
     pool->free_index = nondet_u16();
     ASSUME(pool->free_index < BLOCKS);
@@ -78,9 +78,9 @@ static void any_sound_state(pool_t* const pool)
 
 static void prove_taking(pool_t* const pool, const bool is_reserved)
 {
-    uint16_t holders[BLOCKS];
+    uint16_t references[BLOCKS];
     for (uint16_t i = 0U; i < BLOCKS; i++) {
-        holders[i] = slots[i].holders;
+        references[i] = slots[i].references;
     }
     const uint16_t taken        = pool->stats.taken;
     const uint32_t refused      = pool->stats.refused;
@@ -91,7 +91,8 @@ static void prove_taking(pool_t* const pool, const bool is_reserved)
     if (block != NULL) {
         PROVE((block >= storage) && (block < &storage[BLOCKS]), "a block is inside the storage");
         const size_t index = (size_t)(block - storage);
-        PROVE((holders[index] == 0U) && (slots[index].holders == 1U), "a block was free and has one holder");
+        PROVE((references[index] == 0U) && (slots[index].references == 1U),
+              "a block was free and has one reference");
         PROVE(pool->stats.taken == (taken + 1U), "a block that is given is counted");
     }
 }
@@ -104,23 +105,24 @@ static void prove_holding(pool_t* const pool, const bool is_release)
     ASSUME(offset < sizeof storage);
     uint8_t* const block  = is_ours ? &((uint8_t*)storage)[offset] : (uint8_t*)&foreign;
     const size_t index    = offset / 8U;
-    const bool is_block   = is_ours && ((offset % 8U) == 0U) && (slots[index].holders > 0U);
-    const uint16_t before = slots[index].holders;
+    const bool is_block   = is_ours && ((offset % 8U) == 0U) && (slots[index].references > 0U);
+    const uint16_t before = slots[index].references;
     const uint16_t taken  = pool->stats.taken;
     const uint32_t wrong  = pool->stats.rejected;
     const status_t status = is_release ? pool_release(pool, block) : pool_retain(pool, block);
     PROVE(IMPLIES(!is_block, pool->stats.rejected == (wrong + 1U)), "a wrong pointer is counted");
     if (!is_block) {
-        PROVE((status == STATUS_NOT_OURS) && (slots[index].holders == before) && (pool->stats.taken == taken),
+        PROVE((status == STATUS_NOT_OURS) && (slots[index].references == before) &&
+                  (pool->stats.taken == taken),
               "a wrong pointer is refused and changes nothing");
     } else if (is_release) {
-        PROVE((status == STATUS_OK) && (slots[index].holders == (before - 1U)),
-              "the block has one holder less");
-        PROVE(pool->stats.taken == ((before == 1U) ? (taken - 1U) : taken), "the last holder gives it back");
+        PROVE((status == STATUS_OK) && (slots[index].references == (before - 1U)),
+              "the block has one reference less");
+        PROVE(pool->stats.taken == ((before == 1U) ? (taken - 1U) : taken), "the last release gives it back");
     } else {
-        PROVE((status == STATUS_OK) == (before < UINT16_MAX), "a block has a largest number of holders");
-        PROVE(slots[index].holders == ((status == STATUS_OK) ? (before + 1U) : before),
-              "the block has one holder more");
+        PROVE((status == STATUS_OK) == (before < UINT16_MAX), "a block has a largest number of references");
+        PROVE(slots[index].references == ((status == STATUS_OK) ? (before + 1U) : before),
+              "the block has one reference more");
     }
 }
 

@@ -244,12 +244,12 @@ static void the_self_test_finds_a_damaged_list(void)
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     slots[0].next = BLOCKS; // An index beyond the last block.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
-    slots[0]         = kept;
-    slots[7].holders = 1U; // A free block that has a holder.
+    slots[0]            = kept;
+    slots[7].references = 1U; // A free block that has a reference.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
-    slots[7].holders   = 0U;
-    const pool_t whole = pool;
-    pool.free_block    = storage + 1; // The pointer and the index refer to different blocks.
+    slots[7].references = 0U;
+    const pool_t whole  = pool;
+    pool.free_block     = storage + 1; // The pointer and the index refer to different blocks.
     TEST_ASSERT_FALSE(pool_is_consistent(&pool));
     pool = whole;
     pool.stats.taken++;

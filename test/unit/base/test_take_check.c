@@ -59,7 +59,7 @@ static void blocks_in_use_may_be_written(void)
         }
         TEST_ASSERT_EQUAL(STATUS_OK, pool_retain(&pool, block));
         TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, block));
-        TEST_ASSERT_EQUAL_HEX8(5U, block[5]); // One holder remains.
+        TEST_ASSERT_EQUAL_HEX8(5U, block[5]); // One reference remains.
         TEST_ASSERT_EQUAL(STATUS_OK, pool_release(&pool, block));
     }
 }
