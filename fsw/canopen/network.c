@@ -143,11 +143,11 @@ static bool has_two_channels(const canopen_network_t* const network)
            flow_can_is_open(&network->flows[NETWORK_CHANNEL_B]);
 }
 
-/// True when every node has been heard on this channel since NETWORK_CALLING began, or when `call_ns` has
-/// passed.
-static bool is_call_over(const canopen_network_t* const network, const uint64_t now_ns)
+/// True when every node has been heard on this channel since NETWORK_SELECTING began, or when `selection_ns`
+/// has passed.
+static bool is_selection_over(const canopen_network_t* const network, const uint64_t now_ns)
 {
-    const bool is_late = (now_ns - network->phase_start_ns) >= network->config.call_ns;
+    const bool is_late = (now_ns - network->phase_start_ns) >= network->config.selection_ns;
     bool have_all      = true;
     for (uint8_t i = 0U; i < network->device_count; i++) {
         const canopen_master_node_t* const node = &network->master.nodes[network->devices[i]->device.index];
@@ -230,10 +230,10 @@ status_t canopen_network_boot(canopen_network_t* const network, const uint64_t n
         return STATUS_CLOSED;
     }
     if (network->phase == NETWORK_RESTING) {
-        enter(network, NETWORK_CALLING, now_ns);
+        enter(network, NETWORK_SELECTING, now_ns);
     }
-    if (network->phase == NETWORK_CALLING) {
-        if (!has_two_channels(network) || is_call_over(network, now_ns)) {
+    if (network->phase == NETWORK_SELECTING) {
+        if (!has_two_channels(network) || is_selection_over(network, now_ns)) {
             begin_boot(network, now_ns);
         }
         return STATUS_BUSY;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All CiA 402 devices of one bus under one master: commissioning, cycle, supervision, safe state.
+/// All CANopen devices of one bus under one master: commissioning, cycle, supervision, safe state.
 ///
 /// A subsystem calls, by state: canopen_network_open and _boot (HARDWARE_INIT); _configure and _start
 /// (PRE_OPERATIONAL); _set_goal (SAFE_OPERATIONAL, OPERATIONAL); _secure (ERROR_OPERATIONAL); _stop and
@@ -39,7 +39,7 @@
 typedef struct {
     canopen_master_config_t master;
     uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
-    uint64_t call_ns;          ///< With two channels: longest time for devices to change to the active one.
+    uint64_t selection_ns;     ///< With two channels: longest wait for devices to change to the active one.
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
     /// Process data that have not arrived after this time are reported as missing.
     uint64_t silence_reported_ns;
@@ -135,7 +135,7 @@ typedef struct { // Private: SYNCs of other nodes at the last check.
 
 typedef enum { // Private.
     NETWORK_RESTING,
-    NETWORK_CALLING, // With two channels: until each device has changed to the active one.
+    NETWORK_SELECTING, // With two channels: wait until each device has changed to the active one.
     NETWORK_BOOTING,
     NETWORK_IDENTIFYING,
     NETWORK_CONFIGURING,
@@ -205,11 +205,11 @@ void canopen_network_include(canopen_network_t* network, uint8_t index);
 /// Append a setting for a device. STATUS_OK, STATUS_EXHAUSTED.
 MUST_USE status_t canopen_network_set(canopen_network_t* network, uint8_t index,
                                       const canopen_setting_t* setting);
-/// Stop process data, if they flow, and write the settings. STATUS_BUSY; STATUS_OK; statuses of
-/// canopen_setting_run_step.
+/// Stop process data, if they flow, and write the settings. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not
+/// booted); statuses of canopen_setting_run_step.
 status_t canopen_network_configure(canopen_network_t* network, uint64_t now_ns);
-/// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; statuses of
-/// canopen_device_connect.
+/// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; STATUS_CLOSED
+/// (not booted); statuses of canopen_device_connect.
 status_t canopen_network_start(canopen_network_t* network, uint64_t now_ns);
 /// Abort the functions above, stop process data, and set the devices to PRE-OPERATIONAL.
 void canopen_network_stop(canopen_network_t* network);

@@ -27,7 +27,7 @@ static const canopen_network_config_t network_config = {
                .sdo_timeout_ns       = 50U * MILLISECOND_NS},
     // A single frame can be lost by chance; three in a row are a failure.
     .lost_after_syncs    = LOST_AFTER_SYNCS,
-    .call_ns             = 160U * MILLISECOND_NS, // 120 ms to the change of channel, and two heartbeats.
+    .selection_ns        = 160U * MILLISECOND_NS, // 120 ms to the change of channel, and two heartbeats.
     .boot_retry_ns       = 300U * MILLISECOND_NS,
     .silence_reported_ns = 100U * MILLISECOND_NS,
     .quick_stop_limit_ns = 200U * MILLISECOND_NS,

@@ -42,7 +42,7 @@ static const canopen_network_config_t config = {.master              = {.node_id
                                                                         .heartbeat_timeout_ns = 60000000U,
                                                                         .sdo_timeout_ns       = 50000000U},
                                                 .lost_after_syncs    = 3U,
-                                                .call_ns             = 160000000U,
+                                                .selection_ns        = 160000000U,
                                                 .boot_retry_ns       = 300000000U,
                                                 .silence_reported_ns = 300000000U,
                                                 .quick_stop_limit_ns = 200000000U};
@@ -378,14 +378,14 @@ static unsigned cycles_to_reset(const unsigned channel)
     return cycles;
 }
 
-/// A heartbeat from before NETWORK_CALLING does not show on which channel the node is now.
+/// A heartbeat from before NETWORK_SELECTING does not show on which channel the node is now.
 static void booting_starts_when_every_node_is_heard_or_after_160_ms(void)
 {
     static const uint8_t alive = 0x7FU;
     open_network();
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
-    // The heartbeats arrive as NETWORK_CALLING begins.
+    // The heartbeats arrive as NETWORK_SELECTING begins.
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));

@@ -14,7 +14,7 @@ void two_nodes_run(drives_t* drives)
                                                     .lost_after_syncs    = 3U,
                                                     .boot_retry_ns       = 1U,
                                                     .silence_reported_ns = 1U,
-                                                    .call_ns             = 1U,
+                                                    .selection_ns        = 1U,
                                                     .quick_stop_limit_ns = 1U};
     memset(drives, 0, sizeof *drives);
     canopen_network_t* const network = &drives->buses[0].network;
