@@ -24,7 +24,8 @@ static bool refuse(launcher_t* const launcher, const char* const first, const ch
 
 /// Refuse the run because a virtual interface cannot be created. If the kernel supports it, the message
 /// contains the commands by which root creates both interfaces of the bus.
-static bool refuse_to_make(launcher_t* const launcher, const launcher_bus_t* const bus, const status_t status)
+static bool refuse_to_create(launcher_t* const launcher, const launcher_bus_t* const bus,
+                             const status_t status)
 {
     text_t text         = text_in(launcher->reason, sizeof launcher->reason);
     launcher->exit_code = 1;
@@ -148,12 +149,12 @@ static bool prepare_virtual(launcher_t* const launcher, launcher_bus_t* const bu
     osal_can_interface_t seen;
     status_t status = osal_can_interface_look(name, &seen);
     if (status == STATUS_NOT_FOUND) {
-        status       = osal_can_interface_make(name, bus->is_fd, LABEL);
+        status       = osal_can_interface_create(name, bus->is_fd, LABEL);
         *out_is_made = (status == STATUS_OK);
-        return *out_is_made || refuse_to_make(launcher, bus, status);
+        return *out_is_made || refuse_to_create(launcher, bus, status);
     }
     if (status == STATUS_UNSUPPORTED) {
-        return refuse_to_make(launcher, bus, status);
+        return refuse_to_create(launcher, bus, status);
     }
     if (status != STATUS_OK) {
         return refuse_query(launcher, name, status);

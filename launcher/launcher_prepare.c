@@ -173,7 +173,7 @@ static bool is_used(const char* const directory)
 }
 
 /// Create the requested directory, or the first unused one of this scenario, form and seed.
-static bool make_directory(launcher_t* const launcher, char* const directory, const size_t capacity)
+static bool create_directory(launcher_t* const launcher, char* const directory, const size_t capacity)
 {
     const launch_options_t* const options = &launcher->options;
     text_t text                           = text_in(directory, capacity);
@@ -196,7 +196,7 @@ static bool make_directory(launcher_t* const launcher, char* const directory, co
             is_free = !osal_file_exists(directory);
         }
     }
-    if (text.cut || (osal_directory_create(directory) != STATUS_OK)) {
+    if (text.cut || (osal_file_create_directory(directory) != STATUS_OK)) {
         return launcher_refuse(launcher, (const char* const[]){"cannot make the output directory ", directory,
                                                                "; choose another one with --out", NULL});
     }
@@ -342,7 +342,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     (void)text_join(run->directory, sizeof run->directory, (const char* const[]){directory, NULL});
     const char* const storage[] = {is_asked ? asked : directory, is_asked ? "" : "/storage", NULL};
     if (!text_join(run->storage, sizeof run->storage, storage) ||
-        (osal_directory_create(run->storage) != STATUS_OK)) {
+        (osal_file_create_directory(run->storage) != STATUS_OK)) {
         return launcher_refuse(launcher,
                                (const char* const[]){"cannot make the storage directory ", run->storage,
                                                      "; choose another one with --storage", NULL});
@@ -556,7 +556,7 @@ bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const 
     const bool is_ready =
         read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
-        make_directory(launcher, directory, sizeof directory) &&
+        create_directory(launcher, directory, sizeof directory) &&
         make_run_state(launcher, mission_path, directory) && make_scheduler(launcher) &&
         make_checkpoint(launcher) && launcher_make_buses(launcher) && launcher_make_computers(launcher) &&
         launcher_open_sockets(launcher) && listen_to_ground(launcher) && write_ground_files(launcher);

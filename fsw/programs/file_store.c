@@ -14,9 +14,9 @@ static status_t describe(void* const context, const char* const path, pus_file_a
     return status;
 }
 
-static status_t make_file(void* const context, const char* const path, const uint64_t room)
+static status_t create_file(void* const context, const char* const path, const uint64_t room)
 {
-    return osal_directory_make_file(context, path, room);
+    return osal_directory_create_file(context, path, room);
 }
 
 static status_t remove_file(void* const context, const char* const path)
@@ -24,9 +24,9 @@ static status_t remove_file(void* const context, const char* const path)
     return osal_directory_remove_file(context, path);
 }
 
-static status_t make_directory(void* const context, const char* const path)
+static status_t create_directory(void* const context, const char* const path)
 {
-    return osal_directory_make(context, path);
+    return osal_directory_create(context, path);
 }
 
 static status_t remove_directory(void* const context, const char* const path)
@@ -76,9 +76,9 @@ pus_file_store_t file_store(osal_directory_t* const root)
     FSW_ASSERT(root != NULL);
     return (pus_file_store_t){.context          = root,
                               .describe         = describe,
-                              .make_file        = make_file,
+                              .create_file      = create_file,
                               .remove_file      = remove_file,
-                              .make_directory   = make_directory,
+                              .create_directory = create_directory,
                               .remove_directory = remove_directory,
                               .rename           = rename_it,
                               .list             = list,

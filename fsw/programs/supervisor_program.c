@@ -280,7 +280,7 @@ static bool open_files(component_runtime_t* const runtime)
     text_t text = text_in(path, sizeof path);
     text_add(&text, runtime->run->storage);
     text_add(&text, "/files");
-    if (!text.cut && (osal_directory_create(path) == STATUS_OK) &&
+    if (!text.cut && (osal_file_create_directory(path) == STATUS_OK) &&
         (osal_directory_open(&storage.files, path) == STATUS_OK)) {
         return true;
     }

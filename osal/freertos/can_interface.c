@@ -12,7 +12,7 @@ status_t osal_can_interface_look(const char* const name, osal_can_interface_t* c
     return STATUS_UNSUPPORTED;
 }
 
-status_t osal_can_interface_make(const char* const name, const bool carries_fd, const char* const label)
+status_t osal_can_interface_create(const char* const name, const bool carries_fd, const char* const label)
 {
     FSW_ASSERT((name != NULL) && (label != NULL));
     (void)carries_fd;

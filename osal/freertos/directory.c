@@ -26,7 +26,7 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
     return STATUS_UNSUPPORTED;
 }
 
-status_t osal_directory_make(const osal_directory_t* const root, const char* const path)
+status_t osal_directory_create(const osal_directory_t* const root, const char* const path)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     return STATUS_UNSUPPORTED;
@@ -38,8 +38,8 @@ status_t osal_directory_remove(const osal_directory_t* const root, const char* c
     return STATUS_UNSUPPORTED;
 }
 
-status_t osal_directory_make_file(const osal_directory_t* const root, const char* const path,
-                                  const uint64_t room)
+status_t osal_directory_create_file(const osal_directory_t* const root, const char* const path,
+                                    const uint64_t room)
 {
     FSW_ASSERT((root != NULL) && (path != NULL));
     (void)room;

@@ -281,7 +281,7 @@ void osal_file_close(osal_file_t* const file)
     file->descriptor = -1;
 }
 
-status_t osal_directory_create(const char* const path)
+status_t osal_file_create_directory(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     return STATUS_UNSUPPORTED;

@@ -283,7 +283,7 @@ static status_t set_label(const char* const name, const char* const label)
     return status_of(ask(&request, &answer));
 }
 
-status_t osal_can_interface_make(const char* const name, const bool carries_fd, const char* const label)
+status_t osal_can_interface_create(const char* const name, const bool carries_fd, const char* const label)
 {
     FSW_ASSERT((name != NULL) && (label != NULL));
     static const char kind[] = "vcan";

@@ -197,7 +197,7 @@ static status_t status_of_making(const int error)
     return (status == STATUS_IO) ? file_status_of_write(error) : status;
 }
 
-status_t osal_directory_make(const osal_directory_t* const root, const char* const path)
+status_t osal_directory_create(const osal_directory_t* const root, const char* const path)
 {
     directory_entry_t entry;
     const status_t status = open_parent(root, path, &entry);
@@ -259,8 +259,8 @@ static status_t reserve_space(const int descriptor, const uint64_t room)
     return ((uint64_t)disk.f_bavail >= (room / disk.f_frsize)) ? STATUS_OK : STATUS_FULL;
 }
 
-status_t osal_directory_make_file(const osal_directory_t* const root, const char* const path,
-                                  const uint64_t room)
+status_t osal_directory_create_file(const osal_directory_t* const root, const char* const path,
+                                    const uint64_t room)
 {
     int descriptor = -1;
     directory_entry_t entry;

@@ -272,7 +272,7 @@ void osal_file_close(osal_file_t* const file)
 }
 
 /// Make one directory, unless it exists.
-static status_t make_directory(const char* const path)
+static status_t create_directory(const char* const path)
 {
     struct stat about;
     if (mkdir(path, 0755) == 0) {
@@ -285,7 +285,7 @@ static status_t make_directory(const char* const path)
     return ((error == EACCES) || (error == EPERM) || (error == EROFS)) ? STATUS_DENIED : STATUS_IO;
 }
 
-status_t osal_directory_create(const char* const path)
+status_t osal_file_create_directory(const char* const path)
 {
     FSW_ASSERT(path != NULL);
     char part[PATH_MAX];
@@ -297,7 +297,7 @@ status_t osal_directory_create(const char* const path)
         const bool is_end_of_part = (path[i] == '\0') || ((path[i] == '/') && (i > 0U));
         if (is_end_of_part) {
             part[i]               = '\0';
-            const status_t status = make_directory(part);
+            const status_t status = create_directory(part);
             if (status != STATUS_OK) {
                 return status;
             }

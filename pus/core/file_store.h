@@ -25,11 +25,11 @@ typedef struct {
 typedef struct {
     void* context;
     status_t (*describe)(void* context, const char* path, pus_file_about_t* out_about);
-    /// Make an empty file and reserve `room` octets for it. STATUS_EXISTS, STATUS_FULL.
-    status_t (*make_file)(void* context, const char* path, uint64_t room);
+    /// Create an empty file and reserve `room` octets for it. STATUS_EXISTS, STATUS_FULL.
+    status_t (*create_file)(void* context, const char* path, uint64_t room);
     status_t (*remove_file)(void* context, const char* path);
-    /// Make an empty directory. STATUS_EXISTS, STATUS_FULL.
-    status_t (*make_directory)(void* context, const char* path);
+    /// Create an empty directory. STATUS_EXISTS, STATUS_FULL.
+    status_t (*create_directory)(void* context, const char* path);
     /// Remove a directory. STATUS_FORBIDDEN: it is not empty.
     status_t (*remove_directory)(void* context, const char* path);
     /// Rename in one operation; an existing file is never replaced. STATUS_EXISTS, STATUS_INVALID (a

@@ -357,10 +357,10 @@ static void report_if_due(pus_files_t* const files, const uint64_t now_ns, const
 static status_t begin_copy(const pus_files_t* const files, pus_file_copy_t* const copy)
 {
     const pus_file_store_t* const store = &files->config.store;
-    status_t status                     = store->make_file(store->context, copy->part.text, copy->size);
+    status_t status                     = store->create_file(store->context, copy->part.text, copy->size);
     if (status == STATUS_EXISTS) { // A copy of an earlier life has left the file.
         (void)store->remove_file(store->context, copy->part.text);
-        status = store->make_file(store->context, copy->part.text, copy->size);
+        status = store->create_file(store->context, copy->part.text, copy->size);
     }
     copy->is_begun = (status == STATUS_OK);
     copy->status   = PUS_FILE_COPY_RUNNING;

@@ -224,7 +224,7 @@ static status_t make_locked_file(const pus_files_t* const files, const pus_file_
     status_t status = take_lock(files, lock, path);
     if (status == STATUS_OK) {
         status = st23_commit(files);
-        status = (status == STATUS_OK) ? store->make_file(store->context, path->text, room) : status;
+        status = (status == STATUS_OK) ? store->create_file(store->context, path->text, room) : status;
         if (status != STATUS_OK) {
             (void)release_lock(files, lock);
         }
@@ -258,7 +258,7 @@ static pus_reply_t create_file(void* const self, pus_request_t* const request)
     }
     const pus_file_store_t* const store = &files->config.store;
     const status_t status               = (lock != NULL) ? make_locked_file(files, &target.path, room, lock)
-                                                         : store->make_file(store->context, target.path.text, room);
+                                                         : store->create_file(store->context, target.path.text, room);
     return st23_reply_of(files, status, target.name_offset);
 }
 
@@ -310,7 +310,7 @@ static pus_reply_t create_directory(void* const self, pus_request_t* const reque
     }
     const status_t status = st23_is_claimed(files, &target.path)
                                 ? STATUS_EXISTS
-                                : store->make_directory(store->context, target.path.text);
+                                : store->create_directory(store->context, target.path.text);
     return st23_reply_of(files, status, target.name_offset);
 }
 

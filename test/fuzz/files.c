@@ -24,7 +24,7 @@ const char* fuzz_file(const uint8_t* const data, const size_t size)
     return "/proc/self/fd/100";
 }
 
-static void make_directory(const char* const path)
+static void create_directory(const char* const path)
 {
     FUZZ_CHECK((mkdir(path, 0755U) == 0) || (errno == EEXIST));
 }
@@ -32,11 +32,11 @@ static void make_directory(const char* const path)
 const char* fuzz_directory(const char* const name)
 {
     static char path[PATH_CHARACTERS];
-    make_directory("build");
-    make_directory("build/fuzz");
-    make_directory("build/fuzz/directory");
+    create_directory("build");
+    create_directory("build/fuzz");
+    create_directory("build/fuzz/directory");
     (void)snprintf(path, sizeof path, "build/fuzz/directory/%s", name);
-    make_directory(path);
+    create_directory(path);
     return path;
 }
 

@@ -107,14 +107,14 @@ static status_t make(const char* const path, const bool is_directory)
     return STATUS_OK;
 }
 
-static status_t make_file(void* const context, const char* const path, const uint64_t room)
+static status_t create_file(void* const context, const char* const path, const uint64_t room)
 {
     (void)context;
     disk.room = room;
     return make(path, false);
 }
 
-static status_t make_directory(void* const context, const char* const path)
+static status_t create_directory(void* const context, const char* const path)
 {
     (void)context;
     return make(path, true);
@@ -286,9 +286,9 @@ void disk_start(void)
 pus_file_store_t disk_store(void)
 {
     return (pus_file_store_t){.describe         = describe,
-                              .make_file        = make_file,
+                              .create_file      = create_file,
                               .remove_file      = remove_file,
-                              .make_directory   = make_directory,
+                              .create_directory = create_directory,
                               .remove_directory = remove_directory,
                               .rename           = rename_it,
                               .list             = list,

@@ -75,7 +75,7 @@ static status_t create_file(void* const context, const pus_file_name_t* const na
     if (index == SPACECRAFT_FILES_OPEN) {
         return STATUS_EXHAUSTED;
     }
-    const status_t status = store_of(supervisor)->make_file(store_of(supervisor)->context, path.text, 0U);
+    const status_t status = store_of(supervisor)->create_file(store_of(supervisor)->context, path.text, 0U);
     if (status != STATUS_OK) {
         return ((status == STATUS_EXISTS) || (status == STATUS_NOT_FOUND)) ? status : STATUS_IO;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The network interfaces of SocketCAN: query their properties, make and remove virtual ones.
+/// The network interfaces of SocketCAN: query their properties, create and remove virtual ones.
 ///
 /// The program that prepares a run uses it; flight components open a bus by its address (osal/can.h).
 ///
@@ -26,7 +26,7 @@ typedef struct {
     bool carries_fd;                     ///< The largest frame (MTU) is that of CAN FD.
     uint32_t bit_rate;                   ///< Nominal [bit/s]; 0: none or unknown.
     uint32_t data_bit_rate;              ///< CAN FD data phase [bit/s]; 0: none or unknown.
-    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< `label` of osal_can_interface_make, cut if longer.
+    char label[OSAL_CAN_LABEL_MAX + 1U]; ///< `label` of osal_can_interface_create, cut if longer.
 } osal_can_interface_t;
 
 /// Claim on an interface for one run. It ends with osal_can_interface_release, or with the process.
@@ -39,10 +39,10 @@ typedef struct { // Private; -1: none.
 /// (no such interface), STATUS_NOT_OURS (it is not an interface for CAN), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_can_interface_look(const char* name, osal_can_interface_t* out_interface);
 
-/// Make a vcan interface, classic or FD, with a label, and bring it up. Returns STATUS_OK, STATUS_EXISTS,
+/// Create a vcan interface, classic or FD, with a label, and bring it up. Returns STATUS_OK, STATUS_EXISTS,
 /// STATUS_DENIED (CAP_NET_ADMIN is required), STATUS_UNSUPPORTED (no SocketCAN or no vcan in this kernel),
 /// STATUS_INVALID (name, or a label that is too long), STATUS_IO.
-MUST_USE status_t osal_can_interface_make(const char* name, bool carries_fd, const char* label);
+MUST_USE status_t osal_can_interface_create(const char* name, bool carries_fd, const char* label);
 /// Remove a virtual interface. Returns STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_INVALID,
 /// STATUS_UNSUPPORTED (it is hardware), STATUS_IO.
 status_t osal_can_interface_remove(const char* name);

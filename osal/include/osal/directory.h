@@ -5,7 +5,7 @@
 /// to OSAL_NAME_SIZE - 1 octets other than `/` and is neither "." nor "..". Each name is looked up in the
 /// directory before it, and symbolic links are not followed, so no path leaves the tree, whatever other
 /// programs do to it meanwhile. Links, devices, pipes and sockets are treated as absent, but a call cannot
-/// make an entry with the name of one.
+/// create an entry with the name of one.
 ///
 /// When a call that changes names returns STATUS_OK, the change is on the disk. STATUS_INVALID: the argument
 /// is not such a path.
@@ -47,16 +47,16 @@ void osal_directory_close(osal_directory_t* root);
 /// STATUS_IO.
 MUST_USE status_t osal_directory_describe(const osal_directory_t* root, const char* path,
                                           osal_directory_about_t* out_about);
-/// Make a directory in an existing one. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID,
+/// Create a directory in an existing one. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID,
 /// STATUS_FULL, STATUS_DENIED, STATUS_IO.
-MUST_USE status_t osal_directory_make(const osal_directory_t* root, const char* path);
+MUST_USE status_t osal_directory_create(const osal_directory_t* root, const char* path);
 /// Remove an empty directory. STATUS_OK, STATUS_NOT_FOUND, STATUS_FORBIDDEN (it is not empty),
 /// STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_remove(const osal_directory_t* root, const char* path);
-/// Make an empty file and reserve `room` octets for it; on a disk that cannot reserve, only check that they
-/// are free now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (no file was made),
-/// STATUS_DENIED, STATUS_IO.
-MUST_USE status_t osal_directory_make_file(const osal_directory_t* root, const char* path, uint64_t room);
+/// Create an empty file and reserve `room` octets for it; on a disk that cannot reserve, only check that they
+/// are free now. STATUS_OK, STATUS_EXISTS, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_FULL (no file is
+/// created), STATUS_DENIED, STATUS_IO.
+MUST_USE status_t osal_directory_create_file(const osal_directory_t* root, const char* path, uint64_t room);
 /// Remove a file. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_remove_file(const osal_directory_t* root, const char* path);
 /// Give a file or directory another path; at any moment it has exactly one of the two paths. STATUS_OK,

@@ -65,7 +65,7 @@ void osal_file_close(osal_file_t* file);
 /// process that has inherited the file has closed it.
 int osal_file_descriptor(const osal_file_t* file);
 /// Create a directory and its parents. STATUS_OK, STATUS_DENIED, STATUS_IO.
-MUST_USE status_t osal_directory_create(const char* path);
+MUST_USE status_t osal_file_create_directory(const char* path);
 /// Remove a file. STATUS_OK, STATUS_NOT_FOUND, STATUS_DENIED, STATUS_IO.
 status_t osal_file_remove(const char* path);
 /// Rename a file on the same disk, replacing a file of that name: at any moment the name refers to one of the

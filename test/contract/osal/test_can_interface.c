@@ -31,7 +31,7 @@ static void a_malformed_name_is_refused(void)
         osal_can_claim_t claim = {7777};
         status_t status        = osal_can_interface_look(malformed[i], &about);
         TEST_ASSERT_TRUE((status == STATUS_INVALID) || (status == STATUS_UNSUPPORTED));
-        status = osal_can_interface_make(malformed[i], false, "label");
+        status = osal_can_interface_create(malformed[i], false, "label");
         TEST_ASSERT_TRUE((status == STATUS_INVALID) || (status == STATUS_UNSUPPORTED));
         status = osal_can_interface_claim(malformed[i], &claim);
         TEST_ASSERT_TRUE((status == STATUS_INVALID) || (status == STATUS_UNSUPPORTED));

@@ -21,7 +21,7 @@ static osal_directory_about_t about;
 
 static void put_file(const char* path, const char* text)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, path, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create_file(&root, path, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_write(&root, path, 0U, (const uint8_t*)text, strlen(text)));
 }
 
@@ -65,7 +65,7 @@ void setUp(void)
 {
     (void)snprintf(base, sizeof base, TEST_DIRECTORY "/osal-directory-contract-%d",
                    (int)osal_process_own_id());
-    const status_t status = osal_directory_create(real(""));
+    const status_t status = osal_file_create_directory(real(""));
     if (status == STATUS_UNSUPPORTED) {
         TEST_IGNORE_MESSAGE("this port has no directories");
     }
@@ -99,8 +99,8 @@ static void files_are_made_written_read_and_removed(void)
 {
     uint8_t content[8];
     size_t size = 9U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, "file", 100000U));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make_file(&root, "file", 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create_file(&root, "file", 100000U));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_create_file(&root, "file", 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "file", &about));
     TEST_ASSERT_FALSE(about.is_directory);
     TEST_ASSERT_EQUAL_UINT64(0U, about.size); // Reserved room is no content.
@@ -129,8 +129,8 @@ static void files_are_made_written_read_and_removed(void)
 
 static void more_room_than_the_disk_has_is_refused(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_make_file(&root, "file", 1ULL << 60U));
-    TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_make_file(&root, "file", UINT64_MAX));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_create_file(&root, "file", 1ULL << 60U));
+    TEST_ASSERT_EQUAL(STATUS_FULL, osal_directory_create_file(&root, "file", UINT64_MAX));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_describe(&root, "file", &about));
 }
 
@@ -138,16 +138,16 @@ static void directories_are_made_and_removed_when_empty(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "", &about));
     TEST_ASSERT_TRUE(about.is_directory);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make(&root, "a"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "a"));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_create(&root, "a"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_describe(&root, "a", &about));
     TEST_ASSERT_TRUE(about.is_directory);
     TEST_ASSERT_EQUAL_UINT64(0U, about.size);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_make(&root, "b/c"));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a/b"));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, "a/b/file", 0U));
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make_file(&root, "a/b", 0U));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_make_file(&root, "a/b/file/x", 0U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_create(&root, "b/c"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "a/b"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create_file(&root, "a/b/file", 0U));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_create_file(&root, "a/b", 0U));
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_create_file(&root, "a/b/file/x", 0U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_directory_remove_file(&root, "a/b"));
     TEST_ASSERT_EQUAL(STATUS_FORBIDDEN, osal_directory_remove(&root, "a/b"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, "a/b/file"));
@@ -158,8 +158,8 @@ static void directories_are_made_and_removed_when_empty(void)
 
 static void renaming_replaces_nothing(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "b"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "a"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "b"));
     put_file("a/file", "first");
     put_file("b/file", "second");
     TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_rename(&root, "a/file", "b/file"));
@@ -233,8 +233,8 @@ static void hostile_paths_are_refused(void)
         "a/../a", "a/b/../", "a/file/../file", "../root", ".//",
     };
     char longest[OSAL_NAME_SIZE + 1U];
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a/b"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "a"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "a/b"));
     put_file("a/file", "x");
     for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         osal_directory_about_t unused;
@@ -242,19 +242,19 @@ static void hostile_paths_are_refused(void)
         // A file in the place of a directory is detected before the dots after it.
         TEST_ASSERT_TRUE_MESSAGE((first == STATUS_INVALID) || (first == STATUS_NOT_FOUND), hostile[i]);
         expect_refused(hostile[i], first);
-        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make(&root, hostile[i]));
-        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make_file(&root, hostile[i], 0U));
+        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_create(&root, hostile[i]));
+        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_create_file(&root, hostile[i], 0U));
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_rename(&root, "a/file", hostile[i]));
     }
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_make(&root, ""));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_create(&root, ""));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_remove(&root, ""));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_make_file(&root, "", 0U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_create_file(&root, "", 0U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_rename(&root, "", "b"));
     memset(longest, 'n', sizeof longest);
     longest[OSAL_NAME_SIZE] = '\0';
-    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_make_file(&root, longest, 0U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_create_file(&root, longest, 0U));
     longest[OSAL_NAME_SIZE - 1U] = '\0';
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, longest, 0U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create_file(&root, longest, 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, longest));
 }
 

@@ -19,7 +19,7 @@ void setUp(void)
 {
     (void)snprintf(directory, sizeof directory, TEST_DIRECTORY "/osal-file-contract-%d",
                    (int)osal_process_own_id());
-    const status_t status = osal_directory_create(directory);
+    const status_t status = osal_file_create_directory(directory);
     has_directories       = (status != STATUS_UNSUPPORTED);
     TEST_ASSERT_EQUAL(has_directories ? STATUS_OK : STATUS_UNSUPPORTED, status);
     (void)snprintf(path, sizeof path, "%s%sfile", directory, has_directories ? "/" : "-");
@@ -233,13 +233,13 @@ static void directories_are_made_with_their_parents(void)
         TEST_IGNORE_MESSAGE("this port has no directories");
     }
     (void)snprintf(deep, sizeof deep, "%s/a/b//c/", directory);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The directory exists.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(deep));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(deep)); // The directory exists.
     (void)snprintf(deep, sizeof deep, "%s/a/b/c", directory);
     TEST_ASSERT_TRUE(osal_file_exists(deep));
     put("x", osal_file_create);
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // A file has this name.
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_create_directory(path)); // A file has this name.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_create_directory(""));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, directory));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&root, "a/b/c"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove(&root, "a/b"));

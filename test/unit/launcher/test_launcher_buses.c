@@ -39,7 +39,7 @@ status_t __wrap_osal_can_interface_look(const char* name, osal_can_interface_t* 
     return mock_type(status_t);
 }
 
-status_t __wrap_osal_can_interface_make(const char* name, bool carries_fd, const char* label)
+status_t __wrap_osal_can_interface_create(const char* name, bool carries_fd, const char* label)
 {
     check_expected_ptr(name);
     check_expected(carries_fd);
@@ -285,12 +285,12 @@ static void expect_claim(const char* const name, const status_t status)
     will_return(__wrap_osal_can_interface_claim, status);
 }
 
-static void expect_make(const char* const name, const bool carries_fd, const status_t status)
+static void expect_create(const char* const name, const bool carries_fd, const status_t status)
 {
     expect_look(name, NULL, STATUS_NOT_FOUND);
-    expect_string(__wrap_osal_can_interface_make, name, name);
-    expect_value(__wrap_osal_can_interface_make, carries_fd, carries_fd);
-    will_return(__wrap_osal_can_interface_make, status);
+    expect_string(__wrap_osal_can_interface_create, name, name);
+    expect_value(__wrap_osal_can_interface_create, carries_fd, carries_fd);
+    will_return(__wrap_osal_can_interface_create, status);
 }
 
 static void expect_removal(const char* const name)
@@ -303,8 +303,8 @@ static void missing_virtual_interfaces_are_made_and_removed_again(void** state)
     (void)state;
     launcher.options.bus = LAUNCH_BUS_VCAN;
     expect_claim("vcan-robot", STATUS_OK);
-    expect_make("vcan-robot", true, STATUS_OK);
-    expect_make("fsw-robot", true, STATUS_OK);
+    expect_create("vcan-robot", true, STATUS_OK);
+    expect_create("fsw-robot", true, STATUS_OK);
     assert_true(launcher_ready_interfaces(&launcher));
     launcher.run = NULL; // The run was refused before it started.
     expect_removal("fsw-robot");
@@ -343,20 +343,20 @@ static void interfaces_that_cannot_be_made_are_reported_with_the_commands(void**
     (void)state;
     launcher.options.bus = LAUNCH_BUS_VCAN;
     expect_claim("vcan-robot", STATUS_OK);
-    expect_make("vcan-robot", true, STATUS_DENIED);
+    expect_create("vcan-robot", true, STATUS_DENIED);
     assert_refused(
         "not permitted here; as root, once: ip link add vcan-robot mtu 72 type vcan; ip link set "
         "vcan-robot up; ip link add fsw-robot mtu 72 type vcan; ip link set fsw-robot up; and the same for "
         "each bus");
     expect_claim("vcan-robot", STATUS_OK);
-    expect_make("vcan-robot", true, STATUS_UNSUPPORTED);
+    expect_create("vcan-robot", true, STATUS_UNSUPPORTED);
     assert_refused("no SocketCAN, or no vcan");
     expect_claim("vcan-robot", STATUS_OK);
     expect_look("vcan-robot", NULL, STATUS_UNSUPPORTED);
     assert_refused("no SocketCAN, or no vcan");
     launcher.mission.storage.buses[0].data_bit_rate = 0U;
     expect_claim("vcan-robot", STATUS_OK);
-    expect_make("vcan-robot", false, STATUS_IO);
+    expect_create("vcan-robot", false, STATUS_IO);
     assert_refused("cannot make the CAN interfaces; try as root: ip link add vcan-robot mtu 16");
     assert_false(launcher.buses[0].is_published_made);
     expect_claim("vcan-robot", STATUS_EXISTS);

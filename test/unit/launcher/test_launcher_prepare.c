@@ -129,12 +129,12 @@ bool __wrap_osal_file_exists(const char* path)
     return (strstr(path, "/run.json") == NULL) && (is_mission_there || (strstr(path, "missions/") == NULL));
 }
 
-status_t __real_osal_directory_create(const char* path);
-status_t __wrap_osal_directory_create(const char* path)
+status_t __real_osal_file_create_directory(const char* path);
+status_t __wrap_osal_file_create_directory(const char* path)
 {
     check_expected_ptr(path);
     const status_t status = mock_type(status_t);
-    return (status == STATUS_OK) ? __real_osal_directory_create(path) : status;
+    return (status == STATUS_OK) ? __real_osal_file_create_directory(path) : status;
 }
 
 status_t __wrap_osal_tcp_listen(osal_socket_t* listener, osal_address_t local)
@@ -250,8 +250,8 @@ static void expect_directory(const char* const path, const bool is_used)
 
 static void expect_made(const char* const path, const status_t status)
 {
-    expect_string(__wrap_osal_directory_create, path, path);
-    will_return(__wrap_osal_directory_create, status);
+    expect_string(__wrap_osal_file_create_directory, path, path);
+    will_return(__wrap_osal_file_create_directory, status);
 }
 
 /// The first directory that does not exist, named by scenario, form and seed.

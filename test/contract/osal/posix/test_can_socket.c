@@ -32,8 +32,8 @@ static bool has_vcan;
 void setUp(void)
 {
     if (has_vcan) {
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(first, true, LABEL));
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(second, false, LABEL));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(first, true, LABEL));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(second, false, LABEL));
     }
 }
 
@@ -88,13 +88,13 @@ static void names_that_no_interface_can_have_are_refused(void)
     static const char* const names[] = {"", "sixteen-letters-", "a/b", "a b", ".", ".."};
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_look(names[i], &seen));
-        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_make(names[i], true, LABEL));
+        TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_create(names[i], true, LABEL));
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_remove(names[i]));
         TEST_ASSERT_EQUAL(STATUS_INVALID, osal_can_interface_claim(names[i], &claim));
         osal_can_interface_release(&claim); // The claim was not granted, so the release has no effect.
     }
     TEST_ASSERT_EQUAL(STATUS_INVALID,
-                      osal_can_interface_make(first, true, "a label of more characters than there may be"));
+                      osal_can_interface_create(first, true, "a label of more characters than there may be"));
 }
 
 static void a_claim_has_one_holder(void)
@@ -132,7 +132,7 @@ static void interfaces_have_the_attributes_of_their_creation(void)
     TEST_ASSERT_EQUAL_STRING(LABEL, seen.label);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(second, &seen));
     TEST_ASSERT_FALSE(seen.carries_fd);
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_interface_make(first, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_can_interface_create(first, true, LABEL));
     command("set", first, "down");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_look(first, &seen));
     TEST_ASSERT_FALSE(seen.is_up);
@@ -257,7 +257,7 @@ static void a_receiver_is_informed_that_its_interface_was_deleted(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, osal_can_send(&can, &frame));
     osal_can_close(&can);
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_can_open(&can, first_address, OSAL_CAN_NODE));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(first, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(first, true, LABEL));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&can, first_address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&can, &frame));
     osal_can_close(&can);
@@ -443,7 +443,7 @@ static void an_announced_frame_that_does_not_arrive_is_counted_as_lost(void)
 
 static bool can_make_vcan(void)
 {
-    const bool can = (osal_can_interface_make(first, true, LABEL) == STATUS_OK);
+    const bool can = (osal_can_interface_create(first, true, LABEL) == STATUS_OK);
     (void)osal_can_interface_remove(first);
     return can;
 }

@@ -41,7 +41,7 @@ void setUp(void)
 {
     (void)snprintf(base, sizeof base, "/tmp/osal-directory-test-%d", (int)getpid());
     (void)snprintf(outside, sizeof outside, "%s/secret", base);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(real("")));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(real("")));
     put_file(outside, "secret");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, real("")));
 }
@@ -72,7 +72,7 @@ static void names_are_returned_in_order_and_in_parts(void)
     put_file(real(long_name), "x");
     TEST_ASSERT_EQUAL(0, symlink("a", real("link")));
     TEST_ASSERT_EQUAL(0, mkfifo(real("pipe"), 0600));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "directory"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "directory"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_list(&root, "", "", entries, 8U, &count));
     TEST_ASSERT_EQUAL_UINT64(7U, count);
     TEST_ASSERT_EQUAL_STRING("b", entries[4].name);
@@ -118,7 +118,7 @@ static void links_and_special_files_are_treated_as_absent(void)
     osal_file_t file;
     char content[16];
     size_t size = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "a"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "a"));
     put_file(real("a/file"), "x");
     TEST_ASSERT_EQUAL(0, symlink("../secret", real("out")));
     TEST_ASSERT_EQUAL(0, symlink(outside, real("absolute")));
@@ -131,11 +131,11 @@ static void links_and_special_files_are_treated_as_absent(void)
         "up/secret", "up/root",  "directory/file", "pipe/x"};
     for (size_t i = 0U; i < (sizeof hostile / sizeof hostile[0]); i++) {
         expect_refused(hostile[i], STATUS_NOT_FOUND);
-        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make(&root, hostile[i]));
-        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_make_file(&root, hostile[i], 0U));
+        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_create(&root, hostile[i]));
+        TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_create_file(&root, hostile[i], 0U));
         TEST_ASSERT_NOT_EQUAL(STATUS_OK, osal_directory_rename(&root, "a/file", hostile[i]));
     }
-    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_make_file(&root, "dangling", 0U));
+    TEST_ASSERT_EQUAL(STATUS_EXISTS, osal_directory_create_file(&root, "dangling", 0U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_open_read(&file, outside));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_read(&file, content, sizeof content, &size));
     osal_file_close(&file);
@@ -146,15 +146,15 @@ static void links_and_special_files_are_treated_as_absent(void)
 static void access_without_permission_is_denied(void)
 {
     put_file(real("file"), "x");
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make(&root, "closed"));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(&root, "closed"));
     TEST_ASSERT_EQUAL(0, chmod(real("closed"), 0700));
     const pid_t child = fork();
     if (child == 0) {
         const bool is_dropped = (geteuid() != 0U)
                                     ? (chmod(real(""), 0500) == 0) && (chmod(real("closed"), 0) == 0)
                                     : ((setgid(65534) == 0) && (setuid(65534) == 0));
-        const bool is_denied  = (osal_directory_make(&root, "new") == STATUS_DENIED) &&
-                               (osal_directory_make_file(&root, "new", 0U) == STATUS_DENIED) &&
+        const bool is_denied  = (osal_directory_create(&root, "new") == STATUS_DENIED) &&
+                               (osal_directory_create_file(&root, "new", 0U) == STATUS_DENIED) &&
                                (osal_directory_remove_file(&root, "file") == STATUS_DENIED) &&
                                (osal_directory_rename(&root, "file", "other") == STATUS_DENIED) &&
                                (osal_directory_describe(&root, "closed/x", &about) == STATUS_DENIED);

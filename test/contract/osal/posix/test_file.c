@@ -24,7 +24,7 @@ void setUp(void)
 {
     (void)snprintf(directory, sizeof directory, "/tmp/osal-file-test-%d", (int)getpid());
     (void)snprintf(path, sizeof path, "%s/file", directory);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(directory));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(directory));
 }
 
 void tearDown(void)
@@ -133,15 +133,15 @@ static void directories_are_made_with_their_parents(void)
     char beneath_file[128];
     struct stat about;
     (void)snprintf(deep, sizeof deep, "%s/a/b//c/", directory);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(deep)); // The directory exists.
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(deep));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(deep)); // The directory exists.
     TEST_ASSERT_EQUAL(0, stat(deep, &about));
     TEST_ASSERT_TRUE(S_ISDIR(about.st_mode));
     put("x", osal_file_create);
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(path)); // A file has this name.
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_create_directory(path)); // A file has this name.
     (void)snprintf(beneath_file, sizeof beneath_file, "%s/a", path);
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(beneath_file));
-    TEST_ASSERT_EQUAL(STATUS_IO, osal_directory_create(""));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_create_directory(beneath_file));
+    TEST_ASSERT_EQUAL(STATUS_IO, osal_file_create_directory(""));
     for (int i = 0; i < 3; i++) {
         static const char* const parts[] = {"a/b/c", "a/b", "a"};
         (void)snprintf(deep, sizeof deep, "%s/%s", directory, parts[i]);
@@ -154,7 +154,7 @@ static void access_without_permission_is_denied(void)
     if (geteuid() != 0U) {
         osal_file_t file;
         TEST_ASSERT_EQUAL(STATUS_DENIED, osal_file_append(&file, "/etc/passwd"));
-        TEST_ASSERT_EQUAL(STATUS_DENIED, osal_directory_create("/osal-file-test"));
+        TEST_ASSERT_EQUAL(STATUS_DENIED, osal_file_create_directory("/osal-file-test"));
         return;
     }
     const pid_t child = fork(); // The same as a user without rights.
@@ -162,7 +162,7 @@ static void access_without_permission_is_denied(void)
         osal_file_t file;
         const bool is_dropped = (setgid(65534) == 0) && (setuid(65534) == 0);
         const bool is_denied  = (osal_file_append(&file, "/etc/passwd") == STATUS_DENIED) &&
-                               (osal_directory_create("/osal-file-test") == STATUS_DENIED) &&
+                               (osal_file_create_directory("/osal-file-test") == STATUS_DENIED) &&
                                (osal_file_remove("/etc/passwd") == STATUS_DENIED);
         _exit((is_dropped && is_denied) ? 0 : 1);
     }

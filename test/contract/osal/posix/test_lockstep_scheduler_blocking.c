@@ -187,7 +187,7 @@ static void use_directory(void)
 {
     osal_directory_t root;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, directory));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_make_file(&root, "file", 1000U));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create_file(&root, "file", 1000U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_write(&root, "file", 0U, (const uint8_t*)"x", 1U));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_sync(&root, "file"));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_remove_file(&root, "file"));
@@ -243,7 +243,7 @@ static void wait_for_an_announced_frame(void)
     for (unsigned i = 0U; has_vcan && (i < 2U); i++) {
         (void)snprintf(interfaces[i], sizeof interfaces[i], "blk%u-%u", i, number);
         (void)snprintf(addresses[i], sizeof addresses[i], "can:blk%u-%u@osal-blk-%u", i, number, number);
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interfaces[i], true, "osal blocking test"));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(interfaces[i], true, "osal blocking test"));
     }
     if (has_vcan) {
         TEST_ASSERT_EQUAL(STATUS_OK, osal_can_create(addresses[0]));
@@ -384,7 +384,7 @@ int main(void)
         return 1;
     }
     const char* const probe = named("blp");
-    has_vcan                = (osal_can_interface_make(probe, false, "osal blocking test") == STATUS_OK);
+    has_vcan                = (osal_can_interface_create(probe, false, "osal blocking test") == STATUS_OK);
     (void)osal_can_interface_remove(probe);
     UNITY_BEGIN();
     RUN_TEST(every_wait_but_that_of_the_clock_keeps_the_grant);

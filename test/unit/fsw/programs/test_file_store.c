@@ -70,7 +70,7 @@ static void expect_content(const char* const path, const char* const expected)
 void setUp(void)
 {
     (void)snprintf(base, sizeof base, "/tmp/file-store-test-%d", (int)getpid());
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(real("root")));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(real("root")));
     put_file("secret", "secret");
     TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_open(&root, real("root")));
     pus_app_process_init(&process, 1U, 0U, &(pus_port_t){.send = take});

@@ -150,7 +150,7 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     (void)strcpy(run.storage, directory);
     char path[128];
     (void)snprintf(path, sizeof path, "%s/ARM.journal.1", directory);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(path));
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(0, rmdir(path));
     // The first file is free again.
@@ -256,7 +256,7 @@ static void media_that_cannot_be_kept_are_reported(void)
     (void)damage("ARM.journal.0", 33);
     for (unsigned i = 0U; i < RECORD_STORE_COPIES; i++) {
         (void)snprintf(path, sizeof path, "%s/ARM.journal.0.damaged.%u", directory, i);
-        TEST_ASSERT_EQUAL(STATUS_OK, osal_directory_create(path));
+        TEST_ASSERT_EQUAL(STATUS_OK, osal_file_create_directory(path));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_TRUE(store.journal.damage.is_damaged && !store.journal.damage.is_kept);

@@ -418,7 +418,7 @@ static void expect_refusals(const unsigned i, const unsigned socket_options)
     expect_function_calls(__wrap_setsockopt, (int)(3U * socket_options));
     assert_int_equal(kernel_error[i].look, look(&seen));
     asked_count = 0U;
-    assert_int_equal(kernel_error[i].make, osal_can_interface_make("can7", true, ""));
+    assert_int_equal(kernel_error[i].make, osal_can_interface_create("can7", true, ""));
     assert_true(asked_count <= 1U); // An interface that was not made is not removed: it may belong to others.
     asked_count = 0U;
     assert_int_equal(kernel_error[i].remove, osal_can_interface_remove("can7"));
@@ -438,7 +438,7 @@ static void errors_of_the_kernel_are_reported(void** state)
         socket_error = kernel_error[i].error;
         osal_can_interface_t seen;
         assert_int_equal(kernel_error[i].look, look(&seen));
-        assert_int_equal(kernel_error[i].make, osal_can_interface_make("can7", true, ""));
+        assert_int_equal(kernel_error[i].make, osal_can_interface_create("can7", true, ""));
         assert_int_equal(kernel_error[i].remove, osal_can_interface_remove("can7"));
         assert_int_equal(0, open_count);
         socket_error = 0;
@@ -466,7 +466,7 @@ static void an_interface_is_made_with_its_label(void** state)
         const uint32_t mtu = (is_fd != 0U) ? CANFD_MTU : CAN_MTU;
         asked_count        = 0U;
         expect_function_calls(__wrap_setsockopt, 2);
-        assert_int_equal(STATUS_OK, osal_can_interface_make("can7", is_fd != 0U, longest));
+        assert_int_equal(STATUS_OK, osal_can_interface_create("can7", is_fd != 0U, longest));
         assert_int_equal(0, open_count);
         assert_int_equal(2U, asked_count);
         begin(&expected, RTM_NEWLINK, NLM_F_REQUEST | NLM_F_ACK | NLM_F_CREATE | NLM_F_EXCL,
@@ -484,7 +484,7 @@ static void an_interface_is_made_with_its_label(void** state)
         assert_asked(1U, &expected);
     }
     assert_int_equal(STATUS_INVALID,
-                     osal_can_interface_make("can7", true, "01234567890123456789012345678901"));
+                     osal_can_interface_create("can7", true, "01234567890123456789012345678901"));
 }
 
 static void an_interface_that_gets_no_label_is_removed(void** state)
@@ -495,7 +495,7 @@ static void an_interface_that_gets_no_label_is_removed(void** state)
         asked_count = 0U;
         will_answer(1U, kernel_error[i].error);
         expect_function_calls(__wrap_setsockopt, 3);
-        assert_int_equal(STATUS_IO, osal_can_interface_make("can7", true, "label"));
+        assert_int_equal(STATUS_IO, osal_can_interface_create("can7", true, "label"));
         assert_int_equal(3U, asked_count);
         begin_removal(&expected);
         assert_asked(2U, &expected);

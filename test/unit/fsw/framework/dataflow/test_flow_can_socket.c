@@ -56,7 +56,7 @@ static void a_missing_interface_is_refused(void)
 
 static void process_data_in_fd_frames_need_an_fd_interface(void)
 {
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, false, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(interface, false, LABEL));
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, flow_can_open(&flow, &resolver, interface));
     is_fd = false;
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, interface));
@@ -68,7 +68,7 @@ static void a_lost_interface_is_bus_off_and_opened_again_when_it_is_back(void)
 {
     osal_can_frame_t frame;
     uint64_t now_ns = 0U;
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(interface, true, LABEL));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, interface));
     flow_can_attend(&flow, now_ns);
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_send(&flow, 0x080U, NULL, 0U));
@@ -84,7 +84,7 @@ static void a_lost_interface_is_bus_off_and_opened_again_when_it_is_back(void)
     TEST_ASSERT_EQUAL_UINT32(1U, flow.counters.lost);
     TEST_ASSERT_EQUAL_UINT32(0U, flow.counters.reopened);
     TEST_ASSERT_TRUE((flow.reconnect.failed >= 3U) && (flow.reconnect.failed <= 10U));
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(interface, true, LABEL));
     for (unsigned i = 0U; (i < 4000U) && (flow.counters.reopened == 0U); i++) {
         now_ns += MS / 2U;
         flow_can_attend(&flow, now_ns);
@@ -101,7 +101,7 @@ static void error_frames_of_other_programs_are_received(void)
     const osal_can_frame_t report = {.id = OSAL_CAN_ERROR | OSAL_CAN_ERROR_BUS_OFF, .length = 8U};
     const osal_can_frame_t beat   = {.id = 0x711U, .length = 1U, .data = {5U}};
     (void)snprintf(address, sizeof address, "can:%s", interface);
-    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_make(interface, true, LABEL));
+    TEST_ASSERT_EQUAL(STATUS_OK, osal_can_interface_create(interface, true, LABEL));
     TEST_ASSERT_EQUAL(STATUS_OK, flow_can_open(&flow, &resolver, interface));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(&peer, address, OSAL_CAN_NODE));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&peer, &report));
@@ -175,7 +175,7 @@ static void a_burst_on_a_controller_is_refused_and_counted(void)
 
 static bool can_make_vcan(void)
 {
-    const bool can = (osal_can_interface_make(interface, true, LABEL) == STATUS_OK);
+    const bool can = (osal_can_interface_create(interface, true, LABEL) == STATUS_OK);
     (void)osal_can_interface_remove(interface);
     return can;
 }
