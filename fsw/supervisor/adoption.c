@@ -97,8 +97,8 @@ static void take_subsystems(supervisor_t* const supervisor, const checkpoint_sta
         entry->rested                  = (state_t)subsystem->rested;
         entry->rested_with             = subsystem->rested_with;
         entry->recommission            = subsystem->recommission;
-        entry->is_in_doubt             = (entry->process == PROCESS_RUNNING);
-        entry->are_links_in_doubt      = entry->is_in_doubt;
+        entry->is_state_adopted        = (entry->process == PROCESS_RUNNING);
+        entry->are_links_adopted       = entry->is_state_adopted;
     }
 }
 
@@ -129,7 +129,7 @@ static void keep(supervisor_t* const supervisor, checkpoint_state_t* const state
     state->autostart_step          = (uint8_t)supervisor->autostart_step;
     state->shutdown_step           = (uint8_t)supervisor->shutdown_step;
     state->shutdown_ns             = supervisor->shutdown_ns;
-    state->path                    = supervisor->path;
+    state->orbit_state             = supervisor->orbit_state;
     state->has_shutdown_token      = supervisor->has_shutdown_token;
     state->shutdown_token          = supervisor->shutdown_token;
     (void)memcpy(state->log_sizes, supervisor->log.whole, sizeof state->log_sizes);
@@ -155,9 +155,9 @@ void supervisor_adoption_commit(supervisor_t* const supervisor)
 {
     if (supervisor->config.checkpoint != NULL) {
         const checkpoint_rings_t rings = rings_of(supervisor);
-        keep(supervisor, &supervisor->kept);
+        keep(supervisor, &supervisor->checkpoint_state);
         supervisor_ground_keep(supervisor);
-        supervisor_checkpoint_commit(supervisor->config.checkpoint, &supervisor->kept, &rings);
+        supervisor_checkpoint_commit(supervisor->config.checkpoint, &supervisor->checkpoint_state, &rings);
         supervisor->performed = 0U;
     }
 }
@@ -221,7 +221,7 @@ static void take(supervisor_t* const supervisor, const checkpoint_state_t* const
     supervisor->is_continued            = state->autostart_step != 0U;
     supervisor->shutdown_step           = state->shutdown_step;
     supervisor->shutdown_ns             = state->shutdown_ns;
-    supervisor->path                    = state->path;
+    supervisor->orbit_state             = state->orbit_state;
     supervisor->has_shutdown_token      = state->has_shutdown_token;
     supervisor->shutdown_token          = state->shutdown_token;
     (void)memcpy((uint8_t*)&supervisor->counters, (const uint8_t*)state->counters,
@@ -265,11 +265,11 @@ void supervisor_adoption_begin(supervisor_t* const supervisor)
     rings.list[LOG_RING]  = NULL; // The packet log restores its ring itself.
     bool is_older         = false;
     const status_t status = supervisor_checkpoint_adopt(supervisor->config.checkpoint, &limits,
-                                                        &supervisor->kept, &rings, &is_older);
+                                                        &supervisor->checkpoint_state, &rings, &is_older);
     if (status == STATUS_OK) {
-        take(supervisor, &supervisor->kept);
+        take(supervisor, &supervisor->checkpoint_state);
         supervisor_output_commit_resume(supervisor);
-        const checkpoint_state_t* const kept = &supervisor->kept;
+        const checkpoint_state_t* const kept = &supervisor->checkpoint_state;
         supervisor->log_strategy             = kept->log_strategy;
         supervisor->log_past =
             (packet_log_past_t){.next_number = kept->log_number, .written_number = kept->log_written};
@@ -313,7 +313,7 @@ static void ask_subsystems(supervisor_t* const supervisor)
         octet_writer_t writer = pus_tc_begin(&supervisor->requester, entry->mission->apid,
                                              PUS_SERVICE_MANAGEMENT, PUS_MANAGEMENT_REPORT_STATUS, 0U);
         status_t status       = pus_tc_send(&supervisor->requester, &writer, NULL);
-        if (entry->are_links_in_doubt) {
+        if (entry->are_links_adopted) {
             writer = pus_tc_begin(&supervisor->requester, entry->mission->apid, PUS_SERVICE_RTLINK,
                                   PUS_LINK_REPORT_STATUS, 0U);
             octet_write_u8(&writer, 0U);
@@ -370,7 +370,7 @@ void supervisor_adoption_compare(supervisor_t* const supervisor, registry_entry_
                                  const uint8_t state, const uint16_t configuration)
 {
     const bool differs = ((uint8_t)entry->state != state) || (entry->configuration != configuration);
-    if (entry->is_in_doubt && differs) {
+    if (entry->is_state_adopted && differs) {
         uint8_t octets[8];
         octet_writer_t writer = octet_writer(octets, sizeof octets);
         octet_write_u16(&writer, entry->mission->apid);
@@ -381,5 +381,5 @@ void supervisor_adoption_compare(supervisor_t* const supervisor, registry_entry_
         (void)subsystem_raise(&supervisor->subsystem, SUPERVISOR_EVENT_ADOPTION_DIFFERS, octets,
                               writer.position);
     }
-    entry->is_in_doubt = false;
+    entry->is_state_adopted = false;
 }

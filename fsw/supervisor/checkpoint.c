@@ -308,7 +308,7 @@ static bool is_token_sound(const pus_token_t* const token)
 static bool is_shutdown_sound(const checkpoint_state_t* const state)
 {
     return (state->shutdown_step < SHUTDOWN_STEPS) && (state->shutdown_ns <= state->now_ns) &&
-           (state->path.since_ns <= state->now_ns) && is_boolean(&state->has_shutdown_token) &&
+           (state->orbit_state.since_ns <= state->now_ns) && is_boolean(&state->has_shutdown_token) &&
            is_token_sound(&state->shutdown_token);
 }
 

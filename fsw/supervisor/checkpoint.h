@@ -110,7 +110,7 @@ typedef struct {
     uint64_t log_written;                      ///< Last record that is in a file.
     uint64_t log_sizes[PACKET_LOG_STRATEGIES]; ///< Sizes of the files.
     uint64_t shutdown_ns;
-    orbit_t path;
+    orbit_t orbit_state;
     pus_token_t shutdown_token;
     uint32_t lives;        ///< Number of lives of the supervisor in this run, this one included.
     uint32_t message_life; ///< Life of the supervisor's message channels, which outlive its process.
@@ -142,7 +142,7 @@ typedef struct {
 } checkpoint_state_t;
 
 typedef struct {         // Private.
-    uint64_t generation; // 0: never written. The generation is stored last.
+    uint64_t generation; // 0: the bank is not valid. The generation is stored last.
     uint64_t sum;
     checkpoint_state_t state;
     uint8_t octets[CHECKPOINT_OCTETS]; // Content of the rings, one after the other.

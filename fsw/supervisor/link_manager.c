@@ -521,7 +521,7 @@ static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const 
     octet_reader_t reader         = octet_reader(tm->data, tm->size);
     uint32_t open                 = 0U;
     uint16_t count                = 0U;
-    if ((entry == NULL) || !entry->are_links_in_doubt || (tm->destination != PUS_USER_SUPERVISOR) ||
+    if ((entry == NULL) || !entry->are_links_adopted || (tm->destination != PUS_USER_SUPERVISOR) ||
         (pus_link_statuses_read(&reader, &count) != STATUS_OK)) {
         return;
     }
@@ -534,7 +534,7 @@ static void compare_links(supervisor_t* const supervisor, const pus_tm_t* const 
             open |= (uint32_t)1U << (status.link - 1U);
         }
     }
-    entry->are_links_in_doubt = false;
+    entry->are_links_adopted = false;
     for (uint16_t link = 1U; link <= MISSION_LINKS_MAX; link++) {
         compare_link(supervisor, tm->apid, link, ((open >> (link - 1U)) & 1U) != 0U);
     }

@@ -88,35 +88,35 @@ typedef struct { // Known data of one subsystem, which is the subject of each co
     state_t state;
     state_phase_t phase;
     uint16_t configuration;
-    uint8_t restarts;
+    uint8_t restarts;     ///< Times that the process was started again after its death [wraps].
     uint8_t deaths;       ///< Deaths that count against its restart budget.
     bool is_start_due;    ///< The process must be started at restart_ns.
     uint64_t restart_ns;  ///< Time of the last start, or of the next one.
     state_t rested;       ///< Last rest state, other than ERROR_OPERATIONAL.
     uint16_t rested_with; ///< Configuration in that state.
-    uint64_t error_ns;    ///< Time of its first report of ERROR_OPERATIONAL.
+    uint64_t error_ns;    ///< Time at which it last reported a change to ERROR_OPERATIONAL.
     recommission_t recommission;
     bool is_order_pending; ///< The order for the state `ordered` waits for room in its inbox.
     state_t ordered;
     pus_cause_t order_cause;
     struct {
-        uint32_t request_id; ///< Request id of the last order; 0: none.
-        uint64_t time_ns;
+        uint32_t request_id; ///< Request id of the last order; 0: none, or it was not sent.
+        uint64_t time_ns;    ///< Time of the last order.
     } order;
-    presumed_t presumed; ///< See output_commit.c.
-    uint64_t heard_ns;
-    uint64_t started_ns;
+    presumed_t presumed;     ///< See output_commit.c.
+    uint64_t heard_ns;       ///< Time of its last report.
+    uint64_t started_ns;     ///< Time of its last start, or of the last event SUBSYSTEM_SILENT about it.
     uint64_t interface_hash; ///< Hash of its descriptor, as last reported.
     uint64_t configuration_hash;
     bool is_interface_mismatched; ///< The interface hash differs from that of the supervisor's descriptor.
-    /// Its state was taken over from the previous supervisor, and it has not reported since.
-    bool is_in_doubt;
-    bool is_unresponsive;    ///< No packet was taken for too long: requests are refused immediately.
-    bool are_links_in_doubt; ///< Its links were taken over, and not yet compared with its report.
-    doubt_t doubt;
+    /// Its state was taken over from the previous supervisor and not yet compared with its report.
+    bool is_state_adopted;
+    bool are_links_adopted; ///< The same for its links.
+    bool is_unresponsive;   ///< No packet was taken for too long: requests are refused immediately.
+    doubt_t doubt;          ///< Whether its state may have changed without a report (doubt.c).
     struct {
         uint32_t request_id; ///< Request id of TC[129,4], if DOUBT_ASKED.
-        uint64_t time_ns;
+        uint64_t time_ns;    ///< Time of that request.
     } asked;
 } registry_entry_t;
 
@@ -128,15 +128,15 @@ typedef struct { // An event of the supervisor itself that needs a reaction.
 
 typedef struct {
     const mission_descriptor_t* mission;
-    const subsystem_descriptor_t* descriptor;
-    bool is_descriptor_valid;
+    const subsystem_descriptor_t* descriptor; ///< The supervisor's own descriptor.
+    bool is_descriptor_valid;                 ///< See subsystem_config_t.
     message_endpoint_t* endpoint;
     supervisor_platform_t platform;
     supervisor_descriptors_t descriptors;
-    const char* log_directory;
-    bool has_log_writer; ///< The packet log has a task that waits for the disk.
-    uint32_t start_count;
-    pus_file_store_t files; ///< Files of ST[23] and of services that load by reference.
+    const char* log_directory; ///< Directory of the packet log.
+    bool has_log_writer;       ///< The packet log has a task that waits for the disk.
+    uint32_t start_count;      ///< See subsystem_config_t.
+    pus_file_store_t files;    ///< Files of ST[23] and of services that load by reference.
     /// Open journal with the persistent records of earlier lives; null: there are no persistent records.
     journal_t* journal;
     subsystem_services_t optional; ///< Services that the supervisor's descriptor lists.
@@ -162,8 +162,8 @@ typedef struct supervisor { // All fields are private.
     const mission_descriptor_t* mission;
     subsystem_t subsystem;
     uint64_t now_ns;
-    uint64_t next_tick_ns;
-    bool has_begun; // The first step is done.
+    uint64_t next_tick_ns; // Time of the next check of the subsystems, every 10 ms.
+    bool has_begun;        // The first step is done.
     uint8_t mode;
     bool is_cut_off; // The previous flight ended without a shutdown, in the mode of the record `cut_off`.
     uint8_t cut_off[SUPERVISOR_MODE_RECORD];
@@ -180,7 +180,7 @@ typedef struct supervisor { // All fields are private.
     bool is_checkpoint_copied;
     uint8_t log_strategy; // First strategy of the packet log.
     packet_log_past_t log_past;
-    checkpoint_state_t kept;
+    checkpoint_state_t checkpoint_state; // The state that was adopted; later the one of the last commit.
     pus_requester_t requester;
     link_graph_t graph;
     link_session_t sessions[SUPERVISOR_LINK_SESSIONS];
@@ -206,14 +206,15 @@ typedef struct supervisor { // All fields are private.
     pus_rtlink_t link_service;
     pus_service_t services[2U + SPACECRAFT_SERVICES];
     spacecraft_services_t spacecraft;
+    // Members and links of the network that TM[131,11] reports at present.
     uint16_t network_members[LINK_GRAPH_MEMBERS];
     uint16_t network_links[LINK_GRAPH_EDGES];
-    supervisor_status_t status;     // Published.
-    supervisor_counters_t counters; // Published.
-    supervisor_blocks_t blocks;     // Published.
-    uint32_t orbit_period_ms;       // Published.
-    supervisor_orbit_t orbit;       // Published.
-    orbit_t path;
+    supervisor_status_t status;       // Published.
+    supervisor_counters_t counters;   // Published.
+    supervisor_blocks_t blocks;       // Published.
+    uint32_t orbit_period_ms;         // Published.
+    supervisor_orbit_t orbit;         // Published.
+    orbit_t orbit_state;              // From which `orbit` is computed.
     supervisor_reactions_t reactions; // Published.
     supervisor_ground_t ground;       // Published.
     supervisor_messages_t messages;   // Published.

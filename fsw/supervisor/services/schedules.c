@@ -85,7 +85,8 @@ const spacecraft_binding_t spacecraft_time_schedule = {
 static uint64_t read_position(void* const context)
 {
     supervisor_t* const supervisor = (supervisor_t*)context;
-    return supervisor_orbit_position(&supervisor->path, supervisor->now_ns, supervisor->orbit_period_ms);
+    return supervisor_orbit_position(&supervisor->orbit_state, supervisor->now_ns,
+                                     supervisor->orbit_period_ms);
 }
 
 static pus_service_t open_position(supervisor_t* const supervisor)

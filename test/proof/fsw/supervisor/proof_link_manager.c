@@ -55,7 +55,7 @@ typedef struct {
     const mission_subsystem_t* mission;
     state_t state;
     state_phase_t phase;
-    bool are_links_in_doubt;
+    bool are_links_adopted;
 } registry_entry_t;
 typedef struct supervisor {
     const mission_descriptor_t* mission;
@@ -250,9 +250,9 @@ registry_entry_t* supervisor_registry_find(supervisor_t* const self, const uint1
         is_end_of_link =
             is_end_of_link || (links[i].producer_apid == apid) || (links[i].consumer_apid == apid);
     }
-    entry.state              = (state_t)(nondet_u8() % (unsigned)STATE_COUNT);
-    entry.phase              = (state_phase_t)nondet_u8();
-    entry.are_links_in_doubt = nondet_bool();
+    entry.state             = (state_t)(nondet_u8() % (unsigned)STATE_COUNT);
+    entry.phase             = (state_phase_t)nondet_u8();
+    entry.are_links_adopted = nondet_bool();
     return (is_end_of_link || nondet_bool()) ? &entry : NULL;
 }
 

@@ -267,7 +267,7 @@ static void an_impossible_header_is_refused(void)
     NO_TRUTH_REFUSED(CHECKPOINT_LOG, is_log_failure_reported);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_step, 6U);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_ns, NOW);
-    REFUSED(CHECKPOINT_SHUTDOWN, path.since_ns, NOW);
+    REFUSED(CHECKPOINT_SHUTDOWN, orbit_state.since_ns, NOW);
     NO_TRUTH_REFUSED(CHECKPOINT_SHUTDOWN, has_shutdown_token);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_token.ack, 16U);
 }
@@ -341,7 +341,7 @@ static void values_at_their_limits_are_accepted(void)
     recommission_t* const run               = &subsystem->recommission;
     state.now_ns                            = NOW;
     state.shutdown_ns                       = NOW;
-    state.path.since_ns                     = NOW;
+    state.orbit_state.since_ns              = NOW;
     state.shutdown_step                     = 5U;
     state.shutdown_token.ack                = 15U;
     state.autostart_step                    = 1U;

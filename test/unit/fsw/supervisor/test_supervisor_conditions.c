@@ -408,11 +408,11 @@ static bool reports_link(const uint16_t apid, const uint16_t destination, const 
                                      .data        = data,
                                      .size        = size};
     fixture_forget();
-    entry_of(ARM)->are_links_in_doubt = true;
+    entry_of(ARM)->are_links_adopted = true;
     supervisor_link_manager_report(&fixture.supervisor, &tm);
     fixture_run(1U);
-    const bool is_read                = !entry_of(ARM)->are_links_in_doubt;
-    entry_of(ARM)->are_links_in_doubt = false;
+    const bool is_read               = !entry_of(ARM)->are_links_adopted;
+    entry_of(ARM)->are_links_adopted = false;
     return is_read;
 }
 

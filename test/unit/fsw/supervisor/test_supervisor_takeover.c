@@ -96,10 +96,10 @@ static void requests_plans_and_counters_are_restored(void)
     TEST_ASSERT_EQUAL_MEMORY(&former.plans, &successor->plans, sizeof former.plans);
     TEST_ASSERT_EQUAL_MEMORY(&former.pending, &successor->pending, sizeof former.pending);
     TEST_ASSERT_EQUAL_MEMORY(&former.counters, &successor->counters, sizeof former.counters);
-    TEST_ASSERT_EQUAL_UINT32(7000U, successor->path.period_ms);
-    TEST_ASSERT_TRUE((former.path.since_ns > 0U) && (former.path.position > 0U));
-    TEST_ASSERT_EQUAL_UINT64(former.path.since_ns, successor->path.since_ns);
-    TEST_ASSERT_EQUAL_UINT64(former.path.position, successor->path.position);
+    TEST_ASSERT_EQUAL_UINT32(7000U, successor->orbit_state.period_ms);
+    TEST_ASSERT_TRUE((former.orbit_state.since_ns > 0U) && (former.orbit_state.position > 0U));
+    TEST_ASSERT_EQUAL_UINT64(former.orbit_state.since_ns, successor->orbit_state.since_ns);
+    TEST_ASSERT_EQUAL_UINT64(former.orbit_state.position, successor->orbit_state.position);
     TEST_ASSERT_EQUAL_UINT32(former.lives + 1U, successor->lives);
     TEST_ASSERT_EQUAL_UINT64(former.now_ns, successor->now_ns);
     TEST_ASSERT_EQUAL_UINT64(former.now_ns, subsystem_now_ns(&successor->subsystem));
@@ -133,8 +133,8 @@ static void expect_same_state(const registry_entry_t* before, const registry_ent
     TEST_ASSERT_EQUAL(before->is_order_pending, after->is_order_pending);
     TEST_ASSERT_EQUAL(before->ordered, after->ordered);
     TEST_ASSERT_EQUAL(before->order_cause, after->order_cause);
-    TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->is_in_doubt);
-    TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->are_links_in_doubt);
+    TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->is_state_adopted);
+    TEST_ASSERT_EQUAL(before->process == PROCESS_RUNNING, after->are_links_adopted);
 }
 
 static void the_data_of_members_are_restored(void)
