@@ -28,17 +28,18 @@ typedef struct {
     double speed_rad_s; ///< Largest commanded speed; 0: not limited.
 } canopen_cia402_scale_t;
 
-typedef struct { // Process data write the raw words; all else is read-only outside.
-    uint16_t statusword;
-    uint16_t controlword;
-    int32_t position;
-    int32_t velocity;
-    int16_t torque;
-    int16_t current;
-    int32_t target_position;
-    int16_t torque_offset;
-    int16_t target_torque;
-    int32_t target_velocity;
+/// Objects are those of the first axis of a device; those of the next axes are at + 0x800 each.
+typedef struct {             // Process data write the raw words; all else is read-only outside.
+    uint16_t statusword;     ///< 0x6041.
+    uint16_t controlword;    ///< 0x6040.
+    int32_t position;        ///< 0x6064.
+    int32_t velocity;        ///< 0x606C.
+    int16_t torque;          ///< 0x6077.
+    int16_t current;         ///< 0x6078.
+    int32_t target_position; ///< 0x607A.
+    int16_t torque_offset;   ///< 0x60B2.
+    int16_t target_torque;   ///< 0x6071.
+    int32_t target_velocity; ///< 0x60FF.
     /// Commands cut at a limit of the axis or at the range of their word [commands, wraps].
     uint32_t limited;
     canopen_cia402_scale_t scale;

@@ -42,14 +42,14 @@ struct osal_lockstep {
     uint32_t last;
     uint32_t is_closed;
     uint32_t is_shared;
-    uint32_t leaving;   ///< Participant whose life is being ended, or NO_PARTICIPANT.
-    uint32_t left_life; ///< The life that `leaving` ends.
-    uint32_t grants;    ///< Number of grants so far [wraps].
-    uint32_t awaited;   ///< Expected participant for which time stands still, or NO_PARTICIPANT.
-    uint64_t timeout_ns;
-    uint32_t is_held;
-    uint32_t is_lossy;
-    uint32_t used; ///< Participants from this one on have never been expected and have never joined.
+    uint32_t leaving;    ///< Participant whose life is being ended, or NO_PARTICIPANT.
+    uint32_t left_life;  ///< The life that `leaving` ends.
+    uint32_t grants;     ///< Number of grants so far [wraps].
+    uint32_t awaited;    ///< Expected participant for which time stands still, or NO_PARTICIPANT.
+    uint64_t timeout_ns; ///< A stopped process may block others for this long (osal_lockstep_set_timeout).
+    uint32_t is_held;    ///< Simulated time stands still (osal_lockstep_hold).
+    uint32_t is_lossy;   ///< The run has lost a message (osal_lockstep_is_lossy).
+    uint32_t used;       ///< Participants from this one on have never been expected and have never joined.
     osal_mutex_t mutex;
     participant_t participants[PARTICIPANTS];
 };

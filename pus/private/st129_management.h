@@ -44,8 +44,8 @@ typedef enum {
 
 /// TC[129,8]. For TC[129,1] the cause is PUS_CAUSE_REQUEST.
 typedef struct {
-    uint8_t target;
-    uint8_t cause; ///< pus_cause_t.
+    uint8_t target; ///< Rest state to which the subsystem shall go.
+    uint8_t cause;  ///< pus_cause_t.
 } pus_state_order_t;
 
 /// TM[129,2].
@@ -55,20 +55,21 @@ typedef struct {
     uint8_t phase;
     uint16_t configuration;
     uint8_t cause; ///< pus_cause_t.
+    /// Failure code (PUS_FAILURE_*) or id of the event that caused the transition; 0: neither.
     uint16_t code;
-    uint32_t cycle;
+    uint32_t cycle; ///< Cycles since the configuration was applied.
 } pus_transition_t;
 
 /// TM[129,5].
 typedef struct {
     uint8_t state;
     uint8_t phase;
-    uint8_t target;
+    uint8_t target; ///< Rest state to which the subsystem goes, or in which it is.
     uint16_t configuration;
     uint64_t interface_hash;
     uint64_t configuration_hash;
-    uint32_t epoch;
-    uint32_t cycle;
+    uint32_t epoch; ///< Number of starts of the subsystem in this run.
+    uint32_t cycle; ///< Cycles since the configuration was applied.
 } pus_subsystem_status_t;
 
 /// TM[129,7]: the notice of a disabled event.

@@ -80,10 +80,10 @@ typedef struct {
     uint32_t layout_size; ///< [octets]
     uint8_t byte_order;   ///< 0 big, 1 little.
     uint32_t period_us;
-    uint16_t tolerance_permille;
-    uint8_t method; ///< pus_link_method_t.
-    uint8_t depth;
-    uint32_t age_max_us;
+    uint16_t tolerance_permille; ///< Permitted deviation of the period; subsystems offer 0.
+    uint8_t method;              ///< pus_link_method_t.
+    uint8_t depth;               ///< Samples that the link holds; subsystems offer 1.
+    uint32_t age_max_us;         ///< A sample older than this is stale.
 } pus_link_properties_t;
 
 /// Endpoint of one side of a link (E in docs/services/st130.md).
@@ -135,9 +135,9 @@ typedef struct {
 /// TC[130,6].
 typedef struct {
     uint16_t link;
-    uint32_t epoch;
+    uint32_t epoch; ///< Number of this opening; larger than all before.
     pus_endpoint_t peer;
-    uint32_t deadline_ms;
+    uint32_t deadline_ms; ///< Subsystems do not evaluate it; they open the link at once.
 } pus_link_open_t;
 
 /// TC[130,7].
@@ -152,11 +152,11 @@ typedef struct {
     uint8_t state; ///< pus_link_state_t.
     pus_link_ends_t ends;
     pus_link_properties_t properties;
-    uint32_t sent;
-    uint32_t received;
-    uint32_t lost;
-    uint32_t late;
-    uint32_t last_sequence;
+    uint32_t sent;          ///< Samples sent; 0 for a consumer.
+    uint32_t received;      ///< Samples received and used; 0 for a producer.
+    uint32_t lost;          ///< Samples that were missing when they were due.
+    uint32_t late;          ///< Reads of a stale sample.
+    uint32_t last_sequence; ///< Sequence number of the last sample that was sent, or received and used.
 } pus_link_status_t;
 
 /// TM[130,10].

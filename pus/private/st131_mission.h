@@ -54,11 +54,11 @@ typedef struct {
 /// One entry of TM[131,9].
 typedef struct {
     uint16_t apid;
-    uint8_t process;
+    uint8_t process; ///< 0 stopped, 1 running, 2 lost.
     uint8_t state;
     uint8_t phase;
     uint16_t configuration;
-    uint8_t restarts;
+    uint8_t restarts; ///< Restarts of the process after it was lost.
 } pus_subsystem_entry_t;
 
 /// One entry of TM[131,11]. The arrays belong to the port and are valid until its next call.

@@ -38,7 +38,7 @@ typedef struct {
 
 typedef struct instrument instrument_t;
 
-/// STATUS_OK; else *out_instrument is null and `error` is filled.
+/// STATUS_OK; statuses of stream_port_open: *out_instrument is null and `error` is filled.
 MUST_USE status_t instrument_open(const instrument_config_t* config, instrument_t** out_instrument,
                                   char error[STREAM_PORT_ERROR_MAX]);
 /// Null is allowed.

@@ -47,7 +47,9 @@ typedef struct {
 
 typedef struct stream_port stream_port_t;
 
-/// Open a port; the device is plugged in. STATUS_OK; else *out_port is null and `error` is filled.
+/// Open a port; the device is plugged in. STATUS_OK; STATUS_INVALID (channel), STATUS_EXHAUSTED (memory),
+/// statuses of osal_hand_over_create and of the call that opens the end node: *out_port is null and `error`
+/// is filled.
 MUST_USE status_t stream_port_open(const stream_port_config_t* config, stream_port_t** out_port,
                                    char error[STREAM_PORT_ERROR_MAX]);
 void stream_port_plug(stream_port_t* port, bool is_plugged);

@@ -3,7 +3,7 @@
 /// drawn from a seed, for each link independently: the delay and the loss of a frame depend only on the seed,
 /// its link and its number on that link.
 ///
-/// Ownership  The caller provides relay_t (5 MB).
+/// Ownership  The caller provides relay_t (4.4 MiB).
 /// Context    One task.
 /// Time       relay_take: O(frames that are due later); all others O(1).
 #ifndef SIM_RELAY_RELAY_H

@@ -162,9 +162,9 @@ typedef struct {
     char b[DOCUMENT_TEXT_MAX];
     unsigned line;
     world_side_t side[2];
-    double stiffness; ///< Stiffness of two shapes along the normal [N/m].
-    double damping;   ///< [Ns/m]
-    double friction;
+    double stiffness;     ///< Stiffness of two shapes along the normal [N/m].
+    double damping;       ///< [Ns/m]
+    double friction;      ///< Coefficient.
     double shear;         ///< Stiffness along the surface while friction holds [N/m]; 0: rigid.
     double shear_damping; ///< [Ns/m]
 } world_contact_t;
@@ -187,12 +187,12 @@ typedef struct {
 typedef struct {
     world_device_t device;
     unsigned axes;
-    double inertia;  ///< Inertia of each axis [kgm2].
-    double friction; ///< Viscous [Nms/rad].
-    double range;    ///< End stops at +- this [rad].
-    double stop_stiffness;
-    double stop_damping;
-    unsigned encoder_counts;
+    double inertia;          ///< Inertia of each axis [kgm2].
+    double friction;         ///< Viscous [Nms/rad].
+    double range;            ///< End stops at +- this [rad].
+    double stop_stiffness;   ///< [Nm/rad]
+    double stop_damping;     ///< [Nms/rad]
+    unsigned encoder_counts; ///< Counts per revolution.
 } world_joystick_t;
 
 /// The operator's hand on a joystick, with the operator's knowledge of the control of the robot. Without this
@@ -323,7 +323,7 @@ typedef struct {
     bool is_little;
     bool has_checksum;
     double period_ns;
-    double scale;
+    double scale; ///< value = raw * scale + offset, in both directions.
     double offset;
     double speed; ///< Largest change of the value in a second.
 } world_instrument_t;
@@ -332,7 +332,7 @@ typedef struct {
     char path[WORLD_PATH_MAX];
     char name[DOCUMENT_TEXT_MAX];
     double step_ns;
-    double gravity[3];
+    double gravity[3]; ///< In the axes of the world [m/s2].
     size_t bus_count;
     char bus[WORLD_BUSES_MAX][DOCUMENT_TEXT_MAX]; ///< In the order of their first device.
     size_t robot_count;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Point-to-point motion with minimum jerk: rest to rest in a given time, smooth to the second derivative;
-/// and a stop from such a motion with constant deceleration.
+/// and a stop from such a motion with constant deceleration. Positions have any unit; velocities and
+/// accelerations are per second and per second squared.
 ///
 /// Ownership  The caller provides control_motion_t.
 /// Context    One task.

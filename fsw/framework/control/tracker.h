@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Second-order tracker: follows a sampled signal and estimates its velocity and acceleration. It is
-/// critically damped, has the bandwidth `omega`, and follows ramps without lag.
+/// critically damped, has the bandwidth `omega`, and follows ramps without lag. Positions have any unit;
+/// velocities and accelerations are per second and per second squared.
 ///
 /// Ownership  The caller provides control_tracker_t.
 /// Context    One task.

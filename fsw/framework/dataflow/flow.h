@@ -39,9 +39,9 @@ typedef struct {
     flow_format_t format;
     uint32_t octets_in;  ///< Size of a message to flight [octets], at most FLOW_OCTETS_MAX; 0: no messages.
     uint32_t octets_out; ///< Size of a message to the device, at most FLOW_OCTETS_MAX; 0: no messages.
-    uint64_t retry_first_ns;
-    uint64_t retry_longest_ns;
-    quota_t* quota; ///< Quota of open end nodes; null: not counted.
+    uint64_t retry_first_ns;   ///< Delay after the first failure, >= 1.
+    uint64_t retry_longest_ns; ///< Longest delay: each failure doubles the delay up to this.
+    quota_t* quota;            ///< Quota of open end nodes; null: not counted.
 } flow_setup_t;
 
 typedef struct { // Private.

@@ -123,7 +123,7 @@ parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
 MUST_USE status_t subsystem_publish(subsystem_t* subsystem, const parameter_definition_t* definition,
                                     void* storage);
 /// Publish all parameters of the generated header: `definitions` and `offsets` are its tables, `storage` is
-/// the structure of all parameters.
+/// the structure of all parameters. Statuses of parameter_publish.
 MUST_USE status_t subsystem_publish_all(subsystem_t* subsystem, const parameter_definition_t* definitions,
                                         const size_t* offsets, size_t count, void* storage);
 
@@ -161,8 +161,10 @@ typedef struct { // Sums over all links that this subsystem has consumed since i
 } subsystem_link_totals_t;
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
 typedef struct { // Refusals and losses since the start, for a COUNTERS parameter. Each counter [wraps].
-    uint16_t pool_peak;            ///< Largest number of blocks in use at the same time (does not wrap).
-    uint32_t pool_refused;         ///< Allocations refused.
+    /// Largest number of function commands that ran at the same time (does not wrap), and commands refused
+    /// because SUBSYSTEM_CALL_TOKENS ran.
+    uint16_t pool_peak;
+    uint32_t pool_refused;
     uint32_t requests_refused;     ///< Telecommands rejected, or failed at their start.
     uint32_t parameters_refused;   ///< Reads and writes of parameters that were refused.
     uint32_t events_refused;       ///< Events with unknown id or wrong data, or for which there was no room.

@@ -6,9 +6,10 @@
 ///
 /// a is the acceleration of a tracker of the link angles with the bandwidth of the low-pass: both have the
 /// same lag. h: gravity, centrifugal and Coriolis torques. The environment is assumed to act by a force at
-/// the tool, without a moment; no force is estimated in directions in which no joint has a lever arm of
-/// 1 cm. While the actuators are off, the zero of the sensors is learned, up to a limit: if the arm then
-/// touches an object, only the part of the force beyond the limit is estimated.
+/// the tool, without a moment. The least squares are damped: the estimate is half of the force in a direction
+/// in which the joints together have a lever arm of 1 cm, and tends to 0 for shorter ones. While the
+/// actuators are off, the zero of the sensors is learned, up to a limit: if the arm then touches an object,
+/// only the part of the force beyond the limit is estimated.
 ///
 /// Ownership  The caller provides arm_force_t.
 /// Context    One task.

@@ -62,7 +62,7 @@ void arm_path_begin_line(arm_path_t* path, const arm_model_t* model, const arm_l
 /// Begin a motion along a trajectory whose plan is ready, of the joints or of the tool. `trajectory` must
 /// stay valid during the motion.
 void arm_path_begin_trajectory(arm_path_t* path, const arm_trajectory_t* trajectory);
-/// Returns the first joint whose position is outside its range.
+/// Returns the first joint whose position is outside its range, or ARM_REFUSAL_NONE.
 arm_refusal_t arm_path_check_positions(const arm_model_t* model, const arm_limits_t* limits,
                                        const double position_rad[ARM_JOINTS_MAX]);
 /// Advance by one period: the next point of the motion replaces `motion`.
@@ -76,6 +76,7 @@ void arm_path_stop(arm_path_t* path, const arm_model_t* model, const arm_limits_
 void arm_path_brake(arm_path_t* path, const arm_model_t* model, const arm_limits_t* limits,
                     const arm_motion_t* motion);
 bool arm_path_is_done(const arm_path_t* path);
+/// Duration of the present motion, or of braking, from its start to rest.
 double arm_path_duration_s(const arm_path_t* path);
 
 typedef struct { // All fields are private.

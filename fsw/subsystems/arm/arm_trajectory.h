@@ -33,7 +33,7 @@ typedef struct {          // All fields are private.
     double point[ARM_POINTS_MAX + 1U][ARM_JOINTS_MAX];
     double line_s[ARM_POINTS_MAX];       ///< Duration of each line, from point to point.
     double blend_s[ARM_POINTS_MAX + 1U]; ///< Duration of the change of velocity at each point.
-    double share;
+    double share;                        ///< Share of the limits that the motion uses, > 0.
     double blend;         ///< Largest distance of a joint, or of the tool, from a point [rad, m].
     arm_rotation_t start; ///< Orientation of the tool at the start.
     unsigned rounds;
@@ -41,11 +41,11 @@ typedef struct {          // All fields are private.
 
 /// Remove all points.
 void arm_trajectory_clear(arm_trajectory_t* trajectory);
-/// Append a point. STATUS_EXHAUSTED: there are already ARM_POINTS_MAX.
+/// Append a point. STATUS_OK; STATUS_EXHAUSTED: there are already ARM_POINTS_MAX.
 MUST_USE status_t arm_trajectory_add(arm_trajectory_t* trajectory, const arm_model_t* model,
                                      const double point_rad[ARM_JOINTS_MAX]);
-/// Append a pose of the tool in the frame of the base; `rotation_rad` is axis times angle. STATUS_EXHAUSTED:
-/// there are already ARM_POINTS_MAX. The points of a trajectory are either all poses or all points of joints.
+/// Append a pose of the tool in the frame of the base; `rotation_rad` is axis times angle. STATUS_OK;
+/// STATUS_EXHAUSTED: there are already ARM_POINTS_MAX. The points are either all poses or all joint angles.
 MUST_USE status_t arm_trajectory_add_pose(arm_trajectory_t* trajectory, const double position_m[3],
                                           const double rotation_rad[3]);
 /// Begin the plan of a motion from rest at `from`, which uses a `share`, > 0, of the limits. At least one
