@@ -13,7 +13,7 @@ typedef struct {        // Private; both are closed at first.
     osal_file_t reader; ///< For reading: QEMU opens an image for reading before it opens it for writing.
 } eeprom_image_t;
 
-/// Open `<storage>/<component>.eeprom`, and make it if it is missing: blank, all octets 0xFF. It is locked
+/// Open `<storage>/<component>.eeprom`, and create it if it is missing: blank, all octets 0xFF. It is locked
 /// until it is closed here and in each process that has inherited its descriptors. STATUS_OK; for other
 /// statuses, the image is closed: STATUS_BUSY (another flight uses it), STATUS_TOO_LARGE (the path, or the
 /// file: it is not an image), STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_NOT_FOUND (the directory).

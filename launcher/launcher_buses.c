@@ -172,8 +172,8 @@ static bool name_virtual(launcher_bus_t* const bus, const mission_bus_t* const w
            text_join(bus->flight, sizeof bus->flight, (const char* const[]){"fsw-", wanted->name, NULL});
 }
 
-static bool make_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
-                      const mission_bus_t* const wanted)
+static bool create_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
+                        const mission_bus_t* const wanted)
 {
     if (!name_virtual(bus, wanted)) {
         return refuse(launcher, "the name of bus ", wanted->name,
@@ -285,7 +285,7 @@ bool launcher_ready_interfaces(launcher_t* const launcher)
         launcher_bus_t* const bus         = &launcher->buses[i];
         bus->is_fd                        = (wanted->data_bit_rate > 0U);
         if (options->bus == LAUNCH_BUS_VCAN) {
-            is_ready = make_vcan(launcher, bus, wanted);
+            is_ready = create_vcan(launcher, bus, wanted);
         } else if (options->bus == LAUNCH_BUS_CAN) {
             is_ready = check_controllers(launcher, bus, wanted);
         } else {
@@ -295,7 +295,7 @@ bool launcher_ready_interfaces(launcher_t* const launcher)
     return is_ready;
 }
 
-static bool make_bus(launcher_t* const launcher, const uint16_t index)
+static bool create_bus(launcher_t* const launcher, const uint16_t index)
 {
     const launcher_bus_t* const bus = &launcher->buses[index];
     run_bus_t* const address        = &launcher->run->buses[index];
@@ -321,13 +321,13 @@ static bool make_bus(launcher_t* const launcher, const uint16_t index)
            refuse(launcher, "cannot make the bus ", address->simulator, ": ", status_text(status));
 }
 
-bool launcher_make_buses(launcher_t* const launcher)
+bool launcher_create_buses(launcher_t* const launcher)
 {
-    bool is_made = true;
-    for (uint16_t i = 0U; is_made && (i < launcher->mission.bus_count); i++) {
-        is_made = make_bus(launcher, i);
+    bool is_created = true;
+    for (uint16_t i = 0U; is_created && (i < launcher->mission.bus_count); i++) {
+        is_created = create_bus(launcher, i);
     }
-    return is_made;
+    return is_created;
 }
 
 /// Report frames of a bus that did not arrive as announced.

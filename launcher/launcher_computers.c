@@ -134,7 +134,7 @@ static bool set_up_link_end(launcher_t* const launcher, const char* const name, 
 }
 
 /// Create the second veth, on which links have a delay.
-static bool make_link_network(launcher_t* const launcher, const char* const first, const char* const second)
+static bool create_link_network(launcher_t* const launcher, const char* const first, const char* const second)
 {
     const char* const commands[][WORDS_MAX + 1U] = {
         {"ip", "-n", first, "link", "add", link_interfaces[0], "type", "veth", "peer", "name",
@@ -146,7 +146,7 @@ static bool make_link_network(launcher_t* const launcher, const char* const firs
 }
 
 /// Create two namespaces and the veth that connects them.
-static bool make_namespaces(launcher_t* const launcher)
+static bool create_namespaces(launcher_t* const launcher)
 {
     char first[RUN_NAME_MAX];
     char second[RUN_NAME_MAX];
@@ -160,7 +160,7 @@ static bool make_namespaces(launcher_t* const launcher)
     };
     return run_ip(launcher, commands, sizeof commands / sizeof commands[0]) &&
            set_up_computer(launcher, first, 0U) && set_up_computer(launcher, second, 1U) &&
-           (!launcher->run->relay.is_network || make_link_network(launcher, first, second));
+           (!launcher->run->relay.is_network || create_link_network(launcher, first, second));
 }
 
 /// True if a link connects two on-board computers.
@@ -208,7 +208,7 @@ bool launcher_check_system(launcher_t* const launcher)
     return true;
 }
 
-bool launcher_make_computers(launcher_t* const launcher)
+bool launcher_create_computers(launcher_t* const launcher)
 {
     run_state_t* const run = launcher->run;
     const unsigned asked   = launcher->options.computers;
@@ -238,7 +238,7 @@ bool launcher_make_computers(launcher_t* const launcher)
     run->computer_ipv4[0] = COMPUTER_IPV4;
     run->computer_ipv4[1] = COMPUTER_IPV4 + 1U;
     run->computer_count   = RUN_COMPUTERS_MAX;
-    return make_namespaces(launcher) ||
+    return create_namespaces(launcher) ||
            launcher_fail(
                launcher,
                "--nodes 2: cannot make two network namespaces and a veth between them (needs iproute2 and "

@@ -30,7 +30,7 @@ void launcher_start_all(launcher_t* launcher);
 /// Check the requirements of the options before anything is created. False: `reason` says what is missing.
 bool launcher_check_system(launcher_t* launcher);
 /// Create the on-board computers of the run, if it has more than one. False: `reason` says why not.
-bool launcher_make_computers(launcher_t* launcher);
+bool launcher_create_computers(launcher_t* launcher);
 /// Remove the namespaces of a run with this identity; no effect if there are none.
 void launcher_remove_computers(const char* identity);
 /// Open every socket of messages and links on the on-board computer of its owner. False: `reason` says what
@@ -81,7 +81,7 @@ bool launcher_run_tool(launcher_t* launcher, const arguments_t* arguments, const
 /// memory, and write the addresses to the run state. False: `reason` says what is wrong and what to do.
 /// Removing the buses also reports frames that did not arrive as announced.
 bool launcher_ready_interfaces(launcher_t* launcher);
-bool launcher_make_buses(launcher_t* launcher);
+bool launcher_create_buses(launcher_t* launcher);
 void launcher_remove_buses(launcher_t* launcher);
 /// Take over virtual interfaces that a killed launcher has created, so that they are removed with the buses.
 void launcher_adopt_interfaces(launcher_t* launcher);

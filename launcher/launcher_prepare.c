@@ -324,8 +324,7 @@ static bool claim_storage(launcher_t* const launcher)
     return is_ours;
 }
 
-static bool make_run_state(launcher_t* const launcher, const char* const mission_path,
-                           const char* const directory)
+static bool create_run(launcher_t* const launcher, const char* const path, const char* const directory)
 {
     char identity[RUN_IDENTITY_MAX];
     text_t text = text_in(identity, sizeof identity);
@@ -338,7 +337,7 @@ static bool make_run_state(launcher_t* const launcher, const char* const mission
     run_state_t* const run  = launcher->run;
     const char* const asked = launcher->options.storage;
     const bool is_asked     = (asked[0] != '\0');
-    (void)text_join(run->mission_path, sizeof run->mission_path, (const char* const[]){mission_path, NULL});
+    (void)text_join(run->mission_path, sizeof run->mission_path, (const char* const[]){path, NULL});
     (void)text_join(run->directory, sizeof run->directory, (const char* const[]){directory, NULL});
     const char* const storage[] = {is_asked ? asked : directory, is_asked ? "" : "/storage", NULL};
     if (!text_join(run->storage, sizeof run->storage, storage) ||
@@ -397,7 +396,7 @@ static void let_supervisor_return(const launcher_t* const launcher)
     }
 }
 
-static bool make_scheduler(launcher_t* const launcher)
+static bool create_scheduler(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
     if (!launcher->run->is_stepped) {
@@ -430,7 +429,7 @@ static bool make_scheduler(launcher_t* const launcher)
 }
 
 /// Create the shared memory for the data that a restarted supervisor takes over.
-static bool make_checkpoint(launcher_t* const launcher)
+static bool create_checkpoint(launcher_t* const launcher)
 {
     char name[RUN_NAME_MAX];
     osal_shm_t shm;
@@ -549,17 +548,17 @@ static bool read_mission(launcher_t* const launcher, char* const path, const siz
 bool launcher_prepare(launcher_t* const launcher, const launch_options_t* const options,
                       const char* const program_directory)
 {
-    char mission_path[LAUNCH_PATH_MAX];
+    char path[LAUNCH_PATH_MAX];
     char directory[LAUNCH_PATH_MAX];
     begin(launcher, options, program_directory);
     (void)osal_shm_each(FAMILY, sweep, NULL);
     const bool is_ready =
-        read_mission(launcher, mission_path, sizeof mission_path) && launcher_check_remote_endian(launcher) &&
+        read_mission(launcher, path, sizeof path) && launcher_check_remote_endian(launcher) &&
         launcher_check_system(launcher) && find_inputs(launcher) && launcher_ready_interfaces(launcher) &&
-        create_directory(launcher, directory, sizeof directory) &&
-        make_run_state(launcher, mission_path, directory) && make_scheduler(launcher) &&
-        make_checkpoint(launcher) && launcher_make_buses(launcher) && launcher_make_computers(launcher) &&
-        launcher_open_sockets(launcher) && listen_to_ground(launcher) && write_ground_files(launcher);
+        create_directory(launcher, directory, sizeof directory) && create_run(launcher, path, directory) &&
+        create_scheduler(launcher) && create_checkpoint(launcher) && launcher_create_buses(launcher) &&
+        launcher_create_computers(launcher) && launcher_open_sockets(launcher) &&
+        listen_to_ground(launcher) && write_ground_files(launcher);
     if (is_ready) {
         name_cosimulation(launcher);
         // Time begins 0.3 s later, when all processes have started.

@@ -33,7 +33,7 @@ typedef struct { // Private.
     uint8_t leaving[TARGET_WIRE_HEADER_OCTETS + TARGET_WIRE_CONTENT_MAX];
 } target_link_t;
 
-/// Make the pipes and the socket of a component's outgoing frames. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
+/// Create the pipes and the socket of a component's outgoing frames. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t target_link_open(target_link_t* link, const run_state_t* run, unsigned component);
 /// Numbers of the ends that the program inherits.
 int target_link_peer_in(const target_link_t* link);

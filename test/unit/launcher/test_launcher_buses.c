@@ -255,7 +255,7 @@ static void each_bus_needs_a_controller_and_each_controller_a_bus(void** state)
     expect_look("can0", &can_fd, STATUS_OK);
     assert_true(launcher_ready_interfaces(&launcher));
     assert_string_equal("", launcher.buses[1].flight);
-    assert_true(launcher_make_buses(&launcher)); // Channel B does not exist in this run.
+    assert_true(launcher_create_buses(&launcher)); // Channel B does not exist in this run.
     assert_string_equal("can:can0", run.buses[0].flight);
     assert_string_equal("", run.buses[0].simulator);
     assert_string_equal("", run.buses[1].flight);
@@ -403,7 +403,7 @@ static void each_end_of_a_bus_has_its_address(void** state)
     launcher.mission.bus_count = 2U;
     expect_bus("shm:hirosco-1.can.robot", STATUS_OK);
     expect_bus("shm:hirosco-1.can.robot-b", STATUS_OK);
-    assert_true(launcher_make_buses(&launcher));
+    assert_true(launcher_create_buses(&launcher));
     assert_string_equal("shm:hirosco-1.can.robot", run.buses[0].flight);
     assert_string_equal("", run.buses[0].published);
     launcher.mission.bus_count = 1U;
@@ -411,14 +411,14 @@ static void each_end_of_a_bus_has_its_address(void** state)
     (void)strcpy(launcher.buses[0].published, "vcan-robot");
     launcher.options.bus = LAUNCH_BUS_VCAN;
     expect_bus("can:fsw-robot@hirosco-1.can.robot", STATUS_OK);
-    assert_true(launcher_make_buses(&launcher));
+    assert_true(launcher_create_buses(&launcher));
     assert_string_equal("can:fsw-robot@hirosco-1.can.robot", run.buses[0].flight);
     assert_string_equal("can:vcan-robot", run.buses[0].published);
     use_controllers("robot=can0", "robot=can1");
     (void)strcpy(launcher.buses[0].flight, "can0");
     (void)strcpy(launcher.buses[0].simulator, "can1");
     expect_bus("can:can1@hirosco-1.can.robot", STATUS_OK);
-    assert_true(launcher_make_buses(&launcher));
+    assert_true(launcher_create_buses(&launcher));
     assert_string_equal("can:can0@hirosco-1.can.robot", run.buses[0].flight);
     assert_string_equal("can:can1@hirosco-1.can.robot", run.buses[0].simulator);
 }
@@ -428,12 +428,12 @@ static void a_bus_that_cannot_be_made_ends_the_preparation(void** state)
     (void)state;
     launcher.mission.bus_count = 2U;
     expect_bus("shm:hirosco-1.can.robot", STATUS_EXISTS);
-    assert_false(launcher_make_buses(&launcher)); // The second bus is not made.
+    assert_false(launcher_create_buses(&launcher)); // The second bus is not created.
     assert_non_null(strstr(launcher.reason, "cannot make the bus shm:hirosco-1.can.robot: "));
     static char name[RUN_NAME_MAX];
     (void)memset(name, 'n', sizeof name - 1U);
     launcher.mission.storage.buses[0].name = name;
-    assert_false(launcher_make_buses(&launcher)); // No address holds such a name.
+    assert_false(launcher_create_buses(&launcher)); // No address holds such a name.
 }
 
 static void expect_end(const status_t status)

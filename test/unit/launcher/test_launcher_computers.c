@@ -96,7 +96,7 @@ static void one_computer_needs_no_network(void** state)
     for (unsigned i = 0U; i < 3U; i++) {
         run.components[i].computer = 7U;
     }
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
     assert_int_equal(1U, run.computer_count);
     assert_int_equal(OSAL_IPV4_LOOPBACK, run.computer_ipv4[0]);
     for (unsigned i = 0U; i < 3U; i++) {
@@ -123,7 +123,7 @@ static void components_links_and_the_relay_receive_on_sockets_of_their_own(void*
 {
     (void)state;
     launcher.options.computers = 1U;
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
     launcher.mission.link_count                     = 1U;
     launcher.mission.storage.links[0].consumer_apid = 11U;
     run.link_methods   = (1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY) | (1U << (unsigned)RTLINK_METHOD_UDP);
@@ -143,7 +143,7 @@ static void links_in_shared_memory_and_components_of_an_image_have_no_sockets(vo
     (void)state;
     launcher.options.computers = 1U;
     launcher.options.is_image  = true;
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
     launcher.mission.link_count                     = 1U;
     launcher.mission.storage.links[0].consumer_apid = 11U;
     run.link_methods                                = 1U << (unsigned)RTLINK_METHOD_SHARED_MEMORY;
@@ -156,7 +156,7 @@ static void two_computers_are_joined_by_a_veth(void** state)
 {
     (void)state;
     expect_first_network(false);
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
     assert_int_equal(2U, run.computer_count);
     assert_int_equal(0x0A000001U, run.computer_ipv4[0]);
     assert_int_equal(0x0A000002U, run.computer_ipv4[1]);
@@ -170,11 +170,11 @@ static void tipc_has_a_bearer_on_each(void** state)
     (void)state;
     run.transport = (uint8_t)RUN_TRANSPORT_TIPC;
     expect_first_network(true);
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
     run.transport    = 0U;
     run.link_methods = (uint8_t)(1U << (unsigned)RTLINK_METHOD_TIPC);
     expect_first_network(true);
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
 }
 
 static void the_first_command_that_fails_is_the_last(void** state)
@@ -182,7 +182,7 @@ static void the_first_command_that_fails_is_the_last(void** state)
     (void)state;
     expect_ip("ip netns add hirosco-9.node1", true);
     expect_ip("ip netns add hirosco-9.node2", false);
-    assert_false(launcher_make_computers(&launcher));
+    assert_false(launcher_create_computers(&launcher));
     assert_non_null(strstr(launcher.reason, "cannot make two network namespaces"));
     assert_non_null(strstr(launcher.reason, "runs/x"));
 }
@@ -191,7 +191,7 @@ static void two_computers_are_refused_for_a_mission_on_one(void** state)
 {
     (void)state;
     launcher.mission.storage.subsystems[2].computer = 1U;
-    assert_false(launcher_make_computers(&launcher));
+    assert_false(launcher_create_computers(&launcher));
     assert_non_null(strstr(launcher.reason, "the mission puts no subsystem on the second computer"));
     assert_non_null(strstr(launcher.reason, "m.xml"));
 }
@@ -206,7 +206,7 @@ static void a_delay_between_computers_is_a_network_of_its_own(void** state)
     launcher.mission.link_count                     = 1U;
     launcher.mission.storage.links[0].producer_apid = 10U;
     launcher.mission.storage.links[0].consumer_apid = 11U;
-    assert_false(launcher_make_computers(&launcher));
+    assert_false(launcher_create_computers(&launcher));
     assert_non_null(strstr(launcher.reason, "no link goes from one node to the other"));
     launcher.mission.storage.links[0].consumer_apid = 12U;
     expect_first_network(false);
@@ -222,7 +222,7 @@ static void a_delay_between_computers_is_a_network_of_its_own(void** state)
     expect_ip("ip netns exec hirosco-9.node2 tc qdisc add dev link2 root netem limit 10000 delay 50000us "
               "2000us loss " LAUNCHER_RELAY_LOSS_TEXT,
               true);
-    assert_true(launcher_make_computers(&launcher));
+    assert_true(launcher_create_computers(&launcher));
 }
 
 static void only_namespaces_that_are_there_are_removed(void** state)

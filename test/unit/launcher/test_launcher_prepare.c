@@ -75,13 +75,13 @@ bool __wrap_launcher_ready_interfaces(launcher_t* self)
     return true;
 }
 
-bool __wrap_launcher_make_buses(launcher_t* self)
+bool __wrap_launcher_create_buses(launcher_t* self)
 {
     assert_ptr_equal(&launcher, self);
     return true;
 }
 
-bool __wrap_launcher_make_computers(launcher_t* self)
+bool __wrap_launcher_create_computers(launcher_t* self)
 {
     assert_ptr_equal(&launcher, self);
     return true;

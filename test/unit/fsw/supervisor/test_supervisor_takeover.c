@@ -275,9 +275,9 @@ static void a_commit_keeps_no_more_channels_than_it_has_room_for(void)
     has_endless_channels = true;
     supervisor_adoption_commit(&fixture.supervisor);
     has_endless_channels = false;
-    TEST_ASSERT_EQUAL_UINT16(MESSAGE_PEERS_MAX, fixture.supervisor.kept.channel_count);
+    TEST_ASSERT_EQUAL_UINT16(MESSAGE_PEERS_MAX, fixture.supervisor.checkpoint_state.channel_count);
     supervisor_adoption_commit(&fixture.supervisor);
-    TEST_ASSERT_EQUAL_UINT16(FIXTURE_MEMBERS, fixture.supervisor.kept.channel_count);
+    TEST_ASSERT_EQUAL_UINT16(FIXTURE_MEMBERS, fixture.supervisor.checkpoint_state.channel_count);
 }
 
 static void reports_that_wait_for_the_ground_wait_again(void)
