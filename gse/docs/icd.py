@@ -260,7 +260,8 @@ def mission_page(loaded):
         + '<h2 id="subsystems">Subsystems</h2>' + table(["APID", "subsystem", "executable", "autostart"], members, (0,))
         + '<h2 id="links">Real-time links</h2>' + (LINKS + link_drawing(content["links"]) + table(["number", "link", "from", "to", "required"], links, (0,)) if links else "<p>None.</p>")
         + '<h2 id="buses">Buses</h2>' + table(["bus", "kbit/s", "data phase kbit/s"], buses, (1, 2))
-        + '<h2 id="permissions">Permissions</h2><p>A request that is not listed is refused, except requests for reports and values, TC[17,1] and requests for a lower state.</p>' + permissions(content)
+        + '<h2 id="permissions">Permissions</h2><p>A request that is not listed is refused, except requests for reports and values, ST[17], '
+        "requests for a lower state or ERROR_OPERATIONAL, closing a link, and the shutdown of the mission.</p>" + permissions(content)
         + "".join(subsystem_section(item, sizes) for item in content["subsystems"])
     )
     contents = [(2, anchor, anchor.capitalize()) for anchor in ("subsystems", "links", "buses", "permissions")]
