@@ -180,15 +180,11 @@ static status_t create_joystick(device_t* const device, const void* const kind, 
                                 char reason[EDS_ERROR_MAX])
 {
     const world_joystick_t* joystick = kind;
-    if (joystick->axes != JOYSTICK_AXES) {
-        (void)snprintf(reason, EDS_ERROR_MAX, "found %u axes, expected two", joystick->axes);
-        return STATUS_INVALID;
-    }
-    const joystick_config_t wanted = {.encoder          = stick_encoder_of(joystick),
-                                      .read_truth       = read_stick_truth,
-                                      .truth_context    = device,
-                                      .observer         = on_axis,
-                                      .observer_context = device};
+    const joystick_config_t wanted   = {.encoder          = stick_encoder_of(joystick),
+                                        .read_truth       = read_stick_truth,
+                                        .truth_context    = device,
+                                        .observer         = on_axis,
+                                        .observer_context = device};
     const status_t status = joystick_create(device->devices->config.segments[device->entry->bus].bus, path,
                                             (uint8_t)device->entry->node, &wanted, &device->joystick, reason);
     if (status == STATUS_OK) {

@@ -331,7 +331,7 @@ static status_t take_shape(world_t* const world, const element_t* const element)
 static const field_t joystick_fields[] = {
     ADDRESS(world_joystick_t),
     TEXT(world_joystick_t, "eds", device.eds),
-    UNSIGNED(world_joystick_t, "axes", axes, 1.0, 8.0),
+    UNSIGNED(world_joystick_t, "axes", axes, 2.0, 2.0),
     NUMBER(world_joystick_t, "inertia", inertia, 1e-9, GREAT),
     NUMBER(world_joystick_t, "friction", friction, 0.0, GREAT),
     NUMBER(world_joystick_t, "range", range, 1e-6, TURNS_RAD),

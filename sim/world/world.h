@@ -186,7 +186,7 @@ typedef struct {
 
 typedef struct {
     world_device_t device;
-    unsigned axes;
+    unsigned axes;           ///< Always two; simulated joysticks have no others.
     double inertia;          ///< Inertia of each axis [kgm2].
     double friction;         ///< Viscous [Nms/rad].
     double range;            ///< End stops at +- this [rad].
