@@ -7,7 +7,8 @@
 
 /// Queue a fault. If the queue is full, the fault is counted and dropped.
 void canopen_network_report(canopen_network_t* network, const canopen_network_fault_t* fault);
-/// Returns the present state and the error counters of a controller.
+/// Returns the present state of a controller, and its counts of overruns, transmit time-outs, bus-offs and
+/// restarts. The time of the last loss of frames is 0.
 canopen_network_conditions_t canopen_network_conditions(const flow_can_t* flow);
 /// Report the condition of one of the master's controllers.
 void canopen_network_report_condition(canopen_network_t* network, uint8_t channel,

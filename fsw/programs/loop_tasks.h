@@ -16,7 +16,9 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/task.h"
 
-#define LOOP_TASKS_TIMEOUT_MS 500U ///< A turn begins at least every 20 ms.
+/// A task that has begun no turn for this time counts as hanging; a task that runs begins one every 20 ms or
+/// earlier.
+#define LOOP_TASKS_TIMEOUT_MS 500U
 
 typedef struct loop_tasks loop_tasks_t;
 

@@ -16,7 +16,7 @@ CONSOLE = {
     "hand": (
         "hand rest|hold|let_go, hand aim RADIANS RADIANS SECONDS, hand grip STIFFNESS DAMPING, hand circle AMPLITUDE HERTZ RAMP HOLD DOWN, "
         "hand move X Z SECONDS, hand press NEWTONS SPEED, hand follow X SECONDS, hand pull DISTANCE SECONDS, hand release|home SECONDS",
-        "move the simulated hand in a flight with TIME=real (docs/scenarios.md)",
+        "move the simulated hand in a flight with TIME=real; lengths in m, forces in N, times in s (docs/scenarios.md)",
     ),
     "fault": (
         "fault unplug|plug BUS|INSTRUMENT [DEVICE], fault cut|mend BUS [DEVICE], fault loss|corruption|duplication BUS PROBABILITY, "

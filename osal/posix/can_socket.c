@@ -19,7 +19,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#define RECEIVE_OCTETS 1048576 ///< Room for about 1 300 frames: the kernel counts about 770 octets for each.
+/// Size of the receive buffer. The kernel doubles it and counts about 770 octets for each frame: room for
+/// about 2 700 frames.
+#define RECEIVE_OCTETS 1048576
 #define NS_PER_MS 1000000U
 
 typedef char flags_are_those_of_linux[((OSAL_CAN_FLAG_BRS == CANFD_BRS) && (OSAL_CAN_FLAG_ESI == CANFD_ESI) &&

@@ -13,7 +13,8 @@ pus_schedule_filter_t schedule_filter_all(void)
     return (pus_schedule_filter_t){.to = TAG_NEVER};
 }
 
-/// Read N x {id} into a bit set. PUS_DONE, or PUS_REFUSED.
+/// Read N x {id} into a bit set; without an id (*out_has is false) the filter selects all. PUS_DONE, or
+/// PUS_REFUSED.
 static pus_reply_t read_ids(pus_schedule_t* const schedule, octet_reader_t* const reader,
                             const pus_schedule_set_t* const set, bool* const out_has, uint8_t* const bits)
 {

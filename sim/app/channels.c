@@ -6,6 +6,7 @@
 
 #include "osal/include/osal/console.h"
 
+/// Returns the index of the bus with this name, or `count` if there is none.
 static unsigned find_segment(const segment_t* const segments, const unsigned count, const char* const name)
 {
     unsigned index = 0U;
@@ -64,8 +65,9 @@ status_t channels_connect(node_t* const node, bus_t* const channel_b, const char
     const status_t status = (channel_b != NULL) ? node_add_channel(node, channel_b) : STATUS_OK;
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: no room for node 0x%02X on channel B of bus %s", (unsigned)node_id(node),
-                       bus_name);
+                       "simulator: no room for node 0x%02X on channel B of bus %s: expected at most %u "
+                       "controllers; remove a device from the world",
+                       (unsigned)node_id(node), bus_name, BUS_NODES_MAX);
     }
     return status;
 }

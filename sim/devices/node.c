@@ -432,7 +432,10 @@ static status_t connect_node(node_t* const node, const char* const eds_path, cha
     }
     status = bus_add_node(node->bus, &callbacks, &node->bus_index);
     if (status != STATUS_OK) {
-        (void)snprintf(error, EDS_ERROR_MAX, "%s: no room for another node on its bus", eds_path);
+        (void)snprintf(error, EDS_ERROR_MAX,
+                       "%s: no room for this node on its bus: expected at most %u controllers; remove a "
+                       "device from the world",
+                       eds_path, BUS_NODES_MAX);
     }
     node->channel[NODE_CHANNEL_A] = (node_channel_t){.bus = node->bus, .index = node->bus_index};
     return status;

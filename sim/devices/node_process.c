@@ -94,7 +94,7 @@ static void transmit_at_sync(node_t* const node, pdo_t* const pdo, const osal_ca
         if (pdo->is_waiting) {
             return;
         }
-        pdo->sync_count = pdo->type; // The PDO is sent with this SYNC.
+        pdo->sync_count = pdo->type; // A cyclic PDO is sent with this SYNC, and then with every n-th.
     } else {
         pdo->sync_count++;
     }

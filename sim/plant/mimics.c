@@ -5,8 +5,8 @@
 #include <string.h>
 
 #define CORRECTION 0.2   // Share of a position error that a step corrects, like the ERP of joints in ODE.
-#define PROBE 1e-3       // Force of a trial step, relative to the force of the last step plus 1.
-#define LEAST_PIVOT 1e-9 // A pair with a smaller response [1/kg] cannot move.
+#define PROBE 1e-3       // Increase of a force in a trial step, relative to the force plus 1 N or 1 Nm.
+#define LEAST_PIVOT 1e-9 // A mimic with a smaller response [1/kg, 1/(kg m^2)] cannot move.
 
 /// A body before a step.
 typedef struct {
@@ -70,7 +70,7 @@ static void add_force(const joint_t* const joint, const double force)
     }
 }
 
-/// Distance of a mimic from the position that its leader determines.
+/// Returns the distance of a mimic [m, rad] from the position that its leader determines.
 static double error_of(const plant_t* const plant, const mimic_t* const mimic)
 {
     const double* before = plant->truth.link_position_rad;
@@ -137,8 +137,8 @@ void mimics_step(plant_t* const plant, const double dt_s)
         start[i] = error_of(plant, &plant->mimic[i]);
     }
     // The first trial step uses the forces of the last step. Each further trial step increases one of them
-    // slightly. Row i then contains the response of mimic i to each force, and in the last column the
-    // change that reduces its error.
+    // slightly. Row i then contains the acceleration of mimic i for each unit of force, and in the last
+    // column the change of acceleration that reduces its error.
     step(plant, force, dt_s, error);
     for (size_t k = 0U; k < count; k++) {
         const double more = PROBE * (1.0 + fabs(force[k]));
@@ -175,7 +175,7 @@ status_t mimics_create(plant_t* const plant, char error[DOCUMENT_ERROR_MAX])
             }
             if (plant->mimic_count == MIMICS_MAX) {
                 return document_refuse(world->path, world->robot[r].line, joint->name,
-                                       "at most 8 joints that mimic others", error);
+                                       "at most 8 joints of a world that mimic others", error);
             }
             plant->mimic[plant->mimic_count] = (mimic_t){.joint      = plant_joint(world, r, i),
                                                          .leader     = plant_joint(world, r, joint->leader),

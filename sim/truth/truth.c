@@ -244,7 +244,8 @@ static bool is_same(const event_t* const a, const event_t* const b)
     if ((a->used != b->used) || (a->numbers != b->numbers)) {
         return false;
     }
-    // The octets before the numbers are equal, because they contain only the count of the numbers.
+    // The octets before the numbers are not compared: they are the fingerprint of the channel, the time, and
+    // the count of the numbers, which is equal here.
     const size_t end = a->numbers_at + (a->numbers * sizeof(double));
     bool is_equal    = memcmp(&a->octet[end], &b->octet[end], a->used - end) == 0;
     for (size_t i = 0U; is_equal && (i < a->numbers); i++) {

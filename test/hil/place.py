@@ -29,8 +29,8 @@ LIMIT_REACHED = microvm.LIMIT_REACHED
 # library round differently; therefore a flight that is compared with one in the micro-VM must not use them.
 # Other libraries ignore this variable.
 ARITHMETIC = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2"}
-# The environment of commands in the micro-VM: a separate network, /run and /dev/shm, and the loopback
-# interface up.
+# Shell commands that precede each command on the running kernel, in its new namespaces: they make /run and
+# /dev/shm empty and set the loopback interface up, as in the micro-VM.
 SURROUNDINGS = "mount -t tmpfs run /run && mount -t tmpfs shm /dev/shm && ip link set lo up || exit 126; "
 
 
@@ -85,15 +85,17 @@ class Place:
         return pathlib.Path(out).absolute()
 
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
-        """Run a shell command as root of the place, in the project's directory, with $OUT; return a Result.
+        """Run a shell command as root of the place, in the project's directory; return a Result.
 
+        `seconds`: time limit of the command.
+        `out`: directory for the files that the command writes into $OUT; None: a new one in `directory`.
         `cans`: number of emulated CAN controllers (can0, can1 ...) on one bus; only the micro-VM has them, so the command
         runs there.
         `memory` [MB] is that of the micro-VM."""
         raise NotImplementedError
 
     def group(self, name, command, seconds=SECONDS, cans=0, memory=microvm.MEMORY_MB):
-        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); it runs once in a session."""
+        """The cases that the command reports in $OUT/results.jsonl (see guest/cases.py); the command runs once for each name."""
         if name not in self.groups:
             self.groups[name] = Group(name, self.run(command, seconds, cans, memory=memory))
         return self.groups[name]
@@ -172,7 +174,7 @@ def lacking():
         return f"there is no {missing.filename}"
     if code == 0:
         return ""
-    return "; ".join((stdout or stderr).decode(errors="replace").split("\n")).strip("; ") or f"the probe ended with {code}"
+    return "; ".join((stdout or stderr).decode(errors="replace").split("\n")).strip("; ") or f"{PROBE} ended with exit code {code}"
 
 
 def choose(directory, wanted=None):

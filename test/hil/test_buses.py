@@ -113,7 +113,7 @@ def test_a_flood_is_counted(group):
     counters = [structure.decode(octets)["COUNTERS"] for octets in reported]
     before, after = ([entry[name][0] for name in ("TRANSMIT_FULL", "RECEIVE_OVERRUNS", "FRAMES_REFUSED")]
                      for entry in (counters[0], counters[-1]))
-    assert before == [0, 0, 0] and any(after), after
+    assert before == [0, 0, 0] and any(after), f"{before} before, {after} during the flood"
 
 
 @pytest.mark.long

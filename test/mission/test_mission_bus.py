@@ -11,7 +11,7 @@ SYNC, CYCLE_US = 0x080, 500
 JOINTS, STICK = (0x11, 0x12), 0x21
 STATE = 0x6F
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT = 0x40, 0x21, 0x23, 0x27, 0x07, 0x08
-SYNC_JITTER_US = 65  # At most one more frame of the flight software is sent before SYNC.
+SYNC_JITTER_US = 65  # A SYNC waits for at most one frame more than the SYNC before it.
 LEGAL = {  # CiA 402: power state -> states that may be reported after it
     0x40: {0x21, 0x40},
     0x21: {0x23, 0x40, 0x21},
@@ -99,7 +99,7 @@ def test_in_safe_operational_every_axis_is_switched_on_and_not_enabled(flight, b
                 continue  # The state was only passed on the way down.
             checked += 1
             assert set(_state(words[inside]).tolist()) == {SWITCHED_ON}, f"{name} in {start / 1e6:.4f} to {end / 1e6:.4f} s"
-    assert checked >= 4 * 4
+    assert checked >= 4 * 4  # Four axes, with four intervals of SAFE_OPERATIONAL each.
 
 
 def test_in_operational_every_axis_is_enabled(flight, buses):
@@ -126,6 +126,7 @@ def test_drives_follow_the_power_states_of_cia_402(buses):
         assert power_states[0] == SWITCH_ON_DISABLED, name
         assert ENABLED in power_states, name
         for before, after in itertools.pairwise(power_states):
+            # A drive may leave SWITCH_ON_DISABLED after a quick stop before it reports its statusword again.
             assert after in LEGAL[before] or (before == QUICK_STOP and after == READY), f"{name}: {before:#x} -> {after:#x}"
 
 
@@ -143,8 +144,8 @@ def test_commands_lead_up_one_state_at_a_time(buses):
 
 
 def test_joystick_engages_without_a_push(flight, buses):
-    """In the first 50 ms of OPERATIONAL the mean force on the hand is below 0.05 Nm (one encoder count may
-    cause a peak)."""
+    """In the first 50 ms of OPERATIONAL the mean torque commanded for the hand is below 0.05 Nm (one encoder
+    count may cause a peak)."""
     stick = buses["joystick"]
     rows = stick.frames(0x200 + STICK)
     times = stick.time_us[rows]
@@ -163,7 +164,7 @@ def test_one_sync_every_cycle(buses, bus):
     steps = np.diff(times // CYCLE_US)
     assert (steps >= 1).all(), "two SYNCs in one cycle"
     breaks = np.flatnonzero(steps > 1)
-    assert len(breaks) <= 4, "SYNC stops only while the subsystem is OFFLINE or alone on its bus"
+    assert len(breaks) <= 4, f"{len(breaks)} gaps: SYNC stops only while the subsystem is OFFLINE or alone on its bus"
     assert (np.diff(times)[breaks] > 400_000).all()
     for part in np.split(times, breaks + 1):
         if len(part) == 1:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Play-out buffer of a link whose frames have different delays: it makes the delay constant. A sample is
 /// played when its age reaches the delay of the link plus the jitter budget. A sample that arrives later is
-/// played at once if it is newer than the last one played; otherwise it is dropped. Frames may arrive in
-/// any order and more than once. A sample is stale when it is older than its play-out time by more than the
-/// agreed age of the link and by more than RTLINK_PLAY_OUT_BUDGETS budgets.
+/// played at once if it is newer than the last one played; otherwise the consumer drops it. Frames may arrive
+/// in any order and more than once. A sample is stale when it is older than its play-out time by more than
+/// the agreed age of the link and by more than RTLINK_PLAY_OUT_BUDGETS budgets.
 ///
 /// Ownership  The caller provides rtlink_play_out_t. It belongs to one consumer while the consumer is open.
 /// Context    The task of the consumer.
@@ -13,7 +13,8 @@
 
 #include "fsw/framework/rtlink/link_frame.h"
 
-/// Largest number of samples in the buffer; their payloads together have at most RTLINK_PLAY_OUT_OCTETS.
+/// Largest number of samples in the buffer; their payloads together have at most RTLINK_PLAY_OUT_OCTETS. A
+/// build that defines one of the two must define both.
 #ifndef RTLINK_PLAY_OUT_SAMPLES
 #define RTLINK_PLAY_OUT_SAMPLES 256U
 #define RTLINK_PLAY_OUT_OCTETS 16384U

@@ -22,8 +22,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define SDLS_SPACECRAFT 1U
-#define SDLS_SPI 1U
+#define SDLS_SPACECRAFT 1U ///< Spacecraft identifier of the frames.
+#define SDLS_SPI 1U        ///< Security parameter index: number of the security association.
 #define SDLS_KEY_OCTETS 32U
 #define SDLS_VECTOR_OCTETS 12U
 #define SDLS_MAC_OCTETS 16U
@@ -73,7 +73,7 @@ typedef struct {
 /// Make a receiver without a key, which refuses every frame (SDLS_REFUSED_NOT_KEPT).
 void sdls_close(sdls_receiver_t* receiver);
 /// Set the key, and open the session mark of the key. The caller wipes its copy of the key afterwards.
-/// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as sdls_session_mark_open: it stays closed.
+/// STATUS_OK; STATUS_INVALID, STATUS_FULL, STATUS_IO as sdls_session_mark_open: the receiver stays closed.
 MUST_USE status_t sdls_open(sdls_receiver_t* receiver, const uint8_t key[SDLS_KEY_OCTETS],
                             const medium_t* medium);
 /// Prepare a session for a new connection.

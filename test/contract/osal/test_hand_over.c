@@ -100,7 +100,7 @@ static void a_closed_hand_over_counts_nothing(void)
     osal_hand_over_close(&closed);
 }
 
-static void another_memory_is_not_taken_for_counts(void)
+static void shared_memory_of_another_kind_cannot_be_opened(void)
 {
     osal_shm_t shm;
     osal_hand_over_t other;
@@ -120,6 +120,6 @@ int main(void)
     RUN_TEST(octets_that_are_given_up_are_counted);
     RUN_TEST(an_absent_device_cannot_be_opened);
     RUN_TEST(a_closed_hand_over_counts_nothing);
-    RUN_TEST(another_memory_is_not_taken_for_counts);
+    RUN_TEST(shared_memory_of_another_kind_cannot_be_opened);
     return UNITY_END();
 }

@@ -102,6 +102,7 @@ static canopen_cia402_state_t obey(const canopen_cia402_state_t state, const uin
     return ((command & 0x8U) != 0U) ? CIA402_OPERATION_ENABLED : CIA402_SWITCHED_ON;
 }
 
+/// Exception: without permission to reset a fault, STANDBY and ENABLED are not reached from a fault.
 static void every_goal_is_reached_from_every_state(void)
 {
     for (int start = CIA402_NOT_READY; start <= CIA402_FAULT; start++) {

@@ -524,7 +524,7 @@ static void a_command_does_not_wait_behind_requests(void)
     TEST_ASSERT_TRUE(message_credit(&fixture.endpoint, HAND) < MESSAGE_RESERVE);
 }
 
-static void answers_wait_by_class_and_requests_with_them(void)
+static void a_full_backlog_drops_bulk_reports_and_raises_one_event(void)
 {
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
     for (unsigned i = 0U; i < 1000U; i++) { // Verification reports of a subsystem are FIRM.
@@ -594,7 +594,7 @@ int main(void)
     RUN_TEST(a_request_that_is_not_accepted_ends);
     RUN_TEST(a_command_without_room_stays_pending);
     RUN_TEST(a_command_does_not_wait_behind_requests);
-    RUN_TEST(answers_wait_by_class_and_requests_with_them);
+    RUN_TEST(a_full_backlog_drops_bulk_reports_and_raises_one_event);
     RUN_TEST(requests_wait_while_their_answers_have_no_room);
     return UNITY_END();
 }

@@ -230,7 +230,7 @@ static void mimic_joints_with_unsupported_attributes_are_refused(void)
     (void)snprintf(&many[used], sizeof many - used, "</robot>\n");
     (void)temporary_file("many.urdf", many);
     expect_refusal(IN_WORLD("0 0 0", "<Robot name=\"h\" urdf=\"many.urdf\" base=\"fixed\"/>\n"), 2U,
-                   "'j8', expected at most 8 joints that mimic others");
+                   "'j8', expected at most 8 joints of a world that mimic others");
 }
 
 int main(void)
