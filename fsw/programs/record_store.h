@@ -46,7 +46,8 @@ typedef struct { // Private, except `journal`, and `wrapper`, which is set befor
 /// room for `capacity` records, in JOURNAL_SLOTS(capacity) slots. STATUS_OK; for other statuses the
 /// runtime's `error` contains the reason, and the store stays closed: STATUS_NOT_FOUND, STATUS_DENIED,
 /// STATUS_BUSY (another flight uses the files), STATUS_FULL, STATUS_IO, STATUS_EXHAUSTED (more records than
-/// slots).
+/// slots), STATUS_TOO_LARGE (path), STATUS_UNSUPPORTED (the system cannot force the names of files to the
+/// disk).
 MUST_USE status_t record_store_open(record_store_t* store, component_runtime_t* runtime,
                                     journal_slot_t* slots, size_t capacity, bool waits);
 void record_store_close(record_store_t* store);

@@ -22,7 +22,8 @@ typedef struct { // Private, except `media`.
 
 /// Open `count` files, 1..STORE_FILES_MAX, and create missing ones. STATUS_OK; for other statuses the
 /// runtime's `error` contains the reason, and no file stays open: STATUS_NOT_FOUND, STATUS_DENIED,
-/// STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path).
+/// STATUS_FULL, STATUS_IO, STATUS_TOO_LARGE (path), STATUS_UNSUPPORTED (the system cannot force the names of
+/// files to the disk).
 MUST_USE status_t store_files_open(store_files_t* stores, component_runtime_t* runtime, unsigned count);
 void store_files_close(store_files_t* stores);
 

@@ -115,7 +115,7 @@ static status_t write_piece(packet_log_t* const log)
     return status;
 }
 
-/// Perform the job. Only this code may wait for the disk. The writer calls it; without a writer, the
+/// Perform the job, which may wait for the disk. The writer calls this function; without a writer, the
 /// supervisor's loop does.
 static void do_job(packet_log_t* const log)
 {

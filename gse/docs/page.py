@@ -55,7 +55,7 @@ def anchor(text):
 
 
 def table(head, rows, numeric=(), classes=()):
-    """Table of HTML cells; columns in `numeric` are right-aligned."""
+    """Table of HTML cells. `numeric`: indices of the columns to align right; `classes`: CSS class of each row."""
     side = ["n" if index in numeric else "" for index in range(len(head))]
     mark = [f' class="{name}"' if name else "" for name in side]
     top = "".join(f"<th{m}>{cell}</th>" for m, cell in zip(mark, head))

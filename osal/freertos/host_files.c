@@ -15,7 +15,7 @@
 #define NO_SPACE 28
 
 typedef struct {
-    bool is_replaced; ///< A copy has taken its name since the last sync.
+    bool is_replaced; ///< A shorter copy has replaced the file since the last sync.
     int handle;
     char path[FILE_SYSTEM_PATH_OCTETS];
 } host_file_t;
@@ -67,6 +67,7 @@ static void close_file(const unsigned file)
 
 /// Semihosting cannot sync. The process that serves the wire does it, on the machine that has the files.
 /// Without a wire, other programs can read the written octets, but it is unknown whether they are on a disk.
+/// `is_of_names`: the names in the directory of `path`; otherwise the content of the file.
 static status_t force(const char* const path, const bool is_of_names)
 {
     if (!wire_is_open()) {
@@ -85,6 +86,7 @@ static status_t sync_names(const char* const path)
         (void)memcpy(directory, path, length);
         directory[length] = '\0';
     }
+    // A directory that does not exist is an error, also without a wire.
     const int handle = semihosting_open(directory, SEMIHOSTING_READ);
     if (handle >= 0) {
         semihosting_close(handle);

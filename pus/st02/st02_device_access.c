@@ -204,7 +204,7 @@ static pus_reply_t take(void* const self, pus_request_t* const request)
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, access->config.operation_count);
     }
-    // The request was transferred in parts (ST[13]) and is longer than a packet.
+    // A request that was transferred in parts (ST[13]) can be longer than a packet.
     if (request->reader.size > sizeof operation->data) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }

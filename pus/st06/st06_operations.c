@@ -27,8 +27,8 @@ enum { // Phases of the load of an area from a file.
 
 typedef struct {      // An area of an operation.
     uint32_t address; // Address in the request.
-    uint32_t length;
-    uint32_t offset; // Offset in the file.
+    uint32_t length;  // [octets].
+    uint32_t offset;  // Offset in the file.
     uint16_t checksum;
 } area_t;
 
@@ -451,7 +451,7 @@ static size_t areas_of(const pus_request_t* const request, const memory_kind_t k
     return (kind == MEMORY_CHECK_OBJECT) ? 1U : request->reader.octets[request->reader.position];
 }
 
-/// Set up an operation for a request, in which its areas follow.
+/// Set up an operation for a request, whose reader is at the list of areas.
 static void take(pus_memory_operation_t* const operation, const pus_request_t* const request,
                  const memory_kind_t kind, const memory_target_t* const target)
 {
@@ -496,7 +496,7 @@ static pus_failure_t begin_areas(pus_memory_service_t* const service, pus_reques
     if ((status == STATUS_OK) && !check_areas(service, request, operation, target, size)) {
         operation->kind = 0U;
         if (is_load) {
-            // The new file is closed again; nothing was written to it.
+            // The file was opened to be loaded; nothing was read from it.
             (void)files->close(files->context, operation->file);
         }
         return pus_no_failure();
@@ -522,7 +522,7 @@ pus_reply_t memory_start(pus_memory_service_t* const service, pus_request_t* con
     if (operation == NULL) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, service->config.operation_count);
     }
-    // The request was transferred in parts (ST[13]) and is longer than a packet.
+    // A request that was transferred in parts (ST[13]) can be longer than a packet.
     if (request->reader.size > sizeof operation->data) {
         return pus_refused(PUS_FAILURE_TABLE_FULL, sizeof operation->data);
     }

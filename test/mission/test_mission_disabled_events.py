@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An event whose report is disabled (TC[5,6]) still has effects: on the network, by its plan, and by actions
-on board."""
+"""An event whose report is disabled (TC[5,6]) still has effects: the supervisor receives a notice, shuts the
+network down, and starts the recovery plan."""
 
 import flying
 import pytest
@@ -13,7 +13,8 @@ CUT_S = 2.0
 
 @pytest.fixture(scope="module")
 def disabled(session_directory):
-    """A joint drive is disconnected while the reports of all events of both members are disabled."""
+    """A joint drive is disconnected while the reports of DEVICE_LOST and LINK_STALE of both members are
+    disabled. Returns the reports from then on: (time since then [ns], APID, octets)."""
     lines = ["0.0 hand rest", *flying.bring_up(0.5, tare=False)]
     lines += [f"1.9 operator event disable {name} {event}" for name in ("MANIPULATOR", "JOYSTICK") for event in ("DEVICE_LOST", "LINK_STALE")]
     lines += [
@@ -30,6 +31,7 @@ def disabled(session_directory):
 
 
 def _of(packets, apid, *message):
+    """(time [ns], source data) of the reports of an application process with this type and subtype."""
     return [(t, raw[21:-2]) for t, sender, raw in packets if sender == apid and raw[7:9] == bytes(message)]
 
 
@@ -49,4 +51,4 @@ def test_network_goes_to_error_operational_and_the_plan_runs(disabled):
     assert shut[0] - notice <= 1_000_000, "in the same time step, or the next"
     for apid in (MANIPULATOR, JOYSTICK):
         states = [data[1] for _, data in _of(disabled, apid, 129, 2) if data[0] != data[1]]
-        assert states == [ERROR_OPERATIONAL, 7, 8, 9, 0]
+        assert states == [ERROR_OPERATIONAL, 7, 8, 9, 0]  # Then POST_OPERATIONAL, both DEINIT states and OFFLINE.

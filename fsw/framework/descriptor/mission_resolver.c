@@ -11,7 +11,7 @@ void descriptor_mission_builder_refuse(source_t* const source, const uint32_t li
     descriptor_source_append(source, "%", expected, NULL, 0U);
 }
 
-/// True if the words SUBSYSTEM.PORT name a port of this subsystem.
+/// True if the words SUBSYSTEM.PORT begin with the name of this subsystem; the port may be unknown.
 static bool is_port_of(const char* const words, const char* const name)
 {
     const size_t length = strcspn(words, ".");

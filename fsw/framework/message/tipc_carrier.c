@@ -59,7 +59,8 @@ status_t message_tipc_carrier_pump(message_tipc_carrier_t* const carrier, messag
     uint64_t from   = 0U;
     size_t size     = 0U;
     status_t status = STATUS_FORBIDDEN;
-    // The kernel returns undelivered datagrams here, too. The sender did not announce them: skip them.
+    // The socket also receives frames of this component that the kernel could not deliver. They were not
+    // announced to this component, so they must not count as the datagram of this call: skip them.
     while (status == STATUS_FORBIDDEN) {
         status = osal_tipc_receive(carrier->socket, &from, endpoint->frame, sizeof endpoint->frame, &size);
         carrier->returned += (status == STATUS_FORBIDDEN) ? 1U : 0U;

@@ -19,6 +19,7 @@ typedef struct {
     double tool_rate_rad_s;
     double tool_angular_acceleration_rad_s2;
     double tolerance; ///< Largest distance of the tool from its line [m], and error of its orientation [rad].
+    /// Settings of the inverse kinematics.
     arm_inverse_t inverse;
 } arm_limits_t;
 

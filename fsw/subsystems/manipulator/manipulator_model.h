@@ -2,7 +2,9 @@
 /// Rigid-body model of the two-joint arm in its vertical plane, which the controller uses.
 ///
 /// Angles are geometric: tip = (l1 cos q1 + l2 cos(q1 + q2), l1 sin q1 + l2 sin(q1 + q2)), x forward, z up.
-/// All values are those of the parameter MODEL. Pure functions of their arguments.
+/// Link n has the length ln (LINK_LENGTH) and the mass mn (LINK_MASS); its centre of mass is cn (LINK_CENTRE)
+/// from its joint. The values are those of the parameter MODEL, with the masses and moments of inertia that
+/// were identified (manipulator_identification.h). Pure functions of their arguments.
 ///
 /// Context    Any.
 /// Time       O(1).

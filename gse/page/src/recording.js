@@ -15,8 +15,9 @@ class Reader {
     return this.octets.subarray(this.at - size, this.at);
   }
 
-  // Numbers of a column. per: factor of a column of integers; null: the column has 64-bit floating point
-  // numbers. Octets of equal significance are together: first the lowest ones of all rows.
+  // Numbers of a column. per: a number multiplied by it is an integer, and the column has the differences of
+  // these integers in zigzag code; null: the column has 64-bit floating point numbers. Octets of equal
+  // significance are together: first the lowest ones of all rows.
   column(rows, per) {
     const found = new Float64Array(rows);
     if (per === null) {
@@ -39,8 +40,8 @@ class Reader {
   }
 }
 
-// Read head and tables of a recording. A table has `t` and `leaves`, a Map of each name to the columns of its
-// numbers.
+// Read head and tables of a recording. A table has `t`, the time of each row [s], and `leaves`, a Map of each
+// name to the columns of its numbers.
 export async function unpack(octets) {
   const stream = new Blob([octets]).stream().pipeThrough(new DecompressionStream("gzip"));
   const reader = new Reader(new Uint8Array(await new Response(stream).arrayBuffer()));

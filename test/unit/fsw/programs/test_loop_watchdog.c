@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop of services hangs whose priority is lower than that of the program's own loop: the watchdog resets
-// the board. The program runs twice: in its first life the loop works and then hangs; its second life checks
-// when the reset came.
+// A loop of services that has a lower priority than the program's own loop hangs: the watchdog resets the
+// board. The program runs twice: in its first life the loop works and then hangs; its second life checks that
+// the reset did not come before the hang.
 #include "fsw/programs/loop_tasks.h"
 
 #include "osal/include/osal/file.h"
@@ -10,8 +10,8 @@
 
 #define WATCHDOG_MS 300U
 #define MS 1000000ULL
-#define WORKS_NS (2000U * MS)
-#define HANGS_NS (5000U * MS)
+#define WORKS_NS (2000U * MS)     ///< Time from the start at which the loop begins to hang.
+#define HANGS_NS (5000U * MS)     ///< Time from the start before which the watchdog must reset the board.
 #define NOTE "loop-watchdog.note" ///< File that is created before the loop hangs.
 
 static subsystem_t component;

@@ -117,7 +117,7 @@ static void a_failed_start_does_not_change_the_order_of_frames_that_wait(void)
     fixture.start_result          = STATUS_NOT_FOUND;
     inner                         = fixture.endpoint.carrier;
     fixture.endpoint.carrier.send = send_if_room;
-    refusals                      = 1U; // TM[1,1] waits; the start comes before the frame of TM[1,7].
+    refusals                      = 1U; // TM[1,1] waits. The start fails before TM[1,7] is sent.
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, PUS_MISSION_START_PROCESS, lone, sizeof lone);
     fixture_run(2U);
     TEST_ASSERT_EQUAL(0U, refusals);

@@ -76,8 +76,8 @@ def test_events_since_the_last_prompt_are_shown(talk, dictionary):
 
 
 def test_the_prompt_completes_words_and_keeps_its_history(dictionary_path, tmp_path):
-    """On a pseudo-terminal: Tab, a refusal (PUS_FAILURE_STATE) in red, and in the next session the line before
-    with the arrow key."""
+    """On a pseudo-terminal: Tab completes a word, a refusal (PUS_FAILURE_STATE) is red, and in the next session
+    the arrow key recalls the command of the first one."""
     simulated = Simulated(lambda packet: failure(packet, 4, 0x0204, 0x0305) if packet.data[:4] == b"TARE" else success(packet))
     command = [sys.executable, str(ROOT / "gse/gse"), "--port", str(simulated.port), "--dictionary", str(dictionary_path), "shell"]
     environment = {**os.environ, "TERM": "xterm", "XDG_STATE_HOME": str(tmp_path), "INPUTRC": "/dev/null"}
@@ -112,7 +112,7 @@ def test_only_a_terminal_gets_colours(monkeypatch, is_terminal, variables, is_re
     (["cmd", "MANIPULATOR.MOVE_TO", "POSITION=9,0", "DURATION=2"], "POSITION is [9, 0] rad, expected at least -2.8 and at most 2.8 rad"),
     (["cmd", "MANIPULATOR.MOVE_TO", "POSITION=0,nan", "DURATION=0.05"], "DURATION is 0.05 s, expected at least 0.1 and at most 600 s"),
     (["set", "MANIPULATOR.TORQUE_LIMIT", "30,41"], "TORQUE_LIMIT is [30, 41] Nm, expected at least 0.1 and at most 40 Nm"),
-    (["cmd", "MANIPULATOR.TARE"], "(at octet 9) [0x0203]"),
+    (["cmd", "MANIPULATOR.TARE"], "(at octet 9) [0x0203]"),  # Without arguments there are no limits to show.
 ])
 def test_a_value_out_of_range_is_named_with_its_limits(dictionary_path, capsys, words, limits):
     simulated = Simulated(lambda packet: failure(packet, 4, 0x0203, 9))

@@ -144,7 +144,8 @@ static void files_are_found_below_a_directory(void)
     expect_found("/a/empty", "*", (const char* const[]){NULL});
     expect_found("/", "??", (const char* const[]){"/d/ab", NULL});
     expect_found("/", "y", (const char* const[]){"/y", NULL});
-    // "0" sorts before "a.txt", which precedes the directory b: in b the search starts from the first name.
+    // The search passes a.txt before it enters the directory b. There it must begin with the first name: "0"
+    // sorts before "a.txt".
     (void)disk_file("a/b/0", 0U, 0U);
     expect_found("/a", "0", (const char* const[]){"/a/b/0", NULL});
     // Without a search the service does not access the disk.
@@ -201,8 +202,8 @@ static void a_directory_is_summarised(void)
     TEST_ASSERT_TRUE(octet_reader_is_done(&reader));
 }
 
-/// 600 files in one directory with names of 15 characters: the answer has several reports; none is too long,
-/// and each file occurs once.
+/// 600 files in one directory with names of 11 characters: the answer has several reports, and each file
+/// occurs once. One step lists at most PUS_FILE_BATCH (16) entries.
 static void long_answers_become_several_reports(void)
 {
     char name[32];

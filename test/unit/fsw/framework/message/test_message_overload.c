@@ -204,7 +204,7 @@ static void query_after_a_hint(void)
     exchange(1U);
     TEST_ASSERT_TRUE(lose_both_windows() > 0U);
     message_probe(&party.members[0].endpoint, party_id(1U));
-    // No frame was sent to this peer, so no query is sent.
+    // No frame was sent to this peer, so no SYNC is sent.
     message_probe(&party.members[0].endpoint, party_id(2U));
     message_probe(&party.members[0].endpoint, 99U); // This peer does not exist.
     TEST_ASSERT_EQUAL(0U, party.frames[0][2]);
@@ -219,7 +219,7 @@ static void a_hint_starts_a_query_at_once(void)
     party_in_each_form(&party, query_after_a_hint);
 }
 
-/// Lose only the frames of credit from 1 to 0.
+/// Lose only the frames from member 1, which return credit to member 0.
 static status_t lose_answers(party_t* cut, unsigned from, unsigned to, const uint8_t* frame, size_t size)
 {
     (void)cut;
@@ -268,7 +268,7 @@ static void repeated_queries_do_not_fill_the_carrier(void)
     party_in_each_form(&party, flood_a_receiver_that_does_not_read);
 }
 
-/// Both ends detect the end of an interruption of any length within LONG_ATTEMPTS attempts.
+/// The sender detects the end of a long interruption within LONG_ATTEMPTS attempts.
 static void interrupt_for_a_long_time(void)
 {
     exchange(3U);

@@ -253,7 +253,7 @@ static void without_a_watch_there_are_no_hints(void** state)
     osal_socket_t closed = {.descriptor = -1};
     (void)state;
     message_tipc_carrier_init(&carrier, &plug, NULL, TYPE, (message_delivery_notice_t){NULL, delivered});
-    message_tipc_carrier_take_hints(&carrier, &endpoint); // No query is sent.
+    message_tipc_carrier_take_hints(&carrier, &endpoint); // No SYNC is sent.
     message_tipc_carrier_init(&carrier, &plug, &closed, TYPE, (message_delivery_notice_t){NULL, delivered});
     message_tipc_carrier_take_hints(&carrier, &endpoint);
 }

@@ -154,7 +154,7 @@ static void an_axis_goes_to_its_target_with_its_speed(void)
     cycles(100U);
     TEST_ASSERT_INT32_WITHIN(MOVED_IN_A_CYCLE + 1, stopped, boom->target_position);
     boom->position[0] = 250000;
-    boom->torque[0]   = -120;
+    boom->torque[0]   = -120; // Thousandths of the rated torque of 10 Nm.
     cycles(2U);
     EXPECT_WITHIN(0.25, 1e-9, own.parameters.cur_values.position[0]);
     EXPECT_WITHIN(-1.2, 1e-9, own.parameters.cur_values.torque[0]);
@@ -281,7 +281,8 @@ static void outputs_and_targets_wait_for_the_axes_in_operational(void)
     TEST_ASSERT_TRUE(boom->target_position > 100000);
 }
 
-/// Expect this refusal of a descriptor with `more` devices of a class in the first configuration.
+/// Add `more` devices of a class to the first configuration of the descriptor. Expect that it is refused with
+/// this reason; null: that it fits.
 static void expect_misfit(const char* type, const unsigned more, const char* reason)
 {
     static char longer[sizeof text];

@@ -237,7 +237,7 @@ static void a_joint_at_its_speed_slows_the_tool_down(void)
     TEST_ASSERT_EQUAL(ARM_HAND_LEADS, hand.state);
 }
 
-/// The hand leads the tool out of reach: the arm stretches, stays near the limit of its space with slow
+/// The hand leads the tool out of reach: the arm stretches, stays near the edge of its reach with slow
 /// joints, and comes back.
 static void at_the_edge_of_its_reach_the_tool_waits_for_the_hand(void)
 {

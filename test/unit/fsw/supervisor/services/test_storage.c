@@ -101,8 +101,8 @@ static void without_media_no_report_is_stored(void)
     report("ab");
     fixture_expect("G/16 3.26 6162\n");
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.storage.service.counters.lost);
-    REQUEST(2U, "\0");
-    REQUEST(21U, "\0");
+    REQUEST(2U, "\0");  // Disable the storage in all packet stores,
+    REQUEST(21U, "\0"); // and delete them.
     fixture_run(200U);
     TEST_ASSERT_FALSE(fixture.supervisor.spacecraft.storage.service.stores[0].state.is_there);
 }
@@ -113,7 +113,7 @@ static void time_is_reported_at_the_commanded_rate(void)
     fixture_run(200U);
     fixture_expect("");
     (void)fixture_tc(SUPERVISOR_APID, PUS_SERVICE_TIME, 1U, "\1", 1U);
-    fixture_run(400U); // Four seconds.
+    fixture_run(400U); // Four seconds; a report every 2^1 s.
     fixture_expect("G time 1\nG time 1\n");
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
     fixture_run(1200U); // Until no credit is left and the supervisor refuses time reports.
