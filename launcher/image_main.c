@@ -248,6 +248,7 @@ static const char* open_simulator(image_t* const self, const image_options_t* co
         FSW_ASSERT(is_named); // The table has a slot for each participant of the scheduler.
     }
     simulator_config_t config = {.process_fault     = process_faults_act,
+                                 .process_check     = process_faults_check,
                                  .process_context   = &self->process_faults,
                                  .scenario_path     = options->scenario,
                                  .world_path        = options->world,

@@ -161,8 +161,8 @@ static void start_simulator(launcher_t* const launcher)
     if (launcher->scheduler != NULL) {
         FSW_ASSERT(run_name(launcher->run, "scheduler", 0U, name, sizeof name));
         arguments_add_option(&arguments, "--scheduler", name);
-        add_processes(&arguments, launcher);
     }
+    add_processes(&arguments, launcher);
     if ((launcher->scheduler != NULL) && launcher->has_operator &&
         run_state_find(launcher->run, 2U, &communication)) {
         arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);

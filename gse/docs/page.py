@@ -54,6 +54,11 @@ def anchor(text):
     return re.sub(r"[^a-z0-9]+", "-", str(text).lower()).strip("-")
 
 
+def heading_anchor(text, _=None):
+    """Anchor of a heading in Markdown, as GitHub makes it, so that a link works there and in these pages."""
+    return re.sub(r"[^\w\- ]", "", text.lower()).strip().replace(" ", "-")
+
+
 def table(head, rows, numeric=(), classes=()):
     """Table of HTML cells. `numeric`: indices of the columns to align right; `classes`: CSS class of each row."""
     side = ["n" if index in numeric else "" for index in range(len(head))]
@@ -95,7 +100,7 @@ def colour_diff(found):
 def from_markdown(path, rename):
     """(title, HTML, contents) of a Markdown file. rename(path) returns the page of a file, or None."""
     text = path.read_text(encoding="utf-8")
-    engine = markdown.Markdown(extensions=["tables", "fenced_code", "toc", "sane_lists"], extension_configs={"toc": {"slugify": lambda t, _: anchor(t)}})
+    engine = markdown.Markdown(extensions=["tables", "fenced_code", "toc", "sane_lists"], extension_configs={"toc": {"slugify": heading_anchor}})
     body = engine.convert(text)
     body = re.sub(r'<pre><code class="language-diff">(.*?)</code></pre>', colour_diff, body, flags=re.DOTALL)
 

@@ -304,7 +304,8 @@ def head_of(run, about=None, tables=None):
         if tables:
             reports.put(tables)
         last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9
-        head.update(hello=hello(run.dictionary, str(run.directory), as_lists(run.world) if run.world else None), end=max(head["end"], last),
+        world = as_lists(run.world) if run.world else None
+        head.update(hello=hello(run.dictionary, str(run.directory), world, run.world_problem), end=max(head["end"], last),
                     states=reports.states, events=reports.events, modes=reports.modes, links=reports.links, commands=commands.as_lists())
     return head
 

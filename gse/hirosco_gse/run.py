@@ -124,6 +124,7 @@ class Run:
             self.problems.append(f"truth.lcm: not the format of this version, or damaged ({error})")
             self.truth = decode_truth({})
         self.operator = self._operator_log()
+        self.world_problem = None
         self.world = self._world()
         devices = self.world.devices if self.world else []
         self.joints = [device for device in devices if device.kind in ("Drive", "Gripper")]
@@ -153,7 +154,8 @@ class Run:
         try:
             return worlds.read(path)
         except worlds.WorldError as problem:
-            self.problems.append(str(problem))
+            self.world_problem = str(problem)
+            self.problems.append(self.world_problem)
             return None
 
     def _operator_log(self):

@@ -9,8 +9,6 @@
 #define NS_PER_US 1000.0
 #define SYNC_ID 0x80U // CiA 301.
 
-#define WORDS_MAX 256U ///< Octets of a list of names in a message.
-
 typedef struct {
     faults_t* faults;
     const fault_world_t* world;
@@ -85,13 +83,6 @@ bool fault_is_onset(const fault_t* const fault)
         break;
     }
     return fault->value != 0.0;
-}
-
-/// Add a name to a list in a message, if it fits.
-static void list(char words[WORDS_MAX], const char* const name)
-{
-    const size_t used = strlen(words);
-    (void)snprintf(&words[used], WORDS_MAX - used, " %s", name);
 }
 
 /// Find a device of this bus by its name or node id.
@@ -176,8 +167,8 @@ static status_t take_code(const scenario_line_t* const line, const size_t index,
 static status_t take_bus(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                          const bool may_be_b, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const char* word         = line->word[index];
-    char expected[WORDS_MAX] = "a bus of the run:";
+    const char* word                 = line->word[index];
+    char expected[SCENARIO_LIST_MAX] = "a bus of the run:";
     for (unsigned channel = 0U; channel < (may_be_b ? NODE_CHANNELS : 1U); channel++) {
         for (unsigned i = 0U; i < FAULT_BUSES_MAX; i++) {
             const char* name = loader->world->channel[i][channel].name;
@@ -187,7 +178,7 @@ static status_t take_bus(const loader_t* const loader, const scenario_line_t* co
                 return STATUS_OK;
             }
             if (name != NULL) {
-                list(expected, name);
+                scenario_list(expected, name);
             }
         }
     }
@@ -210,13 +201,13 @@ static bool find_instrument(const fault_world_t* const world, const char* const 
 static status_t take_instrument(const loader_t* const loader, const scenario_line_t* const line,
                                 const size_t index, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const fault_world_t* world = loader->world;
-    char expected[WORDS_MAX]   = "an instrument of the world:";
+    const fault_world_t* world       = loader->world;
+    char expected[SCENARIO_LIST_MAX] = "an instrument of the world:";
     if (find_instrument(world, line->word[index], fault)) {
         return STATUS_OK;
     }
     for (size_t i = 0U; i < world->instrument_count; i++) {
-        list(expected, world->instrument[i].name);
+        scenario_list(expected, world->instrument[i].name);
     }
     return scenario_error(line, line->word[index], expected, error);
 }
@@ -232,8 +223,8 @@ static bool is_of_power_units(const fault_kind_t kind)
 static status_t take_node(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
                           fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const fault_world_t* world = loader->world;
-    char expected[WORDS_MAX]   = "a device of this bus, or its id:";
+    const fault_world_t* world       = loader->world;
+    char expected[SCENARIO_LIST_MAX] = "a device of this bus, or its id:";
     if (fault->bus == FAULT_BUSES_MAX) {
         return scenario_error(line, line->word[index], "no word after an instrument", error);
     }
@@ -248,10 +239,10 @@ static status_t take_node(const loader_t* const loader, const scenario_line_t* c
     }
     for (size_t i = 0U; i < world->device_count; i++) {
         if (world->device[i].bus == fault->bus) {
-            list(expected, world->device[i].name);
+            scenario_list(expected, world->device[i].name);
         }
     }
-    list(expected, "FLIGHT");
+    scenario_list(expected, "FLIGHT");
     return scenario_error(line, line->word[index], expected, error);
 }
 
@@ -259,8 +250,8 @@ static status_t take_node(const loader_t* const loader, const scenario_line_t* c
 static status_t take_drive(const loader_t* const loader, const scenario_line_t* const line,
                            const size_t index, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const fault_world_t* world = loader->world;
-    char expected[WORDS_MAX]   = "a drive:";
+    const fault_world_t* world       = loader->world;
+    char expected[SCENARIO_LIST_MAX] = "a drive:";
     for (unsigned i = 0U; i < world->device_count; i++) {
         const fault_device_t* device = &world->device[i];
         if ((device->drive != NULL) && (strcmp(line->word[index], device->name) == 0)) {
@@ -269,7 +260,7 @@ static status_t take_drive(const loader_t* const loader, const scenario_line_t* 
             return STATUS_OK;
         }
         if (device->drive != NULL) {
-            list(expected, device->name);
+            scenario_list(expected, device->name);
         }
     }
     return scenario_error(line, line->word[index], expected, error);
@@ -301,9 +292,12 @@ static status_t take_argument(const loader_t* const loader, const scenario_line_
     case 'c':
         return take_code(line, index, fault, error);
     case 'x':
-        return (strlen(line->word[index]) < sizeof fault->target)
+        if (strlen(line->word[index]) >= sizeof fault->target) {
+            return scenario_error(line, line->word[index], "the name of a process in run.json", error);
+        }
+        return (loader->world->check_process == NULL)
                    ? STATUS_OK
-                   : scenario_error(line, line->word[index], "the name of a process in run.json", error);
+                   : loader->world->check_process(loader->world->process_context, line, index, error);
     default:
         return take_number(line, index, kind, fault, error);
     }

@@ -398,6 +398,9 @@ static status_t open_faults(simulator_t* const simulator, const simulator_config
 {
     char reason[SCENARIO_ERROR_MAX];
     name_targets(simulator);
+    simulator->targets.process         = config->process_fault;
+    simulator->targets.check_process   = config->process_check;
+    simulator->targets.process_context = config->process_context;
     const status_t status =
         faults_load(&simulator->faults, &simulator->targets, config->scenario_path, reason);
     if (status != STATUS_OK) {
@@ -530,8 +533,6 @@ status_t simulator_open(const simulator_config_t* const config, simulator_t** co
         (void)simulator_close(simulator);
         return status;
     }
-    simulator->targets.process         = config->process_fault;
-    simulator->targets.process_context = config->process_context;
     power_on(simulator);
     *out_simulator = simulator;
     return STATUS_OK;

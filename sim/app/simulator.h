@@ -40,7 +40,10 @@ typedef struct {
     /// Called for the faults of the scenario that act on processes (kill, hang, resume). Null: they have no
     /// effect.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);
-    void* process_context;
+    /// Check the name of a process in the scenario (fault_world_t.check_process). Null: every name is accepted.
+    status_t (*process_check)(void* context, const scenario_line_t* line, size_t index,
+                              char error[SCENARIO_ERROR_MAX]);
+    void* process_context;                    ///< Of both.
     simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< The buses of the world always exist.
     size_t bus_count;
     const char* flows; ///< Identity of the run, part of the addresses of its instruments; null: none.

@@ -522,6 +522,7 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
     osal_clock_t clock;
     options->processes.scheduler       = scheduler;
     options->simulator.process_fault   = process_faults_act;
+    options->simulator.process_check   = process_faults_check;
     options->simulator.process_context = &options->processes;
     if (simulator_open(&options->simulator, &simulator, error) != STATUS_OK) {
         osal_console_print_error(error);

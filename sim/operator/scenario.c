@@ -14,6 +14,12 @@
 static const char* const actors[] = {"hand", "fault", "operator", "ground"};
 #define ACTOR_COUNT (sizeof actors / sizeof actors[0])
 
+void scenario_list(char words[SCENARIO_LIST_MAX], const char* const name)
+{
+    const size_t used = strlen(words);
+    (void)snprintf(&words[used], SCENARIO_LIST_MAX - used, " %s", name);
+}
+
 status_t scenario_error(const scenario_line_t* const line, const char* const found,
                         const char* const expected, char error[SCENARIO_ERROR_MAX])
 {

@@ -18,6 +18,7 @@
 #define SCENARIO_WORDS_MAX 12U
 #define SCENARIO_LINE_MAX 512U
 #define SCENARIO_ERROR_MAX 480U
+#define SCENARIO_LIST_MAX 256U ///< Octets of a list of names in a message.
 
 /// A line of the requested actor. Words point into `text`.
 typedef struct {
@@ -42,6 +43,9 @@ MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_ta
 /// Write "file:line: found 'x', expected y" into error. Returns STATUS_INVALID.
 status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
                         char error[SCENARIO_ERROR_MAX]);
+
+/// Add a name to a list in a message, if it fits.
+void scenario_list(char words[SCENARIO_LIST_MAX], const char* name);
 
 /// Interpret line->text; line->path and line->line are set. *out_mine is true if it is a line of `actor`;
 /// then `line` contains its words. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error is

@@ -264,7 +264,7 @@ def copied(tmp_path):
 
 @pytest.mark.parametrize("file, old, new, words", [
     ("subsystems/manipulator.xml", 'type="joint-drive"', 'type="windlass"', ("manipulator.xml:", "windlass", "joint-drive joint-drive-large joystick")),
-    ("devices/joint-drive.eds", "DefaultValue=0x60770010", "DefaultValue=0x60760010", ("maps 16 bits of 0x6076:00, which has 32",)),
+    ("devices/joint-drive.eds", "DefaultValue=0x60770010", "DefaultValue=0x60760010", ("joint-drive.eds:821: 16 bits of 0x6076:00 in a PDO: expected 32",)),
     ("devices/joint-drive.eds", "DefaultValue=0x60770010", "DefaultValue=0x3FFF0010", ("0x3fff:00", "joint-drive.eds")),
     ("devices/joint-drive.eds", "[1A00sub1]\nParameterName=Mapped object 1", "[1A00sub1]\n[1A00sub1]", ("joint-drive.eds:", "not a data sheet")),
     ("subsystems/manipulator.xml", '<Setting object="0x1401:01" type="UINT32" value="0x80000311"/>',

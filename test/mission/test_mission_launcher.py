@@ -229,6 +229,7 @@ def test_directories_that_cannot_be_written_are_distinguished(directory, tmp_pat
         ("0.1 fault burn robot", ("burn",)),
         ("0.1 fault unplug moon STICK", ("moon",)),
         ("soon operator ping all", ("soon",)),
+        ("0.1 fault kill nosuch", ("nosuch", "a process of this run:", "MANIPULATOR")),
     ],
 )
 @pytest.mark.parametrize("form", ["processes", "image"])

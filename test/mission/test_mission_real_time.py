@@ -102,7 +102,7 @@ def test_usage_errors_need_no_link():
         (("log", "paper"), "sqlite"),
         (("raw", "xyz"), "xyz"),
         (("set", "MANIPULATOR.TORQUE_LIMIT", "1"), "TORQUE_LIMIT"),
-        (("frobnicate",), "ping"),
+        (("frobnicate",), "no command 'frobnicate'; gse --help lists them"),
     ]:
         done = flying.gse(NoMission, *words)
         assert done.returncode == USAGE, (words, done)

@@ -20,8 +20,8 @@ def _structure(parameters, item):
             "leaves": [leaf for name in names for leaf in _leaves(parameters, name)]}
 
 
-def hello(dictionary, flight, world):
-    """The mission of a flight as a message; `world` as lists, or None."""
+def hello(dictionary, flight, world, world_problem=None):
+    """The mission of a flight as a message; `world` as lists, or None; `world_problem` says why its file cannot be read."""
     content = dictionary.content
     kept = ("mission", "modes", "links", "power_available_w", "interface_hash", "buses")
     return {
@@ -33,6 +33,7 @@ def hello(dictionary, flight, world):
         "subsystems": [about(item) for item in content["subsystems"]],
         "verbs": {name: usage for name, (_, usage, _) in commands.VERBS.items()} | {name: CONSOLE[name][0] for name in live.VERBS},
         "world": world,
+        "world_problem": world_problem,
     }
 
 

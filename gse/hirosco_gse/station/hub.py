@@ -124,7 +124,7 @@ class Hub:
         self.world_port = WorldPort()
         self.viewers, self._left = 0, 0.0
         self.taps, self.truth = Taps(publish), Truth(publish)
-        self.dictionary = self.session = self.flight = self.world = None
+        self.dictionary = self.session = self.flight = self.world = self.world_problem = None
         self.link = {"kind": "link", "is_live": False, "text": "no flight yet"}
         self.hand = {"kind": "hand", "page": None, "other": None}
         self._step_end_s = -math.inf  # Simulated time at which the last step ends.
@@ -169,9 +169,9 @@ class Hub:
         self.taps.move_to(run, dictionary, self.session.mismatches)
         self.truth.move_to(run)
         try:
-            self.world = as_lists(world.read(world_of(run)))
-        except (world.WorldError, AttributeError, TypeError, ValueError):
-            self.world = None
+            self.world, self.world_problem = as_lists(world.read(world_of(run))), None
+        except (world.WorldError, AttributeError, TypeError, ValueError) as problem:
+            self.world, self.world_problem = None, str(problem) if isinstance(problem, world.WorldError) else f"{world_of(run)}: {problem}"
         self.publish(self.hello())
         self._publish_mismatch(CLASSES, CLASSES)
 
@@ -582,7 +582,7 @@ class Hub:
     def hello(self):
         """The mission, for a page that begins with this flight."""
         who = {"number": self.identity.number, "name": self.identity.name, "is_own": self.identity.is_own}
-        return {**hello(self.dictionary, self.flight[0], self.world), "read_only": self.is_read_only, "user": who}
+        return {**hello(self.dictionary, self.flight[0], self.world, self.world_problem), "read_only": self.is_read_only, "user": who}
 
     def snapshot(self):
         """Messages that describe the present state."""

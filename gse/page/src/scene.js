@@ -106,7 +106,7 @@ class Scene extends SceneMarks {
       this.forceLabel,
       this.ghostLabel,
       this.veil,
-      el("p", { class: "none" }, "This mission has no robot that can be drawn."),
+      (this.none = el("p", { class: "none" })),
     );
     this.joints = [];
     this.trace = [];
@@ -231,7 +231,12 @@ class Scene extends SceneMarks {
     this.last = this.joints = this.drawn = this.before = this.robot = this.base = null;
     this.trace = [];
     this.source = store.members().find((item) => store.drives(item))?.name;
-    this.classList.toggle("empty", !world?.robots.length); // Then the scene says that nothing is drawn.
+    this.classList.toggle("empty", !world?.robots.length); // Then the scene says why nothing is drawn.
+    const problem = store.hello.world_problem;
+    text(
+      this.none,
+      problem ? `The world cannot be drawn: ${problem}` : "This mission has no robot that can be drawn.",
+    );
     if (!world?.robots.length) return;
     this.robot = leadOf(world);
     this.bodies = world.robots.map((robot) => ({ robot, arm: new Arm(robot, LOOK) }));

@@ -10,6 +10,9 @@
 
 #include <cmocka.h>
 
+/// The processes of the two components as the simulator gets them, for `fault kill` and the like.
+#define PROCESSES "--process communication=1 --process COMMUNICATION=1 --process arm=2 --process ARM=2"
+
 static launcher_t launcher;
 static run_state_t run;
 
@@ -208,9 +211,9 @@ static void processes_with_their_own_clocks_know_its_origin(void** state)
     run.beats[1].step_ns        = 77U;
     run.relay.is_network        = true; // The network delays the links: there is no relay.
     launcher.options.delay_ms   = 100U;
-    expect_start(
-        "bin/simulator --world w.xml --seed 7 --out runs/x --flows hirosco-9 --time real --origin 5 --live",
-        "");
+    expect_start("bin/simulator --world w.xml --seed 7 --out runs/x --flows hirosco-9 " PROCESSES
+                 " --time real --origin 5 --live",
+                 "");
     expect_component(0U, "component 0", " 40 30 51");
     expect_component(1U, "component 1", " 41 30 51");
     expect_start("bin/packet-archive-sqlite follow runs/x", "");
@@ -236,7 +239,7 @@ static void the_simulator_gets_the_buses_that_it_simulates(void** state)
     launcher.scheduler = NULL;
     expect_start("bin/simulator --world w.xml --seed 7 --out runs/x --bus a=/a.wire --publish a=vcan0 "
                  "--bit-rate a=500000,2000000 --bus b=/b.wire --bit-rate b=1000000,0 --redundant b=a "
-                 "--flows hirosco-9",
+                 "--flows hirosco-9 " PROCESSES,
                  "");
     expect_component(0U, "component 0", " 40 30 51");
     expect_component(1U, "component 1", " 41 30 51");

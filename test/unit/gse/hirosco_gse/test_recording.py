@@ -2,6 +2,7 @@
 """The recording of a run, read without the code of the writer."""
 
 import contextlib
+import json
 import struct
 import sys
 
@@ -138,6 +139,14 @@ def test_a_recording_of_an_incomplete_run_has_the_parts_that_exist(tmp_path, dic
     (tmp_path / "truth.lcm").write_bytes((flight_directory / "truth.lcm").read_bytes())
     without = runs.Run(tmp_path, None)
     assert [table["kind"] for table in Reader(recording.make(without)).tables] == ["truth"]
+
+
+def test_a_recording_says_why_there_is_no_world(tmp_path, dictionary_path):
+    world = tmp_path / "bad.xml"
+    world.write_text("<World>")
+    (tmp_path / "run.json").write_text(json.dumps({"mission": "rokviss", "world": str(world)}))
+    hello = Reader(recording.make(runs.load(tmp_path, dictionary_path))).head["hello"]
+    assert hello["world"] is None and hello["world_problem"].startswith(f"{world}: no element found")
 
 
 def test_a_recording_that_cannot_be_written_is_no_stack_trace(flight_directory, monkeypatch):

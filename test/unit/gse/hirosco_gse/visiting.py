@@ -34,9 +34,10 @@ def answer(packet):
     return success(packet)
 
 
-def begin(place, name, port):
-    """Begin a flight: its run directory becomes the latest."""
+def begin(place, name, port, world=""):
+    """Begin a flight, perhaps with a world of its own: its run directory becomes the latest."""
     (place / name).mkdir()
+    (place / name / "ground.world").write_text(world)
     (place / name / "ground.port").write_text(f"{port}\n")
     (place / "new").symlink_to(name)
     (place / "new").rename(place / "latest")

@@ -257,7 +257,7 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
     second = Spacecraft(answer)
 
     async def story(page, station):
-        begin(place, "second", second.port)
+        begin(place, "second", second.port, "none.xml")
         spacecraft.close()
         station.hub._connection.abort()
         await page.until(lambda message: message["kind"] == "link" and not message["is_live"])
@@ -269,6 +269,7 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
 
     hello, kinds = visit(place, story)
     second.close()
+    assert hello["world"] is None and "none.xml" in hello["world_problem"]
     assert hello["flight"].endswith("second") and kinds.count("command") == 1
     assert (17, 1) in [packet.message for packet in second.received]
 
