@@ -30,9 +30,10 @@ typedef struct { // Private, except `scheduler`: null if there is none.
 /// Add a name of the process of a participant, its program before other names; `name` must outlive the table.
 /// False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
-/// Check that a word of a scenario line names one process: a name of the table, or a program that the launcher
-/// starts for the ground or the simulator. Used as fault_world_t.check_process. Returns STATUS_OK (also if the
-/// table is empty), STATUS_INVALID (no process or several have this name; `error` lists the names).
+/// Check that a word of a scenario line names one process: a name of the table, or a program that the
+/// launcher starts for the ground or the simulator. Used as fault_world_t.check_process. Returns STATUS_OK
+/// (also if the table is empty), STATUS_INVALID (no process or several have this name; `error` lists the
+/// names).
 status_t process_faults_check(void* context, const scenario_line_t* line, size_t index,
                               char error[SCENARIO_ERROR_MAX]);
 /// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. If the process

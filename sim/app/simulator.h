@@ -40,7 +40,8 @@ typedef struct {
     /// Called for the faults of the scenario that act on processes (kill, hang, resume). Null: they have no
     /// effect.
     void (*process_fault)(void* context, fault_kind_t kind, const char* process);
-    /// Check the name of a process in the scenario (fault_world_t.check_process). Null: every name is accepted.
+    /// Check the name of a process in the scenario (fault_world_t.check_process). Null: every name is
+    /// accepted.
     status_t (*process_check)(void* context, const scenario_line_t* line, size_t index,
                               char error[SCENARIO_ERROR_MAX]);
     void* process_context;                    ///< Of both.
