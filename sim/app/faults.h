@@ -102,8 +102,8 @@ typedef struct {
     size_t instrument_count;
     /// Apply FAULT_KILL, FAULT_HANG or FAULT_RESUME to a process. Null: these faults have no effect.
     void (*process)(void* context, fault_kind_t kind, const char* process);
-    /// Check that word `index` of the line names one process. Null: every name is accepted. Returns STATUS_OK,
-    /// STATUS_INVALID (`error` is filled).
+    /// Check that word `index` of the line names one process. Null: every name is accepted. Returns
+    /// STATUS_OK, STATUS_INVALID (`error` is filled).
     status_t (*check_process)(void* context, const scenario_line_t* line, size_t index,
                               char error[SCENARIO_ERROR_MAX]);
     void* process_context; ///< Of both.
