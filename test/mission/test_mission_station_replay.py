@@ -67,6 +67,26 @@ def test_a_replay_at_rest_changes_nothing(page):
     assert page.evaluate(AT_REST) == []
 
 
+def test_panels_that_are_drawn_again_without_a_change_keep_their_elements(page):
+    """A new element, or a new text node, would make the browser compute styles and layout again."""
+    assert page.evaluate("""() => {
+        const [states, network] = ["states", "network"].map((name) => document.querySelector(`station-${name}`));
+        const nodes = () => [...states.querySelectorAll("*"), ...network.querySelectorAll("*"), ...[...states.boxes.values()].map((box) => box.firstChild.firstChild)];
+        const before = nodes();
+        states.draw();
+        network.draw();
+        const after = nodes();
+        return before.length > 40 && before.length === after.length && before.every((node, n) => node === after[n]);
+    }""")
+    assert page.evaluate("""() => {
+        const { x } = station.scene.values, node = x.firstChild;
+        station.scene.tellTip([1.5, 0, 0]);
+        const found = [x.textContent.trim(), x.firstChild === node];
+        station.scene.tellPose();
+        return found;
+    }""") == ["1500.0", True]
+
+
 def test_a_lane_of_the_time_line_has_one_part_for_each_style(page):
     """An hour has thousands of states. Each part that is transparent as a whole would be a layer of its own."""
     drawn, styles, passed = page.evaluate("""() => {

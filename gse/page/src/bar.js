@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bar: mission, link, mode, alarms, clock, pace of simulated time, theme, stop.
 
+import { every } from "./beat.js";
 import { store } from "./store.js";
 import { clock, el, isPageKey, number, show, svg, symbol, text } from "./dom.js";
 
@@ -140,7 +141,7 @@ class Bar extends HTMLElement {
       this.stop,
     );
     store.on("hello link mode pace event state ready mismatch links", () => this.plan());
-    setInterval(() => this.tick(), 100);
+    every(100, () => this.tick());
     document.addEventListener("keydown", (event) => this.key(event));
     this.draw();
   }

@@ -2,6 +2,7 @@
 // Tab Bus: load, errors and decoded frames of one bus. While this tab is open, the simulator sends the frames
 // from a listen-only tap.
 
+import { every } from "./beat.js";
 import { store } from "./store.js";
 import { counted, el, refill, symbol, text } from "./dom.js";
 
@@ -55,7 +56,7 @@ export class Bus {
       this.watched = null;
       this.build();
     });
-    setInterval(() => this.draw(), REFRESH_MS);
+    every(REFRESH_MS, () => this.draw());
   }
 
   build() {

@@ -27,9 +27,13 @@ function set(node, attributes) {
   }
 }
 
-// Set the text of an element only if it differs: after each change the browser computes the layout again.
+// Set the text of an element only if it differs: after each change the browser computes the layout again. A
+// new text node would also make it check the rules with :has().
 export function text(node, words) {
-  if (node.textContent !== words) node.textContent = words;
+  if (node.textContent === words) return;
+  const only = node.childNodes.length === 1 && node.firstChild;
+  if (only?.nodeType === Node.TEXT_NODE) only.data = words;
+  else node.textContent = words;
 }
 
 const nameOf = (node) => node.getAttribute("aria-label") ?? node.textContent;
@@ -43,6 +47,14 @@ export function refill(node, ...children) {
   if (!isWithin) return;
   const same = [...node.querySelectorAll("button")].find((one) => nameOf(one) === nameOf(held));
   (node.contains(held) ? held : same)?.focus({ preventScroll: true });
+}
+
+// Replace the content of an element only if it differs.
+export function renew(node, ...children) {
+  const nodes = children.map((child) => (child instanceof Node ? child : document.createTextNode(child)));
+  const isSame =
+    nodes.length === node.childNodes.length && nodes.every((one, n) => one.isEqualNode(node.childNodes[n]));
+  if (!isSame) node.replaceChildren(...nodes);
 }
 
 // Set an attribute of an element only if it differs: after each change the browser paints the page again.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Events, commands, and the time line of the flight.
 
+import { every } from "./beat.js";
 import { store } from "./store.js";
-import { el, isPageKey, lights, refill, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
+import { el, isPageKey, lights, refill, renew, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 
 // Most entries that the log shows; entries before and after the present instant of a replay.
@@ -270,7 +271,7 @@ class TimeLine extends HTMLElement {
       this.drawing,
       this.mark,
     );
-    setInterval(() => this.draw(), 500);
+    every(500, () => this.draw());
   }
 
   // In a replay the player has the time line, and this one is hidden.
@@ -283,7 +284,7 @@ class TimeLine extends HTMLElement {
     if (isOver) this.mark.href = "/?replay";
     else this.mark.removeAttribute("href");
     const members = shownMembers();
-    this.names.replaceChildren(...members.map((name) => el("div", { style: "line-height:14px" }, name)));
+    renew(this.names, ...members.map((name) => el("div", { style: "line-height:14px" }, name)));
     const width = this.drawing.clientWidth || 800;
     const now = store.now();
     const end = Math.max(60, now * 1.15);
@@ -297,7 +298,7 @@ class TimeLine extends HTMLElement {
       svg("path", { d: `M${x(now)} 4v54`, style: "stroke:var(--fg0);stroke-width:2" }),
       svg("path", { d: `M${x(now) - 5} 0h10l-5 7z`, style: "fill:var(--fg0)" }),
     );
-    this.drawing.replaceChildren(...parts);
+    renew(this.drawing, ...parts);
   }
 }
 customElements.define("station-timeline", TimeLine);

@@ -6,6 +6,7 @@ import * as THREE from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
 import { Actuators } from "./actuators.js";
+import { beat } from "./beat.js";
 import { Arm, cutBelow, FACETS, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
 import { store } from "./store.js";
@@ -195,7 +196,10 @@ class Scene extends SceneMarks {
       this.canvas,
       this.renderer.getContext(),
       (scale, isResting) => this.frame(scale, isResting),
-      () => this.labels(),
+      () => {
+        this.labels();
+        beat();
+      },
     );
     store.on("hello housekeeping truth film theme link", () => this.pictures.wake());
   }
@@ -471,6 +475,7 @@ class Scene extends SceneMarks {
     this.isStale = isStale;
     if (!this.drawn) return;
     this.pose(this.drawn);
+    this.tellPose();
     this.change();
   }
 
@@ -530,7 +535,10 @@ class Scene extends SceneMarks {
   // a graphics processor; isForced: draw it even if it has not changed.
   frame(scale, isForced = false) {
     if (this.robot) this.move();
-    if (!this.isChanged && !isForced) return false;
+    if (!this.isChanged && !isForced) {
+      this.tellPose();
+      return false;
+    }
     this.isChanged = false;
     if (scale && scale !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(scale);
     this.camera.lookAt(this.target);
@@ -556,7 +564,6 @@ class Scene extends SceneMarks {
     this.actuators.show(truth, token);
     const tip = place(poses(this.robot, positions, this.base).links.get(tipOf(this.robot)));
     this.tip = tip;
-    this.tellTip(tip);
     this.drawForce(values, tip);
     this.drawTouches(values);
     this.drawGhost(values);

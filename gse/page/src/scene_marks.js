@@ -160,10 +160,8 @@ export class SceneMarks extends HTMLElement {
   drawForce(values, tip) {
     const found = this.isStale ? null : tipForce(this.robot, values, this.last?.positions, this.base);
     this.force = found?.size ?? 0;
-    text(this.values.force, found ? number(this.force, "N") : "–");
-    const isShown = this.force >= FORCE_LEAST;
-    this.shaft.visible = this.point.visible = isShown;
-    this.forceLabel.hidden = !isShown;
+    this.isForceKnown = Boolean(found);
+    const isShown = (this.shaft.visible = this.point.visible = this.force >= FORCE_LEAST);
     if (!isShown) return;
     const direction = new THREE.Vector3(...found.force).normalize();
     const length = this.force * FORCE_SCALE;
@@ -174,7 +172,6 @@ export class SceneMarks extends HTMLElement {
     this.shaft.scale.set(1, Math.max(0.001, length), 1);
     this.point.position.set(...tip).addScaledVector(direction, length);
     this.point.quaternion.copy(turn);
-    text(this.forceLabel, `${this.force.toFixed(1)} N`);
     this.forceEnd = this.point.position.clone().addScaledVector(direction, 0.02);
   }
 
@@ -184,7 +181,6 @@ export class SceneMarks extends HTMLElement {
     const desired = values["DES_POSITION"] ?? values["CUR_VALUES.DESIRED"],
       positions = this.last?.positions;
     this.ghost.node.visible = false;
-    this.ghostLabel.hidden = true;
     const state = store.states.get(this.source)?.state;
     if (this.isStale || !desired || desired.length < moving(this.robot).length || state !== "OPERATIONAL")
       return;
@@ -198,7 +194,6 @@ export class SceneMarks extends HTMLElement {
     this.ghost.set(desired, this.base);
     this.ghost.node.visible = true;
     this.ghostEnd = new THREE.Vector3(...there);
-    this.ghostLabel.hidden = false;
   }
 
   drawLimits(positions) {
@@ -273,7 +268,19 @@ export class SceneMarks extends HTMLElement {
     this.isChanged = true;
   }
 
+  // Write the numbers of the pose. Without a graphics processor this waits for the picture: the browser then
+  // computes the layout once for both.
+  tellPose() {
+    if (!this.drawn) return;
+    this.tellTip(this.tip);
+    text(this.values.force, this.isForceKnown ? number(this.force, "N") : "–");
+    text(this.forceLabel, `${this.force.toFixed(1)} N`);
+    this.forceLabel.hidden = !this.shaft.visible;
+    this.ghostLabel.hidden = !this.ghost.node.visible;
+  }
+
   labels() {
+    this.tellPose();
     const { width, height } = this.extent;
     const put = (label, point, below = 0) => {
       if (label.hidden || !point) return;

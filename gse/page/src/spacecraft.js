@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Left column: subsystems, the ten states of the selected one, the real-time network.
 
+import { every } from "./beat.js";
 import { store } from "./store.js";
 import {
   age,
@@ -11,6 +12,7 @@ import {
   once,
   padlock,
   put,
+  renew,
   show,
   stateSymbol,
   svg,
@@ -35,7 +37,7 @@ class Subsystems extends HTMLElement {
       "state select",
       once(() => this.draw()),
     );
-    setInterval(() => this.draw(), 200);
+    every(200, () => this.draw());
     document.addEventListener("keydown", (event) => {
       const row = event.altKey && [...this.rows.keys()][Number(event.key) - 1];
       if (row) {
@@ -236,7 +238,7 @@ class States extends HTMLElement {
       if (isPresent) show(mark, stateSymbol(state), "present");
       else {
         delete mark.dataset.symbol;
-        mark.replaceChildren(bar ? padlock() : isLegal ? String(n) : "");
+        renew(mark, bar ? padlock() : isLegal ? String(n) : "");
       }
       if (bar) barred.push([n, bar]);
     }
@@ -291,7 +293,7 @@ class Network extends HTMLElement {
       "hello state links link theme event",
       once(() => this.draw()),
     );
-    setInterval(() => this.drawRows(), 500);
+    every(500, () => this.drawRows());
   }
 
   known() {
@@ -321,10 +323,11 @@ class Network extends HTMLElement {
             ? `${open.length} open, ${lost} lost`
             : "closed",
     );
-    this.graph.replaceChildren(...this.parts(used.length ? used : links, rows));
+    renew(this.graph, ...this.parts(used.length ? used : links, rows));
     const states = links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`);
     this.graph.setAttribute("aria-label", `Real-time network: ${states.join(", ")}`);
-    this.rows.replaceChildren(...links.map((link) => this.row(link)));
+    if (this.listed !== links) this.rows.replaceChildren(...links.map((link) => this.row(link)));
+    this.listed = links;
     this.drawRows();
   }
 

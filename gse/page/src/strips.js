@@ -2,6 +2,7 @@
 // Strip charts: those of the robot (arm_strips.js), and strips of parameters that the user has chosen, with
 // at most four lines of one unit in each. A mission without a robot begins with chosen parameters.
 
+import { every } from "./beat.js";
 import uPlot from "uplot";
 
 import { store } from "./store.js";
@@ -372,7 +373,7 @@ class Strips extends HTMLElement {
       ),
     );
     document.fonts.ready.then(() => this.remake());
-    setInterval(() => this.draw(), REFRESH_MS);
+    every(REFRESH_MS, () => this.draw());
   }
 
   // Add a parameter to the charts, or remove it.

@@ -2,6 +2,7 @@
 // Tab Telemetry: a table for each housekeeping structure of each subsystem. The user can add its values to
 // the strip charts.
 
+import { every } from "./beat.js";
 import { store } from "./store.js";
 import { counted, el, flagsOf, number, put, show, svg, text, wordOf } from "./dom.js";
 
@@ -291,7 +292,7 @@ export class Telemetry {
     store.on("hello", () => {
       this.shown = null;
     });
-    setInterval(() => this.draw(), REFRESH_MS);
+    every(REFRESH_MS, () => this.draw());
   }
 
   // Structures of the present configurations, and all others that have been received, as [subsystem, id].

@@ -2,6 +2,7 @@
 // Right column with its tabs: the hand and the fastest housekeeping (Operate), forms of commands (Command),
 // all housekeeping (Telemetry), and others.
 
+import { every } from "./beat.js";
 import { store } from "./store.js";
 import { el, isPageKey, number, put, show, svg, tabs, text } from "./dom.js";
 import { CommandForm } from "./form.js";
@@ -471,8 +472,8 @@ class Work extends HTMLElement {
       this.pages.open("Command");
       this.form.find.focus();
     });
-    setInterval(() => this.hand.draw(), 50);
-    setInterval(() => this.table.draw(), 200);
+    every(50, () => this.hand.draw());
+    every(200, () => this.table.draw());
   }
 
   // On a narrow page states and network are tabs of this panel, otherwise panels of the left column.
