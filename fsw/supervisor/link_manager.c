@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define SESSION_TIMEOUT_NS 2000000000ULL ///< Longest time between two steps of a session.
-#define OPEN_DEADLINE_MS 2000U           ///< Deadline that an end gets with the request to open.
+#define OPEN_DEADLINE_MS 2000U           ///< In each TC[130,6]; it has no effect.
 
 // ---- Sessions ----
 

@@ -137,7 +137,7 @@ typedef struct {
     uint16_t link;
     uint32_t epoch; ///< Number of this opening; larger than all before.
     pus_endpoint_t peer;
-    uint32_t deadline_ms; ///< Subsystems do not evaluate it; they open the link at once.
+    uint32_t deadline_ms; ///< It has no effect: a link is opened at once.
 } pus_link_open_t;
 
 /// TC[130,7].

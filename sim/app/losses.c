@@ -17,7 +17,11 @@ static void tell(const uint64_t count, const char* const what)
 
 bool losses_report(const simulator_statistics_t* const statistics)
 {
-    tell(statistics->tools_lost, "tools in lock-step did not finish a step in 20 s and were disconnected");
+    char tools[96];
+    (void)snprintf(tools, sizeof tools,
+                   "tools in lock-step did not finish a step in %u s and were disconnected",
+                   SIMULATOR_TOOL_TIMEOUT_S);
+    tell(statistics->tools_lost, tools);
     tell(statistics->tool_dropped, "messages to tools dropped, because the tools did not read them");
     tell(statistics->unpublished, "frames not published, because the interface did not accept them");
     tell(statistics->undelivered, "octets and datagrams sent between flight software and stream devices did "

@@ -24,7 +24,6 @@
 #define BIT_RATE 1000000U ///< Bit rate of a bus without configured rates.
 #define DATA_BIT_RATE 5000000U
 #define DEFAULT_QUANTUM_NS 5000000U
-#define TOOL_TIMEOUT_MS 20000U ///< Longest wait for a tool in lock-step; the launcher must wait longer.
 #define PATH_OCTETS 4096U
 
 struct simulator {
@@ -154,7 +153,8 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
     power_unit_step(&simulator->supply, end_ns);
     if (simulator->tools != NULL) {
         socketcand_send(simulator->tools);
-        simulator->tools_lost += socketcand_end_step(simulator->tools, end_ns, TOOL_TIMEOUT_MS);
+        simulator->tools_lost +=
+            socketcand_end_step(simulator->tools, end_ns, SIMULATOR_TOOL_TIMEOUT_S * 1000U);
     }
     move_plant(simulator, end_ns);
     instrument_set_step(simulator->instruments, simulator->time_ns, end_ns);

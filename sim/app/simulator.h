@@ -22,6 +22,8 @@
 #define SIMULATOR_ERROR_MAX 512U
 
 #define SIMULATOR_BUSES_MAX 8U
+/// Longest wait for a tool in lock-step [s of wall-clock time]; the launcher must wait longer.
+#define SIMULATOR_TOOL_TIMEOUT_S 20U
 
 typedef struct {
     const char* name;
@@ -66,7 +68,7 @@ typedef struct {
     /// Lost frames of flight software: its transmit queue was full, or its node was disconnected.
     uint64_t refused;
     uint64_t tool_dropped; ///< Messages that a tool at the socketcand port did not read.
-    uint64_t tools_lost;   ///< Tools in lock-step that did not finish a step within 20 s.
+    uint64_t tools_lost;   ///< Tools in lock-step that did not finish a step in SIMULATOR_TOOL_TIMEOUT_S.
     uint64_t tool_frames;  ///< Frames of tools on the interfaces that publish buses.
     uint64_t unpublished;  ///< Frames that such an interface did not accept.
     uint64_t undelivered;  ///< See instrument_set_lost.

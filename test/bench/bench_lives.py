@@ -35,7 +35,7 @@ MS = 1e6
 
 
 class Round:
-    """A flight with both members in PRE_OPERATIONAL, and its clock."""
+    """A flight with both members in PRE_OPERATIONAL. kind: TIME of the flight."""
 
     def __init__(self, kind):
         shutil.rmtree(DIRECTORY, ignore_errors=True)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A message of 64 octets from one component to another in the same program: submit, route, dispatch to a
-/// handler. Baseline, the same by hand: take a block from a free list, copy, find the queue, lock, put,
-/// unlock; then lock, get, unlock, copy, return the block, call the handler. In both, the size is known only
-/// at run time.
+/// handler. Baseline, the same by hand: find the queue, lock it, take a block from a free list, copy, put the
+/// block, unlock; then find the queue, lock it, get the block, copy, return it to the list, unlock, call the
+/// handler. In both, the size is known only at run time.
 #define _GNU_SOURCE
 #include "fsw/framework/message/message.h"
 #include "fsw/framework/message/ring_carrier.h"

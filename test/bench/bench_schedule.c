@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A time schedule with 10 000 activities: a request inserts one activity and a step releases one; and a step
 /// in which no activity is due. Baselines: a sorted array that is moved to make room, with the same packets
-/// checked and copied; and one comparison of times. The baseline of the last row is the first row with 100
+/// checked and copied; and one comparison of times. The baseline of the second row is the first row with 100
 /// activities: it shows the additional cost of many.
 #include "pus/st11/st11_time_schedule.h"
 #include "test/bench/measure.h"

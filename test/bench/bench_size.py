@@ -31,7 +31,7 @@ ALLOWED = 90000
 ALLOWED_CORTEX_M = 128 * 1024
 # The descriptor takes 71 KiB of this RAM, and the table of 32 devices on four buses 58 KiB.
 ALLOWED_RAM = 356 * 1024
-# For 12 joints, paths, three paths through 16 points, and every optional service of a descriptor.
+# It has room for 12 joints, three trajectories of 16 points, and the largest capacities of the optional services.
 ALLOWED_RAM_OF = {"arm": 390 * 1024}
 SIZES = """
 #include "fsw/programs/component_runtime.h"

@@ -4,10 +4,11 @@
 A measuring program is build/bench/bench_* or test/bench/bench_*.py. It prints lines `BENCH name value unit baseline`;
 the baseline is what the value is compared with, in the same unit and measured in the same run, `-` if there is
 nothing to compare with. Three more words are the median of the ratios within a round, and their low and high end.
-`SKIPPED name reason` says that there was no peer to compare with. The JSON is a list of {name, value, unit, baseline,
+`SKIPPED name reason` says why there is no measurement, for example no peer to compare with. The JSON is a list of {name, value, unit, baseline,
 ratio}, ratio = value / baseline, with `range` or `skipped` where there is one.
 
-With --check the ratios are compared with the bounds of test/bench/bounds.txt; a skipped row counts as not within its bound.
+With --check the ratios, for `>=` the values, are compared with the bounds of test/bench/bounds.txt; a skipped row counts as
+not within its bound.
 With --only as well, only the bounds of measured rows are checked."""
 
 import argparse

@@ -8,8 +8,10 @@
 // it prints
 //     LOOP <state> <steps> <microseconds> <missed> <early> <latest>     [counts of 40 ns]
 //     STACK <task> <octets> <octets used>
-// `missed`: steps that were already due when the loop began to wait for them. With the argument `hang` a step
-// never ends, with `hang-service` a turn of a loop of services.
+//     REPORTS <packets that have arrived>
+// `missed`: steps that were already due when the loop began to wait for them; `early`: steps that began
+// before they were due; `latest`: longest time from when a step was due until it began. With the argument
+// `hang` a step never ends, with `hang-service` a turn of a loop of services.
 #include "base/apids.h"
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/programs/compiled_descriptors.h"

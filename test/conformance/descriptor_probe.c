@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Results of the flight side's reader of descriptors, for comparison with the generator. Built by
 // test_descriptors.py.
-//   probe subsystem FILE..   one line each: status, both hashes, error
-//   probe mission FILE..     the same
-//   probe compiled DIRECTORY    generated headers against the descriptors in a directory: prints "agree" or
-//                            the difference
+//   probe subsystem FILE..     one line each: status, both hashes, error
+//   probe mission FILE..       the same
+//   probe compiled DIRECTORY   generated headers against the descriptors in a directory: prints "agree", or
+//                              each difference and then "differ"
 #include "base/assertion.h"
 #include "fsw/framework/descriptor/descriptor.h"
 #include "fsw/framework/parameter/parameter.h"

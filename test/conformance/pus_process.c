@@ -5,7 +5,7 @@
 ///     complete   progress step 7, then completion, of the function that was started last
 ///     raise      raise event 3 with data 010203
 ///     ask        send a request [17,1] to APID 17 as the on-board user of APID 16
-///     cuc, cds   report the time as a spacecraft time packet of that format, a report every 4 s
+///     cuc, cds   report the time once as a spacecraft time packet of that format, at the rate of one in 4 s
 ///
 /// Each report or request is printed as a line of hexadecimal digits; a line "." ends the answer to a line.
 #include "pus/core/requester.h"

@@ -236,7 +236,7 @@ def test_every_frame_of_a_flight_of_telepresence_is_known(tmp_path, databases):
         assert_wireshark_names_every_frame(flown, bus, "log")
 
 
-# --- refusals of the emitter
+# --- refusals of the generator
 # -------------------------------------------------------------------------------------
 
 

@@ -106,7 +106,7 @@ def test_homing_ends_at_the_stop_and_moves_the_zero(drive):
     assert 0x0000 in bits
     assert sorted(set(bits)) == [0x0000, 0x0400, 0x1400]
     assert drive.is_homed()
-    # The drive yields to gravity by load over gain.
+    # The drive deviates from its target by the torque of gravity divided by the gain of its controller.
     assert abs(drive.tpdo[1]["Position actual value"].raw - 1234) < 15000
     stop_cycle(drive)
 

@@ -26,7 +26,7 @@ int LLVMFuzzerInitialize(int* argc, char*** argv);
 size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed);
 size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-/// Returns the next number of a sequence; advances `state`.
+/// Returns the next number of a sequence, 0 to 2^24 - 1; advances `state`.
 uint32_t fuzz_random(uint32_t* state);
 
 // ---- Inputs that are a sequence of records: kind u8 | argument u8 | size u16 | octets ----
@@ -61,7 +61,7 @@ typedef void (*fuzz_repair_t)(uint8_t kind, uint8_t* octets, size_t size, uint32
 size_t fuzz_mutate_records(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
 /// Mutate an input that consists of one message; in 7 of 8 inputs the message is repaired.
 size_t fuzz_mutate_message(uint8_t* data, size_t size, size_t max_size, unsigned seed, fuzz_repair_t repair);
-/// Mutate an XML document by elements and attributes, so that 7 of 8 stay well-formed.
+/// Mutate an XML document by elements and attributes; one in 8 by octets.
 size_t fuzz_mutate_document(uint8_t* data, size_t size, size_t max_size, unsigned seed);
 
 /// Repair a space packet: versions, flags, length field, CRC, and the time of a report.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ground port receives octets from up to four clients in pieces of any size and sends them reports, which
 // they read slowly; at times the supervisor refuses requests. The supervisor gets exactly the requests of
-// each client, complete and in order; a client gets only complete packets, in the order in which they were
-// queued.
+// each client, complete and in order; a client gets only complete packets.
 //
 // Records by kind:
 //   0..3  the client of this number sends the octets

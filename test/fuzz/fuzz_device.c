@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated joint drive receives arbitrary frames from its bus at any time. It sends frames with its own
-// identifiers only, its torque stays finite, and after a reset it boots again.
+// The simulated joint drive receives arbitrary frames from its bus at any time. It sends only
+// frames of at most 8 octets, its torque stays finite, and after a reset it boots again.
 //
 // Records by kind:
 //   0..2  the master sends the frame

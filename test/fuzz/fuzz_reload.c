@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // TC[129,6] loads arbitrary configurations: the interface of the manipulator is fixed, and the input is the
 // rest of the document. After a refused document the old one is in force, with its configuration hash. An
-// accepted document is flown: each of its configurations is selected and brought up as far as possible with
-// drives on the bus; then the subsystem returns to OFFLINE, where it accepts the next document.
+// accepted document is flown: each of its first three configurations is selected and brought up as far as
+// possible with drives on the bus; then the subsystem returns to OFFLINE, where it accepts the next document.
 #include "fsw/framework/subsystem/subsystem_core.h"
 #include "fsw/subsystems/manipulator/manipulator.h"
 #include "generated/manipulator_descriptor.h"

@@ -2,9 +2,9 @@
 // A whole subsystem, the manipulator with its drives, receives packets, link frames and CAN frames in any
 // order. They reach the dispatcher, every service of a subsystem, the state machine, parameters and
 // devices. Every report is well-formed, and the reported state is the present one. In each cycle,
-// OPERATIONAL follows SAFE_OPERATIONAL only, and outside of OPERATIONAL no drive has torque, so every brake
-// holds. No request ends twice, and no report of a request follows its end. Afterwards the subsystem can go
-// to OFFLINE, where every pool is full again.
+// OPERATIONAL follows SAFE_OPERATIONAL only, and 50 cycles after OPERATIONAL in which both drives obeyed, no
+// drive has torque, so every brake holds. No request ends twice, and no report of a request follows its end.
+// Afterwards the subsystem can go to OFFLINE, where its pool of call tokens is full again.
 //
 // Records by kind:
 //   0..4  the subsystem receives the packet, then runs for argument cycles
@@ -250,7 +250,7 @@ static void act(const fuzz_record_t* const record)
     }
 }
 
-/// After any input the subsystem reaches OFFLINE, and all resources are returned.
+/// After any input the subsystem reaches OFFLINE, and no call token is taken.
 static void end(void)
 {
     for (unsigned i = 0U; (i < STEPS_TO_OFFLINE) && (subsystem_state(&component) != STATE_OFFLINE); i++) {

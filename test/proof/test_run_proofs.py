@@ -28,7 +28,7 @@ FOUND = "Violated property:\n  file a.c function twice line 4\n  the double is e
 REACHED = "[f.assertion.1] line 4 the double is even: FAILURE\n** 1 of 1 failed (2 iterations)\nVERIFICATION FAILED\n"
 UNREACHED = REACHED + "[f.assertion.2] line 5 the half is small: SUCCESS\n"
 UNWOUND = "Violated property:\n  file a.c function twice line 4\n  unwinding assertion loop 0\n\nVERIFICATION FAILED\n"
-# The answers by what the run is given: a directory of copies with a fault, or not.
+# Answers `reached` with -DPROOF_REACHED, `with_fault` if a directory of copies with a fault is given, else `without_fault`.
 CHECKER = """#!/bin/sh
 printf '%s\\n' "$@" >>log
 for word; do case $word in -DPROOF_REACHED) cat reached; exit $(cat reached.code) ;; esac; done
@@ -163,7 +163,7 @@ def test_each_proof_is_listed_with_its_run_time(tree, tmp_path):
     assert run_proofs.unlisted([tree()]) == ["docs/assurance.md: no row with `proof_a` in the table of proofs"]
 
 
-def test_limits_hold_for_the_checker(tree, tmp_path, monkeypatch):
+def test_a_checker_that_exceeds_the_time_limit_fails_the_proof(tree, tmp_path, monkeypatch):
     monkeypatch.setattr(run_proofs, "TIMEOUT_S", 1)
     (tmp_path / "cbmc/lib/ld-linux.so").write_text('#!/bin/sh\ncase "$*" in *PROOF_REACHED*) exit 6 ;; esac\nwhile :; do :; done\n')
     findings, _ = run_proofs.prove(tree())

@@ -209,7 +209,7 @@ static void long_directories_are_listed_whole(void)
     TEST_ASSERT_EQUAL_UINT32(FILES, all);
 }
 
-/// Every call with a path that no file may have.
+/// Each call must refuse the path with this status.
 static void expect_refused(const char* path, status_t expected)
 {
     osal_directory_entry_t entries[2];

@@ -191,7 +191,7 @@ static void a_participant_can_be_suspended_only_after_its_life_has_begun(void)
     (void)next_is(FIRST, 2000U);
     osal_lockstep_suspend(scheduler, SECOND);
     osal_lockstep_done(scheduler, FIRST, 3000U);
-    (void)next_is(FIRST, 3000U); // The other participant has had no grant yet.
+    (void)next_is(FIRST, 3000U); // SECOND is suspended, although it has had no grant yet.
     TEST_ASSERT_EQUAL_UINT64(2000U, osal_lockstep_begin_ns(scheduler, SECOND));
 }
 

@@ -154,7 +154,7 @@ static void names_out_of_the_contract_are_invalid(void)
 static void too_large_shared_memory_is_refused_and_leaves_no_name(void)
 {
     osal_shm_t shm;
-    // The sizes are 2^56 octets or more; on a processor of 32 bits 16 MiB or more.
+    // The smallest size is 2^56 - 1 octets; on a processor of 32 bits 2^24 - 1 octets.
     for (unsigned shift = 1U; shift <= 8U; shift++) {
         TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, osal_shm_create(&shm, name, SIZE_MAX >> shift));
         TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_open(&shm, name));

@@ -25,7 +25,7 @@
 #define CAPACITY 12U
 #define FIELDS 2U
 
-/// Size of a field; one of another kind is a string.
+/// Size of a field; a kind above 3 is a string.
 static size_t size_of(const uint8_t kind, const size_t string_size)
 {
     static const size_t sizes[] = {1U, 2U, 4U, 8U};

@@ -201,7 +201,7 @@ static void filters_hold_in_the_kernel_and_let_error_frames_through(void)
     TEST_ASSERT_EQUAL(STATUS_OK, receive_within(&two, &out));
     TEST_ASSERT_EQUAL_HEX32(ids[3], out.id);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_can_receive(&two, &out));
-    TEST_ASSERT_EQUAL_UINT32(0U, two.filtered); // The frames have not arrived yet.
+    TEST_ASSERT_EQUAL_UINT32(0U, two.filtered); // The kernel has dropped the other frames.
     osal_can_close(&one);
     osal_can_close(&two);
 }

@@ -97,7 +97,7 @@ static void names_are_returned_in_order_and_in_parts(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, osal_directory_list(&root, "..", "", entries, 2U, &count));
 }
 
-/// Each call must refuse a path that no file may have.
+/// Each call must refuse the path with this status.
 static void expect_refused(const char* path, status_t expected)
 {
     osal_directory_entry_t entries[2];

@@ -157,7 +157,7 @@ static void access_without_permission_is_denied(void)
         TEST_ASSERT_EQUAL(STATUS_DENIED, osal_file_create_directory("/osal-file-test"));
         return;
     }
-    const pid_t child = fork(); // The same as a user without rights.
+    const pid_t child = fork(); // The child gives up its privilege and tries the same.
     if (child == 0) {
         osal_file_t file;
         const bool is_dropped = (setgid(65534) == 0) && (setuid(65534) == 0);

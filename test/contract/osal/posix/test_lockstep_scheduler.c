@@ -107,7 +107,7 @@ static void delivery_from_outside_wakes_a_sleeping_run(void)
     const pid_t sleeper              = child(sleep_for_ever, scheduler, 1U);
     await_presence(scheduler, 1U);
     osal_lockstep_deliver(scheduler, 0U, 1U, OSAL_LOCKSTEP_ANY_LIFE, 1U, 0U);
-    TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // The next participant got the grant.
+    TEST_ASSERT_EQUAL(1, exit_code(sleeper)); // The sleeper got the grant.
     (void)munmap(storage, OSAL_LOCKSTEP_OCTETS);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: each statusword is decoded to the state to which CiA 402 assigns its bits; torque is commanded
 //     only for the goal ENABLED and from SWITCHED_ON on, power only for the goals STANDBY and ENABLED; a
-//     fault is reset if and only if it is permitted, by a rising edge; each goal is reached in its states
-//     and in no others; those of DISABLED and QUICK STOP are without torque.
+//     fault is reset, by a rising edge, if and only if it is permitted and the goal has power; each goal is
+//     reached in its states and in no others; those of DISABLED and QUICK STOP are without torque.
 // Bounds: every statusword, state, goal and previous controlword.
 // Replaced: nothing.
 // Sources: fsw/canopen/cia402.c
@@ -67,7 +67,7 @@ void proof(void)
     PROVE(((word & CIA402_CONTROL_FAULT_RESET) != 0U) ==
               (may_reset && wants_power && (state == CIA402_FAULT) &&
                ((previous & CIA402_CONTROL_FAULT_RESET) == 0U)),
-          "a fault is reset if and only if it is permitted, in FAULT, by a rising edge");
+          "a fault is reset if and only if permitted, for a goal with power, in FAULT, by a rising edge");
     PROVE(IMPLIES(goal == CIA402_GOAL_DISABLED, word == CIA402_CONTROL_DISABLE_VOLTAGE),
           "the goal DISABLED removes the voltage at once");
     PROVE(IMPLIES(goal == CIA402_GOAL_QUICK_STOP,
@@ -75,8 +75,8 @@ void proof(void)
                                ? CIA402_CONTROL_QUICK_STOP
                                : CIA402_CONTROL_DISABLE_VOLTAGE)),
           "the goal QUICK STOP brakes a drive with torque, and removes the voltage of all others");
-    const bool is_idle = (state == CIA402_SWITCH_ON_DISABLED) || (state == CIA402_FAULT) ||
-                         (state == CIA402_NOT_READY); // Without torque.
+    const bool is_idle =
+        (state == CIA402_SWITCH_ON_DISABLED) || (state == CIA402_FAULT) || (state == CIA402_NOT_READY);
     PROVE(canopen_cia402_is_at_goal(state, goal) ==
               ((goal == CIA402_GOAL_ENABLED)   ? (state == CIA402_OPERATION_ENABLED)
                : (goal == CIA402_GOAL_STANDBY) ? (state == CIA402_SWITCHED_ON)

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: without a rule that allows it, every request outside the built-in set is forbidden; this set
-//     has exactly the requests for reports and reads that is_read lists, and requests for a state that is
-//     not higher: no function, and no request for a higher state. A rule allows only requests that have
-//     its service, subtype, target, mode, state and selector, and a request that matches a rule is
-//     allowed.
+//     has exactly the requests that is_read and is_down list: no function, and no request for a higher state
+//     except ERROR_OPERATIONAL. A rule allows only requests that have its service, subtype, target, mode,
+//     state and selector, and a request that matches a rule is allowed.
 // Bounds: every request, with a function name or without; every mission with 0 to 2 rules, which are examined
 //     one after the other.
 // Replaced: strcmp decides arbitrarily, for the name of each rule, whether it equals the name in the request.

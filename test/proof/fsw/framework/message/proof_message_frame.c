@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: message_frame_is_well_formed accesses no octet outside a frame, and accepts a frame if and only if
-//     it is for this component, its size, magic, version and kind exist and its sender has a life; the fields
-//     that message_frame_write wrote are read with the same values, all together and one by one.
+//     it is for this component, has a permitted size and kind, the right magic and version, and a life of its
+//     sender other than 0; the fields that message_frame_write wrote are read with the same values, all
+//     together and one by one.
 // Bounds: every frame of 0..MESSAGE_FRAME_MAX + 1 octets, every header.
 // Replaced: nothing.
 // Sources: fsw/framework/message/message_frame.c

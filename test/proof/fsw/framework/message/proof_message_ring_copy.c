@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: the copy of a ring is the sequence of its blocks in order, each with its length field in front,
-//     as proof_message_ring_refill.c reads it; a ring that is larger than the room for the copy is not
+//     as message_ring_refill reads it; a ring that is larger than the room for the copy is not
 //     copied; the ring does not change. No access is outside the storage or the room for the copy.
 // Bounds: a ring of 16 octets that begins at any position of its storage; none, one or two blocks of 0..3
 //     octets; room for 0..16 octets.
@@ -29,7 +29,7 @@ static message_ring_t ring;
 static void put(const uint8_t* const block, const size_t size)
 {
     const status_t status = message_ring_put(&ring, block, size);
-    ASSUME(status == STATUS_OK); // message_ring proves it: there is room for the block.
+    ASSUME(status == STATUS_OK); // There is room for the block: proof_message_ring.c proves it.
 }
 
 /// The block is at `offset` of the copy: its length field, and each of its octets.

@@ -32,7 +32,7 @@ static void any_ring(void)
 static void put(const uint8_t* const block, const size_t size)
 {
     const status_t status = message_ring_put(&ring, block, size);
-    ASSUME(status == STATUS_OK); // message_ring proves it: there is room for the block.
+    ASSUME(status == STATUS_OK); // There is room for the block: proof_message_ring.c proves it.
 }
 
 static void prove_looking(const size_t offset, const uint8_t* const block, const size_t size)

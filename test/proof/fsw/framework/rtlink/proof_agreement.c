@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves: rtlink_negotiate accepts terms if and only if the layouts are equal, their size fits, their byte
-//     order exists, one period is a multiple of the other, and both have a common method. The agreed
-//     terms have exactly one method, which this software and both ends know, and the decimation that leads
-//     from the producer's period to the consumer's; it is 1 if the producer's period is not shorter.
+// Proves: rtlink_negotiate accepts terms if and only if the layouts are equal, their size fits, the
+//     producer's byte order exists, one period is a multiple of the other, and both have a common method. The
+//     agreed terms have exactly one method, which this software and both ends know, and the decimation that
+//     leads from the producer's period to the consumer's; it is 1 if the producer's period is not shorter.
 // Bounds: any terms; periods of up to 2^10 us, because the remainder of larger ones takes the checker too
 //     long.
 // Replaced: nothing.

@@ -13,10 +13,10 @@
 
 static const uint8_t* cipher_frame; // Frame that is being examined.
 static size_t cipher_content;       // Octets that were decrypted.
-static bool cipher_is_checked;      // The MAC was compared,
-static bool cipher_is_authentic;    // and was right.
+static bool cipher_is_checked;      // The MAC was compared.
+static bool cipher_is_authentic;    // The comparison found the MAC right.
 
-/// Before each examination of a frame.
+/// Call before each examination of a frame.
 static void cipher_examine(const uint8_t* const frame)
 {
     cipher_frame        = frame;
