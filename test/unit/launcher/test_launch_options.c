@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The carrier of the buses on the command line: accepted combinations, and refused ones with the reason.
+// Options of `hirosco run`: values, accepted combinations, and refused ones with the reason.
 #include "launcher/launch_options.h"
 
 #include <string.h>
@@ -254,8 +254,8 @@ static void a_refusal_shows_the_option_and_its_value(void)
     TEST_ASSERT_NULL(strstr(error, "..."));
 }
 
-/// The text after a list that is full is not one of its words.
-static void a_full_list_of_words_ends_with_its_last(void)
+/// The message of a refusal follows the list of the accepted words in memory.
+static void the_message_of_an_option_is_not_accepted_as_its_value(void)
 {
     static char option[] = "--time";
     static char value[]  = "expected stepped, real or free";
@@ -411,7 +411,7 @@ int main(void)
     RUN_TEST(each_option_takes_its_value);
     RUN_TEST(a_scenario_is_a_name_or_a_path);
     RUN_TEST(a_refusal_shows_the_option_and_its_value);
-    RUN_TEST(a_full_list_of_words_ends_with_its_last);
+    RUN_TEST(the_message_of_an_option_is_not_accepted_as_its_value);
     RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_remote_endian_program_takes_datagrams);

@@ -134,7 +134,7 @@ static void an_end_is_reported_as_soon_as_it_is_known(void** state)
 {
     child_t child = {.name = "arm", .is_alive = false};
     (void)state;
-    assert_false(launcher_has_ended(&launcher, &child)); // The child has not been asked to end.
+    assert_false(launcher_has_ended(&launcher, &child)); // An end is not reported twice.
     child.is_alive = true;
     will_return(__wrap_osal_process_poll, STATUS_NOT_OURS);
     assert_false(launcher_has_ended(&launcher, &child));

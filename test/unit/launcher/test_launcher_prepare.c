@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the launcher prepares before the first process of a run: the directory and the port of the ground; and
-// the reason that it gives if a part is missing. The other files of the launcher, shared memory and the
-// socket are mocked; mission and directory are real.
+// What the launcher prepares before the first process of a run: the directory, the port of the ground and the
+// scheduler; and the reason that it gives if a part is missing. The other files of the launcher, shared
+// memory and the socket are mocked; mission and directory are real.
 #define _GNU_SOURCE
 #include "generated/device_classes.h"
 #include "launcher/launcher_internal.h"

@@ -429,7 +429,7 @@ static void malformed_records_of_a_program_are_refused(void** state)
     octets_put_u32(content, STRANGER);
     refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS); // There is no such socket.
     refuse(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS - 1U);
-    refuse(TARGET_WIRE_WAIT, content, 8U); // Neither can the program wait for that socket.
+    refuse(TARGET_WIRE_WAIT, content, 8U); // The program cannot wait for that socket either.
     refuse(TARGET_WIRE_WAIT, content, 7U);
     refuse(TARGET_WIRE_WAITED, content, 0U); // Only the serving process may send this record.
     refuse(TARGET_WIRE_SYNCED, content, 1U);

@@ -58,7 +58,7 @@ static void a_member_is_silent_after_more_than_three_seconds(void)
     step_at(heard_ns + (3000U * MS) + TICK, LONE);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
     fixture_forget();
-    step_at(heard_ns + (6000U * MS) + TICK, LONE); // The next event comes again after more than 3 s.
+    step_at(heard_ns + (6000U * MS) + TICK, LONE); // The event is raised again after more than 3 s.
     TEST_ASSERT_FALSE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
     step_at(heard_ns + (6000U * MS) + (2U * TICK), LONE);
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_SUBSYSTEM_SILENT, LONE));
@@ -86,7 +86,7 @@ static void a_state_is_in_doubt_after_a_second_and_a_half(void)
     TEST_ASSERT_EQUAL_UINT32(asked + 2U, fixture.supervisor.reactions.asked);
 }
 
-static void a_process_hangs_when_its_time_is_exceeded(void)
+static void a_process_is_killed_when_its_step_is_later_than_its_timeout(void)
 {
     const uint64_t timeout_ns = (uint64_t)entry_of(LONE)->mission->hang_after_us * 1000U;
     fixture.late_apid         = LONE;
@@ -99,7 +99,7 @@ static void a_process_hangs_when_its_time_is_exceeded(void)
     TEST_ASSERT_TRUE(has_event(SUPERVISOR_EVENT_PROCESS_HUNG, LONE));
 }
 
-/// Let the process die; its death is detected at this time.
+/// Let the process of ARM die; its death is detected at this time.
 static void die_at(uint64_t now_ns)
 {
     fixture.members[FIXTURE_ARM].is_running = false;
@@ -139,7 +139,7 @@ static void earlier_deaths_do_not_count_after_a_life_as_long_as_the_restart_peri
         entry_of(ARM)->restart_ns = started_ns;
         die_at(started_ns + (5000U * MS) - ((i == 0U) ? TICK : 0U));
         TEST_ASSERT_EQUAL((i == 0U) ? 2U : 1U, entry_of(ARM)->deaths);
-        fixture_run(30U); // By now it has been started again.
+        fixture_run(30U); // ARM has been started again.
     }
 }
 
@@ -278,7 +278,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_member_is_silent_after_more_than_three_seconds);
     RUN_TEST(a_state_is_in_doubt_after_a_second_and_a_half);
-    RUN_TEST(a_process_hangs_when_its_time_is_exceeded);
+    RUN_TEST(a_process_is_killed_when_its_step_is_later_than_its_timeout);
     RUN_TEST(a_restart_waits_for_its_pause);
     RUN_TEST(earlier_deaths_do_not_count_after_a_life_as_long_as_the_restart_period);
     RUN_TEST(a_negotiation_ends_at_its_deadline);

@@ -187,8 +187,8 @@ static void reports_that_wait_for_the_ground_are_counted_in_octets(void)
     TEST_ASSERT_EQUAL_UINT32(refused, ground->block_refused);
 }
 
-/// The last phase is one that can be reported. A state is at rest only in a phase at rest.
-static void each_reported_phase_is_known(void)
+/// UNSECURED, the last phase, is accepted. It is no phase at rest, so its state is not recorded as rested.
+static void the_last_phase_is_accepted_and_is_not_at_rest(void)
 {
     const registry_entry_t* const lone = &fixture.supervisor.registry[2];
     const uint32_t malformed           = fixture.supervisor.counters.tm_malformed;
@@ -211,7 +211,7 @@ static void each_reported_phase_is_known(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(each_reported_phase_is_known);
+    RUN_TEST(the_last_phase_is_accepted_and_is_not_at_rest);
     RUN_TEST(the_status_counts_members_links_networks_requests_and_records);
     RUN_TEST(an_empty_message_from_any_sender_is_malformed);
     RUN_TEST(packets_are_counted_by_their_outcome);

@@ -237,7 +237,7 @@ static void reported_values_are_kept(void)
     TEST_ASSERT_EQUAL_UINT32(3U, cache.counters.unfitting);
 }
 
-static void an_unknown_subsystem_is_not_found(void)
+static void a_parameter_without_value_or_size_is_not_found(void)
 {
     const pus_parameter_port_t port = supervisor_telemetry_cache_port(&cache);
     uint16_t handle                 = 0U;
@@ -341,7 +341,7 @@ int main(void)
     RUN_TEST(a_definition_replaces_the_previous_one);
     RUN_TEST(bad_definitions_remove_the_structure);
     RUN_TEST(reported_values_are_kept);
-    RUN_TEST(an_unknown_subsystem_is_not_found);
+    RUN_TEST(a_parameter_without_value_or_size_is_not_found);
     RUN_TEST(tables_of_the_cache_are_bounded);
     RUN_TEST(the_octets_of_the_cache_are_bounded);
     RUN_TEST(a_value_that_is_no_longer_reported_is_old);

@@ -74,7 +74,7 @@ static void scalars_are_found_by_name(void)
     TEST_ASSERT_EQUAL_UINT32(0U, directory.full);
 }
 
-static void the_name_of_a_structure_is_not_found_as_a_scalar(void)
+static void a_name_that_is_no_scalar_is_not_found(void)
 {
     static const char* const names[] = {"",
                                         "ARM",
@@ -136,7 +136,7 @@ static void the_telemetry_cache_takes_reports_of_the_configuration(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, supervisor_telemetry_cache_value(&cache, VALUES, &octets, &size));
     supervisor_telemetry_directory_define(&directory, &cache, ARM, 1U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, supervisor_telemetry_cache_value(&cache, VALUES, &octets, &size));
-    report(27U); // 19, and twice 4.
+    report(27U); // 19 octets of VALUES, and 2 samples of AGE with 4 octets each.
     expect_value(VALUES, 19U, 1U);
     expect_value(AGE, 4U, 24U); // The last sample.
     supervisor_telemetry_directory_define(&directory, &cache, ARM, 2U);
@@ -193,7 +193,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(scalars_are_found_by_name);
-    RUN_TEST(the_name_of_a_structure_is_not_found_as_a_scalar);
+    RUN_TEST(a_name_that_is_no_scalar_is_not_found);
     RUN_TEST(the_telemetry_cache_takes_reports_of_the_configuration);
     RUN_TEST(sizes_are_reported);
     RUN_TEST(the_content_of_structures_lies_one_after_another);

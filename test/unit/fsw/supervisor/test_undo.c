@@ -110,7 +110,7 @@ static void each_medium_has_its_own_undo_record(void)
     expect_text("abc");
 }
 
-/// The content of an emptied medium is not needed; octets written later must not remain.
+/// More than UNDO_CUT_MAX octets that emptying removes are not restored. Octets written later never remain.
 static void octets_written_after_emptying_do_not_reappear(void)
 {
     static uint8_t octets[UNDO_CUT_MAX + 1U];

@@ -277,7 +277,7 @@ static void model_write(content_t* const content, const unsigned file, const siz
 }
 
 /// One step of the script, which changes the content by one operation: an append, a write into the middle, a
-/// cut, a file that is replaced by a rename, a removal.
+/// file that is replaced by a rename, a removal.
 static status_t step(const unsigned number)
 {
     uint8_t piece[PIECE];

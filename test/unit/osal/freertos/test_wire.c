@@ -86,7 +86,7 @@ void tearDown(void)
 {
     uint8_t octet;
     size_t size = 0U;
-    if (wire_is_open()) { // Read the rest of an earlier test.
+    if (wire_is_open()) { // Read what the test has left.
         while (wire_stream_receive(&octet, 1U, &size) == STATUS_OK) {
         }
     }
@@ -118,7 +118,7 @@ static void arrive_datagram(const size_t size)
     arrive(TARGET_WIRE_DATAGRAM, content, TARGET_WIRE_DATAGRAM_OCTETS + size);
 }
 
-static void numbers_of_descriptors_have_any_length(void)
+static void descriptors_up_to_the_largest_number_are_accepted(void)
 {
     TEST_ASSERT_TRUE(wire_set("100000:2147483647"));
     TEST_ASSERT_EQUAL(STATUS_OK, wire_open());
@@ -243,7 +243,7 @@ static void a_path_that_does_not_fit_is_not_synced(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(numbers_of_descriptors_have_any_length);
+    RUN_TEST(descriptors_up_to_the_largest_number_are_accepted);
     RUN_TEST(an_argument_that_is_not_two_numbers_is_refused);
     RUN_TEST(malformed_records_of_the_serving_process_are_refused_and_reported);
     RUN_TEST(a_record_of_a_wrong_size_is_refused_and_reported);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The counted hand-over of frames over SocketCAN with a mocked controller: frames that are late, missing,
-// unannounced or returned, and a controller that is full or gone. The counts are in real shared memory.
+// The counted hand-over of frames over SocketCAN with a mocked controller: frames that are late, missing
+// or unannounced, and a controller that is full or gone. The counts are in real shared memory.
 #define _GNU_SOURCE
 #include "osal/include/osal/can_interface.h"
 #include "osal/include/osal/clock.h"
@@ -231,7 +231,7 @@ static void an_announced_frame_is_waited_for(void** state)
     assert_int_equal(STATUS_OK, can_counted_send(&node, &frame));
     will_receive(&wire, STATUS_EMPTY);
     will_wait(&wire, true);
-    will_receive(&wire, STATUS_EMPTY); // The filters of the node drop the frame.
+    will_receive(&wire, STATUS_EMPTY); // The filters of this end drop the frame.
     will_wait(&wire, true);
     will_receive(&wire, STATUS_OK);
     assert_int_equal(STATUS_OK, can_counted_receive(&wire, &received));
@@ -411,7 +411,7 @@ static void the_address_decides_whether_frames_are_counted(void** state)
     assert_int_equal(2U, counts.frames);
     assert_int_equal(3U, counts.external);
     will_close(&wire);
-    osal_can_add_external(&wire, 1U); // No end counts frames any more.
+    osal_can_add_external(&wire, 1U); // A closed end counts nothing.
     assert_int_equal(STATUS_CLOSED, osal_can_send(&wire, &frame));
     assert_int_equal(STATUS_CLOSED, osal_can_receive(&wire, &received));
     assert_int_equal(STATUS_CLOSED, osal_can_filter(&wire, &others, 1U));

@@ -37,8 +37,8 @@ typedef struct {
 
 static message_t asked[3]; // Requests since the last call.
 static unsigned asked_count;
-static message_t answers[3]; // Answers of the kernel in order. An answer without octets: the call fails.
-static int errors[3];
+static message_t answers[3];   // Answers of the kernel in order.
+static int errors[3];          // Error of the call for each answer; 0: none.
 static unsigned interruptions; // Signals before the next answer.
 static int open_count;
 static int can_error;    // Error of the socket for CAN.
@@ -411,7 +411,7 @@ static const struct {
                     {EIO, STATUS_IO, STATUS_IO, STATUS_IO},
                     {ENOBUFS, STATUS_IO, STATUS_IO, STATUS_IO}};
 
-/// Expect all three requests; the kernel refuses the first.
+/// Expect that each of the three calls reports the error of its first request.
 static void expect_refusals(const unsigned i, const unsigned socket_options)
 {
     osal_can_interface_t seen;

@@ -211,7 +211,7 @@ static void expect_opening(const unsigned failing, const int error)
     }
 }
 
-static void an_interface_is_opened_as_the_contract_says(void** state)
+static void opening_queries_the_interface_sets_the_options_and_binds(void** state)
 {
     (void)state;
     can.descriptor = -1;
@@ -446,7 +446,7 @@ static void a_wait_ends_with_a_frame_a_signal_or_the_time(void** state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(an_interface_is_opened_as_the_contract_says, set_up),
+        cmocka_unit_test_setup(opening_queries_the_interface_sets_the_options_and_binds, set_up),
         cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
         cmocka_unit_test_setup(a_smaller_queue_is_used_if_the_wanted_one_is_refused, set_up),
         cmocka_unit_test_setup(an_interface_that_is_down_or_no_can_interface_is_reported, set_up),
