@@ -34,7 +34,7 @@ static void begin(void)
     pus_requester_init(&requester, 1U, &port);
 }
 
-/// Sequence count of a report, and its message type counter.
+/// Send a report. Returns its sequence count (bits 16 to 29) and its message type counter (bits 0 to 15).
 static uint32_t report(uint8_t subtype)
 {
     octet_writer_t writer = pus_tm_begin(&process, 17U, subtype, 1U, 0U);

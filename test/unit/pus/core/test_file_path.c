@@ -140,7 +140,7 @@ static void a_path_lies_within_itself_and_the_directories_above(void)
     TEST_ASSERT_FALSE(pus_file_path_is_same(&a, &ab));
 }
 
-static void wildcards_match_as_described(void)
+static void an_asterisk_matches_any_text_and_a_question_mark_one_character(void)
 {
     static const char* const yes[][2] = {
         {"*", "a"},         {"*", "abc"},     {"a*", "a"},        {"a*c", "abc"}, {"a*c", "ac"},
@@ -206,7 +206,7 @@ int main(void)
     RUN_TEST(names_and_paths_have_a_maximum_length);
     RUN_TEST(names_are_appended_to_a_path_and_removed);
     RUN_TEST(a_path_lies_within_itself_and_the_directories_above);
-    RUN_TEST(wildcards_match_as_described);
+    RUN_TEST(an_asterisk_matches_any_text_and_a_question_mark_one_character);
     RUN_TEST(well_formed_patterns_are_read_and_others_are_refused);
     RUN_TEST(paths_and_names_are_written_with_their_length);
     return UNITY_END();

@@ -187,7 +187,7 @@ static void a_request_without_room_for_a_source_has_none(void)
         TEST_ASSERT_EQUAL_UINT16(PUS_USER_GROUND, tc.source);
         TEST_ASSERT_EQUAL_HEX32(0x1864C019U, tc.request_id);
     }
-    uint8_t packet[sizeof golden_tc]; // The field says too little, but the request is long enough.
+    uint8_t packet[sizeof golden_tc]; // The length field is too small, but the request is long enough.
     memcpy(packet, golden_tc, sizeof packet);
     packet[5] = 4U;
     pus_tc_t tc;

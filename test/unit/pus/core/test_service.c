@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-/// A service whose only request returns the results that the test sets, for each instruction.
+/// A service whose requests have the results that the test sets, for each instruction.
 static struct {
     pus_reply_t reply;
     unsigned calls;
@@ -343,7 +343,7 @@ static status_t fail_to_keep(void* const context)
     return STATUS_IO;
 }
 
-/// A failure that has an event is reported as that event, independent of the records.
+/// A request that is refused or fails by itself has its own failure code, even if its records are not stored.
 static void a_request_whose_effect_is_not_stored_is_not_completed(void)
 {
     static const pus_persistence_t persistence = {.commit = fail_to_keep};
@@ -405,7 +405,7 @@ static void a_request_that_was_done_fails_if_packets_of_its_answer_were_lost(voi
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_SOME_FAILED, 0U, 2U);
     bench_clear();
-    served.reply = pus_failed(PUS_FAILURE_DEVICE, 4U); // This failure is its end.
+    served.reply = pus_failed(PUS_FAILURE_DEVICE, 4U); // The request ends with this failure.
     TEST_ASSERT_EQUAL(STATUS_OK, bench_request(1U, NULL, 0U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_DEVICE, 0U, 4U);

@@ -170,7 +170,7 @@ static void more_entries_than_a_report_holds_fail_the_request(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 130, 9, 1, 7);
 }
 
-static void status_carries_ends_properties_and_counters(void)
+static void status_contains_ends_properties_and_counters(void)
 {
     static const uint8_t one[] = {1, 0, 2};
     // One link: link 2, state 3, producer 16 port 1, consumer 17 port 2; at the end the five counters.
@@ -360,7 +360,7 @@ int main(void)
     RUN_TEST(all_or_some_offers_are_reported);
     RUN_TEST(unknown_ports_are_refused_alone_and_no_offers_are_an_empty_list);
     RUN_TEST(more_entries_than_a_report_holds_fail_the_request);
-    RUN_TEST(status_carries_ends_properties_and_counters);
+    RUN_TEST(status_contains_ends_properties_and_counters);
     RUN_TEST(an_accepted_link_is_reported_and_completed);
     RUN_TEST(a_refused_link_names_reason_and_field);
     RUN_TEST(a_link_is_opened_and_closed);

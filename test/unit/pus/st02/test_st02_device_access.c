@@ -386,7 +386,7 @@ static void the_first_command_that_fails_ends_the_request(void)
     TEST_ASSERT_EQUAL_UINT(1U, devices.begun);
 }
 
-static void other_requests_continue_after_a_failure(void)
+static void switching_continues_after_a_failure(void)
 {
     begin(3U);
     u16(BROKEN);
@@ -548,7 +548,7 @@ int main(void)
     RUN_TEST(physical_devices_are_commanded);
     RUN_TEST(one_faulty_command_refuses_the_whole_request);
     RUN_TEST(the_first_command_that_fails_ends_the_request);
-    RUN_TEST(other_requests_continue_after_a_failure);
+    RUN_TEST(switching_continues_after_a_failure);
     RUN_TEST(logical_devices_are_commanded);
     RUN_TEST(each_acquisition_has_a_report);
     RUN_TEST(logical_devices_answer_with_a_value_alone);

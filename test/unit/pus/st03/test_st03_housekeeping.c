@@ -46,7 +46,7 @@ static void run(const unsigned cycles)
     }
 }
 
-/// Add structure 5: every 6 cycles, U16 and 3 samples of {U8, U16}.
+/// Add structure `id`: every 6 cycles, U16 and 3 samples of {U8, DOUBLE}.
 static status_t add_structure(const uint16_t id, const bool is_periodic)
 {
     static const uint32_t simple[]              = {P_U16};
@@ -72,7 +72,7 @@ static status_t add_simple_structure(const uint16_t id, const bool is_periodic)
     return pus_hk_add(&hk, &definition);
 }
 
-/// Expect a report of structure 5 whose samples have these ticks; the simple values have the last tick.
+/// Expect a report of structure `id` whose samples have these ticks; the simple values have the last tick.
 static void expect_report(const size_t index, const uint16_t id, const uint8_t first, const uint8_t second,
                           const uint8_t third)
 {
@@ -225,7 +225,7 @@ static void samples_may_fill_their_buffer_to_the_last_octet(void)
 
 // ---- Requests ----
 
-/// TC[3,1] for structure 9: interval 4, {U16}, {2 x {U8, DOUBLE}}; octets of the sets at 13.
+/// TC[3,1] for structure 9: interval 4, {U16}, {2 x {U8, DOUBLE}}; the set begins at octet 12.
 static const uint8_t create_9[] = {0, 9, 0, 0, 0, 4, 1, 2, 1, 0, 2, 1, 0, 2, 2, 2, 0, 0, 1, 2, 9, 0, 3};
 
 static void a_structure_is_created_reported_enabled_and_deleted(void)

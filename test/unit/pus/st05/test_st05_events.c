@@ -309,7 +309,7 @@ static void a_high_event_is_sent_unless_an_earlier_one_still_waits(void)
 }
 
 /// 100 events in each millisecond for 60 s: the sum of the reported numbers is the number of all events.
-static void all_occurrences_of_a_storm_add_up(void)
+static void all_occurrences_of_a_frequent_event_are_reported_or_counted(void)
 {
     uint32_t sum = 0U;
     limit();
@@ -387,7 +387,7 @@ int main(void)
     RUN_TEST(the_number_of_suppressed_events_is_reported_later_if_there_is_no_room);
     RUN_TEST(without_the_event_nothing_is_reported);
     RUN_TEST(a_high_event_is_sent_unless_an_earlier_one_still_waits);
-    RUN_TEST(all_occurrences_of_a_storm_add_up);
+    RUN_TEST(all_occurrences_of_a_frequent_event_are_reported_or_counted);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);
     RUN_TEST(more_disabled_events_than_a_report_holds_are_refused);
     RUN_TEST(every_request_has_a_strict_format);

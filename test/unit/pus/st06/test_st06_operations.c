@@ -357,7 +357,7 @@ static void a_protection_ends_a_load_from_a_file(void)
     TEST_ASSERT_EQUAL_UINT(1U, memory_file.closes);
 }
 
-static void areas_are_dumped_to_a_file_one_behind_the_other(void)
+static void areas_are_dumped_to_a_file_one_after_the_other(void)
 {
     memory_begin(RAM);
     memory_name_file();
@@ -515,7 +515,7 @@ int main(void)
     RUN_TEST(a_file_with_a_wrong_checksum_changes_nothing);
     RUN_TEST(a_load_from_a_file_that_fails_is_reported);
     RUN_TEST(a_protection_ends_a_load_from_a_file);
-    RUN_TEST(areas_are_dumped_to_a_file_one_behind_the_other);
+    RUN_TEST(areas_are_dumped_to_a_file_one_after_the_other);
     RUN_TEST(a_dump_to_a_file_ends_with_its_first_failure);
     RUN_TEST(a_file_that_cannot_be_opened_refuses_the_request);
     RUN_TEST(a_file_whose_areas_are_all_refused_is_closed_or_not_made);

@@ -59,7 +59,6 @@ void tearDown(void)
 {
 }
 
-/// Returns the fields of the last time packet, which must be well-formed.
 typedef struct {
     uint16_t sequence;
     uint8_t exponent;
@@ -76,6 +75,7 @@ static uint64_t read_cds(octet_reader_t* const reader)
     return (((day * 86400000U) + ms) * 1000000U) + (us * 1000U);
 }
 
+/// Returns the fields of the last time packet, which must be well-formed.
 static time_fields_t report(const pus_time_format_t format)
 {
     time_fields_t result  = {0};
@@ -121,7 +121,7 @@ static bool set_rate(const uint8_t exponent)
 
 static void a_cuc_report_has_this_layout(void)
 {
-    // 2 000 000 000 s, 0x77359400, and a half; checksum by an independent implementation.
+    // 2 000 000 001 s, 0x77359401, and a half.
     static const uint8_t expected[] = {0x00, 0x00, 0xC0, 0x00, 0x00, 0x0B, 0x00, 0x1F,
                                        0x77, 0x35, 0x94, 0x01, 0x80, 0x00, 0x00, 0x05};
     TEST_ASSERT_TRUE(sends(1500000000ULL));

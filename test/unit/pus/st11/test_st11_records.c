@@ -86,7 +86,7 @@ static void the_first_and_the_last_sub_schedule_and_group_are_kept(void)
     EXPECT_SCHEDULE(0, 1);
 }
 
-/// The records of a power cut are in any slots of the table; the others stay free.
+/// After a power cut the remaining records are in any slots of the table; the other slots are free.
 static void after_a_power_cut_the_whole_table_has_room(void)
 {
     for (uint16_t kept = 1U; kept <= 4U; kept++) {

@@ -177,7 +177,7 @@ static void packets_of_a_report_that_the_port_refuses_are_sent_later(void)
     st11_fixture_begin_ids(2U);
     st11_fixture_write_id(3U);
     st11_fixture_write_id(99U);
-    bench.refusals = 2U; // TM[1,4] waits, and so does the report after it.
+    bench.refusals = 2U; // TM[1,4] and the report after it wait.
     TEST_ASSERT_EQUAL(STATUS_OK, st11_fixture_request(12U));
     TEST_ASSERT_EQUAL_UINT64(0U, bench.count);
     TEST_ASSERT_TRUE(st11_fixture.schedule.schedule.report.is_active);

@@ -213,7 +213,7 @@ static void a_request_is_at_most_as_long_as_can_be_reported(void)
     expect_failure(1U, 4U, PUS_FAILURE_EMBEDDED, 1U, 11U);
 }
 
-static void the_room_is_limited(void)
+static void activities_beyond_the_table_or_the_blocks_are_refused(void)
 {
     st11_fixture.config = schedule_config(3U, 4U);
     st11_fixture_start();
@@ -238,7 +238,7 @@ static void the_room_is_limited(void)
     EXPECT_SCHEDULE(0, 2, 11);
 }
 
-static void sub_schedules_are_limited(void)
+static void a_fifth_sub_schedule_is_refused(void)
 {
     st11_fixture_create_group(G, 1U);
     for (uint8_t i = 0U; i < 4U; i++) {
@@ -343,8 +343,8 @@ int main(void)
     RUN_TEST(a_refused_insertion_creates_no_sub_schedule);
     RUN_TEST(a_tag_must_be_later_than_now_by_the_margin);
     RUN_TEST(a_request_is_at_most_as_long_as_can_be_reported);
-    RUN_TEST(the_room_is_limited);
-    RUN_TEST(sub_schedules_are_limited);
+    RUN_TEST(activities_beyond_the_table_or_the_blocks_are_refused);
+    RUN_TEST(a_fifth_sub_schedule_is_refused);
     RUN_TEST(a_request_inserts_up_to_255);
     RUN_TEST(ten_thousand_activities_find_room);
     RUN_TEST(every_request_has_a_strict_format);

@@ -232,7 +232,7 @@ static void all_are_deleted_while_the_function_is_disabled(void)
     TEST_ASSERT_EQUAL_UINT16(0U, self->pmon_count);
 }
 
-/// TC[12,7] of a limit check on LEVEL.
+/// Compose TC[12,7]: the new check of one definition.
 static void modification(const uint16_t id, const uint32_t parameter, const uint8_t check_type,
                          const uint16_t low)
 {
@@ -341,7 +341,7 @@ static void a_change_that_cannot_be_stored_is_refused(void)
     records.put_status = STATUS_FULL;
     expect_start_failed(16U, PUS_FAILURE_IO, STATUS_FULL);
     monitors_step(1U);
-    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks); // Both definitions are still enabled.
+    TEST_ASSERT_EQUAL_UINT32(1U, self->counters.checks); // Definition and function are still enabled.
     records.put_status    = STATUS_OK;
     records.commit_status = STATUS_IO;
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));

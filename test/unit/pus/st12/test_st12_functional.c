@@ -251,7 +251,7 @@ static void only_disabled_unprotected_definitions_are_deleted(void)
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
 }
 
-static void definitions_that_make_no_sense_are_refused(void)
+static void impossible_definitions_are_refused(void)
 {
     data_begin(1U);
     data_fmon(1U, 0U, 0U, 1U, 1U);
@@ -438,7 +438,7 @@ int main(void)
     RUN_TEST(functional_monitoring_needs_parameter_monitoring);
     RUN_TEST(a_protected_functional_monitor_and_its_monitors_are_not_deleted);
     RUN_TEST(only_disabled_unprotected_definitions_are_deleted);
-    RUN_TEST(definitions_that_make_no_sense_are_refused);
+    RUN_TEST(impossible_definitions_are_refused);
     RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);
     RUN_TEST(unknown_ids_are_refused);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);

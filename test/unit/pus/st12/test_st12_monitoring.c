@@ -48,7 +48,7 @@ static void nothing_is_checked_before_definition_and_function_are_enabled(void)
     enable_function();
     monitors_step(1U);
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.checks);
-    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U)); // The definition is enabled.
+    TEST_ASSERT_EQUAL(STATUS_OK, send_ids(1U, 1U, 1U)); // The definition is already enabled.
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 7);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_UNCHECKED, status_of(1U));
@@ -371,7 +371,7 @@ static void a_monitor_whose_validity_condition_is_false_is_invalid(void)
     scalar_set(LEVEL, 30U);
     monitors_step(1U);
     scalar_set(GATE, 0U);
-    monitors_step(2U); // The closed gate ends the sequence of equal results and is one transition.
+    monitors_step(2U); // A false condition ends the sequence of equal results and is one transition.
     TEST_ASSERT_EQUAL_UINT32(3U, self->counters.transitions);
     scalar_set(GATE, 3U);
     monitors_step(1U);

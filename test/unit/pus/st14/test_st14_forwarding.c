@@ -243,7 +243,7 @@ static void every_request_has_a_strict_format(void)
     expect_strict_format(3U, NULL, 0U);
     for (uint8_t subtype = 1U; subtype <= 14U; subtype = (uint8_t)(subtype + 4U)) {
         bench_clear();
-        TEST_ASSERT_EQUAL(STATUS_INVALID, // Nothing to add; 14,13 deletes.
+        TEST_ASSERT_EQUAL(STATUS_INVALID, // A count of 0 is valid only in deletions.
                           bench_request((subtype == 13U) ? 14U : subtype, none, sizeof none));
     }
 }
@@ -286,7 +286,7 @@ static void large_contents_are_split(void)
     TEST_ASSERT_EQUAL_UINT16(LARGE, next);
 }
 
-static void types_are_split_within_a_service(void)
+static void all_types_of_five_services_fit_one_report(void)
 {
     start(LARGE, 1U);
     PERFORMED(2, 0);
@@ -422,7 +422,7 @@ int main(void)
     RUN_TEST(the_table_accepts_no_more_than_its_capacity);
     RUN_TEST(every_request_has_a_strict_format);
     RUN_TEST(large_contents_are_split);
-    RUN_TEST(types_are_split_within_a_service);
+    RUN_TEST(all_types_of_five_services_fit_one_report);
     RUN_TEST(the_configuration_outlives_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_made);
     RUN_TEST(without_persistence_no_definition_is_stored);

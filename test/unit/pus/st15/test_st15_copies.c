@@ -15,7 +15,7 @@ void tearDown(void)
 {
 }
 
-/// Delete the other store.
+/// Disable the storage function of the other store.
 static void only_ring(void)
 {
     stores_request_store(2U, "box");

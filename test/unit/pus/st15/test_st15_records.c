@@ -49,7 +49,7 @@ static void media_that_fail_at_the_start_are_reported(void)
     stores_reports(4U, 4U);
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.lost);
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
-    stores_begin_request(); // Requests for reports change no record.
+    stores_begin_request(); // A deletion is performed, without an effect.
     stores_put_second(9U);
     octet_write_u8(&stores_request, 1U);
     stores_put_name("ring");

@@ -286,7 +286,7 @@ static void calls_with_external_effects_are_limited_in_a_cycle(void)
     st18_fixture_activate("ABCD", 0U);
     for (unsigned i = 0U; i < ST18_FIXTURE_CALLS_EACH; i++) {
         st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
-        st18_fixture_call(0U, PUS_CALL_GET, 77U); // Calls of other procedures are not affected.
+        st18_fixture_call(0U, PUS_CALL_GET, 77U); // Calls without external effects do not count.
     }
     st18_fixture_call(0U, PUS_CALL_EVENT, ST18_FIXTURE_KNOWN_EVENT);
     st18_fixture_call(0U, PUS_CALL_ENDED, 0U);

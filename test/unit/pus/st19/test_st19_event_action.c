@@ -220,7 +220,7 @@ static void each_faulty_definition_is_refused_alone(void)
     TEST_ASSERT_EQUAL_UINT64(PUS_TM_DATA_MAX, bench_report(2U).size);
 }
 
-static void the_room_is_limited(void)
+static void definitions_beyond_the_table_or_the_blocks_are_refused(void)
 {
     start(2U, 3U);
     begin(4U);
@@ -556,7 +556,7 @@ int main(void)
     RUN_TEST(function_and_definition_must_be_enabled);
     RUN_TEST(a_definition_is_replaced_and_deleted_only_while_disabled);
     RUN_TEST(each_faulty_definition_is_refused_alone);
-    RUN_TEST(the_room_is_limited);
+    RUN_TEST(definitions_beyond_the_table_or_the_blocks_are_refused);
     RUN_TEST(requests_that_the_port_refuses_wait_in_order);
     RUN_TEST(queued_requests_are_dropped_when_their_definition_is_disabled);
     RUN_TEST(requests_beyond_the_queue_are_dropped);

@@ -264,7 +264,7 @@ static void definitions_outlive_a_power_cut(void)
     records_cut();
     start();
     TEST_ASSERT_EQUAL_UINT64(2U, records_replay(PUS_SERVICE_PARAMETERS, restore, &parameters));
-    // One restoration is enough.
+    // A second restoration changes nothing.
     TEST_ASSERT_EQUAL_UINT64(2U, records_replay(PUS_SERVICE_PARAMETERS, restore, &parameters));
     ask(6U, NEW_BOOL);
     TEST_ASSERT_EQUAL_UINT8(ROM, bench_report(2U).data[6]);

@@ -196,7 +196,7 @@ static void an_impossible_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_EXISTS, pus_sequences_restore(&st21_fixture.service, key, octets, size));
     TEST_ASSERT_EQUAL(STATUS_EXISTS,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));
-    octets[0]  = 'b'; // The second of two parts belongs to another sequence.
+    octets[0]  = 'b'; // The first of two parts.
     octets[11] = 22U;
     TEST_ASSERT_EQUAL(STATUS_OK, pus_sequences_restore(&st21_fixture.service, key | 0x10000U, octets, size));
     TEST_ASSERT_EQUAL(STATUS_INVALID,
@@ -205,7 +205,7 @@ static void an_impossible_record_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
     octets[11] = 22U;
-    octets[0]  = 'c';
+    octets[0]  = 'c'; // The second part belongs to another sequence.
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       pus_sequences_restore(&st21_fixture.service, key | 0x10001U, octets, 13U));
     TEST_ASSERT_EQUAL_UINT16(2U, st21_fixture.chains.pool.stats.taken);

@@ -113,7 +113,7 @@ static void a_request_that_the_port_refuses_waits_and_its_delay_begins_later(voi
     EXPECT_RELEASED(2);
 }
 
-/// The delay after a request counts from its release, not from the time at which it was due.
+/// After a request that the port refused, the delay counts from its release, not from its due time.
 static void a_later_request_that_waits_delays_the_next_one(void)
 {
     st21_fixture_load('a', 1U, 3U);
@@ -187,7 +187,7 @@ static void a_name_is_printable_and_padded(void)
     st21_fixture_expect_done(1U);
 }
 
-static void the_room_is_limited(void)
+static void sequences_beyond_the_table_or_the_blocks_are_refused(void)
 {
     st21_fixture_start(1U, 2U);
     st21_fixture_begin('a');
@@ -202,7 +202,7 @@ static void the_room_is_limited(void)
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 1U);
     st21_fixture_start(SEQUENCES, SEQUENCE_BLOCKS);
-    st21_fixture.service.config.octets_max = 20U; // A request of 13 octets of N, and its delay at offset 21.
+    st21_fixture.service.config.octets_max = 20U; // The content has 21: N, a request (13), a delay (7).
     st21_fixture_request(1U);
     expect_failure(1U, 4U, PUS_FAILURE_TABLE_FULL, 0U, 20U);
     st21_fixture.service.config.octets_max = 21U;
@@ -344,7 +344,7 @@ int main(void)
     RUN_TEST(a_later_request_that_waits_delays_the_next_one);
     RUN_TEST(a_sequence_is_loaded_completely_or_refused);
     RUN_TEST(a_name_is_printable_and_padded);
-    RUN_TEST(the_room_is_limited);
+    RUN_TEST(sequences_beyond_the_table_or_the_blocks_are_refused);
     RUN_TEST(requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused);
     RUN_TEST(status_and_aborted_are_reported);
     RUN_TEST(the_checksum_is_that_of_the_content);

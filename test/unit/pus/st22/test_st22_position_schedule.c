@@ -187,7 +187,7 @@ static void an_orbit_number_applies_from_the_next_orbit_on(void)
     step_at((15U * ORBIT) + 1U);
     TEST_ASSERT_EQUAL_UINT64((1004U * ORBIT) + 1U, pus_position_schedule_now(&schedule));
     set_orbit(0U);        // A smaller orbit number.
-    step_at(18U * ORBIT); // The position has skipped two positions.
+    step_at(18U * ORBIT); // The position has skipped orbits 16 and 17.
     TEST_ASSERT_EQUAL_UINT64(2U * ORBIT, pus_position_schedule_now(&schedule));
     set_orbit(500U);
     step_at(12U * ORBIT); // The source goes back: the next orbit is 13.

@@ -75,7 +75,7 @@ static void copies_are_continued_in_turn(void)
     st23_fixture_restart();
     st23_fixture_copy(14U, 1U, "", "large", "", "x");
     st23_fixture_copy(14U, 2U, "a", "one", "", "y");
-    st23_fixture_step(); // The steps copy a slice of large, of one, and of large.
+    st23_fixture_step(); // The step copies a slice of large, of one, and of large.
     EXPECT_MESSAGES(1, 5, 1, 5, 1, 5, 1, 5, 1, 7, 1, 5);
     expect_copied("a/one", "y");
     st23_fixture_step();
@@ -160,7 +160,7 @@ static void a_file_is_moved_at_once(void)
     st23_fixture_expect_failed(PUS_FAILURE_IO, STATUS_IO);
 }
 
-/// Each call of the file store fails once: the copy ends with a failure, and no part of it remains.
+/// A call of the file store fails: the copy ends with a failure, and no part of it remains.
 static void a_failed_copy_leaves_no_file(void)
 {
     // The calls are make, read and write in the first step; read, write, sync and rename in the second. All

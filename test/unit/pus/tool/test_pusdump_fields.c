@@ -95,7 +95,7 @@ static void fields_after_empty_lists_are_decoded(void)
         "networks=[network=1 members=[] links=[link=7], network=2 members=[apid=16] links=[]]", text);
 }
 
-static void names_with_line_breaks_are_printed_on_one_line(void)
+static void special_characters_of_a_name_are_printed_as_question_marks(void)
 {
     static const uint8_t data[] = {'A', '"', '\\', '\n', 0xFF, ' ', 'Z', 0, 0};
     TEST_ASSERT_TRUE(dump_fields(message_layout(8U, 1U), data, sizeof data, true, text, sizeof text));
@@ -108,6 +108,6 @@ int main(void)
     RUN_TEST(every_layout_takes_exactly_one_size_of_zeros);
     RUN_TEST(a_text_that_does_not_fit_is_refused);
     RUN_TEST(fields_after_empty_lists_are_decoded);
-    RUN_TEST(names_with_line_breaks_are_printed_on_one_line);
+    RUN_TEST(special_characters_of_a_name_are_printed_as_question_marks);
     return UNITY_END();
 }
