@@ -161,7 +161,7 @@ static unsigned boots(const char* scenario)
 
 static void faults_reach_the_power_unit(void)
 {
-    // Both commands to close the relay boot the drive, because the fault is later than the flight.
+    // Both commands to close the relay boot the drive, because the fault is later than the end of the run.
     TEST_ASSERT_EQUAL_UINT(2U, boots("0.9 fault reset robot SUPPLY\n"));
     // The unit misses the commands of the first or the second cycle.
     TEST_ASSERT_EQUAL_UINT(1U, boots("0.05 fault unplug robot SUPPLY\n0.3 fault plug robot 0x1F\n"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process kills another child of its parent by name, and no other process.
+// A process kills another child of its parent, or its parent, by name, and no other process.
 #include "sim/app/fault_kill.h"
 #include "unity.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fault lines of a scenario: every verb, every error with its line, and their effects.
+// The fault lines of a scenario: verbs, errors with their lines, and effects.
 #include "sim/app/faults.h"
 #include "sim/devices/joystick.h"
 #include "unity.h"
@@ -109,7 +109,7 @@ static status_t load(const char* text)
     return faults_load(&faults, &world, path, error);
 }
 
-static void every_verb_of_a_scenario_is_read(void)
+static void the_faults_of_a_scenario_are_read(void)
 {
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK,
                                   load("# times in seconds\n"
@@ -234,7 +234,7 @@ static void count_sync(void* context, const osal_can_frame_t* frame)
     *count += ((frame->id == 0x80U) && (frame->length == 0U)) ? 1U : 0U;
 }
 
-static void a_node_sends_sync_as_often_as_it_is_reported(void)
+static void a_node_sends_the_commanded_number_of_sync_frames(void)
 {
     bus_t* bus                      = world.channel[0][0].bus;
     unsigned count                  = 0U;
@@ -344,12 +344,12 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_kill_names_the_process_that_it_ends);
     RUN_TEST(a_process_hangs_and_continues);
-    RUN_TEST(every_verb_of_a_scenario_is_read);
+    RUN_TEST(the_faults_of_a_scenario_are_read);
     RUN_TEST(errors_name_file_line_and_expected_value);
     RUN_TEST(without_a_scenario_there_are_no_faults);
     RUN_TEST(scenarios_of_the_mission_are_read);
     RUN_TEST(faults_of_a_scenario_act_on_the_bus);
-    RUN_TEST(a_node_sends_sync_as_often_as_it_is_reported);
+    RUN_TEST(a_node_sends_the_commanded_number_of_sync_frames);
     RUN_TEST(a_cut_disconnects_one_channel);
     RUN_TEST(a_restart_now_ends_bus_off);
     return UNITY_END();

@@ -70,7 +70,7 @@ static void step(void)
     live_report(live);
 }
 
-/// Returns the octets up to the next line end; steps until it has arrived, or fails.
+/// Returns the octets up to the next line end; serves the port until it has arrived, or fails.
 static const char* hear(osal_socket_t* const sock)
 {
     size_t size = 0U;
@@ -243,7 +243,7 @@ static void refused_lines_are_not_recorded(void)
     refuses("truth\n", "truth <Hz>");
     refuses("truth 1001\n", "rate [Hz]");
     refuses("time now\n", "time");
-    say(&client, "\n"); // No line, and no answer.
+    say(&client, "\n"); // An empty line has no answer.
     accepts("time\n", "ok ");
     TEST_ASSERT_EQUAL_STRING("", content("live.scn"));
 }

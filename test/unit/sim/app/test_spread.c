@@ -83,7 +83,7 @@ static void add(range_t* range, const double value)
     range->most  = fmax(range->most, value);
 }
 
-/// The range is within +- `most`, and covers most of this interval.
+/// The range is within +- `most`, and covers nearly all of this interval.
 static void expect_range(const range_t* range, const double most)
 {
     EXPECT_WITHIN(most, 0.05 * most, range->most);

@@ -54,7 +54,7 @@ static void transmit_errors_lead_to_bus_off_in_32_steps(void)
     TEST_ASSERT_EQUAL_UINT8(255U, report.data[6]);
 }
 
-static void a_controller_in_bus_off_receives_nothing_until_it_recovers(void)
+static void only_a_recovery_ends_bus_off(void)
 {
     (void)apply(CONTROLLER_TRANSMIT_ERROR, 32U);
     for (unsigned event = 0U; event < CONTROLLER_RECOVERED; event++) {
@@ -146,7 +146,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(transmit_errors_lead_to_bus_off_in_32_steps);
-    RUN_TEST(a_controller_in_bus_off_receives_nothing_until_it_recovers);
+    RUN_TEST(only_a_recovery_ends_bus_off);
     RUN_TEST(missing_acknowledgements_lead_to_error_passive_and_no_further);
     RUN_TEST(successful_frames_lead_back_to_error_active);
     RUN_TEST(receive_errors_lead_to_error_passive_but_never_to_bus_off);

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/// All bits of a frame, stuff bits included, and the beginning and the end of its fast part.
+/// Number of bits of a frame at each rate, stuff bits included.
 typedef struct {
     unsigned count; // Bits on the wire so far.
     unsigned run;   // Equal bits at the end.

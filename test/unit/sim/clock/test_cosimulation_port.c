@@ -280,7 +280,7 @@ static void serve_twice(void* context)
 }
 
 /// The operator in a process of its own: in its n-th grant it sends 10 n octets and requests a grant ten time
-/// steps later; in the fifth it leaves instead.
+/// steps later; in the fifth it sends `farewell` instead.
 static void operate(const char* farewell)
 {
     char line[COSIMULATION_PORT_LINE_OCTETS];

@@ -402,7 +402,7 @@ static void quick_stop_at_rest_holds_the_load(void)
     EXPECT_WITHIN(0.5, 1e-4, motor.position_rad);
 }
 
-/// The master stops sending at `phase` of a cycle: the drive must enter its safe state without a command.
+/// The drive is unplugged in a cycle, `phase_ns` after SYNC: it must enter its safe state without a command.
 static uint64_t silence_reaction_ns(uint64_t phase_ns)
 {
     setUp();

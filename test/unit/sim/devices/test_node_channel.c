@@ -209,7 +209,7 @@ static void the_search_ends_after_ntoggle_changes(void)
     TEST_ASSERT_EQUAL_UINT(A, node->active); // The node searches again when it loses that heartbeat.
 }
 
-static void a_ttoggle_of_zero_disables_the_search(void)
+static void an_ntoggle_or_ttoggle_of_zero_disables_the_search(void)
 {
     wait(5U * MS);
     send_heartbeats(A, 100U * MS);
@@ -339,7 +339,7 @@ int main(void)
     RUN_TEST(after_a_loss_the_node_changes_channels_every_ttoggle_heartbeat_times);
     RUN_TEST(the_master_is_heard_on_the_other_channel_within_ttoggle_heartbeat_times);
     RUN_TEST(the_search_ends_after_ntoggle_changes);
-    RUN_TEST(a_ttoggle_of_zero_disables_the_search);
+    RUN_TEST(an_ntoggle_or_ttoggle_of_zero_disables_the_search);
     RUN_TEST(a_reset_keeps_the_channel_and_a_power_cycle_does_not);
     RUN_TEST(a_master_that_comes_back_is_found_on_either_channel);
     RUN_TEST(a_cut_channel_is_silent_and_the_other_works);

@@ -131,7 +131,7 @@ static void expected_torque_is_the_gradient_of_energy(void)
     EXPECT_WITHIN(0.0, 0.0, torque[0]);
 }
 
-static void expected_friction_turns_with_the_slide(void)
+static void expected_friction_acts_against_the_slide(void)
 {
     const plane_t tip = {0.25, -0.033};
     double none[SCENE_JOINTS];
@@ -337,7 +337,7 @@ static void equal_scripts_give_equal_motions(void)
     TEST_ASSERT_EQUAL_MEMORY(first, at(6.1235)->intent_rad, sizeof first);
 }
 
-static void mission_script_is_accepted_and_stays_within_the_stick(void)
+static void mission_script_is_accepted_and_stays_within_the_stops_of_the_stick(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, hand_load(&rokviss()->hand, &rokviss()->scene,
                                            "sim/scenarios/telepresence.scn", &hand, error));
@@ -437,6 +437,8 @@ static void bad_lines_are_reported_with_their_number(void)
             TEST_ASSERT_NULL(loaded);
             TEST_ASSERT_EQUAL_STRING_LEN(path, error, strlen(path));
             TEST_ASSERT_EQUAL_STRING(bad[i].message, error + strlen(path));
+        } else {
+            TEST_ASSERT_EQUAL(STATUS_OK, status);
         }
         hand_destroy(loaded);
     }
@@ -552,7 +554,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(inverse_kinematics_is_the_inverse_of_forward_kinematics);
     RUN_TEST(expected_torque_is_the_gradient_of_energy);
-    RUN_TEST(expected_friction_turns_with_the_slide);
+    RUN_TEST(expected_friction_acts_against_the_slide);
     RUN_TEST(press_height_gives_the_force);
     RUN_TEST(without_a_script_the_hand_rests_in_the_centre);
     RUN_TEST(the_torque_is_that_of_a_spring_and_a_damper);
@@ -567,7 +569,7 @@ int main(void)
     RUN_TEST(grip_changes_the_stiffness_and_not_the_motion);
     RUN_TEST(a_new_verb_begins_at_the_pose_of_the_old_one);
     RUN_TEST(equal_scripts_give_equal_motions);
-    RUN_TEST(mission_script_is_accepted_and_stays_within_the_stick);
+    RUN_TEST(mission_script_is_accepted_and_stays_within_the_stops_of_the_stick);
     RUN_TEST(a_hand_without_a_scene_leads_the_stick_and_expects_nothing);
     RUN_TEST(a_hand_without_a_scene_refuses_positions_and_forces);
     RUN_TEST(a_world_without_a_hand_refuses_its_lines);

@@ -125,7 +125,7 @@ static void the_first_refusal_of_the_callback_ends_the_reading(void)
     TEST_ASSERT_NOT_NULL(strstr(error, ":2: found 'b', expected no more lines"));
 }
 
-static void numbers_are_checked(void)
+static void numbers_outside_of_their_range_are_refused(void)
 {
     const scenario_line_t line = {
         .path = "f", .line = 4U, .word_count = 4U, .word = {"v", "2.5", "2x", "nan"}};
@@ -141,7 +141,7 @@ static void numbers_are_checked(void)
     TEST_ASSERT_TRUE(value == 2.5);
 }
 
-static void arguments_are_counted(void)
+static void a_wrong_number_of_arguments_is_refused(void)
 {
     const scenario_line_t line = {.path = "f", .line = 1U, .word_count = 3U, .word = {"v", "1", "2"}};
     TEST_ASSERT_EQUAL(STATUS_OK, scenario_arguments(&line, 2U, "v <a> <b>", error));
@@ -161,7 +161,7 @@ int main(void)
     RUN_TEST(line_too_long_is_refused);
     RUN_TEST(a_missing_file_is_reported);
     RUN_TEST(the_first_refusal_of_the_callback_ends_the_reading);
-    RUN_TEST(numbers_are_checked);
-    RUN_TEST(arguments_are_counted);
+    RUN_TEST(numbers_outside_of_their_range_are_refused);
+    RUN_TEST(a_wrong_number_of_arguments_is_refused);
     return UNITY_END();
 }

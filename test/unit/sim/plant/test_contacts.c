@@ -61,7 +61,7 @@ static void run(double seconds)
     }
 }
 
-/// Let a body of 0.1 m half height come to rest on the floor.
+/// Let a body of 0.1 m half height come to rest on a surface at the height 0.
 static void expect_rest(const char* text)
 {
     begin(text);

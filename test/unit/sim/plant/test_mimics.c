@@ -192,7 +192,7 @@ static void expect_refusal(const char* text, unsigned line, const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, words), error);
 }
 
-static void mimic_joints_with_unsupported_attributes_are_refused(void)
+static void unsupported_uses_of_mimic_joints_are_refused(void)
 {
     expect_refusal(IN_WORLD("0 0 0", "<Robot name=\"h\" urdf=\"hand.urdf\" base=\"fixed\">\n<Start "
                                      "other=\"0.1\"/></Robot>\n"),
@@ -241,6 +241,6 @@ int main(void)
     RUN_TEST(a_mimic_rests_with_its_leader_at_a_stop);
     RUN_TEST(momentum_of_a_free_robot_is_conserved);
     RUN_TEST(equal_steps_are_bit_identical);
-    RUN_TEST(mimic_joints_with_unsupported_attributes_are_refused);
+    RUN_TEST(unsupported_uses_of_mimic_joints_are_refused);
     return UNITY_END();
 }

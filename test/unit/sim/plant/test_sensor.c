@@ -18,7 +18,7 @@ void tearDown(void)
 {
 }
 
-static void noise_is_standard_normal(void)
+static void noise_is_nearly_standard_normal(void)
 {
     double moment[5] = {0.0};
     unsigned beyond  = 0U;
@@ -161,7 +161,7 @@ static void the_torque_sensor_has_a_ripple_with_the_motor_angle(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(noise_is_standard_normal);
+    RUN_TEST(noise_is_nearly_standard_normal);
     RUN_TEST(noise_depends_on_seed_device_and_step);
     RUN_TEST(noise_is_the_same_in_any_order);
     RUN_TEST(uniform_noise_fills_its_interval);

@@ -20,7 +20,7 @@
     "<robot name=\"arm\">\n" LINK("base", "") LINK("upper", "") LINK("lower", "")                            \
         JOINT("shoulder", "continuous", "base", "upper")                                                     \
             JOINT("elbow", "continuous", "upper", "lower") "</robot>\n"
-/// A gear whose damping is integrated explicitly and is far too high for links of this inertia at 0.5 ms.
+/// A type of drive. The damping of its gear is integrated explicitly, so it can be too high for the step.
 #define TYPE(stiffness, damping)                                                                             \
     "<DriveType name=\"t\" ratio=\"100\" rotorInertia=\"0.2\" stiffness=\"" stiffness                        \
     "\" damping=\"" damping                                                                                  \
@@ -80,7 +80,7 @@ static void expect_words(const char* words)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure, words), failure);
 }
 
-static void a_gear_that_is_too_stiff_is_reported_with_its_link(void)
+static void a_gear_with_too_much_stiffness_or_damping_is_reported_with_its_link(void)
 {
     static const char* const worlds[] = {
         IN_WORLD("<Robot name=\"r\" urdf=\"arm.urdf\" base=\"fixed\"/>\n" TYPE("8000", "1e6") DRIVE),
@@ -125,7 +125,7 @@ static void a_stable_world_reports_no_failure(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_gear_that_is_too_stiff_is_reported_with_its_link);
+    RUN_TEST(a_gear_with_too_much_stiffness_or_damping_is_reported_with_its_link);
     RUN_TEST(a_torque_that_is_nan_is_reported_with_its_joint);
     RUN_TEST(a_stable_world_reports_no_failure);
     return UNITY_END();

@@ -233,6 +233,12 @@ static void long_words_are_truncated(void)
     TEST_ASSERT_EQUAL(STATUS_OK, truth_open(path, TRUTH_OCTETS_MAX, &truth));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_fault(truth, 0U, &fault));
     TEST_ASSERT_EQUAL(STATUS_OK, truth_close(truth));
+    lcm_eventlog_t* const log         = lcm_eventlog_create(path, "r");
+    lcm_eventlog_event_t* const event = lcm_eventlog_read_next_event(log);
+    TEST_ASSERT_NOT_NULL(event);
+    TEST_ASSERT_EQUAL_INT32(16 + 2 * (4 + 96 + 1) + 1, event->datalen);
+    lcm_eventlog_free_event(event);
+    lcm_eventlog_destroy(log);
     write_sample(path); // Keep the sample for readers in other languages.
 }
 

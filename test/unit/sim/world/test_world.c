@@ -233,7 +233,7 @@ static void repeated_names_are_refused(void)
 #define WHEEL(more)                                                                                          \
     "<Wheel name=\"W\" bus=\"b\" node=\"7\" eds=\"e\" torque=\"0.2\" momentum=\"12\" " more "/>\n"
 
-static void wheels_are_read_and_checked(void)
+static void wheels_are_read_and_bad_ones_refused(void)
 {
     expect_world(WORLD(ROBOT WHEEL("on=\"arm.lever\" axis=\"0 3 4\" start=\"-5\"")));
     TEST_ASSERT_EQUAL_UINT(1U, world.wheel_count);
@@ -318,7 +318,7 @@ static void a_relative_state_follows_a_prismatic_joint(void)
     SENSOR("PoseCamera", "sees=\"arm.foot\" rate=\"20\" delay=\"" delay                                      \
                          "\" noise=\"1 2 3\" angleNoise=\"4 5 6\" loss=\"0.5\" at=\"7 8 9\"")
 
-static void sensors_are_read_and_checked(void)
+static void sensors_are_read_and_bad_ones_refused(void)
 {
     expect_world(WORLD(ROBOT SENSOR("Gyro", "noise=\"1e-5\" bias=\"2e-6\"")));
     TEST_ASSERT_EQUAL_INT(SENSOR_GYRO, world.sensor[0].kind);
@@ -347,7 +347,7 @@ static void sensors_are_read_and_checked(void)
                    "'arm.lever', expected robot.link");
 }
 
-static void robots_are_checked(void)
+static void impossible_robots_are_refused(void)
 {
     expect_refusal(WORLD("<Robot name=\"arm\" urdf=\"one.urdf\" base=\"loose\"/>\n"), 2U,
                    "'loose', expected base fixed or free");
@@ -373,7 +373,7 @@ static void robots_are_checked(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, "/bad.urdf:3: found 'gazebo'"), error);
 }
 
-static void drive_types_are_checked(void)
+static void impossible_drive_types_are_refused(void)
 {
     (void)temporary_variant("rokviss.urdf", "descriptors/worlds/rokviss.urdf", "robot", "robot");
     const char* path = temporary_variant("w.xml", ROKVISS, "stiction=\"2.4\"", "stiction=\"1.9\"");
@@ -521,7 +521,7 @@ static void instruments_are_read_with_all_attributes(void)
     TEST_ASSERT_TRUE((other->scale == -2.0) && (other->offset == 3.0) && (other->speed == 4.0));
 }
 
-static void attributes_of_an_instrument_are_checked(void)
+static void bad_attributes_of_an_instrument_are_refused(void)
 {
     expect_refusal(WORLD(INSTRUMENT(" framing=\"RAW\"")), 2U, "'RAW', expected LENGTH or SLIP");
     expect_refusal(WORLD(INSTRUMENT(" order=\"MIDDLE\"")), 2U, "'MIDDLE', expected BIG or LITTLE");
@@ -562,18 +562,18 @@ int main(void)
     RUN_TEST(malformed_values_are_refused);
     RUN_TEST(names_that_are_not_defined_above_are_refused);
     RUN_TEST(repeated_names_are_refused);
-    RUN_TEST(wheels_are_read_and_checked);
+    RUN_TEST(wheels_are_read_and_bad_ones_refused);
     RUN_TEST(a_state_is_relative_to_a_link_and_valid_at_a_time);
     RUN_TEST(a_relative_state_follows_a_prismatic_joint);
-    RUN_TEST(sensors_are_read_and_checked);
-    RUN_TEST(robots_are_checked);
-    RUN_TEST(drive_types_are_checked);
+    RUN_TEST(sensors_are_read_and_bad_ones_refused);
+    RUN_TEST(impossible_robots_are_refused);
+    RUN_TEST(impossible_drive_types_are_refused);
     RUN_TEST(a_drive_type_may_have_ripples_or_no_torque_sensor);
     RUN_TEST(drives_wheels_and_cameras_have_a_spread);
     RUN_TEST(joints_have_rates_at_the_start);
     RUN_TEST(more_elements_than_the_world_can_hold_are_refused);
     RUN_TEST(instruments_are_read_with_all_attributes);
-    RUN_TEST(attributes_of_an_instrument_are_checked);
+    RUN_TEST(bad_attributes_of_an_instrument_are_refused);
     RUN_TEST(broken_files_are_refused);
     return UNITY_END();
 }
