@@ -120,7 +120,8 @@ class Shell:
                 self._perform(words)
         except LinkLost as problem:
             self._show(coloured(f"gse: {problem}", "failed"))
-            self._craft.close()
+            if words[0] not in live.VERBS:
+                self._craft.close()
         except (SessionError, UsageError, DictionaryError, OSError, ValueError) as problem:
             self._show(coloured(f"gse: {problem}", "failed"))
 

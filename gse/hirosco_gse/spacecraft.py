@@ -279,7 +279,12 @@ class Spacecraft:
         """Send a line to the live port (docs/live.md). Returns the simulated time [s] at which it acts. Raises
         LiveRefused, LinkLost."""
         self._world = self._world or live.LiveWorld(self.place.run)
-        return self._world.ask(" ".join(map(str, words)))[0]
+        try:
+            return self._world.ask(" ".join(map(str, words)))[0]
+        except LinkLost:
+            self._world.close()
+            self._world = None
+            raise
 
     def hand(self, *words):
         """Move the simulated hand: a verb of `hand` in docs/scenarios.md and its words."""

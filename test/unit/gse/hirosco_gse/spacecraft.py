@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated spacecraft on a TCP port, which answers telecommands by a table."""
+"""A simulated spacecraft on a TCP port, which answers each telecommand by a function."""
 
 import socket
 import struct
@@ -18,13 +18,14 @@ MISSION_TIME_NS = 1000 * 10**9  # Of all reports.
 
 
 class Spacecraft:
-    """Serves one connection at a time. answer(packet) -> list of (apid, service, subtype, data, user)."""
+    """Serves one connection at a time. answer(packet) -> list of (apid, service, subtype, data, user); None closes the connection."""
 
     def __init__(self, answer, epoch_ns=0):
         self._answer, self._epoch_ns = answer, epoch_ns
         self._server = socket.create_server(("127.0.0.1", 0))
         self.port = self._server.getsockname()[1]
         self.received = []
+        self.connections = 0  # That it has accepted.
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 
@@ -34,6 +35,7 @@ class Spacecraft:
                 stream, _ = self._server.accept()
             except OSError:
                 return
+            self.connections += 1
             with stream:
                 self._talk(stream)
 
@@ -51,7 +53,7 @@ class Spacecraft:
                 self.received.append(packet)
                 answer = self._answer(packet)
                 if answer is None:
-                    return  # close the connection
+                    return
                 reports = [build_tm(apid, 0, service, subtype, data, user, self._epoch_ns + MISSION_TIME_NS) for apid, service, subtype, data, user in answer]
                 try:
                     stream.sendall(b"".join(reports))

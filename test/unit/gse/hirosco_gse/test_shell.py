@@ -48,7 +48,7 @@ def talk(dictionary_path, tmp_path):
 def test_commands_share_one_connection_and_errors_do_not_end_it(talk):
     shown, simulated = talk(
         success, "cmd MANIPULATOR.TARE", "", "state NOBODY OFFLINE", "dance", "'", KeyboardInterrupt, "pause", "help state", "help", "cmd MANIPULATOR.STOP", "exit", "ping")
-    assert [packet.data[:4] for packet in simulated.received] == [b"TARE", b"STOP"]
+    assert [packet.data[:4] for packet in simulated.received] == [b"TARE", b"STOP"] and simulated.connections == 1
     assert shown[0] == "cmd MANIPULATOR.TARE: completed" and shown[-1] == "cmd MANIPULATOR.STOP: completed"
     text = "\n".join(shown)
     assert "no subsystem 'NOBODY'" in text and "no command 'dance'" in text and "No closing quotation" in text and "no live port" in text
@@ -64,15 +64,16 @@ def test_a_lost_link_is_opened_again_by_the_next_command(talk):
 
     shown, simulated = talk(answer, "cmd MANIPULATOR.TARE", "cmd MANIPULATOR.STOP")
     assert "closed the link" in shown[0] and shown[1] == "cmd MANIPULATOR.STOP: completed"
-    assert len(simulated.received) == 2
+    assert len(simulated.received) == simulated.connections == 2
 
 
-def test_events_since_the_last_prompt_are_shown(talk, dictionary):
+def test_the_last_20_events_since_a_prompt_are_shown_and_the_others_are_counted(talk, dictionary):
     event = dictionary.subsystem("MANIPULATOR").event("TORQUE_LIMIT")
-    report = (MANIPULATOR, 5, 3, struct.pack(">HBdd", event.id, 1, 39.5, 38.0), 0)
-    shown, _ = talk(lambda packet: success(packet) + [report] * 25, "cmd MANIPULATOR.TARE", "ping MANIPULATOR")
-    assert sum("MEDIUM TORQUE_LIMIT  JOINT=1  TORQUE=39.5 Nm  LIMIT=38 Nm" in line for line in shown) >= 20
-    assert any("events before these" in line for line in shown)
+    report = (5, 3, struct.pack(">HBdd", event.id, 1, 39.5, 38.0))
+    shown, _ = talk(lambda packet: success(packet, *[report] * 25), "cmd MANIPULATOR.TARE", "cmd MANIPULATOR.STOP")
+    of_prompt = "  MANIPULATOR: MEDIUM TORQUE_LIMIT  JOINT=1  TORQUE=39.5 Nm  LIMIT=38 Nm"  # After the time.
+    assert sum(line.endswith(of_prompt) for line in shown) == 2 * 20
+    assert shown.count("(5 events before these)") == 2
 
 
 def test_the_prompt_completes_words_and_keeps_its_history(dictionary_path, tmp_path):
