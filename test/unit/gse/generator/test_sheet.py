@@ -87,7 +87,7 @@ def test_a_file_that_is_not_a_data_sheet_is_refused_with_its_line(tmp_path, text
 
 
 def test_a_sheet_may_be_written_as_makers_write_it(tmp_path):
-    """Latin-1, a byte order mark, names in capitals, comments with #, the node id last, octal numbers, heads of records with a type."""
+    """Latin-1, a byte order mark, names in capitals, comments with #, the node id last, octal numbers, CR LF, records with a data type."""
     text = (SMALL.replace("sub1", "SUB1").replace("[Comments]", "# a comment\n[COMMENTS]").replace("$NODEID + 0x180", "0X180+$NodeId")
             .replace("0x20192", "0400622").replace("[1a00]\n", "[1a00]\nObjectType=0x9\nDataType=0x21\n"))
     expected = load(tmp_path, SMALL)
@@ -119,7 +119,7 @@ def test_sub_index_0_is_the_number_of_mapped_objects():
 
 
 @pytest.mark.parametrize("code, factor", [(0x00, 1.0), (0xFD, 1e-3), (0x03, 1e3), (0x80, 1e-128), (0x7F, 1e127)])
-def test_the_prefix_is_a_signed_power_of_ten(code, factor):
+def test_the_prefix_is_a_power_of_ten_with_a_signed_exponent(code, factor):
     assert sheet.prefix(code << 24) == factor
 
 

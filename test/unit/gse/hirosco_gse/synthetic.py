@@ -16,6 +16,7 @@ DT = 0.0005
 COUNT = 80_000
 COUNT_RAD = 2 * np.pi / 65536
 HOME = np.radians([60.0, -90.0])
+# Relative errors; the first is an rms value.
 TRACKING_ERROR = 0.004
 REFLECTION_ERROR = 0.003
 REFLECTION_ERROR_CONTOUR = 0.006

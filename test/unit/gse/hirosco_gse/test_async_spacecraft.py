@@ -96,7 +96,7 @@ def test_an_error_is_raised_where_the_call_is_awaited(fly):
     fly(lambda packet: failure(packet, 4, 0x0110, 1 << 8 | 3), story)  # PUS_FAILURE_PERMISSION, mode and state.
 
 
-def test_a_call_that_is_cancelled_waits_no_longer_and_the_others_do(fly):
+def test_calls_are_performed_after_one_was_cancelled(fly):
     waiting = []
 
     def answer(packet):

@@ -59,7 +59,7 @@ def test_names_of_the_dictionary_complete_a_line(dictionary, line, some):
     "dance ", "state NOBODY X", "config NOBODY ", "cmd NOBODY.MOVE_TO ", "set MANIPULATOR.NOTHING ", "tc SUPERVISOR 99,99 ", "status more ",
     "ping MANIPULATOR more ", "cmd MANIPULATOR.MOVE_TO POSITION=", "--timeout ", "tc SUPERVISOR x,y ", "hk enable NOBODY ", "fault unplug nowhere ",
 ])
-def test_a_name_that_the_dictionary_does_not_have_is_not_completed(dictionary, line):
+def test_nothing_is_offered_where_no_name_of_the_dictionary_fits(dictionary, line):
     assert completion.complete(line.split(" "), lambda options: dictionary) == []
 
 
@@ -89,7 +89,7 @@ def test_paths_are_completed_from_files(dictionary, tmp_path, monkeypatch):
     ("zsh", ["-f", "-i"], 'PS1="ready> "; autoload -U compinit; compinit -u -D; eval "$(gse completion zsh)"; echo set""up\n'),
 ])
 def test_a_shell_completes_at_tab(shell, options, begin, dictionary_path, tmp_path):
-    """The shell completes a state, then a function with an argument that contains a character at which bash splits words."""
+    """The shell completes a state, then a function with an argument that contains `=`, at which bash splits words."""
     if not shutil.which(shell):
         pytest.skip(f"{shell} is not installed")
     (tmp_path / "gse").write_text(
@@ -124,14 +124,14 @@ def test_every_command_has_help_with_an_example_that_is_right(dictionary, capsys
     assert set(usage.EXAMPLES) == set(usage.table())
 
 
-def test_the_verbs_of_the_live_world_are_those_of_the_simulator():
+def test_the_verbs_of_fault_and_hand_are_those_of_the_simulator():
     tables = {"fault": r'\[FAULT_\w+\]\s*= \{"([\w-]+)"', "hand": r'^    \{"([a-z_]+)",'}
     for verb, (path, pattern) in {"fault": ("sim/app/faults.c", tables["fault"]), "hand": ("sim/operator/hand.c", tables["hand"])}.items():
         known = set(re.findall(pattern, (ROOT / path).read_text(encoding="utf-8"), re.MULTILINE))
         assert known == {word for form in usage.forms(verb) for word in form[1].split("|")}
 
 
-def test_a_call_without_a_command_prints_where_the_commands_are(capsys):
+def test_a_call_without_a_command_and_an_unknown_shell_are_refused(capsys):
     assert main([]) == 2
     assert capsys.readouterr().err == "gse: no command; gse --help lists them\n"
     assert subprocess.run([ROOT / "gse/gse", "completion", "fish"], capture_output=True, check=False).returncode == 2

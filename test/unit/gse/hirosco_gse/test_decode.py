@@ -212,8 +212,8 @@ def test_the_message_about_damaged_input_names_the_place(shown, tmp_path, name, 
 
 
 def test_another_interface_than_that_of_the_recording_is_reported(shown, dictionary_path, dictionary, tmp_path):
-    """run.json in the same directory contains the flown interface; a bus database contains the interface for
-    which it was made."""
+    """run.json in the same directory contains the flown interface; a bus database contains the configuration
+    hash of its descriptors."""
     (tmp_path / "can-robot.log").write_text(FRAMES, encoding="ascii")
     (tmp_path / "packets.log").write_text(f"0.031000000 TC {packets.build_tc(MANIPULATOR, 5, 17, 1).hex()}\n", encoding="ascii")
     facts = {name: dictionary.content[name].lower() for name in ("interface_hash", "configuration_hash")}
@@ -254,7 +254,7 @@ def test_missing_files_are_reported_and_standard_input_is_decoded(shown, tmp_pat
     assert code == 0 and "TC[17,1]" in lines[0]
 
 
-def test_a_capture_with_any_wrong_octet_is_decoded_or_refused(dictionary, dictionary_path, telemetry, tmp_path):
+def test_a_capture_with_a_wrong_octet_is_decoded_or_refused(dictionary, dictionary_path, telemetry, tmp_path):
     """A damaged file is partly decoded or refused with a text; no other exception leaves the decoder."""
     raw = _pcapng(101, [_segment(1000, telemetry[0])])
     for at in range(0, len(raw), 3):

@@ -365,7 +365,7 @@ def test_raw_sends_octets_as_they_are(console):
     assert received[0].raw == raw
 
 
-def test_stop_commands_all_subsystems_that_run(console):
+def test_stop_commands_the_subsystems_but_not_supervisor_and_communication(console):
     def answer(packet):
         if packet.message == (131, 8):
             rows = [(17, 2, 5), (16, 2, 4), (1, 2, 5), (2, 2, 5)]

@@ -23,7 +23,7 @@ def run(dictionary):
     return signals.Signals("press", PRESSED, ENABLED, SEGMENTS, dictionary)
 
 
-def test_a_quiet_hold_has_quiet_figures(run):
+def test_a_hold_without_motion_is_within_all_bounds(run):
     found, reasons = figures.compute(run)
     assert not reasons
     run.facts.update(found)
@@ -58,7 +58,7 @@ def test_the_energy_is_the_work_that_the_torque_takes_from_the_hand(run):
     phase = 2 * np.pi * 10 * TIME
     stick[:, 0] = 1e-3 * np.sin(phase)
     torque[:, 0] = -0.1 * np.cos(phase)  # Damping: the torque opposes the velocity.
-    work = 0.5 * 0.1 * 1e-3 * 2 * np.pi * 10 * 10  # Mean power during 10 s.
+    work = 0.5 * 0.1 * 1e-3 * 2 * np.pi * 10 * 10  # Mean power times 10 s.
     assert contact_figures.press_hold(run)["hold_energy_j"] == pytest.approx(work, rel=0.01)
     torque[:, 0] *= -1
     assert contact_figures.press_hold(run)["hold_energy_j"] == pytest.approx(-work, rel=0.01)
@@ -91,11 +91,11 @@ def test_transparency_detects_a_wrong_gain_of_changes(run):
     assert contact_figures.dynamic_transparency(run)["dynamic_transparency"] == pytest.approx(0.094, abs=0.003)
 
 
-def test_energy_counts_from_each_coupling(run):
+def test_energy_counts_from_the_coupling(run):
     joints, stick = run.truth["JOINTS", "position_rad"], run.truth["STICK", "position_rad"]
     run.truth["CONTACT", "external_torque_nm"][:] = 1.0
     stick[:, 0] = 0.0
-    # The value falls before the coupling.
+    # The energy falls only before the coupling.
     joints[:, 0] = np.interp(TIME, [0, 4.4, 10, 20, 30], [0, -5, -5, 5, 4.9])
     assert contact_figures.passivity(run)["passivity_local_j"] == pytest.approx(0.0, abs=1e-9)
     joints[:, 0] = np.interp(TIME, [0, 10, 20], [0, 0, -0.5])
@@ -117,7 +117,7 @@ def test_without_truth_a_figure_is_missing(run, name, missing):
     assert any(line.startswith(name) for line in figures.failures({**run.facts, **found, "figures_missing": reasons}))
 
 
-def test_a_short_hold_is_no_hold(run, monkeypatch):
+def test_a_short_hold_gives_no_figure(run, monkeypatch):
     monkeypatch.setattr(run, "segments", lambda: [("press", 16_000, 19_200), ("hold", 19_200, 30_000)])
     assert "too short" in figures.compute(run)[1]["press_hold_motion_rad"]
 

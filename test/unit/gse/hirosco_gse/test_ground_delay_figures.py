@@ -33,7 +33,7 @@ def fails(run, name):
     return any(line.split()[0] == name for line in lines)
 
 
-def test_a_quiet_flight_holds_all_its_figures(run):
+def test_a_flight_without_oscillation_is_within_all_bounds(run):
     found, reasons = figures.compute(run)
     assert not reasons
     assert figures.failures({**run.facts, **found}) == []
@@ -103,7 +103,7 @@ def test_without_its_segment_a_figure_is_missing_and_fails(run, name, verb):
     assert fails(run, name)
 
 
-def test_a_short_hold_is_no_hold(run):
+def test_a_short_hold_gives_no_figure(run):
     run.found = [*SEGMENTS[:3], ("hold", 16_000, 33_000), *SEGMENTS[4:]]
     assert "too short: 8.5 s" in figures.compute(run)[1]["delay_hold_oscillation_rad"]
 
@@ -114,7 +114,7 @@ def test_without_a_world_the_error_at_the_end_is_missing(run):
 
 
 @pytest.mark.parametrize("name", ("delay_hold_oscillation_rad", "delay_force_peak_n"))
-def test_a_delay_is_judged_by_the_bound_of_its_length(name):
+def test_the_bound_depends_on_the_round_trip_time(name):
     def bound(delay_ms):
         found = delay_figures.bounds_of({"relay": {"round_trip_ms": delay_ms}})
         return found.get(name, (None, None))[1]

@@ -75,8 +75,8 @@ def test_housekeeping_interleaves_sample_by_sample(dictionary_path):
         assert "error" in telemetry.decode(tm(MANIPULATOR, 3, 25, wrong, 0), dictionary)
 
 
-def test_the_configuration_in_force_chooses_the_structure(dictionary):
-    """Because of LINK_AGE, structure 4711 differs between the configurations."""
+def test_a_structure_is_decoded_as_in_its_configuration_or_by_its_size(dictionary):
+    """Because of LINK_AGE, structure 4711 differs between the configurations. If the configuration is not known, the size decides."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     for configuration in manipulator.configurations.values():
         structure = configuration.structures[4711]

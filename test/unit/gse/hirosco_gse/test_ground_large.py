@@ -32,7 +32,7 @@ def test_a_packet_cut_into_parts_is_reassembled(size):
     assert not assembler.problems
 
 
-def test_a_short_packet_is_not_cut():
+def test_cutting_a_short_packet_is_refused():
     with pytest.raises(packets.PacketError):
         large.cut(packets.build_tc(1, 0, 17, 1), 7)
 

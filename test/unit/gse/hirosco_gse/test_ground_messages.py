@@ -25,7 +25,7 @@ def _dictionary():
     return Dictionary.load(GENERATED)
 
 
-def test_all_messages_of_the_standard_exist(dictionary):
+def test_the_catalogue_has_318_messages_and_each_named_answer(dictionary):
     numbers = {(entry["service"], entry["subtype"]) for entry in dictionary.catalogue.all()}
     assert len(numbers) == 318 == len(dictionary.catalogue.all())
     assert len(dictionary.catalogue.all("TC")) == 240
@@ -35,7 +35,7 @@ def test_all_messages_of_the_standard_exist(dictionary):
 
 
 @pytest.mark.parametrize("direction", ["TC", "TM"])
-def test_an_encoded_message_is_decoded_and_a_truncated_one_is_refused(dictionary, direction):
+def test_an_encoded_message_is_decoded_and_one_with_an_octet_more_is_refused(dictionary, direction):
     catalogue = dictionary.catalogue
     for entry in catalogue.all(direction):
         for seed in range(6):
@@ -87,7 +87,7 @@ def test_requests_within_requests_have_counts_of_their_own(dictionary):
     assert {sent.sequence(16) for _ in range(commands.EMBEDDED_FIRST)}.isdisjoint(counts)
 
 
-def test_any_message_is_a_command(dictionary):
+def test_tc_sends_a_message_of_the_catalogue_and_refuses_other_words(dictionary):
     planned = commands.plan(["tc", "MANIPULATOR", "5,5", "n=[3,4]"], dictionary)
     assert planned.requests[0].data == bytes.fromhex("0200030004")
     for words in (["tc", "MANIPULATOR", "5"], ["tc", "MANIPULATOR", "7,1"], ["tc", "MANIPULATOR", "5,5", "n"], ["at", "1"]):

@@ -52,7 +52,7 @@ def test_the_page_contains_everything_that_it_shows(written):
     assert "flown to the end; all figures hold" in page
 
 
-def test_size_and_time_of_the_report_are_figures(written):
+def test_run_json_contains_size_and_time_of_the_report(written):
     facts = json.loads((written / "run.json").read_text())["report"]
     assert facts["octets"] == (written / "report.html").stat().st_size
     assert facts["seconds"] > 0
@@ -187,7 +187,7 @@ def test_a_report_that_cannot_be_written_is_an_error(tmp_path, dictionary_path, 
     assert capsys.readouterr().err.startswith("report: not written: ")
 
 
-def test_a_file_that_cannot_be_written_is_named_and_no_log_is_suspected(tmp_path, monkeypatch, capsys):
+def test_a_file_that_cannot_be_written_is_named_and_no_log(tmp_path, monkeypatch, capsys):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "run.json"))
 

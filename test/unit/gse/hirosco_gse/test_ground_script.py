@@ -83,8 +83,7 @@ def test_other_actors_are_skipped(dictionary):
 
 
 class Flight:
-    """Runs a script without sockets: answer(packet) -> reports, which are delivered `delay` later;
-    events(session, now)."""
+    """Runs a script without sockets: answer(packet) -> reports, which are delivered `delay_ns` later."""
 
     def __init__(self, dictionary, answer=success, delay_ns=1_000_000):
         self.dictionary, self.answer, self.delay_ns = dictionary, answer, delay_ns
@@ -227,7 +226,7 @@ def test_end_skips_the_remaining_steps(dictionary):
 
 
 class CosimulationPort(threading.Thread):
-    """The scheduler's side: it grants by a script and checks that nothing is sent outside of a grant."""
+    """The side of the scheduler: it grants the times that the operator names, and reads the octets that each answer announces."""
 
     def __init__(self, path, port):
         super().__init__(daemon=True)
@@ -253,7 +252,7 @@ class CosimulationPort(threading.Thread):
         assert lines.readline().split() == ["join", "operator", str(self.served)]
         time_ns, octets = 0, b""
         while True:
-            # Octets are on the stream before they are announced; first half a packet is announced, then the
+            # Octets are on the stream before they are announced; first one half of them is announced, then the
             # rest.
             half = len(octets) // 2
             stream.sendall(octets)
@@ -311,7 +310,7 @@ def test_a_script_runs_in_stepped_time_through_the_cosimulation_port(dictionary_
 
 @pytest.mark.parametrize("room", [0, 100])
 def test_a_full_disk_ends_the_log_and_not_the_script(dictionary_path, tmp_path, capsys, room):
-    """The log ends with a complete line."""
+    """The log contains no part of a line; here it is empty."""
     craft = Spacecraft(success)
     (tmp_path / "s.scn").write_text("0 operator mode SAFE\n0 operator mode NOMINAL\n")
     before, handler = resource.getrlimit(resource.RLIMIT_FSIZE), signal.getsignal(signal.SIGTERM)
@@ -336,7 +335,7 @@ def test_a_script_that_fails_exits_with_1(dictionary_path, tmp_path, capsys):
     assert "s.scn:1: mode SAFE" in capsys.readouterr().err
 
 
-def test_the_port_may_go_down_with_the_mission(dictionary_path, tmp_path, capsys):
+def test_a_link_that_is_lost_is_a_success_only_for_a_shutdown(dictionary_path, tmp_path, capsys):
     craft = Spacecraft(lambda p: None)
     (tmp_path / "s.scn").write_text("0 operator shutdown\n")
     code = main(["--port", str(craft.port), "--dictionary", str(dictionary_path), "script", str(tmp_path / "s.scn")])
@@ -397,7 +396,7 @@ def test_a_command_to_a_spacecraft_that_closed_the_link_is_a_lost_link(dictionar
 
 
 class Scheduler:
-    """A scheduler that grants by a script, and the ground port of a spacecraft that reads everything."""
+    """A scheduler whose grants a test sends, and the ground port of a spacecraft."""
 
     def __init__(self, tmp_path):
         server = socket.socket(socket.AF_UNIX)
@@ -418,7 +417,7 @@ class Scheduler:
         return socket.create_connection(self.port.getsockname())
 
     def grant(self, time_ns, octets, served):
-        """Send a grant before the driver runs, because the driver answers in sequence."""
+        """Send a grant. The driver answers grants in their order, so a test may send several in advance."""
         self.client.sendall(f"grant {time_ns} 0 {octets} {served}\n".encode())
 
     def close(self):
@@ -490,13 +489,13 @@ def test_a_wait_continues_when_telemetry_sets_the_clock_forward(dictionary):
 
 
 def _alive(session, count):
-    """Numbers of these requests that still accept a report of the manipulator to this user."""
+    """Feed TM[17,2] of the manipulator to this user, with this sequence count."""
     session.feed(build_tm(16, count & 0x3FFF, 17, 2, b"", session.source))
 
 
 def test_requests_without_a_further_report_are_removed(dictionary):
-    """After hours of such requests, none may accept a later report: requests of which all instructions were
-    refused, and requests that have timed out."""
+    """Of the requests of which an instruction was refused, only the newest accept a later report. A request that has timed
+    out accepts none."""
     session = Session(dictionary, 0)
     old = session.send(Request(16, 3, 27, bytes(2), "old"))
     for count in range(100):

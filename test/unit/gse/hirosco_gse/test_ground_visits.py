@@ -125,7 +125,7 @@ def test_a_log_without_the_connection_and_protected_telecommands_are_refused(tmp
         visits.recorded(run)
 
 
-def test_a_malformed_report_and_a_damaged_log_of_the_operator_end_no_recording_with_a_stack_trace(tmp_path):
+def test_a_malformed_report_is_skipped_and_a_damaged_log_of_the_operator_is_refused(tmp_path):
     run = _log(tmp_path, (1.0, build_tm(2, 0, 5, 1, CONNECTED)), (1.5, bytes(9)), (2.0, _send(3, 1)))
     assert [line.split()[2] for _, line in visits.recorded(run)] == ["connect", "send"]
     (run / "operator.log").write_bytes(b"\xff\n")

@@ -23,8 +23,8 @@ MANIPULATOR, TIMEOUT_S = 16, 600.0
 
 @pytest.fixture
 def reached(dictionary, dictionary_path, tmp_path):
-    """What Monitor needs to reach a spacecraft that answers each request with a state, an event and
-    housekeeping."""
+    """What Monitor needs to reach a spacecraft that reports a state, housekeeping and two events after
+    TC[131,8]."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     event = manipulator.event("TORQUE_LIMIT")
     reports = [

@@ -127,7 +127,7 @@ def test_an_incomplete_recording_is_refused(modules):
 
 
 def test_pictures_that_take_too_long_get_fewer_pixels_and_short_ones_more(modules):
-    """After three in succession that take longer than the budget, and after twenty that leave room for twice as many pixels."""
+    """They get fewer after three in succession that take longer than the budget, and more after twenty that leave room for twice as many pixels."""
     found = printed(modules, """
         const pace = new Pace(), scales = [];
         const note = (took, count) => { for (let n = 0; n < count; n++) pace.note(0, took); scales.push(pace.scale); };
@@ -136,7 +136,7 @@ def test_pictures_that_take_too_long_get_fewer_pixels_and_short_ones_more(module
     assert found == [1, 1, 1, 0.7, 0.5, 0.5, 0.5, 0.5, 0.5, 0.7, 1, 1]
 
 
-def test_the_processors_rest_between_pictures(modules):
+def test_a_pause_follows_each_picture(modules):
     """The pause is as long as the last picture took, but at most a second; from picture to picture at least 40 ms pass."""
     found = printed(modules, """
         const pace = new Pace(), waits = [pace.wait(7)];

@@ -47,7 +47,7 @@ def test_padding_shifts_positions_and_signs_are_those_of_the_objects(load):
 
 
 class _Dictionary:
-    """Two configurations of a drive; the second maps only the position."""
+    """Two configurations: a device with UDP, and a drive on CAN that maps only the position."""
 
     content = {"subsystems": [{"configurations": [
         {"devices": [{"endnodes": [{"type": "UDP", "address": "127.0.0.1"}], "settings": [{"object": "0x1A00:00", "value": "7"}]}]},

@@ -67,7 +67,7 @@ def test_the_words_of_a_line_are_those_of_a_shell():
 
 @pytest.mark.parametrize("line", ['"' + 100_000 * "a", '"' + 100_000 * "\\a", "'" + 100_000 * "a", 99_999 * "\\"])
 def test_a_long_line_without_its_end_is_refused_in_linear_time(line):
-    """An expression that tries each division of the characters would never end, and the station with it."""
+    """A regular expression that tries each division of the characters would not end, and the station would stand still."""
     with pytest.raises(ValueError, match="No closing quotation|No escaped character"):
         words_of(line)
 

@@ -78,7 +78,7 @@ def test_a_missing_key_is_named_with_its_file(run, dictionary_path, capsys, text
     assert words in capsys.readouterr().err
 
 
-def test_the_facts_of_a_launcher_fit(flight_directory):
+def test_a_complete_run_json_has_no_problem(flight_directory):
     assert facts_of(flight_directory)[1] is None
 
 
@@ -179,7 +179,7 @@ def test_recordings_and_exports_are_json_without_nan(run, dictionary_path):
 
 @pytest.fixture
 def signals():
-    """The signal handlers of this process, as they were."""
+    """Restores the signal handlers of this process after the test."""
     kept = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
     yield
     for number, handler in kept.items():
@@ -188,7 +188,7 @@ def signals():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_flight_that_the_station_has_started_ends_with_it(run, monkeypatch, capsys, signals, number):
-    """Also before the page is served, and if the terminal is closed. It begins before the modules of the server are loaded."""
+    """Also before the page is served, and if the terminal is closed. The flight begins before the modules of the server are loaded."""
     started, popen, load = [], subprocess.Popen, station_main._load
 
     def start(*arguments, **options):

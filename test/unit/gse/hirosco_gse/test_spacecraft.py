@@ -100,15 +100,15 @@ def test_parameters_are_scalars_lists_and_dicts(crafts, dictionary):
     assert craft.get("MANIPULATOR.CUR_VALUES.POSITION") == [0.0, 0.0]
 
 
-def test_any_request_of_the_standard_is_answered(crafts):
+def test_tc_returns_the_report_that_answers_it(crafts):
     craft, simulated = crafts(lambda packet: success(packet, (12, 14, struct.pack(">H", 0))))
     assert craft.tc("MANIPULATOR", 12, 13)["n"] == []
     assert simulated.received[0].message == (12, 13)
 
 
 def _reporting(dictionary):
-    """Reports that come with each answer: a state, an event, and housekeeping whose DES_POSITION is the
-    number of requests."""
+    """Reports that come with each answer: a state, an event, and housekeeping whose DES_POSITION begins with
+    the number of earlier requests."""
     manipulator = dictionary.subsystem("MANIPULATOR")
     structure = manipulator.configurations["STAND_ALONE"].structures[4711]
     numbers = []
@@ -209,8 +209,8 @@ def test_calls_without_a_link_raise_an_error(crafts, dictionary_path):
 
 @pytest.fixture
 def world(tmp_path):
-    """A simulated live port: it accepts everything except `fault`, and is paused at every second query of the
-    time. Also returns the lines it has received."""
+    """The lines that a simulated live port has received. It refuses only `fault`; it is paused from the second query of the
+    time to the third."""
     server, lines = socket.create_server(("127.0.0.1", 0)), []
     (tmp_path / "live.port").write_text(str(server.getsockname()[1]), encoding="ascii")
 
@@ -228,7 +228,7 @@ def world(tmp_path):
     server.close()
 
 
-def test_lines_for_the_live_world_are_sent_and_answered(crafts, world):
+def test_lines_for_the_live_port_are_sent_and_answered(crafts, world):
     craft, _ = crafts(success)
     assert craft.hand("aim", 0.1, 0, 0.5) == 2.5
     craft.pause()
@@ -240,7 +240,7 @@ def test_lines_for_the_live_world_are_sent_and_answered(crafts, world):
     assert world == ["name gse", "hand aim 0.1 0 0.5", "pause", "step 0.2500", "time", "time", "speed 0.5", "resume", "fault unplug robot JOINT9"]
 
 
-def test_a_flight_without_a_live_port_has_no_live_world(crafts):
+def test_a_line_without_a_live_port_raises_an_error(crafts):
     craft, _ = crafts(success)
     with pytest.raises(LinkLost, match="TIME=real"):
         craft.pause()

@@ -124,7 +124,7 @@ def test_a_mesh_that_cannot_be_drawn_is_left_out(tmp_path, mesh, monkeypatch):
 
 
 def test_a_shape_that_cannot_be_drawn_is_left_out(tmp_path):
-    """A capsule was drawn as a sphere."""
+    """Here it is a capsule, which URDF does not define."""
     path = tmp_path / "r.urdf"
     path.write_text(VISUALS.replace('<mesh filename="{mesh}" scale="0.001 0.001 0.001"/>', '<capsule radius="1" length="2"/>'), encoding="utf-8")
     found = geometry._robot(world.read_urdf(path))["visuals"]

@@ -22,8 +22,8 @@ def status(state, configuration):
 
 
 def answer(packet):
-    """Perform every request except TC[129,1], which fails because of the state; with each answer to a ping, report that
-    the manipulator is in PRE_OPERATIONAL with a configuration."""
+    """Perform every request except TC[129,1], which fails because of the state; with each answer of MANIPULATOR to a
+    ping, report that it is in PRE_OPERATIONAL with a configuration."""
     if packet.message == (17, 1):
         reports = [(MANIPULATOR, 129, 5, status(3, TELEPRESENCE), 1)] if packet.apid == MANIPULATOR else []
         return success(packet, (17, 2, b"")) + reports
@@ -88,5 +88,5 @@ def visit(place, story, **options):
                 await page.until(lambda message: message["kind"] == "link" and message["is_live"])
                 return await story(page, station)
 
-    # Messages that no test awaits arrive all the time.
+    # Messages that no test awaits arrive all the time, so a wait for one message has no limit of its own.
     return asyncio.run(asyncio.wait_for(run(), 2 * TIMEOUT_S))

@@ -54,7 +54,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((link("base"), '<link name="upper"/>', joint("shoulder", "base", "upper")),
      'robot.urdf:1: joint shoulder: link upper has no mass: expected <inertial> with <mass> and <inertia> in it, or in a link that a joint with type="fixed"'),
     ((ARM[0], re.sub("<inertia .*?/>", "", ARM[1]), ARM[2]), "robot.urdf:1: <inertial>: expected <inertia>"),
-    # A joint of a gripper often has no limit of its own: the first reason is that it mimics another.
+    # A joint of a gripper often has no limit of its own: the reason given is that it mimics another.
     ((link("base"), link("upper"), joint("finger", "base", "upper", limit='<mimic joint="other"/>')),
      'joint finger: expected no <mimic>, because a drive moves each joint of an arm; make the joints of a gripper type="fixed" without <mimic>, docs/arm.md'),
     ((link("base"), link("upper"), joint("shoulder", "base", "upper", limit="")), "joint shoulder: no effort, velocity, lower, upper: expected <limit> with effort, velocity, lower, upper"),
@@ -75,7 +75,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((ARM[0], ARM[1], ARM[2].replace("</joint>", "")), "robot.urdf:1: mismatched tag: expected XML"),
     ((ARM[0], ARM[1].replace("</link>", "<collision/></link>"), ARM[2]), "<collision>: expected <geometry>"),
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 1")), 'xyz="0 1" of <axis>: expected 3 numbers'),
-    # A cycle after the root, a joint from a link to itself, and one without a root.
+    # A cycle after the root, a joint from a link to itself, and a cycle without a root.
     ((*ARM, link("hand"), joint("wrist", "upper", "hand"), joint("back", "hand", "upper", "fixed")),
      "robot.urdf:1: joint back: child upper: expected a link that no other joint moves; there is shoulder"),
     ((*ARM, joint("own", "upper", "upper", "fixed")), "joint own: child upper: expected a link that no other joint moves; there is shoulder"),
@@ -95,7 +95,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((*ARM[:2], ARM[2].replace('velocity="2"', 'velocity="9e-4"')), 'robot.urdf:1: joint shoulder: velocity="0.0009": expected at least 0.001 rad/s'),
     (('<xacro:arm prefix="left"/>',), "robot.urdf:1: <xacro:arm>: expected an element of URDF; a file for xacro must be expanded first"),
 ])
-def test_a_robot_that_is_no_chain_of_joints_is_refused(read, parts, message):
+def test_a_robot_that_is_no_arm_is_refused_with_the_reason(read, parts, message):
     with pytest.raises(urdf.UrdfError) as refusal:
         read(*parts)
     assert message in str(refusal.value)
@@ -150,7 +150,7 @@ def test_the_axis_of_a_fixed_joint_has_no_effect(read):
 
 
 def test_the_scenario_of_an_arm_with_a_linear_axis_expects_the_refusal_of_its_range(read):
-    """A line out of reach ends at the range of the linear axis, not at the line."""
+    """With a linear axis it is a position beyond the range of that axis, otherwise a line out of reach."""
     parts = [link("l0")]
     for i in range(6):
         parts += [link(f"l{i + 1}"), joint(f"j{i + 1}", f"l{i}", f"l{i + 1}", "prismatic" if i == 1 else "revolute")]
@@ -177,7 +177,7 @@ def test_the_tool_is_a_link_after_the_last_joint(read):
         read(*parts, tool="base")
 
 
-def test_roll_pitch_and_yaw_are_found_again_also_straight_up():
+def test_roll_pitch_and_yaw_are_found_again_also_at_a_pitch_of_90_degrees():
     for rpy in ((0.3, -0.7, 2.0), (-3.0, 1.5, -0.1), (0.0, math.pi / 2, 0.4), (0.0, -math.pi / 2, -1.0)):
         rotation = urdf.rotation_of(rpy)
         again = urdf.rotation_of(urdf.rpy_of(rotation))

@@ -52,7 +52,7 @@ def test_error_frames_are_listed_one_by_one_as_text():
 
 
 def test_the_page_is_informed_that_names_of_frames_may_be_wrong(dictionary):
-    """This happens if the database was made from other descriptors than the dictionary, and if a subsystem
+    """This happens if the database was made from other descriptors than the dictionary, or if a subsystem
     has another interface."""
     taps, mismatches = world_port.Taps(None), {}
     taps.move_to("run", dictionary, mismatches)

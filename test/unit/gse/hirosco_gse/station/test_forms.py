@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forms of the light station: every entry of every mission's dictionary has a form, and a form sends the same
+"""Forms of the light station: every entry of the dictionaries of four missions has a form, and a form sends the same
 octets as the command line."""
 
 import json
@@ -65,7 +65,7 @@ def test_values_of_a_form_become_a_line_of_the_live_port(form, values, line):
 
 
 @pytest.mark.parametrize(("values", "message"), [({"bus": "robot"}, "probability is missing"), ({"bus": "robot 1", "probability": "1"}, "bus: found 'robot 1', expected one word")])
-def test_a_line_that_is_not_complete_is_refused(values, message):
+def test_a_line_with_a_missing_or_invalid_value_is_refused(values, message):
     forms = Forms(Dictionary.load(ROOT / "build" / "generated" / "rokviss.json"))
     with pytest.raises(UsageError, match=message):
         forms.text("fault loss", values)
@@ -81,7 +81,7 @@ def test_every_entry_of_the_dictionary_has_a_form(mission):
     ("link open HAND_POSITION", ("JOYSTICK", "MANIPULATOR")), ("link close HAND_POSITION", ()), ("state MANIPULATOR", ()), ("ping MANIPULATOR", ()), ("mode", ()),
 ])
 def test_a_form_names_the_subsystems_whose_interface_it_uses(form, subsystems):
-    """The page disables it if one of them flies another interface. Requests that are the same for every interface are always possible."""
+    """The page disables the form if one of them flies another interface. Requests that are the same for every interface are always possible."""
     forms = Forms(Dictionary.load(ROOT / "build" / "generated" / "rokviss.json")).by_id
     assert forms[form].message()["subsystems"] == subsystems
 

@@ -35,8 +35,8 @@ def test_each_request_is_answered_however_many_a_page_sends(place):
     assert visit(place, story) == list(range(1000, 1000 + FLOOD))
 
 
-def test_a_page_that_does_not_read_is_served_no_request_and_loses_no_message():
-    """Updates are dropped; the next one replaces them."""
+def test_a_page_that_does_not_read_is_served_no_request_and_loses_only_updates():
+    """A dropped update is replaced by the next one of its kind; other messages wait."""
 
     async def run():
         browser = _Browser(_Socket())
@@ -67,7 +67,7 @@ def test_the_messages_that_wait_for_a_page_are_bounded(text):
 
 
 def test_requests_under_way_are_bounded(place, spacecraft):
-    """Lists that a page asks for, and commands of all pages; STOP ALL is performed."""
+    """These are the lists that a page asks for, and the commands of all pages. STOP ALL is performed at the bound, too."""
     spacecraft._answer = lambda packet: [] if packet.message in ((18, 8), (17, 1)) else answer(packet)
 
     async def story(page, station):

@@ -100,8 +100,8 @@ def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraf
     assert "procedure" not in script["text"] and "not understood" in refused["refused"]
 
 
-def test_a_page_can_request_only_lists_without_a_command(place, spacecraft):
-    """Such a request is not in the list of commands, so it must not command anything."""
+def test_the_order_ask_is_refused_for_all_but_lists(place, spacecraft):
+    """A request by `ask` is not in the list of commands, so it must not command anything."""
 
     async def story(page, _):
         await page.socket.send_str('{"do":"ask","text":"stop","id":8}')
@@ -111,7 +111,7 @@ def test_a_page_can_request_only_lists_without_a_command(place, spacecraft):
     assert (129, 1) not in [packet.message for packet in spacecraft.received]
 
 
-def test_a_station_that_is_read_only_commands_nothing(place, spacecraft):
+def test_a_station_that_is_read_only_commands_only_housekeeping_for_display(place, spacecraft):
     """The server refuses all commands of a page, critical or not; housekeeping for display arrives as in
     other stations."""
     orders = (
@@ -138,7 +138,7 @@ def test_a_station_that_is_read_only_commands_nothing(place, spacecraft):
 
 
 def test_a_page_reads_and_writes_no_file_of_the_machine_of_the_station(place, spacecraft, tmp_path):
-    """Not within another command either, and not by the preview; the page stays connected."""
+    """Neither by a command, nor by one within `at`, nor by the preview. The page stays connected."""
     secret, target = tmp_path / "secret", tmp_path / "target"
     secret.write_text("secret")
     attributes = struct.pack(">H1sH1sIB", 1, b"/", 1, b"h", 0, 0)
@@ -279,7 +279,7 @@ def test_pages_follow_the_end_of_a_flight_and_the_next_flight(place, spacecraft)
     ({"exit_code": 0, "exit_reason": "", "simulated_s": 93.62}, {"text": "flight ended at 93.62 s, code 0", "code": 0}),
     ({"exit_code": 1, "exit_reason": "simulated time stands still", "simulated_s": 7}, {"text": "flight failed at 7.00 s, code 1: simulated time stands still", "code": 1}),
 ])
-def test_another_flight_at_the_port_of_one_that_has_ended_is_left_alone(place, spacecraft, facts, expected):
+def test_the_port_of_a_flight_that_has_ended_is_not_connected_again(place, spacecraft, facts, expected):
     """The launcher uses the first free port: the port of a flight that has ended may belong to a flight with
     another run directory. The page says how the flight ended."""
 
@@ -431,7 +431,7 @@ def test_housekeeping_becomes_leaves_with_their_paths():
     assert telemetry.leaves(values) == {"CUR.A": [1.0, 2.0], "CUR.B": [3], "SAMPLED": [3.0, 4.0], "ONE": [5]}
 
 
-def test_only_a_page_of_this_machine_may_show_it_in_a_frame(tmp_path, capsys):
+def test_only_a_page_of_this_machine_may_show_the_station_in_a_frame(tmp_path, capsys):
     parser = station_main._parser()
     assert parser.parse_args([]).framed_by == "http://127.0.0.1:8080" and parser.parse_args(["--framed-by", "none"]).framed_by == "'none'"
     for wrong in ("http://example.org:80", "https://127.0.0.1:80", "*"):
@@ -478,7 +478,7 @@ def test_a_run_is_replayed_by_the_command_line(flight_directory, tmp_path, monke
     assert main(["replay", "a", "b"]) == 2 and "usage: replay [RUN] [--http-port PORT]" in capsys.readouterr().err
 
 
-def test_a_dictionary_that_cannot_be_read_is_named_until_it_can(place, monkeypatch):
+def test_a_dictionary_that_cannot_be_read_is_named(place, monkeypatch):
     monkeypatch.setattr(place_module, "default_dictionary", lambda run: place / "none.json")
 
     async def run():

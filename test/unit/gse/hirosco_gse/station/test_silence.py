@@ -39,7 +39,7 @@ def test_silence_is_time_without_telemetry_that_is_expected(speed, seconds):
 
 
 def test_a_page_is_informed_that_no_telemetry_arrives_and_that_it_arrives_again(place, spacecraft, monkeypatch):
-    """The station can still send: STOP ALL is performed when the flight goes on. A pause is no silence."""
+    """A command is accepted during the silence. A pause is no silence."""
     monkeypatch.setattr(silence_module, "LIMIT_S", 0.3)
     answer, spacecraft._answer = spacecraft._answer, lambda packet: []
 

@@ -111,7 +111,7 @@ class World:
         return 2.5, False
 
 
-def test_a_page_causes_faults_and_moves_the_hand_and_one_page_has_it(place, monkeypatch):
+def test_a_page_causes_faults_and_moves_the_hand_unless_another_client_has_it(place, monkeypatch):
     """Faults are typed and come from a form. While one page aims the hand, another page and lines of other
     programs are refused; the message says who has the hand."""
     world = World()
@@ -156,8 +156,8 @@ def test_simulated_time_is_paused_in_a_step(place):
 
 
 @pytest.mark.parametrize("has_hand", [True, False])
-def test_a_page_that_disappears_gives_its_hand_back(place, has_hand):
-    """Only the page that has aimed last: another page that is closed leaves the hand as it is."""
+def test_the_hand_rests_when_the_page_that_aimed_last_is_closed(place, has_hand):
+    """Closing another page leaves the hand as it is."""
     world = World()
 
     async def story(page, station):
@@ -212,7 +212,7 @@ async def _port(directory, answered):
 
 
 def test_answers_of_the_live_port_belong_to_lines_in_their_order(tmp_path):
-    """The port answers three lines at once. The task that sent the second line has ended by then."""
+    """The port answers the name and three lines at once. The task that asked the second of the three has ended by then."""
     lines = []
 
     def answered(line, writer):
@@ -337,7 +337,7 @@ def test_the_world_is_that_of_the_flight(tmp_path):
 
 
 def links_answer(received):
-    """Answers of supervisor and members about the link ROBOT_STATE, which is open and has this count."""
+    """Answers of supervisor and members about the link ROBOT_STATE, which is open and has received `received[0]` samples."""
     def row(count):
         return struct.pack(">HHBHHHH", 1, 1, 3, MANIPULATOR, 1, JOYSTICK, 2) + struct.pack(">IIBIHBBI", 1, 32, 0, 500, 10, 0, 1, 2000) + struct.pack(">IIIII", 0, count, 2, 0, 0)
 
@@ -350,7 +350,7 @@ def links_answer(received):
 
 
 def test_the_status_of_links_is_requested_while_a_page_is_open(place, spacecraft, monkeypatch):
-    """Count, rate and age change; a transition is shown at once with its cause."""
+    """The count of received samples follows; a transition is shown at once with its cause."""
     received = [1000]
     spacecraft._answer = links_answer(received)
     monkeypatch.setattr(network_module, "POLL_S", 0.0)
