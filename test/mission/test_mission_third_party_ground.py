@@ -16,6 +16,7 @@ OPTIONS = ("--scenario", "telepresence", "--form", "processes")
 UNTIL_ENDED = ("--scenario", "none", "--duration", "100000", "--form", "processes")
 OTHER_USER = 2
 SUPERVISOR = 1
+COMMUNICATION = 2
 
 
 def _ping(apid, count=0):
@@ -144,11 +145,10 @@ def test_request_with_a_wrong_crc_is_refused(directory):
 def test_the_operator_is_served_beside_eight_idle_clients(directory):
     """The clients connect at the beginning of the flight; as a rule they have all slots before the operator connects."""
     flight = flying.start(directory, "--scenario", "commissioning")
-    flight.port()
-    streams = []
-    with contextlib.suppress(OSError):
-        streams = [flying.connect(flight.port()) for _ in range(8)]
+    streams = [flying.connect(flight.port()) for _ in range(8)]
     flight.wait()
     assert flight.code == 0, flight.transcript()
+    connected = [raw for _, _, raw in flight.packets if raw[7:9] == b"\x05\x01" and raw[1] == COMMUNICATION and raw[21:23] == b"\x00\x01"]
+    assert len(connected) == 9, "the eight clients and the operator have connected"
     for stream in streams:
         stream.close()
