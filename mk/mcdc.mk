@@ -4,7 +4,7 @@
 
 MCDC_SOURCES := $(shell sed -n 's/^\([a-z][^ ]*\.c\)$$/\1/p' test/lint/mcdc.txt)
 MCDC_DIRS    := $(sort $(patsubst %/,%,$(dir $(MCDC_SOURCES))))
-MCDC_TESTS   := $(filter-out %_torture.c %_endurance.c,$(filter $(MCDC_DIRS:%=test/unit/%/%),$(TESTS)))
+MCDC_TESTS   := $(filter-out %_stress.c %_endurance.c,$(filter $(MCDC_DIRS:%=test/unit/%/%),$(TESTS)))
 mcdc_objects  = $(patsubst %.c,build/mcdc/obj/%.o,$1)
 mcdc_library  = build/mcdc/$(call library,$1)
 

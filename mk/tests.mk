@@ -90,7 +90,7 @@ include test/bench/transport.mk
 
 # Tests in which several tasks use one object; they are built and run again with the thread sanitizer. Those of
 # programs and supervisor link nearly all libraries, and run again only with LONG=1.
-THREAD_TESTS := $(filter %_torture.c %/test_loop_tasks.c %/test_write_behind.c %/test_packet_log_writer.c \
+THREAD_TESTS := $(filter %_stress.c %/test_loop_tasks.c %/test_write_behind.c %/test_packet_log_writer.c \
                 $(patsubst %,test/contract/osal/test_%.c,mutex event task) \
                 $(patsubst %,test/contract/osal/posix/test_%.c,mutex event task inversion),$(TESTS))
 THREAD_TESTS := $(filter-out $(if $(LONG),,test/unit/fsw/programs/% test/unit/fsw/supervisor/%),$(THREAD_TESTS))
@@ -103,7 +103,7 @@ tests: $(foreach t,$(call selected,$(TESTS)),$(call test_name,$t))
 # priority inheritance) nor wall-clock time. They are built and run with LONG=1.
 REMOTE_ENDIAN_TESTS := $(filter test/unit/pus/% test/unit/fsw/canopen/% test/unit/base/% \
                  %/test_remote_endian_wire.c $(foreach f,parameter rtlink message,test/unit/fsw/framework/$f/%),\
-                 $(filter-out test/unit/pus/tool/% %_torture.c %_endurance.c,$(TESTS)))
+                 $(filter-out test/unit/pus/tool/% %_stress.c %_endurance.c,$(TESTS)))
 REMOTE_ENDIAN_TESTS := $(if $(REMOTE_ENDIAN_TESTS),$(shell grep -L cmocka.h $(REMOTE_ENDIAN_TESTS)))
 remote-endian-tests: $(REMOTE_ENDIAN_PROGRAMS) $(foreach t,$(REMOTE_ENDIAN_TESTS),$(call test_name,$t))
 	@:
@@ -117,12 +117,12 @@ PORTABLE_TESTS := $(filter test/contract/osal/test_% test/unit/base/% test/unit/
     $(foreach t,compiled_descriptors loop_watchdog run_flow_address subsystem_host,test/unit/fsw/programs/test_$t.c) \
     $(foreach f,control dataflow descriptor journal message parameter rtlink subsystem,test/unit/fsw/framework/$f/%) \
     $(foreach s,actuators arm joystick manipulator,test/unit/fsw/subsystems/$s/%),\
-    $(filter-out test/unit/pus/tool/% %_endurance.c %/test_long_lists.c %/test_link_torture.c,$(TESTS)))
+    $(filter-out test/unit/pus/tool/% %_endurance.c %/test_long_lists.c %/test_link_stress.c,$(TESTS)))
 # Portable tests of packet services, those that take long on the board, and those that link libraries that no other test
 # needs there: they run on the board only with LONG=1 (`make check-full`).
 LONG_BOARD_TESTS := $(filter test/unit/pus/st% test/unit/pus/private/% test/unit/fsw/programs/% \
     test/unit/fsw/subsystems/% test/unit/fsw/framework/descriptor/% \
-    %_torture.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
+    %_stress.c %_fuzz.c %/test_elementary.c %/test_number.c %/test_agreement.c %/test_subsystem_errors.c \
     $(foreach t,ring epochs lives overload,%/test_message_$t.c) \
     $(foreach t,power damage,%/test_journal_$t.c) $(LARGE_TESTS),$(PORTABLE_TESTS))
 PORTABLE_TESTS := $(call portable,$(if $(LONG),$(PORTABLE_TESTS),$(filter-out $(LONG_BOARD_TESTS),$(PORTABLE_TESTS)))) \

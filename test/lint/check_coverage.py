@@ -120,7 +120,7 @@ def compare(libraries, marks):
 
 
 def write_marks(path, libraries, marks):
-    # Marks are whole numbers, half a percent below what was measured, because races in torture tests decide whether
+    # Marks are whole numbers, half a percent below what was measured, because races in stress tests decide whether
     # some branches are taken.
     head = [line for line in path.read_text().splitlines() if line.startswith("#")] if path.exists() else []
     rows = []

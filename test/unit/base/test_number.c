@@ -89,7 +89,7 @@ static void the_smallest_and_the_largest_number_of_each_integer_type_are_read(vo
     }
 }
 
-static void reals_that_cannot_be_rounded_correctly_are_refused(void)
+static void malformed_reals_and_reals_without_a_correct_rounding_are_refused(void)
 {
     static const char* const too_long[] = {
         "1234567890123456", "1e23", "1e-23", "0.00000000000000000000001", "1.2345678901234567", "1e9999"};
@@ -165,7 +165,7 @@ static void zeros_and_both_letters_of_the_exponent_are_read(void)
 }
 
 /// A refused text changes neither the value nor the position in the text.
-static void values_out_of_range_of_the_type_are_refused(void)
+static void values_that_cannot_be_read_are_refused(void)
 {
     static const struct {
         const char* text;
@@ -206,7 +206,7 @@ static void words_for_bool_and_the_bounds_of_float_are_read(void)
     TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_BOOL, &flag));
     TEST_ASSERT_EQUAL(STATUS_INVALID, number_read_value(&at, VALUE_BOOL, &flag));
     float single = 0.0F;
-    at           = "-999999999999999e22"; // The longest text that is read.
+    at           = "-999999999999999e22"; // The largest magnitude that is read.
     TEST_ASSERT_EQUAL(STATUS_OK, number_read_value(&at, VALUE_FLOAT, &single));
     TEST_ASSERT_EQUAL_FLOAT(-1e37F, single);
     at = "1.5 ";
@@ -219,11 +219,11 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(unsigned_numbers_are_read);
     RUN_TEST(the_smallest_and_the_largest_number_of_each_integer_type_are_read);
-    RUN_TEST(reals_that_cannot_be_rounded_correctly_are_refused);
+    RUN_TEST(malformed_reals_and_reals_without_a_correct_rounding_are_refused);
     RUN_TEST(reals_are_rounded_as_by_the_c_library);
     RUN_TEST(the_entries_of_a_list_are_read_in_order);
     RUN_TEST(zeros_and_both_letters_of_the_exponent_are_read);
-    RUN_TEST(values_out_of_range_of_the_type_are_refused);
+    RUN_TEST(values_that_cannot_be_read_are_refused);
     RUN_TEST(words_for_bool_and_the_bounds_of_float_are_read);
     return UNITY_END();
 }

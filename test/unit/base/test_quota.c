@@ -37,7 +37,7 @@ static void a_quota_grants_no_more_than_its_limit(void)
     }
 }
 
-static void the_warning_rises_at_three_quarters_and_falls_below_two_thirds(void)
+static void the_warning_rises_at_75_percent_and_falls_at_65_percent(void)
 {
     quota_init(&quota, 8U);
     for (unsigned i = 1U; i <= 8U; i++) {
@@ -83,7 +83,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_quota_grants_no_more_than_its_limit);
     RUN_TEST(without_a_quota_nothing_is_refused);
-    RUN_TEST(the_warning_rises_at_three_quarters_and_falls_below_two_thirds);
+    RUN_TEST(the_warning_rises_at_75_percent_and_falls_at_65_percent);
     RUN_TEST(coding_errors_are_assertions);
     return UNITY_END();
 }

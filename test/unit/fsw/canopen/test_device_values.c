@@ -11,8 +11,8 @@
 
 #define NODE 0x31U
 
-/// The rates and the status octet of a gyro, the outputs and an on-time of a valve box, with padding between
-/// them.
+/// Rate, status octet and a signed manufacturer's value of a gyro, output and on-time of a valve box, with
+/// padding between them.
 static const canopen_device_profile_t mixed = {
     .type           = "mixed",
     .profile        = 404U,

@@ -296,7 +296,7 @@ static void a_sync_that_the_full_queue_refuses_is_counted_as_refused(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, canopen_master_command(&master, 0x11U, NMT_START));
 }
 
-static void a_flood_is_read_in_parts_and_does_not_delay_the_cycle(void)
+static void a_full_receive_queue_is_read_in_one_cycle(void)
 {
     const uint8_t octets[8] = {0U};
     for (unsigned i = 0U; i < (OSAL_CAN_RING_FRAMES - 1U); i++) {
@@ -321,7 +321,7 @@ static void a_boot_up_ends_the_transfer_with_the_node(void)
     TEST_ASSERT_EQUAL_UINT32(1U, master.nodes[0].boots);
 }
 
-/// Requests to the devices of a full bus: the next one is sent when an answer has come or its time is over.
+/// Requests to the devices of a full bus: the next one is sent when one has been answered or has timed out.
 static void the_number_of_requests_that_wait_for_an_answer_is_limited(void)
 {
     uint8_t index = 0U;
@@ -435,7 +435,7 @@ int main(void)
     RUN_TEST(frames_of_the_wrong_kind_are_counted_and_dropped);
     RUN_TEST(nothing_is_queued_without_acknowledge);
     RUN_TEST(a_sync_that_the_full_queue_refuses_is_counted_as_refused);
-    RUN_TEST(a_flood_is_read_in_parts_and_does_not_delay_the_cycle);
+    RUN_TEST(a_full_receive_queue_is_read_in_one_cycle);
     RUN_TEST(a_boot_up_ends_the_transfer_with_the_node);
     RUN_TEST(the_number_of_requests_that_wait_for_an_answer_is_limited);
     RUN_TEST(clearing_a_master_removes_nodes_routes_emergencies_and_sync);

@@ -177,7 +177,7 @@ static void functions_called_out_of_order_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, canopen_network_open(&network, &resolver, "moon", NULL));
 }
 
-static void a_node_that_does_not_boot_is_reported_again(void)
+static void a_node_that_does_not_boot_is_reported_once_and_reset_again(void)
 {
     joints[1]->is_boot_mute = true;
     for (unsigned i = 0U; i < 500U; i++) {
@@ -187,7 +187,7 @@ static void a_node_that_does_not_boot_is_reported_again(void)
     for (unsigned i = 0U; i < 800U; i++) {
         TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     }
-    // The refusal is raised once, although the device reports it twice more.
+    // The refusal is raised at 300 ms only, although the reset is repeated at 600 ms without success.
     expect_refusal(0x12U, REFUSAL_NOT_BOOTED, 0U, 0U);
     joints[1]->is_boot_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_boot));
@@ -367,8 +367,7 @@ static void a_boot_is_repeated_every_300_ms_at_the_missing_node_only(void)
 {
     unsigned resets[2]      = {0U, 0U};
     joints[1]->is_boot_mute = true;
-    // The first cycle begins the boot, the second sends the reset, and the 600th after that repeats the
-    // reset.
+    // The first cycle sends the reset; 600 cycles (300 ms) later it is repeated.
     (void)cycle(canopen_network_boot);
     TEST_ASSERT_EQUAL_UINT(601U, cycles_to_refusal(canopen_network_boot, 0x12U, REFUSAL_NOT_BOOTED) + 1U);
     for (unsigned i = 0U; i < 1800U; i++) {
@@ -566,7 +565,7 @@ int main(void)
     RUN_TEST(the_network_checks_each_added_node);
     RUN_TEST(a_full_network_is_commissioned_and_secured);
     RUN_TEST(functions_called_out_of_order_are_refused);
-    RUN_TEST(a_node_that_does_not_boot_is_reported_again);
+    RUN_TEST(a_node_that_does_not_boot_is_reported_once_and_reset_again);
     RUN_TEST(a_device_of_another_type_is_refused);
     RUN_TEST(a_device_of_another_maker_or_kind_is_refused);
     RUN_TEST(a_device_that_boots_again_meanwhile_is_refused);

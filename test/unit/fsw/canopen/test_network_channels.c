@@ -159,7 +159,7 @@ static void the_master_sends_on_the_active_channel_only(void)
     TEST_ASSERT_EQUAL_UINT(0U, faults_of(NETWORK_DEVICE_LOST, 0U));
 }
 
-static void devices_on_the_other_channel_follow_the_heartbeat(void)
+static void the_master_sends_only_heartbeats_until_the_devices_change_channel(void)
 {
     devices_on(B);
     open_network();
@@ -385,7 +385,7 @@ static void booting_starts_when_every_node_is_heard_or_after_160_ms(void)
     open_network();
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     scripted_bus_deliver(&bus[A], 0x712U, &alive, 1U);
-    // The heartbeats arrive as NETWORK_SELECTING begins.
+    // Heartbeats of the cycle in which NETWORK_SELECTING begins do not count.
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
     scripted_bus_deliver(&bus[A], 0x711U, &alive, 1U);
     TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
@@ -453,7 +453,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_master_sends_on_the_active_channel_only);
-    RUN_TEST(devices_on_the_other_channel_follow_the_heartbeat);
+    RUN_TEST(the_master_sends_only_heartbeats_until_the_devices_change_channel);
     RUN_TEST(booting_starts_although_devices_do_not_answer);
     RUN_TEST(a_cut_channel_counts_as_unplugged_and_a_command_recovers_the_devices);
     RUN_TEST(a_selection_while_closed_applies_to_the_next_opening);

@@ -78,7 +78,7 @@ static void devices_that_acknowledge_no_frame_are_lost_and_securing_ends(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
 }
 
-static void error_states_of_the_bus_are_reported_once_each(void)
+static void each_entry_into_an_error_state_of_the_bus_is_reported_once(void)
 {
     run_to(CIA402_GOAL_ENABLED);
     scripted_bus_error(&bus, OSAL_CAN_ERROR_CONTROLLER, 0x08U);
@@ -278,7 +278,7 @@ static void securing_works_with_one_drive_unplugged(void)
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
 }
 
-static void securing_works_from_every_goal_and_keeps_a_fault(void)
+static void securing_works_from_disabled_and_standby_and_keeps_a_fault(void)
 {
     run_to(CIA402_GOAL_DISABLED);
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(canopen_network_secure));
@@ -456,7 +456,7 @@ int main(void)
     RUN_TEST(process_data_of_a_wrong_length_count_as_missing);
     RUN_TEST(bus_off_makes_every_device_lost_in_the_same_cycle);
     RUN_TEST(devices_that_acknowledge_no_frame_are_lost_and_securing_ends);
-    RUN_TEST(error_states_of_the_bus_are_reported_once_each);
+    RUN_TEST(each_entry_into_an_error_state_of_the_bus_is_reported_once);
     RUN_TEST(a_node_that_boots_again_is_lost);
     RUN_TEST(a_missing_heartbeat_makes_a_device_lost_without_process_data);
     RUN_TEST(a_fault_is_reported_once_with_its_code);
@@ -472,7 +472,7 @@ int main(void)
     RUN_TEST(securing_sends_quick_stop_and_then_disable_voltage);
     RUN_TEST(braking_ends_after_200_ms);
     RUN_TEST(securing_works_with_one_drive_unplugged);
-    RUN_TEST(securing_works_from_every_goal_and_keeps_a_fault);
+    RUN_TEST(securing_works_from_disabled_and_standby_and_keeps_a_fault);
     RUN_TEST(no_command_is_queued_without_an_acknowledging_node);
     RUN_TEST(no_command_is_sent_on_a_closed_bus);
     RUN_TEST(unplugged_devices_work_again_after_commissioning);

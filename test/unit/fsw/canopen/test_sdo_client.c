@@ -270,7 +270,7 @@ static void a_wrong_toggle_bit_is_refused_in_uploads_and_downloads(void)
     TEST_ASSERT_EQUAL_UINT32(2U, client.counters.violations);
 }
 
-static void an_answer_of_another_kind_is_refused_in_every_phase(void)
+static void an_upload_answer_with_another_command_specifier_is_refused(void)
 {
     for (unsigned specifier = 0U; specifier < 8U; specifier++) {
         setUp();
@@ -294,7 +294,7 @@ static void a_value_that_is_too_long_is_refused(void)
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, result());
     expect_abort(SDO_ABORT_MEMORY);
 
-    begin_upload(); // Without an announced size the capacity of our buffer is the limit.
+    begin_upload(); // Without an announced size the capacity of the client's buffer is the limit.
     answer(0x40U, 0x08U, 0x10U, 0U, 0U, 0U, 0U, 0U);
     bool toggle = false;
     while (result() == STATUS_BUSY) {
@@ -330,7 +330,7 @@ static void a_size_that_disagrees_with_the_content_is_refused(void)
     expect_abort(SDO_ABORT_LENGTH);
 }
 
-static void answers_to_another_client_are_counted_and_dropped(void)
+static void answers_without_a_request_and_short_answers_are_counted_and_dropped(void)
 {
     answer(0x4BU, 0x08U, 0x10U, 0U, 1U, 2U, 0U, 0U); // A response without a request.
     begin_upload();
@@ -393,10 +393,10 @@ int main(void)
     RUN_TEST(silence_ends_in_a_timeout_and_an_abort);
     RUN_TEST(each_segment_has_its_own_time_out);
     RUN_TEST(a_wrong_toggle_bit_is_refused_in_uploads_and_downloads);
-    RUN_TEST(an_answer_of_another_kind_is_refused_in_every_phase);
+    RUN_TEST(an_upload_answer_with_another_command_specifier_is_refused);
     RUN_TEST(a_value_that_is_too_long_is_refused);
     RUN_TEST(a_size_that_disagrees_with_the_content_is_refused);
-    RUN_TEST(answers_to_another_client_are_counted_and_dropped);
+    RUN_TEST(answers_without_a_request_and_short_answers_are_counted_and_dropped);
     RUN_TEST(random_answers_of_a_server_cause_no_failure);
     return UNITY_END();
 }

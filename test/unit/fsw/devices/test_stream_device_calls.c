@@ -118,7 +118,7 @@ static void a_new_connection_is_not_given_up_before_its_time(void** state)
     cycle(now_ns + ((SILENCE_MS + 1U) * MS_NS), STATUS_OK, 0);
 }
 
-static void a_connection_that_closes_within_a_cycle_is_closed(void** state)
+static void a_connection_that_closes_within_a_cycle_is_a_loss(void** state)
 {
     (void)state;
     assert_int_equal(STATUS_BUSY, stream_device_open(&device, MS_NS));
@@ -163,7 +163,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_device_that_never_pauses_does_not_delay_a_cycle, begin),
         cmocka_unit_test_setup(a_new_connection_is_not_given_up_before_its_time, begin),
-        cmocka_unit_test_setup(a_connection_that_closes_within_a_cycle_is_closed, begin),
+        cmocka_unit_test_setup(a_connection_that_closes_within_a_cycle_is_a_loss, begin),
         cmocka_unit_test_setup(refused_records_are_counted_and_a_full_end_node_delays_the_stop, begin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices in shared memory and on a message queue; the test plays the devices. The generic subsystem is a
-// test double.
+// Devices at end nodes in shared memory, UDP, TCP and serial lines; the test acts as the devices. The generic
+// subsystem is a test double.
 #include "fsw/devices/stream_devices.h"
 
 #include "test/support/shm_device.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mismatches between a descriptor and a bus. The tests of the subsystems cover normal operation.
+// Drives on a scripted bus: commissioning, channels, activities, counters, mismatches with the descriptor.
 #include "fsw/drives/drives_counters.h"
 #include "fsw/drives/drives_fitting.h"
 #include "test/support/scripted_bus.h"
@@ -90,7 +90,7 @@ static const flow_resolver_t resolver = {NULL, resolve};
 static void load(void)
 {
     static char text[sizeof document + 256U];
-    size_t length = 0U; // If a bus has a channel B, each message names the bus.
+    size_t length = 0U; // With a channel B, each end node also has the attribute redundantBus.
     for (const char* at = document; *at != '\0'; at++) {
         text[length++] = *at;
         if (has_channel_b && (at >= &document[11]) && (at[0] == ' ') &&
@@ -309,7 +309,7 @@ static void an_event_that_the_descriptor_does_not_define_is_not_raised(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
-static void every_state_can_be_left_downwards(void)
+static void the_hardware_is_deinitialised_at_any_time(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, cycle(drives_hardware_deinit));
     for (unsigned i = 0U; i < 20U; i++) { // The first cycles of commissioning.
@@ -370,7 +370,7 @@ static void limited_commands_of_all_axes_are_summed(void)
     TEST_ASSERT_EQUAL_UINT32(sum, drives_limited(&drives));
 }
 
-/// Each change of the activity abandons a command once; a higher one begins when the axes have reached it.
+/// Each change of activity abandons a command once; a higher activity begins when the axes have reached it.
 static void each_change_of_activity_abandons_a_command_once(void)
 {
     static const struct {
@@ -435,7 +435,7 @@ static void counters_are_published_where_the_descriptor_names_them(void)
     TEST_ASSERT_EQUAL_HEX32_ARRAY(expected, storage, 9U);
 }
 
-/// At the end of its process the bus is closed without a frame, and a second call has no effect.
+/// At the end of the process drives_release closes the bus without a frame; a second call has no effect.
 static void a_release_closes_the_bus_without_a_reset(void)
 {
     static drives_t unused; // Released without having been used.
@@ -479,7 +479,7 @@ static void a_configuration_is_aborted_after_20_ms_without_a_call(void)
     nodes[1]->is_pdo_mute = false;
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(configure));
     TEST_ASSERT_EQUAL_UINT(writes + 1U, nodes[1]->writes);
-    for (unsigned i = 0U; i < 200U; i++) { // Settings that were already written remain.
+    for (unsigned i = 0U; i < 200U; i++) { // A complete configuration is not aborted.
         (void)cycle(NULL);
     }
     TEST_ASSERT_TRUE(drives_are_running(&drives));
@@ -531,7 +531,7 @@ static void a_goal_is_commanded_again_after_each_stop(void)
     }
 }
 
-/// A fault of a drive is reset only on the way out of the safe state.
+/// drives_start_control resets the fault of a drive; drives_engage does not.
 static void a_fault_is_reset_by_starting_the_control_only(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
@@ -586,7 +586,7 @@ int main(void)
     RUN_TEST(an_event_that_the_descriptor_does_not_define_is_not_raised);
     RUN_TEST(channel_b_can_only_be_selected_if_the_bus_has_one);
     RUN_TEST(the_selected_channel_is_the_one_that_is_opened);
-    RUN_TEST(every_state_can_be_left_downwards);
+    RUN_TEST(the_hardware_is_deinitialised_at_any_time);
     RUN_TEST(each_change_of_activity_abandons_a_command_once);
     RUN_TEST(counters_are_published_where_the_descriptor_names_them);
     RUN_TEST(a_release_closes_the_bus_without_a_reset);

@@ -173,7 +173,7 @@ static void a_configuration_without_homing_has_no_search(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, drives_homing(&drives, &node));
 }
 
-/// Outputs are as dangerous as axes, but a module has no state that it could leave.
+/// An output module has no state machine, so drives_secure sets its outputs to zero.
 static void securing_sets_outputs_to_zero(void)
 {
     engage();

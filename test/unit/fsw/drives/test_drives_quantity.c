@@ -233,7 +233,7 @@ static void the_limits_of_each_range_can_be_set(void)
     }
 }
 
-/// Neither the sum of a number and one half nor that of a large number and one half is exact.
+/// The sum of one half and 0.49999999999999994, or a number above 2^52, is not exact.
 static void halves_are_rounded_away_from_zero(void)
 {
     static const struct {

@@ -142,7 +142,7 @@ static void a_closed_bus_is_borrowed(void)
     TEST_ASSERT_EQUAL(STATUS_OK, poll(1U));
 }
 
-static void hardware_init_keeps_the_borrowed_resources(void)
+static void hardware_init_keeps_the_borrowed_bus(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, begin(0U, turn(0x1F01U)));
     TEST_ASSERT_EQUAL(STATUS_BUSY, drives_hardware_init(&drives));
@@ -165,7 +165,7 @@ static void without_a_bus_the_command_fails(void)
     TEST_ASSERT_EQUAL_UINT16(DRIVES_ACCESS_CLOSED, result.return_code);
 }
 
-static void each_line_of_a_supply_has_its_own_frame(void)
+static void a_supply_with_one_line_for_on_and_off_is_refused(void)
 {
     static char text[sizeof document];
     (void)strcpy(text, document);
@@ -220,10 +220,10 @@ int main(void)
     RUN_TEST(only_declared_supplies_and_outputs_exist);
     RUN_TEST(a_pulse_is_a_frame_on_the_open_bus);
     RUN_TEST(a_closed_bus_is_borrowed);
-    RUN_TEST(hardware_init_keeps_the_borrowed_resources);
+    RUN_TEST(hardware_init_keeps_the_borrowed_bus);
     RUN_TEST(an_abandoned_pulse_releases_the_bus);
     RUN_TEST(without_a_bus_the_command_fails);
-    RUN_TEST(each_line_of_a_supply_has_its_own_frame);
+    RUN_TEST(a_supply_with_one_line_for_on_and_off_is_refused);
     RUN_TEST(a_frame_has_10_ms_to_leave);
     RUN_TEST(hardware_deinit_keeps_the_bus_until_its_reset_has_left);
     RUN_TEST(pulses_wait_while_the_transmit_queue_is_full);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drive on CAN and two stream devices of one subsystem; the test plays the devices.
+// A drive on CAN and three stream devices of one subsystem; the test acts as the devices.
 #include "fsw/equipment/equipment.h"
 #include "test/support/scripted_bus.h"
 #include "test/support/shm_device.h"

@@ -78,7 +78,7 @@ static void no_program_uses_more_than_its_share(void)
 }
 
 /// Neither addresses nor the interpreter's hash seed, which differ between slots, change the number of units
-/// used.
+/// used. Except: the seed decides how often a table with texts as keys is rebuilt (procedure_cost.h).
 static void the_cost_of_a_procedure_depends_on_its_code_alone(void)
 {
     static uint32_t first[CYCLES];
@@ -159,7 +159,7 @@ static const struct {
     {"local t = {} for i = 1, 100 do t['k' .. i] = i end", "pairs(t)", 4000U},
 };
 
-static void the_cost_of_work_is_proportional_to_the_data_it_touches(void)
+static void an_operation_costs_at_least_the_units_of_its_work(void)
 {
     for (size_t i = 0U; i < (sizeof paid / sizeof paid[0]); i++) {
         (void)snprintf(code, sizeof code, "%s for i = 1, 10 do end", paid[i].before);
@@ -293,7 +293,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(no_program_uses_more_than_its_share);
     RUN_TEST(the_cost_of_a_procedure_depends_on_its_code_alone);
-    RUN_TEST(the_cost_of_work_is_proportional_to_the_data_it_touches);
+    RUN_TEST(an_operation_costs_at_least_the_units_of_its_work);
     RUN_TEST(ordinary_programs_are_cheap);
     RUN_TEST(too_much_work_in_one_call_is_an_error);
     RUN_TEST(a_metatable_keeps_its_content_after_it_is_set);

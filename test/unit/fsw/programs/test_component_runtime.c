@@ -66,7 +66,7 @@ static void both_ends_use_the_window_of_the_run(void)
     TEST_ASSERT_EQUAL_UINT32(MESSAGE_WINDOW_OCTETS, runtimes[0].endpoint.window);
 }
 
-static void a_window_for_which_there_is_no_room_is_refused_in_words(void)
+static void a_window_for_which_there_is_no_room_is_refused_with_a_message(void)
 {
     run.components[1].message_window = MESSAGE_ROOM_OCTETS + 1U;
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, open_inbox(1U));
@@ -88,7 +88,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(both_ends_use_the_window_of_the_run);
-    RUN_TEST(a_window_for_which_there_is_no_room_is_refused_in_words);
+    RUN_TEST(a_window_for_which_there_is_no_room_is_refused_with_a_message);
     RUN_TEST(without_a_scheduler_the_last_beat_contains_the_promise);
     return UNITY_END();
 }

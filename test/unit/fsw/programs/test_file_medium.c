@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A journal on real files, for which the file medium is made.
+// A journal on real files through the file medium.
 #define _POSIX_C_SOURCE 200809L
 #include "fsw/programs/file_medium.h"
 

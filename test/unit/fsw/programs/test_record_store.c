@@ -126,7 +126,7 @@ static medium_t keep_medium(void* const context, const unsigned index, const med
 
 /// The store has closed its files. sync of a store that waits for the disk therefore fails; sync of a store
 /// that does not wait makes no call, and succeeds.
-static void only_a_store_that_waits_writes_to_the_disk(void)
+static void only_a_store_that_waits_syncs_its_files(void)
 {
     store.wrapper = (record_store_wrapper_t){&found, keep_medium};
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
@@ -362,7 +362,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(if_the_second_file_is_in_use_the_first_is_released);
     RUN_TEST(if_the_directory_cannot_be_synced_both_files_are_released);
-    RUN_TEST(only_a_store_that_waits_writes_to_the_disk);
+    RUN_TEST(only_a_store_that_waits_syncs_its_files);
     RUN_TEST(an_incomplete_copy_is_removed);
     RUN_TEST(other_damaged_data_are_kept);
     RUN_TEST(the_console_names_the_damaged_file_and_its_copy);

@@ -101,7 +101,7 @@ static void a_copy_is_whole_on_the_disk_before_it_is_reported(void** state)
     assert_true(keep());
 }
 
-static void a_copy_that_cannot_be_written_or_forced_to_the_disk_is_removed(void** state)
+static void a_copy_that_cannot_be_written_or_synced_is_removed(void** state)
 {
     (void)state;
     for (unsigned failing = 0U; failing < 2U; failing++) {
@@ -193,7 +193,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_copy_is_whole_on_the_disk_before_it_is_reported, set_up),
-        cmocka_unit_test_setup(a_copy_that_cannot_be_written_or_forced_to_the_disk_is_removed, set_up),
+        cmocka_unit_test_setup(a_copy_that_cannot_be_written_or_synced_is_removed, set_up),
         cmocka_unit_test_setup(a_copy_that_cannot_be_made_is_reported, set_up),
         cmocka_unit_test_setup(earlier_copies_stay_and_the_last_one_is_replaced, set_up),
         cmocka_unit_test_setup(the_longest_paths_have_room_on_the_line, set_up),

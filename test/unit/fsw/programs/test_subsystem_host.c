@@ -47,7 +47,7 @@ static void the_path_of_its_descriptor_is_relative_to_the_mission_or_absolute(vo
     TEST_ASSERT_EQUAL_STRING_LEN("/g/arm.xml:1: ", refusal("/f", 1U), 14U);
 }
 
-static void a_path_that_is_too_long_is_refused_in_words(void)
+static void a_path_that_is_too_long_is_refused_with_a_message(void)
 {
     const char* const reason = refusal(LONG_DIRECTORY, 6U);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(reason,
@@ -60,6 +60,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_path_of_its_descriptor_is_relative_to_the_mission_or_absolute);
-    RUN_TEST(a_path_that_is_too_long_is_refused_in_words);
+    RUN_TEST(a_path_that_is_too_long_is_refused_with_a_message);
     return UNITY_END();
 }

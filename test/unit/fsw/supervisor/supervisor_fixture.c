@@ -256,7 +256,7 @@ static void answer_link(fixture_member_t* member, const pus_tc_t* tc, octet_read
     } else if (tc->subtype == PUS_LINK_REPORT_STATUS) {
         report_links(member);
     } else {
-        // A fake member does not answer these.
+        // Other requests have no effect.
     }
 }
 
@@ -278,7 +278,7 @@ static void answer(fixture_member_t* member, const pus_tc_t* tc)
     } else if (tc->service == PUS_SERVICE_RTLINK) {
         answer_link(member, tc, &reader);
     } else {
-        // The fake performs the request.
+        // Other requests have no effect and are reported as completed.
     }
     pus_verify_completed(&member->process, &token, fixture.now_ns);
 }

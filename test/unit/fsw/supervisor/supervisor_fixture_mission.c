@@ -46,9 +46,10 @@ static const char lone_document[] =
     "type='DOUBLE'/>\n"
     "</Requires></RTLinkService></Configuration></Subsystem>\n";
 
-// HIGH events of HAND have a plan, and so has ARM's BROKEN, whose number is that of the supervisor's
-// PROCESS_LOST; for other HIGH events the built-in reaction applies. STRAIN (MEDIUM) of ARM and LONE has a
-// plan, ARM's TIRED has none. The plans of ARM's TORQUE and JAMMED take some time.
+// These events have plans: HIGH ones of HAND, BROKEN (the number of the supervisor's PROCESS_LOST) and JAMMED
+// of ARM, SUBSYSTEM_SILENT and LOG_FAILED of the supervisor; MEDIUM: STRAIN of ARM and LONE, TORQUE of ARM;
+// LOW: WORN of ARM. For all others only the built-in reaction applies. The plans of TORQUE and JAMMED
+// take 20 s and 30 s.
 static const char mission_document[] =
     "<Mission name='fixture' epoch='2026-06-01T12:00:00' power='100'><Subsystems>\n"
     "<Subsystem name='ARM' id='16' executable='arm' descriptor='arm.xml' restarts='2'>\n"

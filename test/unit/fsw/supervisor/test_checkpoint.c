@@ -165,7 +165,7 @@ static void two_damaged_banks_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, adopt()); // No bank is valid any more.
 }
 
-// The writer is killed after each octet of a commit.
+// The writer is killed after every seventh octet of a commit.
 static void an_incomplete_commit_leaves_the_previous_one(void)
 {
     static checkpoint_t before;
@@ -189,7 +189,7 @@ static void an_incomplete_commit_leaves_the_previous_one(void)
     }
 }
 
-/// Commit states whose words all have the same number, until the process is killed.
+/// Commit states in which three fields have the same number, until the process is killed.
 static void commit_until_killed(checkpoint_t* const shared)
 {
     for (uint64_t i = 1U;; i++) {
@@ -307,7 +307,7 @@ static void a_link_that_the_mission_does_not_have_is_refused(void)
     NO_TRUTH_REFUSED(CHECKPOINT_LINK, graph.edges[0].is_stale);
     REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
     REFUSED(CHECKPOINT_LINK, renewed, 2U);
-    state.accepted[1] = state.accepted[0]; // The entry is at the position of another subsystem.
+    state.accepted[1] = state.accepted[0]; // The entry is at the position of another link.
     expect_flaw(CHECKPOINT_LINK);
     state.graph.count    = 2U; // The same link twice.
     state.graph.edges[1] = state.graph.edges[0];
@@ -334,7 +334,7 @@ static void a_plan_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_PLAN, plans.runs[0].start_ns, NOW);
 }
 
-/// The largest valid values of all fields that have a limit.
+/// The largest valid values of fields that have a limit.
 static void values_at_their_limits_are_accepted(void)
 {
     checkpoint_subsystem_t* const subsystem = &state.subsystems[0];
@@ -380,7 +380,7 @@ static void values_at_their_limits_are_accepted(void)
     expect_flaw(CHECKPOINT_PLAN);
 }
 
-static void a_checkpoint_with_invalid_packet_numbers_is_refused(void)
+static void invalid_requests_counts_channels_and_rings_are_refused(void)
 {
     REFUSED(CHECKPOINT_REQUEST, pending.entries[0].apid, 99U);
     REFUSED(CHECKPOINT_REQUEST, pending.entries[0].since_ns, NOW);
@@ -548,10 +548,10 @@ static void a_damaged_annex_is_read_up_to_its_damage(void)
     commit();
     add("abc", "");
     add("def", "");
-    checkpoint.arrivals.octets[0] ^= 0xFFU;  // The size before the first block.
-    checkpoint.arrivals.octets[18] ^= 0xFFU; // The size after the last block.
-    TEST_ASSERT_EQUAL_STRING("", blocks(false));
-    TEST_ASSERT_EQUAL_STRING("", blocks(true));
+    checkpoint.arrivals.octets[11] ^= 0xFFU; // The size before the last block.
+    checkpoint.arrivals.octets[7] ^= 0xFFU;  // The size after the first block.
+    TEST_ASSERT_EQUAL_STRING("abc,", blocks(false));
+    TEST_ASSERT_EQUAL_STRING("def,", blocks(true));
     checkpoint.arrivals.used.count = 7U;
     TEST_ASSERT_EQUAL_STRING("", blocks(false));
     TEST_ASSERT_EQUAL_STRING("", blocks(true));
@@ -585,7 +585,7 @@ int main(void)
     RUN_TEST(a_link_that_the_mission_does_not_have_is_refused);
     RUN_TEST(a_plan_that_the_mission_does_not_have_is_refused);
     RUN_TEST(values_at_their_limits_are_accepted);
-    RUN_TEST(a_checkpoint_with_invalid_packet_numbers_is_refused);
+    RUN_TEST(invalid_requests_counts_channels_and_rings_are_refused);
     RUN_TEST(a_checkpoint_keeps_the_blocks_of_rings_in_order);
     RUN_TEST(a_bank_with_a_changed_octet_of_a_ring_is_refused);
     RUN_TEST(the_content_of_free_entries_is_not_checked);

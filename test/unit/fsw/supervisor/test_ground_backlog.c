@@ -237,7 +237,7 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
-/// All slots of all queues, which share one block: the largest number of waiting reports.
+/// All slots of all queues; the reports of a class share one block: the largest number of waiting reports.
 static void full_queues_are_copied_completely(void)
 {
     static const uint8_t types[PUS_CLASSES][2] = {{1U, 7U}, {17U, 2U}, {3U, 25U}};
@@ -322,7 +322,7 @@ static void requests_are_taken_up_to_the_exact_room_for_their_answers(void)
     }
 }
 
-/// Compared with a list: no report is duplicated, lost or out of order within its class.
+/// The numbers of a class are consecutive: no report is duplicated, lost or out of order within its class.
 static void random_operations_keep_order_and_blocks(void)
 {
     uint32_t random_state         = 5U;

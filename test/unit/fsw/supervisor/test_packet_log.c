@@ -465,7 +465,7 @@ static void a_file_that_was_removed_is_made_again(void)
     append(1U);
     supervisor_packet_log_step(&packets, 2U * SECOND_NS);
     TEST_ASSERT_EQUAL(PACKET_LOG_ASCII, packets.strategy);
-    TEST_ASSERT_EQUAL(3U, packets.first_number); // The merge reports that 1 and 2 are missing.
+    TEST_ASSERT_EQUAL(3U, packets.first_number); // packet-archive-sqlite merge reports 1 and 2 as missing.
     supervisor_packet_log_close(&packets);
     expect_text("packets.ascii", "3 0.000000000 TC 18\n");
 }

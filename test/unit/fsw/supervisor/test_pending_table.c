@@ -64,7 +64,7 @@ static void every_failure_except_of_a_step_ends_a_request(void)
     }
 }
 
-static void later_instructions_are_performed_after_a_refused_one(void)
+static void a_refused_instruction_does_not_end_its_request(void)
 {
     supervisor_pending_init(&table);
     add(16U, 5U, 1U, 0xFU);
@@ -237,7 +237,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(the_last_requested_report_ends_a_request);
     RUN_TEST(every_failure_except_of_a_step_ends_a_request);
-    RUN_TEST(later_instructions_are_performed_after_a_refused_one);
+    RUN_TEST(a_refused_instruction_does_not_end_its_request);
     RUN_TEST(a_request_of_which_only_refusals_are_known_is_not_reported_as_lost);
     RUN_TEST(a_started_request_with_refused_instructions_is_reported_as_lost);
     RUN_TEST(requests_of_which_only_refusals_are_known_are_replaced_first);

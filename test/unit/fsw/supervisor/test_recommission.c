@@ -135,7 +135,7 @@ static void a_configuration_that_cannot_be_sent_is_sent_later(void)
 
 /// The last state at rest can only be OFFLINE or one from PRE_OPERATIONAL to OPERATIONAL. A checkpoint may
 /// contain any state.
-static void a_last_state_above_operational_begins_nothing(void)
+static void only_a_last_state_from_pre_operational_to_operational_begins(void)
 {
     static const struct {
         state_t rested;
@@ -161,6 +161,6 @@ int main(void)
     RUN_TEST(a_partner_in_doubt_delays_the_order);
     RUN_TEST(a_missing_link_delays_the_order);
     RUN_TEST(a_configuration_that_cannot_be_sent_is_sent_later);
-    RUN_TEST(a_last_state_above_operational_begins_nothing);
+    RUN_TEST(only_a_last_state_from_pre_operational_to_operational_begins);
     return UNITY_END();
 }

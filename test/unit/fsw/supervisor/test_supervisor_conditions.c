@@ -67,7 +67,7 @@ static void any_doubt_about_a_member_forbids_the_transition_to_operational(void)
     TEST_ASSERT_EQUAL(PUS_FAILURE_STATE_IN_DOUBT, refusal_of(ARM, STATE_OPERATIONAL));
 }
 
-static void a_mission_without_a_power_limit_needs_no_power(void)
+static void without_a_power_limit_no_request_is_refused_for_power(void)
 {
     fixture_put_in_state(FIXTURE_ARM, STATE_OFFLINE);
     mission()->power_available_w = 1U;
@@ -185,7 +185,7 @@ static uint16_t event_of_loss(const uint16_t event)
 }
 
 /// A plan for any subsystem does not apply to events of the supervisor itself.
-static void only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss(void)
+static void the_own_event_of_a_loss_is_used_only_with_a_plan_of_the_supervisor(void)
 {
     TEST_ASSERT_EQUAL_UINT16(SUPERVISOR_EVENT_SUBSYSTEM_SILENT,
                              event_of_loss(SUPERVISOR_EVENT_SUBSYSTEM_SILENT));
@@ -451,13 +451,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_doubtful_state_matters_only_if_it_forbids_the_transition);
     RUN_TEST(any_doubt_about_a_member_forbids_the_transition_to_operational);
-    RUN_TEST(a_mission_without_a_power_limit_needs_no_power);
+    RUN_TEST(without_a_power_limit_no_request_is_refused_for_power);
     RUN_TEST(requests_for_impossible_states_are_passed_to_the_target);
     RUN_TEST(a_report_that_is_too_short_changes_no_state);
     RUN_TEST(a_waiting_order_for_a_lower_state_is_not_replaced);
     RUN_TEST(the_loss_of_a_process_outside_of_the_mission_orders_nothing);
     RUN_TEST(a_high_failure_of_the_supervisor_itself_needs_a_plan_of_its_own);
-    RUN_TEST(only_a_plan_of_the_supervisor_is_for_the_event_of_a_loss);
+    RUN_TEST(the_own_event_of_a_loss_is_used_only_with_a_plan_of_the_supervisor);
     RUN_TEST(an_own_event_is_about_the_subsystem_that_its_first_field_names);
     RUN_TEST(a_new_negotiation_that_fails_ends_the_former_agreement);
     RUN_TEST(a_refused_negotiation_ends_an_agreement_that_is_not_open);

@@ -316,7 +316,7 @@ static void die_while_recommissioning(unsigned ticks)
     expect_complete_log();
 }
 
-/// The supervisor dies at each instant of the recommissioning.
+/// The supervisor dies at every third tick of the recommissioning.
 static void a_recommissioning_continues(void)
 {
     for (unsigned ticks = 0U; ticks < 140U; ticks += 3U) {

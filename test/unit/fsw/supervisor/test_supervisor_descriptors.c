@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TICKS_OF_A_STATUS 130U ///< A status report arrives once a second, every 100 ticks.
+#define TICKS_OF_A_STATUS 130U ///< More than two intervals between status reports (50 ticks).
 #define OTHER_HASH 0x1122334455667788ULL
 
 void setUp(void)

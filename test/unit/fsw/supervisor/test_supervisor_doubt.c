@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // After a subsystem was silent for a while, the supervisor does not rely on its known state until the
-// subsystem has answered a query.
+// subsystem has answered a request for its status.
 #include "fsw/supervisor/supervisor.h"
 
 #include "test/unit/fsw/supervisor/supervisor_fixture.h"
@@ -60,7 +60,7 @@ static void a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain(vo
     TEST_ASSERT_TRUE(fixture_has("G 1.2 #7 0115 10"));
 }
 
-static void a_subsystem_heard_again_is_queried_before_its_state_is_used(void)
+static void a_subsystem_heard_again_must_report_its_status_before_its_state_is_used(void)
 {
     cut_off_arm();
     fixture_tick();
@@ -83,7 +83,7 @@ static void a_subsystem_heard_again_is_queried_before_its_state_is_used(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_HAND].state);
 }
 
-static void a_query_without_an_answer_is_repeated(void)
+static void a_status_request_without_an_answer_is_repeated(void)
 {
     cut_off_arm();
     // ARM reports its status once a second, but does not answer.
@@ -114,7 +114,7 @@ static void end_of_request(uint32_t request_id, bool is_good)
     fixture_step();
 }
 
-static void only_the_completion_of_the_query_ends_the_doubt(void)
+static void only_the_completion_of_the_status_request_ends_the_doubt(void)
 {
     cut_off_arm();
     // ARM reports its status once a second, but does not answer.
@@ -156,7 +156,7 @@ static void a_process_that_starts_again_is_not_in_doubt(void)
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.reactions.asked);
 }
 
-static void a_subsystem_that_reports_is_never_queried(void)
+static void a_subsystem_that_reports_gets_no_status_request(void)
 {
     run_ms(10000);
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.reactions.asked);
@@ -166,11 +166,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_request_barred_only_by_an_unknown_state_is_refused_as_uncertain);
-    RUN_TEST(a_subsystem_heard_again_is_queried_before_its_state_is_used);
-    RUN_TEST(a_query_without_an_answer_is_repeated);
-    RUN_TEST(only_the_completion_of_the_query_ends_the_doubt);
+    RUN_TEST(a_subsystem_heard_again_must_report_its_status_before_its_state_is_used);
+    RUN_TEST(a_status_request_without_an_answer_is_repeated);
+    RUN_TEST(only_the_completion_of_the_status_request_ends_the_doubt);
     RUN_TEST(a_subsystem_that_returns_offline_has_no_links);
     RUN_TEST(a_process_that_starts_again_is_not_in_doubt);
-    RUN_TEST(a_subsystem_that_reports_is_never_queried);
+    RUN_TEST(a_subsystem_that_reports_gets_no_status_request);
     return UNITY_END();
 }

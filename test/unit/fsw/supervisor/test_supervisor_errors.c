@@ -228,8 +228,8 @@ static void a_medium_error_never_commands_a_higher_state(void)
     }
 }
 
-/// The plan of LONE's STRAIN stops LONE at once, if it is running.
-static void a_plan_may_take_a_member_to_its_safe_state(void)
+/// The plan of LONE's STRAIN orders LONE to ERROR_OPERATIONAL, unless it is there or in OFFLINE.
+static void a_plan_may_order_a_member_to_error_operational(void)
 {
     static const state_t states[] = {STATE_OFFLINE, STATE_PRE_OPERATIONAL, STATE_OPERATIONAL,
                                      STATE_ERROR_OPERATIONAL};
@@ -570,7 +570,7 @@ int main(void)
     RUN_TEST(a_subsystem_without_links_goes_down_alone);
     RUN_TEST(a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step);
     RUN_TEST(a_medium_error_never_commands_a_higher_state);
-    RUN_TEST(a_plan_may_take_a_member_to_its_safe_state);
+    RUN_TEST(a_plan_may_order_a_member_to_error_operational);
     RUN_TEST(low_and_informative_events_are_only_logged);
     RUN_TEST(only_events_of_other_subsystems_of_the_mission_have_a_reaction);
     RUN_TEST(an_event_without_a_number_is_ignored);

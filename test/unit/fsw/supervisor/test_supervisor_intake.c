@@ -231,7 +231,7 @@ static status_t send_housekeeping(const uint8_t subtype)
     return supervisor_router_send(&fixture.supervisor, octets, size);
 }
 
-static void only_sampled_reports_are_not_repeated_for_want_of_room(void)
+static void without_room_only_sampled_reports_are_dropped(void)
 {
     static const uint8_t octets[6]                = {0U};
     fixture.members[FIXTURE_GROUND].takes_nothing = true;
@@ -268,7 +268,7 @@ int main(void)
     RUN_TEST(a_report_that_is_not_forwarded_is_routed_and_stays_on_board);
     RUN_TEST(only_an_order_of_state_cannot_be_released_in_the_name_of_the_supervisor);
     RUN_TEST(a_whole_request_waits_only_for_a_running_subsystem_without_room);
-    RUN_TEST(only_sampled_reports_are_not_repeated_for_want_of_room);
+    RUN_TEST(without_room_only_sampled_reports_are_dropped);
     RUN_TEST(a_stored_order_waits_until_its_subsystem_runs);
     return UNITY_END();
 }

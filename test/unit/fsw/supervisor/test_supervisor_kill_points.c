@@ -506,7 +506,7 @@ static void a_supervisor_killed_at_any_point_performs_each_request_once(void)
     TEST_ASSERT_TRUE_MESSAGE(at > 90U, "fewer points than expected");
 }
 
-/// The next supervisor also dies in its first step.
+/// The next supervisor also dies in its first step; a sample of all pairs of points.
 static void each_request_is_performed_once_wherever_two_supervisors_die(void)
 {
     const unsigned apart = 90U / REPETITIONS(10U);

@@ -125,8 +125,7 @@ static const char* at(const char* text, const char* line)
     return found;
 }
 
-/// The subsystem at the first position of the table starts like the others.
-static void an_autostart_subsystem_starts_at_any_position_of_the_table(void)
+static void an_autostart_subsystem_at_the_first_position_of_the_table_starts(void)
 {
     fixture_open();
     mission_subsystem_t* const first = (mission_subsystem_t*)fixture.supervisor.registry[0].mission;
@@ -238,12 +237,12 @@ static void shut_down_with_hanging_member(const unsigned member, const char* con
     TEST_ASSERT_TRUE(fixture.is_finished);
 }
 
-static void the_first_member_delays_no_other_when_it_hangs(void)
+static void the_shutdown_waits_a_limited_time_for_the_first_member(void)
 {
     shut_down_with_hanging_member(FIXTURE_ARM, "16 TC 129.8 00");
 }
 
-static void a_member_that_hangs_delays_no_other(void)
+static void the_shutdown_waits_a_limited_time_for_any_member(void)
 {
     shut_down_with_hanging_member(FIXTURE_HAND, "17 TC 129.8 00");
 }
@@ -567,9 +566,9 @@ int main(void)
     RUN_TEST(a_mission_shuts_down_with_communication_last);
     RUN_TEST(a_stop_request_shuts_the_mission_down);
     RUN_TEST(a_stop_request_right_after_the_start_is_obeyed);
-    RUN_TEST(an_autostart_subsystem_starts_at_any_position_of_the_table);
-    RUN_TEST(the_first_member_delays_no_other_when_it_hangs);
-    RUN_TEST(a_member_that_hangs_delays_no_other);
+    RUN_TEST(an_autostart_subsystem_at_the_first_position_of_the_table_starts);
+    RUN_TEST(the_shutdown_waits_a_limited_time_for_the_first_member);
+    RUN_TEST(the_shutdown_waits_a_limited_time_for_any_member);
     RUN_TEST(the_mission_shuts_down_without_communication);
     RUN_TEST(the_shutdown_ends_unanswered_requests);
     RUN_TEST(a_second_shutdown_is_refused);

@@ -61,7 +61,7 @@ static void both_ends_agree_then_open_with_one_epoch(void)
     TEST_ASSERT_TRUE(was_asked(text, HAND, "00010010000100110002"));
     // The producer is requested first.
     TEST_ASSERT_TRUE(strstr(text, "16 TC 130.3") < strstr(text, "17 TC 130.3"));
-    // The last agreed record, with the transaction number of the requester: link 1, depth increased by either
+    // The last agreed record, with the transaction number of the requester: link 1, depth increased by each
     // member.
     TEST_ASSERT_NOT_NULL(strstr(text, "G 130.4 000000070001000000000000000800000003E800000003"));
     TEST_ASSERT_NOT_NULL(strstr(text, "G 1.7 #0"));

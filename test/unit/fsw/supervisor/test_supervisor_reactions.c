@@ -259,9 +259,8 @@ static void a_disabled_report_does_not_disable_the_recovery_plan(void)
     TEST_ASSERT_EQUAL(MODE_SAFE, fixture.supervisor.mode);
 }
 
-/// Raise an event of the supervisor as HIGH; among its own events only those about its members have this
-/// severity.
-static void raise_as_high(uint16_t event)
+/// Give an event of the supervisor the severity HIGH.
+static void set_severity_high(uint16_t event)
 {
     subsystem_t* const subsystem = &fixture.supervisor.subsystem;
     for (uint16_t i = 0U; i < subsystem->descriptor->event_count; i++) {
@@ -276,9 +275,9 @@ static void an_event_of_the_supervisor_concerns_the_subsystem_named_in_its_descr
     static const uint8_t of_hand[2] = {0U, HAND};
     static const uint8_t unknown[2] = {0U, 99U};
     fixture_link_up(STATE_OPERATIONAL);
-    raise_as_high(SUPERVISOR_EVENT_RESOURCE_REFUSED); // {APID}
+    set_severity_high(SUPERVISOR_EVENT_RESOURCE_REFUSED); // {APID}
     // {PREVIOUS, MODE}: neither value is an APID, although the number could be one.
-    raise_as_high(SUPERVISOR_EVENT_MODE_CHANGED);
+    set_severity_high(SUPERVISOR_EVENT_MODE_CHANGED);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_RESOURCE_REFUSED, unknown, 2U);
     (void)subsystem_raise(&fixture.supervisor.subsystem, SUPERVISOR_EVENT_MODE_CHANGED, of_hand, 2U);
     fixture_run(2U);

@@ -284,8 +284,8 @@ static void a_service_that_cannot_begin_is_reported(void)
     TEST_ASSERT_EQUAL_UINT32(1U, fixture.supervisor.spacecraft.refused);
 }
 
-/// Returns what the restarted supervisor does: 0: it repeats the release; 1: it reports that the result is in
-/// doubt; 2: nothing, because the release was complete.
+/// Returns what the restarted supervisor does: 0: it releases the request; 1: it reports that the result is
+/// in doubt; 2: nothing, because the release was complete.
 static unsigned outcome(void)
 {
     const bool is_reached  = fixture_has(LONE_REACHED);
@@ -296,7 +296,7 @@ static unsigned outcome(void)
 
 /// The power is cut after each operation on the media in turn. The restarted supervisor releases a request
 /// that was not released; it reports, and does not repeat, a request that may have been released.
-static void every_lost_release_is_reported(void)
+static void a_power_cut_neither_repeats_a_release_nor_loses_it_without_a_report(void)
 {
     static image_t before[2];
     unsigned seen[3] = {0U};
@@ -340,6 +340,6 @@ int main(void)
     RUN_TEST(the_mode_changes_although_the_disk_refuses_the_record);
     RUN_TEST(a_journal_that_cannot_be_read_is_reported);
     RUN_TEST(a_service_that_cannot_begin_is_reported);
-    RUN_TEST(every_lost_release_is_reported);
+    RUN_TEST(a_power_cut_neither_repeats_a_release_nor_loses_it_without_a_report);
     return UNITY_END();
 }

@@ -210,7 +210,7 @@ static void a_request_waits_for_room_at_its_addressee(void)
 }
 
 /// Other requests are delayed once and for a limited time; reports and commands are never delayed.
-static void a_subsystem_with_full_inboxes_does_not_delay_others(void)
+static void a_subsystem_with_a_full_inbox_delays_other_requests_once(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
     for (unsigned i = 0U; i < PLAIN_WINDOW; i++) {
@@ -578,7 +578,7 @@ int main(void)
     RUN_TEST(reports_with_the_apid_of_another_subsystem_are_dropped);
     RUN_TEST(a_request_to_an_unknown_addressee_is_reported_as_unrouted);
     RUN_TEST(a_request_waits_for_room_at_its_addressee);
-    RUN_TEST(a_subsystem_with_full_inboxes_does_not_delay_others);
+    RUN_TEST(a_subsystem_with_a_full_inbox_delays_other_requests_once);
     RUN_TEST(a_request_to_an_ended_process_does_not_wait);
     RUN_TEST(reports_wait_for_the_ground_in_order);
     RUN_TEST(a_request_that_no_rule_allows_is_denied);

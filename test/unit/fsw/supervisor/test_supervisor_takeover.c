@@ -141,7 +141,7 @@ static void the_data_of_members_are_restored(void)
 {
     fixture.members[FIXTURE_HAND].interface_offset     = 1U;
     fixture.members[FIXTURE_HAND].configuration_offset = 2U;
-    fixture_run(110U); // The member reports once a second.
+    fixture_run(110U); // The member reports its status every 50 ticks.
     take_over();
     for (uint16_t i = 0U; i < former.mission->subsystem_count; i++) {
         const registry_entry_t* const before = &former.registry[i];
@@ -233,8 +233,8 @@ static void a_doubt_continues_and_the_status_is_requested_again(void)
 static const pus_token_t of_session  = {.request_id = 0x1801C001U, .source = 1U, .ack = PUS_ACK_ALL};
 static const pus_token_t of_shutdown = {.request_id = 0x1801C002U, .source = 3U, .ack = PUS_ACK_ALL};
 
-/// Returns true if a request of this source with this number goes on after a takeover. Otherwise the next
-/// supervisor has still to end it.
+/// Returns true if a request of this source with this number continues after a takeover. Otherwise the next
+/// supervisor must end it.
 static bool goes_on(const uint32_t request_id, const uint16_t source)
 {
     const pus_token_t token = {.request_id = request_id, .source = source, .ack = PUS_ACK_ALL};

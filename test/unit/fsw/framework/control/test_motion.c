@@ -52,7 +52,7 @@ static void a_motion_goes_from_rest_to_rest_in_its_time(void)
     EXPECT_BELOW(0.02, largest_jump); // Jerk is bounded: 60 d / t^3 x period.
 }
 
-/// The times are exact. Half a period before the end is not yet the end.
+/// The durations are exact as double. Half a period before the end is not yet the end.
 static void a_motion_ends_less_than_half_a_period_before_its_time(void)
 {
     static const double durations_s[] = {1.5, 1.625, 1.75};

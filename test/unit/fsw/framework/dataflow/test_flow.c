@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One data flow on each type of end node; the device's end uses the operating system directly. Each test of a
-// message runs for all types.
+// One data flow on each type of end node except CAN. The device's end uses the functions of osal/; in shared
+// memory and on message queues it uses flow_shm and flow_mqueue.
 #define _GNU_SOURCE
 #include "fsw/framework/dataflow/flow.h"
 
@@ -311,7 +311,7 @@ static void messages_pass_in_both_directions_on_each_type_of_end_node(void)
 }
 
 /// Only these kinds of end nodes notice that there is no device.
-static void without_a_device_the_flow_reports_the_reason_and_tries_again(void)
+static void a_flow_is_closed_until_there_is_a_device(void)
 {
     static const flow_endnode_kind_t kinds_that_notice[] = {ENDNODE_SHM, ENDNODE_MQUEUE, ENDNODE_TCP,
                                                             ENDNODE_SERIAL};
@@ -491,7 +491,7 @@ static void in_stepped_time_the_counts_show_that_a_device_is_gone(void)
     end_all();
 }
 
-static void an_announced_datagram_that_is_too_long_is_received(void)
+static void an_announced_datagram_that_is_too_long_is_not_counted_as_lost(void)
 {
     static const uint8_t message[IN] = {5U, 6U, 7U, 8U};
     uint8_t oversize[302]            = {0U};
@@ -511,13 +511,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(messages_pass_in_both_directions_on_each_type_of_end_node);
-    RUN_TEST(without_a_device_the_flow_reports_the_reason_and_tries_again);
+    RUN_TEST(a_flow_is_closed_until_there_is_a_device);
     RUN_TEST(a_flow_connects_again_after_the_device_was_unplugged);
     RUN_TEST(a_stream_of_invalid_octets_is_closed_and_opened_again);
     RUN_TEST(frames_too_long_for_a_message_are_counted_and_skipped);
     RUN_TEST(a_device_that_only_receives_or_only_sends_has_one_queue);
     RUN_TEST(in_stepped_time_a_call_waits_for_announced_octets);
     RUN_TEST(in_stepped_time_the_counts_show_that_a_device_is_gone);
-    RUN_TEST(an_announced_datagram_that_is_too_long_is_received);
+    RUN_TEST(an_announced_datagram_that_is_too_long_is_not_counted_as_lost);
     return UNITY_END();
 }

@@ -349,7 +349,7 @@ static void a_server_that_does_not_read_fills_the_outbox(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, say(payload, sizeof payload));
     TEST_ASSERT_EQUAL_UINT32(2U, flow.counters.refused);
     TEST_ASSERT_EQUAL_UINT32(count, flow.counters.sent);
-    for (uint64_t left = (uint64_t)count * 34U; left > 0U;) { // Every frame arrives, whole.
+    for (uint64_t left = (uint64_t)count * 34U; left > 0U;) { // All octets of the accepted frames.
         uint8_t octets[4096];
         const ssize_t some = read(far, octets, (left < sizeof octets) ? left : sizeof octets);
         if (some > 0) {
@@ -462,7 +462,7 @@ static void raw_octets_are_received_in_pieces_that_fit(void)
     }
 }
 
-static void endless_invalid_octets_do_not_delay_a_cycle(void)
+static void endless_octets_without_a_frame_are_read_up_to_a_limit(void)
 {
     (void)strcpy(path, "/dev/zero");
     begin(ENDNODE_FILE, "zeros", (flow_format_t){.framing = FLOW_FRAMING_SLIP});
@@ -505,7 +505,7 @@ int main(void)
     RUN_TEST(a_file_is_read_as_it_grows);
     RUN_TEST(a_fifo_waits_for_its_reader);
     RUN_TEST(raw_octets_are_received_in_pieces_that_fit);
-    RUN_TEST(endless_invalid_octets_do_not_delay_a_cycle);
+    RUN_TEST(endless_octets_without_a_frame_are_read_up_to_a_limit);
     RUN_TEST(an_end_node_kind_without_stream_is_a_coding_error);
     const int failures = UNITY_END();
     (void)rmdir(directory);

@@ -217,7 +217,7 @@ static void each_client_has_its_own_limit(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, flow_tcp_peer(&flow, 7U, &peer));
 }
 
-static void waiting_clients_are_served_in_turn_up_to_the_number_of_slots(void)
+static void clients_beyond_the_number_of_slots_are_turned_away(void)
 {
     osal_socket_t* sockets[8];
     TEST_ASSERT_EQUAL_UINT64(1U, flow_tcp_sockets(&flow, sockets, 8U));
@@ -419,7 +419,7 @@ int main(void)
     RUN_TEST(a_step_reads_no_more_octets_than_its_limit);
     RUN_TEST(two_reads_share_one_limit);
     RUN_TEST(each_client_has_its_own_limit);
-    RUN_TEST(waiting_clients_are_served_in_turn_up_to_the_number_of_slots);
+    RUN_TEST(clients_beyond_the_number_of_slots_are_turned_away);
     RUN_TEST(clients_are_served_in_turn);
     RUN_TEST(a_client_may_be_disconnected_to_make_room_for_a_new_one);
     RUN_TEST(malformed_and_endless_frames_end_the_connection);

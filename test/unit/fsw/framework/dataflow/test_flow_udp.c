@@ -16,7 +16,7 @@ static quota_t quota;
 static osal_socket_t stranger;
 static osal_address_t addresses[3]; // Addresses of left, of right, and of no socket.
 
-/// The names "0", "1", "2" have the addresses; "text" has none.
+/// The names "0", "1", "2" have the addresses; the address of "text" has no port.
 static status_t resolve(void* const context, const flow_endnode_kind_t kind, const char* const name,
                         flow_endnode_address_t* const out_address)
 {

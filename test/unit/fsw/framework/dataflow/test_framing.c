@@ -168,10 +168,10 @@ static void slip_recovers_from_invalid_octets(void)
 {
     octets_t expected = {.size = 0U};
     begin(&formats[2]);
-    // These octets end like a frame, and a reader that starts here cannot distinguish it from one.
+    // "noise" counts as a frame: a reader that starts within a stream cannot distinguish it from one.
     feed((const uint8_t*)"noise\300\300\300", 8U);
     feed((const uint8_t*)"a\333xb\300good\300", 10U); // A wrong escape sequence.
-    feed((const uint8_t*)"a\333\300good\300", 8U);    // An escaped end octet.
+    feed((const uint8_t*)"a\333\300good\300", 8U);    // An end octet after the escape octet.
     // A frame that is too long and has a wrong escape sequence is counted once.
     feed((const uint8_t*)"123456789\333x\300ok\300", 15U);
     add_frame(&expected, "noise", 5U);

@@ -142,7 +142,7 @@ static void a_port_with_too_long_names_is_refused(void)
                              descriptor_error(&loader));
 }
 
-static void more_octets_than_allowed_are_refused_with_their_number(void)
+static void sizes_and_rates_beyond_their_limits_are_refused_with_the_line(void)
 {
     static const struct {
         const char* body;
@@ -279,7 +279,7 @@ int main(void)
     RUN_TEST(every_list_holds_its_stated_number_of_entries_and_no_more);
     RUN_TEST(references_are_counted_over_all_elements);
     RUN_TEST(a_port_with_too_long_names_is_refused);
-    RUN_TEST(more_octets_than_allowed_are_refused_with_their_number);
+    RUN_TEST(sizes_and_rates_beyond_their_limits_are_refused_with_the_line);
     RUN_TEST(reports_of_high_events_may_fill_their_reserved_octets);
     RUN_TEST(texts_longer_than_the_model_can_hold_are_refused);
     RUN_TEST(the_bounds_of_a_field_belong_to_its_range);

@@ -370,7 +370,7 @@ static void a_bus_is_the_redundant_one_of_at_most_one_other(void)
     static const struct {
         const char* buses;
         const char* endnode;
-        const char* reason; ///< "" if the path is right.
+        const char* reason; ///< "" if the mission is valid.
     } cases[] = {
         {SPARE("spare", "robot"), "", ""},
         {SPARE("spare", "robot"), " redundantBus='spare'", ""},
@@ -523,8 +523,9 @@ static void loading_a_part_of_a_mission_without_a_subsystem_is_a_coding_error(vo
     TEST_ASSERT_TRUE(assertion_fails(load_nothing_of_a_mission));
 }
 
-/// Conditions between descriptors, which launcher and supervisor check before the start.
-static void a_subsystem_finds_the_errors_of_its_own_descriptor(void)
+/// A subsystem checks only its own entry and descriptor; launcher and supervisor check the conditions between
+/// descriptors.
+static void a_subsystem_without_an_entry_or_a_descriptor_is_refused(void)
 {
     static const struct {
         uint16_t apid;
@@ -587,7 +588,7 @@ int main(void)
     RUN_TEST(a_subsystem_reads_no_descriptor_but_its_own);
     RUN_TEST(loading_a_mission_leaves_the_requested_model);
     RUN_TEST(loading_a_part_of_a_mission_without_a_subsystem_is_a_coding_error);
-    RUN_TEST(a_subsystem_finds_the_errors_of_its_own_descriptor);
+    RUN_TEST(a_subsystem_without_an_entry_or_a_descriptor_is_refused);
     RUN_TEST(a_mission_cut_at_every_octet_is_an_error);
     static const char* const names[] = {"arm.xml", "hand.xml", "flight.xml"};
     for (size_t i = 0U; i < 3U; i++) {

@@ -184,7 +184,7 @@ static void expect_ports(uint16_t link, uint16_t producer, uint16_t consumer)
     TEST_ASSERT_EQUAL_UINT16(consumer, mission.links[link].consumer_port);
 }
 
-/// From all ports the subsystem learns which of its links end on another computer.
+/// A subsystem that reads only its own descriptor knows the ids of its own ports; those of the others are 0.
 static void a_subsystem_knows_its_own_ports(void)
 {
     static const link_t links[] = {

@@ -139,7 +139,7 @@ static void names_change_the_interface_hash(void)
         TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(named_document, changes[i][0], changes[i][1])));
         TEST_ASSERT_TRUE_MESSAGE(arm.interface_hash != interface, changes[i][1]);
     }
-    // This name is only for the ground.
+    // The name of a detail of a failure is for the ground only, so the hash does not contain it.
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(named_document, "JOINT", "AXIS")));
     TEST_ASSERT_TRUE(arm.interface_hash == interface);
 }

@@ -543,8 +543,8 @@ static void a_missing_file_is_reported(void)
     TEST_ASSERT_EQUAL_STRING("no/such/file.xml:0: cannot read: not found", descriptor_error(&loader));
 }
 
-/// Random damage: the reader may accept or refuse the document, but must not crash; the lists of an accepted
-/// document are within their bounds.
+/// Random damage: the reader may accept or refuse the document, but must not crash, and must not exceed its
+/// list of fields.
 static void random_damage_never_crashes_the_reader(void)
 {
     static char document[8192];

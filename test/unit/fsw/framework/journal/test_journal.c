@@ -273,8 +273,8 @@ static void a_stale_tail_is_not_accepted(void)
     expect_kept(0U, 1U, 10U, 1U);
 }
 
-/// Two compactions start the same generation with an equal first record. Cuts lose this record of the first
-/// one, then an unsynced emptying by the second one: the old records after it could be taken for valid.
+/// Two compactions start the same generation with an equal first record. Power cuts lose this record of the
+/// first one, then an unsynced emptying by the second one: the old records behind could be taken for valid.
 static void a_stale_generation_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));
@@ -332,7 +332,7 @@ static void a_record_of_another_sequence_of_records_is_not_accepted(void)
     expect_kept(0U, 1U, 10U, 7U);
 }
 
-/// The log ends before a damaged octet; no wrong record is read, and the journal can continue after the
+/// The journal ends before a damaged octet; no wrong record is read, and the journal can continue after the
 /// damage.
 static void any_damaged_octet_is_detected(void)
 {
@@ -398,7 +398,7 @@ static void octets_that_are_not_a_journal_are_replaced(void)
 #define SCRIPT_KEYS 6U
 static uint8_t expected_first[SCRIPT_KEYS]; // 0: the record does not exist.
 
-/// Puts, erasures, commits, compactions of both kinds; a refused call does not change the expected state.
+/// Puts, erasures, commits, compactions by puts and commits; a refused call leaves the expected state.
 static void run_script(void)
 {
     for (uint32_t i = 0U; i < 14U; i++) {
@@ -445,7 +445,7 @@ static void start_script(const unsigned fail_from, const unsigned fail_count, co
     recorded.torn       = torn;
 }
 
-/// Each call of a medium fails, once or with all calls after it; the commit that finally succeeds keeps
+/// Each call of a medium fails, alone or with the next three; the commit that finally succeeds keeps
 /// everything that was accepted.
 static void fail_everywhere(const uint32_t limit, const uint32_t slack)
 {

@@ -167,7 +167,7 @@ static void run_transactions(void)
 static void judge(const unsigned mark)
 {
     recorded_t* const self = &recorded;
-    const size_t last      = mark / 2U; // States before it are those of acknowledged commits.
+    const size_t last      = mark / 2U; // Index of the state of the last acknowledged commit.
     recorded_copy(self->image, images);
     const size_t count     = self->count;
     const size_t data_size = self->data_size;
@@ -185,7 +185,7 @@ static void judge(const unsigned mark)
 static size_t pending[PENDING_MAX]; // Operations that are not synced yet.
 static size_t pending_count;
 
-/// Effect of a cut on pending operation `index`: some or none of its octets are on the medium.
+/// Effect of a cut on the pending operations: which of their octets are on the medium.
 typedef struct {
     enum {
         ALL,

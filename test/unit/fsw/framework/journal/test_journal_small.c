@@ -284,7 +284,7 @@ static void a_commit_writes_a_bounded_number_of_times(void)
         const unsigned before = writes;
         TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
         most = ((writes - before) > most) ? (writes - before) : most;
-        // A file system that never overwrites copies the octets after a mark each time it is written.
+        // A file system that never overwrites copies what is behind the mark each time the mark is written.
         TEST_ASSERT_TRUE(journal.is_moving || (areas[1U - journal.active].size == JOURNAL_HEAD_SIZE));
     }
     TEST_ASSERT_TRUE(journal.stats.compactions >= (compactions + 3U));
@@ -307,7 +307,7 @@ static void a_record_erased_after_it_was_moved_stays_erased(void)
     }
     const uint32_t compactions = journal.stats.compactions;
     for (unsigned i = 0U; !journal.is_moving || (journal.move.to.offset < RECORD);
-         i++) { // It is moved first.
+         i++) { // Record 0 is moved first.
         TEST_ASSERT_TRUE(i < TRANSACTIONS);
         put_and_commit(1U);
     }

@@ -256,7 +256,7 @@ static void answer_large_blocks(void)
     }
 }
 
-static void a_block_in_return_makes_credit_of_octets_unnecessary(void)
+static void a_block_in_return_carries_the_credit_of_octets(void)
 {
     party_in_each_form(&party, answer_large_blocks);
 }
@@ -514,7 +514,7 @@ int main(void)
     RUN_TEST(a_block_too_large_for_the_reader_is_dropped_alone);
     RUN_TEST(no_more_messages_than_a_window_are_unacknowledged);
     RUN_TEST(no_more_octets_than_a_window_are_unacknowledged);
-    RUN_TEST(a_block_in_return_makes_credit_of_octets_unnecessary);
+    RUN_TEST(a_block_in_return_carries_the_credit_of_octets);
     RUN_TEST(frames_of_data_also_carry_credit);
     RUN_TEST(accepted_blocks_arrive_in_order);
     RUN_TEST(a_block_refused_by_a_full_carrier_can_be_sent_again);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Deaths and restarts, forged and damaged frames, and equal behaviour of all carriers.
+// Deaths and restarts, forged and damaged frames, and equal behaviour of ring and UDP.
 #include "fsw/framework/message/message.h"
 
 #include "base/octets.h"
@@ -440,7 +440,7 @@ static void messages_of_unknown_peers_are_dropped(void)
     party_close(&party);
 }
 
-static void too_long_for_any_frame(void)
+static void a_datagram_longer_than_any_frame_is_malformed(void)
 {
     static uint8_t octets[MESSAGE_FRAME_MAX + 1U];
     party_open(&party, PARTY_UDP);
@@ -482,7 +482,7 @@ static void random_octets_cause_no_failure(void)
     party_close(&party);
 }
 
-// ---- Two forms, one behaviour ----
+// ---- Ring and UDP ----
 
 typedef struct {
     status_t status;
@@ -509,7 +509,7 @@ static result_t act(party_t* self, uint32_t kind, unsigned who, unsigned other, 
     return result;
 }
 
-static void all_forms_behave_equally(void)
+static void ring_and_udp_behave_equally(void)
 {
     uint32_t epoch = 1U;
     party_open(&udp_party, PARTY_UDP);
@@ -563,8 +563,8 @@ int main(void)
     RUN_TEST(a_sequence_beyond_the_window_is_not_accepted);
     RUN_TEST(credit_beyond_what_was_sent_is_not_accepted);
     RUN_TEST(messages_of_unknown_peers_are_dropped);
-    RUN_TEST(too_long_for_any_frame);
+    RUN_TEST(a_datagram_longer_than_any_frame_is_malformed);
     RUN_TEST(random_octets_cause_no_failure);
-    RUN_TEST(all_forms_behave_equally);
+    RUN_TEST(ring_and_udp_behave_equally);
     return UNITY_END();
 }

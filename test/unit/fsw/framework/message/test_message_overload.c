@@ -124,7 +124,7 @@ static void send_to_a_slow_receiver(void)
     TEST_ASSERT_TRUE(refused > (PACKETS / 10U));
 }
 
-static void every_loss_of_a_slow_receiver_is_counted(void)
+static void every_block_to_a_slow_receiver_is_refused_or_delivered(void)
 {
     party_in_each_form(&party, send_to_a_slow_receiver);
 }
@@ -199,7 +199,7 @@ static void the_loss_of_both_windows_is_counted_and_their_blocks_are_freed(void)
     party_in_each_form(&party, lose_both_directions_and_continue);
 }
 
-static void query_after_a_hint(void)
+static void probe_after_an_interruption(void)
 {
     exchange(1U);
     TEST_ASSERT_TRUE(lose_both_windows() > 0U);
@@ -214,9 +214,9 @@ static void query_after_a_hint(void)
     TEST_ASSERT_EQUAL(5U, take_numbered(1U));
 }
 
-static void a_hint_starts_a_query_at_once(void)
+static void a_probe_sends_a_sync_at_once(void)
 {
-    party_in_each_form(&party, query_after_a_hint);
+    party_in_each_form(&party, probe_after_an_interruption);
 }
 
 /// Lose only the frames from member 1, which return credit to member 0.
@@ -263,7 +263,7 @@ static void flood_a_receiver_that_does_not_read(void)
     TEST_ASSERT_EQUAL(1000000U - MESSAGE_WINDOW, counters(0U)->no_credit);
 }
 
-static void repeated_queries_do_not_fill_the_carrier(void)
+static void repeated_syncs_do_not_fill_the_carrier(void)
 {
     party_in_each_form(&party, flood_a_receiver_that_does_not_read);
 }
@@ -298,11 +298,11 @@ static void the_end_of_a_long_interruption_is_detected(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_loss_of_a_slow_receiver_is_counted);
+    RUN_TEST(every_block_to_a_slow_receiver_is_refused_or_delivered);
     RUN_TEST(the_loss_of_both_windows_is_counted_and_their_blocks_are_freed);
-    RUN_TEST(a_hint_starts_a_query_at_once);
+    RUN_TEST(a_probe_sends_a_sync_at_once);
     RUN_TEST(credit_that_was_lost_is_reported_again);
-    RUN_TEST(repeated_queries_do_not_fill_the_carrier);
+    RUN_TEST(repeated_syncs_do_not_fill_the_carrier);
     RUN_TEST(the_end_of_a_long_interruption_is_detected);
     return UNITY_END();
 }

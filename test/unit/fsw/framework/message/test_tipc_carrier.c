@@ -223,7 +223,7 @@ static void names_that_exist_at_the_beginning_give_no_hint(void** state)
     assert_int_equal(0U, carrier.withdrawn);
 }
 
-static void a_peer_that_is_back_is_queried(void** state)
+static void a_peer_that_is_back_gets_a_sync(void** state)
 {
     (void)state;
     send_to_peer();
@@ -269,7 +269,7 @@ int main(void)
         cmocka_unit_test_setup(a_message_that_is_too_large_is_malformed_and_errors_are_passed_on, set_up),
         cmocka_unit_test_setup(a_message_beyond_the_window_is_dropped_and_counted, set_up),
         cmocka_unit_test_setup(names_that_exist_at_the_beginning_give_no_hint, set_up),
-        cmocka_unit_test_setup(a_peer_that_is_back_is_queried, set_up),
+        cmocka_unit_test_setup(a_peer_that_is_back_gets_a_sync, set_up),
         cmocka_unit_test_setup(a_removed_name_does_not_stop_sending, set_up),
         cmocka_unit_test_setup(without_a_watch_there_are_no_hints, set_up),
     };

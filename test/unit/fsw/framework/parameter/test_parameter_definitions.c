@@ -85,7 +85,7 @@ static void the_self_test_finds_damage(void)
     for (unsigned damage = 0U; damage < 5U; damage++) {
         entries[1].definition = (damage == 0U) ? NULL : entries[1].definition;
         entries[1].storage    = (damage == 1U) ? NULL : entries[1].storage;
-        // A list with a link out of range, with a circle, or without one of its entries.
+        // A list with a link out of range, with a cycle, or without one of its entries.
         entries[1].next_of_id = (damage == 2U) ? 2U : entries[1].next_of_id;
         entries[1].next_of_id = (damage == 3U) ? 1U : entries[1].next_of_id;
         for (unsigned i = 0U; i < 4U; i++) {

@@ -73,10 +73,10 @@ static void every_size_of_record_is_read_back(void)
 /// Decode a copy of exactly this size, so that a sanitizer detects a read beyond its end.
 static status_t decode(const uint8_t* frame, size_t size, size_t payload_size, bool with_crc)
 {
-    uint8_t copy[(2U * LINK_FRAME_MAX) + 1U];
+    uint8_t copy[2U * LINK_FRAME_MAX];
     rtlink_frame_header_t found = {0};
     const uint8_t* octets       = NULL;
-    uint8_t* const last         = &copy[sizeof copy - size - 1U];
+    uint8_t* const last         = &copy[sizeof copy - size];
     (void)memcpy(last, frame, size);
     return rtlink_frame_decode(last, size, payload_size, with_crc, &found, &octets);
 }

@@ -223,7 +223,7 @@ static void a_change_of_any_octet_or_bit_is_detected(void)
     TEST_ASSERT_EQUAL(STATUS_OK, take());
 }
 
-/// Change a field of the primary header and make the MAC correct: the header is checked first.
+/// Change a field of the primary header of a sealed frame: the header is checked before the MAC.
 static void expect_header_refused(const size_t offset, const uint8_t octet)
 {
     seal(&frame, sealer_key, (const uint8_t*)"ping", 4U);
@@ -263,7 +263,7 @@ static void other_keys_and_associations_are_refused(void)
     expect_refused(SDLS_REFUSED_ASSOCIATION, 1U);
 }
 
-static void a_vector_has_twelve_octets(void)
+static void a_number_of_more_than_64_bits_is_refused(void)
 {
     static const uint8_t one = 1U;
     struct gcm_aes256_ctx cipher;
@@ -350,7 +350,7 @@ static void without_a_mark_no_frame_is_accepted(void)
     expect_refused(SDLS_REFUSED_NOT_KEPT, 1U);
 }
 
-static void secrets_are_wiped_at_the_end(void)
+static void a_wipe_clears_exactly_the_given_octets(void)
 {
     uint8_t secret[3] = {1U, 2U, 3U};
     sdls_wipe(secret, 2U);
@@ -371,11 +371,11 @@ int main(void)
     RUN_TEST(a_change_of_any_octet_or_bit_is_detected);
     RUN_TEST(headers_of_other_frames_are_refused);
     RUN_TEST(other_keys_and_associations_are_refused);
-    RUN_TEST(a_vector_has_twelve_octets);
+    RUN_TEST(a_number_of_more_than_64_bits_is_refused);
     RUN_TEST(segments_are_assembled_to_a_packet);
     RUN_TEST(segments_in_the_wrong_order_are_refused);
     RUN_TEST(a_session_whose_mark_cannot_be_stored_is_refused);
     RUN_TEST(without_a_mark_no_frame_is_accepted);
-    RUN_TEST(secrets_are_wiped_at_the_end);
+    RUN_TEST(a_wipe_clears_exactly_the_given_octets);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services that a descriptor lists: how they are added, stepped and restored, with ST[06] as example.
+// Services that a descriptor lists: how they are added, stepped and restored, with ST[02] and ST[06] as
+// examples.
 #include "fsw/framework/subsystem/optional_services.h"
 
 #include "base/crc.h"
@@ -95,7 +96,7 @@ static void optional_services_are_stepped_in_every_cycle_also_in_offline(void)
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_ALONE);
     const uint32_t before = storage.steps;
     fixture_run(100U);
-    // The steps continue after the component has started again.
+    // The services are stepped in PRE_OPERATIONAL, too.
     TEST_ASSERT_EQUAL_UINT32(before + 100U, storage.steps);
 }
 

@@ -432,7 +432,7 @@ static void a_medium_error_below_operational_is_logged_only(void)
 
 // ---- Supervisor and port ----
 
-static void expect_to_stay_without_supervisor(uint64_t timeout_ns)
+static void expect_to_leave_operational_after(uint64_t timeout_ns)
 {
     fixture.subsystem.config.supervisor_timeout_ns = timeout_ns;
     fixture_bring(STATE_OPERATIONAL, FIXTURE_ALONE);
@@ -461,7 +461,7 @@ static void without_a_supervisor_no_subsystem_stays_operational(void)
     for (unsigned i = 0U; i < 3U; i++) {
         fixture_close();
         fixture_open(NULL);
-        expect_to_stay_without_supervisor(timeouts_ns[i]);
+        expect_to_leave_operational_after(timeouts_ns[i]);
     }
 }
 

@@ -138,7 +138,7 @@ static void a_superseded_request_ends(void)
                    "129.2 9>0 IDLE cause 0 code 0000 cfg 0\n1.5 #2 step 0\n1.7 #2\n");
 }
 
-static void a_request_that_an_error_interrupts_is_completed(void)
+static void a_request_that_an_error_interrupts_fails(void)
 {
     fixture_bring(STATE_SAFE_OPERATIONAL, FIXTURE_ALONE);
     fixture.delays[ACTION_ENGAGE] = 3U;
@@ -387,7 +387,7 @@ int main(void)
     RUN_TEST(refused_requests_change_nothing);
     RUN_TEST(malformed_requests_are_rejected);
     RUN_TEST(a_superseded_request_ends);
-    RUN_TEST(a_request_that_an_error_interrupts_is_completed);
+    RUN_TEST(a_request_that_an_error_interrupts_fails);
     RUN_TEST(the_cause_of_a_transition_names_its_requester);
     RUN_TEST(the_steps_of_a_cycle_have_a_fixed_order);
     RUN_TEST(callbacks_are_called_with_hardware_only_and_control_with_a_configuration_only);

@@ -163,7 +163,7 @@ static void a_goal_outside_the_range_names_the_joint(void)
                       arm_path_begin_joints(&path, &model, &limits, &start, goal, 1.0).reason);
 }
 
-/// Returns a pose that is 0.2 m and 60 degrees away.
+/// Returns a pose that is 0.2 m and 0.99 rad (57 degrees) away.
 static arm_pose_t near_goal(void)
 {
     arm_pose_t goal = tool_at(&start);

@@ -97,7 +97,7 @@ static void invalid_octets_end_only_their_own_connection(void)
     fixture_run_until_requests(2U);
 }
 
-static void the_communication_forwards_every_framed_packet_unchecked(void)
+static void communication_forwards_every_framed_telecommand_unchecked(void)
 {
     uint8_t packet[PUS_PACKET_MAX];
     fixture_connect(0U);
@@ -489,7 +489,7 @@ static void the_end_of_a_participant_that_left_is_awaited(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-static void a_client_that_disappeared_is_disconnected(void)
+static void a_participant_that_left_is_no_longer_awaited_after_let_go(void)
 {
     fixture_connect(1U);
     fixture_connect(0U);
@@ -544,7 +544,7 @@ int main(void)
     RUN_TEST(many_requests_in_one_segment_keep_their_order);
     RUN_TEST(the_largest_request_is_received);
     RUN_TEST(invalid_octets_end_only_their_own_connection);
-    RUN_TEST(the_communication_forwards_every_framed_packet_unchecked);
+    RUN_TEST(communication_forwards_every_framed_telecommand_unchecked);
     RUN_TEST(random_octets_cause_no_failure);
     RUN_TEST(requests_wait_while_the_inbox_of_the_supervisor_is_full);
     RUN_TEST(reports_go_to_the_connections_of_their_user);
@@ -563,7 +563,7 @@ int main(void)
     RUN_TEST(no_reply_is_awaited_from_a_disconnected_participant);
     RUN_TEST(no_octet_is_awaited_from_a_participant_that_left_before_its_connection_was_reported);
     RUN_TEST(the_end_of_a_participant_that_left_is_awaited);
-    RUN_TEST(a_client_that_disappeared_is_disconnected);
+    RUN_TEST(a_participant_that_left_is_no_longer_awaited_after_let_go);
     RUN_TEST(the_connection_of_a_participant_is_awaited_and_reported);
     RUN_TEST(a_participant_whose_connection_is_ended_is_reported);
     return UNITY_END();

@@ -20,8 +20,8 @@ void tearDown(void)
     fixture_close();
 }
 
-/// Four connections are idle, and one of them has sent half a header. The operator connects as the fifth
-/// client and gets a slot.
+/// All slots have idle connections, and one of these has sent half a header. The operator connects as a
+/// further client and gets a slot.
 static void idle_clients_are_disconnected_to_make_room(void)
 {
     static const uint8_t half[3] = {0x18U, 0x01U, 0xC0U};
@@ -213,7 +213,7 @@ static void a_client_that_does_not_read_is_no_longer_read(void)
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
 }
 
-/// At the end of its process every connection is closed without a notice to a component; the port belongs to
+/// At the end of the process every connection is closed without a notice to a component; the port belongs to
 /// the launcher and stays open.
 static void a_release_ends_every_connection(void)
 {

@@ -94,7 +94,7 @@ void rig_bring(const uint16_t configuration, const state_t state)
     rig_generic.state         = STATE_PRE_OPERATIONAL;
     rig_generic.configuration = descriptor_find_configuration(&rig_descriptor, configuration);
     double_set_initials(&rig_generic, rig_generic.configuration);
-    // Shorter than FADE_TIME of the descriptor, so that a test needs fewer cycles.
+    // Shorter than RAMP_TIME and FADE_TIME of the descriptor, so that a test needs fewer cycles.
     rig_joystick.parameters.control.ramp_time = 0.2;
     rig_joystick.parameters.control.fade_time = 0.2;
     TEST_ASSERT_EQUAL(STATUS_OK, rig_run_action(rig_configure));

@@ -141,7 +141,7 @@ static void the_normal_is_that_of_the_touch_and_then_changes_slowly(void)
     EXPECT_ABOVE(0.2, yield.normal[0]);
     EXPECT_WITHIN(1.0, 1.0e-12, control_planar_length(yield.normal));
     const double at_touch = yield.normal[0];
-    push(-4.5, 15.0, 100U); // For 50 ms the finger slides back.
+    push(-4.5, 15.0, 100U); // For 50 ms the tip slides back.
     EXPECT_ABOVE(0.5 * at_touch, yield.normal[0]);
     push(-4.5, 15.0, 8000U);
     EXPECT_WITHIN(-0.2873, 1.0e-3, yield.normal[0]);

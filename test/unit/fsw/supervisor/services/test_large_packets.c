@@ -53,7 +53,7 @@ static void send_part(const uint16_t number, const size_t sent, const size_t siz
     fixture_run(1U);
 }
 
-/// Send the request in at least two parts; forget the reports about all parts but the last.
+/// Send the request in at least two parts, without requesting reports about the parts.
 static void send_request(void)
 {
     uint16_t number = 1U;

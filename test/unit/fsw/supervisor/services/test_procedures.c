@@ -109,7 +109,7 @@ static void a_procedure_s_request_without_permission_is_refused(void)
     expect_ends(1U, 0U);
 }
 
-/// TC[129,8] is an order of the supervisor itself, also if the mission permits the request.
+/// A procedure cannot send TC[129,8], even if the mission permits this request.
 static void a_procedure_gives_no_orders_in_the_name_of_the_supervisor(void)
 {
     run("local ok, code, detail = send(18, 129, 8, '\\3\\0', true)\n" // PUS_FAILURE_SOURCE.

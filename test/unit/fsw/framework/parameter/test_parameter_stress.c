@@ -11,8 +11,7 @@
 
 #define READERS 3U
 #define ROUNDS 20000U
-#define PARTY_ROUNDS                                                                                         \
-    100U ///< At least this many of every party before the owner stops, independent of scheduling.
+#define PARTY_ROUNDS 100U ///< The owner stops when each party has completed at least this many rounds.
 #define VALUES PARAMETER_ID(16U, VALUE_STRUCT, 1U)
 #define COMMAND PARAMETER_ID(16U, VALUE_STRUCT, 2U)
 #define SCALE PARAMETER_ID(16U, VALUE_DOUBLE, 3U)
@@ -110,7 +109,7 @@ void tearDown(void)
     TEST_ASSERT_TRUE(parameter_is_consistent(&dictionary));
 }
 
-/// Read the parameters in turn by id, by an entry found before, and by name.
+/// Read the parameters in turn, by id or by an entry that was found before.
 static void read_all(void* context)
 {
     party_t* const self = context;
