@@ -6,6 +6,33 @@
 
 #include "osal/include/osal/console.h"
 
+static bool is_of_world(const world_t* const world, const char* const name)
+{
+    size_t index = 0U;
+    while ((index < world->bus_count) && (strcmp(world->bus[index], name) != 0)) {
+        index++;
+    }
+    return index < world->bus_count;
+}
+
+const char* channels_bus_name(const world_t* const world, const simulator_config_t* const config,
+                              const unsigned index)
+{
+    size_t others = world->bus_count;
+    if (index < world->bus_count) {
+        return world->bus[index];
+    }
+    for (size_t i = 0U; i < config->bus_count; i++) {
+        if (!is_of_world(world, config->bus[i].name)) {
+            if (others == index) {
+                return config->bus[i].name;
+            }
+            others++;
+        }
+    }
+    return NULL;
+}
+
 /// Returns the index of the bus with this name, or `count` if there is none.
 static unsigned find_segment(const segment_t* const segments, const unsigned count, const char* const name)
 {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Assignment of redundant channels to the buses of a run.
+/// The buses of a run: those of its world and of its configuration, and their redundant channels.
 #ifndef SIM_APP_CHANNELS_H
 #define SIM_APP_CHANNELS_H
 
 #include "sim/app/segment.h"
 #include "sim/app/simulator.h"
 #include "sim/devices/node.h"
+#include "sim/world/world.h"
 
+/// Returns the name of bus `index`: first the buses of the world, then the others in the order of the
+/// configuration. Null: there are fewer.
+const char* channels_bus_name(const world_t* world, const simulator_config_t* config, unsigned index);
 /// Print a line for each bus that programs of this run cannot use, because only the world has it. If the run
 /// has no programs (no bus in the configuration), print nothing.
 void channels_report_unused(const segment_t* segments, unsigned count, const simulator_config_t* config);

@@ -27,7 +27,8 @@
 #define PATH_OCTETS 4096U
 
 struct simulator {
-    uint64_t time_ns;
+    uint64_t time_ns; ///< The plant has moved up to here.
+    uint64_t end_ns;  ///< The buses have run up to here: end of the present step, or of the last one.
     segment_t segment[SIMULATOR_BUSES_MAX];
     bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Channel B of each segment; null: it has none.
     unsigned bus_count;
@@ -76,16 +77,6 @@ static void log_valve(void* const context, const uint64_t now_ns, const truth_va
     }
 }
 
-static void log_operator(simulator_t* const simulator, const uint64_t now_ns)
-{
-    const hand_intent_t* intent = hand_intent(simulator->hand);
-    truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
-    memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
-    memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
-    memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
-    note_status(simulator, truth_operator(simulator->truth_log, now_ns, &operator_));
-}
-
 // ---- One step ----
 
 static void run_buses(simulator_t* const simulator, const uint64_t until_ns)
@@ -125,19 +116,8 @@ static void run_tools(simulator_t* const simulator)
     }
 }
 
-static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
-{
-    devices_act(simulator->devices, &simulator->input);
-    if (simulator->hand != NULL) {
-        hand_step(simulator->hand, simulator->time_ns);
-    }
-    plant_step(simulator->plant, &simulator->input, end_ns - simulator->time_ns);
-    devices_end_step(simulator->devices, simulator->time_ns, end_ns);
-}
-
-/// Perform one step: waiting frames, faults and buses up to the end of the step, then the plant, which moves
-/// with the commands that the devices have received in this step. The logs contain the state at the end.
-static void run_step(simulator_t* const simulator, const uint64_t end_ns)
+/// Waiting frames, faults and buses up to the end of the step.
+static void run_buses_to(simulator_t* const simulator, const uint64_t end_ns)
 {
     if (simulator->live != NULL) {
         live_take(simulator->live, simulator->time_ns);
@@ -156,30 +136,60 @@ static void run_step(simulator_t* const simulator, const uint64_t end_ns)
         simulator->tools_lost +=
             socketcand_end_step(simulator->tools, end_ns, SIMULATOR_TOOL_TIMEOUT_S * 1000U);
     }
-    move_plant(simulator, end_ns);
+    simulator->end_ns = end_ns;
+}
+
+static void log_end(simulator_t* const simulator, const uint64_t end_ns)
+{
+    truth_t* const log = simulator->truth_log;
+    note_status(simulator, device_log_state(log, &simulator->device_log, end_ns));
+    note_status(simulator, plant_log_state(log, &simulator->world, simulator->truth));
+    note_status(simulator,
+                plant_log_latches(log, &simulator->world, simulator->truth, simulator->is_latched));
+    if (simulator->hand != NULL) {
+        const hand_intent_t* intent = hand_intent(simulator->hand);
+        truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
+        memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
+        memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
+        memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
+        note_status(simulator, truth_operator(log, end_ns, &operator_));
+    }
+}
+
+void simulator_end_step(simulator_t* const simulator)
+{
+    const uint64_t end_ns = simulator->end_ns;
+    if (end_ns == simulator->time_ns) {
+        return;
+    }
+    devices_act(simulator->devices, &simulator->input);
+    if (simulator->hand != NULL) {
+        hand_step(simulator->hand, simulator->time_ns);
+    }
+    plant_step(simulator->plant, &simulator->input, end_ns - simulator->time_ns);
+    devices_end_step(simulator->devices, simulator->time_ns, end_ns);
     instrument_set_step(simulator->instruments, simulator->time_ns, end_ns);
     simulator->time_ns = end_ns;
     if (simulator->live != NULL) {
         live_report(simulator->live);
     }
     if (simulator->truth_log != NULL) {
-        note_status(simulator, device_log_state(simulator->truth_log, &simulator->device_log, end_ns));
-        note_status(simulator, plant_log_state(simulator->truth_log, &simulator->world, simulator->truth));
-        note_status(simulator, plant_log_latches(simulator->truth_log, &simulator->world, simulator->truth,
-                                                 simulator->is_latched));
-        if (simulator->hand != NULL) {
-            log_operator(simulator, end_ns);
-        }
+        log_end(simulator, end_ns);
     }
 }
 
-uint64_t simulator_step(simulator_t* const simulator, const uint64_t now_ns)
+uint64_t simulator_begin_step(simulator_t* const simulator, const uint64_t now_ns)
 {
     const uint64_t step_ns = (uint64_t)simulator->world.step_ns;
-    while (((simulator->time_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
-        run_step(simulator, simulator->time_ns + step_ns);
+    simulator_end_step(simulator);
+    while (((simulator->end_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
+        run_buses_to(simulator, simulator->end_ns + step_ns);
+        // Instruments send their values to flight software within the step; a later step needs this one.
+        if ((simulator->instruments != NULL) || ((simulator->end_ns + step_ns) <= now_ns)) {
+            simulator_end_step(simulator);
+        }
     }
-    return simulator->time_ns + step_ns;
+    return simulator->end_ns + step_ns;
 }
 
 const char* simulator_failure(const simulator_t* const simulator)
@@ -215,35 +225,6 @@ bool simulator_may_step(simulator_t* const simulator, const uint32_t timeout_ms)
 
 // ---- Opening and closing ----
 
-static bool is_of_world(const world_t* const world, const char* const name)
-{
-    size_t index = 0U;
-    while ((index < world->bus_count) && (strcmp(world->bus[index], name) != 0)) {
-        index++;
-    }
-    return index < world->bus_count;
-}
-
-/// Returns the name of bus `index`: first the buses of the world, then the others in the order of the
-/// configuration.
-static const char* bus_name(const world_t* const world, const simulator_config_t* const config,
-                            const unsigned index)
-{
-    size_t others = world->bus_count;
-    if (index < world->bus_count) {
-        return world->bus[index];
-    }
-    for (size_t i = 0U; i < config->bus_count; i++) {
-        if (!is_of_world(world, config->bus[i].name)) {
-            if (others == index) {
-                return config->bus[i].name;
-            }
-            others++;
-        }
-    }
-    return NULL;
-}
-
 static status_t open_segment(simulator_t* const simulator, const simulator_config_t* const config,
                              const char* const name, char error[SIMULATOR_ERROR_MAX])
 {
@@ -273,13 +254,13 @@ static status_t open_segments(simulator_t* const simulator, const simulator_conf
 {
     status_t status = STATUS_OK;
     for (unsigned i = 0U; (status == STATUS_OK) && (i < SIMULATOR_BUSES_MAX); i++) {
-        const char* name = bus_name(&simulator->world, config, i);
+        const char* name = channels_bus_name(&simulator->world, config, i);
         if (name == NULL) {
             break;
         }
         status = open_segment(simulator, config, name, error);
     }
-    const char* surplus = bus_name(&simulator->world, config, SIMULATOR_BUSES_MAX);
+    const char* surplus = channels_bus_name(&simulator->world, config, SIMULATOR_BUSES_MAX);
     if ((status == STATUS_OK) && (surplus != NULL)) {
         (void)snprintf(
             error, SIMULATOR_ERROR_MAX,
@@ -543,6 +524,7 @@ status_t simulator_close(simulator_t* const simulator)
     if (simulator == NULL) {
         return STATUS_OK;
     }
+    simulator_end_step(simulator);
     bool is_complete = (truth_close(simulator->truth_log) == STATUS_OK) && !simulator->is_truth_broken;
     is_complete      = (live_close(simulator->live) == STATUS_OK) && is_complete;
     socketcand_close(simulator->tools);

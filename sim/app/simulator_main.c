@@ -9,12 +9,12 @@
 #include "osal/include/osal/shm.h"
 #include "osal/include/osal/task.h"
 #include "sim/app/argument_values.h"
+#include "sim/app/cosimulation_server.h"
 #include "sim/app/losses.h"
 #include "sim/app/pace_control.h"
 #include "sim/app/process_faults.h"
 #include "sim/app/simulator.h"
 #include "sim/app/usage.h"
-#include "sim/clock/cosimulation_port.h"
 #include "sim/plant/plant.h"
 
 #include <getopt.h>
@@ -26,9 +26,7 @@
 #define EXIT_USAGE 2
 #define NS_PER_S 1000000000U
 #define TOOL_WAIT_MS 100U // Longest wait for a tool before the end of the run is checked.
-#define COSIMULATION_PORT_TIMEOUT_MS                                                                         \
-    200000U              ///< Longer than the launcher waits for simulated time to advance.
-#define REAL_PRIORITY 80 // Priority SCHED_FIFO of a run in real time.
+#define REAL_PRIORITY 80  // Priority SCHED_FIFO of a run in real time.
 #define NO_LIMIT UINT64_MAX
 
 typedef enum {
@@ -49,21 +47,8 @@ typedef struct {
     uint64_t origin_ns;
     bool has_origin;
     uint64_t end_ns;
-    const char* cosimulation_path;
-    const char* cosimulation_name;
-    unsigned cosimulation_participant;
-    unsigned cosimulation_receiver;
+    cosimulation_config_t cosimulation;
 } options_t;
-
-/// The operator's co-simulation port into the scheduler, served in addition to the loop.
-typedef struct {
-    cosimulation_port_t cosimulation;
-    osal_lockstep_t* scheduler;
-    unsigned participant;
-    unsigned receiver;
-    osal_task_t task;
-    bool is_running;
-} port_server_t;
 
 static simulator_t* dying_simulator; // Only the signal handler uses it.
 
@@ -245,17 +230,17 @@ static bool take_tool_option(options_t* const options, const int option, const c
         options->simulator.tool_quantum_ns = quantum_us * 1000U;
         return true;
     case OPTION_COSIMULATION:
-        options->cosimulation_path = text;
+        options->cosimulation.path = text;
         return true;
     case OPTION_COSIMULATION_NAME:
-        options->cosimulation_name = text;
+        options->cosimulation.name = text;
         return true;
     case OPTION_COSIMULATION_PARTICIPANT:
         return argument_unsigned("cosimulation-participant", text, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U,
-                                 &options->cosimulation_participant);
+                                 &options->cosimulation.participant);
     default:
         return argument_unsigned("cosimulation-receiver", text, OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U,
-                                 &options->cosimulation_receiver);
+                                 &options->cosimulation.receiver);
     }
 }
 
@@ -350,8 +335,8 @@ static bool check_options(options_t* const options)
         osal_console_print_error("simulator: --in-step needs --socketcand PORT and --free-run SECONDS");
         return false;
     }
-    if ((options->cosimulation_path != NULL) && (options->pace != PACE_SCHEDULER)) {
-        return argument_refuse("cosimulation", options->cosimulation_path,
+    if ((options->cosimulation.path != NULL) && (options->pace != PACE_SCHEDULER)) {
+        return argument_refuse("cosimulation", options->cosimulation.path,
                                "--scheduler NAME with a co-simulation port");
     }
     if (options->simulator.tools_in_step) {
@@ -408,46 +393,9 @@ static void save_logs(const int signal_number)
     (void)raise(signal_number);
 }
 
-static void serve_cosimulation(void* const context)
+static void end_step(void* const simulator)
 {
-    port_server_t* server = context;
-    status_t status       = STATUS_OK;
-    while (status == STATUS_OK) {
-        status = cosimulation_port_serve(&server->cosimulation, server->scheduler, server->participant,
-                                         server->receiver);
-    }
-}
-
-static bool open_cosimulation(port_server_t* const server, const options_t* const options,
-                              osal_lockstep_t* const scheduler)
-{
-    if (options->cosimulation_path == NULL) {
-        return true;
-    }
-    server->scheduler   = scheduler;
-    server->participant = options->cosimulation_participant;
-    server->receiver    = options->cosimulation_receiver;
-    const status_t status =
-        cosimulation_port_open(&server->cosimulation, options->cosimulation_path, options->cosimulation_name,
-                               scheduler, COSIMULATION_PORT_TIMEOUT_MS);
-    if (status != STATUS_OK) {
-        return argument_refuse("cosimulation", options->cosimulation_path,
-                               "a path where a local socket can be made");
-    }
-    server->is_running = osal_task_start(&server->task, serve_cosimulation, server, 0) == STATUS_OK;
-    return server->is_running ||
-           argument_refuse("cosimulation", options->cosimulation_path, "room for one more thread");
-}
-
-static void close_cosimulation(port_server_t* const server, osal_lockstep_t* const scheduler)
-{
-    if (server->is_running) {
-        if (!osal_lockstep_is_closed(scheduler)) {
-            osal_lockstep_close(scheduler); // A run cannot continue without the simulator.
-        }
-        osal_task_join(&server->task);
-        cosimulation_port_close(&server->cosimulation);
-    }
+    simulator_end_step(simulator);
 }
 
 /// Step until the run is over.
@@ -457,6 +405,8 @@ static void run(simulator_t* const simulator, const options_t* const options, os
     uint64_t now_ns     = 0U;
     uint64_t wake_ns    = 0U;
     uint64_t flush_ns   = NS_PER_S;
+    status_t status     = STATUS_OK;
+    osal_grant_t grant  = {0U, 0U, 0U};
     const bool is_paced = options->pace != PACE_NONE;
     pace_control_t pace = {.speed = 1.0};
     if (options->waits_for_wall_clock) {
@@ -469,15 +419,22 @@ static void run(simulator_t* const simulator, const options_t* const options, os
                 continue;
             }
             now_ns = wake_ns;
-        } else if (osal_clock_wait(clock, wake_ns, NULL, 0U) != STATUS_OK) {
-            break;
-        } else {
+        } else if (scheduler == NULL) {
+            simulator_end_step(simulator);
+            status = osal_clock_wait(clock, wake_ns, NULL, 0U);
             now_ns = osal_clock_now_ns(clock);
+        } else { // Flight software runs while the step ends.
+            status = osal_lockstep_work_and_wait(scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE,
+                                                 wake_ns, end_step, simulator, &grant);
+            now_ns = grant.now_ns;
+        }
+        if (status != STATUS_OK) {
+            break;
         }
         if (options->waits_for_wall_clock) {
             pace_control_wait(&pace, simulator, scheduler, now_ns);
         }
-        wake_ns = simulator_step(simulator, now_ns);
+        wake_ns = simulator_begin_step(simulator, now_ns);
         if (now_ns >= flush_ns) { // At most one second is lost if the simulator is killed.
             simulator_flush(simulator, false);
             flush_ns = now_ns + NS_PER_S;
@@ -515,7 +472,7 @@ static bool report_unusable_world(const simulator_t* const simulator)
 
 static int fly(options_t* const options, osal_lockstep_t* const scheduler)
 {
-    static port_server_t server;
+    static cosimulation_server_t server;
     char error[SIMULATOR_ERROR_MAX];
     simulator_t* simulator = NULL;
     simulator_statistics_t statistics;
@@ -534,10 +491,8 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
     }
     announce(simulator);
     int code = EXIT_FAILURE;
-    if (open_cosimulation(&server, options, scheduler)) {
-        if (scheduler != NULL) {
-            osal_clock_open_stepped(&clock, scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE);
-        } else {
+    if (cosimulation_server_open(&server, &options->cosimulation, scheduler)) {
+        if (scheduler == NULL) {
             osal_clock_open_real(&clock,
                                  options->has_origin ? options->origin_ns : osal_clock_monotonic_ns());
             const status_t status = osal_task_set_priority(REAL_PRIORITY);
@@ -550,7 +505,7 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
         }
         code = report_unusable_world(simulator) ? EXIT_FAILURE : EXIT_SUCCESS;
     }
-    close_cosimulation(&server, scheduler);
+    cosimulation_server_close(&server);
     if (scheduler != NULL) {
         osal_lockstep_end(scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE);
     }
@@ -564,8 +519,10 @@ static int fly(options_t* const options, osal_lockstep_t* const scheduler)
 
 int main(const int count, char* arguments[])
 {
-    options_t options = {
-        .simulator = {.seed = 1U}, .is_stepped = true, .end_ns = NO_LIMIT, .cosimulation_name = "operator"};
+    options_t options = {.simulator    = {.seed = 1U},
+                         .is_stepped   = true,
+                         .end_ns       = NO_LIMIT,
+                         .cosimulation = {.name = "operator"}};
     if (osal_console_introduce(count, arguments, "simulator", NULL)) {
         return EXIT_SUCCESS;
     }
