@@ -111,7 +111,7 @@ static void missed_cycles_are_sampled_late_and_the_interval_is_kept(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, add_structure(5U, true));
     run(3U);
-    cycle += 4U; // The step after the gap is cycle 8 of the first interval, cycle 2 of the second.
+    cycle += 4U; // The step after the gap is cycle 8: cycle 2 of the second interval.
     run(1U);
     TEST_ASSERT_EQUAL_UINT64(1U, bench.count);
     expect_report(0U, 5U, 2U, 4U, 4U);
@@ -166,7 +166,7 @@ static void a_refused_report_is_dropped_and_counted(void)
     TEST_ASSERT_EQUAL_UINT32(1U, hk.counters.dropped);
 }
 
-static void definitions_are_checked(void)
+static void bad_definitions_are_refused(void)
 {
     static const uint32_t ids[]    = {P_U8, P_U8, P_UNKNOWN, P_SECRET, P_LARGE};
     pus_hk_set_definition_t set    = {.repetitions = 2U, .parameter_count = 1U, .parameters = ids};
@@ -196,7 +196,7 @@ static void definitions_are_checked(void)
     definition.interval                  = 2U;
     definition.set_count                 = 2U;
     definition.sets                      = sets;
-    // The first set already contains the parameter.
+    // The first wrong set determines the failure.
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_hk_add(&hk, &definition));
     definition.set_count = 1U;
     definition.sets      = &set;
@@ -584,7 +584,7 @@ int main(void)
     RUN_TEST(the_cycle_counter_may_wrap);
     RUN_TEST(all_samples_are_taken_if_they_do_not_divide_the_interval);
     RUN_TEST(a_refused_report_is_dropped_and_counted);
-    RUN_TEST(definitions_are_checked);
+    RUN_TEST(bad_definitions_are_refused);
     RUN_TEST(samples_may_fill_their_buffer_to_the_last_octet);
     RUN_TEST(a_structure_is_created_reported_enabled_and_deleted);
     RUN_TEST(creation_is_refused_as_a_whole);

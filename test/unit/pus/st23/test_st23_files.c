@@ -131,7 +131,7 @@ static void a_locked_file_is_neither_changed_nor_deleted(void)
     st23_fixture_expect_refused(PUS_FAILURE_OUT_OF_RANGE, 3U);
 }
 
-static void the_number_of_locks_is_limited(void)
+static void a_lock_beyond_the_table_is_refused(void)
 {
     st23_fixture_create("a", "x", 0U, 1U);
     st23_fixture_expect_done();
@@ -311,7 +311,7 @@ int main(void)
     RUN_TEST(failures_of_the_file_store_are_reported);
     RUN_TEST(attributes_are_reported);
     RUN_TEST(a_locked_file_is_neither_changed_nor_deleted);
-    RUN_TEST(the_number_of_locks_is_limited);
+    RUN_TEST(a_lock_beyond_the_table_is_refused);
     RUN_TEST(locks_outlast_a_power_cut);
     RUN_TEST(a_lock_that_cannot_be_kept_is_not_taken);
     RUN_TEST(a_lock_without_its_file_ends_with_a_power_cut);
