@@ -73,7 +73,7 @@ class Ground:
         return self.session.states.get(MANIPULATOR)
 
     def events(self, first):
-        """(name, severity, values) of the manipulator's events from number `first` on."""
+        """(name, values) of the manipulator's events from number `first` on."""
         return [(report["event"], {name: value[0] for name, value in report["values"].items()})
                 for packet, report in self.session.events[first:] if packet.apid == MANIPULATOR]
 
@@ -198,7 +198,3 @@ def stop_publishing(drive):
 
 def stop_beating(drive):
     drive.beats = False
-
-
-def boot(drive):
-    drive.boot_again_every = 0.004

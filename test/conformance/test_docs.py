@@ -49,8 +49,8 @@ def test_documentation_is_small_and_loads_nothing_from_outside(docs):
 
 
 def test_links_have_targets(docs):
-    """Independently of the generator's check: every relative link is a file, and every anchor is an id or a
-    name."""
+    """Independently of the generator's check: every relative link leads to a file, and every anchor is an
+    id."""
     count = 0
     for path in docs.glob("*.html"):
         for link in re.findall(r'(?:href|src)="([^"]+)"', path.read_text(encoding="utf-8")):
@@ -121,8 +121,8 @@ def test_search_lists_the_expected_place_first(docs, question, first):
     assert searched(docs, question)[0].startswith(first)
 
 
-def test_search_finds_all_words_on_every_page_and_nothing_else(docs):
-    """Each result is an existing place; each page is found by its title; a text that no page has is not found."""
+def test_search_finds_the_places_that_have_all_words(docs):
+    """Each result is an existing place; pages are found by their titles; a text that no page has is not found."""
     found = searched(docs, "supervisor")
     assert len(found) == len(set(found)) > 100
     for address in found:

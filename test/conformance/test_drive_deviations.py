@@ -8,7 +8,7 @@ deviations are used."""
 import pytest
 import slaves
 from drive_deviations import (
-    ABORTED, FORMAT, NOT_BOOTED, REBOOTED, SILENT, TIMEOUT, VALUE, Stage, boot, closed, flying, fly_without_deviations, late,
+    ABORTED, FORMAT, NOT_BOOTED, REBOOTED, SILENT, TIMEOUT, VALUE, Stage, closed, flying, fly_without_deviations, late,
     mute, no_torque, other_maker, other_mapping, other_product, other_type, reboots_repeatedly, short_value, stop_beating,
     stop_publishing, without_mapping,
 )
@@ -94,9 +94,9 @@ def test_a_drive_that_sends_no_process_data_is_reported_and_commissioning_fails(
 
 @pytest.mark.parametrize("reached, change", [
     ("PRE_OPERATIONAL", stop_beating),
-    ("PRE_OPERATIONAL", boot),
+    ("PRE_OPERATIONAL", reboots_repeatedly),
     ("SAFE_OPERATIONAL", stop_publishing),
-    ("SAFE_OPERATIONAL", boot),
+    ("SAFE_OPERATIONAL", reboots_repeatedly),
     ("OPERATIONAL", stop_publishing),
     ("OPERATIONAL", stop_beating),
 ])

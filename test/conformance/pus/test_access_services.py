@@ -209,16 +209,27 @@ def test_a_memory_is_protected_and_scrubbed(station, settable):
     station.do(SUBSYSTEM, 6, 12)
 
 
+def define_double(station, base, number, offset):
+    """Define a parameter by its address, in an object of the parameters. Returns (id, what TC[20,6] reports of it)."""
+    defined = station.dictionary.subsystem(SUBSYSTEM).apid << 21 | 9 << 16 | number  # A DOUBLE.
+    place = {"parameter_id": defined, "memory_id": PARAMETERS, "base_id": base, "offset": offset, "ptc": 5, "pfc": 2}
+    station.do(SUBSYSTEM, 20, 5, n=[place])
+    return defined, station.ask(SUBSYSTEM, 20, 6, n=[{"parameter_id": defined}])["n"][0]
+
+
 def test_raw_memory_is_loaded_in_areas_and_bits(station, settable):
     base, pattern = settable.parameter_id, struct.pack("=d", 0.0625)
     before = dump_object(station, base, 0, 8)
-    place = station.ask(SUBSYSTEM, 6, 5, memory_id=PARAMETERS, n=[{"start_address": 0, "length": 4}])["n"][0]
-    octets = bytes.fromhex(place["data"])
-    station.do(SUBSYSTEM, 6, 2, memory_id=PARAMETERS, n=[{"start_address": 0, "data": octets.hex(), "checksum": crc(octets)}])
-    station.do(SUBSYSTEM, 6, 11, memory_id=PARAMETERS, start_address=0, bit_mask="00000000", data="ffffffff")
-    station.do(SUBSYSTEM, 6, 1, **load(station, base, pattern))
+    start = define_double(station, base, 901, 0)[1]["start_address"]
+    place = station.ask(SUBSYSTEM, 6, 5, memory_id=PARAMETERS, n=[{"start_address": start, "length": 8}])["n"][0]
+    assert bytes.fromhex(place["data"]) == before
+    station.do(SUBSYSTEM, 6, 2, memory_id=PARAMETERS, n=[{"start_address": start, "data": pattern.hex(), "checksum": crc(pattern)}])
     assert dump_object(station, base, 0, 8) == pattern
-    station.do(SUBSYSTEM, 6, 1, **load(station, base, before))
+    station.do(SUBSYSTEM, 6, 11, memory_id=PARAMETERS, start_address=start, bit_mask="0f00f0ff", data="00000000")
+    masked = bytes(octet & ~mask for octet, mask in zip(pattern, bytes.fromhex("0f00f0ff00000000")))
+    assert dump_object(station, base, 0, 8) == masked
+    station.do(SUBSYSTEM, 6, 2, memory_id=PARAMETERS, n=[{"start_address": start, "data": before.hex(), "checksum": crc(before)}])
+    assert dump_object(station, base, 0, 8) == before
 
 
 def test_without_files_there_is_no_load_by_reference(station, settable):
@@ -228,10 +239,8 @@ def test_without_files_there_is_no_load_by_reference(station, settable):
 
 
 def test_parameters_are_defined_by_their_address_in_memory(station, settable):
-    base, defined = settable.parameter_id, station.dictionary.subsystem(SUBSYSTEM).apid << 21 | 9 << 16 | 900  # A DOUBLE.
-    place = {"parameter_id": defined, "memory_id": PARAMETERS, "base_id": base, "offset": 8, "ptc": 5, "pfc": 2}
-    station.do(SUBSYSTEM, 20, 5, n=[place])
-    found = station.ask(SUBSYSTEM, 20, 6, n=[{"parameter_id": defined}])["n"][0]
+    base = settable.parameter_id
+    defined, found = define_double(station, base, 900, 8)
     assert (found["memory_id"], found["ptc"], found["pfc"]) == (PARAMETERS, 5, 2)
     value = struct.unpack("=d", dump_object(station, base, 8, 8))[0]
     outcome = station.do(SUBSYSTEM, 20, 1, n=[{"parameter_id": defined}])

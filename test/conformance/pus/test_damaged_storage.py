@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Damage to the storage between two flights: an event reports it, the damaged files are kept, and the mission
-enters its fallback mode. The flight after the next one reports no damage."""
+"""Damage to a journal between two flights: in the second flight an event reports it. If it is the journal of the
+supervisor, the damaged file is kept and the mission enters its fallback mode. A third flight reports no damage."""
 
 import signal
 import subprocess

@@ -41,8 +41,8 @@ def _malformed(catalogue, entry):
 
 
 def _judge(station, entry, octets, verification):
-    """None if the request was refused as malformed, otherwise a description. False if no application offers
-    the message."""
+    """None if the request was refused as malformed; False if the application does not offer or permit the
+    message; otherwise a description."""
     outcome = station.settle(verification)
     codes = {failure.code for failure in outcome.failures}
     if codes & {SERVICE, SUBTYPE, PERMISSION}:

@@ -58,7 +58,7 @@ def _values(station, kind, since):
             if packet.message == (3, kind.values) and packet.apid == APID and packet.data[:2] == number]
 
 
-def test_a_structure_is_made_reported_and_refused_twice(station, kind):
+def test_a_structure_is_created_and_reported_and_a_second_creation_is_refused(station, kind):
     content = station.ask(WHO, 3, kind.report, n=[NUMBER])
     assert content.get("structure", content.get(kind.field)) == NUMBER
     station.refuse(EXISTS, WHO, 3, kind.create, **{kind.field: NUMBER}, collection_interval=50, n1=[PERIOD], nfa=[])

@@ -205,13 +205,17 @@ def test_a_request_is_released_at_its_position(station, kind):
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id
     station.do("SUPERVISOR", 20, 3, n=[{"parameter_id": period, "parameter_value": round(1000 * PERIOD_S)}])
     _group(station, kind)
-    orbit = station.ask("SUPERVISOR", 20, 1, n=["SUPERVISOR.ORBIT"])["values"]["ORBIT"]
+    outcome = station.do("SUPERVISOR", 20, 1, n=["SUPERVISOR.ORBIT"])
+    packet, answer = next(reply for reply in outcome.replies if reply[0].message == (20, 2))
+    orbit = answer["values"]["ORBIT"]
     due = orbit["NUMBER"][0] + orbit["ANGLE"][0] / 65536 + SOON_S / PERIOD_S + 0.25
+    due_s = (packet.time_ns - station.dictionary.epoch_ns) / 1e9 + SOON_S + 0.25 * PERIOD_S
     since = len(station.reports)
     station.do("SUPERVISOR", 22, 4, sub_schedule_id=1, n=[{"group_id": 1, **_position("release_position", due), "request": _ping(1)}])
     station.do("SUPERVISOR", 22, 20, n=[1])
     station.do("SUPERVISOR", 22, 1)
     station.wait(lambda: _answers(station, since), "the answer to what was scheduled")
+    assert _answers(station, since) == [pytest.approx(due_s, abs=0.001)]
     before = station.now()
     station.do("SUPERVISOR", 22, 28, orbit_number=500)
     station.wait_until(before + 15.0)

@@ -41,11 +41,11 @@ def _ping(station, count):
 
 
 def _again(station, since, originals):
-    """Wait until each of these has arrived once more since this index; no other report of this kind may
-    arrive."""
+    """Wait until each of these has arrived once more since this index, in the same order; no other report of this kind
+    may arrive."""
 
     def copies():
-        return [p.raw for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK and p.raw in originals]
+        return [p.raw for p, _ in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK]
 
     station.wait(lambda: len(copies()) >= len(originals), "packets of a store")
     assert copies() == originals

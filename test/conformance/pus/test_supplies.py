@@ -2,7 +2,7 @@
 """On/off devices and command pulses of service 2: the power unit of the arm cuts the supply of a drive and
 restores it.
 
-In a flight of their own, because the loss of a drive shuts the whole network down."""
+These tests have a flight of their own, because the loss of a drive shuts the whole network down."""
 
 import pathlib
 import shutil

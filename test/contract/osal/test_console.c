@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-static void text_of_any_length_is_taken(void)
+static void empty_texts_and_parts_of_lines_are_accepted(void)
 {
     osal_console_print("");
     osal_console_print("a part of a line and ");
@@ -64,7 +64,7 @@ static void a_failed_assertion_ends_the_function_and_one_that_holds_has_no_effec
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(text_of_any_length_is_taken);
+    RUN_TEST(empty_texts_and_parts_of_lines_are_accepted);
     RUN_TEST(a_program_introduces_itself_if_that_is_its_only_argument);
     RUN_TEST(a_failed_assertion_ends_the_function_and_one_that_holds_has_no_effect);
     return UNITY_END();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// No test asserts an upper bound on wall-clock time: a wait may be late, but never early.
+// A wait may be late on a machine with other load, but never early: no test requires one wait to be punctual.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/process.h"
@@ -69,10 +69,10 @@ static void a_real_clock_says_whether_memory_is_locked(void)
     TEST_ASSERT_EQUAL(mlockall(MCL_CURRENT) == 0, wall.attributes.is_memory_locked);
 }
 
-static void a_refused_memory_lock_or_timer_slack_is_reported(void)
+static void a_refused_memory_lock_is_reported(void)
 {
-    if (!wall.attributes.is_memory_locked || !wall.attributes.is_slack_minimal) {
-        TEST_IGNORE_MESSAGE("locked memory or timer slack is not permitted here");
+    if (!wall.attributes.is_memory_locked) {
+        TEST_IGNORE_MESSAGE("locked memory is not permitted here");
     }
     if (geteuid() != 0U) {
         TEST_IGNORE_MESSAGE("only a privileged process can test the refusal");
@@ -177,7 +177,7 @@ int main(void)
     RUN_TEST(absolute_sleep_does_not_drift_with_sockets);
     RUN_TEST(a_real_clock_takes_the_least_timer_slack);
     RUN_TEST(a_real_clock_says_whether_memory_is_locked);
-    RUN_TEST(a_refused_memory_lock_or_timer_slack_is_reported);
+    RUN_TEST(a_refused_memory_lock_is_reported);
     RUN_TEST(real_wait_is_never_early_with_sockets);
     RUN_TEST(real_wait_ends_early_for_a_socket);
     RUN_TEST(signals_of_others_do_not_shorten_a_wait);

@@ -387,7 +387,7 @@ static void processes_give_the_sequence_of_the_loop(void)
 static void time_never_goes_back_and_orders_rise_within_an_instant(void)
 {
     static trace_t trace;
-    uint32_t restarts = 0U;
+    uint32_t ends = 0U;
     for (uint64_t seed = 1000U; seed < 1100U; seed++) {
         run_loop(seed, TRACE_MAX, &trace);
         for (uint32_t i = 1U; i < trace.length; i++) {
@@ -396,9 +396,9 @@ static void time_never_goes_back_and_orders_rise_within_an_instant(void)
             TEST_ASSERT_TRUE(step->now_ns >= before->now_ns);
             TEST_ASSERT_TRUE((step->now_ns > before->now_ns) || (step->participant > before->participant));
         }
-        restarts += trace.is_gone[1];
+        ends += trace.is_gone[1];
     }
-    TEST_ASSERT_TRUE(restarts > 0U); // The random actions contain ends of participants.
+    TEST_ASSERT_TRUE(ends > 0U); // The random actions contain ends of participants.
 }
 
 int main(void)
