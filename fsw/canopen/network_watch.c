@@ -123,7 +123,7 @@ static void take_emergencies(canopen_network_t* const network)
     while (canopen_master_take_emergency(&network->master, &emergency) == STATUS_OK) {
         const uint8_t index = canopen_network_find(network, emergency.node);
         if (!network->is_booted || (index == NETWORK_NO_DEVICE)) {
-            continue; // Emergencies of a node that is not commissioned are ignored.
+            continue; // Emergencies before the boot is done, or of an unknown node, are ignored.
         }
         const canopen_device_profile_t* const profile = network->devices[index]->device.profile;
         switch (canopen_emergency_class(profile->emergencies, profile->emergency_count, emergency.code)) {
@@ -174,7 +174,7 @@ static void report_conditions(canopen_network_t* const network, const uint8_t ch
     }
 }
 
-/// Monitor one of the master's controllers. Changes before the commissioning of the devices are not reported.
+/// Monitor one of the master's controllers. Changes before the boot of the network is done are not reported.
 static void watch_bus(canopen_network_t* const network, const uint8_t channel, const uint64_t now_ns)
 {
     canopen_network_conditions_t* const reported = &network->reported[channel];

@@ -152,7 +152,7 @@ static status_t begin(void* const context, const uint8_t slot, const pus_device_
         return begin_pulse(drives, slot, action, out_result);
     }
     if ((object_of(drives, action, &object) != STATUS_OK) || !drives_are_running(drives)) {
-        // The buses were closed after the check of the request.
+        // After the check of the request process data was stopped, or the buses were closed.
         return fail(out_result, DRIVES_ACCESS_CLOSED, DRIVES_ACCESS_CLOSED);
     }
     if (drives->access.owners[object.device] != 0U) {

@@ -12,7 +12,7 @@
 // Prices of the conversions of `format` [units].
 #define ANY_CONVERSION 20U
 #define FLOAT_CONVERSION 80U
-#define LONG_CONVERSION 400U // %f of a large number has 400 digits.
+#define LONG_CONVERSION 400U // %f of a large number has about 400 digits.
 #define QUOTED 2U            // Units for each octet that %q quotes.
 #define ROWS_MAX 32U         // Largest number of functions of a library.
 #define LENGTH_SEARCHES 8U   // Searches of keys that find the end of a table.

@@ -4,8 +4,8 @@
 //     1  always, by this file: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem
 //        from OPERATIONAL to SAFE_OPERATIONAL
 //     2  the recovery plan of the mission, or the built-in one for HIGH: the network to OFFLINE
-// Layer 1 reacts independently of the plans that run and of their content. LOW and informative events are
-// logged.
+// Layer 1 reacts independently of the plans that run and of their content. LOW and informative events
+// have no reaction of layer 1.
 #include "fsw/supervisor/supervisor_internal.h"
 
 #include "base/assertion.h"

@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-/// Subtypes of ST[11] and ST[22] that request reports: by filter, by id, or about all activities.
+/// Subtypes of ST[11] and ST[22] that request reports: about activities (by filter, by id, or all), and about
+/// the states of sub-schedules and groups.
 #define SCHEDULE_REPORTS                                                                                     \
     ((1ULL << 9U) | (1ULL << 11U) | (1ULL << 12U) | (1ULL << 14U) | (1ULL << 16U) | (1ULL << 17U) |          \
      (1ULL << 18U) | (1ULL << 26U))

@@ -8,7 +8,7 @@
 
 #define LAYOUT_SHIFT 16U
 #define LAYOUT_MASK 0x1FU
-#define HASH_FACTOR 2654435761U // 2^32 / golden ratio: distributes ids that differ in few bits.
+#define HASH_FACTOR 2654435761U // Prime near 2^32 / golden ratio: distributes ids that differ in few bits.
 #define HASH_SHIFT 20U          // Leaves 12 bits for TELEMETRY_CACHE_BUCKETS.
 
 enum {

@@ -101,8 +101,8 @@ static status_t status_of(const int result)
     }
 }
 
-/// Make the file system on an EEPROM that has never had one. The mark is written last: until then a power cut
-/// leaves an EEPROM that is still to be formatted, and after the first octet of the mark it is never
+/// Create the file system on an EEPROM that has never had one. The mark is written last: until then a power
+/// cut leaves an EEPROM that is still to be formatted, and after the first octet of the mark it is never
 /// formatted again, whatever happens to its content.
 static int format_blank(void)
 {

@@ -271,7 +271,7 @@ status_t osal_can_interface_look(const char* const name, osal_can_interface_t* c
     return STATUS_OK;
 }
 
-// ---- Making and removing ----
+// ---- Creating and removing ----
 
 static status_t set_label(const char* const name, const char* const label)
 {

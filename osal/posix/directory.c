@@ -187,8 +187,8 @@ status_t osal_directory_describe(const osal_directory_t* const root, const char*
     return status;
 }
 
-/// Status for the errno of a call that makes a file or directory.
-static status_t status_of_making(const int error)
+/// Status for the errno of a call that creates a file or directory.
+static status_t status_of_creation(const int error)
 {
     if (error == EEXIST) {
         return STATUS_EXISTS;
@@ -205,7 +205,7 @@ status_t osal_directory_create(const osal_directory_t* const root, const char* c
         return status;
     }
     const bool is_made = mkdirat(entry.directory, entry.name, 0755U) == 0;
-    return sync_and_close(&entry, is_made ? STATUS_OK : status_of_making(errno));
+    return sync_and_close(&entry, is_made ? STATUS_OK : status_of_creation(errno));
 }
 
 /// Remove a name. `flags` are those of unlinkat.
@@ -298,7 +298,7 @@ static status_t rename_in(const directory_entry_t* const from, const directory_e
     if (result == 0) {
         return STATUS_OK;
     }
-    return (errno == EINVAL) ? STATUS_INVALID : status_of_making(errno);
+    return (errno == EINVAL) ? STATUS_INVALID : status_of_creation(errno);
 }
 
 status_t osal_directory_rename(const osal_directory_t* const root, const char* const path,

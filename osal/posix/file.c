@@ -271,7 +271,7 @@ void osal_file_close(osal_file_t* const file)
     file->descriptor = -1;
 }
 
-/// Make one directory, unless it exists.
+/// Create one directory, unless it exists.
 static status_t create_directory(const char* const path)
 {
     struct stat about;

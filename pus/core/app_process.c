@@ -50,8 +50,8 @@ void pus_app_process_lengthen(pus_app_process_t* const process, const pus_long_p
     process->longer = *port;
 }
 
-/// Returns the counter of the message type and destination of a packet; makes an entry if there is none. Null
-/// if the table is full.
+/// Returns the counter of the message type and destination of a packet; creates an entry if there is none.
+/// Null if the table is full.
 static pus_message_counter_t* counter_of(pus_app_process_t* const process, const uint8_t* const packet)
 {
     const uint8_t service      = packet[OFFSET_SERVICE];

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define PACKET_MAX 65542U // Largest possible space packet [octets].
-// Largest number of characters of a line; enough for the largest packet with two spaces after each octet.
+// Largest number of characters of a line; enough for the largest packet with one space after each octet.
 #define LINE_MAX 262144U
 #define PEEK_MAX 16U // Octets from which the format is recognized.
 #define LOCATION_MAX 32U

@@ -58,7 +58,7 @@ static void keep(flow_frame_assembler_t* const assembler, const uint8_t octet)
     assembler->held++;
 }
 
-/// Process one octet. True if it ends the frame; also returned by take_slip and take_line.
+/// Process one octet. True if it ends the frame; take_slip and take_line return the same.
 static bool take_length(flow_frame_assembler_t* const assembler, const uint8_t octet)
 {
     if (assembler->prefix < LENGTH_OCTETS) {

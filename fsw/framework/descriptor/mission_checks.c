@@ -233,8 +233,8 @@ static uint16_t links_of_port(const mission_builder_t* const builder, const uint
     return found;
 }
 
-/// Check that a consumer has one producer, and that neither port has more links than it has room for. The
-/// links before this one have been resolved.
+/// Check that the ports are of different subsystems, that no earlier link leads to the consumer's port, and
+/// that the producer's port has room for one more link.
 static void check_room(mission_builder_t* const builder, const uint16_t index)
 {
     source_t* const source           = &builder->source;

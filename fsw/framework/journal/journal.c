@@ -431,9 +431,9 @@ static status_t cut_tail(journal_t* const journal)
     return (status == STATUS_OK) ? medium->sync(medium->context) : status;
 }
 
-/// Begin an empty journal. The head is synced first. Therefore a medium that has octets but no head is
-/// damaged. The content of an earlier journal is removed and synced before the head is written. STATUS_OK,
-/// STATUS_FULL, STATUS_IO.
+/// Begin an empty journal: remove the content of an earlier one and sync, then write the head and sync.
+/// Records are written only after that; therefore a medium that is longer than a head but has none is
+/// damaged. STATUS_OK, STATUS_FULL, STATUS_IO.
 static status_t begin_journal(journal_t* const journal, const journal_survey_t surveys[2])
 {
     const journal_position_t tail = journal_first_position(1U);

@@ -38,7 +38,8 @@ status_t journal_survey(const medium_t* const medium, journal_survey_t* const ou
     return ((status == STATUS_OK) || (status == STATUS_EMPTY)) ? STATUS_OK : STATUS_IO;
 }
 
-/// Count the valid records after the position where reading stops. STATUS_OK, STATUS_IO.
+/// Count the valid puts and erasures after the position where reading stops, and find the commits there.
+/// STATUS_OK, STATUS_IO.
 static status_t find_orphans(const medium_t* const medium, const journal_survey_t* const survey,
                              orphans_t* const out_orphans, uint8_t* const buffer)
 {

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define FIRST_PROBE 4U         ///< Refusals in a row after which the endpoint sends a SYNC to the peer.
-#define STRAYS_MAX 3U          ///< Frames outside of the window in a row after which a SYNC is sent.
+#define STRAYS_MAX 3U          ///< Frames with impossible numbers in a row after which a SYNC is sent.
 #define SYNC_SPACING 1024U     ///< Largest number of strays or refusals between two SYNCs.
 #define LOST_AT_ONCE_MAX 4096U ///< A larger gap is not a loss: a number was forged or damaged.
 #define FIRST_LIFE 1U
@@ -245,7 +245,8 @@ static void count_mismatch(message_endpoint_t* const endpoint, message_channel_t
     }
 }
 
-/// Count and drop a frame that is outside of the window, or names another life of this component.
+/// Count and drop a frame that is outside of the window, or belongs to another life of this component or to
+/// an earlier one of the peer.
 static void drop_stray(message_endpoint_t* const endpoint, message_channel_t* const channel)
 {
     endpoint->counters.stale++;
@@ -366,7 +367,7 @@ static void catch_up(message_channel_t* const channel)
     }
 }
 
-/// Adopt the peer's numbers: both sides have exchanged them, and no earlier frame is on its way.
+/// Adopt the peer's numbers from a SYNC or the answer to one: no earlier frame of the peer is on its way.
 static void resync(message_endpoint_t* const endpoint, message_channel_t* const channel,
                    const message_frame_t* const frame)
 {

@@ -71,7 +71,7 @@ status_t sdls_session_mark_open(sdls_session_mark_t* const mark, const medium_t*
     if ((found[0] == STATUS_OK) && (found[1] == STATUS_OK) && (sessions[0] == sessions[1])) {
         return STATUS_OK;
     }
-    // A power cut between the two writes left different copies: repair the older one.
+    // A power cut left different copies, or one copy is damaged: rewrite the older or damaged one.
     return write_copy(mark, 1U - mark->whole, mark->session);
 }
 

@@ -36,8 +36,8 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     return NULL;
 }
 
-/// Copy from parameters to `into`, or, if `from` is not null, from there into parameters. An access that
-/// includes padding between two parameters is refused.
+/// Copy from parameters to `into`, or, if `from` is not null, from there into parameters. At padding between
+/// two parameters it ends with STATUS_NOT_FOUND; the octets before are copied.
 static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t address,
                                 const uint8_t* const from, uint8_t* const into, const size_t size)
 {

@@ -312,8 +312,8 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     return pus_done();
 }
 
-/// Raise the event of a required link that is lost or stale. In OPERATIONAL it is an error; in lower states
-/// an event without a reaction (docs/states.md).
+/// Raise the event of a required link that is lost, or of any consumer's link that is stale. In OPERATIONAL
+/// it is an error, of required links only; in lower states an event without a reaction (docs/states.md).
 static void report_lost(subsystem_t* const subsystem, const descriptor_port_t* const port)
 {
     const state_t state = subsystem->machine.state;
@@ -426,7 +426,7 @@ void subsystem_watch_links(subsystem_t* const subsystem)
         } else if (!link->is_producer && ((link->state == LINK_OPEN) || (link->state == LINK_STALE))) {
             watch_consumer(subsystem, link);
         } else {
-            // Only consumers receive samples.
+            // An accepted link may still be opened, and a producer receives no samples.
         }
     }
 }

@@ -112,9 +112,9 @@ static void abort_call_tokens(subsystem_t* const subsystem)
     }
 }
 
-/// True if the failure of an action raises an event: devices cannot be secured, or the failure is on the
-/// way down. Other failures end the request that led to them (docs/states.md). The event is called
-/// STATE_TIMEOUT in every descriptor.
+/// True if the failure of an action raises an event: devices cannot be secured, or the failure is on the way
+/// from PRE_OPERATIONAL to OFFLINE. Other failures end the request that led to them (docs/states.md). The
+/// event is called STATE_TIMEOUT in every descriptor.
 static bool needs_event(const state_action_t action)
 {
     return (action == ACTION_SECURE) || (action == ACTION_POST) || (action == ACTION_HARDWARE_DEINIT) ||
@@ -205,7 +205,7 @@ void subsystem_after_change(subsystem_t* const subsystem)
         end_pending(subsystem, has_failed ? PUS_FAILURE_STEP : PUS_FAILURE_NONE,
                     (uint32_t)subsystem->machine.state);
     }
-    // In OFFLINE no cycle is planned: the first cycle after it is due at once.
+    // The first cycle after OFFLINE is due at once.
     subsystem->next_cycle_ns =
         (subsystem->machine.state == STATE_OFFLINE) ? subsystem->now_ns : subsystem->next_cycle_ns;
 }

@@ -4,7 +4,7 @@
 #include "base/assertion.h"
 #include "fsw/framework/control/elementary.h"
 
-/// Largest distance from the target at arrival; the coarsest record of a device has steps of 1e-3.
+/// Largest distance from the target at arrival; the coarsest record of a device has steps of 2e-3.
 #define ARRIVED_RAD 2e-3
 
 void instruments_init(instruments_t* const own, subsystem_t* const generic,

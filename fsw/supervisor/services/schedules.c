@@ -111,7 +111,7 @@ static status_t restore_position(supervisor_t* const supervisor, const uint32_t 
 }
 
 /// Step ST[22]. No wake time is needed, because the position changes by less than one unit in a tick of the
-/// supervisor.
+/// supervisor (with an orbit period above 656 s).
 static uint64_t step_position(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     pus_position_schedule_step(&schedules_of(supervisor)->position, now_ns);
