@@ -168,11 +168,13 @@ static bool create(compiler_t* const self, const char* const directory, const ch
 {
     char path[DESCRIPTOR_PATH_CHARACTERS];
     const bool fits = text_join(path, sizeof path, (const char* const[]){directory, "/", name, ending, NULL});
-    if (!fits || (osal_file_create(&self->file, path) != STATUS_OK)) {
-        (void)report_error("cannot write ", path);
-        return false;
+    const status_t status = fits ? osal_file_create(&self->file, path) : STATUS_TOO_LARGE;
+    if (status != STATUS_OK) {
+        char detail[DESCRIPTOR_PATH_CHARACTERS + 32U];
+        (void)text_join(detail, sizeof detail, (const char* const[]){path, ": ", status_text(status), NULL});
+        (void)report_error("cannot write ", detail);
     }
-    return true;
+    return status == STATUS_OK;
 }
 
 /// Finish and close the file that is being written. False on an error, which is printed.

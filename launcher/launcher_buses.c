@@ -34,8 +34,9 @@ static bool refuse_to_create(launcher_t* const launcher, const launcher_bus_t* c
                         "the micro-VM, which `make vm` starts, has both");
         return false;
     }
-    text_add(&text, (status == STATUS_DENIED) ? "making CAN interfaces is not permitted here; as root, once:"
-                                              : "cannot make the CAN interfaces; try as root:");
+    text_add(&text, (status == STATUS_DENIED)
+                        ? "creating CAN interfaces is not permitted here; as root, once:"
+                        : "cannot create the CAN interfaces; try as root:");
     const char* const names[] = {bus->published, bus->flight};
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {
         text_add_words(&text, (const char* const[]){" ip link add ", names[i], " mtu ",
@@ -257,7 +258,8 @@ static bool are_buses_known(launcher_t* const launcher, const char* const* const
             is_known = is_known || (interface_of(&list[i], 1U, launcher->mission.buses[k].name) != NULL);
         }
         if (!is_known) {
-            return refuse(launcher, "the mission has no such bus: ", list[i], "", "");
+            return refuse(launcher, "the mission has no such bus: ", list[i],
+                          "; its file lists them in <Buses>", "");
         }
     }
     return true;
@@ -318,7 +320,7 @@ static bool create_bus(launcher_t* const launcher, const uint16_t index)
     }
     const status_t status = is_whole ? osal_can_create(address->simulator) : STATUS_INVALID;
     return (status == STATUS_OK) ||
-           refuse(launcher, "cannot make the bus ", address->simulator, ": ", status_text(status));
+           refuse(launcher, "cannot create the bus ", address->simulator, ": ", status_text(status));
 }
 
 bool launcher_create_buses(launcher_t* const launcher)

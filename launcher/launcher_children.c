@@ -44,7 +44,8 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                                   // afterwards, ends by Ctrl-C.
                                   .ignores_terminal = !child->is_seen};
     launcher_limit(launcher, child, &start);
-    if (osal_process_start(&child->process, &start) == STATUS_OK) {
+    const status_t status = osal_process_start(&child->process, &start);
+    if (status == STATUS_OK) {
         run_state_t* const run = launcher->run;
         child->is_alive        = true;
         child->has_run         = true;
@@ -52,7 +53,8 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
                          __ATOMIC_RELEASE);
         run->process_count++;
     } else {
-        (void)launcher_fail(launcher, "cannot start ", arguments->list[0]);
+        (void)launcher_refuse(launcher, (const char* const[]){"cannot start ", arguments->list[0], ": ",
+                                                              status_text(status), NULL});
     }
 }
 

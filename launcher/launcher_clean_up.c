@@ -188,8 +188,8 @@ void launcher_clean_up(launcher_t* const launcher)
     if ((launcher->child_count > 0U) || launcher->is_taken_over) {
         complete_logs(launcher);
         if (!run_summary_write(launcher)) {
-            osal_console_print_error("cannot write run.json into the run's directory");
-            (void)launcher_fail(launcher, "run.json could not be written", "");
+            osal_console_print_error("cannot write run.json into the run's directory (is the disk full?)");
+            (void)launcher_fail(launcher, "run.json could not be written", "; is the disk full?");
         }
         // The report is made of a flight that has ended: nothing listens at its ground port.
         osal_socket_close(&launcher->ground);

@@ -241,7 +241,7 @@ bool launcher_create_computers(launcher_t* const launcher)
     return create_namespaces(launcher) ||
            launcher_fail(
                launcher,
-               "--nodes 2: cannot make two network namespaces and a veth between them (needs iproute2 and "
+               "--nodes 2: cannot create two network namespaces and a veth between them (needs iproute2 and "
                "root; console.log has what `ip` said): ",
                run->directory);
 }
@@ -263,10 +263,14 @@ static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, co
                      const uint32_t offset, uint16_t* const out_port)
 {
     osal_address_t local = {launcher->run->computer_ipv4[computer] + offset, 0U};
-    if ((osal_udp_open(socket, local, RECEIVE_OCTETS) != STATUS_OK) ||
-        (osal_socket_local_address(socket, &local) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot open a UDP socket on ",
-                             (launcher->run->computer_count < 2U) ? "127.0.0.1" : addresses[computer]);
+    status_t status      = osal_udp_open(socket, local, RECEIVE_OCTETS);
+    status               = (status == STATUS_OK) ? osal_socket_local_address(socket, &local) : status;
+    if (status != STATUS_OK) {
+        return launcher_refuse(
+            launcher,
+            (const char* const[]){"cannot open a UDP socket on ",
+                                  (launcher->run->computer_count < 2U) ? "127.0.0.1" : addresses[computer],
+                                  ": ", status_text(status), NULL});
     }
     *out_port = local.port;
     return true;
@@ -407,7 +411,9 @@ static bool note_identities(launcher_t* const launcher)
                                        &launcher->run->components[i].message_identity) == STATUS_OK);
     }
     return is_noted ||
-           launcher_fail(launcher, "cannot read the identities of the components' TIPC sockets", "");
+           launcher_fail(launcher,
+                         "cannot read the identities of the components' TIPC sockets; use --transport udp",
+                         "");
 }
 
 bool launcher_open_sockets(launcher_t* const launcher)

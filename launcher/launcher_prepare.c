@@ -197,8 +197,9 @@ static bool create_directory(launcher_t* const launcher, char* const directory, 
         }
     }
     if (text.cut || (osal_file_create_directory(directory) != STATUS_OK)) {
-        return launcher_refuse(launcher, (const char* const[]){"cannot make the output directory ", directory,
-                                                               "; choose another one with --out", NULL});
+        return launcher_refuse(launcher,
+                               (const char* const[]){"cannot create the output directory ", directory,
+                                                     "; choose another one with --out", NULL});
     }
     const char* const base = (strncmp(directory, "runs/", 5U) == 0) ? &directory[5] : NULL;
     if (base != NULL) {
@@ -300,8 +301,9 @@ static bool check_owner(launcher_t* const launcher, osal_file_t* const file, con
         // The storage belongs to this mission, or the file cannot be read.
     }
     return (status == STATUS_OK) ||
-           launcher_refuse(launcher, (const char* const[]){status_text(status),
-                                                           ": the storage cannot be used: ", path, NULL});
+           launcher_refuse(launcher,
+                           (const char* const[]){status_text(status), ": the storage cannot be used: ", path,
+                                                 "; choose another directory with --storage", NULL});
 }
 
 /// Claim the storage for this mission. The storage of another mission is refused, because its schedules,
@@ -331,7 +333,7 @@ static bool create_run(launcher_t* const launcher, const char* const path, const
     text_add(&text, IDENTITY);
     text_add_unsigned(&text, (uint64_t)osal_process_own_id());
     if (run_state_create(&launcher->run_shm, identity, &launcher->run) != STATUS_OK) {
-        return launcher_fail(launcher, "cannot make shared memory (is /dev/shm full?) for the run ",
+        return launcher_fail(launcher, "cannot create shared memory (is /dev/shm full?) for the run ",
                              identity);
     }
     run_state_t* const run  = launcher->run;
@@ -343,7 +345,7 @@ static bool create_run(launcher_t* const launcher, const char* const path, const
     if (!text_join(run->storage, sizeof run->storage, storage) ||
         (osal_file_create_directory(run->storage) != STATUS_OK)) {
         return launcher_refuse(launcher,
-                               (const char* const[]){"cannot make the storage directory ", run->storage,
+                               (const char* const[]){"cannot create the storage directory ", run->storage,
                                                      "; choose another one with --storage", NULL});
     }
     if (!claim_storage(launcher)) {
@@ -404,13 +406,14 @@ static bool create_scheduler(launcher_t* const launcher)
     }
     if (!run_name(launcher->run, "scheduler", 0U, name, sizeof name) ||
         (osal_shm_create(&launcher->scheduler_shm, name, OSAL_LOCKSTEP_OCTETS) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make shared memory (is /dev/shm full?) for the scheduler ",
+        return launcher_fail(launcher, "cannot create shared memory (is /dev/shm full?) for the scheduler ",
                              name);
     }
     launcher->scheduler = osal_lockstep_create(osal_shm_address(&launcher->scheduler_shm), RUN_STEP_NS,
                                                !launcher->options.is_image);
     if (launcher->scheduler == NULL) {
-        return launcher_fail(launcher, "this system has no lock that survives the death of its holder", "");
+        return launcher_fail(
+            launcher, "this system has no lock that survives the death of its holder; use --form image", "");
     }
     if (!launcher->options.is_stepped) {
         osal_lockstep_set_timeout(launcher->scheduler, REAL_TIMEOUT_NS);
@@ -435,7 +438,7 @@ static bool create_checkpoint(launcher_t* const launcher)
     osal_shm_t shm;
     if (!run_name(launcher->run, "checkpoint", 0U, name, sizeof name) ||
         (osal_shm_create(&shm, name, sizeof(checkpoint_t)) != STATUS_OK)) {
-        return launcher_fail(launcher, "cannot make shared memory (is /dev/shm full?) for the supervisor ",
+        return launcher_fail(launcher, "cannot create shared memory (is /dev/shm full?) for the supervisor ",
                              name);
     }
     osal_shm_close(&shm); // The memory exists until its name is removed.
@@ -485,7 +488,7 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     const bool is_written = (osal_file_write(&file, line, strlen(line)) == STATUS_OK) &&
                             (osal_file_write(&file, "\n", 1U) == STATUS_OK);
     osal_file_close(&file);
-    return is_written || launcher_fail(launcher, "cannot write ", path);
+    return is_written || launcher_fail(launcher, "cannot write (is the disk full?) ", path);
 }
 
 /// Write mission, world, device classes and port to files that ground tools read.

@@ -160,7 +160,8 @@ static bool check_name(launcher_t* const launcher, const processor_t* const proc
                       "there is no such board; there are mps2-an500, mps2-an385: ", value);
     }
     if (component == launcher->mission.subsystem_count) {
-        return refuse(launcher, processor->option, "the mission has no such subsystem: ", value);
+        return refuse(launcher, processor->option,
+                      "the mission has no such subsystem (its file lists them in <Subsystems>): ", value);
     }
     if ((processor != &big_endian) &&
         (strcmp(launcher->mission.subsystems[component].name, launcher->options.remote_endian) == 0)) {

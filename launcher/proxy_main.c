@@ -179,8 +179,9 @@ static bool open_eeprom(proxy_t* const self)
     }
     if (status != STATUS_OK) {
         (void)report_error("the image of the EEPROM cannot be used: ",
-                           (status == STATUS_BUSY) ? "another flight uses this storage"
-                                                   : status_text(status));
+                           (status == STATUS_BUSY)
+                               ? "another flight uses this storage; choose another directory with --storage"
+                               : status_text(status));
     }
     return status == STATUS_OK;
 }

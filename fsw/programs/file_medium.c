@@ -17,7 +17,7 @@ static status_t write_file(void* const context, const uint64_t offset, const uin
 
 static status_t sync_file(void* const context)
 {
-    return osal_file_sync(context);
+    return (osal_file_sync(context) == STATUS_OK) ? STATUS_OK : STATUS_IO;
 }
 
 static status_t size_of_file(void* const context, uint64_t* const out_size)

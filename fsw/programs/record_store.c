@@ -15,7 +15,9 @@ static status_t report_error(component_runtime_t* const runtime, const char* con
     text_add(&text, "cannot keep records in ");
     text_add(&text, path);
     text_add(&text, ": ");
-    text_add(&text, (status == STATUS_BUSY) ? "another flight uses this storage" : status_text(status));
+    text_add(&text, (status == STATUS_BUSY)
+                        ? "another flight uses this storage; choose another directory with --storage"
+                        : status_text(status));
     return status;
 }
 

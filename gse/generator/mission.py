@@ -296,9 +296,7 @@ def _load_subsystem(mission, path, element):
         element.fail(f'descriptor="{element.attributes["descriptor"]}" of <Subsystem>: expected a file, found none')
     loaded = subsystem_descriptor.load(pathlib.Path(place))
     if loaded.name != element.attributes["name"] or loaded.apid != element.unsigned("id", 1, 2046):
-        element.fail(
-            f"{element.attributes['name']} {element.attributes['id']}: its descriptor says {loaded.name} {loaded.apid}"
-        )
+        element.fail(f"{element.attributes['name']}: expected name and id {loaded.name} {loaded.apid} as in its descriptor")
     buses = mission.element.first("Buses")
     known = {bus.attributes["name"]: bus.text("redundantTo") for bus in buses.children} if buses else {}
     for configuration in loaded.configurations:
@@ -358,9 +356,9 @@ def _resolve_link(mission, element):
         ends.append((mission.subsystem(name), port))
     (producer, output), (consumer, needed) = ends
     if output.layout_hash != needed.layout_hash:
-        element.fail(f"layouts of {element.attributes['from']} and {element.attributes['to']} differ")
+        element.fail(f"{element.attributes['from']} and {element.attributes['to']}: expected two ports with the same layout")
     if not set(output.methods) & set(needed.methods):
-        element.fail(f"{element.attributes['from']} and {element.attributes['to']} share no transfer method")
+        element.fail(f"{element.attributes['from']} and {element.attributes['to']}: expected two ports that share a transfer method")
     _check_room(mission, element, producer, consumer)
     for end in (producer, consumer):
         if sum(end.name in (link["producer"], link["consumer"]) for link in mission.links) == SUBSYSTEM_LINKS:

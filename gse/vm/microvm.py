@@ -144,7 +144,7 @@ def check(directory, out, cans, memory):
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise NotStarted(f"the output directory {out} cannot be made ({error.strerror}); choose another by OUT=") from error
+        raise NotStarted(f"the output directory {out} cannot be created ({error.strerror}); choose another by OUT=") from error
 
 
 def failure(what, control):

@@ -32,15 +32,24 @@ static uint8_t operand(interpreter_t* const interpreter)
     return value;
 }
 
-/// Read a count, and enter the body; if the count is 0, skip the body. False: the count is too small or
-/// missing.
+/// End at the octet before the reader: it is wrong.
+static bool refuse_last(octet_reader_t* const reader)
+{
+    reader->position--;
+    return false;
+}
+
+/// Read a count, and enter the body; if the count is 0, skip the body. False: the count is too small.
 static bool count(interpreter_t* const interpreter)
 {
     const uint8_t least  = operand(interpreter);
     const uint8_t length = operand(interpreter);
     const uint8_t found  = octet_read_u8(interpreter->reader);
-    if (interpreter->reader->failed || (found < least)) {
-        return false;
+    if (interpreter->reader->failed) {
+        return true;
+    }
+    if (found < least) {
+        return refuse_last(interpreter->reader);
     }
     if (found == 0U) {
         interpreter->next += length;
@@ -83,7 +92,7 @@ static bool packet(octet_reader_t* const reader)
 {
     const size_t left = octet_reader_left(reader);
     if (left < PUS_TC_MIN) {
-        (void)octet_read_octets(reader, PUS_TC_MIN);
+        reader->failed = true;
         return false;
     }
     const uint8_t* const octets = &reader->octets[reader->position + LENGTH_OFFSET];
@@ -136,7 +145,7 @@ static bool step(interpreter_t* const interpreter, const uint8_t word)
         (void)octet_read_octets(reader, octet_reader_left(reader));
         return true;
     default: // PUS_REQUEST_FORMAT_FAIL: the selector has no case.
-        return false;
+        return refuse_last(reader);
     }
 }
 

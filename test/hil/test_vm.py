@@ -253,7 +253,7 @@ def test_numbers_out_of_range_are_refused(kernel_directory, tmp_path, options, m
 
 def test_output_directory_that_cannot_be_made_is_refused(kernel_directory, tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(microvm.NotStarted, match="cannot be made"):
+    with pytest.raises(microvm.NotStarted, match="cannot be created"):
         microvm.run("true", out=tmp_path / "file" / "out", directory=kernel_directory)
 
 

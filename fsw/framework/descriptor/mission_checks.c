@@ -266,9 +266,9 @@ void descriptor_mission_check_link(mission_builder_t* const builder, const uint1
     }
     link->is_required = consumer->is_required;
     if (producer->layout_hash != consumer->layout_hash) {
-        descriptor_source_fail(source, link->line, "the layouts of the two ports differ");
+        descriptor_source_fail(source, link->line, "<Link>: expected two ports with the same layout");
     } else if ((producer->methods & consumer->methods) == 0U) {
-        descriptor_source_fail(source, link->line, "the two ports share no transfer method");
+        descriptor_source_fail(source, link->line, "<Link>: expected two ports that share a transfer method");
     } else {
         check_room(builder, index);
     }

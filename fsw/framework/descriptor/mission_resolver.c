@@ -45,9 +45,8 @@ status_t descriptor_mission_builder_take(mission_builder_t* const builder, const
     source_t* const source               = &builder->source;
     source->line                         = subsystem->line;
     if ((strcmp(subsystem->name, descriptor->name) != 0) || (subsystem->apid != descriptor->apid)) {
-        descriptor_source_refuse(source, subsystem->line, "% #: its descriptor says % ", subsystem->name,
-                                 descriptor->name, subsystem->apid);
-        descriptor_source_append(source, "#", NULL, NULL, descriptor->apid);
+        descriptor_source_refuse(source, subsystem->line, "%: expected name and id % # as in its descriptor",
+                                 subsystem->name, descriptor->name, descriptor->apid);
     }
     find_ports(builder, subsystem, descriptor);
     if (builder->scope != NULL) {

@@ -23,7 +23,7 @@ void arm_init(arm_t* const arm, subsystem_t* const generic, const flow_resolver_
 static status_t software_init(void* const self)
 {
     arm_t* const arm = self;
-    arm_definitions_make(&arm->definitions, subsystem_descriptor(arm->generic));
+    arm_definitions_create(&arm->definitions, subsystem_descriptor(arm->generic));
     drives_counters_bind(&arm->drives, &arm->definitions.definitions[ARM_PARAMETER_COUNTERS],
                          &arm->parameters.counters);
     return subsystem_publish_all(arm->generic, arm->definitions.definitions, arm->definitions.offsets,

@@ -331,8 +331,8 @@ static void define_scalar(arm_definitions_t* const definitions, const descriptor
     definitions->count++;
 }
 
-void arm_definitions_make(arm_definitions_t* const definitions,
-                          const subsystem_descriptor_t* const descriptor)
+void arm_definitions_create(arm_definitions_t* const definitions,
+                            const subsystem_descriptor_t* const descriptor)
 {
     FSW_ASSERT((definitions != NULL) && (descriptor != NULL));
     const unsigned joint_count = arm_joint_count(descriptor);

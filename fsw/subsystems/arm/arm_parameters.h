@@ -147,9 +147,9 @@ unsigned arm_joint_count(const subsystem_descriptor_t* descriptor);
 /// True if the descriptor has exactly these parameters, and possibly single values of CUR_VALUES; otherwise
 /// *out_misfit is the first difference.
 bool arm_parameters_fit(const subsystem_descriptor_t* descriptor, subsystem_misfit_t* out_misfit);
-/// Make the definitions of the parameters of a descriptor that has been accepted; their storage is an
+/// Create the definitions of the parameters of a descriptor that has been accepted; their storage is an
 /// arm_parameters_t.
-void arm_definitions_make(arm_definitions_t* definitions, const subsystem_descriptor_t* descriptor);
+void arm_definitions_create(arm_definitions_t* definitions, const subsystem_descriptor_t* descriptor);
 
 /// Compute the model of the arm from the parameters. STATUS_INVALID if an axis has no direction, or a mass, a
 /// rotor inertia or a stiffness is negative; the model is then not set.

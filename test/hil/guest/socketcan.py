@@ -188,7 +188,7 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in output, output
     for options, output in ((["--bus", "vcan"], output), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
         run_printed_command(output)
-        assert "cannot make the output directory" in refused(*options, "--out", "/dev/null/none"), "the printed command did not help"
+        assert "cannot create the output directory" in refused(*options, "--out", "/dev/null/none"), "the printed command did not help"
     ip("link", "delete", "vcan-robot")
     ip("link", "set", "can0", "down")
     assert links() == before

@@ -241,7 +241,7 @@ static void each_bus_needs_a_controller_and_each_controller_a_bus(void** state)
 {
     (void)state;
     use_controllers("rob=can0", NULL); // The name of a bus must be given completely.
-    assert_refused("the mission has no such bus: rob=can0");
+    assert_refused("the mission has no such bus: rob=can0; its file lists them in <Buses>");
     use_controllers("robot-c=can0", NULL);
     assert_refused("the mission has no such bus: robot-c=can0");
     use_controllers("robot=can0", "arm=can1");
@@ -357,7 +357,7 @@ static void interfaces_that_cannot_be_made_are_reported_with_the_commands(void**
     launcher.mission.storage.buses[0].data_bit_rate = 0U;
     expect_claim("vcan-robot", STATUS_OK);
     expect_create("vcan-robot", false, STATUS_IO);
-    assert_refused("cannot make the CAN interfaces; try as root: ip link add vcan-robot mtu 16");
+    assert_refused("cannot create the CAN interfaces; try as root: ip link add vcan-robot mtu 16");
     assert_false(launcher.buses[0].is_published_made);
     expect_claim("vcan-robot", STATUS_EXISTS);
     assert_refused("another run flies on vcan-robot");
@@ -429,7 +429,7 @@ static void a_bus_that_cannot_be_made_ends_the_preparation(void** state)
     launcher.mission.bus_count = 2U;
     expect_bus("shm:hirosco-1.can.robot", STATUS_EXISTS);
     assert_false(launcher_create_buses(&launcher)); // The second bus is not created.
-    assert_non_null(strstr(launcher.reason, "cannot make the bus shm:hirosco-1.can.robot: "));
+    assert_non_null(strstr(launcher.reason, "cannot create the bus shm:hirosco-1.can.robot: "));
     static char name[RUN_NAME_MAX];
     (void)memset(name, 'n', sizeof name - 1U);
     launcher.mission.storage.buses[0].name = name;

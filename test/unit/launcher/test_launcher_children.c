@@ -261,7 +261,7 @@ static void real_devices_need_no_simulator_and_what_cannot_start_fails_the_run(v
     expect_function_call(__wrap_launcher_leave_computer);
     expect_start("bin/packet-archive-sqlite follow runs/x", "");
     launcher_start_all(&launcher);
-    assert_string_equal("cannot start component", launcher.reason);
+    assert_string_equal("cannot start component: not found", launcher.reason);
     assert_int_equal(1, launcher.exit_code);
     assert_false(launcher.children[0].is_alive || launcher.children[1].is_alive);
     assert_true(launcher.children[2].is_alive);

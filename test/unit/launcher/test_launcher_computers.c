@@ -183,7 +183,7 @@ static void the_first_command_that_fails_is_the_last(void** state)
     expect_ip("ip netns add hirosco-9.node1", true);
     expect_ip("ip netns add hirosco-9.node2", false);
     assert_false(launcher_create_computers(&launcher));
-    assert_non_null(strstr(launcher.reason, "cannot make two network namespaces"));
+    assert_non_null(strstr(launcher.reason, "cannot create two network namespaces"));
     assert_non_null(strstr(launcher.reason, "runs/x"));
 }
 

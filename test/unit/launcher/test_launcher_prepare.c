@@ -263,16 +263,16 @@ static void a_directory_that_is_not_given_is_named_by_the_run(void** state)
     expect_directory("runs/press-processes-7-002", false);
     expect_made("runs/press-processes-7-002", STATUS_DENIED);
     prepare_fails(
-        "cannot make the output directory runs/press-processes-7-002; choose another one with --out");
+        "cannot create the output directory runs/press-processes-7-002; choose another one with --out");
     options.scenario = "my/own.scn";
     options.is_image = true;
     expect_directory("runs/own-image-7-001", false);
     expect_made("runs/own-image-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/own-image-7-001; choose another one with --out");
+    prepare_fails("cannot create the output directory runs/own-image-7-001; choose another one with --out");
     options.scenario = "none";
     expect_directory("runs/none-image-7-001", false);
     expect_made("runs/none-image-7-001", STATUS_DENIED);
-    prepare_fails("cannot make the output directory runs/none-image-7-001; choose another one with --out");
+    prepare_fails("cannot create the output directory runs/none-image-7-001; choose another one with --out");
 }
 
 static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence(void** state)
@@ -284,12 +284,12 @@ static void a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telep
     expect_directory("runs/rokviss-processes-7-001", false);
     expect_made("runs/rokviss-processes-7-001", STATUS_DENIED);
     prepare_fails(
-        "cannot make the output directory runs/rokviss-processes-7-001; choose another one with --out");
+        "cannot create the output directory runs/rokviss-processes-7-001; choose another one with --out");
     has_own_scenario = false;
     expect_directory("runs/telepresence-processes-7-001", false);
     expect_made("runs/telepresence-processes-7-001", STATUS_DENIED);
-    prepare_fails(
-        "cannot make the output directory runs/telepresence-processes-7-001; choose another one with --out");
+    prepare_fails("cannot create the output directory runs/telepresence-processes-7-001; choose another one "
+                  "with --out");
 }
 
 // ---- Port of the ground ----

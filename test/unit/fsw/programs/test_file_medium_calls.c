@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The medium on a file passes each call and each status on unchanged: the behaviour of a journal on a full or
-// broken disk depends on that. The file is mocked.
+// The medium on a file passes each call on, and each status that base/medium.h states: the behaviour of a
+// journal on a full or broken disk depends on that. The file is mocked.
 #include "fsw/programs/file_medium.h"
 
 #include <setjmp.h>
@@ -55,7 +55,19 @@ status_t __wrap_osal_file_resize(osal_file_t* called, uint64_t size)
     return mock_type(status_t);
 }
 
-static void the_medium_passes_on_each_status_of_the_file(void** state)
+static void a_failed_sync_of_the_file_is_an_error_of_the_medium(void** state)
+{
+    (void)state;
+    medium = file_medium(&file);
+    will_return(__wrap_osal_file_sync, STATUS_OK);
+    assert_int_equal(STATUS_OK, medium.sync(medium.context));
+    will_return(__wrap_osal_file_sync, STATUS_IO);
+    assert_int_equal(STATUS_IO, medium.sync(medium.context));
+    will_return(__wrap_osal_file_sync, STATUS_UNSUPPORTED);
+    assert_int_equal(STATUS_IO, medium.sync(medium.context));
+}
+
+static void the_other_calls_pass_on_each_status_of_the_file(void** state)
 {
     static const status_t answers[] = {STATUS_OK, STATUS_FULL, STATUS_TRUNCATED, STATUS_IO};
     (void)state;
@@ -66,8 +78,6 @@ static void the_medium_passes_on_each_status_of_the_file(void** state)
         assert_int_equal(answers[i], medium.read(medium.context, AT, octets, sizeof octets));
         will_return(__wrap_osal_file_write_at, answers[i]);
         assert_int_equal(answers[i], medium.write(medium.context, AT, octets, sizeof octets));
-        will_return(__wrap_osal_file_sync, answers[i]);
-        assert_int_equal(answers[i], medium.sync(medium.context));
         will_return(__wrap_osal_file_size, answers[i]);
         assert_int_equal(answers[i], medium.size(medium.context, &end));
         assert_int_equal(END, end);
@@ -78,6 +88,7 @@ static void the_medium_passes_on_each_status_of_the_file(void** state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(the_medium_passes_on_each_status_of_the_file)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_failed_sync_of_the_file_is_an_error_of_the_medium),
+                                       cmocka_unit_test(the_other_calls_pass_on_each_status_of_the_file)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -75,7 +75,9 @@ static void two_flights_cannot_open_the_same_store(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&store, &runtime, slots, CAPACITY, true));
     TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
-    TEST_ASSERT_NOT_NULL(strstr(runtime.error, "ARM.journal.0: another flight uses this storage"));
+    TEST_ASSERT_NOT_NULL(strstr(runtime.error,
+                                "ARM.journal.0: another flight uses this storage; choose another "
+                                "directory with --storage"));
     record_store_close(&store);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
     record_store_close(&other);
@@ -90,7 +92,9 @@ static void if_the_second_file_is_in_use_the_first_is_released(void)
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_update(&second, path));
     TEST_ASSERT_EQUAL(STATUS_OK, osal_file_lock(&second));
     TEST_ASSERT_EQUAL(STATUS_BUSY, record_store_open(&store, &runtime, slots, CAPACITY, true));
-    TEST_ASSERT_NOT_NULL(strstr(runtime.error, "ARM.journal.1: another flight uses this storage"));
+    TEST_ASSERT_NOT_NULL(strstr(runtime.error,
+                                "ARM.journal.1: another flight uses this storage; choose another "
+                                "directory with --storage"));
     osal_file_close(&second);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
     record_store_close(&other);

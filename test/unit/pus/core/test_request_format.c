@@ -77,6 +77,32 @@ static void selectors_choose_the_fields_that_follow(void)
     EXPECT_WRONG(PUS_REQUEST_FORMAT_11_11, 4U, 0U, 0U);
 }
 
+/// Check that reading stops at octet `at` of the request.
+static void expect_stop(const uint8_t* const program, const uint8_t* const octets, const size_t size,
+                        const size_t at)
+{
+    octet_reader_t reader = octet_reader(octets, size);
+    TEST_ASSERT_FALSE(pus_request_format_check(program, &reader));
+    TEST_ASSERT_EQUAL_UINT64(at, reader.position);
+}
+
+static void reading_stops_at_what_is_wrong_or_missing(void)
+{
+    static const uint8_t parts[]    = {1U, 0U, 16U, 1U, 3U, 0U}; // One application process, service, subtype.
+    static const uint8_t selector[] = {4U, 0U, 0U};
+    static const uint8_t layout[]   = {'A', 'B', 0U, 0U, 0U, 0U, 0U, 0U, 1U, 11U, 0U, 5U};
+    static const uint8_t list[]     = {0U};
+    uint8_t nested[64]              = {1U, 1U, 0U, 0x1FU};
+    expect_stop(PUS_REQUEST_FORMAT_12_1, list, sizeof list, 0U); // The count must be at least one.
+    expect_stop(PUS_REQUEST_FORMAT_12_1, list, 0U, 0U);
+    expect_stop(PUS_REQUEST_FORMAT_14_1, parts, sizeof parts - 1U, sizeof parts - 1U); // The inner count.
+    expect_stop(PUS_REQUEST_FORMAT_11_11, selector, sizeof selector, 0U);
+    expect_stop(PUS_REQUEST_FORMAT_11_11, selector, 0U, 0U);
+    expect_stop(PUS_REQUEST_FORMAT_18_7, layout, sizeof layout, 10U);
+    expect_stop(PUS_REQUEST_FORMAT_11_4, nested, sizeof nested, 11U); // A length shorter than any request.
+    expect_stop(PUS_REQUEST_FORMAT_11_4, nested, 15U, 11U);           // Less than any request.
+}
+
 static void the_id_determines_the_layout_of_a_value(void)
 {
     // One definition: UINT16 validity, DOUBLE monitored, each check type in turn.
@@ -120,6 +146,7 @@ int main(void)
     RUN_TEST(counts_repeat_their_groups);
     RUN_TEST(counts_may_be_nested);
     RUN_TEST(selectors_choose_the_fields_that_follow);
+    RUN_TEST(reading_stops_at_what_is_wrong_or_missing);
     RUN_TEST(the_id_determines_the_layout_of_a_value);
     RUN_TEST(texts_begin_with_their_length);
     RUN_TEST(nested_requests_begin_with_their_length);

@@ -500,7 +500,7 @@ static void every_request_has_a_strict_format(void)
     for (size_t i = 0U; i < sizeof lists; i++) {
         expect_strict_format(lists[i], list, sizeof list);
         TEST_ASSERT_EQUAL(STATUS_INVALID, bench_request(lists[i], "\0", 1U)); // Zero instructions.
-        expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 1U);
+        expect_failure(0U, 2U, PUS_FAILURE_DATA, 0U, 0U);
     }
     expect_strict_format(1U, create_9, sizeof create_9);
     expect_strict_format(29U, append, sizeof append);

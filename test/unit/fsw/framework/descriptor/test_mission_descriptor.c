@@ -149,8 +149,8 @@ static const damage_t damages[] = {
     {"2026-06-01T12:00:00", "2026-06-31T12:00:00", 1U, "a TAI time"},
     {"name='HAND' id='17'", "name='HAND' id='16'", 5U, "id 16 is taken in line 3"},
     {"name='HAND' id='17'", "name='ARM' id='17'", 5U, "name ARM is taken in line 3"},
-    {"name='HAND' id='17'", "name='HAND' id='18'", 5U, "HAND 18: its descriptor says HAND 17"},
-    {"descriptor='hand.xml'", "descriptor='arm.xml'", 5U, "HAND 17: its descriptor says ARM 16"},
+    {"name='HAND' id='17'", "name='HAND' id='18'", 5U, "expected name and id HAND 17 as in its descriptor"},
+    {"descriptor='hand.xml'", "descriptor='arm.xml'", 5U, "HAND: expected name and id ARM 16 as in"},
     {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorTimeout='99ms'", 5U,
      "supervisorTimeout=\"99ms\" of <Subsystem>: expected a time"},
     {"descriptor='hand.xml'", "descriptor='hand.xml' supervisorTimeout='3601s'", 5U, "a time"},
@@ -194,8 +194,8 @@ static const damage_t damages[] = {
     {"from='ARM.ARM_STATE'", "from='ARM'", 18U, "expected SUBSYSTEM.PORT that it provides"},
     {"from='ARM.ARM_STATE'", "from='AR.ARM_STATE'", 18U, "expected SUBSYSTEM.PORT that it provides"},
     {"to='HAND.ARM'", "to='HAND.LEG'", 18U, "to=\"HAND.LEG\" of <Link>: expected SUBSYSTEM.PORT that it"},
-    {"to='HAND.ARM'", "to='ARM.HAND'", 18U, "the layouts of the two ports differ"},
-    {"to='ARM.HAND'", "to='HAND.ARM'", 19U, "the layouts of the two ports differ"},
+    {"to='HAND.ARM'", "to='ARM.HAND'", 18U, "<Link>: expected two ports with the same layout"},
+    {"to='ARM.HAND'", "to='HAND.ARM'", 19U, "<Link>: expected two ports with the same layout"},
     {"<Link name='BACK'", "<Link name='AGAIN' from='ARM.ARM_STATE' to='HAND.ARM'/><Link name='BACK'", 19U,
      "to=\"HAND.ARM\" of <Link>: expected a port that no other link leads to"},
     {"name='BACK'", "name='FORTH'", 19U, "name FORTH is taken in line 18"},
@@ -436,8 +436,8 @@ static void ports_that_share_no_method_make_no_link(void)
 {
     write_file("hand.xml", damaged(hand_document, "methods='SHARED_MEMORY UDP'", "methods='SHARED_MEMORY'"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, load(flight_document));
-    TEST_ASSERT_NOT_NULL(
-        strstr(descriptor_error(&loader), "flight.xml:19: the two ports share no transfer method"));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader),
+                                "flight.xml:19: <Link>: expected two ports that share a transfer method"));
 }
 
 static void the_hashes_of_a_mission_depend_on_every_subsystem(void)

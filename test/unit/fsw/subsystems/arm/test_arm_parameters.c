@@ -156,7 +156,7 @@ static void single_values_of_cur_values_may_be_parameters(void)
     (void)add_scalar("STATUSWORD_6", VALUE_UINT16);
     (void)add_scalar("TOOL_FORCE_3", VALUE_DOUBLE);
     TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&changed, &misfit), misfit.reason);
-    arm_definitions_make(&definitions, &changed);
+    arm_definitions_create(&definitions, &changed);
     TEST_ASSERT_EQUAL_UINT(ARM_PARAMETERS + 3U, definitions.count);
     const void* const expected[] = {&values.cur_values.torque_nm[1], &values.cur_values.statusword[5],
                                     &values.cur_values.tool_force_n[2]};
@@ -214,7 +214,7 @@ static void the_geometry_decides_which_joints_are_linear_axes(void)
     geometry->field_count = 6U;
     changed.field_count   = (uint16_t)(changed.field_count + 6U);
     TEST_ASSERT_TRUE_MESSAGE(arm_callbacks()->fits(&changed, &misfit), misfit.reason);
-    arm_definitions_make(&definitions, &changed);
+    arm_definitions_create(&definitions, &changed);
     TEST_ASSERT_EQUAL_UINT16(6U, definitions.definitions[3].field_count);
     values.geometry.is_prismatic[4] = true;
     for (unsigned i = 0U; i < 6U; i++) {
