@@ -225,7 +225,7 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_direct
         assert again.octets(name) == flight.octets(name), name
 
 
-def test_a_person_moves_the_hand_and_is_refused_in_words(directory):
+def test_a_person_moves_the_hand_and_is_refused_with_a_message(directory):
     """On the command line: refusal, aim and pause. A hand without input holds after 0.5 s and lets go after 5 s. Without an operator the marks
     are on the console."""
     flight = flying.start(directory, "--time", "real", "--scenario", "none")

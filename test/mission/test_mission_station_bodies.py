@@ -256,7 +256,7 @@ def test_a_robot_is_drawn_by_the_visuals_of_its_urdf(browser, directory, session
 
 
 @pytest.mark.usefixtures("flight")  # The fixture builds the page.
-def test_a_wrong_recording_is_refused_in_words(browser, directory):
+def test_a_wrong_recording_is_refused_with_a_message(browser, directory):
     directory.mkdir(exist_ok=True)
     (directory / "kept.recording").write_text("no recording", encoding="utf-8")
     with station.serving("--replay", directory / "kept.recording") as address, contextlib.closing(station.opened(browser, address, "true")) as refused:

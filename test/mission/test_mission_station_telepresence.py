@@ -490,7 +490,7 @@ def sent(page, words):
 
 
 @pytest.mark.parametrize("table", TABLES)
-def test_a_full_table_is_refused_in_words_and_takes_entries_again(page, table):
+def test_a_full_table_is_refused_with_a_message_and_takes_entries_again(page, table):
     prepare, fill, make_room = TABLES[table]
     fill = fill.replace("PING", page.evaluate("station.store.ask({do: 'plan', text: 'ping SUPERVISOR'})")["octets"][0])
     for words in prepare:

@@ -385,8 +385,8 @@ static void expect_synced(const uint8_t answer)
     assert_int_equal(answer, record[0]);
 }
 
-/// The program gets the answer that a file is on the disk only after the file was forced there.
-static void files_of_the_program_are_forced_to_the_disk(void** state)
+/// The program gets the answer that a file is on the disk only after the file was synced.
+static void files_of_the_program_are_synced(void** state)
 {
     (void)state;
     char path[64];
@@ -477,7 +477,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_wait_ends_with_a_datagram_or_with_its_time, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_socket_of_a_link_is_adopted_once, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_datagram_that_is_lost_is_counted, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(files_of_the_program_are_forced_to_the_disk, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(files_of_the_program_are_synced, set_up, tear_down),
         cmocka_unit_test_setup_teardown(malformed_records_of_a_program_are_refused, set_up, tear_down),
         cmocka_unit_test_setup_teardown(the_end_of_the_program_is_seen, set_up, tear_down),
     };

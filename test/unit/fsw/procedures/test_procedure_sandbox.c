@@ -104,7 +104,7 @@ static void patterns_find_the_text_they_describe(void)
     expect_error("return ('abc'):find('a[b')", "malformed pattern");
 }
 
-static void tables_are_used_as_lists(void)
+static void tables_mathematics_and_protected_calls_work_as_in_lua(void)
 {
     static const char* const cases[] = {
         "table.concat({1, 'a', 2.5}, ', ') == '1, a, 2.5' and table.concat({}) == ''",
@@ -170,7 +170,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(texts_are_composed_and_decomposed);
     RUN_TEST(patterns_find_the_text_they_describe);
-    RUN_TEST(tables_are_used_as_lists);
+    RUN_TEST(tables_mathematics_and_protected_calls_work_as_in_lua);
     RUN_TEST(a_sort_with_an_inconsistent_comparison_ends);
     return UNITY_END();
 }

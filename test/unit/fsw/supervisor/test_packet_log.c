@@ -335,7 +335,7 @@ static void opening_is_repeated_until_the_directory_exists(void)
 }
 
 /// If the disk is full in the middle of a record, the incomplete record is removed. A record is a line of 20
-/// octets or 22 octets of the spool, so the disk becomes full at any octet of the third to sixth record.
+/// octets or 22 octets of the spool, so the disk becomes full within the third to seventh record.
 static void records_in_the_ring_survive_a_full_disk(void)
 {
     static const packet_log_strategy_t strategies[] = {PACKET_LOG_ASCII, PACKET_LOG_SQLITE};

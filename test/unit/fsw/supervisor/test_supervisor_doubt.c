@@ -86,7 +86,7 @@ static void a_subsystem_heard_again_must_report_its_status_before_its_state_is_u
 static void a_status_request_without_an_answer_is_repeated(void)
 {
     cut_off_arm();
-    // ARM reports its status once a second, but does not answer.
+    // ARM reports its status every half second, but does not answer.
     fixture.members[FIXTURE_ARM].is_silent = false;
     run_ms(1000);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.reactions.asked);
@@ -117,7 +117,7 @@ static void end_of_request(uint32_t request_id, bool is_good)
 static void only_the_completion_of_the_status_request_ends_the_doubt(void)
 {
     cut_off_arm();
-    // ARM reports its status once a second, but does not answer.
+    // ARM reports its status every half second, but does not answer.
     fixture.members[FIXTURE_ARM].is_silent = false;
     run_ms(1000);
     TEST_ASSERT_EQUAL(DOUBT_ASKED, arm()->doubt);

@@ -137,6 +137,6 @@ def test_a_call_without_a_command_and_an_unknown_shell_are_refused(capsys):
     assert subprocess.run([ROOT / "gse/gse", "completion", "fish"], capture_output=True, check=False).returncode == 2
 
 
-def test_a_group_that_is_no_list_is_refused_in_words(dictionary_path, capsys):
+def test_a_group_that_is_no_list_is_refused_with_a_message(dictionary_path, capsys):
     assert main(["--dictionary", str(dictionary_path), "tc", "SUPERVISOR", "11,22", "n=5"]) == 2
     assert "'5' is not a list of groups in JSON" in capsys.readouterr().err

@@ -319,7 +319,7 @@ static void parsing_stops_where_the_handler_refuses(void)
     TEST_ASSERT_EQUAL_UINT32(0U, parser.error.line);
 }
 
-/// Arenas of all sizes, from one in which the first allocation fails to one in which no allocation fails.
+/// Arenas in steps of 16 words, from one in which the first allocation fails to one in which none fails.
 static void an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up(void)
 {
     unsigned refused = 0U;
