@@ -218,7 +218,7 @@ def define_double(station, base, number, offset):
 
 
 def test_raw_memory_is_loaded_in_areas_and_bits(station, settable):
-    base, pattern = settable.parameter_id, struct.pack("=d", 0.0625)
+    base, pattern = settable.parameter_id, struct.pack("=d", 0.1)  # No octet is 0.
     before = dump_object(station, base, 0, 8)
     start = define_double(station, base, 901, 0)[1]["start_address"]
     place = station.ask(SUBSYSTEM, 6, 5, memory_id=PARAMETERS, n=[{"start_address": start, "length": 8}])["n"][0]
