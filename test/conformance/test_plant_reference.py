@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares the plant with MuJoCo, from the same URDF: random trees of joints on a fixed base under gravity, and free-flying chains, also with
-joints that mimic others or are moved through elastic gears; and a cube that touches a table.
+joints that mimic others or are moved through elastic gears; a free body with reaction wheels; and a cube that touches a table.
 
 The same springs, dampers and sines move the robots of both; MuJoCo integrates by Runge-Kutta at 0.1 ms. The plant integrates by its own step of
 0.5 ms, whose error is of first order and grows with accelerations, so gravity is weak where 20 s are compared. Two steps of

@@ -239,7 +239,7 @@ static void brake_stops_a_moving_joint(void)
     run(0.02);
     TEST_ASSERT_TRUE(truth->motor[0].velocity_rad_s == 0.0);
     // The brake of 100 Nm absorbs the kinetic energy of the rotor (0.256 kgm2) and of at most 0.25 kgm2 of
-    // the links, which are behind the elastic gear.
+    // the links, on the other side of the elastic gear.
     EXPECT_BELOW(speed * speed * (0.256 + 0.25) / 2.0 / 100.0, truth->motor[0].position_rad - from);
 }
 
