@@ -176,7 +176,8 @@ def structure(subsystem, item):
         at += each * (part["nrep"] - 1)
     off = "" if item["enabled"] else ", disabled at first"
     loop = f" of loop {item['loop']}" if item["loop"] else ""
-    every = f"every {item['interval']} cycles{loop}, {item['period_us'] / 1e6:g} s{off}"
+    display = ", display structure" if item["display"] else ""
+    every = f"every {item['interval']} cycles{loop}, {item['period_us'] / 1e6:g} s{off}{display}"
     return f"<p>Structure <b>{item['id']}</b>: {every}; {at} octets</p>" + table(["offset", "octets", "parameter", "sampled"], rows, (0, 1))
 
 

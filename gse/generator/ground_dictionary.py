@@ -107,6 +107,7 @@ def _configuration(configuration):
                 "period_us": structure.interval * configuration.sampling_of(structure),
                 "interval": structure.interval,
                 "enabled": structure.enabled,
+                "display": structure.display,
                 "once": [parameter.name for parameter in structure.once],
                 "repeated": [
                     {"nrep": nrep, "parameters": [parameter.name for parameter in parameters]}

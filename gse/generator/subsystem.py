@@ -52,7 +52,7 @@ TABLE = {
     ("Subsystem", "Configuration"): "name! id! priority! samplingTime!",
     ("Configuration", "Initial"): "parameter! field value!",
     ("Configuration", "Loop"): "name! samplingTime! priority! services",
-    ("Configuration", "HKService"): "id! interval! enabled loop",
+    ("Configuration", "HKService"): "id! interval! enabled display loop",
     ("HKService", "SampledOnce"): "",
     ("SampledOnce", "ParamRef"): "name!",
     ("HKService", "SampledNREPTimes"): "nrep!",
@@ -161,6 +161,7 @@ class Structure:
     id: int
     interval: int
     enabled: bool
+    display: bool
     once: list
     repeated: list  # of (nrep, parameters)
     loop: str  # name, or None: the main loop
@@ -511,7 +512,7 @@ def _structure(subsystem, element, loops):
     loop = element.text("loop")
     if loop is not None and loop not in [item.name for item in loops]:
         element.wrong("loop", "the name of a <Loop> above in this configuration")
-    structure = Structure(element.unsigned("id", 1, 65535), interval, element.flag("enabled", True), [], [], loop)
+    structure = Structure(element.unsigned("id", 1, 65535), interval, element.flag("enabled", True), element.flag("display"), [], [], loop)
     _once(element, "SampledOnce")
     for child in element.children:
         if child.name == "SampledOnce":

@@ -152,6 +152,8 @@ class Structure:
     interval: int
     once: tuple = ()
     repeated: tuple = ()  # of (repetitions, tuple of parameters)
+    is_enabled: bool = False  # Periodic generation is enabled when the configuration is applied.
+    is_display: bool = False
 
     def decode(self, octets, offset=0):
         """Dict name -> value; a repeatedly sampled parameter has a list with one value per sample."""
@@ -243,6 +245,11 @@ class Configuration:
     provides: tuple = ()
     requires: tuple = ()
     initial: dict = field(default_factory=dict)  # (parameter, field) -> initial value, as the descriptor writes it
+
+    @property
+    def display(self):
+        """The display structure that a station enables; None if there is none, or if it is enabled from the start."""
+        return next((item for item in self.structures.values() if item.is_display and not item.is_enabled), None)
 
 
 @dataclass
@@ -378,7 +385,7 @@ def _structure(parameters, item):
         (int(part["nrep"]), tuple(_member(parameters, reference) for reference in part["parameters"]))
         for part in item.get("repeated", ())
     )
-    return Structure(int(item["id"]), int(item.get("interval", 0)), once, repeated)
+    return Structure(int(item["id"]), int(item.get("interval", 0)), once, repeated, bool(item.get("enabled")), bool(item.get("display")))
 
 
 def _event(parameters, item, enumerations):

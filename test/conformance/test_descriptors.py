@@ -498,7 +498,7 @@ def test_rate_of_telemetry_is_bounded(content):
         for subsystem in content["subsystems"]:
             for configuration in subsystem["configurations"]:
                 if configuration["name"] in (mode, "FLIGHT"):
-                    rate += sum(1e6 / structure["period_us"] for structure in configuration["housekeeping"])
+                    rate += sum(1e6 / structure["period_us"] for structure in configuration["housekeeping"] if structure["enabled"])
         assert rate < 12.0
 
 
@@ -507,7 +507,16 @@ def test_a_structure_counts_cycles_of_its_own_loop(content):
     for configuration in manipulator["configurations"]:
         assert configuration["loops"] == [{"name": "SLOW", "sampling_us": 10000, "priority": 20, "services": [20]}]
         periods = {structure["id"]: (structure["loop"], structure["period_us"]) for structure in configuration["housekeeping"]}
-        assert periods == {4711: (None, 250000), 4712: ("SLOW", 2000000)}
+        assert periods == {4711: (None, 250000), 4712: ("SLOW", 2000000), 4720: (None, 50000)}
+
+
+@pytest.mark.parametrize("path", [path for path in SUBSYSTEMS if path.stem not in ("supervisor", "communication")], ids=lambda path: path.stem)
+def test_every_configuration_has_one_display_structure(path):
+    """20 reports a second contain each parameter of the first structure once; if it is another structure, only a station enables it."""
+    for configuration in subsystem_descriptor.load(path).configurations:
+        first, (display,) = configuration.structures[0], [one for one in configuration.structures if one.display]
+        assert display.interval * configuration.sampling_of(display) == 50000 and display.enabled == (display is first) and not display.repeated
+        assert display.once == first.once + [parameter for _, parameters in first.repeated for parameter in parameters]
 
 
 def test_every_function_may_be_called_somewhere_and_no_upward_step_skips_a_state(content):

@@ -115,7 +115,7 @@ def test_a_telecommand_moves_the_joint_of_the_scene(page):
 def test_the_fastest_structure_moves_the_robot(page):
     """MANIPULATOR reports its positions in two structures, 4 and 20 times a second."""
     page.wait_for_selector("station-scene .hud:text-is('Telemetry 20 Hz')")
-    assert page.evaluate("[station.scene.last.structure, station.store.reports.has('MANIPULATOR/4711')]") == [9003, True]
+    assert page.evaluate("[station.scene.last.structure, station.store.reports.has('MANIPULATOR/4711')]") == [4720, True]
 
 
 def test_a_value_out_of_range_is_not_sent(page):
@@ -187,7 +187,7 @@ def test_a_statusword_is_shown_by_its_state_and_flags(page):
 def test_a_parameter_goes_into_the_strip_charts(page):
     """Four lines of one unit fill a strip; the fifth begins another one."""
     page.click("#work-Telemetry")
-    page.fill("[aria-label='Filter of parameters']", "9003 velocity")
+    page.fill("[aria-label='Filter of parameters']", "4720 velocity")
     until(page, "document.querySelectorAll('section:has(.chart)').length === 2")
     buttons = page.locator("section button.chart")
     assert buttons.count() == 4

@@ -506,9 +506,18 @@ def test_a_full_table_is_refused_with_a_message_and_takes_entries_again(page, ta
     assert not page.faults
 
 
+def test_the_page_says_that_a_configuration_has_no_display_structure(page):
+    page.click("#work-Telemetry")
+    for ids, words in (([], ", no display structure"), ([4720], "")):
+        page.evaluate("""(ids) => { for (const part of window.station.store.subsystem('MANIPULATOR').configurations)
+            for (const one of part.structures) one.display = ids.includes(one.id); }""", ids)
+        page.wait_for_selector(f"station-scene .hud:text-is('Telemetry 20 Hz{words}')")
+        page.wait_for_selector(f"section[aria-label='MANIPULATOR 4711'] .hint:text-matches('reports{words}$')")
+
+
 def test_a_parameter_is_dragged_into_the_charts(page):
     page.click("#work-Telemetry")
-    page.fill("[aria-label='Filter of parameters']", "manipulator 9003 velocity")
+    page.fill("[aria-label='Filter of parameters']", "manipulator 4720 velocity")
     station.until(page, "document.querySelectorAll('section:has(.chart)').length === 1")
     count = page.locator(".strip").count()
     page.locator("section tr[draggable] >> nth=1").drag_to(page.locator("station-strips"))

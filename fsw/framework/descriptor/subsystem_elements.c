@@ -264,6 +264,7 @@ static const source_attribute_t structure_attributes[] = {
     SOURCE_WITHIN("interval", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, UINT32_MAX, 0U, descriptor_structure_t,
                   interval_cycles),
     SOURCE_SWITCH("enabled", 1U, descriptor_structure_t, is_enabled),
+    SOURCE_CHECKED("display", SOURCE_FLAG), // Only ground tools use it.
     SOURCE_OPTION("loop"),
 };
 static const source_attribute_t reference_attributes[] = {SOURCE_REQUIRED("name")};

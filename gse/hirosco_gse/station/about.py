@@ -16,7 +16,7 @@ def _structure(parameters, item):
     """A housekeeping structure of a configuration for the page."""
     names = [reference["name"] if isinstance(reference, dict) else reference
              for group in [item["once"], *(part["parameters"] for part in item["repeated"])] for reference in group]
-    return {"id": item["id"], "period_us": item["period_us"], "enabled": item["enabled"],
+    return {"id": item["id"], "period_us": item["period_us"], "enabled": item["enabled"], "display": bool(item.get("display")),
             "leaves": [leaf for name in names for leaf in _leaves(parameters, name)]}
 
 

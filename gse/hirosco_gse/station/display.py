@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The housekeeping that a station enables while a page is open: a structure that it creates for each member, and the structures that a page
-shows in tables."""
+"""The housekeeping that a station enables while a page is open: the display structure of each member, and the structures that a page shows
+in tables."""
 
 import contextlib
-import shlex
 import time
 
 from .. import commands
@@ -11,8 +10,6 @@ from ..command import UsageError
 from ..dictionary import STATES, DictionaryError
 from ..session import SessionError
 
-ID = 9003  # housekeeping structure of the station
-PERIOD_US = 50_000  # Period of the housekeeping for the pages.
 DISPLAY_STATES = STATES[3:7]  # PRE_OPERATIONAL to ERROR_OPERATIONAL: those with a configuration.
 REPORT_TIMEOUT_S = 1.5  # Time without a report after which the housekeeping is requested again.
 
@@ -25,59 +22,40 @@ class Display:
         self.structures = {}  # subsystem -> message
         self._asking = set()  # Subsystems whose structures are being asked for.
         self.enabled = set()  # (subsystem, structure) that this station has enabled for its pages.
-        self._seen, self._status_seen, self._asked, self._other_reports = {}, {}, {}, set()
+        self._seen, self._status_seen, self._asked = {}, {}, {}  # by (APID, structure), APID, (APID, structure)
 
     # Reports ------------------------------------------------------------------------------------------------
 
     def saw_report(self, apid, structure):
         """A report of a structure has arrived."""
-        if structure == ID:
-            self._seen[apid] = time.monotonic()
+        self._seen[apid, structure] = time.monotonic()
 
     def saw_status(self, apid):
         """A status report of the subsystem has arrived."""
         self._status_seen[apid] = time.monotonic()
 
-    def saw_other(self, apid):
-        """A report with the id of the display structure has arrived, but another station has defined this structure
-        with other parameters; the report cannot be decoded."""
-        self._other_reports.add(apid)
-
     # Structures that the station enables --------------------------------------------------------------------
 
     def keep(self):
-        """Create or enable the display housekeeping of each member that does not send it."""
+        """Enable the display structure of each member that is in operation but does not report this structure."""
         now, session = time.monotonic(), self._hub.session
         for subsystem in self._hub.dictionary.members:
-            apid = subsystem.apid
-            is_on = session.configurations.get(apid) and session.states.get(apid) in DISPLAY_STATES
-            last = max(self._seen.get(apid, 0), self._asked.get(apid, 0))
-            is_alive = now - self._status_seen.get(apid, 0) < REPORT_TIMEOUT_S
-            if is_on and is_alive and now - last > REPORT_TIMEOUT_S:
-                self._asked[apid] = now
-                if words := self._words(subsystem):
-                    self._hub.begin_own(self._create(subsystem, words))
+            structure = self._structure(subsystem)
+            if structure is None or session.states.get(subsystem.apid) not in DISPLAY_STATES:
+                continue
+            key = subsystem.apid, structure.id
+            last = max(self._seen.get(key, 0), self._asked.get(key, 0))
+            is_alive = now - self._status_seen.get(subsystem.apid, 0) < REPORT_TIMEOUT_S
+            if is_alive and now - last > REPORT_TIMEOUT_S:
+                self._asked[key] = now
+                self.enabled.add((subsystem.name, structure.id))
+                self._hub.begin_own(self._hub.quietly([f"hk enable {subsystem.name} {structure.id}"]))
 
-    def _words(self, subsystem):
-        """Words of `hk create` for a faster copy of the first structure of the present configuration; empty if that structure is fast enough."""
-        present = self._hub.session.configurations[subsystem.apid]
+    def _structure(self, subsystem):
+        """Display structure of the present configuration of a subsystem; None if a station need not enable one."""
+        present = self._hub.session.configurations.get(subsystem.apid)
         configuration = next((item for item in subsystem.configurations.values() if item.id == present), None)
-        structure = next(iter(configuration.structures.values()), None) if configuration else None
-        if structure is None or not configuration.sampling_us:
-            return []
-        if structure.interval * configuration.sampling_us <= PERIOD_US and not structure.repeated:
-            return []
-        names = [item.name for item in structure.once + tuple(p for _, items in structure.repeated for p in items)]
-        cycles = max(1, PERIOD_US // configuration.sampling_us)
-        return ["hk", "create", subsystem.name, str(ID), str(cycles), *names]
-
-    def _create(self, subsystem, words):
-        """Procedure: create and enable the display structure. A refusal is ignored: another station may have created it."""
-        own = f"{subsystem.name} {ID}"
-        before = [f"hk disable {own}", f"hk delete {own}"] if subsystem.apid in self._other_reports else []
-        self._other_reports.discard(subsystem.apid)
-        self.enabled.add((subsystem.name, ID))
-        yield from self._hub.quietly([*before, shlex.join(words), f"hk enable {own}"])
+        return configuration.display if configuration else None
 
     def end(self):
         """Disable the structures that were enabled for pages which are closed now. Returns the calls."""

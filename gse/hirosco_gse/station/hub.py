@@ -428,8 +428,6 @@ class Hub:
         kind = decoded["kind"]
         self._count(packet, subsystem)
         if "error" in decoded:
-            if packet.message == (3, 25) and packet.data[:2] == display.ID.to_bytes(2, "big"):
-                self.display.saw_other(packet.apid)
             return
         if kind == "housekeeping":
             self._take_housekeeping(packet, decoded, subsystem)

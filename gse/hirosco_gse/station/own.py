@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests that a station sends by itself, not for an operator, as a packet log shows them."""
 
-from .display import ID
+import struct
+
 from .identity import PREFIX
 
 READ = {(3, 27), (3, 33), (130, 8), (131, 8)}  # One report of a structure, its state, real-time links, subsystems.
-# Requests about the display structure: create; delete, enable, disable. Its id is the first field of TC[3,1], and the last of the others.
-CREATE, ENABLE = {(3, 1)}, {(3, 3), (3, 5), (3, 6)}
+ENABLE = {(3, 5), (3, 6)}  # Periodic generation of the display structure is enabled and disabled.
 
 
 def is_own(packet, dictionary):
@@ -14,5 +14,10 @@ def is_own(packet, dictionary):
     users = {user["id"] for user in dictionary.content["users"] if user["name"].startswith(PREFIX)}
     if packet.user not in users:
         return False
-    structure = packet.data[:2] if packet.message in CREATE else packet.data[-2:] if packet.message in ENABLE else b""
-    return packet.message in READ or structure == ID.to_bytes(2, "big")
+    return packet.message in READ or (packet.message in ENABLE and packet.data in _displays(packet.apid, dictionary))
+
+
+def _displays(apid, dictionary):
+    """Octets of the requests TC[3,5] and [3,6] for each of the display structures of a subsystem: the number of ids, 1, and the id."""
+    subsystem = dictionary.subsystem_of_apid(apid)
+    return [struct.pack(">BH", 1, item.display.id) for item in subsystem.configurations.values() if item.display] if subsystem else []

@@ -501,7 +501,9 @@ class Scene extends SceneMarks {
     this.remember(message.time, this.tipAt(message.values, message.time));
     const source = this.which === "truth" ? "Simulator’s truth" : "Telemetry";
     const span = message.time - this.trace[0][0];
-    text(this.rate, span > 0.3 ? `${source} ${Math.round((this.trace.length - 1) / span)} Hz` : source);
+    const rate = span > 0.3 ? ` ${Math.round((this.trace.length - 1) / span)} Hz` : "";
+    const isSlow = source === "Telemetry" && store.configuration(this.source) && !store.display(this.source);
+    text(this.rate, `${source}${rate}${isSlow ? ", no display structure" : ""}`);
   }
 
   // Move the robot from its positions in the last report but one to those in the last, within a period. A

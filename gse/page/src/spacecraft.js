@@ -264,7 +264,6 @@ const LINK_SYMBOL = {
   failed: "critical",
 };
 const isBroken = (state) => state === "stale" || state === "failed";
-const STATION_STRUCTURE = 9003; // Housekeeping structure that the station creates (station/display.py).
 // Of two members with devices and four links, all is visible at 1280x800, in a replay as well.
 const BOX = { width: 120, height: 38, x: [8, 180], top: 2, pitch: 96, wire: 44, device: 50, end: 82 };
 // The devices of a member that is alone have the width of the panel, in rows.
@@ -350,7 +349,8 @@ class Network extends HTMLElement {
       (one) => one.consumer === link.consumer && rows.get(one.name)?.state === "open",
     );
     const said = incoming.length === 1 ? store.value(link.consumer, "LINK_AGE")?.[0] : undefined;
-    if (said !== undefined && store.freshness(link.consumer, STATION_STRUCTURE) === "live") return said / 1e6;
+    const isDisplayed = store.freshness(link.consumer, store.display(link.consumer)?.id) === "live";
+    if (said !== undefined && isDisplayed) return said / 1e6;
     return row.heard === undefined || row.heard === null ? null : Math.max(0, store.now() - row.heard);
   }
 

@@ -213,6 +213,12 @@ class Store {
     return part?.structures.find((one) => one.id === id);
   }
 
+  // The display structure of the present configuration of a subsystem: a station lets the subsystem report it
+  // 20 times a second while a page is open.
+  display(name) {
+    return this.configuration(name)?.structures.find((one) => one.display);
+  }
+
   // Time between two reports of a structure [ms of the page]: its interval on board, or what was observed.
   periodOf(name, id) {
     const known = this.structure(name, id)?.period_us ?? 0;

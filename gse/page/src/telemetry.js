@@ -206,6 +206,14 @@ class Section {
     return known ? known.enabled : ["live", "late"].includes(store.freshness(this.name, this.id));
   }
 
+  // Words that follow those of the first structure of a configuration without a display structure.
+  mark() {
+    const structures = store.members().some((one) => one.name === this.name)
+      ? store.configuration(this.name)?.structures
+      : undefined;
+    return structures?.[0]?.id === this.id && !store.display(this.name) ? ", no display structure" : "";
+  }
+
   async switch() {
     const answer = await store.ask({
       do: "command",
@@ -227,7 +235,7 @@ class Section {
     text(
       this.words,
       report
-        ? `${rate}, ${counted(report.count, "report")}`
+        ? `${rate}, ${counted(report.count, "report")}${this.mark()}`
         : store.states.get(this.name)?.configuration === "-"
           ? "needs a configuration"
           : "no report received yet",

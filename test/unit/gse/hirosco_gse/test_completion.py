@@ -29,7 +29,7 @@ from terminal import converse
     ("cmd manipulator.move_to position=1,2 ", {"DURATION="}),
     ("config JOYSTICK ", {"TELEPRESENCE "}),
     ("get MANIPULATOR.CUR_VALUES.P", {"MANIPULATOR.CUR_VALUES.POSITION "}),
-    ("hk enable MANIPULATOR ", {"4711 ", "4712 "}),
+    ("hk enable MANIPULATOR ", {"4711 ", "4712 ", "4720 "}),
     ("hk create MANIPULATOR 9000 100 LINK_AGE DES", {"DES_POSITION "}),
     ("hk -f JO", {"JOYSTICK "}),
     ("event disable MANIPULATOR T", {"TORQUE_LIMIT ", "TARE_DONE "}),

@@ -395,6 +395,7 @@ static const damage_t damages[] = {
      "<Loop name='SLOW' samplingTime='10ms' priority='20'/><HKService loop='FAST' id='4712'", 33U,
      "loop=\"FAST\" of <HKService>: expected the name of a <Loop> above in this configuration"},
     {"<HKService id='4712'", "<HKService loop='SLOW' id='4712'", 33U, "a <Loop> above"},
+    {"<HKService id='4712'", "<HKService display='yes' id='4712'", 33U, "true or false"},
     {"<HKService id='4711'", "<Loop name='SLOW' samplingTime='10ms' priority='0'/><HKService id='4711'", 29U,
      "a number from 1 to 99"},
     {"<HKService id='4711'", "<Loop name='SLOW' samplingTime='90us' priority='1'/><HKService id='4711'", 29U,

@@ -4,13 +4,11 @@
 import pytest
 from hirosco_gse import commands, packets
 from hirosco_gse.dictionary import Dictionary
-from hirosco_gse.station.display import ID
 from hirosco_gse.station.own import is_own
 
 CLI, WEB, WEB_2 = 1, 3, 4
-OWN = ["status", "hk once SUPERVISOR 1", "tc MANIPULATOR 3,33 n=[4711]", f"hk create MANIPULATOR {ID} 100 DES_POSITION",
-       f"hk enable MANIPULATOR {ID}", f"hk disable MANIPULATOR {ID}", f"hk delete MANIPULATOR {ID}"]
-OF_OPERATORS = ["state MANIPULATOR OPERATIONAL", "hk enable MANIPULATOR 4711", "hk create MANIPULATOR 77 100 DES_POSITION", "ping MANIPULATOR", "cmd MANIPULATOR.TARE"]
+OWN = ["status", "hk once SUPERVISOR 1", "tc MANIPULATOR 3,33 n=[4711]", "hk enable MANIPULATOR 4720", "hk disable MANIPULATOR 4720"]
+OF_OPERATORS = ["state MANIPULATOR OPERATIONAL", "hk enable MANIPULATOR 4711", "hk enable SUPERVISOR 4720", "hk interval MANIPULATOR 4720 50", "hk create MANIPULATOR 77 100 DES_POSITION", "ping MANIPULATOR", "cmd MANIPULATOR.TARE"]
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,13 @@ import importlib
 import json
 import re
 import struct
+from types import SimpleNamespace
 
 import pytest
 from aiohttp import ClientSession, WSServerHandshakeError, web
 from conftest import ROOT
 from hirosco_gse import commands, telemetry
+from hirosco_gse import dictionary as dictionary_module
 from hirosco_gse import place as place_module
 from hirosco_gse.cli import main
 from hirosco_gse.command import Command
@@ -183,7 +185,10 @@ def test_invalid_orders_are_refused(place, text):
     assert visit(place, story)["refused"]
 
 
-def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_end(place, spacecraft):
+DISPLAY = 4720  # Display structure of MANIPULATOR.
+
+
+def test_the_display_structure_is_enabled_once_and_disabled_at_the_end(place, spacecraft):
     async def story(page, station):
         for _ in range(2):
             await page.ask(do="command", text="ping MANIPULATOR")
@@ -194,8 +199,42 @@ def test_display_housekeeping_is_created_and_enabled_once_and_disabled_at_the_en
 
     visit(place, story)
     made = [packet for packet in spacecraft.received if packet.service == 3 and packet.apid == MANIPULATOR]
-    assert [packet.subtype for packet in made] == [1, 5, 6]
-    assert made[0].data[:6] == struct.pack(">HI", display_module.ID, 100)
+    assert [packet.subtype for packet in made] == [5, 6]
+    assert {packet.data for packet in made} == {struct.pack(">BH", 1, DISPLAY)}
+
+
+def test_a_station_enables_the_display_structure_again_after_another_one_has_disabled_it(place, spacecraft, dictionary, monkeypatch):
+    """While the reports that another station has enabled arrive, this station enables nothing and has nothing to disable."""
+    clock = [100.0]
+    monkeypatch.setattr(display_module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    structure = dictionary.subsystem("MANIPULATOR").configuration("TELEPRESENCE").display
+    report = struct.pack(">H", structure.id) + bytes(sum(parameter.size for parameter in structure.once))
+    spacecraft._answer = lambda packet: [*([(MANIPULATOR, 3, 25, report, 1)] if clock[0] < 101 else []), *answer(packet)]
+
+    async def story(page, station):
+        enabled = []
+        for clock[0] in (100.0, 102.0):
+            await page.ask(do="command", text="ping MANIPULATOR")
+            await page.until(lambda message: message["kind"] == "command" and message["over"])
+            station.hub.display.keep()
+            enabled.append(set(station.hub.display.enabled))
+        return enabled
+
+    assert visit(place, story) == [set(), {("MANIPULATOR", DISPLAY)}]
+    assert (3, 5) in [packet.message for packet in spacecraft.received if packet.apid == MANIPULATOR]
+
+
+def test_a_configuration_without_a_display_structure_is_left_alone(place, spacecraft, monkeypatch):
+    monkeypatch.setattr(dictionary_module.Configuration, "display", None)
+
+    async def story(page, station):
+        await page.ask(do="command", text="ping MANIPULATOR")
+        await page.until(lambda message: message["kind"] == "command" and message["over"])
+        station.hub.display.keep()
+        assert not station.hub.display.enabled
+
+    visit(place, story)
+    assert not [packet for packet in spacecraft.received if packet.message in ((3, 1), (3, 5), (3, 6))]
 
 
 def test_structures_enabled_for_pages_are_disabled_when_the_last_page_leaves(place, spacecraft, monkeypatch):
@@ -207,14 +246,14 @@ def test_structures_enabled_for_pages_are_disabled_when_the_last_page_leaves(pla
         for order in ({"text": "hk enable MANIPULATOR 4712", "display": True}, {"text": "hk enable MANIPULATOR 4711"}, {"text": "ping MANIPULATOR"}):
             await page.ask(do="command", **order)
             await page.until(lambda message: message["kind"] == "command" and message["over"])
-        while ("MANIPULATOR", display_module.ID) not in station.hub.display.enabled:
+        while ("MANIPULATOR", DISPLAY) not in station.hub.display.enabled:
             await asyncio.sleep(0.01)
         await page.socket.close()
         while len(disabled(spacecraft)) < 2:
             await asyncio.sleep(0.01)
 
     visit(place, story)
-    assert sorted(disabled(spacecraft)) == [4712, display_module.ID]
+    assert sorted(disabled(spacecraft)) == [4712, DISPLAY]
 
 
 def disabled(spacecraft):
