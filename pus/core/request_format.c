@@ -32,24 +32,19 @@ static uint8_t operand(interpreter_t* const interpreter)
     return value;
 }
 
-/// End at the octet before the reader: it is wrong.
-static bool refuse_last(octet_reader_t* const reader)
-{
-    reader->position--;
-    return false;
-}
-
-/// Read a count, and enter the body; if the count is 0, skip the body. False: the count is too small.
+/// Read a count, and enter the body; if the count is 0, skip the body. False: the reader is at a count that is
+/// too small or missing.
 static bool count(interpreter_t* const interpreter)
 {
-    const uint8_t least  = operand(interpreter);
-    const uint8_t length = operand(interpreter);
-    const uint8_t found  = octet_read_u8(interpreter->reader);
-    if (interpreter->reader->failed) {
-        return true;
-    }
-    if (found < least) {
-        return refuse_last(interpreter->reader);
+    octet_reader_t* const reader = interpreter->reader;
+    const uint8_t least          = operand(interpreter);
+    const uint8_t length         = operand(interpreter);
+    const uint8_t found          = octet_read_u8(reader);
+    if (reader->failed || (found < least)) {
+        if (!reader->failed) {
+            reader->position--;
+        }
+        return false;
     }
     if (found == 0U) {
         interpreter->next += length;
@@ -144,8 +139,9 @@ static bool step(interpreter_t* const interpreter, const uint8_t word)
     case PUS_REQUEST_FORMAT_REST:
         (void)octet_read_octets(reader, octet_reader_left(reader));
         return true;
-    default: // PUS_REQUEST_FORMAT_FAIL: the selector has no case.
-        return refuse_last(reader);
+    default: // PUS_REQUEST_FORMAT_FAIL: the selector, which was read last, has no case.
+        reader->position--;
+        return false;
     }
 }
 

@@ -2,17 +2,22 @@
 // Proves: from every state of the reader, each word of a format has the effect that request_format.h
 //     describes: it takes exactly the octets of its field, refuses a count that is too small, a layout
 //     without a scalar value and a nested request of a size that no request can have, and continues at the
-//     right word. A group is repeated as often as its count states; then the format continues after it. No
-//     access is outside the data or the format. So a request is read as its format states, word by word.
+//     right word. After a wrong count or selector the reader is at it. A group is repeated as often as its
+//     count states; then the format continues after it. No access is outside the data or the format. So a
+//     request is read as its format states, word by word.
 // Bounds: data of 0..20 octets that were read up to any position; any operands, selector, layouts and nested
 //     counts; one word and one end of groups, by induction the words of any format. Groups are nested, and
-//     operands number layouts, only as far as the generator of the formats permits.
+//     operands number layouts, only as far as the generator of the formats permits; a format refuses only after
+//     a selector.
 // Replaced: nothing.
 // Sources: base/octets.c base/value.c
 // Options: --unwind 6
 // Fault: pus/core/request_format.c
-//   - if (interpreter->reader->failed || (found < least)) {
-//   + if (interpreter->reader->failed) {
+//   - if (reader->failed || (found < least)) {
+//   + if (reader->failed) {
+// Fault: pus/core/request_format.c
+//   - if (!reader->failed) {
+//   + if (reader->failed) {
 // Fault: pus/core/request_format.c
 //   - if (loop->left > 0U) {
 //   + if (loop->left > 1U) {
@@ -87,7 +92,7 @@ static void prove_count(const bool is_good)
                   ((loop->left + 1U) == field[0]),
               "there are as many groups as were counted");
     } else {
-        // The request is refused.
+        PROVE(octet_reader_left(&reader) == left, "the reader is at a refused or missing count");
     }
 }
 
@@ -133,7 +138,8 @@ static void prove_plain(const uint8_t word, const bool is_good)
     } else if (word == PUS_REQUEST_FORMAT_REST) {
         PROVE(is_good && goes_to(AT + 1U) && takes(left), "all octets are taken");
     } else {
-        PROVE(!is_good, "without a case the request is refused");
+        PROVE(!is_good && (octet_reader_left(&reader) == (left + 1U)),
+              "without a case the request is refused at its selector");
     }
 }
 
@@ -141,11 +147,13 @@ static void prove_word(void)
 {
     const uint8_t word = words[AT];
     ASSUME(word != PUS_REQUEST_FORMAT_END);
-    // The generator of the formats ensures these two conditions.
+    // The generator of the formats ensures these three conditions.
     ASSUME((word != PUS_REQUEST_FORMAT_COUNT) || (before.depth < PUS_REQUEST_FORMAT_DEPTH));
     ASSUME(((word != PUS_REQUEST_FORMAT_ID) && (word != PUS_REQUEST_FORMAT_LAYOUT) &&
             (word != PUS_REQUEST_FORMAT_VALUE)) ||
            (words[AT + 1U] < REGISTERS));
+    ASSUME(((word != PUS_REQUEST_FORMAT_FAIL) && (word <= PUS_REQUEST_FORMAT_REST)) ||
+           (reader.position >= 1U));
     const bool is_good = step(&after, word);
     PROVE(reader.position <= reader.size, "the reader stays inside the data");
     if (word == PUS_REQUEST_FORMAT_COUNT) {
