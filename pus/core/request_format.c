@@ -32,8 +32,8 @@ static uint8_t operand(interpreter_t* const interpreter)
     return value;
 }
 
-/// Read a count, and enter the body; if the count is 0, skip the body. False: the reader is at a count that is
-/// too small or missing.
+/// Read a count, and enter the body; if the count is 0, skip the body. False: the reader is at a count that
+/// is too small or missing.
 static bool count(interpreter_t* const interpreter)
 {
     octet_reader_t* const reader = interpreter->reader;

@@ -7,8 +7,8 @@
 //     request is read as its format states, word by word.
 // Bounds: data of 0..20 octets that were read up to any position; any operands, selector, layouts and nested
 //     counts; one word and one end of groups, by induction the words of any format. Groups are nested, and
-//     operands number layouts, only as far as the generator of the formats permits; a format refuses only after
-//     a selector.
+//     operands number layouts, only as far as the generator of the formats permits; a format refuses only
+//     after a selector.
 // Replaced: nothing.
 // Sources: base/octets.c base/value.c
 // Options: --unwind 6
