@@ -19,7 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define ARGUMENTS_MAX 160U       ///< Capacity of the list, including the null at its end.
+#define ARGUMENTS_MAX 176U       ///< Capacity of the list, including the null at its end.
 #define ARGUMENTS_TEXT_MAX 8192U ///< Characters of all arguments, including a NUL after each.
 
 typedef struct { // Private, except list and count: read-only.

@@ -239,13 +239,17 @@ static void begin_life(image_t* const self, const unsigned participant)
 
 static const char* open_simulator(image_t* const self, const image_options_t* const options)
 {
-    self->process_faults.scheduler = self->scheduler;
+    static const char* const others[] = {"launcher", "image", "operator", "packet-archive-sqlite"};
+    self->process_faults.scheduler    = self->scheduler;
     for (uint16_t i = 0U; i < self->mission.subsystem_count; i++) {
         const mission_subsystem_t* const subsystem = &self->mission.subsystems[i];
         const bool is_named =
             process_faults_name(&self->process_faults, subsystem->executable, run_participant(i)) &&
             process_faults_name(&self->process_faults, subsystem->name, run_participant(i));
         FSW_ASSERT(is_named); // The table has a slot for each participant of the scheduler.
+    }
+    for (size_t i = 0U; i < (sizeof others / sizeof others[0]); i++) {
+        FSW_ASSERT(process_faults_name(&self->process_faults, others[i], PROCESS_FAULTS_OTHER));
     }
     simulator_config_t config = {.process_fault     = process_faults_act,
                                  .process_check     = process_faults_check,

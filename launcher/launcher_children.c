@@ -132,8 +132,14 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
-/// Add the numbers of the components as participants, for the simulator: each with the name of its program
-/// (as in run.json) and again with the name of the component.
+/// Whether the run has a relay as a process of its own.
+static bool has_relay(const launcher_t* const launcher)
+{
+    return (launcher->options.delay_ms > 0U) && !launcher->run->relay.is_network;
+}
+
+/// Add the processes of the run for the simulator: the numbers of the components as participants, each with
+/// the name of its program (as in run.json) and again with the name of the component, and the other processes.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
@@ -147,6 +153,14 @@ static void add_processes(arguments_t* const arguments, const launcher_t* const 
             text_add_unsigned(&text, run_participant(i));
             arguments_add_option(arguments, "--process", process);
         }
+    }
+    arguments_add_words(arguments, (const char* const[]){"--process", "launcher", "--process", "simulator",
+                                                         "--process", "packet-archive-sqlite", NULL});
+    if (launcher->has_operator) {
+        arguments_add_option(arguments, "--process", "operator");
+    }
+    if (has_relay(launcher)) {
+        arguments_add_option(arguments, "--process", "relay");
     }
 }
 
@@ -277,7 +291,7 @@ void launcher_start_all(launcher_t* const launcher)
         if (launch_has_simulator(&launcher->options)) {
             start_simulator(launcher);
         }
-        if ((launcher->options.delay_ms > 0U) && !launcher->run->relay.is_network) {
+        if (has_relay(launcher)) {
             start_relay(launcher);
         }
         for (unsigned i = 0U; i < launcher->run->component_count; i++) {

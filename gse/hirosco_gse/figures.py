@@ -10,7 +10,7 @@ import pathlib
 
 import numpy as np
 
-from . import contact_figures, delay_figures, tool_figures
+from . import arm_figures, contact_figures, delay_figures, figure_bounds, tool_figures
 from . import run as runs
 from .figures_common import HOLD_LEAST_US, HOLD_US, SETTLED_US, Missing, filled, force_scale, position_scale, segment, setting, telecommanded
 from .run import CYCLE_US, ENABLE_OPERATION, OPERATION_ENABLED, STATE_MASK
@@ -524,21 +524,31 @@ def _press_bounds(facts):
     return {**PRESS_BOUNDS, **COARSE_BOUNDS} if is_coarse else PRESS_BOUNDS
 
 
-# By mission and scenario: the functions with the names of their figures, and the bounds of a run with these facts. A flight of another
-# mission has no figures.
+# By mission and scenario: the functions with the names of their figures, and the bounds of a run with these facts.
 TABLES = {
     ("rokviss", "telepresence"): (FIGURES, lambda facts: BOUNDS),
     ("rokviss", "press"): (PRESS_FIGURES, _press_bounds),
     ("rokviss", "relay"): (delay_figures.FIGURES, delay_figures.bounds_of),
     ("ur5e-telepresence", "ur5e-telepresence"): (tool_figures.FIGURES, lambda facts: tool_figures.BOUNDS),
 }
-# Figures of the other scenarios of a mission; they have no bounds.
+# Figures of the other scenarios of a mission; they have bounds only if there is a file of bounds (figure_bounds.py).
 OTHERS = {"rokviss": FIGURES, "classic": FIGURES}
+KNOWN = (*FIGURES, *PRESS_FIGURES, *delay_figures.FIGURES, *tool_figures.FIGURES)
+
+
+def _unknown(_):
+    return {}
 
 
 def _table(facts):
     mission = str(facts.get("mission", ""))
-    return TABLES.get((mission, scenario_of(facts)), (OTHERS.get(mission, ()), lambda facts: {}))
+    own = TABLES.get((mission, scenario_of(facts)))
+    if own:
+        return own
+    bounds = figure_bounds.of(facts)
+    functions = dict((*OTHERS.get(mission, ()), *((one, names) for one, names in KNOWN if set(names) & set(bounds)), *arm_figures.figures_of(bounds)))
+    unknown = set(bounds).difference(*functions.values())
+    return (*functions.items(), *([(_unknown, sorted(unknown))] if unknown else [])), lambda facts: bounds
 
 
 def bounds_of(facts):
@@ -552,6 +562,7 @@ def compute(run):
     for function, names in _table(run.facts)[0]:
         try:
             found = function(run)
+            reasons.update(dict.fromkeys(set(names) - set(found), "no function computes a figure of this name for this flight"))
             reasons.update({name: "the logs give no finite number" for name, value in found.items() if value is not None and not np.isfinite(value)})
             figures.update({name: value for name, value in found.items() if name not in reasons})
         except Missing as problem:

@@ -28,8 +28,9 @@ import sys
 import time
 import traceback
 
-from . import __version__, figures, recording
+from . import __version__, arm_figures, figures, recording
 from . import run as runs
+from .figure_bounds import BoundsError, path_of
 from .files import next_step, write_whole
 from .place import ROOT, facts_of, is_under_way, problem_of
 from .values import json_of
@@ -108,6 +109,8 @@ INTERRUPTED = 128 + signal.SIGINT
 
 def complete_facts(run):
     """Content of run.json: the launcher's facts, figures by their names, hashes, versions."""
+    if "figures_hold" in run.facts and not figures.bounds_of(run.facts):
+        raise ReportError(f"{path_of(str(run.facts.get('scenario')))}: no such file, expected the bounds by which the figures of this run were judged")
     computed, reasons = figures.compute(run)
     facts = dict(run.facts)
     facts.update(computed)
@@ -189,12 +192,17 @@ def _bar(value, bound):
     )
 
 
+def text_of(name):
+    """(title, unit) of a figure; an unknown one has its name as the title."""
+    return TEXTS.get(name) or arm_figures.text_of(name) or (name, "")
+
+
 def _figure_rows(facts):
     rows = []
     for name, (relation, bound) in (bounds := figures.bounds_of(facts)).items():
         value = facts.get(name)
         good = figures.holds(name, value, bounds)
-        title, unit = TEXTS[name]
+        title, unit = text_of(name)
         reason = html.escape(facts["figures_missing"].get(name) or "")
         shown, limit, unit = _in_readable_unit(value if value is not None else 0.0, bound, unit)
         number = _number(shown) if value is not None else "missing"
@@ -367,6 +375,8 @@ def _reason(problem, directory):
     """Sentences about an error: of a file that cannot be read or written, or of a log with unexpected content."""
     if isinstance(problem, KeyboardInterrupt):
         return "ended by Ctrl-C."
+    if isinstance(problem, BoundsError):
+        return f"{problem}."
     if isinstance(problem, OSError) and problem.filename:
         return f"{problem.filename}: {problem.strerror}{next_step(problem)}."
     place = traceback.extract_tb(problem.__traceback__)[-1]

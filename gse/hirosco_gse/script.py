@@ -23,7 +23,7 @@ import re
 import shlex
 from dataclasses import dataclass
 
-from . import commands, visits
+from . import commands, figure_bounds, visits
 from .commands import Command, UsageError
 from .dictionary import STATES, DictionaryError
 from .session import LinkLost, Rejected, RequestLost, SessionError
@@ -152,11 +152,14 @@ class Script:
 
     @classmethod
     def load(cls, path, dictionary):
-        """Script of a file. Raises ScriptError."""
+        """Script of a file, whose file of bounds is checked as well. Raises ScriptError."""
         try:
             text = pathlib.Path(path).read_text(encoding="utf-8")
+            figure_bounds.read(pathlib.Path(path).with_suffix(figure_bounds.ENDING))
+        except figure_bounds.BoundsError as error:
+            raise ScriptError(str(error)) from error
         except OSError as error:
-            raise ScriptError(f"{path}: {error.strerror}") from error
+            raise ScriptError(f"{error.filename or path}: {error.strerror}") from error
         except UnicodeDecodeError as error:
             raise ScriptError(f"{path}: found octet 0x{error.object[error.start]:02x} at offset {error.start}, expected text in UTF-8") from error
         return cls.parse(text, str(path), dictionary)

@@ -52,6 +52,12 @@ PORTS = """
     </RTLinkService>"""
 NEXT_STEP = "docs/arm.md lists what to change in the URDF of a manufacturer"
 SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
+SHARE, SHARE_MIN = 0.5, 0.01  # SHARE of the motions of the scenario, and the least that a command may have.
+TOOL_SPEED = 0.25  # Speed of the tool in the template of the descriptor [m/s].
+UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool along the line, and what makes its equations solvable.
+LINE_MARGIN = 0.8  # The joints change their speed along the line.
+ERROR, DELAY_S = 1e-3, 2.5e-3  # Bound of the error of a joint at rest [rad or m], and delay of bus and drive.
+TOGETHER = 1.5  # The error of the tool relative to that of independent errors of the joints.
 LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
 
@@ -323,22 +329,74 @@ def descriptor(robot, names, base):
     return names | units_of(robot) | words | {name: text(values) for name, values in lists.items()}
 
 
+def travel_of(joint):
+    """Distance that the scenario moves a joint."""
+    return min(0.3, 0.2 * (joint.upper - joint.lower))
+
+
+def peak_speed_of(joint):
+    """Largest speed of a joint in the scenario: that of a minimum jerk motion within SHARE of its limits (its acceleration may be twice its speed)."""
+    return min(SHARE * joint.speed, 1.875 * math.sqrt(travel_of(joint) * SHARE * 2.0 * joint.speed / 5.7735))
+
+
+def solved(rows, right):
+    """Solution of linear equations; `rows` is a square matrix that is not singular."""
+    rows = [[*row, value] for row, value in zip(rows, right)]
+    for i in range(len(rows)):
+        pivot = max(range(i, len(rows)), key=lambda row: abs(rows[row][i]))
+        rows[i], rows[pivot] = rows[pivot], rows[i]
+        for below in range(len(rows)):
+            if below != i:
+                share = rows[below][i] / rows[i][i]
+                rows[below] = [a - share * b for a, b in zip(rows[below], rows[i])]
+    return [row[-1] / row[i] for i, row in enumerate(rows)]
+
+
+def line_share(robot, start):
+    """SHARE of the upward line, at which no joint is faster than in its motions in joint space; None if the tool cannot move upward without a
+    rotation."""
+    _, columns = jacobian_columns(robot, start)
+    rows = list(zip(*columns))
+    squares = [[sum(a * b for a, b in zip(p, q)) + (TINY if p is q else 0.0) for q in rows] for p in rows]
+    forces = solved(squares, UPWARD)
+    speeds = [sum(a * b for a, b in zip(column, forces)) for column in columns]
+    missed = max(abs(sum(a * b for a, b in zip(row, speeds)) - wanted) for row, wanted in zip(rows, UPWARD))
+    shares = [peak_speed_of(joint) / (abs(speed) * TOOL_SPEED) for joint, speed in zip(robot.joints, speeds) if speed]
+    share = min([SHARE, *(math.floor(100.0 * LINE_MARGIN * share) / 100.0 for share in shares)])
+    return share if missed < 1e-3 and share >= SHARE_MIN and len(robot.joints) >= 6 else None
+
+
+def bounds(robot, start):
+    """Bounds of the figures of the scenario: (figure, relation, bound). A joint lags by the delay of bus and drive; the tool has the errors of all
+    joints, whose lags act together in part."""
+    _, columns = jacobian_columns(robot, start)
+    levers = [math.hypot(*column[:3]) for column in columns]
+    errors = [ERROR + DELAY_S * peak_speed_of(joint) for joint in robot.joints]
+    found = [(f"joint{number}_error_{'m' if joint.is_prismatic else 'rad'}", "<=", error)
+             for number, (joint, error) in enumerate(zip(robot.joints, errors), 1)]
+    found.append(("tool_error_m", "<=", TOGETHER * math.hypot(*(error * lever for error, lever in zip(errors, levers)))))
+    kinds = {joint.is_prismatic for joint in robot.joints}
+    found += [(name, "<=", ERROR) for name, kind in (("goal_error_rad", False), ("goal_error_m", True)) if kind in kinds]
+    if line_share(robot, start):
+        found.append(("goal_tool_error_m", "<=", TOGETHER * math.hypot(*(ERROR * lever for lever in levers))))
+    return [*found, ("joint_range_margin", ">=", 0.0), ("joint_speed_share", "<", 1.0), ("joint_torque_share", "<", 1.0)]
+
+
 def scenario(robot, names, start):
     """Motions that any arm can perform from its start pose: towards the middle of the ranges, along a line and back, through points without
     a stop, and a refusal."""
-    away = [angle + math.copysign(min(0.3, 0.2 * (joint.upper - joint.lower)), (joint.upper + joint.lower) / 2.0 - angle)
+    away = [angle + math.copysign(travel_of(joint), (joint.upper + joint.lower) / 2.0 - angle)
             for joint, angle in zip(robot.joints, start)]
     tool, _ = jacobian_columns(robot, start)
     rotation = urdf.rotation_vector_of(tool[1])
     reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
     goal = [tool[0][0], tool[0][1], tool[0][2] + 0.05 * reach]
-    far = [3.0 * reach, 0.0, 0.0]
     outside = [robot.joints[0].upper + 1.0, *start[1:]]
     partly = [angles[i % 2] for i, angles in enumerate(zip(away, start))]
     at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in
-          {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal, "far": far,
+          {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal,
            "outside": outside}.items()}
-    name, lines, time = names["NAME"], [], 0.2
+    name, share, lines, time = names["NAME"], line_share(robot, start), [], 0.2
 
     def step(command, seconds):
         nonlocal time
@@ -348,9 +406,8 @@ def scenario(robot, names, start):
     def motions():
         step(f"cmd {name}.MOVE_TO POSITION={at['away']} SHARE=0.5", 3.0)
         step(f"cmd {name}.MOVE_TO POSITION={at['start']} SHARE=0.5", 3.0)
-        if len(robot.joints) >= 6:
-            step(f"cmd {name}.LINE_TO POSITION={at['goal']} ROTATION={at['rotation']} SHARE=0.5", 3.0)
-            step(f"cmd {name}.LINE_TO POSITION={at['tool']} ROTATION={at['rotation']} SHARE=0.5", 3.0)
+        for point in ("goal", "tool") if share else ():
+            step(f"cmd {name}.LINE_TO POSITION={at[point]} ROTATION={at['rotation']} SHARE={share:g}", 3.0)
         for point in ("away", "partly", "start"):
             step(f"cmd {name}.ADD_VIA POSITION={at[point]}", 0.1)
         step(f"cmd {name}.MOVE_VIA SHARE=0.5 BLEND=0.05", 6.0)
@@ -361,17 +418,14 @@ def scenario(robot, names, start):
         step(f"state {name} SAFE_OPERATIONAL", 0.5)
         step(f"state {name} OPERATIONAL", 0.5)
         motions()
-        if configuration_name == "POSITION" and len(robot.joints) >= 6:
-            if any(joint.is_prismatic for joint in robot.joints):  # A line would end at the range of a prismatic joint before it was out of reach.
-                step(f"expect-refusal JOINT_RANGE cmd {name}.MOVE_TO POSITION={at['outside']} SHARE=0.5", 0.5)
-            else:
-                step(f"expect-refusal LINE cmd {name}.LINE_TO POSITION={at['far']} ROTATION={at['rotation']} SHARE=0.5", 0.5)
+        if configuration_name == "POSITION":
+            step(f"expect-refusal JOINT_RANGE cmd {name}.MOVE_TO POSITION={at['outside']} SHARE=0.5", 0.5)
         step(f"hk once {name} 11" if configuration_name == "POSITION" else f"hk once {name} 21", 0.3)
         step(f"state {name} SAFE_OPERATIONAL", 0.5)
         step(f"state {name} PRE_OPERATIONAL", 0.5)
     step(f"state {name} OFFLINE", 1.0)
     step("shutdown", 0.0)
-    in_space = ", along lines" if len(robot.joints) >= 6 else ""
+    in_space = ", along lines" if share else ""
     return names | {"steps": "\n".join(lines), "in_space": in_space, "end": f"{time:.0f}"}
 
 
@@ -425,6 +479,8 @@ def plan(path, name, tool, start_given, apid, base="fixed"):
         f"descriptors/subsystems/{file}.xml": ("descriptor.xml", descriptor(robot, names, base)),
         f"descriptors/worlds/{file}.xml": ("world.xml", world(robot, names, start, base)),
         f"sim/scenarios/{file}.scn": ("scenario.scn", scenario(robot, names, start)),
+        f"sim/scenarios/{file}.bounds": (
+            "scenario.bounds", names | {"bounds": "\n".join(f"{name} {relation} {bound:.2g}" for name, relation, bound in bounds(robot, start))}),
         f"descriptors/missions/{file}.xml": (
             "mission.xml",
             names | {"buses": "\n".join(f'    <Bus name="{bus}" bitRate="1000000" dataBitRate="5000000"/>' for bus in buses)},

@@ -163,13 +163,16 @@ static status_t take_code(const scenario_line_t* const line, const size_t index,
     return is_code ? STATUS_OK : scenario_error(line, word, "an emergency code 0x0001..0xFFFF", error);
 }
 
-/// Find a bus by its name, or channel B of a bus if `may_be_b`.
+/// Find a bus by its name, or channel B of a bus for the argument b. The message for the argument P lists the
+/// instruments as well.
 static status_t take_bus(const loader_t* const loader, const scenario_line_t* const line, const size_t index,
-                         const bool may_be_b, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
+                         const char kind, fault_t* const fault, char error[SCENARIO_ERROR_MAX])
 {
-    const char* word                 = line->word[index];
-    char expected[SCENARIO_LIST_MAX] = "a bus of the run:";
-    for (unsigned channel = 0U; channel < (may_be_b ? NODE_CHANNELS : 1U); channel++) {
+    const char* word        = line->word[index];
+    const unsigned channels = (kind == 'b') ? NODE_CHANNELS : 1U;
+    char expected[SCENARIO_LIST_MAX];
+    (void)strcpy(expected, (kind == 'P') ? "a bus or an instrument of the run:" : "a bus of the run:");
+    for (unsigned channel = 0U; channel < channels; channel++) {
         for (unsigned i = 0U; i < FAULT_BUSES_MAX; i++) {
             const char* name = loader->world->channel[i][channel].name;
             if ((name != NULL) && (strcmp(word, name) == 0)) {
@@ -182,7 +185,10 @@ static status_t take_bus(const loader_t* const loader, const scenario_line_t* co
             }
         }
     }
-    return scenario_error(line, word, expected, error);
+    for (size_t i = 0U; (kind == 'P') && (i < loader->world->instrument_count); i++) {
+        scenario_list(expected, loader->world->instrument[i].name);
+    }
+    return scenario_list_error(line, word, expected, error);
 }
 
 /// Find an instrument by its name.
@@ -209,7 +215,7 @@ static status_t take_instrument(const loader_t* const loader, const scenario_lin
     for (size_t i = 0U; i < world->instrument_count; i++) {
         scenario_list(expected, world->instrument[i].name);
     }
-    return scenario_error(line, line->word[index], expected, error);
+    return scenario_list_error(line, line->word[index], expected, error);
 }
 
 /// True for the faults of power units, which only receive: other faults concern sending or error reports.
@@ -263,7 +269,7 @@ static status_t take_drive(const loader_t* const loader, const scenario_line_t* 
             scenario_list(expected, device->name);
         }
     }
-    return scenario_error(line, line->word[index], expected, error);
+    return scenario_list_error(line, line->word[index], expected, error);
 }
 
 static status_t take_argument(const loader_t* const loader, const scenario_line_t* const line,
@@ -273,11 +279,11 @@ static status_t take_argument(const loader_t* const loader, const scenario_line_
     switch (kind) {
     case 'B':
     case 'b':
-        return take_bus(loader, line, index, kind == 'b', fault, error);
+        return take_bus(loader, line, index, kind, fault, error);
     case 'P':
         return find_instrument(loader->world, line->word[index], fault)
                    ? STATUS_OK
-                   : take_bus(loader, line, index, false, fault, error);
+                   : take_bus(loader, line, index, kind, fault, error);
     case 'i':
         return take_instrument(loader, line, index, fault, error);
     case 'm':

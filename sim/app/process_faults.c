@@ -5,10 +5,6 @@
 
 #include <string.h>
 
-/// Processes of the launcher that are not subsystems.
-static const char* const others[] = {"launcher", "simulator", "relay",
-                                     "operator", "image",     "packet-archive-sqlite"};
-
 bool process_faults_name(process_faults_t* const faults, const char* const name, const unsigned participant)
 {
     if (faults->count == PROCESS_FAULTS_NAMES_MAX) {
@@ -45,10 +41,10 @@ static size_t find(const process_faults_t* const faults, const char* const name,
     return found;
 }
 
-/// The program of a participant, which is its first name.
+/// The program of a process: the first name of a participant, or the name of another process.
 static const char* program_of(const process_faults_t* const faults, const size_t index)
 {
-    size_t first = 0U;
+    size_t first = (faults->process[index].participant == PROCESS_FAULTS_OTHER) ? index : 0U;
     while (faults->process[first].participant != faults->process[index].participant) {
         first++;
     }
@@ -61,12 +57,6 @@ static status_t refuse_unknown(const process_faults_t* const faults, const scena
     char words[SCENARIO_LIST_MAX] = "a process of this run:";
     for (size_t i = 0U; i < faults->count; i++) {
         scenario_list(words, faults->process[i].name);
-    }
-    for (size_t i = 0U; i < (sizeof others / sizeof others[0]); i++) {
-        if (strcmp(line->word[index], others[i]) == 0) {
-            return STATUS_OK;
-        }
-        scenario_list(words, others[i]);
     }
     return scenario_error(line, line->word[index], words, error);
 }
@@ -111,7 +101,8 @@ void process_faults_act(void* const context, const fault_kind_t kind, const char
 {
     const process_faults_t* faults = context;
     size_t entry                   = 0U;
-    const bool is_participant      = find(faults, process, &entry) > 0U;
+    const bool is_known            = find(faults, process, &entry) > 0U;
+    const bool is_participant      = is_known && (faults->process[entry].participant != PROCESS_FAULTS_OTHER);
     // In stepped time the scheduler performs the fault, so that it takes effect at this instant of simulated
     // time; a signal would arrive at an unknown one.
     if (is_participant && (faults->scheduler != NULL)) {

@@ -12,11 +12,16 @@
 #include "osal/include/osal/lockstep_scheduler.h"
 #include "sim/app/faults.h"
 
+#include <limits.h>
 #include <stdbool.h>
 #include <stddef.h>
 
-/// Most names in the table: each process may have two.
-#define PROCESS_FAULTS_NAMES_MAX ((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX)
+/// Processes of a run that are no participants: launcher, simulator or image, relay, operator, archive.
+#define PROCESS_FAULTS_OTHERS_MAX 5U
+/// Most names in the table: a participant may have two.
+#define PROCESS_FAULTS_NAMES_MAX (((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX) + PROCESS_FAULTS_OTHERS_MAX)
+/// Stands for the participant of a process that is none.
+#define PROCESS_FAULTS_OTHER UINT_MAX
 
 typedef struct { // Private, except `scheduler`: null if there is none.
     osal_lockstep_t* scheduler;
@@ -27,13 +32,12 @@ typedef struct { // Private, except `scheduler`: null if there is none.
     } process[PROCESS_FAULTS_NAMES_MAX];
 } process_faults_t;
 
-/// Add a name of the process of a participant, its program before other names; `name` must outlive the table.
-/// False if the table is full.
+/// Add a name of the process of a participant, its program before other names, or the name of a process that
+/// is no participant (PROCESS_FAULTS_OTHER); `name` must outlive the table. False if the table is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
-/// Check that a word of a scenario line names one process: a name of the table, or a program that the
-/// launcher starts for the ground or the simulator. Used as fault_world_t.check_process. Returns STATUS_OK
-/// (also if the table is empty), STATUS_INVALID (no process or several have this name; `error` lists the
-/// names).
+/// Check that a word of a scenario line names one process of the table. Used as fault_world_t.check_process.
+/// Returns STATUS_OK (also if the table is empty), STATUS_INVALID (no process or several have this name;
+/// `error` lists the names).
 status_t process_faults_check(void* context, const scenario_line_t* line, size_t index,
                               char error[SCENARIO_ERROR_MAX]);
 /// Apply a fault to a process; used as fault_world_t.process. `context` is a process_faults_t. If the process

@@ -155,15 +155,19 @@ static bool take_bus(options_t* const options, const char* const option, char* c
     return true;
 }
 
+/// Parse "NAME=PARTICIPANT", or "NAME" of a process that is no participant; the text is split in place.
 static bool take_process(options_t* const options, char* const text)
 {
     char* equals         = strchr(text, '=');
-    unsigned participant = 0U;
-    if ((equals == NULL) || (equals == text)) {
-        return argument_refuse("process", text, "NAME=PARTICIPANT");
+    unsigned participant = PROCESS_FAULTS_OTHER;
+    if ((equals == text) || (text[0] == '\0')) {
+        return argument_refuse("process", text, "NAME=PARTICIPANT or NAME");
     }
-    *equals = '\0';
-    return argument_unsigned("process", &equals[1], OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, &participant) &&
+    if (equals != NULL) {
+        *equals = '\0';
+    }
+    return ((equals == NULL) ||
+            argument_unsigned("process", &equals[1], OSAL_LOCKSTEP_PARTICIPANTS_MAX - 1U, &participant)) &&
            (process_faults_name(&options->processes, text, participant) ||
             argument_refuse("process", text, "at most two names for each participant"));
 }

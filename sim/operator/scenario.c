@@ -28,6 +28,16 @@ status_t scenario_error(const scenario_line_t* const line, const char* const fou
     return STATUS_INVALID;
 }
 
+status_t scenario_list_error(const scenario_line_t* const line, const char* const found,
+                             char expected[SCENARIO_LIST_MAX], char error[SCENARIO_ERROR_MAX])
+{
+    const size_t last = strlen(expected) - 1U;
+    if (expected[last] == ':') {
+        (void)snprintf(&expected[last], SCENARIO_LIST_MAX - last, ", but there is none");
+    }
+    return scenario_error(line, found, expected, error);
+}
+
 status_t scenario_number(const scenario_line_t* const line, const size_t index, const char* const name,
                          const double low, const double high, double* const out_value,
                          char error[SCENARIO_ERROR_MAX])

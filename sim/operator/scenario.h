@@ -44,6 +44,11 @@ MUST_USE status_t scenario_read(const char* path, const char* actor, scenario_ta
 status_t scenario_error(const scenario_line_t* line, const char* found, const char* expected,
                         char error[SCENARIO_ERROR_MAX]);
 
+/// The same for a list of names, which `expected` contains after a colon. If the list is empty, the message
+/// says that there is none.
+status_t scenario_list_error(const scenario_line_t* line, const char* found, char expected[SCENARIO_LIST_MAX],
+                             char error[SCENARIO_ERROR_MAX]);
+
 /// Add a name to a list in a message, if it fits.
 void scenario_list(char words[SCENARIO_LIST_MAX], const char* name);
 

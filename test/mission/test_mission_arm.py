@@ -3,6 +3,7 @@
 the truth, and its refusals."""
 
 import json
+import os
 import re
 import shutil
 import struct
@@ -15,7 +16,7 @@ import flying
 import mujoco
 import numpy as np
 import pytest
-from hirosco_gse import figures, report, tool_figures
+from hirosco_gse import arm_figures, figure_bounds, figures, report, tool_figures
 from hirosco_gse import run as runs
 from hirosco_gse.dictionary import Dictionary
 from test_tutorial import copy_of_tree
@@ -59,6 +60,15 @@ def samples(run, configuration):
     return [time for time, _ in found], {name: np.array([values[name] for _, values in found]) for name in found[0][1]}
 
 
+def assert_bounds_hold(run, bounds):
+    """The figures of a run are within the bounds of its scenario, which are these."""
+    found, reasons = figures.compute(run)
+    assert figures.bounds_of(run.facts) == bounds and bounds
+    assert not reasons and set(bounds) <= set(found)
+    assert not figures.failures(run.facts | found)
+    assert all(report.text_of(name)[0] != name for name in bounds)
+
+
 def tools(poses):
     """Position of the tool in each pose, computed from the URDF."""
     robot = urdf.read(URDF)
@@ -78,7 +88,7 @@ def test_both_forms_fly_the_same_octets(flights):
 
 @pytest.mark.parametrize("configuration", BOUNDS)
 def test_joints_and_tool_follow_the_desired_motion(run, configuration):
-    """Telemetry contains the desired motion, and the truth contains all links."""
+    """Telemetry contains the desired motion, and the truth contains all links; the figures of the run are the same numbers."""
     times, values = samples(run, configuration)
     joint_bound, tool_bound = BOUNDS[configuration]
     desired = values["DESIRED"]
@@ -88,7 +98,11 @@ def test_joints_and_tool_follow_the_desired_motion(run, configuration):
     truth = run.truth["JOINTS"]
     true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
     assert np.abs(true - desired).max() < joint_bound
-    assert np.linalg.norm(tools(true) - tools(desired), axis=1).max() < tool_bound
+    tool_error = np.linalg.norm(tools(true) - tools(desired), axis=1).max()
+    assert tool_error < tool_bound
+    assert arm_figures.joint_errors(run, configuration) == pytest.approx(np.abs(true - desired).max(axis=0))
+    assert arm_figures.tool_error(run, configuration) == pytest.approx(tool_error)
+    assert_bounds_hold(run, figure_bounds.read(flying.ROOT / "sim" / "scenarios" / "ur5e.bounds"))
     assert np.abs(true - values["POSITION"]).max() < 0.0005  # The arm measures its true positions.
 
 
@@ -251,11 +265,10 @@ def test_a_free_base_turns_by_reaction_and_the_momentum_stays(free_flyer):
 
 @pytest.mark.parametrize("configuration", BOUNDS)
 def test_the_arm_of_a_free_base_follows_its_desired_motion(free_flyer, configuration):
-    times, values = samples(free_flyer, configuration)
+    _, values = samples(free_flyer, configuration)
     assert np.ptp(values["DESIRED"], axis=0).min() > 0.25
-    truth = free_flyer.truth["JOINTS"]
-    true = truth["position_rad"][np.searchsorted(truth["time_us"], np.array(times) - DELAY_US)]
-    assert np.abs(true - values["DESIRED"]).max() < BOUNDS[configuration][0]
+    assert arm_figures.joint_errors(free_flyer, configuration).max() < BOUNDS[configuration][0]
+    assert_bounds_hold(free_flyer, figure_bounds.read(flying.ROOT / "sim" / "scenarios" / "free-flyer.bounds"))
 
 
 def test_joints_pass_via_points_without_a_stop(free_flyer):
@@ -386,7 +399,7 @@ def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path
 def test_the_free_flyer_is_what_make_new_robot_makes(made_robots):
     place, _ = made_robots
     made = [place / name for name in ("descriptors/subsystems/free-flyer.xml", "descriptors/worlds/free-flyer.xml",
-                                      "descriptors/missions/free-flyer.xml", "sim/scenarios/free-flyer.scn")]
+                                      "descriptors/missions/free-flyer.xml", "sim/scenarios/free-flyer.scn", "sim/scenarios/free-flyer.bounds")]
     for path in made:
         path.unlink()
     again = make(place, place / "descriptors" / "worlds" / "free-flyer.urdf", "--base", "free", "--apid", "33")
@@ -446,9 +459,44 @@ def test_services_of_a_descriptor_fly_without_a_line_of_c(flown_snake):
 @pytest.fixture(scope="module")
 def flown_gantry(session_directory, made_robots):
     place, _ = made_robots
-    flight = flying.fly(session_directory / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
+    flight = flying.fly(session_directory / "gantry", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place, report="yes")
     assert flight.code == 0, flight.transcript()
     return flight
+
+
+def test_a_robot_has_figures_with_bounds_and_fails_by_them(flown_gantry, made_robots, tmp_path):
+    """The scaffold has written the bounds. A robot that is less accurate than a bound fails with a line; a damaged file of bounds is refused with
+    its line before the flight, and no report is made with it."""
+    place, flight = made_robots[0], flown_gantry
+    path = place / "sim" / "scenarios" / "gantry.bounds"
+    text, bounds = path.read_text(encoding="utf-8"), figure_bounds.read(path)
+    assert set(bounds) == {"joint1_error_m", *(f"joint{number}_error_rad" for number in (2, 3, 4)), "tool_error_m", "goal_error_rad", "goal_error_m",
+                           "joint_range_margin", "joint_speed_share", "joint_torque_share"}
+    assert flight.facts["figures_hold"] is True and flight.facts["figures_missing"] == {}
+    page = flight.read("report.html")
+    assert all(f'title="{name}"' in page and isinstance(flight.facts[name], float) for name in bounds)
+
+    def judged(changed):
+        path.write_text(changed, encoding="utf-8")
+        copy = tmp_path / "copy"
+        shutil.copytree(flight.directory, copy, dirs_exist_ok=True)
+        done = subprocess.run([sys.executable, "-m", "hirosco_gse.report", copy], cwd=place, capture_output=True, text=True, check=False,
+                              env={**os.environ, "PYTHONPATH": str(place / "gse")})
+        return done, json.loads((copy / "run.json").read_text(encoding="utf-8"))
+
+    try:
+        done, facts = judged(text.replace("goal_error_m <= 0.001", "goal_error_m <= 0.0001") + "joint9_error_rad <= 1\n")
+        assert done.returncode == report.FIGURES_FAILED and facts["exit_code"] == 1
+        assert facts["exit_reason"] == "figures missing or out of their bounds: goal_error_m joint9_error_rad"
+        assert f"figure goal_error_m <= 0.0001: {facts['goal_error_m']:.4g}" in done.stdout.splitlines()
+        assert "figure joint9_error_rad <= 1: missing: no function computes a figure of this name for this flight" in done.stdout.splitlines()
+        done, facts = judged("# only a comment\ngoal_error_m < much\n")
+        assert done.returncode == report.FIGURES_UNKNOWN and facts["exit_code"] == 1
+        assert "gantry.bounds:2: found 'much', expected a finite number" in done.stderr
+        refused = flying.fly(tmp_path / "refused", "--mission", "gantry", "--scenario", "gantry", "--form", "image", root=place)
+        assert refused.code == 1 and "gantry.bounds:2: found 'much', expected a finite number" in refused.read("console.log")
+    finally:
+        path.write_text(text, encoding="utf-8")
 
 
 def test_a_linear_axis_follows_as_the_joints_that_turn_do(flown_gantry, made_robots):

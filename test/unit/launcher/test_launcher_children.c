@@ -11,7 +11,10 @@
 #include <cmocka.h>
 
 /// The processes of the two components as the simulator gets them, for `fault kill` and the like.
-#define PROCESSES "--process communication=1 --process COMMUNICATION=1 --process arm=2 --process ARM=2"
+#define PROCESSES                                                                                            \
+    "--process communication=1 --process COMMUNICATION=1 --process arm=2 --process ARM=2 --process "         \
+    "launcher "                                                                                              \
+    "--process simulator --process packet-archive-sqlite"
 
 static launcher_t launcher;
 static run_state_t run;
@@ -178,8 +181,9 @@ static void each_component_is_a_process_on_its_computer(void** state)
     (void)strcpy(run.key, "k");
     expect_start(
         "bin/simulator --world w.xml --scenario s.scn --seed 7 --out runs/x --flows hirosco-9 --scheduler "
-        "/hirosco-9.scheduler --process communication=1 --process COMMUNICATION=1 --process arm=2 --process "
-        "ARM=2 --cosimulation c --cosimulation-participant 3 --cosimulation-receiver 1 --socketcand 29536",
+        "/hirosco-9.scheduler " PROCESSES
+        " --process operator --process relay --cosimulation c --cosimulation-participant 3 "
+        "--cosimulation-receiver 1 --socketcand 29536",
         "");
     expect_start("bin/relay --run /hirosco-9.run", " 62");
     expect_component(0U, "component 0", " 40 30 51");

@@ -127,7 +127,7 @@ def test_a_robot_whose_name_cannot_name_files_needs_the_option_name(tmp_path, na
     path.write_text(f'<robot name="{name}">{"".join(ARM)}</robot>', encoding="utf-8")
     with pytest.raises(Refusal, match=f'it comes from the name of the robot, "{name}": give another with NAME='):
         new_robot.plan(path, None, None, None, None)
-    assert len(new_robot.plan(path, "my_robot", None, None, None)[0]) == 5
+    assert len(new_robot.plan(path, "my_robot", None, None, None)[0]) == 6
 
 
 def test_a_link_too_light_for_a_gear_is_refused(read):
@@ -149,15 +149,26 @@ def test_the_axis_of_a_fixed_joint_has_no_effect(read):
     assert read(*ARM, link("tool"), tool).joints == read(*ARM, link("tool"), tool.replace("0 0 0", "0 0 1")).joints
 
 
-def test_the_scenario_of_an_arm_with_a_linear_axis_expects_the_refusal_of_its_range(read):
-    """With a linear axis it is a position beyond the range of that axis, otherwise a line out of reach."""
-    parts = [link("l0")]
-    for i in range(6):
-        parts += [link(f"l{i + 1}"), joint(f"j{i + 1}", f"l{i}", f"l{i + 1}", "prismatic" if i == 1 else "revolute")]
-    for kinds, refusal, command in ((None, "JOINT_RANGE", "MOVE_TO POSITION=3,"), ("revolute", "LINE", "LINE_TO POSITION=")):
-        robot = read(*(part.replace("prismatic", kinds or "prismatic") for part in parts))
-        steps = new_robot.scenario(robot, {"NAME": "ARM"}, [0.0] * 6)["steps"]
-        assert re.findall(r"expect-refusal (\w+) cmd ARM.(.*?=(?:3,)?)", steps) == [(refusal, command)]
+def test_the_scenario_expects_the_refusal_of_a_range_and_has_lines_that_the_arm_can_follow(read):
+    """A line of a slow arm has a smaller SHARE; a planar arm, whose tool cannot move upward, has none."""
+    def steps(axes, velocity="2", kinds=("revolute",) * 6):
+        parts = [link("l0")]
+        for i, axis in enumerate(axes):
+            parts += [link(f"l{i + 1}"), joint(f"j{i + 1}", f"l{i}", f"l{i + 1}", kinds[i]).replace('xyz="0 1 0"', f'xyz="{axis}"')]
+        robot = read(*(part.replace('velocity="2"', f'velocity="{velocity}"') for part in parts))
+        start = new_robot.start_pose(robot, "free")
+        return new_robot.scenario(robot, {"NAME": "ARM"}, start)["steps"], [name for name, _, _ in new_robot.bounds(robot, start)]
+
+    z, y, x = "0 0 1", "0 1 0", "1 0 0"
+    for axes, velocity, kinds, shares in (((z, y, y, x, y, x), "2", ("revolute",) * 6, ["0.5"] * 4),
+                                          ((z, y, y, x, y, x), "0.1", ("revolute",) * 6, ["slow"] * 4),
+                                          ((z, y, y, x, y, x), "2", ("revolute", "prismatic", *("revolute",) * 4), ["any"] * 4),
+                                          ((z,) * 6, "2", ("revolute",) * 6, [])):
+        text, figures = steps(axes, velocity, kinds)
+        assert re.findall(r"expect-refusal (\w+) cmd ARM.(.*?=3),", text) == [("JOINT_RANGE", "MOVE_TO POSITION=3")]
+        found = re.findall(r"LINE_TO .*SHARE=(\S+)", text)
+        assert len(found) == len(shares) and ("goal_tool_error_m" in figures) == bool(shares)
+        assert found == shares or shares[0] == "any" or all(0.01 <= float(share) < 0.5 for share in found)
 
 
 def test_links_that_fixed_joints_connect_become_one(read):

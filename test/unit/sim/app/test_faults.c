@@ -159,11 +159,25 @@ static void expect_error(const char* line, const char* words)
     }
 }
 
+static void a_world_without_a_kind_of_part_has_a_message_of_its_own(void)
+{
+    const fault_world_t whole = world;
+    world                     = (fault_world_t){.instrument_count = whole.instrument_count};
+    memcpy(world.instrument, whole.instrument, sizeof world.instrument);
+    expect_error("1 fault loss robot 0.5", "found 'robot', expected a bus of the run, but there is none");
+    expect_error("1 fault torque-offset JOINT1 1", "found 'JOINT1', expected a drive, but there is none");
+    world.instrument_count = 0U;
+    expect_error("1 fault silent EYE on",
+                 "found 'EYE', expected an instrument of the world, but there is none");
+    expect_error("1 fault unplug robot", "expected a bus or an instrument of the run, but there is none");
+    world = whole;
+}
+
 static void errors_name_file_line_and_expected_value(void)
 {
     expect_error("1 fault unplugg joystick", "unplug, plug");
     expect_error("1 fault unplugg joystick", "kill, hang or resume"); // The end of the list.
-    expect_error("1 fault unplug wheel", "a bus of the run: robot joystick");
+    expect_error("1 fault unplug wheel", "a bus or an instrument of the run: robot joystick");
     expect_error("1 fault unplug robot JOINT3", "a device of this bus, or its id: JOINT1 JOINT2 FLIGHT");
     expect_error("1 fault unplug robot STICK", "JOINT1 JOINT2 FLIGHT");
     expect_error("1 fault unplug", "unplug <bus> [node]");
@@ -177,7 +191,7 @@ static void errors_name_file_line_and_expected_value(void)
     expect_error("1 fault torque-offset STICK 1", "a drive: JOINT1 JOINT2");
     expect_error("1 fault torque-offset FLIGHT 1", "a drive: JOINT1 JOINT2");
     expect_error("1 fault delay robot JOINT1 -5", "delay");
-    expect_error("1 fault unplug robot-b JOINT1", "a bus of the run: robot joystick");
+    expect_error("1 fault unplug robot-b JOINT1", "a bus or an instrument of the run: robot joystick");
     expect_error("1 fault cut robot-c", "robot joystick robot-b joystick-b");
     expect_error("1 fault overflow robot JOINT1 0", "number of frames");
     expect_error("1 fault sync robot JOINT1 33", "number of frames");
@@ -346,6 +360,7 @@ int main(void)
     RUN_TEST(a_process_hangs_and_continues);
     RUN_TEST(the_faults_of_a_scenario_are_read);
     RUN_TEST(errors_name_file_line_and_expected_value);
+    RUN_TEST(a_world_without_a_kind_of_part_has_a_message_of_its_own);
     RUN_TEST(without_a_scenario_there_are_no_faults);
     RUN_TEST(scenarios_of_the_mission_are_read);
     RUN_TEST(faults_of_a_scenario_act_on_the_bus);
