@@ -139,7 +139,8 @@ static bool has_relay(const launcher_t* const launcher)
 }
 
 /// Add the processes of the run for the simulator: the numbers of the components as participants, each with
-/// the name of its program (as in run.json) and again with the name of the component, and the other processes.
+/// the name of its program (as in run.json) and again with the name of the component. The others have no
+/// number.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
     for (uint16_t i = 0U; i < launcher->mission.subsystem_count; i++) {
