@@ -87,6 +87,12 @@ def test_what_cannot_be_compiled_is_refused(tmp_path, name, missions, message):
     assert message in done.stderr
 
 
+def test_a_directory_that_is_missing_is_refused_with_the_file_and_the_reason(tmp_path):
+    done = compile_descriptors(tmp_path / "missing", "arm", *MISSIONS)
+    assert done.returncode == 1
+    assert done.stderr.strip().endswith(f"cannot write {tmp_path}/missing/arm_descriptors.c: not found")
+
+
 def members_of_headers():
     """{structure: {member: its type}} of the models."""
     found = {}
