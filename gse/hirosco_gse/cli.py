@@ -310,6 +310,8 @@ class _Console:
         if not script.steps and not script.visits:
             _print_line(f"{self.arguments.words[0]}: no line for the operator")
             return SUCCESS
+        if self.arguments.cosimulation and not script.steps:
+            return self._attend(craft.place, script)
         with contextlib.ExitStack() as stack:
             log = None
             if self.arguments.run:
@@ -317,6 +319,18 @@ class _Console:
                 path.write_bytes(b"")
                 log = stack.enter_context(path.open("ab", buffering=0))  # The simulator appends lines, too.
             return self._fly(craft, script, log)
+
+    def _attend(self, place, script):
+        """Repeat what other users did in a flight without an operator: no connection of an operator changes its packet log."""
+        clock = link.StepClock(self.arguments.cosimulation, 0, timeout_s=CONNECT_TIMEOUT_S)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # As in a flight with an operator.
+        others = visits.Visits(script.visits, lambda: link.connect(place.host, place.port))
+        try:
+            link.attend(clock, others)
+        finally:
+            clock.leave()
+            others.close()
+        return SUCCESS
 
     def _fly(self, craft, script, log):
         def record(entry):

@@ -180,6 +180,7 @@ class Event:
     id: int
     severity: str
     parameters: tuple = ()
+    description: str = ""
 
     def decode(self, octets, offset=0):
         """Dict name -> value of the auxiliary data."""
@@ -395,7 +396,7 @@ def _event(parameters, item, enumerations):
             auxiliary.append(_fields([reference], enumerations)[0])
         else:
             auxiliary.append(_member(parameters, reference))
-    return Event(item["name"], int(item["id"]), item["severity"], tuple(auxiliary))
+    return Event(item["name"], int(item["id"]), item["severity"], tuple(auxiliary), item.get("description", ""))
 
 
 def _ports(items, enumerations):

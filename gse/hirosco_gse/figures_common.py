@@ -67,7 +67,7 @@ def tip(run, joints):
     robot = run.world.robots[0]
     parents = {joint.parent for joint in robot.joints}
     last = next(joint.child for joint in robot.joints if joint.child not in parents)
-    return robot.poses(joints)[last][:3, 3]
+    return np.array(robot.poses(joints)[last])[:3, 3]
 
 
 def force_of(run, joints, torque):

@@ -197,6 +197,16 @@ class StepClock:
         self._socket.close()
 
 
+def attend(clock, visits):
+    """Perform the actions of other users (visits.Visits) in the grants of a StepClock that has no connection of its own, then leave."""
+    while visits.next_ns is not None:
+        now_ns, _, _ = clock.grant()
+        visits.act(now_ns)
+        clock.done(now_ns if visits.next_ns is None else visits.next_ns, 0)
+    clock.grant()  # A participant leaves in a grant.
+    clock.leave()
+
+
 class StepDriver:
     """Runs procedures within the grants of a StepClock."""
 

@@ -24,8 +24,8 @@ from . import truth as truth_log
 from .dictionary import STATES
 from .failures import FINAL_SUBTYPES, name_of
 from .files import next_step
-from .identifiers import device_of
 from .place import problem_of
+from .sentences import told
 from .station.about import hello
 from .station.geometry import as_lists
 from .station.hub import lights_of
@@ -185,9 +185,9 @@ class _Telemetry:
             self.states.append([seconds, name, *present, cause])
 
     def _event(self, seconds, packet, decoded):
-        text = telemetry.describe(packet, decoded, self.dictionary).split(decoded["event"], 1)[-1].strip()
-        device = device_of(decoded["values"])
-        self.events.append([seconds, self.dictionary.name_of_apid(packet.apid), decoded["severity"], decoded["event"], text, *([device] if device else [])])
+        subsystem = self.dictionary.subsystem_of_apid(packet.apid)
+        said = told(subsystem.event(decoded["event"]), decoded["values"])
+        self.events.append([seconds, subsystem.name, decoded["severity"], decoded["event"], *(said[key] for key in ("text", "device", "values"))])
 
     def _mode(self, seconds, _packet, decoded):
         self.modes.append([seconds, decoded["mode"]])

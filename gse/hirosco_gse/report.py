@@ -287,7 +287,7 @@ def _lists(run):
     events = [(f"{seconds:.3f}", name, severity, event, text) for seconds, name, severity, event, text, *_ in head.get("events", ())]
     states = [(f"{seconds:.3f}", name, state, cause or "") for seconds, name, state, _, _, cause in head.get("states", ())]
     return (f'<section class="panel next"><p>{html.escape(NEXT_STEP.format(run.directory))}</p></section>'
-            + _table("Events", ("s", "subsystem", "severity", "event", "values"), events)
+            + _table("Events", ("s", "subsystem", "severity", "event", "what it says"), events)
             + _table("Commands", ("s", "command", "completion", "reason"), commands)
             + _table("States", ("s", "subsystem", "state", "cause"), states))
 

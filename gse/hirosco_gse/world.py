@@ -2,13 +2,13 @@
 """Reader of the world of a mission: robots (URDF), fixtures, springs, devices on buses, wheels and valves of descriptors/worlds/<mission>.xml.
 
 The simulator reads the same files and reports errors with file and line; this reader expects files that the simulator accepts.
-Units are SI. A pose is a 4 x 4 matrix from a frame to its parent."""
+Units are SI. A pose is a 4 x 4 matrix from a frame to its parent, as four rows. The station reads worlds, and numpy would take 13 MB of its
+memory: this module does without it."""
 
+import math
 import pathlib
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from . import urdf
 
@@ -17,6 +17,7 @@ class WorldError(Exception):
     """There is no world, or it cannot be read."""
 
 DRAWN = ("box", "cylinder", "sphere", "mesh")  # Visuals that page and report can draw.
+IDENTITY = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 MESH_OCTETS = 4_000_000  # Maximum of one mesh file; each page receives all meshes of the world.
 
 
@@ -25,7 +26,7 @@ class Shape:
     """A shape: box (size), cylinder (radius, length along z) or sphere (radius). `pose` is in the frame of its link, for a fixture in the world."""
 
     kind: str
-    pose: np.ndarray
+    pose: tuple
     size: tuple = ()
     radius: float = 0.0
     length: float = 0.0
@@ -59,12 +60,12 @@ class Joint:
     kind: str
     parent: str
     child: str
-    pose: np.ndarray
-    axis: np.ndarray
-    lower: float = -np.inf
-    upper: float = np.inf
-    velocity: float = np.inf
-    effort: float = np.inf
+    pose: tuple
+    axis: tuple
+    lower: float = -math.inf
+    upper: float = math.inf
+    velocity: float = math.inf
+    effort: float = math.inf
 
     @property
     def moves(self):
@@ -80,7 +81,7 @@ class Robot:
     joints: list
     start: dict = field(default_factory=dict)
     base: str = "fixed"
-    at: np.ndarray = field(default_factory=lambda: np.eye(4))  # Pose of the root link in its State: at time 0, or at the time `valid`.
+    at: tuple = IDENTITY  # Pose of the root link in its State: at time 0, or at the time `valid`.
 
     @property
     def moving(self):
@@ -95,12 +96,12 @@ class Robot:
         """Dict link name -> pose, in the frame in which `base` is the pose of the root link; without base, in the frame of the root link.
         positions: those of the moving joints in their order."""
         values = dict(zip([joint.name for joint in self.moving], positions))
-        found = {self.root: np.eye(4) if base is None else base}
+        found = {self.root: IDENTITY if base is None else base}
         waiting = list(self.joints)
         while waiting:
             ready = [joint for joint in waiting if joint.parent in found]
             for joint in ready:
-                found[joint.child] = found[joint.parent] @ joint.pose @ motion(joint, values.get(joint.name, 0.0))
+                found[joint.child] = product(product(found[joint.parent], joint.pose), motion(joint, values.get(joint.name, 0.0)))
             if not ready:
                 raise WorldError(f"robot {self.name}: joint {waiting[0].name} has no parent link {waiting[0].parent}")
             waiting = [joint for joint in waiting if joint.child not in found]
@@ -152,31 +153,38 @@ class World:
     valves: list = field(default_factory=list)
 
 
+def product(first, second):
+    """Matrix product of two matrices as rows."""
+    columns = tuple(zip(*second))
+    return tuple(tuple(sum(one * other for one, other in zip(row, column)) for column in columns) for row in first)
+
+
 def rotation(rpy):
     """Rotation matrix of roll, pitch and yaw about the fixed axes x, y, z."""
-    (a, b, c), (sa, sb, sc) = np.cos(rpy), np.sin(rpy)
-    return np.array([[c * b, c * sb * sa - sc * a, c * sb * a + sc * sa],
-                     [sc * b, sc * sb * sa + c * a, sc * sb * a - c * sa],
-                     [-sb, b * sa, b * a]])
+    (a, b, c), (sa, sb, sc) = map(math.cos, rpy), map(math.sin, rpy)
+    return ((c * b, c * sb * sa - sc * a, c * sb * a + sc * sa), (sc * b, sc * sb * sa + c * a, sc * sb * a - c * sa), (-sb, b * sa, b * a))
+
+
+def _placed(rows, at):
+    """Pose of a rotation matrix and a place."""
+    return (*((*row, place) for row, place in zip(rows, at)), IDENTITY[3])
 
 
 def pose(at=(0, 0, 0), rpy=(0, 0, 0)):
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation(rpy), at
-    return matrix
+    return _placed(rotation(rpy), at)
 
 
 def motion(joint, value):
     """Pose of the child at a position of the joint, relative to its pose at position 0."""
     if joint.kind == "fixed":
-        return np.eye(4)
+        return IDENTITY
     if joint.kind == "prismatic":
-        return pose(joint.axis * value)
+        return pose([part * value for part in joint.axis])
     x, y, z = joint.axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    matrix = np.eye(4)
-    matrix[:3, :3] += np.sin(value) * cross + (1 - np.cos(value)) * (cross @ cross)
-    return matrix
+    cross = ((0, -z, y), (z, 0, -x), (-y, x, 0))
+    twice, sine, rest = product(cross, cross), math.sin(value), 1 - math.cos(value)
+    rows = [[IDENTITY[n][m] + sine * cross[n][m] + rest * twice[n][m] for m in range(3)] for n in range(3)]
+    return _placed(rows, (0.0, 0.0, 0.0))
 
 
 def _numbers(text, default):
@@ -190,7 +198,7 @@ def _shape(element, where, size="size"):
 
 
 def _joint(joint):
-    return Joint(joint.name, joint.kind, joint.parent, joint.child, pose(joint.origin.xyz, joint.origin.rpy), np.array(joint.axis),
+    return Joint(joint.name, joint.kind, joint.parent, joint.child, pose(joint.origin.xyz, joint.origin.rpy), tuple(joint.axis),
                  **joint.limit)
 
 
@@ -203,7 +211,7 @@ def _solid(inertial):
     squares = [6 * (other + third - own) / inertial.mass for own, other, third in ((ixx, iyy, izz), (iyy, izz, ixx), (izz, ixx, iyy))]
     if min(squares) <= 0:
         return None
-    return Shape("box", pose(inertial.origin.xyz, inertial.origin.rpy), size=tuple(float(np.sqrt(square)) for square in squares))
+    return Shape("box", pose(inertial.origin.xyz, inertial.origin.rpy), size=tuple(math.sqrt(square) for square in squares))
 
 
 def _in_world(shape):
@@ -258,13 +266,13 @@ def _start_pose(element, robots):
     """Pose of the root link of a robot in its State, in the world. The State may be in the frame of the link `relativeTo` of a robot before it."""
     state = element.find("State")
     if state is None:
-        return np.eye(4)
+        return IDENTITY
     own = pose(_numbers(state.get("at"), (0, 0, 0)), _numbers(state.get("rpy"), (0, 0, 0)))
     name, _, link = state.get("relativeTo", "").partition(".")
     other = next((robot for robot in robots if robot.name == name and link in robot.links), None)
     if other is None:
         return own
-    return other.poses([other.start.get(joint.name, 0.0) for joint in other.moving], other.at)[link] @ own
+    return product(other.poses([other.start.get(joint.name, 0.0) for joint in other.moving], other.at)[link], own)
 
 
 def _robots(root, directory):
@@ -278,7 +286,8 @@ def _robots(root, directory):
 
 def _fixture(element):
     own = pose(_numbers(element.get("at"), (0, 0, 0)), _numbers(element.get("rpy"), (0, 0, 0)))
-    return [_shape(shape, own @ pose(_numbers(shape.get("at"), (0, 0, 0)), _numbers(shape.get("rpy"), (0, 0, 0)))) for shape in element]
+    places = [pose(_numbers(shape.get("at"), (0, 0, 0)), _numbers(shape.get("rpy"), (0, 0, 0))) for shape in element]
+    return [_shape(shape, product(own, place)) for shape, place in zip(element, places)]
 
 
 def _wheel(element):

@@ -14,8 +14,10 @@ WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "
 LIMIT_MS = flying.MOMENT_S * 1000
 # Note what moves on the page from now on without an input of the user; SHIFTS gives the elements that have moved, and how.
 WATCH_SHIFTS = """() => {
-    const note = (list) => window.shifts.push(...list.getEntries().flatMap((entry) => entry.sources.map(({ node, previousRect, currentRect }) =>
-        [node?.outerHTML?.slice(0, 200) ?? "a text", ...[previousRect, currentRect].map(({ x, y, width, height }) => [x, y, width, height].join())].join(" "))));
+    const sides = ({ x, y, width, height }) => [x, y, width, height].join();
+    // A text that changes in its element, which stays, has moved nothing.
+    const note = (list) => window.shifts.push(...list.getEntries().flatMap(({ sources }) => sources.filter(({ node }) => node?.outerHTML))
+        .map(({ node, previousRect, currentRect }) => [node.outerHTML.slice(0, 200), sides(previousRect), sides(currentRect)].join(" ")));
     window.shifts = [];
     window.shiftsSeen = new PerformanceObserver(note);
     window.shiftsSeen.observe({type: "layout-shift"});

@@ -251,6 +251,32 @@ def test_a_person_moves_the_hand_and_is_refused_with_a_message(directory):
     assert not (directory / "operator.log").exists()
 
 
+@pytest.mark.long
+def test_the_recording_of_a_flight_without_an_operator_repeats_it_octet_for_octet(directory):
+    """Two users command, one of whom ends the mission. The packet log of the repetition has no connection of an operator either."""
+    flight = flying.start(directory / "first", "--time", "real", "--scenario", "none")
+    with _world(flight) as world:
+        world.ask("hand aim 0.1 -0.1 0.2")
+        with Spacecraft(flight.directory, user=3) as web, Spacecraft(flight.directory) as craft:
+            craft.do("ping all")
+            web.do("state JOYSTICK PRE_OPERATIONAL")
+            craft.do("state MANIPULATOR PRE_OPERATIONAL")
+            world.ask("fault unplug robot JOINT1")
+            craft.wait_event("MANIPULATOR", "DEVICE_LOST")
+            craft.do("shutdown")
+    flight.wait()
+    assert flight.code == 0, flight.transcript()
+    recorded = flying.gse(flight, "record", flight.directory)
+    assert recorded.returncode == 0 and "operator" not in recorded.stdout, recorded
+    path = directory / "recorded.scn"
+    path.write_text(recorded.stdout, encoding="utf-8")
+    for form in ("processes", "image"):
+        again = flying.fly(directory / form, "--scenario", path, "--form", form)
+        assert again.code == 0, again.transcript()
+        for name in LOGS:
+            assert again.octets(name) == flight.octets(name), (form, name)
+
+
 def test_a_refused_or_endless_line_changes_nothing(directory):
     """The lines are malformed, there are too many clients, and clients disconnect in the middle of a line."""
     flight = flying.start(directory, "--time", "real", "--scenario", "none")

@@ -114,7 +114,7 @@ def test_a_telecommand_moves_the_joint_of_the_scene(page):
 
 def test_the_fastest_structure_moves_the_robot(page):
     """MANIPULATOR reports its positions in two structures, 4 and 20 times a second."""
-    page.wait_for_selector("station-scene .hud:text-is('Telemetry 20 Hz')")
+    page.wait_for_selector("station-scene button:text-is('Telemetry 20 Hz')")
     assert page.evaluate("[station.scene.last.structure, station.store.reports.has('MANIPULATOR/4711')]") == [4720, True]
 
 
@@ -381,7 +381,7 @@ def test_a_movement_is_sent_at_once_and_four_lines_wait_for_answers(page):
 def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
     """Selecting the truth is not recorded, because the port only sends it. The other button selects telemetry
     again."""
-    page.click("station-scene button:has-text('Simulator')")
+    page.click("station-scene button:text-is('Truth')")
     page.wait_for_selector("station-scene.truth .hud:has-text('truth 20 Hz')")
     until(page, "window.station.scene.last.values['CUR_VALUES.TORQUE'] && !window.station.scene.last.values['CUR_VALUES.STATE']")
     seen, reported = page.evaluate("[window.station.scene.joints, window.station.store.value('MANIPULATOR', 'CUR_VALUES.POSITION')]")
@@ -399,7 +399,7 @@ def test_brakes_are_those_of_telemetry_and_agree_with_the_truth(page):
     shown = page.evaluate(f"""(() => {{ const {{ last }} = window.station.scene, values = {{ ...last.values, "CUR_VALUES.STATUSWORD": [0x233, 0x237] }};
         window.station.scene.take({{ subsystem: "MANIPULATOR", time: last.time + 0.001, values }}); window.station.scene.frame(); return {held}; }})()""")
     assert shown == [True, False]  # Read in the same call, before the next report of the flight is drawn.
-    page.click("station-scene button:has-text('Simulator')")
+    page.click("station-scene button:text-is('Truth')")
     until(page, f"window.station.scene.truth.last && {held}.join() === 'false,false'")
     page.click("station-scene button:has-text('Telemetry')")
     until(page, "window.station.scene.last.values['CUR_VALUES.STATE'] && !window.station.scene.classList.contains('truth')")

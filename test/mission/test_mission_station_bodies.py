@@ -149,7 +149,7 @@ def test_a_base_moves_by_telemetry_if_a_report_has_its_pose(page):
 
 
 def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
-    page.click("station-scene button:has-text('Simulator')")
+    page.click("station-scene button:text-is('Truth')")
     page.wait_for_selector("station-scene.truth")
     station.until(page, "window.station.scene.bodies[0].arm.node.matrix.elements[13] < 1")
     assert page.locator("station-scene .lacking").is_hidden()
@@ -164,6 +164,26 @@ def test_a_mission_without_joystick_and_power_shows_neither(page, flight):
     assert [page.locator(name).is_visible() for name in (".hand", "button:has-text('Take the hand')", ".power-cell")] == [False] * 3
     page.keyboard.press("h")
     assert page.evaluate("document.querySelector('station-work').hand.aim") is None and "hand" not in flight.read("live.scn")
+
+
+def test_packets_are_counted_for_each_subsystem(page):
+    """With their rate; a lost packet is marked. The counts of the tab and of its table agree."""
+    page.click("#log-Packets")
+    page.wait_for_selector("station-log tr:has-text('ACTUATORS')")
+    station.until(page, "Number(document.querySelector('#log-Packets').textContent.split(' ')[1]) > 20")
+    read = """(() => { const { packets } = document.querySelector("station-log"), { store } = window.station, { counts } = store;
+        const cells = () => [...packets.body.rows].find((row) => row.textContent.startsWith("ACTUATORS")).innerText.split("\t").map((word) => word.trim());
+        packets.draw();
+        const before = [packets.sum("received"), packets.total.textContent, cells()];
+        store.counts = { ...counts, ACTUATORS: { ...counts.ACTUATORS, lost: 3 } }; packets.draw();
+        const lost = [cells()[3], packets.body.querySelectorAll("[aria-label='packets were lost']").length];
+        store.counts = counts; packets.draw();
+        return [...before, ...lost, packets.body.querySelectorAll("[aria-label='packets were lost']").length];
+    })()"""
+    total, words, cells, lost, marked, left = page.evaluate(read)
+    assert words.startswith(f"{total} packets received, 0 lost") and cells[3] == "0" and [lost, marked, left] == ["3", 1, 0]
+    station.until(page, "[...document.querySelector('station-log').packets.rows.get('ACTUATORS').rate.textContent].length > 2")
+    page.click("#log-Events")
 
 
 def test_a_command_that_is_not_checked_or_not_seen_is_not_sent(page):

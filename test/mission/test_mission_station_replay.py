@@ -234,7 +234,7 @@ def test_small_screens_show_links_bar_and_numbers_of_the_time_line_as_a_whole(pa
         tab.textContent = textContent;
         return [all.scrollHeight - all.clientHeight, numbers.at(-1).textContent, past, places[1] - places[0]];
     }""")
-    page.wait_for_selector("station-work .counts-line", state="hidden")  # A recording has no counts of packets.
+    page.wait_for_selector("#log-Packets", state="hidden")  # A recording has no counts of packets.
     cut = page.evaluate(station.CUT)
     page.evaluate("""() => {  // An event of severity HIGH that nobody has seen, and numbers of two digits.
         const { store } = station, bar = document.querySelector("station-bar"), numbers = { HIGH: 12, MEDIUM: 10, LOW: 22 };
@@ -257,6 +257,59 @@ def test_small_screens_show_links_bar_and_numbers_of_the_time_line_as_a_whole(pa
     page.evaluate("document.querySelector('station-bar').draw()")
     page.set_viewport_size({"width": 1440, "height": 900})
     assert shown == [0, "90", [], 0] and cut == []
+
+
+# The charts of an arm with seven joints: pixels that do not fit, legends that are cut, strips with a time axis, and columns. The charts of the
+# flight return after that.
+SEVEN = """async () => {
+    const { store, strips } = station, { world } = store.hello;
+    const joint = (n) => ({ name: `j${n}`, kind: "revolute", parent: `l${n}`, child: `l${n + 1}`, axis: [0, 0, 1], pose: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
+    const show = async (changed) => {
+        store.hello.world = changed;
+        strips.arrange();
+        await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+    };
+    await show({ ...world, drives: {}, robots: [{ ...world.robots[0], joints: [...Array(7).keys()].map(joint) }] });
+    strips.strips.forEach((strip) => strip.values.forEach((value) => { value.textContent = "−12.345"; }));
+    const { area } = strips, nodes = [...area.querySelectorAll(".strip")];
+    const found = [area.scrollHeight - area.clientHeight, [...area.querySelectorAll(".legend")].filter((node) => node.scrollWidth > node.clientWidth + 1).length,
+        strips.strips.flatMap((strip, n) => (strip.plot.axes[0]._size > 0 ? [n] : [])), new Set(nodes.map((node) => node.getBoundingClientRect().x)).size];
+    await show(world);
+    return found;
+}"""
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1024, 768), (1920, 1080)])
+def test_the_charts_of_an_arm_with_seven_joints_fit(page, size):
+    """Five strips in two columns, each of which ends with a time axis."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    found = page.evaluate(SEVEN)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert found == [0, 0, [3, 4], 2] and page.locator(".strip").count() == 3
+
+
+# Places of the regions of the page.
+REGIONS = "[...document.querySelectorAll('.panel, header .cell, .hud:not(.now)')].map((node) => Object.values(node.getBoundingClientRect().toJSON()).join())"
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 800), (1024, 768), (800, 780), (390, 844)])
+def test_the_slot_now_shows_what_is_under_way_and_moves_nothing(page, size):
+    """A plan of the supervisor, then a command, and otherwise the phase of the scenario. The slot covers no control."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    lost = page.evaluate("station.replay.events.find(({ event }) => event === 'DEVICE_LOST').time")
+    page.evaluate("station.replay.use('telemetry')")
+    places, shown = [], []
+    for seconds in (26.0, lost + 0.3, lost + 4.0):
+        page.evaluate("async (seconds) => { station.replay.seek(seconds); await Promise.resolve(); }", seconds)
+        shown.append(page.inner_text(".hud.now .name") if page.is_visible(".hud.now") else "")
+        places.append(page.evaluate(REGIONS))
+        assert page.evaluate(station.OVERLAPPING) == []
+        if "Plan" in shown[-1]:
+            assert page.locator(".hud.now .steps .present").inner_text().split("\n")[0].startswith("network to OFFLINE")
+            assert page.evaluate("document.querySelector('.hud.now .runs i').style.width") == "60%"
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert shown[:2] == ["follow", "Plan NETWORK_DOWN"] and "Plan" not in shown[2]
+    assert places[0] == places[1] == places[2]
 
 
 def contrast(*colours):
@@ -445,6 +498,13 @@ def test_a_report_is_one_file(browser, flight, session_directory):
         page.screenshot(path=str(PICTURE if os.environ.get("UPDATE_PICTURES") else session_directory / "report-dark.png"))
         if os.environ.get("UPDATE_PICTURES"):
             write_film(browser, flight.directory)
+        page.keyboard.press("P")  # The values are in a tab of the log: any of them goes into the charts.
+        assert page.evaluate("document.activeElement.closest('#log-Values-panel') !== null")
+        page.click("section[aria-label='JOYSTICK 4711'] button.chart >> nth=1")
+        assert page.locator(".strip").count() == 4 and page.evaluate("station.strips.area.scrollHeight - station.strips.area.clientHeight") == 0
+        page.click("button.away")
+        page.click("#log-Links")
+        page.locator("station-log .link-row:has-text('ROBOT_STATE')").wait_for()
         page.evaluate(station.AXE.read_text(encoding="utf-8"))
         found = page.evaluate("axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa', 'best-practice']})")
         assert not [f"{rule['id']}: {rule['nodes'][0]['html']}" for rule in found["violations"] if rule["impact"] in ("serious", "critical")]

@@ -23,7 +23,7 @@ def _structure(parameters, item):
 def hello(dictionary, flight, world, world_problem=None):
     """The mission of a flight as a message; `world` as lists, or None; `world_problem` says why its file cannot be read."""
     content = dictionary.content
-    kept = ("mission", "modes", "links", "power_available_w", "interface_hash", "buses")
+    kept = ("mission", "modes", "links", "power_available_w", "interface_hash", "buses", "plans")
     return {
         "kind": "hello",
         "flight": flight,
@@ -74,5 +74,6 @@ def about(item):
         "power_w": item.get("power_w"),
         "parameters": parameters,
         "functions": item.get("functions", []),
+        "severities": {event["name"]: event["severity"] for event in item["events"]},
         "configurations": [_configuration(item, part) for part in item["configurations"]],
     }

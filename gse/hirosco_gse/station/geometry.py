@@ -11,7 +11,7 @@ BRAKE = "ParameterName=Holding brake state"
 
 
 def _pose(matrix):
-    return [float(number) for number in matrix.flatten()]
+    return [float(number) for row in matrix for number in row]
 
 
 def _bound(value):

@@ -19,8 +19,8 @@ from ..async_link import AsyncLink
 from ..command import UsageError, words_of
 from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
 from ..files import MACHINE, PageFiles
-from ..identifiers import device_of
 from ..place import CLASSES, LOOPBACK, Place, compare_classes, end_of, world_of
+from ..sentences import told
 from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
 from ..values import quoted
 from . import display
@@ -512,9 +512,8 @@ class Hub:
             "kind": "event", "number": len(self.events), "subsystem": subsystem,
             "severity": decoded["severity"],
             "event": decoded["event"],
-            "text": telemetry.describe(packet, decoded, self.dictionary).split(decoded["event"], 1)[-1].strip(),
-            "device": device_of(decoded["values"]),
             "time": self.seconds,
+            **told(self.dictionary.subsystem_of_apid(packet.apid).event(decoded["event"]), decoded["values"]),
         }
         self.events.append(message)
         self.publish(message)

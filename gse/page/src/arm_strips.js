@@ -6,6 +6,13 @@ import { groups, moving } from "./kinematics.js";
 
 export const LINES_MAX = 4;
 export const COLOURS = ["measured", "second", "force", "fg1"]; // Of the lines of a strip.
+const COLUMN_MAX = 3; // Strips of one column.
+
+// Number of columns for so many strips: if one column has no room for them, two.
+export const columnsFor = (count) => (count > COLUMN_MAX ? 2 : 1);
+
+// Whether strip `n` is the last one of its column, which has the time axis.
+export const isLowest = (n, count) => n + columnsFor(count) >= count;
 
 // Places of labels [px, downwards], in the order of `wanted`, that are at least `least` apart and between
 // `top` and `bottom`.

@@ -86,6 +86,7 @@ const SHAPES = {
     }),
     svg("path", { d: "M7 4v3h2.4", style: "fill:none;stroke:var(--off);stroke-width:1.4" }),
   ],
+  done: () => [svg("path", { d: "M2.5 7.5l3 3 6-7", style: "fill:none;stroke:var(--fg0);stroke-width:1.8" })],
   informative: () => [svg("circle", { cx: 7, cy: 7, r: 2.2, style: "fill:var(--fg2)" })],
 };
 

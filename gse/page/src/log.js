@@ -1,15 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events, commands, and the time line of the flight.
+// Events, commands, counts of packets, and the time line of the flight.
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
 import { el, isPageKey, lights, refill, renew, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
+import { Packets } from "./packets.js";
+import { Telemetry } from "./telemetry.js";
 
 // Most entries that the log shows; entries before and after the present instant of a replay.
 const SHOWN = 120,
   AROUND = 30;
 const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];
+
+// Scroll a list to its present entry, but not the page around it.
+function reveal(list) {
+  const entry = list.querySelector("[aria-current]")?.getBoundingClientRect();
+  if (!entry) return;
+  const { top, bottom } = list.getBoundingClientRect();
+  if (entry.top < top) list.scrollTop += entry.top - top;
+  else if (entry.bottom > bottom) list.scrollTop += entry.bottom - bottom;
+}
 
 class Log extends HTMLElement {
   connectedCallback() {
@@ -42,11 +53,22 @@ class Log extends HTMLElement {
     );
     this.own = el("div", { class: "filter", hidden: true }, this.whose);
     this.commandList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Commands" });
+    for (const list of [this.eventList, this.commandList])
+      list.addEventListener("keydown", (event) => this.walk(event));
+    this.packets = new Packets();
     this.lists = [
       ["Events", this.eventList],
       ["Commands", this.commandList],
+      ["Packets", this.packets.node],
     ];
-    if (document.body.classList.contains("report"))
+    // A report has no panel with these tabs; its log has them.
+    if (document.body.classList.contains("report")) {
+      const values = new Telemetry();
+      this.lists.push(["Values", values.node], ["Links", el("station-network")]);
+      store.on("parameter", () => {
+        this.pages.open("Values");
+        values.find.focus();
+      });
       this.lists.push([
         "Run",
         (this.facts = el("div", {
@@ -56,6 +78,7 @@ class Log extends HTMLElement {
           "aria-label": "Content of run.json",
         })),
       ]);
+    }
     this.pages = tabs(
       "log",
       this.lists.map(([name, list]) => [
@@ -66,10 +89,11 @@ class Log extends HTMLElement {
     );
     this.made = new Map(); // In a replay: event -> its entry, which is shown again and again.
     this.append(this.pages.list, ...this.lists.map(([, list]) => list.parentElement));
-    store.on("hello event command seen ready", () => this.plan());
+    store.on("hello event command counts seen ready", () => this.plan());
     store.on("event", (event) => {
       if (event.severity === "HIGH")
-        document.getElementById("alarm-said").textContent = `${event.subsystem} ${event.event}, high`;
+        document.getElementById("alarm-said").textContent =
+          `${event.subsystem} ${event.event}, high: ${event.text ?? ""}`;
     });
     document.addEventListener("keydown", (event) => {
       if (!isPageKey(event)) return;
@@ -124,13 +148,27 @@ class Log extends HTMLElement {
         event.text ? `  ${event.text}` : "",
       ),
     ];
-    if (!store.replay) return el("div", { class: isUnseen ? "entry critical" : "entry" }, ...parts);
-    return this.jump(event.time, parts);
+    return this.jump(event.time, parts, isUnseen);
   }
 
-  // Entry of a replay: a click shows its instant.
-  jump(time, parts) {
-    return el("button", { class: "entry", onclick: () => store.replay.seek(time) }, ...parts);
+  // Entry whose click shows its instant: in a flight in charts and time line, in a replay everywhere.
+  jump(time, parts, isUnseen) {
+    const show = () => (store.replay ? store.replay.seek(time) : store.tell("instant", time));
+    return el(
+      "button",
+      { class: isUnseen ? "entry critical" : "entry", tabindex: -1, onclick: show },
+      ...parts,
+    );
+  }
+
+  // A list is one stop of the Tab key; the arrow keys go through its entries.
+  walk(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    const entries = [...event.currentTarget.querySelectorAll("button.entry")];
+    const next = entries[Math.max(0, entries.indexOf(document.activeElement) + step)];
+    if (!step || !next) return;
+    event.preventDefault();
+    next.focus();
   }
 
   // Entry of an event of a replay, marked as past, present or to come.
@@ -149,6 +187,9 @@ class Log extends HTMLElement {
     const commands = store.replay ? store.replay.shownCommands().length : store.commands.size;
     text(this.pages.list.querySelector("#log-Events"), `Events ${events}`);
     text(this.pages.list.querySelector("#log-Commands"), `Commands ${commands}`);
+    const tab = this.pages.list.querySelector("#log-Packets");
+    tab.hidden = Boolean(store.replay); // No station has counted the packets of a recording.
+    text(tab, `Packets ${this.packets.sum("received")}`);
     this.offer();
     this.own.hidden = !store.replay?.commands.some((call) => call.own);
     // Only the list of the open tab is drawn.
@@ -171,7 +212,7 @@ class Log extends HTMLElement {
             ),
           ]),
     );
-    this.eventList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+    reveal(this.eventList);
   }
 
   // In a flight: the newest events, with those of severity HIGH that the user has not seen first.
@@ -207,7 +248,7 @@ class Log extends HTMLElement {
     }
     const none = store.replay ? "No command of an operator." : "No command of this station yet.";
     refill(this.commandList, ...(entries.length ? entries : [el("p", { class: "reason" }, none)]));
-    this.commandList.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+    reveal(this.commandList);
   }
 
   command(call) {
@@ -265,7 +306,25 @@ class TimeLine extends HTMLElement {
   connectedCallback() {
     this.names = el("div", { class: "name", style: "font-weight:500" });
     this.drawing = svg("svg", { role: "img", "aria-label": "Flight so far" });
-    this.mark = el("a", { class: "live-mark" }, "LIVE");
+    this.mark = el("a", { class: "live-mark", onclick: (event) => this.follow(event) }, "LIVE");
+    this.instant = null; // Instant that the charts show instead of the present one [s].
+    store.on("instant", (time) => {
+      this.instant = time;
+      this.draw();
+    });
+    store.on("hello", () => (this.instant = null));
+    const go = ({ offsetX }) =>
+      store.tell("instant", Math.min(store.now(), this.end * (offsetX / this.width)));
+    this.drawing.addEventListener("pointerdown", (event) => {
+      this.drawing.setPointerCapture(event.pointerId);
+      go(event);
+    });
+    this.drawing.addEventListener("pointermove", (event) => {
+      if (this.drawing.hasPointerCapture(event.pointerId)) go(event);
+    });
+    document.addEventListener("keydown", (event) => {
+      if (isPageKey(event) && event.key.toUpperCase() === "L" && this.instant !== null) this.follow(event);
+    });
     this.append(
       el("div", {}, el("div", { class: "hint" }, "Flight so far: states and events"), this.names),
       this.drawing,
@@ -274,14 +333,25 @@ class TimeLine extends HTMLElement {
     every(500, () => this.draw());
   }
 
+  // The charts follow the flight again.
+  follow(event) {
+    if (this.instant === null) return; // The mark may be a link to the replay.
+    event.preventDefault();
+    store.tell("instant", null);
+  }
+
   // In a replay the player has the time line, and this one is hidden.
   draw() {
     if (store.replay) return;
     // Only a station that answers can replay the flight.
     const isOver = !store.link.is_live && store.hasSocket && !store.link.is_silent && store.hello !== null;
+    const behind = this.instant === null ? null : Math.max(0, store.now() - this.instant);
     this.mark.classList.toggle("is-off", !store.link.is_live);
-    text(this.mark, isOver ? "Replay" : "LIVE");
-    if (isOver) this.mark.href = "/?replay";
+    this.mark.classList.toggle("is-behind", behind !== null);
+    const words = behind === null ? (isOver ? "Replay" : "LIVE") : `LIVE, ${Math.round(behind)} s behind`;
+    text(this.mark, words);
+    if (behind !== null) this.mark.href = "#live";
+    else if (isOver) this.mark.href = "/?replay";
     else this.mark.removeAttribute("href");
     const members = shownMembers();
     renew(this.names, ...members.map((name) => el("div", { style: "line-height:14px" }, name)));
@@ -289,14 +359,16 @@ class TimeLine extends HTMLElement {
     const now = store.now();
     const end = Math.max(60, now * 1.15);
     const x = (t) => (t / end) * width;
+    [this.end, this.width] = [end, width];
     const parts = [
       ...ticks(x, end, 2, width),
       ...lanes(x, members, now, 30),
       ...marks(x, store.events.slice(-300), 17),
     ];
+    const shown = x(this.instant ?? now);
     parts.push(
-      svg("path", { d: `M${x(now)} 4v54`, style: "stroke:var(--fg0);stroke-width:2" }),
-      svg("path", { d: `M${x(now) - 5} 0h10l-5 7z`, style: "fill:var(--fg0)" }),
+      svg("path", { d: `M${shown} 4v54`, style: "stroke:var(--fg0);stroke-width:2" }),
+      svg("path", { d: `M${shown - 5} 0h10l-5 7z`, style: "fill:var(--fg0)" }),
     );
     renew(this.drawing, ...parts);
   }

@@ -76,7 +76,7 @@ export class Replay {
       ]),
     );
     store.lanes = this.lanes;
-    this.events = events.map(([time, subsystem, severity, event, text, device], number) => ({
+    this.events = events.map(([time, subsystem, severity, event, text, device, values], number) => ({
       kind: "event",
       number,
       time,
@@ -85,6 +85,7 @@ export class Replay {
       event,
       text,
       device,
+      values,
     }));
     this.eventTimes = events.map(([time]) => time);
     this.commands = commands.map((call, n) => ({ kind: "command", number: n + 1, answer: [], ...call }));

@@ -8,11 +8,12 @@ import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment
 import { Actuators } from "./actuators.js";
 import { beat } from "./beat.js";
 import { Arm, cutBelow, FACETS, LOOK, shape } from "./body.js";
-import { SceneMarks, token, TRACE_S } from "./scene_marks.js";
+import { SceneMarks, token, TRACE_S, TRUTH } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, isPageKey, number, text } from "./dom.js";
 import { orbit } from "./orbit.js";
 import { LEAST_MS } from "./pace.js";
+import { Now } from "./now.js";
 import { isSoftware, Pictures } from "./picture.js";
 import { leadOf, moving, place, placedByTelemetry, placedByTruth, poses } from "./kinematics.js";
 import { tipForce, tipOf } from "./kinematics.js";
@@ -35,19 +36,18 @@ class Scene extends SceneMarks {
         el("button", { "aria-pressed": String(name === "Iso"), onclick: () => this.view(name) }, name),
       ),
     );
-    this.rate = el("div", { class: "hud tl name" }, "Telemetry");
     this.sourceButtons = Object.fromEntries(
-      [
-        ["telemetry", "Telemetry"],
-        ["truth", "Simulator’s truth"],
-      ].map(([name, words]) => [
+      Object.entries({ telemetry: "Telemetry", truth: "Truth" }).map(([name, words]) => [
         name,
-        el("button", { onclick: () => (store.replay ?? this).use(name) }, words),
+        el("button", { "data-source": name, onclick: () => (store.replay ?? this).use(name) }, words),
       ]),
     );
+    this.sourceButtons.truth.title = "The true state of the simulator (T)";
+    this.sourceButtons.truth.hidden = true;
+    this.truthMark = el("div", { class: "hud tl below name", hidden: true }, TRUTH);
     this.sources = el(
       "div",
-      { class: "hud tl choice", role: "group", "aria-label": "What moves the robot", hidden: true },
+      { class: "hud tl choice", role: "group", "aria-label": "What moves the robot" },
       ...Object.values(this.sourceButtons),
     );
     this.supplement = el("div", { class: "hud tl lacking hint", hidden: true });
@@ -87,8 +87,9 @@ class Scene extends SceneMarks {
       );
     this.append(
       this.canvas,
-      this.rate,
+      new Now().node,
       this.sources,
+      this.truthMark,
       this.supplement,
       this.views,
       this.hud,
@@ -131,7 +132,7 @@ class Scene extends SceneMarks {
     store.on("other-source", () => {
       const from = store.replay ?? this;
       const other = this.sourceButtons[from.which === "truth" ? "telemetry" : "truth"];
-      if (!this.sources.hidden && !other.disabled) other.click();
+      if (!other.hidden && !other.disabled) other.click();
     });
     store.on("housekeeping", (message) => {
       if (this.which !== "truth") this.take(message);
@@ -393,13 +394,12 @@ class Scene extends SceneMarks {
     if (!this.robot) return;
     this.veil.hidden = Boolean(row);
     text(this.veil.firstChild, "no position in the record at this instant");
-    this.rate.hidden = true;
-    this.sources.hidden = false;
     for (const [name, button] of Object.entries(this.sourceButtons)) {
       button.setAttribute("aria-pressed", String(name === store.replay.which));
+      button.hidden = false;
       button.disabled = !store.replay[name]?.t.length;
     }
-    this.classList.toggle("truth", store.replay.which === "truth");
+    this.tellTruth(store.replay.which === "truth");
     if (!row) return;
     const before = this.trace[this.trace.length - 1]?.[0] ?? -1;
     if (time < before || time > before + 0.5)
@@ -416,8 +416,7 @@ class Scene extends SceneMarks {
   // so.
   offer() {
     if (store.replay) return;
-    this.sources.classList.add("below");
-    this.sources.hidden = !store.pace.is_there;
+    this.sourceButtons.truth.hidden = !store.pace.is_there;
     if (!store.pace.is_there && this.which === "truth") this.mark("telemetry");
     this.watch();
   }
@@ -452,7 +451,8 @@ class Scene extends SceneMarks {
   mark(which) {
     if (store.replay) return;
     this.which = which;
-    this.classList.toggle("truth", which === "truth");
+    this.tellTruth(which === "truth");
+    text(this.sourceButtons.telemetry, "Telemetry");
     for (const [name, button] of Object.entries(this.sourceButtons))
       button.setAttribute("aria-pressed", String(name === which));
     // `take` drops older messages. The new source may be slightly behind, so accept it from 1 s before the
@@ -499,11 +499,11 @@ class Scene extends SceneMarks {
       period: Math.min(300, period * 1000),
     };
     this.remember(message.time, this.tipAt(message.values, message.time));
-    const source = this.which === "truth" ? "Simulator’s truth" : "Telemetry";
     const span = message.time - this.trace[0][0];
     const rate = span > 0.3 ? ` ${Math.round((this.trace.length - 1) / span)} Hz` : "";
-    const isSlow = source === "Telemetry" && store.configuration(this.source) && !store.display(this.source);
-    text(this.rate, `${source}${rate}${isSlow ? ", no display structure" : ""}`);
+    const isTruth = this.which === "truth";
+    text(isTruth ? this.truthMark : this.sourceButtons.telemetry, `${isTruth ? TRUTH : "Telemetry"}${rate}`);
+    if (!isTruth) this.tellSlow();
   }
 
   // Move the robot from its positions in the last report but one to those in the last, within a period. A

@@ -15,6 +15,7 @@ const FORCE_LEAST = 0.5; // Smallest force that is drawn [N].
 const GHOST_M = 0.002,
   GHOST_RAD = (0.5 * Math.PI) / 180;
 const NEAR = 0.1; // Share of the range that counts as near a limit.
+export const TRUTH = "Simulator’s truth";
 export const TRACE_S = 6; // Length of the trace of the tip.
 const LOOK_LEAST = 1e-4; // Smallest difference that is drawn [m, rad].
 const GAP_S = 1; // Time without reports that interrupts the trace.
@@ -61,6 +62,20 @@ export class SceneMarks extends HTMLElement {
         .filter(Boolean)
         .join("; "),
     );
+  }
+
+  // Mark the scene while the truth moves the robot.
+  tellTruth(is) {
+    this.classList.toggle("truth", is);
+    this.truthMark.hidden = !is;
+    if (!is) text(this.truthMark, TRUTH);
+  }
+
+  // Say that no structure of the configuration reports the robot fast enough for the picture.
+  tellSlow() {
+    const isSlow = Boolean(store.configuration(this.source)) && !store.display(this.source);
+    this.truthMark.hidden = !isSlow;
+    if (isSlow) text(this.truthMark, "no display structure");
   }
 
   addGhost() {

@@ -248,6 +248,7 @@ class States extends HTMLElement {
     text(
       this.reason,
       line ||
+        (known?.state === "ERROR_OPERATIONAL" ? "recovery leads through OFFLINE" : "") ||
         (known?.phase && known.phase !== "IDLE" ? `phase ${known.phase}` : "") ||
         (store.replay || store.hello?.read_only ? store.barrier() : ""),
     );
@@ -307,17 +308,24 @@ class Network extends HTMLElement {
     const broken = links.filter((link) => isBroken(rows.get(link.name)?.state));
     const used = links.filter((link) => (rows.get(link.name)?.state ?? "closed") !== "closed");
     const lost = links.reduce((sum, link) => sum + (rows.get(link.name)?.lost ?? 0), 0);
+    // A link of a member that has failed may still be reported as open.
+    const failed = links.length
+      ? store.members().filter(({ name }) => store.states.get(name)?.state === "ERROR_OPERATIONAL").length
+      : 0;
+    const isFailed = broken.length + failed > 0;
     show(
       this.sym,
-      broken.length ? "critical" : open.length ? "normal" : "off",
-      broken.length ? "failed" : open.length ? "open" : "closed",
+      isFailed ? "critical" : open.length ? "normal" : "off",
+      isFailed ? "failed" : open.length ? "open" : "closed",
     );
     text(
       this.words,
       !links.length
         ? "no links in this mission"
-        : broken.length
-          ? `${broken.length} failed, ${open.length} open`
+        : isFailed
+          ? broken.length
+            ? `${broken.length} failed, ${open.length} open`
+            : `${failed} in error, ${open.length} open`
           : open.length
             ? `${open.length} open, ${lost} lost`
             : "closed",

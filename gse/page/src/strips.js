@@ -7,7 +7,7 @@ import uPlot from "uplot";
 
 import { store } from "./store.js";
 import { el, isPageKey, number, text, wordOf } from "./dom.js";
-import { apart, COLOURS, LINES_MAX, stripsOf } from "./arm_strips.js";
+import { apart, COLOURS, columnsFor, isLowest, LINES_MAX, stripsOf } from "./arm_strips.js";
 import { leadOf, tipForce } from "./kinematics.js";
 import { lineOf } from "./telemetry.js";
 
@@ -101,9 +101,9 @@ function heights(from, to) {
 }
 
 class Strip {
-  constructor(about, isLast) {
+  constructor(about, hasTimes) {
     this.about = about;
-    this.isLast = isLast;
+    this.hasTimes = hasTimes;
     this.values = about.lines.map(() => el("span", { class: "value" }));
     const isChosen = Boolean(about.lines[0]?.report);
     this.legend = el(
@@ -151,15 +151,15 @@ class Strip {
         width: this.place.clientWidth || 600,
         height: this.place.clientHeight || 72,
         legend: { show: false },
-        padding: [6, 24, this.isLast ? 0 : 6, 0], // Room for half a number of the axis above and below.
+        padding: [6, 24, this.hasTimes ? 0 : 6, 0], // Room for half a number of the axis above and below.
         cursor: { sync: { key: "station" }, drag: { x: true, y: false }, points: { show: false } },
         scales: { x: { time: false }, y: { range: (_, from, to) => heights(from, to) } },
         axes: [
           {
             ...axis,
-            size: this.isLast ? 20 : 0,
+            size: this.hasTimes ? 20 : 0,
             space: 70,
-            values: (_, ticks) => ticks.map((t) => (this.isLast ? `${t} s` : "")),
+            values: (_, ticks) => ticks.map((t) => (this.hasTimes ? `${t} s` : "")),
           },
           {
             ...axis,
@@ -350,6 +350,7 @@ class Strips extends HTMLElement {
       this.area,
     );
     store.on("chart", (line) => this.toggle(line));
+    store.on("instant", (time) => this.goTo(time));
     // Listeners of the window are called last: the arrow keys move the hand instead while the user has taken
     // it.
     window.addEventListener("keydown", (event) => this.key(event));
@@ -419,12 +420,9 @@ class Strips extends HTMLElement {
     this.strips = [
       ...stripsOf(leadOf(store.hello.world), reported, forceOf),
       ...chosen(store.charted.values()),
-    ].map((about, n, all) => new Strip(about, n === all.length - 1));
-    for (const strip of this.strips)
-      strip.onzoom = (range) => {
-        this.zoom = range;
-        this.draw();
-      };
+    ].map((about, n, all) => new Strip(about, isLowest(n, all.length)));
+    this.area.classList.toggle("two", columnsFor(this.strips.length) > 1);
+    for (const strip of this.strips) strip.onzoom = (range) => this.zoomTo(range);
     const none = el("p", { class: "reason" }, "No charts yet: P adds a parameter.");
     this.sizes.disconnect();
     for (const strip of this.strips) this.sizes.observe(strip.place);
@@ -434,6 +432,20 @@ class Strips extends HTMLElement {
 
   remake() {
     for (const strip of this.strips) strip.make();
+  }
+
+  // Show an instant of the flight in the middle of the charts; null: follow the flight.
+  goTo(time) {
+    const from = Math.max(0, (time ?? 0) - WINDOW_S / 2);
+    this.zoom = time === null ? null : [from, from + WINDOW_S];
+    this.draw();
+  }
+
+  // The user has changed the view. Without a zoom the charts of a flight follow it again.
+  zoomTo(range) {
+    if (range === null && !store.replay) store.tell("instant", null);
+    else this.zoom = range;
+    this.draw();
   }
 
   // Part of the flight that the charts show [s, s].
@@ -457,8 +469,7 @@ class Strips extends HTMLElement {
     }[event.key];
     if (!step || next === undefined || (next && (next[1] - next[0] < LEAST_S || next[0] < 0))) return;
     event.preventDefault();
-    this.zoom = next;
-    this.draw();
+    this.zoomTo(next);
   }
 
   // Words for the title with the time under the pointer.

@@ -255,45 +255,15 @@ export class Telemetry {
       "aria-label": "Filter of parameters",
       oninput: () => this.build(),
     });
-    this.total = el("p", { class: "reason counts-line" });
     this.list = el("div");
-    this.counts = el("tbody");
-    this.packets = el(
-      "section",
-      { "aria-label": "Packets" },
-      el(
-        "div",
-        { class: "head" },
-        el("h2", {}, "Packets"),
-        el("span", { class: "hint" }, "since the station was connected"),
-      ),
-      el(
-        "table",
-        {},
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            el("th", {}, "Subsystem"),
-            el("th", { class: "num" }, "Received"),
-            el("th", { class: "num" }, "Lost"),
-          ),
-        ),
-        this.counts,
-      ),
-    );
     this.node = el(
       "div",
       { style: "display:contents" },
       el("label", { class: "filter" }, el("span", {}, "Filter"), this.find),
-      this.total,
       el(
         "div",
         { class: "scroll", tabindex: 0, role: "group", "aria-label": "Housekeeping structures" },
         this.list,
-        this.packets,
       ),
     );
     this.sections = [];
@@ -366,29 +336,6 @@ export class Telemetry {
       return;
     }
     for (const section of this.sections) section.draw();
-    this.drawCounts();
-  }
-
-  drawCounts() {
-    const rows = Object.entries(store.counts);
-    const sum = (key) => rows.reduce((total, [, row]) => total + row[key], 0);
-    const dropped = store.dropped
-      ? `, ${counted(store.dropped, "report")} dropped: this page reads too slowly`
-      : "";
-    // No station has counted the packets of a recording.
-    this.total.hidden = this.packets.hidden = Boolean(store.replay);
-    text(this.total, `${counted(sum("received"), "packet")} received, ${sum("lost")} lost${dropped}`);
-    this.counts.replaceChildren(
-      ...rows.map(([name, row]) =>
-        el(
-          "tr",
-          {},
-          el("td", { class: "name" }, name),
-          el("td", { class: "value num" }, String(row.received)),
-          el("td", { class: "value num" }, String(row.lost)),
-        ),
-      ),
-    );
   }
 }
 

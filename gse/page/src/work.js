@@ -395,7 +395,7 @@ const KEYS = [
   ["T", "move the robot by the simulator’s truth or by telemetry"],
   ["P", "find a parameter"],
   ["Arrows + -", "in the scene: turn, zoom; in the charts: move, zoom"],
-  ["L", "return from the replay to the flight"],
+  ["L", "follow the flight again, return to it from the replay"],
   ["?", "show these keys"],
   ["Ctrl Shift S", "STOP ALL"],
 ];

@@ -76,7 +76,7 @@ def test_the_page_of_the_station_and_the_recording_are_inside(flight_directory, 
     assert f'url(data:font/woff2;base64,{base64.b64encode(b"wOF2").decode()})format("woff2")}}' in page
     inside = base64.b64decode(re.search(r'id="recording" type="text/plain">([^<]*)<', page)[1])
     whole = gzip.decompress(inside)
-    assert b'"DEVICE_LOST", "NODE=STICK (0x21)"' in whole.replace(b'","', b'", "') and b'"hello"' in whole
+    assert b'"DEVICE_LOST", "A device does not answer any more: node STICK (0x21)"' in whole.replace(b'","', b'", "') and b'"hello"' in whole
 
 
 def test_without_a_built_page_the_next_step_is_printed(flight_directory, dictionary_path, tmp_path, monkeypatch, capsys):
@@ -89,7 +89,7 @@ def test_without_a_built_page_the_next_step_is_printed(flight_directory, diction
     assert f"make report OUT={tmp_path}" in page and "16 of 16 figures hold" in page
     assert 'class="reason"' not in page  # This class cuts text that is longer than one line.
     cells = [re.findall("<td>(.*?)</td>", row) for row in re.findall("<tr>(.*?)</tr>", page)]
-    assert any("DEVICE_LOST" in row and "HIGH" in row and "NODE=STICK (0x21)" in row for row in cells)
+    assert any("DEVICE_LOST" in row and "HIGH" in row and "A device does not answer any more: node STICK (0x21)" in row for row in cells)
     assert any(row[1:3] == ["MANIPULATOR", "OPERATIONAL"] for row in cells if len(row) == 4)
     assert any(row[1] == "set parameter values: MANIPULATOR" for row in cells if len(row) == 4)
     assert [report._outcome(lights) for lights in ("dddd", "dfee", "ddwe")] == ["done", "failed", "not known"]

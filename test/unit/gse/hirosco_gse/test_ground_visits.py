@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lines of the actor `ground` in a script, and their recording from the packet log of a flight."""
 
+import signal
 import socket
+import threading
 
 import pytest
 from hirosco_gse import packets, visits
+from hirosco_gse.cli import main
 from hirosco_gse.script import Script, ScriptError
 from hirosco_gse.session import Session
 from tm_packets import build_tm
@@ -142,3 +145,44 @@ def test_a_script_without_a_step_lasts_until_the_last_action_of_other_users(dict
     session.now_ns = 3_000_000_000
     assert list(procedure) == []
     assert list(Script.parse("0 hand rest\n", "x", dictionary).procedure(session, 0)) == []
+
+
+def test_a_flight_without_an_operator_is_repeated_without_its_connection(dictionary_path, tmp_path):
+    """Only the recorded user connects: another connection would be in the packet log. The operator takes part in the scheduler without a port,
+    and leaves in a grant after the last action."""
+    (tmp_path / "s.scn").write_text("0.1 hand rest\n0.002 ground connect\n0.004 ground send 0102\n")
+    ground = socket.create_server(("127.0.0.1", 0))
+    scheduler = socket.socket(socket.AF_UNIX)
+    scheduler.bind(str(tmp_path / "cosim"))
+    scheduler.listen(1)
+    said, received = [], []
+
+    def grant():
+        client = scheduler.accept()[0]
+        lines = client.makefile("rw")
+        said.append(lines.readline())
+        for time_ns in (0, 2_000_000, 4_000_000, 4_500_000):
+            lines.write(f"grant {time_ns} 0 0 0\n")
+            lines.flush()
+            said.append(lines.readline())
+        stream = ground.accept()[0]
+        received.append(stream.recv(2))
+        ground.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            ground.accept()
+        for one in (stream, lines, client):
+            one.close()
+
+    thread, before = threading.Thread(target=grant), signal.getsignal(signal.SIGTERM)
+    thread.start()
+    try:
+        words = ["--port", str(ground.getsockname()[1]), "--dictionary", str(dictionary_path), "--run", str(tmp_path)]
+        assert main([*words, "--cosimulation", str(tmp_path / "cosim"), "script", str(tmp_path / "s.scn")]) == 0
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        thread.join(10)
+        for one in (ground, scheduler):
+            one.close()
+    assert received == [b"\1\2"]
+    assert said == ["join operator 0\n", "done 2000000 0 0\n", "done 4000000 0 0\n", "done 4000000 0 0\n", "leave\n"]
+    assert not (tmp_path / "operator.log").exists()  # Its absence says that a flight has no operator, also to a recording of the repetition.

@@ -74,8 +74,8 @@ def test_the_flight_is_shown_and_commanded(reached):
             assert tables["housekeeping"].get_row("MANIPULATOR.TORQUE_LIMIT")[1].style == "bold red"
             assert tables["housekeeping"].get_row("MANIPULATOR.TORQUE_OFFSET")[1].style == ""
             line = app.query_one("#events", RichLog).lines[0].text
-            assert "MEDIUM" in line and "MANIPULATOR.TORQUE_LIMIT" in line and "TORQUE=39.5 Nm" in line
-            assert "NODE=JOINT1 (0x11)" in app.query_one("#events", RichLog).lines[1].text
+            assert "MEDIUM" in line and "MANIPULATOR.TORQUE_LIMIT" in line and "torque 39.5 Nm" in line
+            assert "node JOINT1 (0x11)" in app.query_one("#events", RichLog).lines[1].text
             head = str(app.query_one("#head", Static).render())
             assert "rokviss" in head and f"127.0.0.1:{given['port']}" in head and "1000.0 s" in head
             entry = app.query_one("#command", Input)

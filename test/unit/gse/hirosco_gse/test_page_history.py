@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""History, kinematics, strips of a robot and pace of pictures of the page (gse/page/src/), run by Node.js."""
+"""History, kinematics, strips of a robot, pace of pictures and what is under way, of the page (gse/page/src/), run by Node.js."""
 
 import gzip
 import json
@@ -22,7 +22,7 @@ const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (n
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory):
     directory = tmp_path_factory.mktemp("page")
-    for name in ("arm_strips", "history", "kinematics", "pace", "recording"):
+    for name in ("arm_strips", "history", "kinematics", "pace", "recording", "under_way"):
         text = (SOURCES / f"{name}.js").read_text(encoding="utf-8")
         (directory / f"{name}.mjs").write_text(text.replace('.js";', '.mjs";'), encoding="utf-8")
     return directory
@@ -30,7 +30,7 @@ def modules(tmp_path_factory):
 
 def printed(directory, script):
     """The JSON that an ECMAScript script prints."""
-    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\n{script}')
+    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, columnsFor, isLowest, stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\nimport {{ planOf, secondsOf, underWay }} from "./under_way.mjs";\n{script}')
     done = subprocess.run(["node", directory / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -199,3 +199,62 @@ def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
     assert told == [[0, 3, 4], 5]
     assert computed[0] == pytest.approx([0, 0, 2], abs=1e-4)
     assert truth == [[0, 0, 1], 1]
+
+
+def test_more_than_three_strips_are_in_two_columns(modules):
+    """The last strip of each column has the time axis."""
+    found = printed(modules, """
+        console.log(JSON.stringify([1, 3, 4, 5, 6].map((count) => [columnsFor(count), [...Array(count).keys()].filter((n) => isLowest(n, count))])));""")
+    assert found == [[1, [0]], [1, [2]], [2, [2, 3]], [2, [3, 4]], [2, [4, 5]]]
+
+
+MOMENT = """
+const plans = [{ name: "GRIPLESS", severity: "HIGH", subsystem: "HAND", event: "DEVICE_LOST", actions: [{ do: "LOG" }, { do: "MODE", mode: "SAFE", after: "2s" }] },
+    { name: "NETWORK_DOWN", severity: "HIGH", actions: [{ do: "STATE", target: "NETWORK", state: "OFFLINE", after: "500ms" }] },
+    { name: "EASE", severity: "MEDIUM", actions: [{ do: "STATE", target: "SELF", state: "SAFE_OPERATIONAL" }] }];
+const started = { event: "PLAN_STARTED", time: 10, values: { APID: "ARM", EVENT: "DEVICE_LOST" } };
+const lanes = new Map([["ARM", [[3, "OPERATIONAL"], [10.001, "ERROR_OPERATIONAL"], [10.52, "OFFLINE"]]]]);
+const at = (time, more = {}) => underWay({ time, events: [started], commands: [], plans, lanes, phases: [], severityOf: () => "HIGH", ...more });
+const said = (found) => found && [found.title, found.note, found.share === null ? null : Number(found.share.toFixed(3)), ...found.steps.map(({ words, is, time }) => `${is} ${words} ${time}`.trim())];
+"""
+
+
+def test_a_recovery_plan_is_under_way_until_its_last_state_is_reached(modules):
+    """Its first step is the reaction that precedes each plan. Its end is shown for 2 s, and a plan of a higher severity ends it at once. A step
+    whose process has died is not waited for."""
+    found = printed(modules, MOMENT + """
+        const over = { event: "PLAN_OVERRULED", time: 10.1, values: { APID: "ARM", EVENT: "DEVICE_LOST", BY_APID: "ARM", BY_EVENT: "PROCESS_LOST" } };
+        console.log(JSON.stringify([at(10.31), at(10.6), at(12.4), at(12.6), at(10.31, { events: [started, over] }), at(10.4, { severityOf: () => "MEDIUM" }),
+            at(14, { lanes: new Map() }), at(16, { lanes: new Map() }), at(10.31, { plans: [] })].map(said)));""")
+    done, last = "done network to ERROR_OPERATIONAL 10.0010 s", "done network to OFFLINE 10.5200 s"
+    assert found[0] == ["Plan NETWORK_DOWN", "running, step 2 of 2", 0.62, done, "running network to OFFLINE in 0.2 s"]
+    assert found[1] == found[2] == ["Plan NETWORK_DOWN", "completed", 1, done, last]
+    assert found[3] is None and found[4] is None
+    assert found[5] == ["Plan EASE", "running, step 1 of 1", None, "running ARM to SAFE_OPERATIONAL"]
+    assert found[6][1] == "running, step 1 of 2" and found[7][1] == "completed"
+    assert found[8][0] == "Plan built in" and found[8][4] == "running network to OFFLINE in 0.2 s"
+
+
+def test_a_plan_is_that_of_the_event_or_of_its_severity(modules):
+    names, seconds = printed(modules, MOMENT + """
+        const name = (...event) => planOf(plans, ...event)?.name ?? null;
+        console.log(JSON.stringify([[name("HIGH", "HAND", "DEVICE_LOST"), name("HIGH", "ARM", "DEVICE_LOST"), name("MEDIUM", "HAND", "X"), name("LOW", "HAND", "X")],
+            ["500ms", "2s", "250us", undefined, "odd"].map(secondsOf)]));""")
+    assert names == ["GRIPLESS", "NETWORK_DOWN", "EASE", None]
+    assert seconds == [0.5, 2, pytest.approx(250e-6), 0, 0]
+
+
+def test_a_procedure_a_command_and_a_phase_are_under_way(modules):
+    """A plan precedes a procedure, this a command, and this a phase of the scenario."""
+    found = printed(modules, MOMENT + """
+        const seen = (WHAT, STEP, PROCEDURE = "SWING") => ({ event: "PROCEDURE_OBSERVED", time: 20, values: { PROCEDURE, WHAT, STEP } });
+        const call = (text, lights, more) => ({ text, time: 20, lights, over: false, ...more });
+        const begun = ["done", "done", "empty", "waiting"], move = call("cmd ARM.MOVE_TO POSITION=1,2 DURATION=4", begun), phases = [[18, 28, "follow"]];
+        console.log(JSON.stringify([
+            at(21, { events: [started, seen("STARTED", 0), seen("STEP", 3), seen("ENDED", 1, "OTHER")], commands: [move], phases }),
+            at(21, { events: [seen("STEP", 3), seen("ENDED", 3)], commands: [move], phases }), at(21, { events: [seen("HELD", 2)] }),
+            at(23, { events: [], commands: [call("state ARM OFFLINE", begun), call("ping", ["done", "waiting", "empty", "empty"]), call("x", begun, { over: true })] }),
+            at(25, { events: [], commands: [move] }), at(23, { events: [], phases }), at(28, { events: [], phases })].map(said)));""")
+    assert found == [["Procedure SWING", "running, step 3", None], ["cmd ARM.MOVE_TO POSITION=1,2 DURATION=4", "3.0 s to go", 0.25],
+                     ["Procedure SWING", "suspended, step 2", None], ["state ARM OFFLINE", "for 3.0 s", None],
+                     ["cmd ARM.MOVE_TO POSITION=1,2 DURATION=4", "ends now", 1], ["follow", "5.0 s to go", 0.5], None]

@@ -4,6 +4,8 @@
 import base64
 import json
 import pathlib
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -31,7 +33,7 @@ def test_the_page_can_read_every_world(path):
 def test_the_tip_of_rokviss_is_where_its_two_links_put_it():
     robot = world.read(ROOT / "descriptors" / "worlds" / "rokviss.xml").robots[0]
     for first, second in ((0.0, 0.0), (1.0472, -1.5708), (0.3, -2.0)):
-        tip = robot.poses([first, second])["finger"][:3, 3]
+        tip = np.array(robot.poses([first, second])["finger"])[:3, 3]
         both = first + second
         assert tip == pytest.approx([0.22 * np.cos(first) + 0.25 * np.cos(both), 0, 0.22 * np.sin(first) + 0.25 * np.sin(both)])
 
@@ -45,13 +47,22 @@ def test_joints_in_any_order_of_the_file_move_in_the_frame_of_their_parent(tmp_p
     assert (robot.joints[1].lower, robot.joints[1].upper, robot.joints[1].effort, robot.joints[1].velocity) == (-1, 2, 3, 4)
     # b is at (1, 0, 0), turned by 90 degrees about z and then about its own y: its z has the direction of a's
     # y.
-    poses = robot.poses([0.5, np.pi / 2])
+    poses = {name: np.array(pose) for name, pose in robot.poses([0.5, np.pi / 2]).items()}
     assert poses["b"][:3, 2] == pytest.approx([0, 1, 0], abs=1e-12)
     assert poses["c"][:3, 3] == pytest.approx([1, 1.5, 0], abs=1e-12)
     assert poses["d"][:3, 3] == pytest.approx([0, 1.5, 0], abs=1e-12)
     for pose in poses.values():
         assert pose[:3, :3] @ pose[:3, :3].T == pytest.approx(np.eye(3))
     assert robot.links["b"].shapes[0].size == (2.0, 4.0, 6.0)
+
+
+def test_the_station_does_without_numpy():
+    """It would take 13 MB of memory in a process that runs beside the flight."""
+    script = f"""import sys; from hirosco_gse import world; from hirosco_gse.station import geometry, server
+lists = [geometry.as_lists(world.read(path)) for path in {[str(path) for path in WORLDS]}]
+print(len(lists), [name for name in sys.modules if name.startswith("numpy")])"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT / "gse", capture_output=True, text=True, check=False)
+    assert done.stdout == f"{len(WORLDS)} []\n", done.stderr
 
 
 def test_an_element_that_cannot_be_read_is_named(tmp_path):
@@ -70,7 +81,7 @@ def test_a_body_starts_with_its_initial_state(tmp_path):
     path.write_text(f'<World name="w"><Robot name="a" urdf="{urdf}" base="free"><State at="1 2 3" rpy="0 0 1.5707963267948966"/></Robot>'
                     f'<Robot name="b" urdf="{urdf}" base="free"><State at="1 0 0" rpy="0 0 0" relativeTo="a.body"/></Robot>'
                     f'<Robot name="c" urdf="{urdf}" base="free"/></World>')
-    first, second, third = (robot.at for robot in world.read(path).robots)
+    first, second, third = (np.array(robot.at) for robot in world.read(path).robots)
     assert first[:3, 3].tolist() == [1, 2, 3] and np.allclose(first[:3, 0], [0, 1, 0])
     assert np.allclose(second[:3, 3], [1, 3, 3]) and np.allclose(second[:3, :3], first[:3, :3])
     assert np.array_equal(third, np.eye(4))
