@@ -327,9 +327,9 @@ static void begin_clearing(canopen_device_t* const device, const uint8_t number)
     const canopen_profile_pdo_t* const earlier =
         (device->mapping != NULL) ? device->mapping->earlier : device->profile->receive;
     const canopen_profile_pdo_t* const pdo = &earlier[number];
-    const bool is_left                     = device->receive[number].is_sent;
+    const bool holds_values                = device->receive[number].is_sent;
     uint16_t count                         = 0U;
-    for (uint8_t i = 0U; is_left && (i < pdo->entry_count); i++) {
+    for (uint8_t i = 0U; holds_values && (i < pdo->entry_count); i++) {
         const canopen_profile_entry_t* const entry = &pdo->entries[i];
         const bool acts_in_any_mode =
             (entry->word == PROFILE_TORQUE_OFFSET) || (entry->word == PROFILE_VALUE);

@@ -14,8 +14,8 @@
 #include "fsw/drives/drives.h"
 #include "pus/st02/st02_device_access.h"
 
-#define DRIVES_SUPPLY_EXPONENT 2U          ///< Exponent of the pulse duration (ST[02]).
-#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< Time that a sent frame needs to leave the controller.
+#define DRIVES_SUPPLY_EXPONENT 2U          ///< The pulse lasts 2^2 basic durations of the unit.
+#define DRIVES_SUPPLY_LEAVE_NS 10000000ULL ///< Time in which a sent frame leaves the controller.
 
 /// True if the instruction is a switch or a pulse.
 bool drives_supply_is(const pus_device_action_t* action);

@@ -34,8 +34,8 @@ def _ids(subsystems, members):
 
 
 def subject_of(item, event):
-    """Name of the value with the APID of the subsystem to which the event or configuration belongs that `item`, a value of `event`, identifies;
-    None if `item` identifies neither, or if there is no such value. For the item BY_EVENT this is BY_APID."""
+    """`item`, a value of `event`, may identify an event or a configuration of some subsystem. Returns the name of the value of `event` that has
+    the APID of this subsystem: BY_APID for the item BY_EVENT, otherwise APID. None if `item` identifies neither, or if there is no such value."""
     names = {one["name"] for one in event["parameters"] if isinstance(one, dict)}
     if item.get("kind") not in ("event id", "configuration id"):
         return None

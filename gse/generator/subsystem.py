@@ -70,14 +70,14 @@ TABLE = {
     ("Device", "Field"): "name! direction! type! scale offset safe unit",
     ("Device", "Endnode"): "type! bus redundantBus node name address port framing order direction baud checksum silence retry retryLongest",
 }
-REPORT_OCTETS = 4000
+REPORT_OCTETS = 4000  # Largest parameter, and largest housekeeping report.
 NESTING = 3  # Maximum depth of structures within the structure of a parameter.
 CONFIGURATION_LOOPS = 2  # Maximum number of loops in a configuration.
 SERVICES = 16  # Maximum number of services in a subsystem.
-PORT_OCTETS = 1024
-AUXILIARY_OCTETS = 1024
+PORT_OCTETS = 1024  # Largest sample of a port.
+AUXILIARY_OCTETS = 1024  # Largest auxiliary data of an event, and largest arguments of a function.
 HIGH_EVENT_HEAD = 27  # Octets of a stored report without its auxiliary data.
-HIGH_EVENTS_OCTETS = 2048
+HIGH_EVENTS_OCTETS = 2048  # All stored reports of HIGH events together.
 RATE = re.compile(r"([1-9][0-9]{0,3})/s\Z")
 
 
@@ -159,7 +159,7 @@ class Structure:
     """A housekeeping report."""
 
     id: int
-    interval: int
+    interval: int  # in cycles of its loop
     enabled: bool
     display: bool
     once: list

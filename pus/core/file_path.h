@@ -4,10 +4,10 @@
 /// `/` nor a wildcard. Therefore no path leads out of the root, and each file has only one path.
 ///
 /// A repository path in a request may begin with a `/`, and in a report it always does; the file name follows
-/// in a separate field.
+/// in a separate field. On the wire the length (u16) comes before the characters of a path, name or pattern.
 ///
 /// Context    Any; no state.
-/// Time       O(length).
+/// Time       O(length); pus_file_pattern_matches O(length of the pattern x length of the name).
 #ifndef PUS_CORE_FILE_PATH_H
 #define PUS_CORE_FILE_PATH_H
 
@@ -23,7 +23,7 @@ typedef struct {
 
 /// True if a text is a name; the text may be longer than a name.
 bool pus_file_name_is_good(const char* name);
-/// Read a repository path. False: malformed.
+/// Read a repository path. False: malformed, or longer than PUS_FILE_PATH_MAX; *out_path is then the root.
 bool pus_file_path_read(octet_reader_t* reader, pus_file_path_t* out_path);
 /// Read a name and append it to the directory *path. False: malformed, or the path becomes too long.
 bool pus_file_path_read_name(octet_reader_t* reader, pus_file_path_t* path);
@@ -44,7 +44,8 @@ void pus_file_name_write(octet_writer_t* writer, const char* name);
 /// Write a path with its leading `/`.
 void pus_file_path_write(octet_writer_t* writer, const pus_file_path_t* path);
 
-/// Read a search pattern into PUS_FILE_NAME_MAX + 1 characters. False: malformed.
+/// Read a search pattern into PUS_FILE_NAME_MAX + 1 characters. False: malformed; a pattern has 1 to
+/// PUS_FILE_NAME_MAX printable ASCII characters without `/`.
 bool pus_file_pattern_read(octet_reader_t* reader, char* out_pattern);
 /// True if a name matches the pattern: `*` stands for any characters or none, `?` for one character.
 bool pus_file_pattern_matches(const char* pattern, const char* name);

@@ -7,7 +7,7 @@
 /// was. Each request is released at most once, also across a restart (docs/decisions/0017): a step takes the
 /// due requests out of the schedule and stores their identifiers in one record; they are then under release,
 /// until the port has taken all of them. After a restart `lost` reports the requests in that record. If the
-/// record cannot be stored, the due requests are still released (counted in `unsaved`).
+/// record cannot be stored, `unsaved` counts that, and the due requests are still released.
 ///
 /// Ownership  The caller provides all arrays.
 /// Context    One loop.

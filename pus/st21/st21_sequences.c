@@ -206,7 +206,8 @@ static pus_reply_t abort_all(void* const object, pus_request_t* const request)
 
 // ---- Reports ----
 
-// The list of all sequences fits into one packet, because there are at most 255.
+// The list of all sequences, at most 255 entries of 9 octets, fits into one packet of 4096 octets. In a build
+// with a smaller PUS_PACKET_MAX pus_list_end refuses a list that is too long.
 static pus_reply_t report_status(void* const object, pus_request_t* const request)
 {
     const sequences_t* const self = object;
@@ -246,7 +247,7 @@ static pus_reply_t report_checksum(void* const object, pus_request_t* const requ
     return pus_done();
 }
 
-/// Write the entry at the offset of the cursor in the content.
+/// Write the entry at the offset of the cursor in the content. False: no entry is left.
 static bool write_entry(void* const object, pus_report_cursor_t* const cursor, octet_writer_t* const writer)
 {
     sequences_t* const self          = object;

@@ -43,16 +43,16 @@ typedef struct {
     const char* name;
     bool is_writer;
     flow_shm_shape_t shape;
-    flow_order_t order;      ///< Byte order of the numbers in records.
-    uint64_t retry_first_ns; ///< Delay after the first failure, >= 1.
-    uint64_t retry_longest_ns;
-    quota_t* quota; ///< Quota of open memories; null: not counted.
+    flow_order_t order;        ///< Byte order of the numbers in records.
+    uint64_t retry_first_ns;   ///< Delay after the first failure, >= 1.
+    uint64_t retry_longest_ns; ///< Longest delay, >= retry_first_ns.
+    quota_t* quota;            ///< Quota of open memories; null: not counted.
 } flow_shm_setup_t;
 
 typedef struct { // All counters wrap.
     uint32_t written;
     uint32_t read;
-    uint32_t refused; ///< Not written: no memory, or the queue is full.
+    uint32_t refused; ///< Not written: no memory, the queue is full, or this end is a reader.
     uint32_t torn;    ///< Reads that ended without a value because the writer kept overwriting it.
     uint32_t unfit;   ///< Read, but not a record of the expected layout.
 } flow_shm_counters_t;

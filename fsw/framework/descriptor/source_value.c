@@ -46,8 +46,8 @@ static bool is_identifier(const char* const name, const size_t length, const boo
     const char first = is_upper ? 'A' : 'a';
     for (size_t i = 0U; i < length; i++) {
         const bool is_letter = (name[i] >= first) && (name[i] <= (first + ('Z' - 'A')));
-        const bool is_joint  = is_digit(name[i]) || (name[i] == '_') || (!is_upper && (name[i] == '-'));
-        if (!is_letter && ((i == 0U) || !is_joint)) {
+        const bool is_inner  = is_digit(name[i]) || (name[i] == '_') || (!is_upper && (name[i] == '-'));
+        if (!is_letter && ((i == 0U) || !is_inner)) {
             return false;
         }
     }

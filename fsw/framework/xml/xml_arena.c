@@ -26,6 +26,7 @@ void xml_arena_leave(void)
 void xml_arena_reset(xml_arena_t* const arena)
 {
     FSW_ASSERT((arena != NULL) && (arena->words != NULL));
+    // The words are aligned to 8 octets. The first block begins at the first multiple of HEADER_OCTETS.
     arena->used = ((uintptr_t)arena->words % HEADER_OCTETS == 0U) ? 0U : (HEADER_OCTETS / 2U);
     arena->last = arena->used;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sockets: UDP datagrams and TCP streams over IPv4. Listens on loopback unless the caller names another
-/// address. Non-blocking, except the functions whose comment says that they wait. Interrupted calls are
-/// repeated inside.
+/// Sockets: UDP datagrams and TCP streams over IPv4, and local streams. A UDP or TCP socket is bound to the
+/// address that the caller names; ipv4 0 is every interface of the machine. Non-blocking, except the
+/// functions whose comment says that they wait. Interrupted calls are repeated inside.
 ///
 /// Ownership  The caller provides osal_socket_t; closed by osal_socket_close.
 /// Errors     Each function lists its statuses. On a system without a network, calls that open a socket of a
@@ -17,10 +17,10 @@
 
 typedef struct { // Private; descriptor < 0 when closed.
     int descriptor;
-    uint8_t waits_to_skip; // The next waits, of this number, sleep without polling first.
+    uint8_t waits_to_skip; // Number of next waits that sleep without polling first.
     uint8_t backoff; // Value of waits_to_skip after the last polling: 0 after a success, then 1, 3, 7 .. 127.
-    bool is_deferred;
-    bool is_kept; // The datagram that was received last is still in the socket.
+    bool is_deferred; // osal_socket_defer was called.
+    bool is_kept;     // The datagram that was received last is still in the socket.
 } osal_socket_t;
 
 typedef struct {
@@ -62,25 +62,26 @@ void osal_socket_defer(osal_socket_t* socket);
 
 /// Open a TCP socket that listens. Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_tcp_listen(osal_socket_t* socket, osal_address_t local);
-/// Accept a connection. STATUS_OK, STATUS_EMPTY, STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
+/// Accept a connection. STATUS_OK, STATUS_EMPTY, STATUS_EXHAUSTED (no descriptor or memory), STATUS_IO.
 MUST_USE status_t osal_tcp_accept(osal_socket_t* listener, osal_socket_t* out_client,
                                   osal_address_t* out_peer);
 /// Start to connect, without waiting. STATUS_OK (connected), STATUS_BUSY (call osal_tcp_connect_result),
-/// STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor left), STATUS_IO.
+/// STATUS_CLOSED (refused), STATUS_EXHAUSTED (no descriptor or memory), STATUS_IO.
 MUST_USE status_t osal_tcp_connect_begin(osal_socket_t* socket, osal_address_t to);
 /// Result of osal_tcp_connect_begin. STATUS_OK, STATUS_BUSY (no result yet), STATUS_CLOSED (refused, or no
 /// listener), STATUS_IO; with the last two the socket is closed.
 MUST_USE status_t osal_tcp_connect_result(osal_socket_t* socket);
-/// Send as much as the kernel takes. STATUS_OK with *out_sent >= 1, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
+/// Send as much of `size` octets (>= 1) as the kernel takes. STATUS_OK with *out_sent >= 1, STATUS_FULL,
+/// STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t osal_stream_send(osal_socket_t* socket, const uint8_t* octets, size_t size,
                                    size_t* out_sent);
-/// Receive octets. STATUS_OK with *out_size >= 1, STATUS_EMPTY, STATUS_CLOSED (the peer has ended the
-/// stream), STATUS_IO.
+/// Receive at most `capacity` octets (>= 1). STATUS_OK with *out_size >= 1, STATUS_EMPTY, STATUS_CLOSED (the
+/// peer has ended the stream), STATUS_IO.
 MUST_USE status_t osal_stream_receive(osal_socket_t* socket, uint8_t* octets, size_t capacity,
                                       size_t* out_size);
 
 /// Open a local (UNIX) stream socket that listens: for the co-simulation port of the scheduler and for
-/// control channels. Path <= 100 characters. Accept with osal_tcp_accept (peer address 0:0). The path stays
+/// control channels. Path 1 to 100 characters. Accept with osal_tcp_accept (peer address 0:0). The path stays
 /// until removed as a file. STATUS_OK, STATUS_EXISTS, STATUS_INVALID (path), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_local_listen(osal_socket_t* socket, const char* path);
 /// Make the two ends of a local stream, one of them for a child process. STATUS_OK, STATUS_IO.
@@ -92,7 +93,7 @@ MUST_USE status_t osal_local_pair(osal_socket_t* socket, osal_socket_t* out_peer
 /// STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_readable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Wait (wall-clock) until the socket is writable, that is, until osal_tcp_connect_begin has a result, at
-/// most timeout_ms. STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
+/// most timeout_ms (<= INT32_MAX). STATUS_OK, STATUS_TIMEOUT, STATUS_IO.
 MUST_USE status_t osal_socket_wait_writable(osal_socket_t* socket, uint32_t timeout_ms);
 /// Local address of a bound socket. STATUS_OK, STATUS_IO.
 MUST_USE status_t osal_socket_local_address(const osal_socket_t* socket, osal_address_t* out_local);

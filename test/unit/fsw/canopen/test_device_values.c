@@ -163,8 +163,8 @@ static void outputs_are_zero_in_a_new_configuration(void)
     TEST_ASSERT_EQUAL_UINT32(7U, device.values[0]);
 }
 
-/// Two objects are in the first PDO only, one is in both PDOs: the object that the second PDO still carries
-/// is not written.
+/// A setting makes the first PDO invalid. Two objects are in this PDO only, one is in both PDOs: the object
+/// that the second PDO still carries is not written.
 static void values_without_process_data_are_set_to_zero(void)
 {
     static const canopen_device_profile_t both = {
@@ -201,7 +201,7 @@ static void values_without_process_data_are_set_to_zero(void)
         scripted_bus_run(&bus);
     }
     TEST_ASSERT_EQUAL(STATUS_OK, status);
-    TEST_ASSERT_EQUAL_UINT(3U, node->writes);
+    TEST_ASSERT_EQUAL_UINT(3U, node->writes); // The setting, and zero for two objects.
     TEST_ASSERT_EQUAL_UINT32(1U, scripted_object(node, 0x6200U, 1U)->value);
     TEST_ASSERT_EQUAL_UINT32(0U, scripted_object(node, 0x6200U, 2U)->value);
     TEST_ASSERT_EQUAL_UINT32(0U, scripted_object(node, 0x2101U, 2U)->value);

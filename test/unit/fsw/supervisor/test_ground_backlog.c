@@ -121,7 +121,7 @@ static void plain_reports_leave_the_blocks_reserved_for_firm_ones(void)
     while (put(1U, 17U, 2U, 0U, 200U) == STATUS_OK) {
         plain++;
     }
-    TEST_ASSERT_EQUAL(80U, plain); // There are 128 blocks of this size.
+    TEST_ASSERT_EQUAL(80U, plain); // 128 blocks of this size, 48 of them reserved for FIRM reports.
     TEST_ASSERT_TRUE(supervisor_ground_backlog_room(&backlog, PUS_CLASS_PLAIN) > 200U);
     for (unsigned i = 0U; i < 48U; i++) {
         TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 1U, 8U, 0U, 200U));
@@ -158,8 +158,9 @@ static void bulk_reports_leave_room_for_requests(void)
     }
     // 320 blocks are kept from BULK reports; requests are accepted while 2 * 128 of these are free.
     TEST_ASSERT_EQUAL(65U, plain);
+    // GROUND_INTAKE_REPORTS requests may be outstanding. The last report above was the answer to one of them.
     for (unsigned i = 1U; i < GROUND_INTAKE_REPORTS; i++) {
-        // Every outstanding answer and its completion.
+        // The answer to each of the others, and its completion.
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(17U, 2U));
         TEST_ASSERT_EQUAL(STATUS_OK, put_routed(1U, 7U));
     }
@@ -237,7 +238,8 @@ static void waiting_reports_are_copied_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, message_ring_take(&ring, packet, sizeof packet, &size));
 }
 
-/// All slots of all queues; the reports of a class share one block: the largest number of waiting reports.
+/// There are more slots than blocks, so the reports of a class share one block. Then every slot of every
+/// queue is in use.
 static void full_queues_are_copied_completely(void)
 {
     static const uint8_t types[PUS_CLASSES][2] = {{1U, 7U}, {17U, 2U}, {3U, 25U}};

@@ -71,6 +71,16 @@ static void no_subsystem_gets_a_command_before_its_first_report(void)
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, fixture.members[FIXTURE_GROUND].state);
 }
 
+static void an_autostart_subsystem_at_the_first_position_of_the_table_starts(void)
+{
+    fixture_open();
+    mission_subsystem_t* const first = (mission_subsystem_t*)fixture.supervisor.registry[0].mission;
+    TEST_ASSERT_EQUAL_UINT16(16U, first->apid);
+    first->is_autostart = true;
+    fixture_run(50U);
+    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "16 TC 129.8 03"));
+}
+
 static void communication_is_started_again_after_a_command_to_offline(void)
 {
     fixture_open_up();
@@ -125,16 +135,6 @@ static const char* at(const char* text, const char* line)
     return found;
 }
 
-static void an_autostart_subsystem_at_the_first_position_of_the_table_starts(void)
-{
-    fixture_open();
-    mission_subsystem_t* const first = (mission_subsystem_t*)fixture.supervisor.registry[0].mission;
-    TEST_ASSERT_EQUAL_UINT16(16U, first->apid);
-    first->is_autostart = true;
-    fixture_run(50U);
-    TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "16 TC 129.8 03"));
-}
-
 static void check_order_of_shutdown(const char* text, bool has_request)
 {
     const char* const safe    = at(text, "16 TC 129.8 0404 from 8001");
@@ -160,10 +160,10 @@ static void a_mission_shuts_down_with_communication_last(void)
     fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL);
     fixture_forget();
     const uint8_t mode[1] = {MODE_SAFE};
-    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U); // This request is allowed in every mode.
+    (void)mission_tc(PUS_MISSION_SET_MODE, mode, 1U);
     fixture_run(2U);
     fixture_forget();
-    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U);
+    (void)mission_tc(PUS_MISSION_SHUT_DOWN, NULL, 0U); // Permitted in every mode, without a rule.
     fixture_run(30U);
     check_order_of_shutdown(fixture_look(), true);
     TEST_ASSERT_TRUE(fixture.is_finished);
@@ -323,7 +323,7 @@ static void the_log_is_switched_at_a_record(void)
     fixture_open_up();
     select_log(PACKET_LOG_SQLITE);
     const char* const line = at(fixture_look(), "G 131.4 0001");
-    // The number follows the code.
+    // TM[131,4]: both strategies (00, 01), the number of the first record, a failure code of 16 bits.
     const uint64_t first = strtoull(line + strlen("G 131.4 0001"), NULL, 16) >> 16U;
     TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
     select_log(PACKET_LOG_ASCII);
@@ -374,9 +374,13 @@ static void a_log_that_can_be_written_again_is_reported(void)
     fixture_run(2U);
     TEST_ASSERT_EQUAL(PACKET_LOG_RING, fixture.supervisor.log.strategy);
     TEST_ASSERT_EQUAL(0, unlink(path));
-    fixture_run(1500U);
+    // The log is selected again one second after the failure, without a request.
+    fixture_run(90U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_RING, fixture.supervisor.log.strategy);
+    fixture_run(20U);
     TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
-    // The log is selected again one second later, without a request.
+    fixture_run(1390U);
+    TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
     TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), "G 131.4 0301"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
 }
@@ -499,11 +503,11 @@ static void reports_of_a_dead_life_do_not_count_for_the_next(void)
     TEST_ASSERT_TRUE(fixture.supervisor.registry[2].is_heard);
 }
 
-static void a_command_for_a_previous_life_is_dropped(void)
+static void a_report_of_a_previous_life_is_dropped(void)
 {
     fixture_open_up();
     fixture_report(FIXTURE_GROUND, PUS_SERVICE_TEST, 2U, NULL, 0U);
-    message_take_control(&fixture.endpoint); // The command waits in the inbox.
+    message_take_control(&fixture.endpoint); // The report waits in the inbox.
     message_set_life(&fixture.endpoint, COMMUNICATION_APID, 9U);
     fixture_step();
     fixture_expect("");
@@ -540,7 +544,8 @@ static void reports_of_unknown_states_are_ignored(void)
         (void)pus_transition_report(&fixture.members[FIXTURE_ARM].process, &phase, fixture.now_ns);
         fixture_step();
         TEST_ASSERT_EQUAL(STATE_SAFE_OPERATIONAL, fixture.supervisor.registry[0].state);
-        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL); // The power is summed over all states.
+        // The permission adds up the power of all subsystems in their states, which index a table.
+        (void)fixture_request_state(LONE, STATE_PRE_OPERATIONAL);
         fixture_run(2U);
     }
 }
@@ -560,13 +565,13 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(supervisor_and_communication_start_without_a_request);
     RUN_TEST(no_subsystem_gets_a_command_before_its_first_report);
+    RUN_TEST(an_autostart_subsystem_at_the_first_position_of_the_table_starts);
     RUN_TEST(communication_is_started_again_after_a_command_to_offline);
     RUN_TEST(members_get_a_heartbeat_once_a_second);
     RUN_TEST(the_subsystem_with_the_shortest_time_out_sets_the_interval);
     RUN_TEST(a_mission_shuts_down_with_communication_last);
     RUN_TEST(a_stop_request_shuts_the_mission_down);
     RUN_TEST(a_stop_request_right_after_the_start_is_obeyed);
-    RUN_TEST(an_autostart_subsystem_at_the_first_position_of_the_table_starts);
     RUN_TEST(the_shutdown_waits_a_limited_time_for_the_first_member);
     RUN_TEST(the_shutdown_waits_a_limited_time_for_any_member);
     RUN_TEST(the_mission_shuts_down_without_communication);
@@ -584,7 +589,7 @@ int main(void)
     RUN_TEST(requests_to_a_stopped_process_end);
     RUN_TEST(a_request_that_has_ended_is_not_answered);
     RUN_TEST(reports_of_a_dead_life_do_not_count_for_the_next);
-    RUN_TEST(a_command_for_a_previous_life_is_dropped);
+    RUN_TEST(a_report_of_a_previous_life_is_dropped);
     RUN_TEST(a_start_that_fails_is_reported);
     RUN_TEST(reports_of_unknown_states_are_ignored);
     RUN_TEST(the_supervisors_counters_are_parameters);

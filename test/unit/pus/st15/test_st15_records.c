@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The start of the stores from records and media. The numbers of requests and reports are subtypes;
-// pus/catalogue/st15_storage.txt has their names and fields.
+// Changes that cannot be stored, and the start of the stores from records and media. The numbers of requests
+// and reports are subtypes; pus/catalogue/st15_storage.txt has their names and fields.
 #include "test/unit/pus/fixtures/stores.h"
 #include "unity.h"
 
@@ -29,6 +29,7 @@ static void a_change_that_cannot_be_stored_is_not_made(void)
     TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(2U));
     EXPECT_MESSAGES(1, 1, 1, 3, 1, 8);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 0U, STATUS_FULL);
+    TEST_ASSERT_TRUE(stores_storage.stores[0].state.is_enabled);
     stores_create("box", SIZE(2U), 0U, 0U);
     // The record of the selection cannot be stored.
     expect_stores_refused(20U, PUS_FAILURE_IO, 1U, STATUS_FULL);
@@ -49,7 +50,7 @@ static void media_that_fail_at_the_start_are_reported(void)
     stores_reports(4U, 4U);
     TEST_ASSERT_EQUAL_UINT32(1U, stores_storage.counters.lost);
     expect_stores_summary("ring", 0U, 0U, 0U, 0U, 0U);
-    stores_begin_request(); // A deletion is performed, without an effect.
+    stores_begin_request(); // The deletion of its content is performed, without an effect.
     stores_put_second(9U);
     octet_write_u8(&stores_request, 1U);
     stores_put_name("ring");
@@ -99,7 +100,9 @@ static void bad_records_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_storage_restore(&stores_storage, 0U, record, size - 1U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_storage_restore(&stores_storage, 0U, record, size + 1U));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_storage_restore(&stores_storage, STORES, record, size));
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, pus_storage_restore(&stores_storage, 512U, record, size));
+    // Keys are in use up to the selection of the last store.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
+                      pus_storage_restore(&stores_storage, 2U * PUS_STORE_SELECTION_KEY, record, size));
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND,
                       pus_storage_restore(&stores_storage, PUS_STORE_SELECTION_KEY + STORES, record, size));
     TEST_ASSERT_EQUAL(STATUS_INVALID,
