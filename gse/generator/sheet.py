@@ -16,7 +16,9 @@ SECTION = re.compile(r"([0-9a-f]{4})(?:sub([0-9a-f]{1,2}))?\Z", re.IGNORECASE)
 NUMBER = re.compile(r"-?(?:0x[0-9a-f]+|0[0-7]*|[1-9][0-9]*)\Z", re.IGNORECASE)
 # Data type of CiA 301 -> bits, signed. Process data contain no others.
 INTEGERS = {1: (1, False), 2: (8, True), 3: (16, True), 4: (32, True), 5: (8, False), 6: (16, False), 7: (32, False),
-            0x10: (24, True), 0x15: (64, True), 0x16: (24, False), 0x1B: (64, False)}
+            0x10: (24, True), 0x12: (40, True), 0x13: (48, True), 0x14: (56, True), 0x15: (64, True),
+            0x16: (24, False), 0x18: (40, False), 0x19: (48, False), 0x1A: (56, False), 0x1B: (64, False)}
+MEMBERS_MAX = 254
 UNIT_POSITION, UNIT_VELOCITY, ENCODER, GEAR, AXIS_STEP = 0x60A8, 0x60A9, 0x608F, 0x6091, 0x800
 RADIANS = {0x10: 1.0, 0x41: math.pi / 180.0, 0xB4: 2.0 * math.pi}  # CiA 303-2: rad, degree, revolution.
 SECONDS = {0x03: 1.0, 0x47: 60.0}
@@ -141,10 +143,27 @@ def _read(path, changed_ns, octets):
     for section in sections.values():
         match = SECTION.match(section.name)
         is_head = match and not match[2] and _number(section.get("objecttype", "7")) in (8, 9)  # Its members have sections of their own.
-        if match and not is_head and section.get("datatype"):
+        if is_head:
+            entries.update(_members(path, section, sections))
+        elif match and section.get("datatype"):
             entry = _entry(path, section)
             entries[int(match[1], 16), int(match[2] or "0", 16)] = entry
     return Sheet(path, entries, tuple(_emergencies(path, sections)))
+
+
+def _members(path, section, sections):
+    """The members of an array or record that have no sections of their own, because CompactSubObj describes them."""
+    text = section.get("compactsubobj") or "0"
+    count, index = _number(text), int(section.name, 16)
+    if count is None or not 0 <= count <= MEMBERS_MAX:
+        raise SheetError(path, section.line_of("compactsubobj"), f"[{section.name}] CompactSubObj={text}: expected a number of sub-objects from 0 to {MEMBERS_MAX}")
+    values = sections.get(f"{section.name.lower()}value")
+    if values:
+        raise SheetError(path, values.line, f"[{values.name}]: expected the values of CompactSubObj as DefaultValue in a section for each sub-object")
+    if not count:
+        return {}
+    member = _entry(path, section)
+    return {(index, 0): Entry(member.name, 5, str(count), "ro"), **dict.fromkeys(((index, number) for number in range(1, count + 1)), member)}
 
 
 def _entry(path, section):

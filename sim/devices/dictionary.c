@@ -74,9 +74,21 @@ uint8_t object_type_size(const object_type_t type)
     case OBJECT_INTEGER16:
     case OBJECT_UNSIGNED16:
         return 2U;
+    case OBJECT_INTEGER24:
+    case OBJECT_UNSIGNED24:
+        return 3U;
     case OBJECT_INTEGER32:
     case OBJECT_UNSIGNED32:
         return 4U;
+    case OBJECT_INTEGER40:
+    case OBJECT_UNSIGNED40:
+        return 5U;
+    case OBJECT_INTEGER48:
+    case OBJECT_UNSIGNED48:
+        return 6U;
+    case OBJECT_INTEGER56:
+    case OBJECT_UNSIGNED56:
+        return 7U;
     case OBJECT_INTEGER64:
     case OBJECT_UNSIGNED64:
         return 8U;

@@ -28,7 +28,15 @@ typedef enum {
     OBJECT_UNSIGNED32     = 0x07,
     OBJECT_VISIBLE_STRING = 0x09,
     OBJECT_OCTET_STRING   = 0x0A,
+    OBJECT_INTEGER24      = 0x10,
+    OBJECT_INTEGER40      = 0x12,
+    OBJECT_INTEGER48      = 0x13,
+    OBJECT_INTEGER56      = 0x14,
     OBJECT_INTEGER64      = 0x15,
+    OBJECT_UNSIGNED24     = 0x16,
+    OBJECT_UNSIGNED40     = 0x18,
+    OBJECT_UNSIGNED48     = 0x19,
+    OBJECT_UNSIGNED56     = 0x1A,
     OBJECT_UNSIGNED64     = 0x1B
 } object_type_t;
 
@@ -85,8 +93,9 @@ uint8_t object_type_size(object_type_t type);
 /// most of their objects in every cycle.
 static inline bool object_is_signed(const object_t* const object)
 {
-    return (object->type == OBJECT_INTEGER8) || (object->type == OBJECT_INTEGER16) ||
-           (object->type == OBJECT_INTEGER32) || (object->type == OBJECT_INTEGER64);
+    return ((object->type >= OBJECT_INTEGER8) && (object->type <= OBJECT_INTEGER32)) ||
+           (object->type == OBJECT_INTEGER24) ||
+           ((object->type >= OBJECT_INTEGER40) && (object->type <= OBJECT_INTEGER64));
 }
 
 /// Returns the number with its sign.

@@ -18,6 +18,7 @@
 #define OBJECT_TYPE_DEFSTRUCT 0x6
 #define OBJECT_TYPE_VAR 0x7
 #define OBJECT_TYPE_RECORD 0x9
+#define SUBINDEX_MAX 0xFE   // Last sub-index of a member.
 #define DATA_TYPE_MAX 0x25F // Last data type of device profiles in the object dictionary of CiA 301.
 
 /// A section of the file that describes an object; the keys that have been read so far.
@@ -28,6 +29,7 @@ typedef struct {
     bool has_name;
     bool has_type;
     bool has_access;
+    uint8_t compact;  // CompactSubObj: number of members that have no section of their own.
     bool is_left_out; // Of a type that CiA 301 defines and simulated devices do not have.
     long object_type;
     unsigned default_line;
@@ -213,6 +215,25 @@ static status_t append_name(eds_reader_t* const reader, const section_t* const s
     return STATUS_OK;
 }
 
+/// Add the members that CompactSubObj describes: sub-index 0 with their number, the others with the type,
+/// access and default of the section (CiA 306).
+static status_t append_members(eds_reader_t* const reader, section_t* const section)
+{
+    const object_t count = {.index       = section->object.index,
+                            .type        = OBJECT_UNSIGNED8,
+                            .size        = 1U,
+                            .is_readable = true,
+                            .value       = section->compact,
+                            .initial     = section->compact};
+    status_t status      = append(reader, &count);
+    for (unsigned i = 1U; (i <= section->compact) && !section->is_left_out && (status == STATUS_OK); i++) {
+        section->object.subindex = (uint8_t)i;
+        status                   = set_default(reader, section);
+        status                   = (status == STATUS_OK) ? append(reader, &section->object) : status;
+    }
+    return status;
+}
+
 /// At the end of a section, add its object to the dictionary.
 static status_t close_section(eds_reader_t* const reader)
 {
@@ -232,7 +253,7 @@ static status_t close_section(eds_reader_t* const reader)
     if (!section->has_subindex && (append_name(reader, section) != STATUS_OK)) {
         return STATUS_EXHAUSTED;
     }
-    if (is_head) {
+    if (is_head && (section->compact == 0U)) {
         return STATUS_OK;
     }
     if (!section->has_type) {
@@ -240,6 +261,9 @@ static status_t close_section(eds_reader_t* const reader)
     }
     if (!section->has_access) {
         return fail(reader, section->line, "no access", "AccessType in this section");
+    }
+    if (is_head) {
+        return append_members(reader, section);
     }
     status_t status = set_default(reader, section);
     if (status == STATUS_OK) {
@@ -268,7 +292,7 @@ static bool parse_section_name(const char* const name, object_t* const out_objec
     }
     const unsigned long subindex = strtoul(&name[7], &end, 16);
     out_object->subindex         = (uint8_t)subindex;
-    return (*end == '\0') && (subindex <= 0xFEU);
+    return (*end == '\0') && (subindex <= SUBINDEX_MAX);
 }
 
 static status_t open_section(eds_reader_t* const reader, char* const text)
@@ -279,6 +303,11 @@ static status_t open_section(eds_reader_t* const reader, char* const text)
     }
     *end            = '\0';
     status_t status = close_section(reader);
+    if ((status == STATUS_OK) && (strlen(text) == strlen("[1003Value")) &&
+        (strcasecmp(&text[strlen("[1003")], "Value") == 0)) {
+        return fail(reader, reader->line, text + 1,
+                    "the values of CompactSubObj as DefaultValue in a section for each sub-object");
+    }
     if (status == STATUS_OK) {
         section_t* section = &reader->section;
         memset(section, 0, sizeof *section);
@@ -341,6 +370,11 @@ static status_t take_number(const eds_reader_t* const reader, section_t* const s
         }
     } else if (strcasecmp(key, "DataType") == 0) {
         return take_type(reader, section, value, number);
+    } else if (strcasecmp(key, "CompactSubObj") == 0) {
+        if ((number < 0) || (number > SUBINDEX_MAX)) {
+            return fail(reader, reader->line, value, "a number of sub-objects from 0 to 254");
+        }
+        section->compact = (uint8_t)number;
     } else if (strcasecmp(key, "PDOMapping") == 0) {
         object->is_mappable = number != 0;
     } else if (strcasecmp(key, "LowLimit") == 0) {
@@ -375,8 +409,8 @@ static status_t take_entry(eds_reader_t* const reader, char* const text)
         section->default_line = reader->line;
         (void)snprintf(section->default_value, sizeof section->default_value, "%s", value);
     } else if ((strcasecmp(key, "ObjectType") == 0) || (strcasecmp(key, "DataType") == 0) ||
-               (strcasecmp(key, "PDOMapping") == 0) || (strcasecmp(key, "LowLimit") == 0) ||
-               (strcasecmp(key, "HighLimit") == 0)) {
+               (strcasecmp(key, "PDOMapping") == 0) || (strcasecmp(key, "CompactSubObj") == 0) ||
+               (strcasecmp(key, "LowLimit") == 0) || (strcasecmp(key, "HighLimit") == 0)) {
         return take_number(reader, section, key, value);
     }
     return STATUS_OK;

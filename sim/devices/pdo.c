@@ -37,10 +37,33 @@ bool pdo_init(pdo_t* const pdo, const pdo_direction_t direction, const uint16_t 
     return true;
 }
 
+/// Returns the object of a dummy entry, which names a data type instead of an object and skips its octets in
+/// a received PDO (CiA 301); null if there is no such type. All PDOs share these objects: nothing reads them.
+static object_t* dummy_object(const uint32_t mapping)
+{
+    static object_t dummy[] = {{.index = OBJECT_INTEGER8, .size = 1U, .is_writable = true},
+                               {.index = OBJECT_INTEGER16, .size = 2U, .is_writable = true},
+                               {.index = OBJECT_INTEGER32, .size = 4U, .is_writable = true},
+                               {.index = OBJECT_UNSIGNED8, .size = 1U, .is_writable = true},
+                               {.index = OBJECT_UNSIGNED16, .size = 2U, .is_writable = true},
+                               {.index = OBJECT_UNSIGNED32, .size = 4U, .is_writable = true}};
+    for (size_t i = 0U; i < (sizeof dummy / sizeof dummy[0]); i++) {
+        if (mapping == (((uint32_t)dummy[i].index << 16) | (8U * dummy[i].size))) {
+            return &dummy[i];
+        }
+    }
+    return NULL;
+}
+
 /// Returns the object of a mapping entry (index 16 bits, sub-index 8 bits, length [bits] 8 bits); null if the
 /// device has no such object that can be mapped with this length.
-static object_t* mapped_object(const dictionary_t* const dictionary, const uint32_t mapping)
+static object_t* mapped_object(const pdo_t* const pdo, const dictionary_t* const dictionary,
+                               const uint32_t mapping)
 {
+    object_t* const dummy = (pdo->direction == PDO_RECEIVE) ? dummy_object(mapping) : NULL;
+    if (dummy != NULL) {
+        return dummy;
+    }
     object_t* object     = dictionary_find(dictionary, (uint16_t)(mapping >> 16), (uint8_t)(mapping >> 8));
     const bool is_usable = (object != NULL) && object->is_mappable && !object_is_text(object) &&
                            ((mapping & 0xFFU) == (8U * object->size));
@@ -70,7 +93,7 @@ void pdo_configure(pdo_t* const pdo, const dictionary_t* const dictionary)
     pdo->octets          = 0U;
     for (unsigned i = 0U; (i < pdo->count_entry->value) && (i < PDO_ENTRIES_MAX); i++) {
         object_t* object = (pdo->map_entry[i] != NULL)
-                               ? mapped_object(dictionary, (uint32_t)pdo->map_entry[i]->value)
+                               ? mapped_object(pdo, dictionary, (uint32_t)pdo->map_entry[i]->value)
                                : NULL;
         if ((object != NULL) && ((pdo->octets + object->size) <= PDO_OCTETS_MAX)) {
             pdo->entry[pdo->entry_count] = object;
@@ -118,7 +141,7 @@ static uint32_t check_count(const pdo_t* const pdo, const dictionary_t* const di
     unsigned octets = 0U;
     for (unsigned i = 0U; i < (unsigned)value; i++) {
         const object_t* object = (pdo->map_entry[i] != NULL)
-                                     ? mapped_object(dictionary, (uint32_t)pdo->map_entry[i]->value)
+                                     ? mapped_object(pdo, dictionary, (uint32_t)pdo->map_entry[i]->value)
                                      : NULL;
         if (object == NULL) {
             return SDO_ABORT_NOT_MAPPABLE;
@@ -137,7 +160,7 @@ static uint32_t check_mapping(const pdo_t* const pdo, const dictionary_t* const 
     if (value == 0) {
         return 0U;
     }
-    const object_t* object = mapped_object(dictionary, (uint32_t)value);
+    const object_t* object = mapped_object(pdo, dictionary, (uint32_t)value);
     if ((object == NULL) || ((pdo->direction == PDO_RECEIVE) && !object->is_writable)) {
         return SDO_ABORT_NOT_MAPPABLE;
     }

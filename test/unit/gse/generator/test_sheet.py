@@ -47,6 +47,27 @@ def load(tmp_path, text):
     return sheet.load(path)
 
 
+COMPACT = "[1003]\nParameterName=errors\nObjectType=8\nDataType=0x16\nAccessType=ro\nCompactSubObj={}\nDefaultValue=5\n"
+
+
+def test_members_that_compact_sub_obj_describes_are_entries(tmp_path):
+    loaded = load(tmp_path, COMPACT.format(3) + "[1003Name]\nNrOfEntries=0\n")
+    assert loaded.defaults(0) == {(0x1003, 0): 3, (0x1003, 1): 5, (0x1003, 2): 5, (0x1003, 3): 5}
+    assert load(tmp_path, COMPACT.format(0)).entries == {}
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    (COMPACT.format(255), "device.eds:6: [1003] CompactSubObj=255: expected a number of sub-objects from 0 to 254"),
+    (COMPACT.format("x"), "device.eds:6: [1003] CompactSubObj=x: expected a number of sub-objects"),
+    (COMPACT.format(3).replace("=5", "=0x1000000"), "device.eds:7: [1003] DefaultValue=0x1000000: expected an unsigned number of 24 bits"),
+    (COMPACT.format(3) + "[1003Value]\n1=9\n", "device.eds:8: [1003Value]: expected the values of CompactSubObj as DefaultValue in a section for each sub-object"),
+])
+def test_wrong_members_of_compact_sub_obj_are_refused_with_their_line(tmp_path, text, message):
+    with pytest.raises(sheet.SheetError) as refused:
+        load(tmp_path, text)
+    assert message in str(refused.value)
+
+
 def test_entries_have_names_types_access_and_defaults(tmp_path):
     loaded = load(tmp_path, SMALL)
     assert sorted(loaded.entries) == [(0x1000, 0), (0x1018, 1), (0x1800, 1), (0x2000, 0)]

@@ -140,7 +140,7 @@ static void objects_of_other_types_are_left_out(void)
              "[1F50Sub1]\nParameterName=Program\nObjectType=0x2\nDataType=0x000F\nAccessType=wo\n"
              "[2000]\nParameterName=Gain\nDataType=0x8\nAccessType=rw\nLowLimit=-0.5\nDefaultValue=0.5\n"
              "[2001]\nParameterName=Domain\nObjectType=2\nAccessType=rw\n"
-             "[2002]\nParameterName=Angle\nDataType=0x10\nAccessType=ro\nDefaultValue=0xFFFFFF\n"));
+             "[2002]\nParameterName=Angle\nDataType=0x11\nAccessType=ro\nDefaultValue=1.5\n"));
     TEST_ASSERT_EQUAL_UINT(2U, dictionary.count);
     TEST_ASSERT_EQUAL_HEX64(1U, dictionary_find(&dictionary, 0x1000U, 0U)->value);
     TEST_ASSERT_EQUAL_HEX64(1U, dictionary_find(&dictionary, 0x1F50U, 0U)->value);
@@ -149,6 +149,50 @@ static void objects_of_other_types_are_left_out(void)
 }
 
 /// Makers write negative numbers in hexadecimal as two's complement, in limits, too.
+static void numbers_of_24_to_56_bits_are_read(void)
+{
+    static const struct {
+        unsigned type;
+        uint8_t size;
+        bool is_signed;
+    } types[] = {{0x10U, 3U, true},  {0x12U, 5U, true},  {0x13U, 6U, true},  {0x14U, 7U, true},
+                 {0x16U, 3U, false}, {0x18U, 5U, false}, {0x19U, 6U, false}, {0x1AU, 7U, false}};
+    for (size_t i = 0U; i < (sizeof types / sizeof types[0]); i++) {
+        char text[256];
+        (void)snprintf(text, sizeof text,
+                       "[2000]\nParameterName=a\nDataType=0x%X\nAccessType=rw\nDefaultValue=%s\n",
+                       types[i].type, types[i].is_signed ? "-2" : "2");
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, load(text), error);
+        TEST_ASSERT_EQUAL_UINT(1U, dictionary.count);
+        TEST_ASSERT_EQUAL_UINT8(types[i].size, dictionary.objects[0].size);
+        TEST_ASSERT_EQUAL_INT64(types[i].is_signed ? -2 : 2, object_signed(&dictionary.objects[0]));
+        dictionary_destroy(&dictionary);
+    }
+    expect_error("[2000]\nParameterName=a\nDataType=0x16\nAccessType=rw\nDefaultValue=0x1000000\n", 5U,
+                 "a DefaultValue inside DataType");
+}
+
+static void members_of_a_compact_array_are_read(void)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(
+        STATUS_OK,
+        load("[1003]\nParameterName=errors\nObjectType=8\nDataType=7\nAccessType=ro\n"
+             "CompactSubObj=3\nDefaultValue=5\n[1003Name]\nNrOfEntries=0\n"),
+        error);
+    TEST_ASSERT_EQUAL_UINT(4U, dictionary.count);
+    TEST_ASSERT_EQUAL_UINT64(3U, dictionary_find(&dictionary, 0x1003U, 0U)->value);
+    TEST_ASSERT_EQUAL_UINT64(5U, dictionary_find(&dictionary, 0x1003U, 3U)->value);
+    TEST_ASSERT_FALSE(dictionary_find(&dictionary, 0x1003U, 1U)->is_writable);
+    dictionary_destroy(&dictionary);
+    expect_error("[1003]\nParameterName=errors\nObjectType=8\nDataType=7\nAccessType=ro\nCompactSubObj=255\n",
+                 6U, "found '255', expected a number of sub-objects from 0 to 254");
+    expect_error("[1003]\nParameterName=errors\nObjectType=8\nCompactSubObj=3\n", 1U,
+                 "DataType in this section");
+    expect_error("[1003]\nParameterName=errors\nObjectType=8\nDataType=7\nAccessType=ro\nCompactSubObj=3\n"
+                 "[1003Value]\nNrOfEntries=1\n1=9\n",
+                 7U, "found '1003Value', expected the values of CompactSubObj as DefaultValue in a section");
+}
+
 static void a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement(void)
 {
     TEST_ASSERT_EQUAL_INT(
@@ -234,6 +278,8 @@ int main(void)
     RUN_TEST(default_values_of_all_types_are_read);
     RUN_TEST(errors_name_file_and_line);
     RUN_TEST(objects_of_other_types_are_left_out);
+    RUN_TEST(numbers_of_24_to_56_bits_are_read);
+    RUN_TEST(members_of_a_compact_array_are_read);
     RUN_TEST(a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement);
     RUN_TEST(duplicate_objects_and_empty_files_are_refused);
     RUN_TEST(a_missing_file_is_reported_with_the_next_step);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A node whose data sheet lacks what a device needs is refused before it is on its bus.
+#include "sim/devices/eds.h"
 #include "sim/devices/node.h"
+#include "sim/devices/pdo.h"
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
 
@@ -66,7 +68,9 @@ static void a_sheet_that_maps_what_a_device_cannot_transfer_is_refused(void)
     expect_refusal(COPY ": 1A00:02 maps");
     copy_sheet("1A00sub1]", "0x60410020"); // The object has 16 bits.
     expect_refusal(COPY ": 1A00:01 maps");
-    copy_sheet("1600sub1]", "0x00050008"); // A data type, which fills a gap.
+    copy_sheet("1A00sub1]", "0x00050008"); // A dummy entry, which only received PDOs may have.
+    expect_refusal(COPY ": 1A00:01 maps");
+    copy_sheet("1600sub1]", "0x00050010"); // The data type has 8 bits.
     expect_refusal(COPY ": 1600:01 maps");
     copy_sheet("1A01sub0]", "8"); // The sheet has fewer entries.
     expect_refusal(COPY ": 1A01:");
@@ -77,10 +81,31 @@ static void a_sheet_that_maps_what_a_device_cannot_transfer_is_refused(void)
     node_destroy(node);
 }
 
+/// CiA 301: the octets of a dummy entry are skipped, so that two devices can use one frame.
+static void a_dummy_entry_skips_octets_of_a_received_pdo(void)
+{
+    dictionary_t dictionary;
+    pdo_t pdo;
+    node_t* node = NULL;
+    copy_sheet("1600sub1]", "0x00060010"); // UNSIGNED16
+    TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, node_create(master.bus, COPY, 3U, &application, &node, error),
+                                  error);
+    node_destroy(node);
+    TEST_ASSERT_EQUAL_INT(STATUS_OK, eds_load(COPY, 3U, &dictionary, error));
+    TEST_ASSERT_TRUE(pdo_init(&pdo, PDO_RECEIVE, 0U, &dictionary));
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo_unusable_entry(&pdo));
+    memcpy(pdo.data, (const uint8_t[]){1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U}, sizeof pdo.data);
+    pdo_unpack(&pdo);
+    TEST_ASSERT_EQUAL_HEX16(6U, pdo.entry[0]->index);
+    TEST_ASSERT_EQUAL_HEX64(3U, pdo.entry[1]->value & 0xFFU);
+    dictionary_destroy(&dictionary);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_sheet_without_tpdos_is_refused);
     RUN_TEST(a_sheet_that_maps_what_a_device_cannot_transfer_is_refused);
+    RUN_TEST(a_dummy_entry_skips_octets_of_a_received_pdo);
     return UNITY_END();
 }
