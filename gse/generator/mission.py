@@ -352,7 +352,7 @@ def _resolve_link(mission, element):
         ports = mission.subsystem(name).ports() if mission.subsystem(name) else []
         port = next((p for p in ports if p.name == port_name), None)
         if not port or port.provided != provided:
-            element.wrong(attribute, f"SUBSYSTEM.PORT that it {'provides' if provided else 'requires'}")
+            element.wrong(attribute, f"SUBSYSTEM.PORT, a {'provided' if provided else 'required'} port")
         ends.append((mission.subsystem(name), port))
     (producer, output), (consumer, needed) = ends
     if output.layout_hash != needed.layout_hash:

@@ -490,7 +490,7 @@ def _initial(subsystem, element, initial):
     if not parameter:
         element.wrong("parameter", "the name of a parameter of this subsystem")
     if parameter.is_struct != ("field" in element.attributes):
-        element.fail(f"parameter {name} is {'a structure: name its field' if parameter.is_struct else 'no structure'}")
+        element.fail(f"parameter {name} is {'a structure: name its field' if parameter.is_struct else 'no structure and has no field'}")
     wanted = element.attributes["field"] if parameter.is_struct else name
     item = next((item for item in parameter.fields if item.name == wanted), None)
     if not item:

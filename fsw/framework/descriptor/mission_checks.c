@@ -217,8 +217,8 @@ static const mission_port_t* resolve_end(mission_builder_t* const builder, const
         return port;
     }
     descriptor_mission_builder_refuse(&builder->source, link->line, is_provided ? "from" : "to", words,
-                                      is_provided ? "Link>: expected SUBSYSTEM.PORT that it provides"
-                                                  : "Link>: expected SUBSYSTEM.PORT that it requires");
+                                      is_provided ? "Link>: expected SUBSYSTEM.PORT, a provided port"
+                                                  : "Link>: expected SUBSYSTEM.PORT, a required port");
     return NULL;
 }
 
