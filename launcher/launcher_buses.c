@@ -47,19 +47,25 @@ static bool refuse_to_create(launcher_t* const launcher, const launcher_bus_t* c
     return false;
 }
 
+/// Add the bit rates of a bus: the nominal one, and that of the data phase if there is one.
+static void add_rates(text_t* const text, const uint32_t bit_rate, const uint32_t data_bit_rate)
+{
+    text_add_unsigned(text, bit_rate);
+    if (data_bit_rate > 0U) {
+        text_add(text, "/");
+        text_add_unsigned(text, data_bit_rate);
+    }
+}
+
 static bool refuse_rate(launcher_t* const launcher, const mission_bus_t* const wanted, const char* const name,
                         const osal_can_interface_t* const seen)
 {
     text_t text = text_in(launcher->reason, sizeof launcher->reason);
     text_add(&text, name);
     text_add(&text, " runs at ");
-    text_add_unsigned(&text, seen->bit_rate);
-    text_add(&text, "/");
-    text_add_unsigned(&text, seen->data_bit_rate);
+    add_rates(&text, seen->bit_rate, seen->data_bit_rate);
     text_add_words(&text, (const char* const[]){" bit/s, bus ", wanted->name, " of the mission at ", NULL});
-    text_add_unsigned(&text, wanted->bit_rate);
-    text_add(&text, "/");
-    text_add_unsigned(&text, wanted->data_bit_rate);
+    add_rates(&text, wanted->bit_rate, wanted->data_bit_rate);
     text_add_words(&text, (const char* const[]){"; as root: ip link set ", name, " down; ip link set ", name,
                                                 " up type can bitrate ", NULL});
     text_add_unsigned(&text, wanted->bit_rate);
@@ -107,18 +113,16 @@ static bool refuse_query(launcher_t* const launcher, const char* const name, con
 
 // ---- Required properties of interfaces ----
 
-/// Check that the interface is up and has the frame format and, if the kernel reports it, the bit rate of the
-/// mission's bus.
+/// Check that the interface is up, not bus-off, and carries the frames of the mission's bus, and that it has
+/// the bit rate of the bus if the kernel reports one.
 static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted, const char* const name,
                    const osal_can_interface_t* const seen)
 {
     const bool is_fd = (wanted->data_bit_rate > 0U);
     if (is_fd && !seen->carries_fd && !seen->is_virtual) {
-        return refuse(launcher, name,
-                      " carries classic frames only (mtu 16), and the mission's bus is CAN FD: "
-                      "enable FD (ip link set ... type can ... fd on), or fly a mission whose bus "
-                      "has no dataBitRate, such as --mission classic; bus ",
-                      wanted->name, "");
+        return refuse(launcher, name, " carries classic frames only (mtu 16), and bus ", wanted->name,
+                      " of the mission is CAN FD: enable FD (ip link set ... type can ... fd on), or fly a "
+                      "mission whose bus has no dataBitRate, such as --mission classic");
     }
     if (is_fd && !seen->carries_fd) {
         return refuse_state(launcher, name,
@@ -131,7 +135,7 @@ static bool is_fit(launcher_t* const launcher, const mission_bus_t* const wanted
         return refuse_rate(launcher, wanted, name, seen);
     }
     if (!seen->is_up) {
-        return refuse(launcher, name, " is down; as root: ip link set up ", name, "");
+        return refuse(launcher, name, " is down; as root: ip link set ", name, " up");
     }
     if (seen->is_bus_off) {
         return refuse_state(launcher, name, " is bus-off; check wiring and termination", "");
@@ -181,7 +185,10 @@ static bool create_vcan(launcher_t* const launcher, launcher_bus_t* const bus,
                       " is too long: vcan-BUS is the name of an interface, at most 15 characters", "");
     }
     const status_t status = osal_can_interface_claim(bus->published, &bus->claim);
-    if (status != STATUS_OK) {
+    if ((status != STATUS_OK) && (status != STATUS_EXISTS)) {
+        return refuse(launcher, "cannot claim the interface ", bus->published, ": ", status_text(status));
+    }
+    if (status == STATUS_EXISTS) {
         return refuse(launcher, "another run flies on ", bus->published,
                       ": wait for its end, or start this run in another network namespace (ip netns add, "
                       "ip netns exec)",
@@ -332,7 +339,7 @@ bool launcher_create_buses(launcher_t* const launcher)
     return is_created;
 }
 
-/// Report frames of a bus that did not arrive as announced.
+/// Print the counts of a bus if frames were late, lost or from outside the run, or if calls failed.
 static void print_hand_over(launcher_t* const launcher, const char* const bus, const char* const address)
 {
     osal_can_hand_over_t counts;

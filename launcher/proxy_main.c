@@ -16,7 +16,7 @@
 #define SLICE_MS 50U         ///< Interval of checks whether the run has ended.
 #define END_TIMEOUT_MS 5000U ///< Wall-clock time in which the program must end by itself.
 
-typedef struct { // All storage of the program.
+typedef struct { // All storage of the proxy.
     osal_shm_t run_shm;
     osal_shm_t scheduler_shm;
     run_state_t* run;
@@ -283,8 +283,9 @@ static void print_lost(proxy_t* const self)
     char line[LINE_MAX];
     text_t text = text_in(line, sizeof line);
     text_add(&text, self->run->components[self->component].name);
-    text_add(&text, ": datagrams lost that could not be sent, or were too long: ");
+    text_add(&text, ": ");
     text_add_unsigned(&text, target_link_lost(&self->target));
+    text_add(&text, " datagrams lost, because they could not be sent or were too long");
     self->reported_lost = target_link_lost(&self->target);
     (void)report_error(line, "");
 }
@@ -335,8 +336,8 @@ static bool serve(proxy_t* const self)
     }
     if ((status == STATUS_INVALID) || (status == STATUS_TOO_LARGE)) {
         (void)report_error(
-            "the protocol between the proxy and its program was violated; build both again: make "
-            "remote-endian, make rtos, ",
+            "the protocol between the proxy and its program was violated; build both again (make "
+            "remote-endian, make rtos): ",
             status_text(status));
     }
     return false;

@@ -8,7 +8,7 @@ from . import telemetry
 from .session import SessionError
 from .values import TEXT_MAX, ValueProblem, shortened
 
-REPLY_NS = 5_000_000_000  # longest wait for a report after the end of its verification
+REPLY_NS = 5_000_000_000  # longest wait for a report after the end of the verification of its request, mission time
 
 # Each character matches one alternative only. The search for a missing closing quotation mark therefore takes linear time.
 _PIECE = re.compile(r"""([ \t\r\n]+)|'([^']*)'|"([^"\\]*(?:\\.[^"\\]*)*)"|\\(.)|([^ \t\r\n'"\\]+)""", re.DOTALL)
@@ -54,17 +54,18 @@ class Command:
         object.__setattr__(self, "text", shortened(self.text, TEXT_MAX))
 
 
-def reply(verification, message):
-    """The received packets of this message, each with its decoded content."""
+def replies_of(verification, message):
+    """The reports of this message among the replies to a request: (packet, decoded content) of each."""
     return [(packet, decoded) for packet, decoded in verification.replies if packet.message == message]
 
 
 def line(session, packet, decoded):
+    """One line of the answer to a command: the text of a report, and its decoded content."""
     return {"text": telemetry.describe(packet, decoded, session.dictionary), **decoded}
 
 
 def simple(*requests):
-    """Procedure that performs requests one after the other."""
+    """Command that performs requests one after the other."""
 
     def procedure(session, timeout_ns):
         answer = []
@@ -81,7 +82,7 @@ def answers(session, request, message, timeout_ns):
     """Procedure: perform a request and return its reports of the given message."""
     verification = yield from session.execute(request, timeout_ns)
     what = f"{request.text}: TM[{message[0]},{message[1]}]"
-    return (yield from session.wait_for(lambda: reply(verification, message), REPLY_NS, what))
+    return (yield from session.wait_for(lambda: replies_of(verification, message), REPLY_NS, what))
 
 
 def rows_of(session, request, message, timeout_ns):

@@ -9,7 +9,7 @@ import itertools
 import struct
 
 from . import file_commands, packets, service_commands, telemetry
-from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, reply, rows_of, simple, words_of
+from .command import REPLY_NS, Command, UsageError, answers, asking, line, need, replies_of, rows_of, simple, words_of
 from .dictionary import STATES, STRATEGIES, SUPERVISOR_APID, DictionaryError, Structure
 from .files import MACHINE
 from .session import Rejected, Request, SessionError, TimedOut
@@ -127,7 +127,7 @@ def _link_open(dictionary, link):
         verification = yield from session.execute(request, timeout_ns)
 
         def answered():
-            return reply(verification, (130, 4)) + reply(verification, (130, 5))
+            return replies_of(verification, (130, 4)) + replies_of(verification, (130, 5))
 
         _, decoded = (yield from session.wait_for(answered, REPLY_NS, f"{text}: TM[130,4]"))[0]
         if "error" in decoded:

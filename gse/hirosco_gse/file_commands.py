@@ -2,7 +2,7 @@
 """Transfer files between the ground and the file store on board, through the supervisor's buffer, with requests of ST[06] and ST[23]."""
 
 from . import packets
-from .command import Command, UsageError, answers, reply
+from .command import Command, UsageError, answers, replies_of
 from .dictionary import SUPERVISOR_APID
 from .session import Rejected, Request, SessionError
 from .values import quoted, shortened
@@ -73,7 +73,7 @@ def _fetch(session, dictionary, path, span, timeout_ns):
     area = {"start_address": 0, "length": span[1]}
     dump = _request(dictionary, (6, 5), {"memory_id": BUFFER, "n": [area]}, "dump the buffer")
     done = yield from session.execute(dump, timeout_ns)
-    octets = b"".join(bytes.fromhex(area["data"]) for _, decoded in reply(done, (6, 6)) for area in decoded["n"])
+    octets = b"".join(bytes.fromhex(area["data"]) for _, decoded in replies_of(done, (6, 6)) for area in decoded["n"])
     if len(octets) != span[1] or packets.crc16(octets) != checksum:
         raise SessionError(f"{shortened(path)}: {len(octets)} octets were received, which are not those of the file: another user uses the buffer")
     return octets
@@ -103,7 +103,7 @@ def _list(dictionary, directory):
 
     def procedure(session, timeout_ns):
         found = yield from session.execute(request, timeout_ns)
-        entries = [entry for _, decoded in reply(found, (23, 13)) for entry in decoded["n"]]
+        entries = [entry for _, decoded in replies_of(found, (23, 13)) for entry in decoded["n"]]
         return [{"text": f"{entry['object_type']:9} {entry['object_name']}", **entry} for entry in entries]
 
     return Command(request.text, procedure, (request,))

@@ -14,7 +14,7 @@ value_type_t pus_scalar_type(const uint32_t parameter_id)
     return (layout < (uint32_t)VALUE_SCALARS) ? (value_type_t)layout : VALUE_SCALARS;
 }
 
-/// Find a scalar and the port's handle for it. Status of pus_scalar_find.
+/// Find a scalar and the port's handle for it. Statuses of pus_scalar_sample.
 static status_t find(const pus_parameter_port_t* const port, const uint32_t parameter_id,
                      uint16_t* const out_handle)
 {

@@ -6,7 +6,7 @@
 /// keep pointers to the objects that it uses in every cycle.
 ///
 /// Ownership  eds_load allocates, dictionary_destroy frees.
-/// Time       Search O(log n); access to a value O(1).
+/// Time       dictionary_find O(log n), other searches O(n) in the number of objects; access to a value O(1).
 #ifndef SIM_DEVICES_DICTIONARY_H
 #define SIM_DEVICES_DICTIONARY_H
 
@@ -46,10 +46,10 @@ typedef struct {
     object_type_t type;
     bool is_readable;
     bool is_writable;
-    bool is_mappable;
+    bool is_mappable; ///< A PDO may contain the object.
     bool has_low;
     bool has_high;
-    int64_t low;
+    int64_t low; ///< Limits of a number, if has_low and has_high.
     int64_t high;
     uint8_t size;   ///< Octets of a number; present octets of a string.
     uint64_t value; ///< Bits of a number.

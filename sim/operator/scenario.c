@@ -118,7 +118,7 @@ status_t scenario_interpret(scenario_line_t* const line, const char* const actor
     char* end           = NULL;
     const double time_s = strtod(head[0], &end);
     if ((*end != '\0') || !((time_s >= 0.0) && (time_s <= LATEST_S))) {
-        return scenario_error(line, head[0], "a time in s", error);
+        return scenario_error(line, head[0], "a time in s, 0 to 1000000", error);
     }
     if ((count < 2U) || !is_actor(head[1])) {
         return scenario_error(line, (count < 2U) ? "end of line" : head[1],

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reader of scenario files: one command per line, `<time s> <actor> <verb> <argument...>`, `#` starts a
-/// comment.
+/// Reader of scenario files: one command per line, `<time> <actor> <verb> <argument...>`, time 0 to 1e6 s;
+/// `#` starts a comment.
 ///
 /// Actors of the simulator are `hand` and `fault`; `operator` and `ground` belong to the ground segment.
 /// Each reader takes the lines of its actor and skips the others; a line with an unknown actor or without a
 /// time is an error for every reader. Times of one actor do not decrease. Errors name file:line, the value
-/// found and the expected one.
+/// found and the expected one; if the file cannot be opened, they name the file and the reason.
 #ifndef SIM_OPERATOR_SCENARIO_H
 #define SIM_OPERATOR_SCENARIO_H
 
@@ -80,7 +80,8 @@ MUST_USE status_t scenario_insert(scenario_lines_t* lines, const void* record, s
 MUST_USE status_t scenario_number(const scenario_line_t* line, size_t index, const char* name, double low,
                                   double high, double* out_value, char error[SCENARIO_ERROR_MAX]);
 
-/// Check that the verb has exactly `count` arguments. Returns STATUS_OK or STATUS_INVALID (error is filled).
+/// Check that the verb has exactly `count` arguments; `usage` is the expected line in the message. Returns
+/// STATUS_OK or STATUS_INVALID (error is filled).
 MUST_USE status_t scenario_arguments(const scenario_line_t* line, size_t count, const char* usage,
                                      char error[SCENARIO_ERROR_MAX]);
 

@@ -8,7 +8,8 @@
 #define WORLD_LATCH_FIELDS 11U
 extern const field_t world_latch_fields[WORLD_LATCH_FIELDS];
 
-/// Find the links and the device of a Latch. STATUS_OK, or STATUS_INVALID with the error.
+/// Complete a Latch: find its links and the device that closes it, check the attributes of the device, and
+/// refuse a Latch that repeats one above. STATUS_OK, or STATUS_INVALID with the error.
 status_t world_latch_finish(world_t* world, const element_t* element, void* record);
 
 #endif // SIM_WORLD_WORLD_LATCH_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file of a world or of a robot is either refused with file and line, or gives records in which every
-// index is in range, every tree lists parents first, and every number is finite.
+// The file of a world or of a robot is either refused with a message, or gives records in which every checked
+// index is in range, every tree lists parents first, and the numbers of robots are finite.
 #include "sim/operator/scene.h"
 #include "sim/plant/plant.h"
 #include "sim/world/world.h"
@@ -26,6 +26,20 @@ int LLVMFuzzerInitialize(int* const argc, char*** const argv)
     return 0;
 }
 
+static bool are_finite(const double* const numbers, const size_t count)
+{
+    bool are = true;
+    for (size_t i = 0U; i < count; i++) {
+        are = are && isfinite(numbers[i]);
+    }
+    return are;
+}
+
+static bool is_pose_finite(const pose_t* const pose)
+{
+    return are_finite(&pose->rotation.at[0][0], 9U) && are_finite(pose->position_m, 3U);
+}
+
 static void check_robot(const robot_model_t* const model)
 {
     FUZZ_CHECK((model->joint_count <= ROBOT_JOINTS_MAX) && (model->frame_count >= 1U) &&
@@ -37,18 +51,18 @@ static void check_robot(const robot_model_t* const model)
         FUZZ_CHECK((joint->parent <= i) && (joint->kind < ROBOT_JOINT_FIXED) && (joint->line >= 1U));
         FUZZ_CHECK(fabs(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2] - 1.0) < 1e-9);
         FUZZ_CHECK((joint->kind == ROBOT_JOINT_CONTINUOUS) || (joint->lower < joint->upper));
-        FUZZ_CHECK((body->mass_kg > 0.0) && isfinite(body->mass_kg) && isfinite(body->com_m[2]));
-        FUZZ_CHECK(isfinite(body->inertia_kgm2.at[0][0]) && isfinite(body->inertia_kgm2.at[1][2]));
+        FUZZ_CHECK((body->mass_kg > 0.0) && isfinite(body->mass_kg) && are_finite(body->com_m, 3U));
+        FUZZ_CHECK(are_finite(&body->inertia_kgm2.at[0][0], 9U) && is_pose_finite(&joint->origin));
         FUZZ_CHECK(robot_model_joint(model, joint->name) <= i);
         FUZZ_CHECK(!joint->is_mimic ||
                    ((joint->leader < model->joint_count) && !model->joint[joint->leader].is_mimic));
     }
     for (size_t i = 0U; i < model->frame_count; i++) {
-        FUZZ_CHECK((model->frame[i].body <= model->joint_count) &&
-                   isfinite(model->frame[i].pose.position_m[0]));
+        FUZZ_CHECK((model->frame[i].body <= model->joint_count) && is_pose_finite(&model->frame[i].pose));
     }
     for (size_t i = 0U; i < model->shape_count; i++) {
         FUZZ_CHECK((model->shape[i].frame < model->frame_count) && (model->shape[i].kind <= SHAPE_CYLINDER));
+        FUZZ_CHECK(is_pose_finite(&model->shape[i].pose));
     }
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The micro-VM as users and tests use it: a single command, a shell on a terminal, and all failures."""
+"""The micro-VM as users and tests use it: a single command, a shell on a terminal, and its failures."""
 
 import concurrent.futures
 import contextlib
@@ -133,7 +133,7 @@ def test_directories_of_a_killed_runner_are_removed_and_those_in_use_are_not(tmp
         (tmp_path / name).mkdir()
     lock = microvm.held(tmp_path / "control-used")
     for name in ("control-left", "control-used"):
-        os.utime(tmp_path / name, (0, 0))
+        os.utime(tmp_path / name, (0, 0))  # Old; a new directory may belong to a runner that has not locked it yet.
     microvm.remove_stale(tmp_path)
     os.close(lock)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["control-new", "control-used"]
@@ -305,7 +305,7 @@ def test_a_shell_on_a_terminal_gets_all_input_and_restores_the_terminal(tmp_path
         # When this shell prints `sleeps`, it is already the foreground process of the terminal, which Ctrl-C ends.
         terminal.type(b"sh -c 'echo slee\"\"ps; exec sleep 1000'\n")
         terminal.expect(b"sleeps")
-        # This input goes to the command and not to the emulator, and so does input that was typed before.
+        # Ctrl-C, like all input, goes to the shell in the VM and not to the emulator.
         terminal.type(b"\x03")
         terminal.expect(b"ready ")
         terminal.type(b"echo aft''er $?; tty; echo kept >$OUT/kept\n")
@@ -322,7 +322,7 @@ def test_a_shell_on_a_terminal_gets_all_input_and_restores_the_terminal(tmp_path
     assert not mentioning(tmp_path)
 
 
-# --- the place, its buses, its controllers: in every run, the flights of test_buses.py use them --------------------------
+# --- the place that runs HIL tests, its buses and its controllers (test_buses.py uses them in every run) -----------------
 
 @pytest.mark.long
 @pytest.mark.parametrize("case", places.cases(BUSES))

@@ -29,7 +29,7 @@ CPPCHECK = ["cppcheck", "--quiet", "--std=c99", "--addon=misra", "--enable=warni
 
 
 def read_deviations(text):
-    """(number of the line, id as cppcheck names it, list of file patterns) of each row of the two tables."""
+    """(number of the line, id as cppcheck names it, list of file patterns, whether it is found by hand) of each row of the two tables."""
     deviations = []
     for number, line in enumerate(text.splitlines(), 1):
         row = ROW.match(line)

@@ -114,7 +114,8 @@ uint32_t descriptor_subsystem_builder_lay_out(subsystem_descriptor_t* const desc
 
 // ---- Elements ----
 
-/// Set id and sizes of a parameter whose fields are complete.
+/// Set id and sizes of a parameter whose fields are complete. Refuse one that is too large, or that has the
+/// layout and id of another one.
 static void complete_parameter(source_t* const source, descriptor_parameter_t* const parameter,
                                const uint32_t layout)
 {

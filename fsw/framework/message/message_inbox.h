@@ -40,6 +40,7 @@ typedef struct {           // Private, except `blocks` (read-only).
     message_note_t notes[MESSAGE_INBOX_NOTES];
 } message_inbox_t;
 
+/// Make the inbox empty. `octets`: size of the storage, as for message_ring_init.
 void message_inbox_init(message_inbox_t* inbox, uint8_t* storage, size_t octets);
 /// Store a frame of at least MESSAGE_INBOX_HEADER octets; kind 0 has data. `stamp` counts all frames of the
 /// endpoint. STATUS_OK; STATUS_FULL: no room for its data.

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forms of commands: one for each entry of the dictionary. The values that a user types are converted to words of the command line.
 
-A form is plain JSON: {"id", "name", "kind", "subsystems", "fields"}; subsystems: those whose interface defines the words of the form. A field has a name, and may have unit, min, max, options (nothing else
-can be chosen), suggest (a list of names that may be chosen) and hint; `repeat` is a field with groups of fields, `choice` has the fields of
-the value of another field. The values of a form are a dict of texts, with a list of dicts for each `repeat`."""
+A form is plain JSON: {"id", "name", "kind", "subsystems", "fields"}; subsystems: those whose interface defines the words of the form. A
+field has a name, and may have unit, min, max, options (nothing else can be chosen), suggest (a list of names that may be chosen), hint and
+optional; `repeat` is a field with groups of fields, at least `least` of them; `choice` has the fields of the value of another field. The
+keys type, count and coding are for the check of the values. The values of a form are a dict of texts, with a list of dicts for each `repeat`."""
 
 import json
 import re
@@ -49,14 +50,15 @@ def script_of(calls):
 # ---- Fields ----
 
 
-def _scalars(item):
+def _field_of(item):
     """Field of an argument, a parameter or a member of a structure in the dictionary (JSON)."""
     field = {"name": item["name"], "unit": item.get("unit") or "", "type": item["type"], "count": int(item.get("count", 1))}
     field |= {key: item[key] for key in ("min", "max") if item.get(key) is not None}
     return field
 
 
-def _words_of(field, item, enumerations):
+def _with_words(field, item, enumerations):
+    """The field with the words of its enumeration: as options, or as a hint if it has several values."""
     numbers = enumerations.get(item.get("enumeration"))
     if numbers and field["count"] == 1:
         field["options"] = [{"value": word, "name": f"{number} {word}"} for word, number in numbers.items()]
@@ -169,7 +171,7 @@ def _group(fields, values, seen):
         if "repeat" in field:
             groups = values.get(field["name"]) or []
             if len(groups) < field["least"]:
-                raise UsageError(f"{field['name']}: at least {field['least']} group")
+                raise UsageError(f"{field['name']}: found {len(groups)} groups, expected at least {field['least']}")
             given[field["name"]] = [_group(field["fields"], group, dict(seen)) for group in groups]
         elif "choice" in field:
             given |= _group(field["cases"].get(str(seen.get(field["choice"])), ()), values, seen)
@@ -206,7 +208,7 @@ def _choice(name, options):
 
 
 def _function(item, one):
-    fields = tuple(_words_of(_scalars(argument), argument, item.get("enumerations", {})) for argument in one["arguments"])
+    fields = tuple(_with_words(_field_of(argument), argument, item.get("enumerations", {})) for argument in one["arguments"])
     if one["name"] == "RAISE":
         events = [{"value": str(event["id"]), "name": f"{event['id']} {event['name']}"} for event in item["events"]]
         fields = tuple({**field, "options": events} if field["name"] == "EVENT" else field for field in fields)
@@ -217,7 +219,7 @@ def _function(item, one):
 def _setting(item, parameter):
     name = f"{item['name']}.{parameter['name']}"
     members = parameter.get("fields") or [parameter]
-    fields = tuple(_words_of(_scalars(member), member, item.get("enumerations", {})) for member in members)
+    fields = tuple(_with_words(_field_of(member), member, item.get("enumerations", {})) for member in members)
     return Form(f"set {name}", f"{name}: set", "TC[20,3]", fields, lambda values: ["set", name, ",".join(_compact(field, values) for field in fields)])
 
 
@@ -286,7 +288,7 @@ def _of_world():
 
 
 def _depending(name, form):
-    """The form of a subsystem, with its name if the interface of the subsystem defines words or values of the form."""
+    """The form; with the name of its subsystem if the interface of the subsystem defines words or values of the form."""
     return form if form.kind in STANDARD else replace(form, subsystems=(name,))
 
 

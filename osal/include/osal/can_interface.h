@@ -47,8 +47,8 @@ MUST_USE status_t osal_can_interface_create(const char* name, bool carries_fd, c
 /// STATUS_UNSUPPORTED (it is hardware), STATUS_IO.
 status_t osal_can_interface_remove(const char* name);
 
-/// Claim an interface against other claims on this machine (network namespace), whether it exists or not.
-/// Returns STATUS_OK, STATUS_EXISTS (claimed by another), STATUS_INVALID (name), STATUS_IO.
+/// Claim the name of an interface, whether it exists or not. Only one claim of a name can exist in a network
+/// namespace. Returns STATUS_OK, STATUS_EXISTS (claimed by another), STATUS_INVALID (name), STATUS_IO.
 MUST_USE status_t osal_can_interface_claim(const char* name, osal_can_claim_t* out_claim);
 /// Release a claim. No effect if the structure holds none.
 void osal_can_interface_release(osal_can_claim_t* claim);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIPC on a system that may lack it, for each port. posix/test_tipc.c tests messages.
+// TIPC on a system that may lack it, for both ports of osal. posix/test_tipc.c tests messages.
 #include "osal/include/osal/tipc.h"
 
 #include "unity.h"
@@ -18,7 +18,7 @@ void tearDown(void)
     osal_socket_close(&sock);
 }
 
-/// Open sockets of both kinds, with and without a name: all of them, or none.
+/// Open a socket without a name, and sockets of both kinds and scopes with a name: all of them, or none.
 static void all_sockets_open_or_none(void)
 {
     static const osal_tipc_name_t name = {TYPE, 3U};

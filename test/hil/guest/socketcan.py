@@ -157,13 +157,13 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     ip("link", "set", "can0", "up", "type", "can", "bitrate", "500000")
     ip("link", "add", "vcan-robot", "type", "vcan")
     refusals = {
-        "is down; as root: ip link set up vcan-robot": ["--bus", "vcan"],
+        "is down; as root: ip link set vcan-robot up": ["--bus", "vcan"],
         "there is no interface can9": ["--mission", "classic", "--bus", "can", "--interface", "robot=can9", "--time", "real"],
         "more than 15 characters": ["--mission", "classic", "--bus", "can", "--interface", "robot=a-name-of-17-long",
                                     "--time", "real"],
         "lo is an interface, but not for CAN": ["--mission", "classic", "--bus", "can", "--interface", "robot=lo",
                                                 "--time", "real"],
-        "can0 runs at 500000/0 bit/s, bus robot of the mission at 1000000/0": [
+        "can0 runs at 500000 bit/s, bus robot of the mission at 1000000;": [
             "--mission", "classic", "--bus", "can", "--interface", "robot=can0", "--time", "real"],
         "can1 is down": ["--mission", "classic", "--bus", "can", "--interface", "robot=can1", "--time", "real"],
         "can0 carries classic frames only (mtu 16)": ["--bus", "can", "--interface", "robot=can0", "--interface",

@@ -34,7 +34,7 @@ static bool parse(const char* line)
     return launch_options_parse(count, words, &options, error);
 }
 
-static void shared_memory_is_the_default(void)
+static void a_bus_is_shared_memory_unless_another_kind_is_given(void)
 {
     TEST_ASSERT_TRUE(parse(""));
     TEST_ASSERT_EQUAL(LAUNCH_BUS_SHM, options.bus);
@@ -73,7 +73,8 @@ static void an_empty_value_counts_as_not_given(void)
     static char* names[] = {"--mission",   "--scenario",      "--seed",      "--form",          "--time",
                             "--bus",       "--port",          "--tools",     "--links",         "--report",
                             "--transport", "--nodes",         "--out",       "--storage",       "--key",
-                            "--duration",  "--remote-endian", "--interface", "--sim-interface", "--world"};
+                            "--duration",  "--remote-endian", "--interface", "--sim-interface", "--world",
+                            "--delay",     "--rtos"};
     static char empty[]  = "";
     launch_options_t defaults;
     TEST_ASSERT_TRUE(parse(""));
@@ -89,6 +90,8 @@ static void an_empty_value_counts_as_not_given(void)
         TEST_ASSERT_EQUAL(defaults.has_report, options.has_report);
         TEST_ASSERT_EQUAL_UINT64(defaults.duration_ns, options.duration_ns);
         TEST_ASSERT_EQUAL_UINT16(defaults.port, options.port);
+        TEST_ASSERT_EQUAL_UINT16(defaults.delay_ms, options.delay_ms);
+        TEST_ASSERT_EQUAL_STRING(defaults.rtos, options.rtos);
         TEST_ASSERT_EQUAL_UINT(0U, options.interface_count + options.sim_interface_count);
     }
 }
@@ -100,9 +103,9 @@ static void a_name_has_letters_digits_hyphen_and_underscore_only(void)
         static char name[] = "--mission";
         char value[2]      = {(char)character, '\0'};
         char* words[]      = {name, value};
-        const bool is_letter =
+        const bool is_allowed =
             (strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", character) != NULL);
-        TEST_ASSERT_EQUAL_MESSAGE(is_letter, launch_options_parse(2, words, &options, error), value);
+        TEST_ASSERT_EQUAL_MESSAGE(is_allowed, launch_options_parse(2, words, &options, error), value);
     }
 }
 
@@ -142,9 +145,23 @@ static void a_path_is_limited_in_length(void)
     }
 }
 
-/// "--port" has other bounds than "--seed"; both are tested at the exact numbers.
+/// Each number has its own bounds, and is accepted at them and refused one beyond.
 static void a_number_is_accepted_within_its_bounds_only(void)
 {
+    static const struct {
+        const char* line;
+        const char* refusal;
+    } refused[] = {
+        {"--seed 18446744073709551616", "expected a number, 0 to 18446744073709551615"},
+        {"--seed 1:", "expected a number, 0 to 18446744073709551615"},
+        {"--seed /1", "expected a number, 0 to 18446744073709551615"},
+        {"--port 0", "1 to 65535"},
+        {"--port 65536", "1 to 65535"},
+        {"--tools 0", "1 to 65535"},
+        {"--tools 65536", "1 to 65535"},
+        {"--duration 0", "1 to 10000000"},
+        {"--duration 10000001", "1 to 10000000"},
+    };
     TEST_ASSERT_TRUE(parse("--seed 0"));
     TEST_ASSERT_EQUAL_UINT64(0U, options.seed);
     TEST_ASSERT_TRUE(parse("--seed 18446744073709551615"));
@@ -153,6 +170,11 @@ static void a_number_is_accepted_within_its_bounds_only(void)
     TEST_ASSERT_EQUAL_UINT16(65535U, options.port);
     TEST_ASSERT_EQUAL_UINT16(1U, options.tools);
     TEST_ASSERT_EQUAL_UINT64(1000000000U, options.duration_ns);
+    TEST_ASSERT_TRUE(parse("--port 1 --tools 65535 --duration 10000000"));
+    for (size_t i = 0U; i < (sizeof refused / sizeof refused[0]); i++) {
+        TEST_ASSERT_FALSE_MESSAGE(parse(refused[i].line), refused[i].line);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error, refused[i].refusal), error);
+    }
 }
 
 /// Only UDP links pass through the relay, and the relay needs simulated time.
@@ -299,7 +321,7 @@ static void a_remote_endian_program_takes_datagrams(void)
     TEST_ASSERT_EQUAL_STRING("", options.remote_endian);
 }
 
-static void contradictory_options_are_refused_with_the_reason(void)
+static void wrong_and_contradictory_options_are_refused_with_the_reason(void)
 {
     static const struct {
         const char* line;
@@ -334,14 +356,6 @@ static void contradictory_options_are_refused_with_the_reason(void)
         {"--world a.b", "or a path with / or the usual ending"},
         {"--delay 20 --rtos ARM", "omit --delay"},
         {"--rtos ARM --links shm", "shares no memory"},
-        {"--seed 18446744073709551616", "expected a number, 0 to 18446744073709551615"},
-        {"--seed 1:", "expected a number, 0 to 18446744073709551615"},
-        {"--seed /1", "expected a number, 0 to 18446744073709551615"},
-        {"--port 0", "1 to 65535"},
-        {"--tools 0", "1 to 65535"},
-        {"--tools 65536", "1 to 65535"},
-        {"--duration 0", "1 to 10000000"},
-        {"--duration 10000001", "1 to 10000000"},
         {"--unknown 1", "unknown option"},
         {"--remote-endian MANIPULATOR --form image", "needs a process of its own"},
         {"--remote-endian MANIPULATOR --time real", "keeps no deadline"},
@@ -400,7 +414,7 @@ static void there_are_not_more_interfaces_than_buses(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(shared_memory_is_the_default);
+    RUN_TEST(a_bus_is_shared_memory_unless_another_kind_is_given);
     RUN_TEST(options_that_are_not_given_have_their_defaults);
     RUN_TEST(an_empty_value_counts_as_not_given);
     RUN_TEST(a_name_has_letters_digits_hyphen_and_underscore_only);
@@ -415,7 +429,7 @@ int main(void)
     RUN_TEST(a_key_is_a_path);
     RUN_TEST(real_controllers_are_named);
     RUN_TEST(a_remote_endian_program_takes_datagrams);
-    RUN_TEST(contradictory_options_are_refused_with_the_reason);
+    RUN_TEST(wrong_and_contradictory_options_are_refused_with_the_reason);
     RUN_TEST(meaningful_combinations_are_accepted);
     RUN_TEST(there_are_not_more_interfaces_than_buses);
     return UNITY_END();

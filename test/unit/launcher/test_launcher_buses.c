@@ -197,13 +197,13 @@ static void a_controller_that_does_not_fit_is_refused_with_the_command_that_chan
     expect_unfit(seen, "can0 runs at 1000000/2000000 bit/s");
     seen            = can_fd;
     seen.carries_fd = false;
-    expect_unfit(seen,
-                 "can0 carries classic frames only (mtu 16), and the mission's bus is CAN FD: enable FD");
+    expect_unfit(
+        seen, "can0 carries classic frames only (mtu 16), and bus robot of the mission is CAN FD: enable FD");
     seen.is_virtual = true;
     expect_unfit(seen, "as root: ip link set can0 down; ip link set can0 up mtu 72");
     seen       = can_fd;
     seen.is_up = false;
-    expect_unfit(seen, "can0 is down; as root: ip link set up can0");
+    expect_unfit(seen, "can0 is down; as root: ip link set can0 up");
     seen            = can_fd;
     seen.is_bus_off = true;
     expect_unfit(seen,
@@ -213,6 +213,9 @@ static void a_controller_that_does_not_fit_is_refused_with_the_command_that_chan
     seen                                            = can_fd;
     seen.bit_rate                                   = 1U;
     expect_unfit(seen, "up type can bitrate 1000000");
+    seen.data_bit_rate = 0U;
+    expect_unfit(seen, "can0 runs at 1 bit/s, bus robot of the mission at 1000000; as root");
+    seen.data_bit_rate = can_fd.data_bit_rate;
     assert_null(strstr(launcher.reason, "dbitrate"));
     use_controllers("robot=can1", "robot=can0"); // The simulator's controller is checked as well.
     expect_look("can1", &can_fd, STATUS_OK);
@@ -361,6 +364,8 @@ static void interfaces_that_cannot_be_made_are_reported_with_the_commands(void**
     assert_false(launcher.buses[0].is_published_made);
     expect_claim("vcan-robot", STATUS_EXISTS);
     assert_refused("another run flies on vcan-robot");
+    expect_claim("vcan-robot", STATUS_IO);
+    assert_refused("cannot claim the interface vcan-robot: ");
     launcher.mission.storage.buses[0].name = "elevenchars";
     assert_refused("the name of bus elevenchars is too long");
 }

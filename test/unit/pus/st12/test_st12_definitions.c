@@ -56,30 +56,30 @@ static void expect_start_failed(const uint8_t subtype, const uint16_t code, cons
 static void impossible_definitions_are_refused(void)
 {
     const uint32_t real = SCALAR_ID(VALUE_DOUBLE, 1U);
-    data_begin(1U);
+    data_begin(1U); // The lower limit is above the upper one.
     data_limit(1U, LEVEL, 21U, 20U);
     expect_refused(5U, PUS_FAILURE_OUT_OF_RANGE, 1U);
-    data_begin(1U);
+    data_begin(1U); // A limit is not a number.
     data_limit(1U, real, bits_of_double(0.0), NOT_A_NUMBER);
     expect_refused(5U, PUS_FAILURE_OUT_OF_RANGE, 1U);
-    data_begin(1U);
+    data_begin(1U); // The expected value has a bit that the mask does not have.
     data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_EXPECTED);
     data_expected(LEVEL, 0x0FU, 0x10U, 0U);
     expect_refused(5U, PUS_FAILURE_OUT_OF_RANGE, 1U);
-    data_begin(1U);
+    data_begin(1U); // The interval is 0.
     data_pmon(1U, LEVEL, 0U, 1U, PUS_CHECK_EXPECTED);
     data_expected(LEVEL, 0U, 0U, 0U);
     expect_refused(5U, PUS_FAILURE_OUT_OF_RANGE, 1U);
-    data_begin(1U);
+    data_begin(1U); // The repetition number is 0.
     data_pmon(1U, LEVEL, 1U, 0U, PUS_CHECK_EXPECTED);
     data_expected(LEVEL, 0U, 0U, 0U);
     expect_refused(5U, PUS_FAILURE_OUT_OF_RANGE, 1U);
-    data_begin(1U);
+    data_begin(1U); // The lower threshold, 1, is above the upper one, -1.
     data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_DELTA);
-    data_limits(LEVEL, 1U, 0U, 0xFFFFU, 0U); // 1 .. -1.
+    data_limits(LEVEL, 1U, 0U, 0xFFFFU, 0U);
     octet_write_u16(&monitors.data, 1U);
     expect_refused(5U, PUS_FAILURE_OUT_OF_RANGE, 1U);
-    data_begin(1U);
+    data_begin(1U); // The number of values for a mean difference is 0.
     data_pmon(1U, LEVEL, 1U, 1U, PUS_CHECK_DELTA);
     data_limits(LEVEL, 0U, 0U, 1U, 0U);
     octet_write_u16(&monitors.data, 0U);
@@ -276,14 +276,14 @@ static void only_disabled_definitions_are_modified(void)
     TEST_ASSERT_EQUAL_UINT8(PUS_CHECK_LOW, status_of(1U));
 }
 
-static void definitions_are_reported_as_they_were_added(void)
+static void definitions_are_reported_with_all_fields_in_the_order_of_their_ids(void)
 {
     static const uint8_t expected[] = {
         0, 0, 0, 10, // The delay.
         0, 3,        //
-        // From the id to the repetition.
-        0, 1, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 9, 0, 0x0F, 0xF0, 0x01, 0x20, 0x01,
-        0xF5,                                                    // Expected value.
+        // From the id to the repetition number; then the check.
+        0, 1, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 9, //
+        0, 0x0F, 0xF0, 0x01, 0x20, 0x01, 0xF5,                   // Expected value.
         0, 2, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 1, //
         1, 0, 10, 0x01, 0xF5, 0, 20, 0x01, 0xF6,                 // Limits; enabled.
         0, 3, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 1, //
@@ -325,7 +325,7 @@ static void a_report_has_only_the_definitions_that_were_asked_for(void)
     TEST_ASSERT_EQUAL_UINT64(all - one, one - 6U);
 }
 
-static void a_change_that_cannot_be_stored_is_refused(void)
+static void a_change_that_cannot_be_stored_fails(void)
 {
     add_limit(1U, LEVEL);
     records.put_status = STATUS_FULL;
@@ -376,11 +376,12 @@ static void definitions_outlast_a_power_cut(void)
     TEST_ASSERT_EQUAL_UINT32(0U, self->counters.checks);
 }
 
-static void bad_records_are_reported(void)
+static void bad_records_are_refused(void)
 {
-    // Parameter monitoring, functional monitoring (1: enabled), maximum reporting delay.
+    // Parameter monitoring, functional monitoring (1: enabled), maximum reporting delay. Functional
+    // monitoring cannot be enabled alone.
     static const uint8_t settings[] = {1, 0, 0, 0, 0, 5};
-    static const uint8_t odd[]      = {0, 1, 0, 0, 0, 5};
+    static const uint8_t wrong[]    = {0, 1, 0, 0, 0, 5};
     uint8_t record[64];
     size_t size = 0U;
     add_limit(1U, LEVEL);
@@ -423,7 +424,7 @@ static void bad_records_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, pus_monitoring_restore(self, 1U, record, size));
     TEST_ASSERT_EQUAL(STATUS_OK, pus_monitoring_restore(self, 0x20000U, settings, 6U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x20000U, settings, 5U));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x20000U, odd, 6U));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x20000U, wrong, 6U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x30000U, settings, 6U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, pus_monitoring_restore(self, 0x20000U, NULL, 0U));
 }
@@ -477,11 +478,11 @@ int main(void)
     RUN_TEST(unknown_ids_are_refused_alone);
     RUN_TEST(all_are_deleted_while_the_function_is_disabled);
     RUN_TEST(only_disabled_definitions_are_modified);
-    RUN_TEST(definitions_are_reported_as_they_were_added);
+    RUN_TEST(definitions_are_reported_with_all_fields_in_the_order_of_their_ids);
     RUN_TEST(a_report_has_only_the_definitions_that_were_asked_for);
-    RUN_TEST(a_change_that_cannot_be_stored_is_refused);
+    RUN_TEST(a_change_that_cannot_be_stored_fails);
     RUN_TEST(definitions_outlast_a_power_cut);
-    RUN_TEST(bad_records_are_reported);
+    RUN_TEST(bad_records_are_refused);
     RUN_TEST(without_a_store_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(every_request_has_a_strict_format);
     return UNITY_END();

@@ -77,11 +77,11 @@ typedef struct {
 static void bad_lines_are_reported_with_their_number(void)
 {
     static const bad_t bad[] = {
-        {"0 hand rest\nsoon hand rest\n", ":2: found 'soon', expected a time in s"},
-        {"-1 hand rest\n", ":1: found '-1', expected a time in s"},
-        {"nan hand rest\n", ":1: found 'nan', expected a time in s"},
-        {"1e9 hand rest\n", ":1: found '1e9', expected a time in s"},
-        {"1s hand rest\n", ":1: found '1s', expected a time in s"},
+        {"0 hand rest\nsoon hand rest\n", ":2: found 'soon', expected a time in s, 0 to 1000000"},
+        {"-1 hand rest\n", ":1: found '-1', expected a time in s, 0 to 1000000"},
+        {"nan hand rest\n", ":1: found 'nan', expected a time in s, 0 to 1000000"},
+        {"1e9 hand rest\n", ":1: found '1e9', expected a time in s, 0 to 1000000"},
+        {"1s hand rest\n", ":1: found '1s', expected a time in s, 0 to 1000000"},
         {"\n\n1 robot rest\n", ":3: found 'robot', expected an actor: hand, fault, operator or ground"},
         {"1\n", ":1: found 'end of line', expected an actor: hand, fault, operator or ground"},
         {"1 hand\n", ":1: found 'end of line', expected a verb"},

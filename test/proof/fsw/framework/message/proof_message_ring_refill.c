@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: refilling offers the ring exactly the blocks of the sequence, whole, with the size in their length
 //     fields and in order, up to the first block that is cut or too large, or that the ring refuses; no later
-//     block is offered. One refusal is counted if the sequence is not used up, and none otherwise. No access
-//     is outside the sequence.
+//     block is offered. One refusal is counted if the last block offered was refused or octets of the
+//     sequence are left, and none otherwise. No access is outside the sequence.
 // Bounds: a sequence of 0..20 octets of any value; blocks of at most 5 octets (65535 in flight).
 // Replaced: message_ring_put accepts or refuses any block (proof_message_ring.c proves it).
 // Sources: fsw/framework/message/message_ring_refill.c
@@ -68,7 +68,7 @@ void proof(void)
     const bool is_bad     = (left < LENGTH) || (length > LARGEST) || (length > (left - LENGTH));
     PROVE(IMPLIES(!is_full && (left > 0U), is_bad), "every whole block is offered");
     PROVE((ring.refused - before.refused) == ((is_full || (left > 0U)) ? 1U : 0U),
-          "a refusal is counted if and only if the sequence is not used up or its last block was refused");
+          "a refusal is counted if and only if octets are left or the last block offered was refused");
     PROVE((ring.storage == before.storage) && (ring.capacity == before.capacity) &&
               (ring.head == before.head) && (ring.used == before.used) && (ring.blocks == before.blocks) &&
               (ring.peak == before.peak),

@@ -180,7 +180,7 @@ def test_a_request_of_the_catalogue_has_the_octets_of_its_encoder(mission, case)
         ("cmd MANIPULATOR.MOVE_TO", {"POSITION": "0,0", "DURATION": " "}, "DURATION is missing"),
         ("tc 8,1", {"Subsystem": "MANIPULATOR"}, "function_id is missing"),
         ("tc 17,3", {"Subsystem": "SUPERVISOR", "apid": "2048"}, "apid: 2048 is above 2047"),
-        ("tc 3,5", {"Subsystem": "MANIPULATOR", "n": []}, "n: at least 1 group"),
+        ("tc 3,5", {"Subsystem": "MANIPULATOR", "n": []}, "n: found 0 groups, expected at least 1"),
         ("tc 3,5", {"Subsystem": "MANIPULATOR", "n": ["4711"]}, "expected values by name"),
         ("tc 200,1", {}, "no form"),
     ],
