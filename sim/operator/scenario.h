@@ -49,7 +49,7 @@ status_t scenario_error(const scenario_line_t* line, const char* found, const ch
 status_t scenario_list_error(const scenario_line_t* line, const char* found, char expected[SCENARIO_LIST_MAX],
                              char error[SCENARIO_ERROR_MAX]);
 
-/// Add a name to a list in a message, if it fits.
+/// Add a space and a name to a list in a message; what does not fit is cut.
 void scenario_list(char words[SCENARIO_LIST_MAX], const char* name);
 
 /// Interpret line->text; line->path and line->line are set. *out_mine is true if it is a line of `actor`;
