@@ -87,6 +87,30 @@ def test_panels_that_are_drawn_again_without_a_change_keep_their_elements(page):
     }""") == ["1500.0", True]
 
 
+def test_the_table_of_the_fastest_report_keeps_its_rows_for_two_seconds_and_the_focus_afterwards(page):
+    """The focus would go to the top of the page, and the table would change while a loaded machine is late."""
+    assert page.evaluate("""() => {
+        const { store } = station, { table } = document.querySelector("station-work"), now = store.clock(), kept = store.reports;
+        const reports = [["MANIPULATOR/1", 500, 0], ["MANIPULATOR/2", 50, 1900]].map(([key, period, age]) =>
+            [key, { subsystem: "MANIPULATOR", id: Number(key.at(-1)), at: now - age, period, count: 9, values: { STATE: [6] } }]);
+        const periodOf = store.periodOf;
+        store.periodOf = (name, id) => store.reports.get(`${name}/${id}`).period;
+        store.reports = new Map(reports);
+        store.selected = "MANIPULATOR";
+        table.draw();
+        const found = [table.title_.textContent];
+        table.table.querySelector("button").focus();
+        const name = document.activeElement.getAttribute("aria-label");
+        reports[1][1].at -= 200;
+        table.draw();
+        found.push(table.title_.textContent, name !== null && document.activeElement.getAttribute("aria-label") === name);
+        Object.assign(store, { periodOf, reports: kept });
+        delete store.periodOf;
+        table.draw();
+        return found;
+    }""") == ["MANIPULATOR 2", "MANIPULATOR 1", True]
+
+
 def test_a_lane_of_the_time_line_has_one_part_for_each_style(page):
     """An hour has thousands of states. Each part that is transparent as a whole would be a layer of its own."""
     drawn, styles, passed = page.evaluate("""() => {

@@ -4,9 +4,10 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
-import { counted, el, flagsOf, number, put, show, svg, text, wordOf } from "./dom.js";
+import { counted, el, flagsOf, number, put, refill, show, svg, text, wordOf } from "./dom.js";
 
 const REFRESH_MS = 200; // Time between two updates of the tables.
+const KEPT_MS = 2000; // Age up to which the table of the fastest report keeps it.
 const NEAR = 0.1; // Share of the range that counts as near a limit.
 const SYMBOL = { live: "normal", late: "caution", stale: "stale", never: "off" };
 const WIDTH = 74; // Width of a gauge in units of its drawing.
@@ -354,13 +355,15 @@ export class Fastest {
     this.rows = [];
   }
 
-  // The fastest report that is not stale; if all are stale, the one received last.
+  // The fastest report that is neither stale nor older than KEPT_MS; if there is none, the one received last. A
+  // fast report that is late for a moment does not change the table.
   report() {
     const own = [...store.reports.values()].filter((report) => report.subsystem === store.selected);
-    const rank = (report) =>
-      ["live", "late"].includes(store.freshness(report.subsystem, report.id))
-        ? store.periodOf(report.subsystem, report.id)
-        : 1e9 + store.clock() - report.at;
+    const rank = (report) => {
+      const isStale = store.freshness(report.subsystem, report.id) === "stale";
+      const age = store.clock() - report.at;
+      return isStale && age > KEPT_MS ? 1e9 + age : store.periodOf(report.subsystem, report.id);
+    };
     return own.sort((a, b) => rank(a) - rank(b))[0];
   }
 
@@ -382,7 +385,7 @@ export class Fastest {
           },
       );
       this.rows = report ? rowsOf(`${report.subsystem}/${report.id}`, leaves) : [];
-      this.table.replaceChildren(head(this.rows), el("tbody", {}, ...this.rows.map((row) => row.node)));
+      refill(this.table, head(this.rows), el("tbody", {}, ...this.rows.map((row) => row.node)));
     }
     text(this.title_, report ? `${report.subsystem} ${report.id}` : (store.selected ?? "Housekeeping"));
     text(this.words, report ? "housekeeping" : "no housekeeping in this configuration yet");
