@@ -19,25 +19,25 @@
 
 /// Data types of CiA 301 that a device may use, by their numbers in an EDS.
 typedef enum {
-    OBJECT_BOOLEAN        = 0x01,
-    OBJECT_INTEGER8       = 0x02,
-    OBJECT_INTEGER16      = 0x03,
-    OBJECT_INTEGER32      = 0x04,
-    OBJECT_UNSIGNED8      = 0x05,
-    OBJECT_UNSIGNED16     = 0x06,
-    OBJECT_UNSIGNED32     = 0x07,
-    OBJECT_VISIBLE_STRING = 0x09,
-    OBJECT_OCTET_STRING   = 0x0A,
-    OBJECT_INTEGER24      = 0x10,
-    OBJECT_INTEGER40      = 0x12,
-    OBJECT_INTEGER48      = 0x13,
-    OBJECT_INTEGER56      = 0x14,
-    OBJECT_INTEGER64      = 0x15,
-    OBJECT_UNSIGNED24     = 0x16,
-    OBJECT_UNSIGNED40     = 0x18,
-    OBJECT_UNSIGNED48     = 0x19,
-    OBJECT_UNSIGNED56     = 0x1A,
-    OBJECT_UNSIGNED64     = 0x1B
+    OBJECT_BOOLEAN        = 0x0001,
+    OBJECT_INTEGER8       = 0x0002,
+    OBJECT_INTEGER16      = 0x0003,
+    OBJECT_INTEGER32      = 0x0004,
+    OBJECT_UNSIGNED8      = 0x0005,
+    OBJECT_UNSIGNED16     = 0x0006,
+    OBJECT_UNSIGNED32     = 0x0007,
+    OBJECT_VISIBLE_STRING = 0x0009,
+    OBJECT_OCTET_STRING   = 0x000A,
+    OBJECT_INTEGER24      = 0x0010,
+    OBJECT_INTEGER40      = 0x0012,
+    OBJECT_INTEGER48      = 0x0013,
+    OBJECT_INTEGER56      = 0x0014,
+    OBJECT_INTEGER64      = 0x0015,
+    OBJECT_UNSIGNED24     = 0x0016,
+    OBJECT_UNSIGNED40     = 0x0018,
+    OBJECT_UNSIGNED48     = 0x0019,
+    OBJECT_UNSIGNED56     = 0x001A,
+    OBJECT_UNSIGNED64     = 0x001B
 } object_type_t;
 
 typedef struct {

@@ -48,7 +48,7 @@ def findings(source, missions, texts, nodes):
     for found in TEXT.finditer(code):
         parts = re.split(r"[/=: ]", found[1])
         yield from ((found.start(), name) for name in texts if name in parts and (name == found[1] or "/" in found[1] or "=" in found[1]))
-    for found in re.finditer(r"\b0[xX][0-9A-Fa-f]+(?=[uUlL]*\b)", code):
+    for found in re.finditer(r"\b0[xX][0-9A-Fa-f]{1,2}(?=[uUlL]*\b)", code):  # Numbers of CiA 301 have four digits.
         if int(found[0], 16) in nodes:
             yield found.start(), found[0]
 
