@@ -66,37 +66,14 @@ bool dictionary_has_index(const dictionary_t* const dictionary, const uint16_t i
 
 uint8_t object_type_size(const object_type_t type)
 {
-    switch (type) {
-    case OBJECT_BOOLEAN:
-    case OBJECT_INTEGER8:
-    case OBJECT_UNSIGNED8:
-        return 1U;
-    case OBJECT_INTEGER16:
-    case OBJECT_UNSIGNED16:
-        return 2U;
-    case OBJECT_INTEGER24:
-    case OBJECT_UNSIGNED24:
-        return 3U;
-    case OBJECT_INTEGER32:
-    case OBJECT_UNSIGNED32:
-        return 4U;
-    case OBJECT_INTEGER40:
-    case OBJECT_UNSIGNED40:
-        return 5U;
-    case OBJECT_INTEGER48:
-    case OBJECT_UNSIGNED48:
-        return 6U;
-    case OBJECT_INTEGER56:
-    case OBJECT_UNSIGNED56:
-        return 7U;
-    case OBJECT_INTEGER64:
-    case OBJECT_UNSIGNED64:
-        return 8U;
-    case OBJECT_VISIBLE_STRING:
-    case OBJECT_OCTET_STRING:
-        break;
-    }
-    return 0U;
+    static const uint8_t sizes[] = {
+        [OBJECT_BOOLEAN] = 1U,    [OBJECT_INTEGER8] = 1U,  [OBJECT_UNSIGNED8] = 1U,  [OBJECT_INTEGER16] = 2U,
+        [OBJECT_UNSIGNED16] = 2U, [OBJECT_INTEGER24] = 3U, [OBJECT_UNSIGNED24] = 3U, [OBJECT_INTEGER32] = 4U,
+        [OBJECT_UNSIGNED32] = 4U, [OBJECT_INTEGER40] = 5U, [OBJECT_UNSIGNED40] = 5U, [OBJECT_INTEGER48] = 6U,
+        [OBJECT_UNSIGNED48] = 6U, [OBJECT_INTEGER56] = 7U, [OBJECT_UNSIGNED56] = 7U, [OBJECT_INTEGER64] = 8U,
+        [OBJECT_UNSIGNED64] = 8U,
+    };
+    return ((size_t)type < sizeof sizes) ? sizes[type] : 0U; // The size of a string is that of its value.
 }
 
 uint16_t dictionary_index_of(const dictionary_t* const dictionary, const char* const name)

@@ -349,6 +349,19 @@ static status_t take_access(const eds_reader_t* const reader, section_t* const s
     return STATUS_OK;
 }
 
+static status_t take_object_type(const eds_reader_t* const reader, section_t* const section,
+                                 const char* const value, const int64_t number)
+{
+    const bool is_known  = (number >= OBJECT_TYPE_VAR) && (number <= OBJECT_TYPE_RECORD);
+    section->object_type = number;
+    section->is_left_out = section->is_left_out || !is_known;
+    if (!is_known && (number != OBJECT_TYPE_NULL) && (number != OBJECT_TYPE_DOMAIN) &&
+        (number != OBJECT_TYPE_DEFTYPE) && (number != OBJECT_TYPE_DEFSTRUCT)) {
+        return fail(reader, reader->line, value, "an ObjectType of CiA 301: 0x0, 0x2 or 0x5 to 0x9");
+    }
+    return STATUS_OK;
+}
+
 static status_t take_number(const eds_reader_t* const reader, section_t* const section, const char* const key,
                             const char* const value)
 {
@@ -361,13 +374,7 @@ static status_t take_number(const eds_reader_t* const reader, section_t* const s
         return fail(reader, reader->line, value, "a number");
     }
     if (strcasecmp(key, "ObjectType") == 0) {
-        section->object_type = number;
-        const bool is_known  = (number >= OBJECT_TYPE_VAR) && (number <= OBJECT_TYPE_RECORD);
-        section->is_left_out = section->is_left_out || !is_known;
-        if (!is_known && (number != OBJECT_TYPE_NULL) && (number != OBJECT_TYPE_DOMAIN) &&
-            (number != OBJECT_TYPE_DEFTYPE) && (number != OBJECT_TYPE_DEFSTRUCT)) {
-            return fail(reader, reader->line, value, "an ObjectType of CiA 301: 0x0, 0x2 or 0x5 to 0x9");
-        }
+        return take_object_type(reader, section, value, number);
     } else if (strcasecmp(key, "DataType") == 0) {
         return take_type(reader, section, value, number);
     } else if (strcasecmp(key, "CompactSubObj") == 0) {
