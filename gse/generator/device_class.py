@@ -62,6 +62,9 @@ class _Class:
         if key not in self.values:
             self.place = key
             self.fail(f"no default of {key[0]:#06x}:{key[1]:02x}, which identifies the class")
+        if self.sheet.entries[key].kind not in sheet.INTEGERS or not 0 <= self.values[key] <= 0xFFFFFFFF:
+            self.place = key
+            self.fail(f"{key[0]:#06x}:{key[1]:02x}: expected an unsigned number of at most 32 bits as its default")
         return self.values[key]
 
     def _units(self, axis):
@@ -81,7 +84,11 @@ class _Class:
         low, high = (self.values.get((POSITION_LIMITS + offset, sub), 0) for sub in (1, 2))
         low, high = (low, high) if low < high else (0, 0)
         motor, shaft = (self.values.get((sheet.GEAR + offset, sub), 1) for sub in (1, 2))
-        speed = self.values.get((MAX_SPEED + offset, 0), 0) * TURN_PER_MINUTE * shaft / motor
+        speed = self.values.get((MAX_SPEED + offset, 0), 0)
+        if speed != 0 and (motor <= 0 or shaft <= 0):
+            self.place = (sheet.GEAR + offset, 1 if motor <= 0 else 2)
+            self.fail(f"{sheet.GEAR + offset:#06x}: expected revolutions of more than 0, because the limit {MAX_SPEED + offset:#06x} is a speed of the motor")
+        speed = speed * TURN_PER_MINUTE * shaft / motor if speed != 0 else 0.0
         made_of = sheet.made_of(self.values, axis)
         units = ", ".join(f"{{{index:#06x}U, {sub}U, {self._octets(index, sub)}U, {self.values[index, sub]:#x}U}}" for index, sub in made_of)
         return (f"{{.position_rad = {position!r}, .velocity_rad_s = {velocity!r}, .has_torque = {str(rated).lower()}, "

@@ -150,6 +150,8 @@ def _parse(path):
         raise UrdfError(f"{path}: cannot read: {error.strerror}") from error
     except xml.parsers.expat.ExpatError as error:
         raise UrdfError(f"{path}:{error.lineno}: {xml.parsers.expat.errors.messages[error.code]}: expected XML") from error
+    except (LookupError, ValueError) as error:  # The encoding that the file declares is unknown, or has several octets for a character.
+        raise UrdfError(f"{path}:{parser.CurrentLineNumber}: {error}: expected UTF-8: convert the file, for example with iconv") from error
     return open_elements[0].children[0]
 
 

@@ -62,8 +62,8 @@ LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in
 
 
 def text(values):
-    """Numbers as words of a file."""
-    return " ".join(f"{value:.10g}" for value in values)
+    """Numbers as words of a descriptor, whose last digit must not be below 1e-22: a turn of 180 degrees leaves values of 1e-16."""
+    return " ".join(f"{round(value, 22):.10g}" for value in values)
 
 
 def hexadecimal(value, digits):

@@ -193,8 +193,8 @@ def plan_mission(names, wanted):
 
 
 def write_all(files, mission_path, check=None):
-    """Write the files, then read the mission as the build does, and call `check`, which may raise a Refusal; on any error restore the
-    earlier state."""
+    """Write the files, call `check`, which may raise a Refusal, and read the mission as the build does; on any error restore the earlier
+    state. `check` is first, because its refusal names a file of the user, and not one that is removed."""
     old = {path: path.read_text(encoding="utf-8") for path in files if path.exists()}
     made = []
     try:
@@ -202,9 +202,9 @@ def write_all(files, mission_path, check=None):
             path.parent.mkdir(parents=True, exist_ok=True)
             made.append(path)
             path.write_text(text, encoding="utf-8")
-        mission_descriptor.load(mission_path)
         if check:
             check()
+        mission_descriptor.load(mission_path)
     except (OSError, DescriptorError, Refusal) as error:
         for path in made:
             if path in old:

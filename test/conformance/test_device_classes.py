@@ -102,6 +102,13 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
     [
         (_sheet({}), "no default of 0x1000:00"),
         (_sheet({(0x1000, 0): (7, "0x192")}), "no controlword 0x6040"),
+        *((_sheet({(0x1000, 0): (kind, value)}), "wrong.eds:15: 0x1000:00: expected an unsigned number of at most 32 bits")
+          for kind, value in ((0x1B, "0x100000192"), (4, "-1"), (9, "402"))),
+        (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [])]).replace("DataType=0x0007\nDefaultValue=$NODEID+0x180", "DataType=0x1B\nDefaultValue=$NODEID+0x100000180"),
+         "0x1800:01: expected an unsigned number of at most 32 bits"),
+        # Units of the user; the limit of speed is that of the motor.
+        *((_sheet(DRIVE | RPM | LIMITS | {(0x6091, sub): (4, value)}), f"wrong.eds:{line}: 0x6091: expected revolutions of more than 0, because the limit 0x6080")
+          for sub, line in ((1, 65), (2, 70)) for value in ("0", "-1")),
         (_sheet(DRIVE), "units of axis 1: expected angles in 0x60A8 and 0x60A9, or 0x608F and 0x6091"),
         (_sheet(DRIVE | {(0x60A8, 0): (7, "0xFA010000")}), "units of axis 1"),  # The unit is metres.
         (_sheet(DRIVE | TURNS, [(0x1400, "$NODEID+0x200", 1, [0x60710010])]), "torque 0x6071 in a PDO: expected the rated torque"),

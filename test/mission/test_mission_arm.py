@@ -382,6 +382,7 @@ def made_robots(session_directory):
 @pytest.mark.parametrize("old, new, message", [
     ('name="gantry"', 'name="again" axes="4"', ":1: found 'axes=\"4\"', expected name version xmlns:xacro; docs/arm.md lists what to change in the URDF of a manufacturer; nothing was changed"),
     ("</robot>", '<gazebo reference="base"/></robot>', "found 'gazebo', expected link, joint, material or transmission; docs/arm.md lists what to change in the URDF of a manufacturer; nothing was changed"),
+    ('<mass value="3.0"/>', '<mass value="1e300"/>', ":1: found 'value=\"1e300\"', expected a number from 1e-09 to 1e+07; docs/arm.md lists"),
     ("</link>", '<collision><geometry><mesh filename="cover.stl"/></geometry></collision></link>', "found 'mesh', expected one box, sphere or cylinder; docs/arm.md lists what to change"),
 ])
 def test_a_robot_that_the_simulator_refuses_leaves_no_file(made_robots, tmp_path, old, new, message):

@@ -67,3 +67,10 @@ def test_an_error_restores_every_file(tmp_path):
         new_subsystem.write_all({old: "after", new: "made", bad: "<Mission"}, bad)
     assert old.read_text(encoding="utf-8") == "before"
     assert not new.exists() and not bad.exists()
+
+    def check():
+        raise new_subsystem.Refusal("arm.urdf:4: mass")
+
+    with pytest.raises(new_subsystem.Refusal, match="^arm.urdf:4: mass; nothing was changed"):
+        new_subsystem.write_all({old: "after", bad: "<Mission"}, bad, check)
+    assert old.read_text(encoding="utf-8") == "before" and not bad.exists()

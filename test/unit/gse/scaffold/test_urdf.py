@@ -14,6 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "gse" / "sc
 import new_robot
 import urdf
 from new_subsystem import Refusal
+from source import read_number
 
 LINK = ('<link name="{name}"><inertial><origin xyz="{at} 0 0"/><mass value="{mass}"/>'
         '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>')
@@ -119,6 +120,10 @@ def test_a_file_of_another_encoding_is_refused_with_its_line(tmp_path):
     path.write_text(text, encoding="latin-1")
     with pytest.raises(Refusal, match="robot.urdf:3: found octet 0xF6, expected UTF-8"):
         new_robot.plan(path, "robot", None, None, None)
+    for encoding, reason in (("FOO", "unknown encoding: FOO"), ("Shift_JIS", "multi-byte encodings are not supported")):
+        path.write_text(f'<?xml version="1.0" encoding="{encoding}"?>\n<robot name="robot">{"".join(ARM)}</robot>', encoding="utf-8")
+        with pytest.raises(Refusal, match=f"robot.urdf:1: {reason}: expected UTF-8: convert the file"):
+            new_robot.plan(path, "robot", None, None, None)
 
 
 @pytest.mark.parametrize("name", ["7dof", "ロボット", "r"])
@@ -193,6 +198,16 @@ def test_roll_pitch_and_yaw_are_found_again_also_at_a_pitch_of_90_degrees():
         rotation = urdf.rotation_of(rpy)
         again = urdf.rotation_of(urdf.rpy_of(rotation))
         assert max(abs(a - b) for p, q in zip(rotation, again) for a, b in zip(p, q)) < 1e-9
+
+
+def test_every_number_of_a_descriptor_is_one_that_its_readers_accept(read):
+    """A rotation by 180 degrees leaves angles of about 1e-16, whose last digits are below those of a descriptor."""
+    turned = link("hand"), joint("wrist", "upper", "hand").replace('<origin xyz="0.2 0 0"/>', '<origin xyz="4e-310 1.23456e-40 0.2" rpy="-1.570796326794897 3.141592653589793 0"/>')
+    model = {name: list(values) for name, values in new_robot.model_of(read(*ARM, *turned)).items()}
+    assert any(0.0 < abs(value) < 1e-12 for value in model["rpy"]) and model["origin"][3] == 4e-310
+    for values in (*model.values(), [1.2246467991e-16, -5e-23, 1e-22, 2.5e6]):
+        found = [read_number(word, "DOUBLE") for word in new_robot.text(values).split()]
+        assert found == pytest.approx(values, rel=1e-9, abs=1e-22)
 
 
 def test_a_robot_that_cannot_carry_itself_is_refused(read):
