@@ -15,8 +15,9 @@ The scheduler reports when `communication` begins to serve a connection and when
 the socket is not used, because the kernel reports both events later. Telecommands wait until the connection is served.
 When the connection has ended, octets in transit are lost, and the operator connects again at once.
 
-While its procedure ignores telemetry (session.Pause), the operator reads the octets, returns the grant, and decodes
-the octets while the flight continues.
+While its procedure ignores telemetry (session.Pause), the operator reads the octets and returns the grant. It decodes the octets
+at the end of the pause, together, because that takes less time; if a listener wants the reports, or if there are many octets,
+it decodes them while the flight continues.
 """
 
 import os
@@ -28,6 +29,7 @@ from .session import LinkLost, Pause
 
 NEVER = "never"
 CONNECT_PAUSE_S = 0.1  # Time between two attempts to connect.
+UNDECODED_MAX = 65536  # Octets that an operator keeps undecoded during a pause.
 CLOSED = "the spacecraft closed the link; if all its connection slots are used, one becomes free within 30 s: try again"
 
 
@@ -157,7 +159,7 @@ class StepClock:
                 if time.monotonic() >= deadline:
                     raise LinkLost(f"no scheduler at {path}: {error.strerror}") from error
             time.sleep(CONNECT_PAUSE_S / 5)
-        self._lines = self._socket.makefile("rb")
+        self._unread = b""
         self._port = local_port
         self._write(f"join {role} {local_port}")
 
@@ -167,12 +169,23 @@ class StepClock:
         except OSError as error:
             raise LinkLost(f"the connection to the scheduler was lost: {error.strerror}") from error
 
+    def _read_line(self):
+        """The next line without its end; empty when the run is over. A buffered file of the socket would be slower: it reads by
+        functions in Python."""
+        while b"\n" not in self._unread:
+            try:
+                part = self._socket.recv(256)
+            except OSError as error:
+                raise LinkLost(f"the connection to the scheduler was lost: {error.strerror}") from error
+            if not part:
+                return b""
+            self._unread += part
+        line, _, self._unread = self._unread.partition(b"\n")
+        return line
+
     def grant(self):
         """Wait for the grant. Returns (time_ns, octets, whether the connection is served). Raises LinkLost when the run is over."""
-        try:
-            line = self._lines.readline()
-        except OSError as error:
-            raise LinkLost(f"the connection to the scheduler was lost: {error.strerror}") from error
+        line = self._read_line()
         words = line.decode("ascii", "replace").split()
         if len(words) != 5 or words[0] != "grant":
             raise LinkLost("the run has ended" if not line else f"unexpected line of the scheduler: {line!r}")
@@ -193,7 +206,6 @@ class StepClock:
             self._write("leave")
         except LinkLost:
             pass  # the run has already ended
-        self._lines.close()
         self._socket.close()
 
 
@@ -218,25 +230,37 @@ class StepDriver:
         session.follow = None  # Time passes only by grants.
         self._reconnect, self._report = reconnect, report
         self._is_served = self._was_lost = False
+        self._undecoded = bytearray()
+
+    def _grant(self):
+        try:
+            return self._clock.grant()
+        except LinkLost:
+            self._decode()  # The procedure reads the reports that came before the end of the run.
+            raise
+
+    def _decode(self):
+        octets = bytes(self._undecoded)
+        self._undecoded.clear()
+        self._session.feed(octets)
 
     def _read(self, octets):
-        """The announced octets. If the connection has ended, process what came before, and return nothing."""
-        received = b""
-        while len(received) < octets:
+        """Read the announced octets. If the connection has ended, decode what came before."""
+        while octets > 0:
             try:
-                part = self._stream.recv(octets - len(received))
+                part = self._stream.recv(octets)
             except OSError:
                 part = b""
             if not part:  # The process `communication` was killed from outside of the run; the scheduler has not reported it yet.
-                self._session.feed(received)
                 self._lose()
-                return b""
-            received += part
-        return received
+                return
+            self._undecoded += part
+            octets -= len(part)
 
     def _lose(self):
         self._is_served, self._was_lost = False, True
         self._stream.close()
+        self._decode()
         lost = self._session.link_lost()
         if self._reconnect is None:
             raise LinkLost("the spacecraft closed the link")
@@ -268,16 +292,17 @@ class StepDriver:
     def _run(self, procedure):
         session, wake = self._session, None
         while True:
-            session.now_ns, octets, is_served = self._clock.grant()
+            session.now_ns, octets, is_served = self._grant()
             self._follow(is_served)
-            received = self._read(octets)
+            self._read(octets)
             if self._visits is not None:
                 self._visits.act(session.now_ns)
             if isinstance(wake, Pause) and session.now_ns < wake:
                 self._clock.done(self._earlier(wake), self._send())
-                session.feed(received)
+                if session.listeners or len(self._undecoded) > UNDECODED_MAX:
+                    self._decode()
                 continue
-            session.feed(received)
+            self._decode()
             try:
                 wake = procedure.send(None)
                 while wake is not None and wake <= session.now_ns:
@@ -298,7 +323,8 @@ class StepDriver:
         self._reconnect = None
         try:
             _, octets, _ = self._clock.grant()
-            self._session.feed(self._read(octets))
+            self._read(octets)
+            self._decode()
         except LinkLost:
             pass  # the run has already ended
         self._stream.close()

@@ -514,22 +514,35 @@ def test_requests_without_a_further_report_are_removed(dictionary):
     assert not silent.replies
 
 
-@pytest.mark.parametrize("ignores, order", [(True, ["returned", "decoded"]), (False, ["decoded", "returned"])])
-def test_the_grant_is_returned_before_the_decoding_of_telemetry_that_the_procedure_ignores(dictionary, tmp_path, ignores, order):
+@pytest.mark.parametrize(
+    "ignores, listens, most, found_in_order",
+    [
+        (False, False, 100, ["done 0", "decoded 1000", "done 1000", "done 3000"]),
+        (True, False, 100, ["done 0", "done 1000", "decoded 3000", "done 3000"]),
+        (True, False, 2, ["done 0", "done 1000", "decoded 1000", "done 3000"]),
+        (True, True, 100, ["done 0", "done 1000", "decoded 1000", "done 3000"]),
+    ],
+)
+def test_telemetry_that_the_procedure_ignores_is_decoded_when_the_grant_is_returned(
+    dictionary, tmp_path, monkeypatch, ignores, listens, most, found_in_order
+):
+    """At the end of the pause, but at once for a listener, and if there are many octets."""
     scheduler, session, found = Scheduler(tmp_path), Session(dictionary, 0), []
     feed, done = session.feed, scheduler.clock.done
 
     def fed(octets):
-        found.extend(["decoded"] if octets else [])
+        found.extend([f"decoded {session.now_ns}"] if octets else [])
         feed(octets)
 
     def returned(wake_ns, sent):
-        found.append("returned")
+        found.append(f"done {session.now_ns}")
         done(wake_ns, sent)
 
     def procedure():
         yield from session.wait_until(3000) if ignores else session.wait_for(lambda: session.now_ns >= 3000, 3000, "the time")
 
+    monkeypatch.setattr("hirosco_gse.link.UNDECODED_MAX", most)
+    session.listeners.extend([lambda packet, decoded: None] if listens else [])
     session.feed, scheduler.clock.done = fed, returned
     scheduler.grant(0, 0, scheduler.first)
     scheduler.grant(1000, 3, scheduler.first)
@@ -537,6 +550,24 @@ def test_the_grant_is_returned_before_the_decoding_of_telemetry_that_the_procedu
     scheduler.grant(3000, 0, scheduler.first)
     scheduler.grant(4000, 0, scheduler.first)
     StepDriver(scheduler.stream, session, scheduler.clock).run(procedure())
-    assert found == ["returned", *order, "returned"]
+    assert found == found_in_order
     assert [line.split()[:2] for line in scheduler.answers.read().splitlines()] == [["done", "3000"]] * 3 + [["leave"]]
+    scheduler.close()
+
+
+def test_a_run_that_ends_in_a_pause_leaves_its_last_reports_to_the_procedure(dictionary, tmp_path):
+    scheduler, session = Scheduler(tmp_path), Session(dictionary, 0)
+    report = build_tm(16, 0, 17, 2, b"", session.source)
+
+    def procedure():
+        asked = session.send(Request(16, 17, 1))
+        with pytest.raises(LinkLost):
+            yield from session.wait_until(3000)
+        return len(asked.replies)
+
+    scheduler.grant(0, 0, scheduler.first)
+    scheduler.grant(1000, len(report), scheduler.first)
+    scheduler.accepted[0].sendall(report)
+    scheduler.client.shutdown(socket.SHUT_WR)
+    assert StepDriver(scheduler.stream, session, scheduler.clock).run(procedure()) == 1
     scheduler.close()
