@@ -45,6 +45,7 @@
 ##   make new-subsystem NAME=gripper    begin a subsystem that builds and flies     APID=  MISSION=<an existing one>
 ##   make new-robot URDF=arm.urdf       make a mission with that arm, which flies
 ##                   NAME=  TOOL=<link>  START=<angles in rad, with commas>  BASE=fixed|free  APID=
+##                   WITH=<mission>: the arm flies with the subsystems of this mission, in a new one
 ##   make remote-endian   programs of subsystems for the big-endian s390x: build/s390x/bin/
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
 ##   make rtos       programs of subsystems on FreeRTOS: build/mps2-an500/bin/          BOARD=mps2-an500|mps2-an385
@@ -71,7 +72,7 @@ JOBS ?= 2
 OPTIONS := ALL ANALYZE APID BASE BOARD BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HOURS HTTP \
            JOBS JOYSTICK_IF KEY LINKS LONG MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN \
            REPLAY ROBOT_IF RTOS S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION \
-           STORAGE TIME TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WORLD
+           STORAGE TIME TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WITH WORLD
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))

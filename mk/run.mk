@@ -57,7 +57,7 @@ new-subsystem:
 # The simulator checks the new world.
 new-robot: build/bin/simulator
 	@$(PYTHON) gse/scaffold/new_robot.py $(call option,urdf,URDF) $(call option,name,NAME) $(call option,tool,TOOL) \
-	    $(if $(START),--start='$(START)') $(call option,apid,APID) $(call option,base,BASE)
+	    $(if $(START),--start='$(START)') $(call option,apid,APID) $(call option,base,BASE) $(call option,with,WITH)
 
 docs: build/setup/docs
 	@$(PYTHON) gse/docs/make_docs.py --out build/docs

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of a flight of an arm of the program arm: its true joints and tool compared with the desired motion, with the goals of the telecommands,
-and with its limits. Positions of linear axes are in m, those of other joints in rad."""
+"""Figures of a flight of arms of the program arm: their true joints and tools compared with the desired motion, with the goals of the telecommands,
+and with their limits. Positions of linear axes are in m, those of other joints in rad.
 
+In a mission with several arms the name of a figure begins with that of the arm in small letters and a dot: left.tool_error_m."""
+
+import functools
 import re
 from dataclasses import dataclass
 
@@ -51,14 +54,24 @@ def _joint_of(run, device):
     return names.index(joint)
 
 
-def arm_of(run):
-    """The only arm of a run."""
-    found = [one for one in run.dictionary.subsystems.values() if {"GEOMETRY", "LIMITS", "CUR_VALUES"} <= set(one.parameters)] if run.dictionary else []
-    if len(found) != 1:
-        raise Missing(f"{len(found)} subsystems with GEOMETRY, LIMITS and CUR_VALUES, one is expected")
+def arms_of(run):
+    """The subsystems of a run that are arms, by their names in small letters."""
+    subsystems = run.dictionary.subsystems.values() if run.dictionary else ()
+    return {one.name.lower(): one for one in subsystems if {"GEOMETRY", "LIMITS", "CUR_VALUES"} <= set(one.parameters)}
+
+
+def arm_of(run, name=None):
+    """The arm of this name in a run; without a name, the only one."""
+    found = arms_of(run)
+    names = ", ".join(found) or "none"
+    if name and name not in found:
+        raise Missing(f"no arm {name}; the arms (subsystems with GEOMETRY, LIMITS and CUR_VALUES) are: {names}")
+    if not name and len(found) != 1:
+        raise Missing(f"{len(found)} arms (subsystems with GEOMETRY, LIMITS and CUR_VALUES): {names}; "
+                      "expected one, or the name of the arm and a dot before the name of the figure")
     if run.world is None:
         raise Missing("no world")
-    (arm,) = found
+    arm = found[name] if name else next(iter(found.values()))
     (content,) = (item for item in run.dictionary.content["subsystems"] if item["name"] == arm.name)
     places = [_joint_of(run, device) for device in content["configurations"][0]["devices"]]
     kinds = {field.name: field.init for field in arm.parameter("GEOMETRY").fields}
@@ -67,10 +80,10 @@ def arm_of(run):
     return Arm(run, arm, configurations, content["configurations"][0]["sampling_us"], places, is_linear)
 
 
-def samples(run, configuration=None):
+def samples(run, configuration=None, name=None):
     """(instants of the samples [us], CUR_VALUES) of each report in operation: in the configuration of this name, else in all whose tool is not
     compliant. The values of a report were sampled one cycle before."""
-    arm = arm_of(run)
+    arm = arm_of(run, name)
     wanted = {arm.subsystem.configuration(configuration).id} if configuration else {number for number, yields in arm.configurations.items() if not yields}
     present, times, values = None, [], []
     for time_ns, packet, decoded in run.reports:
@@ -97,9 +110,9 @@ def _motions(joint, positions):
     return found
 
 
-def tools(run, poses):
+def tools(run, poses, name=None):
     """Pose of the tool in the frame of the base for each row of joint positions, computed with the URDF of the world."""
-    arm, poses = arm_of(run), np.asarray(poses)
+    arm, poses = arm_of(run, name), np.asarray(poses)
     names = run.truth["WORLD"][0]["joint"]
     robot_name, _, last = names[arm.places[-1]].partition(".")
     robot = next(one for one in run.world.robots if one.name == robot_name)
@@ -114,29 +127,29 @@ def tools(run, poses):
     return found
 
 
-def joint_errors(run, configuration=None):
+def joint_errors(run, configuration=None, name=None):
     """Largest difference of each true joint from its desired position in operation."""
-    arm = arm_of(run)
-    times, values = samples(run, configuration)
+    arm = arm_of(run, name)
+    times, values = samples(run, configuration, name)
     return np.abs(arm.truth("position_rad", times) - values["DESIRED"]).max(axis=0)
 
 
-def tool_error(run, configuration=None):
+def tool_error(run, configuration=None, name=None):
     """Largest distance [m] of the true tool from its desired position in operation."""
-    arm = arm_of(run)
-    times, values = samples(run, configuration)
-    true, desired = tools(run, arm.truth("position_rad", times)), tools(run, values["DESIRED"])
+    arm = arm_of(run, name)
+    times, values = samples(run, configuration, name)
+    true, desired = (tools(run, positions, name) for positions in (arm.truth("position_rad", times), values["DESIRED"]))
     return float(np.linalg.norm(true[:, :3, 3] - desired[:, :3, 3], axis=1).max())
 
 
-def tracking(run):
-    arm = arm_of(run)
+def tracking(run, name=None):
+    arm = arm_of(run, name)
     return {f"joint{number}_error_{'m' if is_linear else 'rad'}": float(error)
-            for number, (is_linear, error) in enumerate(zip(arm.is_linear, joint_errors(run)), 1)}
+            for number, (is_linear, error) in enumerate(zip(arm.is_linear, joint_errors(run, name=name)), 1)}
 
 
-def tool_tracking(run):
-    return {"tool_error_m": tool_error(run)}
+def tool_tracking(run, name=None):
+    return {"tool_error_m": tool_error(run, name=name)}
 
 
 def _commands(run, arm):
@@ -148,51 +161,51 @@ def _commands(run, arm):
             yield time_ns // 1000, telecommands.decode(packet, run.dictionary), done.get((packet.apid, packet.sequence))
 
 
-def goals(run):
+def goals(run, name=None):
     """(instant [us], whether it is a goal of the tool, arguments) of each motion that was carried out. The instant is SETTLE_US after the end of the
     motion, or that of the next telecommand to the arm if that is earlier."""
-    arm = arm_of(run)
+    arm = arm_of(run, name)
     listed, given, found = list(_commands(run, arm)), {}, []
     for row, (_, decoded, done_us) in enumerate(listed):
-        name = decoded.get("function")
-        if done_us is None or name is None:
+        function = decoded.get("function")
+        if done_us is None or function is None:
             continue
-        given[name] = decoded["values"]
+        given[function] = decoded["values"]
         for motions, is_tool in ((JOINT_GOALS, False), (TOOL_GOALS, True)):
-            if name in motions:
+            if function in motions:
                 following = [time_us for time_us, _, _ in listed[row + 1 :] if time_us > done_us]
-                found.append((min([done_us + SETTLE_US, *following[:1]]), is_tool, given[motions[name] or name]))
+                found.append((min([done_us + SETTLE_US, *following[:1]]), is_tool, given[motions[function] or function]))
     if not found:
         raise Missing("no motion was carried out")
     return found
 
 
-def joint_goals(run):
+def joint_goals(run, name=None):
     """Largest distance of a true joint from its goal at the end of a motion."""
-    arm = arm_of(run)
-    ends = [(instant, values["POSITION"]) for instant, is_tool, values in goals(run) if not is_tool]
+    arm = arm_of(run, name)
+    ends = [(instant, values["POSITION"]) for instant, is_tool, values in goals(run, name) if not is_tool]
     if not ends:
         raise Missing("no motion had positions of the joints as its goal")
     errors = np.abs(arm.truth("position_rad", [instant for instant, _ in ends]) - [position for _, position in ends]).max(axis=0)
     kinds = {"goal_error_rad": False, "goal_error_m": True}
-    return {name: float(errors[np.equal(arm.is_linear, kind)].max()) for name, kind in kinds.items() if kind in arm.is_linear}
+    return {figure: float(errors[np.equal(arm.is_linear, kind)].max()) for figure, kind in kinds.items() if kind in arm.is_linear}
 
 
-def tool_goals(run):
+def tool_goals(run, name=None):
     """Largest distance of the true tool from its goal at the end of a line."""
-    arm = arm_of(run)
-    ends = [(instant, values["POSITION"]) for instant, is_tool, values in goals(run) if is_tool]
+    arm = arm_of(run, name)
+    ends = [(instant, values["POSITION"]) for instant, is_tool, values in goals(run, name) if is_tool]
     if not ends:
         raise Missing("no motion had a pose of the tool as its goal")
-    true = tools(run, arm.truth("position_rad", [instant for instant, _ in ends]))
+    true = tools(run, arm.truth("position_rad", [instant for instant, _ in ends]), name)
     return {"goal_tool_error_m": float(np.linalg.norm(true[:, :3, 3] - [position for _, position in ends], axis=1).max())}
 
 
-def limits(run):
+def limits(run, name=None):
     """Least distance of a true joint from an end of its range, divided by the range; largest shares of speed and torque of a true joint whose brake is
     released: with the brakes engaged, links swing in their gears."""
-    arm = arm_of(run)
-    lower, upper, speed, torque = (arm.setting("LIMITS", name) for name in ("LOWER", "UPPER", "SPEED", "TORQUE"))
+    arm = arm_of(run, name)
+    lower, upper, speed, torque = (arm.setting("LIMITS", field) for field in ("LOWER", "UPPER", "SPEED", "TORQUE"))
     times = run.truth.get("JOINTS", {}).get("time_us", ())
     position = arm.truth("position_rad", times)
     released = arm.truth("brake_engaged", times) == 0
@@ -216,14 +229,26 @@ TEXTS = {
 }
 
 
+def _parted(name):
+    """(arm or None, figure) of the name of a figure."""
+    arm, dot, figure = name.rpartition(".")
+    return (arm if dot else None), figure
+
+
 def text_of(name):
     """(title, unit) of a figure of this module; None for another one."""
-    found = ERROR.fullmatch(name)
-    return (f"Error of joint {found[1]} from its desired motion", found[2]) if found else TEXTS.get(name)
+    arm, figure = _parted(name)
+    found = ERROR.fullmatch(figure)
+    text = (f"Error of joint {found[1]} from its desired motion", found[2]) if found else TEXTS.get(figure)
+    return (f"{arm.upper()}: {text[0]}", text[1]) if text and arm else text
 
 
-def figures_of(names):
-    """(function, its figures) for these names of figures, without those of other modules."""
+def _named(function, arm, run):
+    """The figures of an arm under the names that they have in a mission with several."""
+    return {f"{arm}.{name}": value for name, value in function(run, name=arm).items()}
+
+
+def _figures_of_arm(arm, names):
     listed = (
         (tracking, [name for name in names if ERROR.fullmatch(name)]),
         (tool_tracking, ["tool_error_m"]),
@@ -231,5 +256,14 @@ def figures_of(names):
         (tool_goals, ["goal_tool_error_m"]),
         (limits, ["joint_range_margin", "joint_speed_share", "joint_torque_share"]),
     )
-    wanted = ((function, tuple(name for name in known if name in names)) for function, known in listed)
-    return tuple((function, known) for function, known in wanted if known)
+    for function, known in listed:
+        if wanted := [name for name in known if name in names]:
+            yield (functools.partial(_named, function, arm), tuple(f"{arm}.{name}" for name in wanted)) if arm else (function, tuple(wanted))
+
+
+def figures_of(names):
+    """(function, its figures) for these names of figures, without those of other modules."""
+    by_arm = {}
+    for arm, figure in map(_parted, names):
+        by_arm.setdefault(arm, []).append(figure)
+    return tuple(found for arm, figures in by_arm.items() for found in _figures_of_arm(arm, figures))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounds of the figures of a scenario: the file <name>.bounds beside <name>.scn.
 
-Each line is `<figure> <relation> <number>`, for example `joint1_error_rad <= 0.002`; a line may end with a comment after #. A scenario without
-such a file has the bounds of the tables in figures.py, or none."""
+Each line is `<figure> <relation> <number>`, for example `joint1_error_rad <= 0.002`, or `left.joint1_error_rad <= 0.002` for the arm LEFT of
+several; a line may end with a comment after #. A scenario without such a file has the bounds of the tables in figures.py, or none."""
 
 import math
 import pathlib
@@ -13,7 +13,7 @@ from .values import quoted
 
 RELATIONS = ("<", "<=", ">=")
 ENDING = ".bounds"
-FIGURE = re.compile(r"[a-z][a-z0-9_]*")
+FIGURE = re.compile(r"([a-z][a-z0-9_]*\.)?[a-z][a-z0-9_]*")
 
 
 class BoundsError(ValueError):

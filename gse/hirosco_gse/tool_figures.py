@@ -33,11 +33,14 @@ def _truth(run, channel, name):
 
 
 def _led(run, field):
-    """Field of TELEPRESENCE, the parameter of the arm whose tool the joystick leads."""
-    owner = next((item.name for item in run.dictionary.subsystems.values() if "TELEPRESENCE" in item.parameters), None) if run.dictionary else None
-    if owner is None:
+    """Field of TELEPRESENCE of the arm whose tool the joystick leads: of several arms, the one that reports HAND."""
+    arms = {item.apid: item.name for item in run.dictionary.subsystems.values() if "TELEPRESENCE" in item.parameters} if run.dictionary else {}
+    if not arms:
         raise Missing("no subsystem with the parameter TELEPRESENCE")
-    return setting(run, owner, "TELEPRESENCE", field)
+    led = {packet.apid for _, packet, decoded in run.reports_of("housekeeping") if packet.apid in arms and "HAND" in decoded["values"]} or set(arms)
+    if len(led) != 1:
+        raise Missing(f"{len(led)} arms that a joystick may have led ({', '.join(arms[apid] for apid in sorted(led))}), expected one")
+    return setting(run, arms[min(led)], "TELEPRESENCE", field)
 
 
 def _along(run, vectors):

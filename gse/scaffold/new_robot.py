@@ -8,8 +8,9 @@
     make new-robot URDF=my-arm.urdf START=0,-1.5,1   the arm starts in this pose, not in the computed one
     make new-robot URDF=my-arm.urdf BASE=free        the base flies freely, without gravity; else it is fixed
     make new-robot URDF=my-arm.urdf APID=40          with this APID instead of the first free one
+    make new-robot URDF=right.urdf WITH=left         the new mission flies the subsystems of the mission left, too
 
-The program arm flies any chain of 1 to 12 joints (docs/arm.md). It writes new files only; on an error it changes nothing. The simulator must
+The program arm flies any chain of 1 to 12 joints (docs/arm.md). The command writes new files only; on an error it changes nothing. The simulator must
 accept the new world.
 """
 
@@ -21,8 +22,10 @@ import re
 import subprocess
 import sys
 
+import robot_beside
 import urdf
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
+from robot_beside import ALONE
 
 SIMULATOR = ROOT / "build" / "bin" / "simulator"
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
@@ -186,25 +189,27 @@ def eds_of(joint):
     return "joint-drive.eds" if joint.effort <= 40.0 else "joint-drive-large.eds"
 
 
-def addresses(robot):
+def addresses(robot, place=ALONE):
     """(bus, node) of each joint: up to four on a bus."""
     count = len(robot.joints)
     buses = -(-count // JOINTS_OF_A_BUS)
     each = -(-count // buses)
-    return [(f"arm-{i // each + 1}", FIRST_NODE + i) for i in range(count)]
+    return [(f"{place.bus}-{i // each + 1}", FIRST_NODE + i) for i in range(count)]
 
 
-def world(robot, names, start, base):
+def world(robot, names, start, base, place=ALONE):
     """Words of the template of the world. Joints with equal values share a drive type."""
     types, drives = {}, []
-    for number, (joint, (bus, node)) in enumerate(zip(robot.joints, addresses(robot)), 1):
+    for number, (joint, (bus, node)) in enumerate(zip(robot.joints, addresses(robot, place)), 1):
         effort = joint.effort
         sensor = attributes({"noise": 5e-4 * effort, "offset": 5e-3 * effort, "drift": 5e-6 * effort, "range": 1.5 * effort})
-        kind = types.setdefault(f"{attributes(drive_of(joint))}>\n    <TorqueSensor {sensor}/>\n  </DriveType>", f"drive{len(types) + 1}")
-        drives.append(f'  <Drive name="JOINT{number}" joint="arm.{joint.name}" type="{kind}" bus="{bus}" '
+        kind = types.setdefault(f"{attributes(drive_of(joint))}>\n    <TorqueSensor {sensor}/>\n  </DriveType>", f"{place.prefix.lower()}drive{len(types) + 1}")
+        drives.append(f'  <Drive name="{place.prefix}JOINT{number}" joint="{place.robot}.{joint.name}" type="{kind}" bus="{bus}" '
                       f'node="{hexadecimal(node, 2)}" eds="{eds_of(joint)}"/>')
     return names | {
         "base": base,
+        "robot": place.robot,
+        "state": place.state,
         "gravity": text(GRAVITY[base]),
         "start": " ".join(f'{joint.name}="{angle:.10g}"' for joint, angle in zip(robot.joints, start)),
         "drive_types": "\n".join(f'  <DriveType name="{name}" {rest}' for rest, name in types.items()),
@@ -249,9 +254,9 @@ def device(joint, address, number, mode):
     return "\n".join([*lines, f'        <Endnode type="CAN" bus="{bus}" node="{hexadecimal(node, 2)}"/>', "      </Device>"])
 
 
-def configuration(robot, number, name, mode, initial, has_joystick=False):
+def configuration(robot, place, number, name, mode, initial, has_joystick=False):
     """A configuration of the descriptor; `mode` is that of CiA 402, `has_joystick`: a joystick leads the tool."""
-    devices = (device(joint, address, i, mode) for i, (joint, address) in enumerate(zip(robot.joints, addresses(robot)), 1))
+    devices = (device(joint, address, i, mode) for i, (joint, address) in enumerate(zip(robot.joints, addresses(robot, place)), 1))
     initials = "".join(f'\n    <Initial parameter="CONTROL" field="{field}" value="{value}"/>' for field, value in initial.items())
     template = (TEMPLATES / "configuration.xml").read_text(encoding="utf-8").rstrip("\n")
     words = {"configuration": name, "number": str(number), "initial": initials, "devices": "\n".join(devices)}
@@ -313,18 +318,18 @@ def prismatic(robot):
     return f'\n      <ParamRef name="PRISMATIC" type="BOOL" count="{len(robot.joints)}" init="{flags}"/>' if "1" in flags else ""
 
 
-def descriptor(robot, names, base):
+def descriptor(robot, names, base, place=ALONE):
     """Words of the template of the descriptor."""
     count = len(robot.joints)
     lists = limits_of(robot) | model_of(robot) | of_drives(robot)
     lists |= {"tool": robot.tool[0], "tool_rpy": urdf.rpy_of(robot.tool[1]), "gravity": GRAVITY[base]}
     configurations = [
-        configuration(robot, 1, "POSITION", 8, {}),
-        configuration(robot, 2, "TORQUE", 10, {}),
-        configuration(robot, 3, "COMPLIANT", 10, {"COMPLIANT": "1"}),
+        configuration(robot, place, 1, "POSITION", 8, {}),
+        configuration(robot, place, 2, "TORQUE", 10, {}),
+        configuration(robot, place, 3, "COMPLIANT", 10, {"COMPLIANT": "1"}),
     ]
     if count <= TELEPRESENCE_JOINTS_MAX:
-        configurations.append(configuration(robot, 4, "TELEPRESENCE", 10, {"COMPLIANT": "1"}, has_joystick=True))
+        configurations.append(configuration(robot, place, 4, "TELEPRESENCE", 10, {"COMPLIANT": "1"}, has_joystick=True))
     words = {"joints": str(count), "joints3": str(3 * count), "joints6": str(6 * count), "configurations": "\n".join(configurations), "scalars": scalars(robot), "prismatic": prismatic(robot)}
     return names | units_of(robot) | words | {name: text(values) for name, values in lists.items()}
 
@@ -464,8 +469,44 @@ def check_world(path, urdf_path, own_urdf):
         raise Refusal(f"{messages[-1].replace(relative(own_urdf), str(urdf_path))}; {NEXT_STEP}")
 
 
-def plan(path, name, tool, start_given, apid, base="fixed"):
-    """(dict path -> text of the new files, path of the mission, name of the files, the robot)."""
+def reach_of(robot):
+    """Distance [m] from the base that the tool cannot exceed, for arms whose joints turn."""
+    return sum(math.hypot(*joint.origin[0]) for joint in robot.joints) + math.hypot(*robot.tool[0])
+
+
+def texts_alone(robot, names, start, base):
+    """Texts of world, scenario, bounds and mission of an arm that flies alone."""
+    buses = sorted({bus for bus, _ in addresses(robot)})
+    words = {
+        "world.xml": world(robot, names, start, base),
+        "scenario.scn": scenario(robot, names, start),
+        "scenario.bounds": names | {"bounds": bound_lines(robot, start)},
+        "mission.xml": names | {"buses": "\n".join(map(robot_beside.BUS.format, buses))},
+    }
+    return [fill((TEMPLATES / template).read_text(encoding="utf-8"), each) for template, each in words.items()]
+
+
+def texts_beside(existing, robot, names, start, base, place):
+    """Texts of world, scenario, bounds and mission of an arm that flies with the subsystems of an existing mission."""
+    buses = sorted({bus for bus, _ in addresses(robot, place)})
+    words = scenario(robot, names, start)
+    words["steps"] = robot_beside.steps(existing, words["steps"])
+    judged = robot_beside.bounds(existing, bound_lines(robot, start), names["file"])
+    return [
+        robot_beside.world(existing, world(robot, names, start, base, place)),
+        fill((TEMPLATES / "beside.scn").read_text(encoding="utf-8"), words | {"with": existing.name}),
+        fill((TEMPLATES / "scenario.bounds").read_text(encoding="utf-8"), names | {"bounds": judged}),
+        robot_beside.mission(existing, names, buses),
+    ]
+
+
+def bound_lines(robot, start):
+    """The bounds as lines of their file."""
+    return "\n".join(f"{name} {relation} {bound:.2g}" for name, relation, bound in bounds(robot, start))
+
+
+def plan(path, name, tool, start_given, apid, base="fixed", other=None):
+    """(dict path -> text of the new files, path of the mission, name of the files, the robot). `other`: mission with whose subsystems the arm flies."""
     robot, source = read(path, tool)
     expect(base in GRAVITY, "BASE", base, "fixed or free")
     expect(base == "fixed" or robot.base.mass > 0.0, "URDF", path, "the root link with a mass, or a link fixed to it: the base flies freely")
@@ -474,36 +515,29 @@ def plan(path, name, tool, start_given, apid, base="fixed"):
     file = name.replace("_", "-")
     names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
     start = wanted_pose(robot, start_given) if start_given else start_pose(robot, base)
-    buses = sorted({bus for bus, _ in addresses(robot)})
-    values = {
-        f"descriptors/subsystems/{file}.xml": ("descriptor.xml", descriptor(robot, names, base)),
-        f"descriptors/worlds/{file}.xml": ("world.xml", world(robot, names, start, base)),
-        f"sim/scenarios/{file}.scn": ("scenario.scn", scenario(robot, names, start)),
-        f"sim/scenarios/{file}.bounds": (
-            "scenario.bounds", names | {"bounds": "\n".join(f"{name} {relation} {bound:.2g}" for name, relation, bound in bounds(robot, start))}),
-        f"descriptors/missions/{file}.xml": (
-            "mission.xml",
-            names | {"buses": "\n".join(f'    <Bus name="{bus}" bitRate="1000000" dataBitRate="5000000"/>' for bus in buses)},
-        ),
-    }
-    files = {ROOT / made: fill((TEMPLATES / template).read_text(encoding="utf-8"), words) for made, (template, words) in values.items()}
+    existing = robot_beside.read(other, GRAVITY[base]) if other else None
+    place = robot_beside.place_in(existing, file, names["apid"], reach_of(robot)) if other else ALONE
+    texts = texts_beside(existing, robot, names, start, base, place) if other else texts_alone(robot, names, start, base)
+    made = [f"descriptors/worlds/{file}.xml", f"sim/scenarios/{file}.scn", f"sim/scenarios/{file}.bounds", f"descriptors/missions/{file}.xml"]
+    own = fill((TEMPLATES / "descriptor.xml").read_text(encoding="utf-8"), descriptor(robot, names, base, place))
+    files = {ROOT / f"descriptors/subsystems/{file}.xml": own} | {ROOT / each: text for each, text in zip(made, texts)}
     own_urdf = ROOT / f"descriptors/worlds/{file}.urdf"
     if own_urdf != pathlib.Path(path).resolve():
         files[own_urdf] = source
-    there = [relative(made) for made in files if made.exists()]
+    there = [relative(each) for each in files if each.exists()]
     expect(not there, "NAME", name, f"a name that is new; there is already {', '.join(there)}")
     return files, ROOT / f"descriptors/missions/{file}.xml", file, robot
 
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(prog="make new-robot", description=__doc__.splitlines()[0])
-    for option in ("urdf", "name", "tool", "start", "apid"):
+    for option in ("urdf", "name", "tool", "start", "apid", "with"):
         parser.add_argument(f"--{option}")
     parser.add_argument("--base", default="fixed")
     options = parser.parse_args(arguments)
     try:
         expect(options.urdf, "URDF", "", "a file: make new-robot URDF=my-arm.urdf")
-        files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid, options.base)
+        files, mission, file, robot = plan(options.urdf, options.name, options.tool, options.start, options.apid, options.base, getattr(options, "with"))
         worlds = ROOT / "descriptors" / "worlds"
         write_all(files, mission, lambda: check_world(worlds / f"{file}.xml", options.urdf, worlds / f"{file}.urdf"))
     except Refusal as refusal:

@@ -552,3 +552,16 @@ def test_process_data_have_the_mapping_of_the_descriptor(flown_gantry, made_robo
         if identifier == 0x1D1:
             (name,) = (signal.name for signal in message.signals if signal.start == 32)  # After two words of 16 bit.
             assert message.decode(moving[-1][1])[name] == pytest.approx(read[-1], abs=1e-9)
+
+
+@pytest.mark.skipif(not os.environ.get("LONG"), reason="flies with LONG=1")
+def test_two_arms_fly_in_one_mission_and_each_has_its_figures(made_robots, session_directory):
+    """The mission consists of the gantry and a snake of three joints that make new-robot puts beside it, as docs/arm.md shows."""
+    place, _ = made_robots
+    made = make(place, snake(session_directory / "beside.urdf", 3), "--name", "beside", "--with", "gantry")
+    assert made.returncode == 0, made.stderr
+    subprocess.run([sys.executable, "gse/generator/generate.py", "--mission", "descriptors/missions/beside.xml", "--out", "build/generated"], cwd=place, check=True)
+    flight = flying.fly(session_directory / "beside", "--mission", "beside", "--scenario", "beside", root=place, report="yes")
+    assert flight.code == 0, flight.transcript()
+    assert flight.facts["figures_hold"] is True and flight.facts["figures_missing"] == {}
+    assert {name.split(".")[0] for name in flight.facts if "." in name} == {"gantry", "beside"}
