@@ -14,10 +14,12 @@
 #include "fsw/framework/rtlink/link_frame.h"
 
 /// Largest number of samples in the buffer; their payloads together have at most RTLINK_PLAY_OUT_OCTETS. A
-/// build that defines one of the two must define both.
+/// build that defines one of the two must define both. The default values are sufficient for samples of 96
+/// octets at 2 kHz that all arrive at once and are played 550 ms later (--delay 1000): a frame arrives early
+/// if time in the run is slower than in the network.
 #ifndef RTLINK_PLAY_OUT_SAMPLES
-#define RTLINK_PLAY_OUT_SAMPLES 256U
-#define RTLINK_PLAY_OUT_OCTETS 16384U
+#define RTLINK_PLAY_OUT_SAMPLES 1152U
+#define RTLINK_PLAY_OUT_OCTETS 110592U
 #endif
 #define RTLINK_PLAY_OUT_BUDGETS 3U
 

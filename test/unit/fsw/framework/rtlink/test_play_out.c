@@ -289,7 +289,7 @@ static void the_buffer_is_limited_in_samples_and_octets(void)
     static const struct {
         uint32_t octets;
         uint32_t room;
-    } cases[] = {{1U, 256U}, {64U, 256U}, {65U, 252U}, {RTLINK_PAYLOAD_MAX, 16U}};
+    } cases[] = {{1U, 1152U}, {96U, 1152U}, {97U, 1140U}, {RTLINK_PAYLOAD_MAX, 108U}};
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         rtlink_consumer_close(&consumer);
         open_with(cases[i].octets, EPOCH);
@@ -303,6 +303,31 @@ static void the_buffer_is_limited_in_samples_and_octets(void)
         expect(cases[i].room + 3U, PLAY_NS + ((cases[i].room + 3U) * PERIOD_NS));
         TEST_ASSERT_EQUAL_UINT32(3U, consumer.counters.lost);
         TEST_ASSERT_EQUAL_UINT32(cases[i].room + 1U, consumer.counters.frames);
+    }
+}
+
+/// If simulated time is slower than the network, a sample arrives before its delay has passed. With a full
+/// buffer the link would lose all samples of some ten milliseconds, and be stale.
+static void samples_that_arrive_before_the_delay_are_held_until_they_are_played(void)
+{
+    static const struct {
+        uint32_t delay_us; // half of --delay 20, 100, 300 and 1000
+        uint32_t budget_us;
+    } cases[] = {{10000U, 1000U}, {50000U, 5000U}, {150000U, 15000U}, {500000U, 50000U}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        const uint64_t play_ns = (cases[i].delay_us + cases[i].budget_us) * US;
+        const uint32_t held    = (uint32_t)(play_ns / PERIOD_NS);
+        rtlink_consumer_close(&consumer);
+        buffer.delay_us  = cases[i].delay_us;
+        buffer.budget_us = cases[i].budget_us;
+        open_with(96U, EPOCH); // ROBOT_CONTACT of the mission rokviss
+        for (uint32_t sequence = 0U; sequence < (3U * held); sequence++) {
+            arrive(sequence);
+            if (sequence >= held) {
+                expect(sequence - held, sequence * PERIOD_NS);
+            }
+        }
+        TEST_ASSERT_EQUAL_UINT32(0U, consumer.counters.lost);
     }
 }
 
@@ -343,6 +368,7 @@ int main(void)
     RUN_TEST(sequence_numbers_wrap_in_the_buffer);
     RUN_TEST(a_sample_that_was_overtaken_in_the_buffer_is_dropped);
     RUN_TEST(the_buffer_is_limited_in_samples_and_octets);
+    RUN_TEST(samples_that_arrive_before_the_delay_are_held_until_they_are_played);
     RUN_TEST(a_link_without_buffer_is_read_as_its_samples_arrive);
     RUN_TEST(a_link_whose_buffer_is_missing_is_not_opened);
     return UNITY_END();
