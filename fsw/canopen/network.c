@@ -108,8 +108,9 @@ status_t canopen_network_select_channel(canopen_network_t* const network, const 
         canopen_network_stop(network);
         network->is_booted = false;
     }
-    network->channel = channel;
-    network->flow    = &network->flows[channel];
+    network->channel        = channel;
+    network->flow           = &network->flows[channel];
+    network->is_channel_new = true;
     canopen_master_use_flow(&network->master, network->flow);
     return STATUS_OK;
 }
@@ -233,7 +234,15 @@ status_t canopen_network_boot(canopen_network_t* const network, const uint64_t n
         enter(network, NETWORK_SELECTING, now_ns);
     }
     if (network->phase == NETWORK_SELECTING) {
-        if (!has_two_channels(network) || is_selection_over(network, now_ns)) {
+        if (has_two_channels(network) && !is_selection_over(network, now_ns)) {
+            return STATUS_BUSY;
+        }
+        if (network->is_channel_new) {
+            // A reset node returns to the channel on which it last heard a heartbeat of the master. A node
+            // that has just arrived has heard none on this channel: make one due before the reset.
+            network->is_channel_new = false;
+            canopen_master_use_flow(&network->master, network->flow);
+        } else {
             begin_boot(network, now_ns);
         }
         return STATUS_BUSY;

@@ -145,8 +145,9 @@ typedef enum { // Private.
 typedef struct { // Read-only outside, except the axes of its devices.
     canopen_network_config_t config;
     flow_can_t flows[NETWORK_CHANNELS];
-    uint8_t channel;  ///< Number of the active channel.
-    flow_can_t* flow; ///< Flow of the active channel.
+    uint8_t channel;     ///< Number of the active channel.
+    flow_can_t* flow;    ///< Flow of the active channel.
+    bool is_channel_new; ///< The channel was selected after the last reset of the nodes.
     canopen_master_t master;
     canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< Provided by the caller.
     uint8_t device_count;

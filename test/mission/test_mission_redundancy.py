@@ -12,6 +12,7 @@ REACTION_US = 5000
 REPORTED_US = 10_000
 TOGGLE_US = 2 * 60_000  # Ttoggle x consumer heartbeat time of the data sheets
 MASTER, SYNC = 0x701, 0x080
+DEVICE_REFUSED = 13
 NODES = {"robot": (0x11, 0x12), "joystick": (0x21,)}
 OWNER = {"robot": ("MANIPULATOR", 16), "joystick": ("JOYSTICK", 17)}
 CUT_S = {"robot": 1.5, "joystick": 4.5}
@@ -231,3 +232,47 @@ def test_the_arm_can_be_commanded_into_operation_after_cuts(directory, name):
     scenario = flying.write_scenario(directory.with_suffix(".scn"), *lines)
     flight = flying.fly(directory, "--scenario", scenario, "--form", "image")
     assert flight.code == 0, flight.transcript()
+
+
+SLOW, SLOW_TOGGLE_US = 0x12, 2 * 200_000  # Of the data sheets of wheels, gyros, star trackers and cameras
+SEARCH_US, RETRY_US = 160_000, 300_000  # Longest wait of HARDWARE_INIT for the devices; time between two resets.
+CYCLE_US = 500
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("selected_s", "resets"), [(1.75, [0]), (2.0, [0, SLOW])])
+def test_a_node_with_a_heartbeat_time_of_200_ms_is_found_on_channel_b(directory, tmp_path, selected_s, resets):
+    """In the world, JOINT2 has the consumer heartbeat time of wheels and sensors. When the channel is selected, this joint is either on B, or it
+    has just changed to A. In the first case one reset suffices, although JOINT1 has just arrived on B. In the second case JOINT2 arrives after
+    the wait for the devices, and only it is reset again."""
+    root = flying.descriptors_copied(tmp_path / "root")
+    devices = root / "descriptors" / "devices"
+    (devices / "slow-drive.eds").write_text((devices / "joint-drive.eds").read_text(encoding="utf-8"), encoding="utf-8")
+    flying.replace(devices / "slow-drive.eds", ("DefaultValue=0x0001003C", "DefaultValue=0x000100C8"))
+    flying.replace(root / "descriptors" / "worlds" / "rokviss.xml", (f'node="{SLOW:#x}" eds="joint-drive.eds"', f'node="{SLOW:#x}" eds="slow-drive.eds"'))
+    end = selected_s + 1.5
+    lines = ["0.0 hand rest", *_arm(0.3), "1.2 fault cut robot", *_lost(1.2), f"{selected_s} operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+             *_arm(selected_s), f"{end} operator expect-state MANIPULATOR OPERATIONAL", f"{end} operator shutdown"]
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), *lines)
+    flight = flying.fly(directory, "--scenario", scenario, "--form", "image", root=root)
+    assert flight.code == 0, flight.transcript()
+
+    b = logs.read_bus(directory / "can-robot-b.log")
+    found = b.time_us[b.frames(MASTER)][0]
+    heard = {node: b.time_us[b.frames(0x700 + node)] for node in NODES["robot"]}
+    searching = heard[SLOW][heard[SLOW] < found]
+    last_on_a = logs.read_bus(directory / "can-robot.log")
+    last_us = [t for t in last_on_a.time_us[last_on_a.frames(MASTER)] if t <= 1.2e6][-1]
+    assert 0 <= searching[0] - last_us - SLOW_TOGGLE_US < 1000
+    delay = heard[SLOW][heard[SLOW] >= found][0] - found
+    assert delay <= 20_000 if resets == [0] else SEARCH_US < delay <= SLOW_TOGGLE_US, delay
+
+    nmt = [(t, data[1]) for t, data in zip(b.time_us[b.frames(0)], b.data[b.frames(0)], strict=True) if data[0] == 0x81 and t < found + 1e6]
+    assert [node for _, node in nmt] == resets
+    assert nmt[0][0] - found <= SEARCH_US + 3 * CYCLE_US
+    assert all(abs(later - earlier - RETRY_US) <= CYCLE_US for (earlier, _), (later, _) in zip(nmt, nmt[1:], strict=False))
+    for node, times in heard.items():
+        boots = [t for t, data in zip(times, b.data[b.frames(0x700 + node)], strict=True) if data[0] == 0 and t < found + 1e6]
+        assert len(boots) == 1, f"node {node:#x} has booted on B at {boots}"
+    refused = [raw[23:25] for _, _, raw in flight.packets if raw[7:9] == b"\x05\x02" and raw[22] == DEVICE_REFUSED]
+    assert refused == [bytes([node, 1]) for node in resets[1:]]

@@ -399,6 +399,29 @@ static void booting_starts_when_every_node_is_heard_or_after_160_ms(void)
     TEST_ASSERT_EQUAL_UINT(320U, cycles_to_reset(A));
 }
 
+/// A node that is reset returns to the channel on which it last heard the master.
+static void nodes_on_a_new_channel_hear_a_heartbeat_of_the_master_before_their_reset(void)
+{
+    static const uint8_t alive = 0x7FU;
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_network_select_channel(&network, B));
+    devices_on(NETWORK_CHANNELS);
+    for (unsigned opening = 0U; opening < 2U; opening++) {
+        open_network();
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+        scripted_bus_deliver(&bus[B], 0x711U, &alive, 1U);
+        scripted_bus_deliver(&bus[B], 0x712U, &alive, 1U);
+        if (opening == 0U) { // At the second opening the nodes have heard the master on this channel.
+            TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+            TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus[B], 0U));
+            TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], MASTER_HEARTBEAT));
+        }
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(canopen_network_boot));
+        TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus[B], 0U));
+        canopen_network_close(&network);
+    }
+}
+
 static void frames_of_the_other_channel_are_read_in_the_cycle_they_arrive(void)
 {
     static const uint8_t stray[8] = {0U};
@@ -464,6 +487,7 @@ int main(void)
     RUN_TEST(unsent_frames_are_counted_with_the_reason);
     RUN_TEST(the_counters_of_both_channels_are_summed);
     RUN_TEST(booting_starts_when_every_node_is_heard_or_after_160_ms);
+    RUN_TEST(nodes_on_a_new_channel_hear_a_heartbeat_of_the_master_before_their_reset);
     RUN_TEST(frames_of_the_other_channel_are_read_in_the_cycle_they_arrive);
     RUN_TEST(a_missing_channel_a_is_reported_without_the_offset_of_b);
     RUN_TEST(a_channel_that_does_not_exist_is_not_missing);
