@@ -20,8 +20,8 @@ build/generated/programs.h: $(wildcard fsw/programs/*_program.c) fsw/programs
 	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 # Directories whose sources include generated files, and the directories of their tests: the generator runs before
 # the compiler.
-SEES_GENERATED := $(foreach p,pus fsw/canopen fsw/drives fsw/supervisor fsw/subsystems fsw/programs launcher, \
-                  $p/% test/unit/$p/%) \
+SEES_GENERATED := $(foreach p,pus fsw/canopen fsw/drives fsw/equipment fsw/supervisor fsw/subsystems fsw/programs \
+                  launcher,$p/% test/unit/$p/%) \
                   test/bench/% test/fuzz/%
 $(call objects,$(filter $(SEES_GENERATED),$(SOURCES) $(TESTS) $(BENCHES) $(FUZZ_SOURCES))): | $(GENERATED)
 

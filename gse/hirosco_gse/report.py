@@ -5,9 +5,9 @@ Completes run.json (figures, sha256 of the logs, versions) and writes report.htm
 of the station with the recording of the run, all in one file that needs no other file. It uses the logs that exist: a run that
 crashed gets a report, too.
 
-Exit codes: 0 the report is written; 1 it is not written; 3 it is written, and the run has failed by its figures (a line
-for each is printed); 4 it is not written, and the run has figures with bounds, whose values are then unknown; 130 Ctrl-C, and it is not
-written.
+Exit codes: 0 the report is written; 1 it is not written; 3 it is written, and the run has failed by its figures (a line for each is
+printed); 4 it is not written, and the figures with bounds are therefore unknown, or run.json is damaged; 130 Ctrl-C has ended the report of
+a run without bounds (with bounds: 4).
 """
 
 from . import interrupt
@@ -169,7 +169,7 @@ def _verdict(run, facts):
 
 
 def _in_readable_unit(value, bound, unit):
-    """(value, bound, unit) in a unit that is easy to read: shares in percent, small lengths, angles and times in thousandths of their unit."""
+    """(value, bound, unit) in a unit that is easy to read: ratios in percent; thousandths of the unit if the bound is below 0.1 rad, s, m, J, Nm or N."""
     if unit == "":
         return value * 100, bound * 100, "%"
     if unit in ("rad", "s", "m", "J", "Nm", "N") and abs(bound) < 0.1:
@@ -275,7 +275,7 @@ def _table(title, heads, rows):
 
 
 def _outcome(lights):
-    """Outcome of a command by its last lights."""
+    """Outcome of a command by the first letters of the last states of its verification lights (station/lights.py)."""
     return "failed" if "f" in lights else "done" if lights.endswith("d") else "not known"
 
 
@@ -338,7 +338,8 @@ def _write_facts(directory, facts):
 
 
 def _check(directory):
-    """Raise ReportError if no report can be made of a directory. The file run.json of a flight under way would tell ground users that it has ended."""
+    """Raise ReportError if no report can be made of a directory. A flight under way gets none: a report writes run.json, by which ground users see that
+    a flight has ended."""
     if problem := problem_of(directory):
         raise ReportError(f"{problem}. Name such a directory: make report OUT=runs/...")
     if problem := facts_of(directory)[1]:

@@ -4,8 +4,8 @@
 Each line is performed no earlier than its time, after the lines before it, and waits until its requests are verified.
 With `nowait` it does not wait. Besides the commands of commands.py there are
 
-    nowait COMMAND ...                     send and continue; a failure is reported at the end of the script (not for commands
-                                           whose first step is not a request, such as `at +60`)
+    nowait COMMAND ...                     send and continue; a failure is reported at the end of the script. A command that has to
+                                           wait before it sends, such as `at +60`, is refused
     try COMMAND ...                        perform the command; the script continues even if the command is refused, fails or has no
                                            answer within 2 s, or if the link is lost. The log contains the outcome. The outcome of
                                            `try nowait` is not checked
@@ -35,7 +35,7 @@ TRY_NS = 2_000_000_000  # Longest wait for an optional answer.
 
 
 class ScriptError(ValueError):
-    """A line that is not a step, as file:line: reason."""
+    """A line that is not a step, as file:line: reason; or a file that cannot be read, as file: reason."""
 
 
 class ScriptFailure(Exception):
@@ -135,7 +135,7 @@ def _checked(step, dictionary):
 
 def _visit(place, time_ns, words, before):
     if before and time_ns < before[-1].time_ns:
-        raise ScriptError(f"{place}: time {time_ns / 1e9:g} is before the line of `ground` above")
+        raise ScriptError(f"{place}: time {time_ns / 1e9:g} is before the line of `ground` above, expected at least {before[-1].time_ns / 1e9:g}")
     try:
         return visits.parse(place, time_ns, words)
     except visits.VisitError as error:
@@ -184,7 +184,7 @@ class Script:
             if words[1] != "operator":
                 continue
             if time_ns < last:
-                raise ScriptError(f"{place}: time {words[0]} is before the operator's line above")
+                raise ScriptError(f"{place}: time {words[0]} is before the operator's line above, expected at least {last / 1e9:g}")
             last = time_ns
             step = Step(path, number, time_ns, words[2], tuple(words[3:]))
             try:
@@ -194,8 +194,8 @@ class Script:
         return cls(steps, visits_of_ground)
 
     def procedure(self, session, timeout_ns, report=lambda entry: None):
-        """Procedure: all steps; report(entry) is called after each. Raises ScriptFailure. Without any step it lasts until the last action of the
-        other users, because a flight ends after its operator: `gse record` writes such scenarios of flights that had none."""
+        """Procedure: all steps; report(entry) is called after each. Raises ScriptFailure. Without any step it lasts until the last line of `ground`,
+        because a flight ends when its operator leaves. `gse record` writes such a scenario of a flight that had no operator."""
         if not self.steps and self.visits:
             yield from session.wait_until(self.visits[-1].time_ns)
         is_going_down = False

@@ -29,7 +29,7 @@ def _history():
 
 
 class Shell:
-    """Reads lines with `read(prompt)` and performs them, until EOFError."""
+    """Reads lines with `read(prompt)` and performs them, until `exit`, `quit` or EOFError."""
 
     def __init__(self, craft, read=input, show=print):
         self._craft, self._read, self._show = craft, read, show

@@ -13,7 +13,8 @@ static void cross(const double a[3], const double b[3], double out[3])
 /// Add the gyroscopic torque of a body. A step turns the body by its rate at the end of the step; the
 /// momentum is constant, to second order in the step, only if the torque is computed for this rate. ODE
 /// computes its torque for the rate before the step, and the errors add up. This function extrapolates the
-/// rate at the end of the step from the last two rates.
+/// rate at the end of the step from the last two rates. In the axes of the body, the momentum h must turn
+/// back by the rotation R of the step: the torque is (h - R h) / dt, here up to the second order of R.
 static void spin(const dBodyID body, double before_rad_s[3], const double dt_s)
 {
     const dReal* now = dBodyGetAngularVel(body);

@@ -2,7 +2,7 @@
 """A satellite in a separate world, controlled by an independent master (PyPI canopen): wheels turn it, and
 sensors measure its rotation.
 
-The simulator waits until the master sends, and each frame of the master lets `--quantum` of simulated time pass. The
+The simulator waits until the master sends, and each frame of the master lets `--quantum` [us] of simulated time pass. The
 results therefore do not depend on the speed of the machine. A cycle of `command` has five frames, and a cycle of `sync` one
 frame."""
 
@@ -18,8 +18,8 @@ import pytest
 from canopen.profiles.p402 import BaseNode402
 from simulated import BOUND_S, CUBE, ROOT, SHEETS, Simulator, pass_time, patient, until
 
-TORQUE_NM = 2.2e-4
-STEP_NS = 500_000
+TORQUE_NM = 2.2e-4  # Unit of the torque objects of a wheel: per mille of 0.22 Nm.
+STEP_NS = 500_000  # Step of the world.
 WHEELS = (0x31, 0x32, 0x33, 0x34)
 TORQUES = (0.2, 0.1, -0.1, 0.05)
 # Of the world and its data sheets: the largest momentum and speed of a wheel, and the inertia of the satellite.
@@ -139,7 +139,7 @@ def test_wheels_take_and_give_momentum(tmp_path, types):
 
 
 SENSORS = {"gyro": 0x39, "star-tracker": 0x38, "pose-camera": 0x48}
-UNIT = (0.1, -0.2, numpy.pi / 2)  # Attitude of the sensors' link on the satellite, as roll, pitch, yaw.
+UNIT = (0.1, -0.2, numpy.pi / 2)  # Attitude of the link `unit`, which has gyro and tracker, on the satellite: roll, pitch, yaw.
 
 
 def of_angles(rpy):
@@ -196,7 +196,7 @@ def test_a_master_stops_the_satellite_by_its_gyro(tmp_path, types):
     assert stamp_syncs > 300 and stamp_us < 50000 and status == 0
 
 
-def test_the_gyro_measures_the_rate_of_its_link(tmp_path, types):
+def test_gyro_and_camera_measure_rate_and_pose_of_their_links(tmp_path, types):
     simulator = Simulator(tmp_path, "--in-step", "--quantum", "2000", world=CUBE)
     network, (gyro,) = booted(simulator, [SENSORS["gyro"]], "gyro")
     _, (camera,) = booted(simulator, [SENSORS["pose-camera"]], "pose-camera")
@@ -221,7 +221,7 @@ def test_the_gyro_measures_the_rate_of_its_link(tmp_path, types):
     # Origins, in their satellites, of the link that the camera observes and of the link with the camera.
     observed_at = numpy.array(other) + rotation(bases[-1].rotation[1]) @ [0.3, 0.1, 0.6]
     camera_at = numpy.array(ours) + turn @ [0.6, 0, 0]
-    # The pose is 0.13 s old and has noise.
+    # The pose is up to 0.13 s old (a delay of 80 ms, 20 poses a second) and has noise.
     assert numpy.linalg.norm((turn @ of_angles((0, 0.1, 0))).T @ (observed_at - camera_at) - found) < 0.03
 
 

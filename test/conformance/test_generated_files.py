@@ -49,6 +49,19 @@ def test_every_file_of_a_mission_has_the_interface_that_it_is_made_for(made):
             assert subsystem["interface_hash"][2:].lower() in header.lower()
 
 
+def test_the_generator_runs_before_every_source_that_includes_its_files():
+    """SEES_GENERATED of mk/generated.mk has every source whose list of included files, of the plain build, names build/generated. Without it
+    a build from nothing compiles the source too early."""
+    environment = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    listed = subprocess.run(["make", "-s", "--eval=sees-generated: ; @echo $(SEES_GENERATED)", "sees-generated"], cwd=ROOT, env=environment,
+                            check=True, capture_output=True, text=True).stdout.split()
+    objects = ROOT / "build" / "obj"
+    including = [path.relative_to(objects).with_suffix(".c") for path in objects.rglob("*.d") if "build/generated/" in path.read_text()]
+    including = [path for path in including if (ROOT / path).exists()]
+    assert len(including) > 100
+    assert [path for path in including if not path.as_posix().startswith(tuple(pattern.removesuffix("%") for pattern in listed))] == []
+
+
 def test_yamcs_is_not_started_silently_with_a_file_of_another_interface(made, monkeypatch, tmp_path):
     for path, octets in made[0].items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yamcs' own reader loads the generated database of a mission, with the generated configuration. It needs no flight and takes two seconds
-for a mission: two are in each run of the tests, all with LONG=1. test_yamcs.py flies with Yamcs."""
+for each mission. Each run of the tests loads those of two missions (OFTEN), LONG=1 those of all. test_yamcs.py flies with Yamcs."""
 
 import json
 import pathlib

@@ -3,8 +3,9 @@
 /// energy away; a control loop that oscillates does, although its mean force and position are correct.
 ///
 /// Two ports that a link with delay connects send each other the sum of the energy that they have received
-/// since they were engaged. This sum never decreases, so a lost or late sample delays energy but never adds
-/// any. The increase of the sum is a reserve of the receiver: energy that its port may give away.
+/// since their last reset, which is when their actuators are switched on. This sum never decreases, so a lost
+/// or late sample delays energy but never adds any. The increase of the sum is a reserve of the receiver:
+/// energy that its port may give away.
 ///
 /// Ownership  The caller provides control_port_energy_t and control_reserve_t.
 /// Context    One task.
@@ -20,7 +21,7 @@ typedef struct {
     double limit_j;  ///< Energy that may be given away during one window at rest.
     double time_s;   ///< Length of a window of the monitor; the windows follow each other without gaps.
     double rest_rad; ///< An axis that moves further than this is not at rest; a new window then begins.
-    double period_s;
+    double period_s; ///< Time between two steps.
 } control_port_watch_t;
 
 typedef struct { // Read-only outside.

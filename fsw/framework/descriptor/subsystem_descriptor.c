@@ -5,12 +5,15 @@
 
 #include <string.h>
 
-typedef struct { // Common first members of all entries.
+/// First members of the entries that descriptor_numbered finds. The entries that descriptor_named finds begin
+/// with their name.
+typedef struct {
     const char* name;
     uint16_t id;
 } head_t;
 
-#define HAS_HEAD(type) (offsetof(type, id) == offsetof(head_t, id))
+#define HAS_HEAD(type)                                                                                       \
+    ((offsetof(type, name) == offsetof(head_t, name)) && (offsetof(type, id) == offsetof(head_t, id)))
 typedef char entries_fit[(HAS_HEAD(descriptor_event_t) && HAS_HEAD(descriptor_function_t) &&
                           HAS_HEAD(descriptor_configuration_t) && HAS_HEAD(descriptor_port_t))
                              ? 1

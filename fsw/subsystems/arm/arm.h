@@ -3,10 +3,10 @@
 /// of the arm, its limits and its gains (docs/arm.md); the program contains no data of a particular robot.
 ///
 /// MOVE_TO moves all joints at the same time, LINE_TO the tool along a straight line, MOVE_VIA all joints
-/// through the points that ADD_VIA has collected, LINE_VIA the tool through the poses of ADD_POSE; STOP ends
-/// a motion. The drives close the control loop of the joints (mode of operation CSP), or the subsystem closes
-/// it (CST); in CST the tool can also be compliant. A motion that is not possible is refused with a reason
-/// (arm_refusal_reason_t).
+/// through the points that ADD_VIA has collected, LINE_VIA the tool through the poses of ADD_POSE; CLR_VIA
+/// drops these points and poses, and STOP ends a motion. The drives close the control loop of the joints
+/// (mode of operation CSP), or the subsystem closes it (CST); in CST the tool can also be compliant. A motion
+/// that is not possible is refused with a reason (arm_refusal_reason_t).
 ///
 /// A configuration with the port HAND_POSITION is for telepresence: an operator's hand moves the tool
 /// (arm_hand.h), and the port ROBOT_STATE returns the force on the tool.

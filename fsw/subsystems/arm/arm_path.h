@@ -27,7 +27,7 @@ typedef enum {
     ARM_REFUSAL_POSITION = 1, ///< A joint would leave its range.
     ARM_REFUSAL_SPEED    = 2, ///< A joint would exceed its speed.
     ARM_REFUSAL_LINE     = 3, ///< The tool cannot stay on its line: out of reach, or a singular pose.
-    ARM_REFUSAL_POINTS   = 4  ///< There is no via point, or no room for another one.
+    ARM_REFUSAL_POINTS   = 4  ///< No via point, no room for another one, or no motion through them.
 } arm_refusal_reason_t;
 
 typedef struct {

@@ -83,8 +83,8 @@ function positions({ isPrismatic, joints }, isSmall) {
   };
 }
 
-// Torques of a group of joints: those of the environment, or of subsystems that do not report these, those of
-// the joints.
+// Torques of a group of joints: those of the environment; if the subsystem does not report them, those of the
+// joints themselves.
 function torques({ isPrismatic, joints }, leaf, isSmall) {
   const isExternal = leaf === "EXTERNAL_TORQUE";
   const kind = isPrismatic ? "force" : "torque";
@@ -96,7 +96,8 @@ function torques({ isPrismatic, joints }, leaf, isSmall) {
   };
 }
 
-// Lines of joints. A strip of four joints has room for their numbers only; its title says what they show.
+// Lines of joints. Without a `name`, in the strips of an arm with more than two joints, a line has the number
+// of its joint only; the title of the strip says what it shows.
 const lines = (name, joints, of) =>
   joints.map((n, place) => ({
     name: name ? `${name}.${n + 1}` : `${n + 1}`,

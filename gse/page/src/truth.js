@@ -5,8 +5,8 @@
 import { posesBetween } from "./kinematics.js";
 import { store } from "./store.js";
 
-const PERIOD_MS = 50,
-  LONGEST_MS = 300;
+const PERIOD_MS = 50, // Period of the rows until the second one has come.
+  LONGEST_MS = 300; // Longest period; after a longer pause the bases move to the new row within this time.
 
 export class LiveTruth {
   constructor() {
@@ -19,7 +19,7 @@ export class LiveTruth {
     this.before = this.last;
     this.last = { time, row: values, names, at: now };
     this.period = this.before ? Math.min(LONGEST_MS, now - this.before.at) || PERIOD_MS : PERIOD_MS;
-    this.isNew = true;
+    this.isNew = true; // Until now() has given this row itself: the picture still changes.
   }
 
   // The present row { row, names, time }; null if there is none. It lags by one period, so that bases move
@@ -50,7 +50,7 @@ export function reportedBase() {
   return null;
 }
 
-// Parts of a world that telemetry does not contain, in words.
+// Parts of a world that telemetry does not contain, in words. `lead`: the robot that the page follows.
 export function notReported(world, lead) {
   const others = world.robots.filter((robot) => robot !== lead);
   const found = [];

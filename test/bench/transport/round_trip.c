@@ -126,6 +126,9 @@ int round_trip_main(int count, char** words, const transport_t* transport)
         return 1;
     }
     const pid_t other = fork();
+    if (other < 0) {
+        return 1;
+    }
     if (other == 0) {
         _exit(answer(transport, size, is_polled, trips, gate));
     }

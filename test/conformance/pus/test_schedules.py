@@ -19,8 +19,8 @@ FAR = 1_000_000.0  # Seconds of mission time that no flight of these tests reach
 class Kind:
     """Differences between the two schedules."""
 
-    def __init__(self, service, far, window):
-        self.service, self._far, self.window = service, far, window
+    def __init__(self, service, far):
+        self.service, self._far = service, far
 
     def tag(self, value):
         """Fields of a release tag."""
@@ -31,10 +31,6 @@ class Kind:
         if self.service == 11:
             return {"time_window_type": "from tag to tag", "from_tag": low, "to_tag": high}
         return {"position_window_type": "from tag to tag", **_position("from_tag", low), **_position("to_tag", high)}
-
-    def everything(self):
-        """Fields of a window that selects all."""
-        return {f"{'time' if self.service == 11 else 'position'}_window_type": "select all"}
 
     def shift(self, value):
         """Fields of a shift."""
@@ -49,7 +45,10 @@ def _position(name, value):
     return {f"{name}_orbit_number": int(value), f"{name}_orbit_angle": round(value % 1 * 65536)}
 
 
-@pytest.fixture(params=[Kind(11, FAR, "time"), Kind(22, 1000.0, "position")], ids=["time", "position"])
+KINDS = {"time": Kind(11, FAR), "position": Kind(22, 1000.0)}
+
+
+@pytest.fixture(params=KINDS.values(), ids=KINDS)
 def kind(request, station):
     """A schedule that is empty, without groups."""
     station.do("SUPERVISOR", request.param.service, 3)
@@ -174,9 +173,8 @@ def _answers(station, since):
     return [(p.time_ns - epoch_ns) / 1e9 for p, d in station.reports[since:] if p.message == (17, 2) and p.apid == JOYSTICK]
 
 
+@pytest.mark.parametrize("kind", [KINDS["time"]], ids=["time"], indirect=True)
 def test_a_request_is_released_at_its_time(station, kind):
-    if kind.service != 11:
-        return  # The next test covers positions.
     _group(station, kind)
     station.ask("SUPERVISOR", 17, 1)
     due = round(station.now() + SOON_S, 3) + 0.0005
@@ -199,9 +197,8 @@ def test_a_request_is_released_at_its_time(station, kind):
     assert not _answers(station, since), "the schedule is disabled"
 
 
+@pytest.mark.parametrize("kind", [KINDS["position"]], ids=["position"], indirect=True)
 def test_a_request_is_released_at_its_position(station, kind):
-    if kind.service != 22:
-        return  # The previous test covers times.
     period = station.dictionary.subsystem("SUPERVISOR").parameter("ORBIT_PERIOD").parameter_id
     station.do("SUPERVISOR", 20, 3, n=[{"parameter_id": period, "parameter_value": round(1000 * PERIOD_S)}])
     _group(station, kind)

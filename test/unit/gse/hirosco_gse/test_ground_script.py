@@ -67,7 +67,7 @@ def test_an_expected_refusal_may_have_a_name_of_the_addressee(dictionary_path_of
         ("1 operator try nowait fly", "no command 'fly'"),
         ("1 operator nowait at +60 ping SUPERVISOR", "has to wait for answers"),
         ("1 operator end now", "usage: end"),
-        ("2 operator ping\n1 operator ping", "before the operator's line above"),
+        ("2 operator ping\n1 operator ping", "before the operator's line above, expected at least 2"),
     ],
 )
 def test_a_line_that_is_no_step_is_refused(dictionary, text, message):

@@ -23,7 +23,7 @@ CONNECTED, LOST = b"\0\1", b"\0\2"
         ("1 ground send", "x:1: found 'ground send', expected ground connect"),
         ("1 ground connect once more", "found 'ground connect once more', expected"),
         ("1 ground send 18z1", "x:1: found '18z1', expected octets as hexadecimal digits"),
-        ("2 ground connect\n1 ground hang-up", "x:2: time 1 is before the line of `ground` above"),
+        ("2 ground connect\n1 ground hang-up", "x:2: time 1 is before the line of `ground` above, expected at least 2"),
     ],
 )
 def test_bad_lines_are_named(text, message, dictionary):

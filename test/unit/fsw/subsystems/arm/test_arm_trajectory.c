@@ -197,10 +197,16 @@ static void equal_points_cause_no_motion(void)
     plan(1.0, 0.01);
     fly(1.0, nearest);
     TEST_ASSERT_TRUE(arm_trajectory_duration_s(&trajectory) < 0.5);
+    for (double time_s = 0.0; time_s < 0.5; time_s += PERIOD_S) {
+        arm_motion_t motion = start;
+        arm_trajectory_at(&trajectory, time_s, &motion);
+        TEST_ASSERT_TRUE(distance(start.position_rad, motion.position_rad) == 0.0);
+    }
 }
 
 static void a_trajectory_has_at_most_sixteen_points(void)
 {
+    TEST_ASSERT_EQUAL(16U, ARM_POINTS_MAX); // As docs/arm.md says.
     for (unsigned i = 0U; i < ARM_POINTS_MAX; i++) {
         add(start.position_rad);
     }
@@ -218,7 +224,7 @@ static void a_plan_always_has_an_end(void)
     add(point);
     arm_trajectory_begin(&trajectory, &limits, &start, 1.0, 0.1);
     trajectory.line_s[0] = (double)NAN;
-    for (unsigned i = 0U; (status == STATUS_BUSY) && (i <= ARM_PLAN_ROUNDS); i++) {
+    for (unsigned i = 0U; (status == STATUS_BUSY) && (i < ARM_PLAN_ROUNDS); i++) {
         status = arm_trajectory_plan(&trajectory, &limits);
     }
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, status);

@@ -10,6 +10,8 @@
 #include <poll.h>
 #include <string.h>
 
+#define KINDS 5U // Kinds of misuse.
+
 void setUp(void)
 {
     fixture_open_up();
@@ -20,8 +22,8 @@ void tearDown(void)
     fixture_close();
 }
 
-/// All slots have idle connections, and one of these has sent half a header. The operator connects as a
-/// further client and gets a slot.
+/// All slots are taken: client 0 sends requests, client 1 has sent half a header, the others nothing. The
+/// operator connects as a further client and gets a slot once one of them has been silent for 10 s.
 static void idle_clients_are_disconnected_to_make_room(void)
 {
     static const uint8_t half[3] = {0x18U, 0x01U, 0xC0U};
@@ -45,7 +47,7 @@ static void idle_clients_are_disconnected_to_make_room(void)
     fixture_write_request(COMMUNICATION_CLIENTS, 3U, 1U, 0U);
     fixture_run_until_requests(3U);
     // Of the clients without a valid request, client 1 has been connected for the longest time: half a header
-    // is no request. Client 0 has sent one.
+    // is no request. Client 0 has sent two.
     TEST_ASSERT_TRUE(fixture_is_ended(1U));
     TEST_ASSERT_FALSE(fixture_is_ended(0U));
     TEST_ASSERT_FALSE(fixture_is_ended(2U));
@@ -67,8 +69,9 @@ static void keep_busy(const unsigned first, const unsigned clients, const uint64
     }
 }
 
-/// Clients that send valid requests all the time occupy all slots. The operator connects last, gets a slot
-/// after a bounded time, and keeps it for that time whichever clients connect then.
+/// Clients that send valid requests all the time occupy all slots. The operator connects last, gets the slot
+/// of a client that has had it for COMMUNICATION_HOLD_NS, and keeps it for 25 s of this time, whichever
+/// clients connect then.
 static void busy_clients_are_served_in_turn(void)
 {
     for (unsigned i = 0U; i < COMMUNICATION_CLIENTS; i++) {
@@ -94,12 +97,19 @@ static void busy_clients_are_served_in_turn(void)
     }
     TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
     TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS - 1U));
-    keep_busy(0U, COMMUNICATION_CLIENTS - 1U, COMMUNICATION_IDLE_NS / 2U);
-    fixture_write_request(COMMUNICATION_CLIENTS, 3U, 2U, 0U);
-    fixture_run_until_requests(fixture.request_count + 1U);
+    for (uint16_t i = 0U; i < 5U; i++) {
+        keep_busy(0U, COMMUNICATION_CLIENTS - 1U, COMMUNICATION_IDLE_NS / 2U);
+        fixture_write_request(COMMUNICATION_CLIENTS, 3U, 2U + i, 0U);
+        fixture_run_until_requests(fixture.request_count + 1U);
+        fixture_disconnect(COMMUNICATION_CLIENTS - 1U);
+        fixture_connect(COMMUNICATION_CLIENTS - 1U);
+        fixture_run(2U);
+        TEST_ASSERT_TRUE(fixture_is_ended(COMMUNICATION_CLIENTS - 1U));
+        TEST_ASSERT_FALSE(fixture_is_ended(COMMUNICATION_CLIENTS));
+    }
     fixture_run(200U);
     TEST_ASSERT_EQUAL(COMMUNICATION_CLIENTS, fixture.communication.parameters.clients.evicted);
-    TEST_ASSERT_EQUAL(2U, fixture.communication.parameters.clients.refused);
+    TEST_ASSERT_EQUAL(7U, fixture.communication.parameters.clients.refused);
     TEST_ASSERT_TRUE(fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] >= 2U);
 }
 
@@ -247,15 +257,16 @@ static unsigned misuses_after(const unsigned steps)
     return fixture.events[COMMUNICATION_EVENT_GROUND_MISUSED] - before;
 }
 
-/// Each counter of misuse, and any set of them, raises one event, at the earliest 1 s after the last event.
+/// Each counter of misuse, and any two of them, raise one event, at the earliest 1 s after the last event.
 static void each_kind_of_misuse_is_reported_alone_and_with_any_other(void)
 {
     flow_tcp_counters_t* const counters = &fixture.communication.flow.counters;
-    uint32_t* const kinds[]             = {&counters->turned_away, &counters->evicted, &counters->malformed,
-                                           &fixture.communication.not_requests};
+    uint32_t* const kinds[KINDS]        = {&counters->turned_away, &counters->evicted, &counters->malformed,
+                                           &fixture.communication.not_requests,
+                                           &fixture.communication.routes.forgotten};
     TEST_ASSERT_EQUAL(0U, misuses_after(200U));
-    for (unsigned i = 0U; i < 4U; i++) {
-        for (unsigned k = 0U; k < 4U; k++) {
+    for (unsigned i = 0U; i < KINDS; i++) {
+        for (unsigned k = 0U; k < KINDS; k++) {
             *kinds[i] += 1U;
             *kinds[k] += 1U;
             TEST_ASSERT_EQUAL(1U, misuses_after(100U));
