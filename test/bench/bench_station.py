@@ -22,10 +22,10 @@ import bisect
 import contextlib
 import os
 import pathlib
+import pickle
 import re
 import shutil
 import signal
-import socket
 import statistics
 import subprocess
 import sys
@@ -76,7 +76,7 @@ WATCH_HAND = """() => {
     let noted = "";
     const note = (event) => {
         const position = `${event.clientX} ${event.clientY}`, now = performance.now();
-        if (position === noted) return;
+        if (!event.buttons || position === noted) return; // A pointer that is not pressed does not move the hand.
         noted = position;
         bench.moves.push(now);
         bench.ages.push(now - event.timeStamp);
@@ -144,31 +144,21 @@ class Station:
 
 
 class Listener:
-    """Receives what a port of the flight sends, with the times of arrival on the machine's clock."""
+    """Receives what a port of the flight sends, with the times of arrival on the machine's clock (arrivals.py)."""
 
-    def __init__(self, port, greeting=b""):
-        self._socket = socket.create_connection(("127.0.0.1", port))
-        self._socket.sendall(greeting)
-        self.parts = []  # (time of arrival [s], octets)
-        self._thread = threading.Thread(target=self._listen, daemon=True)
-        self._thread.start()
-
-    def _listen(self):
-        with contextlib.suppress(OSError):
-            while octets := self._socket.recv(1 << 16):
-                self.parts.append((time.monotonic(), octets))
+    def __init__(self, port, greeting=""):
+        words = [sys.executable, pathlib.Path(__file__).with_name("arrivals.py"), str(port), greeting]
+        self._receiver = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._receiver.stdout.readline(), f"nothing answers at port {port}"
 
     def close(self):
         """End. Returns all octets, and a function that gives the time of arrival of the octet at an offset."""
-        with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)
-        self._thread.join()
-        self._socket.close()
+        parts = pickle.loads(self._receiver.communicate()[0])
         ends, end = [], 0
-        for at, octets in self.parts:
+        for at, octets in parts:
             end += len(octets)
             ends.append((end, at))
-        return b"".join(octets for _, octets in self.parts), lambda offset: ends[bisect.bisect_right(ends, (offset, float("inf")))][1]
+        return b"".join(octets for _, octets in parts), lambda offset: ends[bisect.bisect_right(ends, (offset, float("inf")))][1]
 
 
 class Clients:
@@ -320,9 +310,9 @@ def hand(page):
     page.click("button:has-text('Take the hand'):not(:disabled)")
     box = page.locator(".field").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    listener = Listener(int((DIRECTORY / "live.port").read_text(encoding="ascii")), "name bench\nframes joystick on\n")
     page.mouse.move(x, y)
     page.mouse.down()
-    listener = Listener(int((DIRECTORY / "live.port").read_text(encoding="ascii")), b"name bench\nframes joystick on\n")
     end, step = time.monotonic() + HAND_S, 0
     while time.monotonic() < end:
         step += 1

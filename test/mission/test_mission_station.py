@@ -250,7 +250,8 @@ def test_a_stale_force_is_not_drawn(page):
 
 def test_pictures_are_drawn_when_something_has_changed(page):
     """A scene without reports is drawn once more with all pixels, and a change of the view is one picture; noise of a report is none.
-    The page does not wait for the processors, which compute the pictures here."""
+    The page does not wait for the processors, which compute the pictures here. While the page holds the hand, whose lines need the processors,
+    a scene at rest is not drawn once more, and slow pictures have fewer pixels."""
     drawn = page.evaluate("""async () => {
         const { scene } = window.station, { pictures, renderer } = scene, { render } = renderer, { pace } = pictures;
         const scales = [], shown = pictures.shown, rest = () => new Promise((done) => { pictures.shown = () => { shown(); done(); }; });
@@ -260,6 +261,12 @@ def test_pictures_are_drawn_when_something_has_changed(page):
         while (pictures.isBusy || pictures.isWanted || !pictures.isFine) await new Promise((done) => setTimeout(done, 20));
         const atRest = scales.length;
         await new Promise((done) => setTimeout(done, 200));
+        const { store } = window.station, { hand } = store;
+        store.hand = { page: store.page, other: null };
+        await pictures.rest();
+        clearTimeout(pictures.resting);
+        store.hand = hand;
+        const slow = (isHeld) => { const one = new pace.constructor(); for (let n = 0; n < 3; n++) one.note(0, 20, isHeld); return one.scale; };
         const later = scales.length, next = rest();
         scene.view("Side");
         const isBegun = scales.length > later;
@@ -280,11 +287,12 @@ def test_pictures_are_drawn_when_something_has_changed(page):
             scene.move();
             return Math.abs(scene.drawn[0] - last.positions[0]) < 1e-9;
         };
-        return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise, moved(50), moved(300)];
+        return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise, moved(50), moved(300), slow(false), slow(true)];
     }""")
     # Pixel ratio of the last picture at rest; pictures at rest; whether view() draws at once; pictures for the change; whether the change is
-    # drawn with the pixels of the pace; more than 50 colours; whether noise, and a movement, ask for a picture; whether it shows the last report.
-    assert drawn == [2, 0, False, 1, True, True, False, True, True, False]
+    # drawn with the pixels of the pace; more than 50 colours; whether noise, and a movement, ask for a picture; whether it shows the last report;
+    # pixel ratio after slow pictures, without and with the hand.
+    assert drawn == [2, 0, False, 1, True, True, False, True, True, False, 1, 0.7]
 
 
 def pulled(page):
@@ -360,22 +368,6 @@ def test_the_page_is_accessible(page, theme, size, session_directory):
         page.screenshot(path=str(session_directory / f"page-{size}-{theme}-{tab}.png"))
     page.set_viewport_size({"width": 1440, "height": 900})
     assert not found
-
-
-def test_a_movement_is_sent_at_once_and_four_lines_wait_for_answers(page):
-    """The page then sends where the hand is after the first answer, not the movements between."""
-    sent = page.evaluate("""async () => {
-        const { store } = window.station, { hand } = document.querySelector("station-work"), lines = [], answers = [];
-        store.live = (line) => { lines.push(line); return new Promise((done) => answers.push(done)); };
-        hand.aim = [0, 0];
-        for (let n = 1; n <= 7; n++) { hand.move(n / 100, 0); hand.sendAim(); }
-        const atOnce = lines.length;
-        while (answers.length) { answers.shift()({}); await new Promise((done) => setTimeout(done)); }
-        hand.aim = null;
-        delete store.live;
-        return [atOnce, ...lines.map((line) => Number(line.split(" ")[2]))];
-    }""")
-    assert sent[:6] == [4, 0.01, 0.02, 0.03, 0.04, 0.07]  # The page may have repeated the aim.
 
 
 def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):

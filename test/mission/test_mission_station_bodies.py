@@ -191,6 +191,32 @@ def test_a_command_that_is_not_checked_or_not_seen_is_not_sent(page):
     assert page.evaluate(HASTY) == ["ping ACTUATORS"]
 
 
+def test_a_movement_is_sent_at_once_and_twelve_lines_wait_for_answers(page):
+    """The page then sends where the hand is after the first answer, not the movements between. It repeats an aim that has not changed when
+    the last line of the hand is too old."""
+    sent = page.evaluate("""async () => {
+        const { store } = window.station, { hand } = document.querySelector("station-work"), lines = [], answers = [];
+        store.live = (line) => { lines.push(line); return new Promise((done) => answers.push(done)); };
+        hand.aim = [0, 0];
+        for (let n = 1; n <= 15; n++) { hand.move(n / 100, 0); hand.sendAim(); }
+        const atOnce = lines.length;
+        while (answers.length) { answers.shift()({}); await new Promise((done) => setTimeout(done)); }
+        const aims = lines.map((line) => Number(line.split(" ")[2]));
+        lines.length = 0;
+        hand.aim = [...hand.sent]; // On a slow machine the page has given the hand back.
+        hand.idle = 0;
+        hand.sentAt = performance.now();
+        hand.tick();
+        const early = lines.length;
+        hand.sentAt -= 1000;
+        hand.tick();
+        hand.aim = null;
+        delete store.live;
+        return [atOnce, early, lines.length, ...aims];
+    }""")
+    assert sent[:16] == [12, 0, 1, *(n / 100 for n in range(1, 13)), 0.15]
+
+
 def test_a_control_keeps_the_focus_when_its_list_is_drawn_again(page):
     """A command has ended, or a bus was chosen: the next press of Tab does not begin at the top of the page."""
     page.click("#work-Bus")

@@ -3,12 +3,13 @@
 // each axis it has. The rule:
 // - The next picture begins LEAST_MS after the last one at the earliest, and not before the processors have
 //   rested for as long as the last one took, but for SLOWEST_MS at most.
+// - While the user holds the hand, BUDGET_MS is HELD_MS: the lines of the hand need the processors, too.
 // - If OVER pictures in succession take longer than BUDGET_MS, the next ones have half as many pixels.
 // - If UNDER pictures in succession take less than half of BUDGET_MS, the next ones have twice as many
 //   pixels.
 
 export const LEAST_MS = 40;
-const [BUDGET_MS, SLOWEST_MS, OVER, UNDER] = [25, 1000, 3, 20];
+const [BUDGET_MS, HELD_MS, SLOWEST_MS, OVER, UNDER] = [25, 10, 1000, 3, 20];
 const SCALES = [1, 0.7, 0.5];
 
 export class Pace {
@@ -22,11 +23,12 @@ export class Pace {
   }
 
   // A picture has been computed between these times [ms].
-  note(began, ended) {
-    const took = ended - began;
+  note(began, ended, isHeld) {
+    const took = ended - began,
+      budget = isHeld ? HELD_MS : BUDGET_MS;
     this.next = Math.max(began + LEAST_MS, ended + Math.min(took, SLOWEST_MS));
-    this.over = took > BUDGET_MS ? this.over + 1 : 0;
-    this.under = took < BUDGET_MS / 2 ? this.under + 1 : 0;
+    this.over = took > budget ? this.over + 1 : 0;
+    this.under = took < budget / 2 ? this.under + 1 : 0;
     if (this.over === OVER && this.level < SCALES.length - 1) this.change(1);
     else if (this.under === UNDER && this.level > 0) this.change(-1);
     this.over %= OVER;

@@ -66,7 +66,7 @@ export class Pictures {
         clearTimeout(this.resting);
         this.resting = setTimeout(() => this.rest(), REST_MS);
         this.isFine = false;
-        if (await this.read()) this.pace.note(began, performance.now());
+        if (await this.read()) this.pace.note(began, performance.now(), store.isHolding());
       }
     } finally {
       this.isBusy = false;
@@ -74,10 +74,10 @@ export class Pictures {
     if (this.isWanted) setTimeout(() => this.wake(), isDrawn ? 0 : LEAST_MS);
   }
 
-  // Draw the scene at rest.
+  // Draw the scene at rest. It has so many pixels that the processors would delay the lines of the hand.
   async rest() {
-    if (this.isBusy) {
-      this.resting = setTimeout(() => this.rest(), LOOK_MS);
+    if (this.isBusy || store.isHolding()) {
+      this.resting = setTimeout(() => this.rest(), this.isBusy ? LOOK_MS : REST_MS);
       return;
     }
     this.isBusy = this.isFine = true;

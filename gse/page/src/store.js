@@ -194,6 +194,11 @@ class Store {
       : null;
   }
 
+  // Whether this page holds the hand.
+  isHolding() {
+    return this.hand.page !== null && this.hand.page === this.page;
+  }
+
   // Words that say which other page or program has the hand; null if the hand is free or belongs to this
   // page.
   handOwner() {

@@ -12,7 +12,8 @@ import { leadOf, tipForce } from "./kinematics.js";
 import { lineOf } from "./telemetry.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
-const REFRESH_MS = 150; // Time between two updates of the charts.
+const REFRESH_MS = 50, // Time between two updates of charts.
+  TURNS = 3; // Each update draws each third chart: input of the user waits for the end of a task.
 const FIRST_STRIPS = 3; // Strips of a mission without a robot before the user chooses others.
 const LABEL_PX = 10; // Least distance of two names at the ends of curves.
 const LEAST_S = 0.05; // Shortest view that the keys select.
@@ -364,6 +365,7 @@ class Strips extends HTMLElement {
       store.tell("parameter");
     });
     this.strips = [];
+    this.turn = 0;
     store.on("hello", () => this.build());
     store.on("state", () => this.begin() && this.arrange());
     store.on("theme", () => this.remake());
@@ -374,7 +376,7 @@ class Strips extends HTMLElement {
       ),
     );
     document.fonts.ready.then(() => this.remake());
-    every(REFRESH_MS, () => this.draw());
+    every(REFRESH_MS, () => this.draw((this.turn = (this.turn + 1) % TURNS)));
   }
 
   // Add a parameter to the charts, or remove it.
@@ -484,7 +486,8 @@ class Strips extends HTMLElement {
     this.pause.setAttribute("aria-pressed", String(Boolean(this.held)));
   }
 
-  draw() {
+  // turn: draw the charts whose turn it is; without it draw all of them.
+  draw(turn) {
     if (document.hidden) return;
     if (store.replay) {
       this.drawReplay(store.history.get(this.source));
@@ -494,7 +497,7 @@ class Strips extends HTMLElement {
     text(this.title_, `${this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`}${this.pointed()}`);
     if (!this.strips.length) return;
     const { t, rows } = part(store.history.get(this.source), range);
-    for (const strip of this.strips) strip.show(t, rows, range);
+    this.strips.forEach((strip, n) => (turn ?? n % TURNS) === n % TURNS && strip.show(t, rows, range));
   }
 
   // Draw the whole flight or the zoomed part. The curves do not change during the replay; only the cursor

@@ -13,9 +13,12 @@ import { Fastest, Telemetry } from "./telemetry.js";
 const RANGE_RAD = 0.35; // Largest angle of the joystick that the page commands.
 const AIM_MS = 20,
   AIM_S = 0.03;
+const REPEAT_MS = 100; // Time between two lines of the same aim; without one for 500 ms the simulator holds.
 const TICK_MAX_MS = 5 * AIM_MS; // A longer time between two ticks counts as this much.
 const IDLE_MS = 2000; // Time without input after which the hand is given back.
-const LINES_MAX = 4; // Lines of the hand that may wait for their answers.
+// Lines of the hand that may wait for their answers: fewer than a station permits a page. The browser gives
+// the page its input before the answers.
+const LINES_MAX = 12;
 const ANSWER_MS = 1000; // If a line of the hand has no answer for this time, the hand is given back.
 const FIELD = 80; // Radius of the round field in units of its drawing.
 const CEILING_NM = 1.5; // Felt torque of the full arc and of the strongest rumble.
@@ -106,14 +109,16 @@ class Hand {
     this.field.addEventListener("pointerdown", (event) => {
       if (!this.aim) return;
       this.field.setPointerCapture(event.pointerId);
-      this.from = { x: event.clientX, y: event.clientY, aim: [...this.aim] };
+      // Taken once: a question of the layout during a movement would delay its line.
+      const scale = RANGE_RAD / ((this.field.clientWidth * FIELD) / 184);
+      this.from = { x: event.clientX, y: event.clientY, aim: [...this.aim], scale };
     });
     // Raw pointer movements arrive before the page draws its next frame. Browsers provide them to secure
     // pages only.
     const moved = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
     this.field.addEventListener(moved, (event) => {
       if (!this.aim || !this.from) return;
-      const scale = (RANGE_RAD / ((this.field.clientWidth * FIELD) / 184)) * (event.shiftKey ? 0.25 : 1);
+      const scale = this.from.scale * (event.shiftKey ? 0.25 : 1);
       this.move(
         this.from.aim[0] + (event.clientX - this.from.x) * scale,
         this.from.aim[1] - (event.clientY - this.from.y) * scale,
@@ -165,6 +170,7 @@ class Hand {
     const at = this.position() ?? [0, 0];
     this.aim = [...at];
     this.idle = this.silent = 0;
+    this.sent = null;
     this.note = "From now on this flight differs from its scenario.";
     this.draw();
   }
@@ -234,8 +240,9 @@ class Hand {
     this.draw();
   }
 
-  // Follow gamepad and keys, and repeat the aim: without lines the simulator holds the hand. If the page was
-  // busy, answers and input of that time may still wait to be read, so little of it counts.
+  // Follow gamepad and keys, and send an aim that has not changed again after REPEAT_MS of simulated time:
+  // without lines the simulator holds the hand. If the page was busy, answers and input of that time may
+  // still wait to be read, so little of it counts.
   tick() {
     const now = performance.now(),
       passed = Math.min(now - this.ticked, TICK_MAX_MS);
@@ -258,7 +265,10 @@ class Hand {
       }[key] ?? [0, 0];
       this.move(this.aim[0] + x, this.aim[1] + y);
     }
-    this.sendAim();
+    const { speed } = store.pace;
+    const repeat = speed > 0 ? REPEAT_MS / Math.max(1, speed) : 0;
+    const isMoved = this.aim?.some((value, n) => value !== this.sent?.[n]);
+    if (isMoved || this.silent > ANSWER_MS || now - this.sentAt >= repeat) this.sendAim();
   }
 
   // Send the aim at once. If LINES_MAX lines have no answer yet, send the present aim after an answer.
@@ -272,7 +282,9 @@ class Hand {
     if (!this.aim || !this.isChanged || this.asked >= LINES_MAX) return;
     this.isChanged = false;
     this.asked++;
-    const [x, y] = this.aim;
+    this.sent = [...this.aim];
+    this.sentAt = performance.now();
+    const [x, y] = this.sent;
     const answer = await store.live(`hand aim ${x.toFixed(5)} ${y.toFixed(5)} ${AIM_S}`);
     this.asked--;
     this.silent = 0;
