@@ -2,6 +2,7 @@
 """Several stations at one flight of a mission that is not the default one: each gets its own verifications,
 all show the same telemetry, and a station that stops or dies does not disturb the flight."""
 
+import asyncio
 import contextlib
 import re
 import signal
@@ -9,12 +10,14 @@ import subprocess
 
 import flying
 import pytest
+from aiohttp import ClientSession, ClientWSTimeout
 from hirosco_gse.dictionary import Dictionary
 from hirosco_gse.session import Rejected
 from hirosco_gse.spacecraft import Spacecraft
 
 STATIONS = 2
 INTERLEAVED = 20
+CLOSING = ClientWSTimeout(ws_close=0.5)  # A station that was stopped does not answer.
 SCENARIO = ("0.1 operator state UR5E PRE_OPERATIONAL", "0.2 operator config UR5E POSITION", "3600 operator shutdown")
 
 
@@ -53,15 +56,13 @@ def stations(flight):
         station.close()
 
 
-def ask(address, commands):
-    """Messages of a station: the greeting, then for each command the answer and the message about its end."""
-    import asyncio
-
-    from aiohttp import ClientSession
+def ask(address, commands, at_end=lambda: None):
+    """Messages of a station: the greeting, then for each command the answer and the message about its end. at_end() is called while the
+    page is open."""
 
     async def run():
         messages = []
-        async with ClientSession() as session, session.ws_connect(f"{address}/ws", headers={"Origin": address}) as socket:
+        async with ClientSession() as session, session.ws_connect(f"{address}/ws", headers={"Origin": address}, timeout=CLOSING) as socket:
 
             async def until(condition):
                 while True:
@@ -72,9 +73,10 @@ def ask(address, commands):
 
             await until(lambda message: message["kind"] == "hello")
             for text in commands:
-                await socket.send_json({"do": "command", "text": text, "id": 1})
+                await socket.send_json({"do": "command", "text": text, "id": 1, "display": True})
                 number = (await until(lambda message: message.get("id") == 1)).get("command")
                 await until(lambda message, number=number: message["kind"] == "command" and message["number"] == number and message["over"])
+            at_end()
         return messages
 
     return asyncio.run(asyncio.wait_for(run(), 4 * flying.MOMENT_S))
@@ -117,21 +119,29 @@ def test_two_connections_of_one_user_get_their_own_verifications(flight):
         one.do("ping UR5E")
 
 
+def is_enabled(craft, structure):
+    """Whether a housekeeping structure of UR5E is enabled on board."""
+    return next(row["enabled"] for reply in craft.do(f"tc UR5E 3,33 n=[{structure}]") for row in reply.get("rows", ()))
+
+
 @pytest.mark.parametrize("stop", [signal.SIGSTOP, signal.SIGKILL])
 def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
-    """The page is open. The flight continues and drops nothing for other clients, and another station can
-    command."""
+    """The page is open, and has enabled a housekeeping structure. The flight continues and drops nothing for other clients, and another
+    station can command. When the first one is dead, another one disables the structure."""
     station = Station(flight)
-    ask(station.address, ["ping UR5E"])
+    structure = min(Dictionary.load(flying.ROOT / "build" / "generated" / "ur5e.json").subsystem("UR5E").configuration("POSITION").structures)
     with Spacecraft(flight.directory) as craft:
         before = craft.get("COMMUNICATION.COUNTERS.TM_DROPPED"), craft.session.now_ns
-        station.process.send_signal(stop)
+        ask(station.address, [f"hk enable UR5E {structure}"], lambda: station.process.send_signal(stop))
         for _ in range(3):
             craft.do("ping all")
         assert craft.get("COMMUNICATION.COUNTERS.TM_DROPPED") == before[0]
         assert craft.session.now_ns > before[1] and not craft.session.malformed
+        assert stop == signal.SIGKILL or is_enabled(craft, structure)
     station.close()
     again = Station(flight)
     with contextlib.closing(again):
         assert ask(again.address, ["ping UR5E"])[-1]["lights"][-1] == "done"
+        with Spacecraft(flight.directory) as craft:
+            flying.wait_until(lambda: not is_enabled(craft, structure), "the structure is disabled")
     assert flight.process.poll() is None

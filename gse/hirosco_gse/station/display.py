@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The housekeeping that a station enables while a page is open: the display structure of each member, and the structures that a page shows
-in tables."""
+in tables. The last station that uses such a structure disables it. A station that was killed cannot: another one takes its structures over."""
 
 import contextlib
 import time
@@ -9,19 +9,23 @@ from .. import commands
 from ..command import UsageError
 from ..dictionary import STATES, DictionaryError
 from ..session import SessionError
+from .uses import Uses
 
 DISPLAY_STATES = STATES[3:7]  # PRE_OPERATIONAL to ERROR_OPERATIONAL: those with a configuration.
 REPORT_TIMEOUT_S = 1.5  # Time without a report after which the housekeeping is requested again.
+LOOK_S = 1.0  # Time between two looks at what other stations use.
 
 
 class Display:
-    """Structures that are enabled for the pages of a hub."""
+    """Structures that are enabled for the pages of a hub. run: directory of the flight, None: no flight."""
 
-    def __init__(self, hub):
+    def __init__(self, hub, run=None):
         self._hub = hub
+        self._uses = Uses(run) if run else None
+        self._others, self._looked = set(), 0.0  # (subsystem, structure) that other stations use, and when that was determined.
         self.structures = {}  # subsystem -> message
         self._asking = set()  # Subsystems whose structures are being asked for.
-        self.enabled = set()  # (subsystem, structure) that this station has enabled for its pages.
+        self.enabled = set()  # (subsystem, structure) that this station uses: enabled by it, by another one, or by one that was killed.
         self._seen, self._status_seen, self._asked = {}, {}, {}  # by (APID, structure), APID, (APID, structure)
 
     # Reports ------------------------------------------------------------------------------------------------
@@ -36,19 +40,37 @@ class Display:
 
     # Structures that the station enables --------------------------------------------------------------------
 
+    def _use(self, use, is_used=True):
+        """Note that this station uses (subsystem, structure), or no longer."""
+        if (use in self.enabled) != is_used:
+            (self.enabled.add if is_used else self.enabled.discard)(use)
+            self._uses.note(use, is_used)
+
+    def _look(self):
+        """Every LOOK_S, determine what other stations use, and take over what a station that was killed has left enabled."""
+        now = time.monotonic()
+        if now - self._looked >= LOOK_S:
+            self._looked = now
+            self._others, left = self._uses.of_others()
+            for use in sorted(left):
+                self._use(use)
+
     def keep(self):
         """Enable the display structure of each member that is in operation but does not report this structure."""
+        self._look()
         now, session = time.monotonic(), self._hub.session
         for subsystem in self._hub.dictionary.members:
             structure = self._structure(subsystem)
             if structure is None or session.states.get(subsystem.apid) not in DISPLAY_STATES:
                 continue
             key = subsystem.apid, structure.id
+            if (subsystem.name, structure.id) in self._others:
+                self._use((subsystem.name, structure.id))
             last = max(self._seen.get(key, 0), self._asked.get(key, 0))
             is_alive = now - self._status_seen.get(subsystem.apid, 0) < REPORT_TIMEOUT_S
             if is_alive and now - last > REPORT_TIMEOUT_S:
                 self._asked[key] = now
-                self.enabled.add((subsystem.name, structure.id))
+                self._use((subsystem.name, structure.id))
                 self._hub.begin_own(self._hub.quietly([f"hk enable {subsystem.name} {structure.id}"]))
 
     def _structure(self, subsystem):
@@ -58,10 +80,19 @@ class Display:
         return configuration.display if configuration else None
 
     def end(self):
-        """Disable the structures that were enabled for pages which are closed now. Returns the calls."""
-        asked = [self._hub.begin_own(self._hub.quietly([f"hk disable {name} {number}"])) for name, number in sorted(self.enabled)]
-        self.enabled.clear()
-        return asked
+        """Disable the structures that were enabled for pages which are closed now, and that no other station uses. Returns the calls."""
+        self._look()
+        if not self.enabled:
+            return []
+        uses, self.enabled = self.enabled, set()
+        self._uses.clear()  # First, so that of two stations that end at the same time at least one disables.
+        living, left = self._uses.of_others()
+        return [self._hub.begin_own(self._hub.quietly([f"hk disable {name} {number}"])) for name, number in sorted((uses | left) - living)]
+
+    def close(self):
+        """The flight has ended, or the station ends."""
+        if self._uses:
+            self._uses.clear()
 
     def after(self, words, is_for_pages):
         """Function that is called after a command about a housekeeping structure; None for other commands."""
@@ -71,9 +102,9 @@ class Display:
 
         def done(call):
             if call.words is None and verb == "enable" and is_for_pages:
-                self.enabled.add((subsystem.name, int(words[3], 0)))
+                self._use((subsystem.name, int(words[3], 0)))
             elif call.words is None and verb in ("disable", "delete"):
-                self.enabled.discard((subsystem.name, int(words[3], 0)))
+                self._use((subsystem.name, int(words[3], 0)), False)
             self._hub.begin_own_later(self._ask(subsystem))
 
         return done

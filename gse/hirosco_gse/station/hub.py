@@ -124,7 +124,7 @@ class Hub:
         self.world_port = WorldPort()
         self.viewers, self._left = 0, 0.0
         self.taps, self.truth = Taps(publish), Truth(publish)
-        self.dictionary = self.session = self.flight = self.world = self.world_problem = None
+        self.dictionary = self.session = self.flight = self.world = self.world_problem = self.display = None
         self.link = {"kind": "link", "is_live": False, "text": "no flight yet"}
         self.hand = {"kind": "hand", "page": None, "other": None}
         self._step_end_s = -math.inf  # Simulated time at which the last step ends.
@@ -142,7 +142,9 @@ class Hub:
         self.commands = collections.deque(maxlen=KEPT_COMMANDS)
         self.events = collections.deque(maxlen=KEPT_EVENTS)
         self.housekeeping, self.states = {}, {}
-        self.network, self.display = Network(self), display.Display(self)
+        if self.display:
+            self.display.close()
+        self.network, self.display = Network(self), display.Display(self, flight and flight[0])
         self.mismatches = {}  # subsystem -> message about the interface that flies
         self.seconds = None
         self._current = self._connection = self._sender = None
@@ -280,11 +282,12 @@ class Hub:
 
     async def leave(self):
         """Disable the structures that the station has enabled for its pages; called when the station ends."""
-        if self._connection and self.display.enabled:
+        if self._connection:
             asked = self.display.end()
             end = time.monotonic() + LEAVE_S
             while self._connection and time.monotonic() < end and not all(call.is_over for call in asked):
                 await asyncio.sleep(TICK_S / 4)
+        self.display.close()
 
     # Procedures ---------------------------------------------------------------------------------------------
 
