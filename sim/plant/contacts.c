@@ -104,6 +104,9 @@ static unsigned solid_of_link(plant_t* const plant, const unsigned robot, const 
     if (solid->body == NULL) {
         const pose_t pose = pose_compose(&plant->robot[robot].base, &in_body);
         move_to(solid, &pose);
+    } else {
+        plant->contacts.moving[plant->contacts.moving_count] = solid;
+        plant->contacts.moving_count++;
     }
     return number;
 }
@@ -357,12 +360,8 @@ static bool is_near(const solid_t* const a, const solid_t* const b)
 void contacts_touch(plant_t* const plant, const double dt_s)
 {
     contacts_t* contacts = &plant->contacts;
-    // Only shapes of robots move; those of fixtures follow them in the array.
-    const size_t robots = (contacts->pair_count > 0U) ? plant->world->robot_count : 0U;
-    for (size_t i = 0U; i < (robots * ROBOT_SHAPES_MAX); i++) {
-        if (contacts->solid[i].body != NULL) {
-            follow(&contacts->solid[i]);
-        }
+    for (size_t i = 0U; i < contacts->moving_count; i++) {
+        follow(contacts->moving[i]);
     }
     for (size_t i = 0U; i < contacts->pair_count; i++) {
         pair_t* pair     = &contacts->pair[i];

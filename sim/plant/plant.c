@@ -118,9 +118,10 @@ static void step_rotor(plant_t* const plant, const plant_input_t* const input, c
 static void step_rotors(plant_t* const plant, const plant_input_t* const input, const unsigned substep,
                         const double h_s)
 {
-    plant_truth_t* truth            = &plant->truth;
-    double torque[PLANT_JOINTS_MAX] = {0.0};
+    plant_truth_t* truth = &plant->truth;
+    double torque[PLANT_JOINTS_MAX];
 
+    memset(torque, 0, truth->joint_count * sizeof torque[0]);
     if (input->drive != NULL) {
         input->drive(input->drive_context, substep, truth->motor, torque);
     }

@@ -108,6 +108,8 @@ typedef struct {
 typedef struct {
     dJointGroupID joints;
     solid_t solid[SHAPES_MAX];
+    solid_t* moving[SHAPES_MAX]; ///< The shapes of links that move.
+    size_t moving_count;
     pair_t pair[PAIRS_MAX];
     size_t pair_count;
 } contacts_t;
