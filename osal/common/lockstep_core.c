@@ -39,6 +39,9 @@ uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* const scheduler, const 
 /// that grant, so that the wall-clock time at which they joined has no effect.
 static void admit_new(osal_lockstep_t* const scheduler)
 {
+    if (scheduler->has_new == 0U) {
+        return;
+    }
     for (uint32_t i = 0U; i < scheduler->used; i++) {
         participant_t* const one = &scheduler->participants[i];
         if ((one->state == OSAL_LOCKSTEP_JOINED) && one->is_new) {
@@ -49,6 +52,8 @@ static void admit_new(osal_lockstep_t* const scheduler)
             one->is_new = false;
         }
     }
+    // Last: if the caller dies before this write, the next call admits the rest.
+    __atomic_store_n(&scheduler->has_new, 0U, __ATOMIC_RELEASE);
 }
 
 void lockstep_schedule_wake(osal_lockstep_t* const scheduler, const uint32_t participant)
@@ -202,7 +207,8 @@ bool lockstep_end_turn(osal_lockstep_t* const scheduler, const uint32_t particip
         }
         self->wake_ns = lockstep_not_before_begin(
             self, lockstep_earlier(wake_ns, is_expected ? self->wake_ns : OSAL_LOCKSTEP_NEVER));
-        self->is_new = true;
+        self->is_new       = true;
+        scheduler->has_new = 1U;
         lockstep_use(scheduler, participant);
         __atomic_store_n(&self->state, (uint32_t)OSAL_LOCKSTEP_JOINED, __ATOMIC_RELEASE);
         return true;

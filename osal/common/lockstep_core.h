@@ -49,6 +49,7 @@ struct osal_lockstep {
     uint64_t timeout_ns; ///< A stopped process may block others for this long (osal_lockstep_set_timeout).
     uint32_t is_held;    ///< Simulated time stands still (osal_lockstep_hold).
     uint32_t is_lossy;   ///< The run has lost a message (osal_lockstep_is_lossy).
+    uint32_t has_new;    ///< 0: no participant is_new.
     uint32_t used;       ///< Participants from this one on have never been expected and have never joined.
     osal_mutex_t mutex;
     participant_t participants[PARTICIPANTS];

@@ -42,6 +42,9 @@ static void take(stuffing_t* const stuffing, const uint32_t next)
 #define CRC15_REST (CRC15_BITS - 8U) // Bits of a CRC after its first octet.
 #define BASE_HEADERS (2048U * 16U)   // Base identifiers and data length codes.
 #define IS_KNOWN 0x80000000U         // Marks an effect that has been computed.
+#define FD_BASE_HEADERS (2048U * 2U) // Base identifiers, without and with bit rate switch.
+#define FD_IS_KNOWN 0x80U
+#define FD_CONTROL_BITS 5U // Error state indicator and data length code.
 
 /// Tables for whole octets, and for whole headers of data frames in base format.
 typedef struct {
@@ -51,7 +54,11 @@ typedef struct {
     /// For each identifier << 4 | length of a data frame in base format, the effect of its header:
     /// IS_KNOWN | CRC << 8 | stuff bits << 3 | state.
     uint32_t header[BASE_HEADERS];
-    bool are_filled; ///< All but `header`, which is filled as frames occur.
+    uint8_t fd_control[8U << FD_CONTROL_BITS]; ///< For each state and bits after the bit rate switch.
+    /// For each identifier << 1 | bit rate switch of an FD frame in base format, the effect of its bits up to
+    /// that switch: FD_IS_KNOWN | stuff bits << 3 | state.
+    uint8_t fd_arbitration[FD_BASE_HEADERS];
+    bool are_filled; ///< All but `header` and `fd_arbitration`, which are filled as frames occur.
 } steps_t;
 
 static void fill(steps_t* const steps)
@@ -68,6 +75,12 @@ static void fill(steps_t* const steps)
         }
         take(&now, nibble_step[now.state][i & 15U]);
         steps->crc15_rest[i] = (uint8_t)(now.state | (now.stuffed << 3));
+    }
+    for (uint32_t i = 0U; i < sizeof steps->fd_control; i++) {
+        stuffing_t now = {.state = i >> FD_CONTROL_BITS};
+        take(&now, bit_step[now.state][(i >> 4) & 1U]);
+        take(&now, nibble_step[now.state][i & 15U]);
+        steps->fd_control[i] = (uint8_t)(now.state | (now.stuffed << 3));
     }
     for (uint32_t i = 0U; i < 256U; i++) {
         const uint32_t high = crc15_step[i >> 4];
@@ -86,9 +99,8 @@ static steps_t* all_steps(void)
     return &steps;
 }
 
-/// Send the low `count` bits of `bits`, most significant first. Inline, because the compiler then removes the
-/// loops of the calls with a constant `count`, which are most of them.
-static inline void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
+/// Send the low `count` bits of `bits`, most significant first.
+static void stuff_bits(stuffing_t* const stuffing, const uint64_t bits, uint32_t count)
 {
     const uint8_t* steps = all_steps()->stuffing;
     stuffing_t now       = *stuffing;
@@ -192,13 +204,18 @@ uint16_t frame_crc15(const osal_can_frame_t* const frame)
     return (uint16_t)crc;
 }
 
-/// Returns the effect of a header, in the format of steps_t.header.
-static uint32_t effect_of(const header_t* const header)
+/// Returns the effect of the bits after a start of frame on the stuffing: stuff bits << 3 | state.
+static uint32_t stuffing_effect(const header_t* const header)
 {
     stuffing_t stuffing = {.state = AFTER_START_OF_FRAME};
     stuff_bits(&stuffing, header->bits, header->count);
-    return IS_KNOWN | (crc15_bits(0U, header->bits, header->count) << 8) | (stuffing.stuffed << 3) |
-           stuffing.state;
+    return (stuffing.stuffed << 3) | stuffing.state;
+}
+
+/// Returns the effect of a header, in the format of steps_t.header.
+static uint32_t effect_of(const header_t* const header)
+{
+    return IS_KNOWN | (crc15_bits(0U, header->bits, header->count) << 8) | stuffing_effect(header);
 }
 
 static uint32_t header_effect(steps_t* const steps, const osal_can_frame_t* const frame)
@@ -246,16 +263,31 @@ static header_t fd_arbitration(const osal_can_frame_t* const frame)
                       .count = 35U};
 }
 
+/// Returns the effect of the bits up to the bit rate switch: stuff bits << 3 | state.
+static uint32_t fd_arbitration_effect(steps_t* const steps, const osal_can_frame_t* const frame,
+                                      const header_t* const header)
+{
+    if ((frame->id & OSAL_CAN_EXTENDED) != 0U) {
+        return stuffing_effect(header);
+    }
+    uint8_t* const known = &steps->fd_arbitration[((frame->id & 0x7FFU) << 1) | (header->bits & 1U)];
+    if (*known == 0U) {
+        *known = (uint8_t)(FD_IS_KNOWN | stuffing_effect(header));
+    }
+    return *known & ~FD_IS_KNOWN;
+}
+
 static frame_length_t fd_length(const osal_can_frame_t* const frame)
 {
-    const header_t header  = fd_arbitration(frame);
-    const uint64_t passive = ((frame->flags & OSAL_CAN_FLAG_ESI) != 0U) ? 16U : 0U;
-    const uint32_t octets  = frame->length;
-    stuffing_t stuffing    = {.state = AFTER_START_OF_FRAME};
-    stuff_bits(&stuffing, header.bits, header.count);
-    const uint32_t arbitration = 1U + header.count + stuffing.stuffed;
-    stuffing.stuffed           = 0U;
-    stuff_bits(&stuffing, passive | fd_length_code(frame->length), 5U);
+    steps_t* steps             = all_steps();
+    const header_t header      = fd_arbitration(frame);
+    const uint32_t passive     = ((frame->flags & OSAL_CAN_FLAG_ESI) != 0U) ? 16U : 0U;
+    const uint32_t control     = passive | fd_length_code(frame->length);
+    const uint32_t octets      = frame->length;
+    const uint32_t effect      = fd_arbitration_effect(steps, frame, &header);
+    const uint32_t arbitration = 1U + header.count + (effect >> 3);
+    stuffing_t stuffing        = {.state = effect & STATE_MASK};
+    take(&stuffing, steps->fd_control[(stuffing.state << FD_CONTROL_BITS) | control]);
     stuff_octets(&stuffing, frame->data, octets);
 
     // A dynamic stuff bit after the last bit is the first fixed stuff bit of the CRC field: do not count it
