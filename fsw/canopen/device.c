@@ -3,6 +3,7 @@
 
 #include "base/assertion.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -423,6 +424,23 @@ static uint32_t give_entry(const canopen_device_t* const device, const canopen_p
     }
 }
 
+/// Returns the number with these bits of a REAL32; NaN if they are those of an infinite number or of NaN.
+static double real_of(const uint32_t bits)
+{
+    float number = 0.0F;
+    (void)memcpy(&number, &bits, sizeof number);
+    return (fabsf(number) <= FLT_MAX) ? (double)number : (double)NAN;
+}
+
+/// Returns the bits of the REAL32 that is nearest to a finite number within its range.
+static uint32_t bits_of_real(const double number)
+{
+    const float nearest = (float)number;
+    uint32_t bits       = 0U;
+    (void)memcpy(&bits, &nearest, sizeof bits);
+    return bits;
+}
+
 double canopen_device_value(const canopen_device_t* const device, const uint8_t value)
 {
     FSW_ASSERT((device != NULL) && (value < device->profile->value_count));
@@ -431,7 +449,7 @@ double canopen_device_value(const canopen_device_t* const device, const uint8_t 
     const uint64_t bits                         = device->values[value];
     const bool is_negative                      = object->is_signed && (bits >= (end / 2U));
     const double number                         = is_negative ? -(double)(end - bits) : (double)bits;
-    return number * object->scale;
+    return (object->is_real ? real_of(device->values[value]) : number) * object->scale;
 }
 
 void canopen_device_set_value(canopen_device_t* const device, const uint8_t value, const double wanted)
@@ -440,15 +458,19 @@ void canopen_device_set_value(canopen_device_t* const device, const uint8_t valu
     const canopen_profile_value_t* const object = &device->profile->values[value];
     const uint64_t end                          = (uint64_t)1U << (OCTET_BITS * object->octets);
     const uint64_t half                         = end / 2U;
-    const double low                            = object->is_signed ? -(double)half : 0.0;
-    const double high                           = (double)((object->is_signed ? half : end) - 1U);
+    double low                                  = object->is_signed ? -(double)half : 0.0;
+    double high                                 = (double)((object->is_signed ? half : end) - 1U);
     double number                               = wanted / object->scale;
+    if (object->is_real) {
+        low  = -(double)FLT_MAX;
+        high = (double)FLT_MAX;
+    }
     if (number != number) { // NaN.
         number = 0.0;
     }
-    number                = (number < low) ? low : ((number > high) ? high : number);
-    const int64_t nearest = (int64_t)round(number);
-    device->values[value] = (uint32_t)((uint64_t)nearest & (end - 1U));
+    number = (number < low) ? low : ((number > high) ? high : number);
+    device->values[value] =
+        object->is_real ? bits_of_real(number) : (uint32_t)((uint64_t)(int64_t)round(number) & (end - 1U));
 }
 
 static void take_process_data(void* const context, const uint16_t cob, const uint8_t* const octets,

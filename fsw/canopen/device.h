@@ -92,9 +92,11 @@ status_t canopen_device_configure_step(canopen_device_t* device);
 /// STATUS_EXHAUSTED.
 MUST_USE status_t canopen_device_connect(canopen_device_t* device);
 void canopen_device_disconnect(canopen_device_t* device);
-/// Returns value number `value` of the profile, as received last, in its unit.
+/// Returns value number `value` of the profile, as received last, in its unit. NaN if the value is not valid:
+/// the device has sent a REAL32 that is NaN or infinite.
 double canopen_device_value(const canopen_device_t* device, uint8_t value);
-/// Set a value of the next process data, rounded to the nearest value that its object can hold; 0 for NaN.
+/// Set a value of the next process data, rounded to the nearest finite value that its object can hold; 0 for
+/// NaN.
 void canopen_device_set_value(canopen_device_t* device, uint8_t value, double wanted);
 /// Set all values of the next process data to 0.
 void canopen_device_clear_outputs(canopen_device_t* device);

@@ -98,6 +98,7 @@ static uint8_t value_of(canopen_device_profile_t* const profile, const canopen_p
                                                                       .subindex  = object->subindex,
                                                                       .octets    = object->octets,
                                                                       .is_signed = object->is_signed,
+                                                                      .is_real   = object->is_real,
                                                                       .scale     = object->scale};
     profile->value_count++;
     return (uint8_t)(profile->value_count - 1U);

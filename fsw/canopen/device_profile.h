@@ -85,6 +85,7 @@ typedef struct { // An object that the data sheet allows in process data.
     canopen_profile_word_t receive;
     uint8_t axis;
     bool is_signed;
+    bool is_real; ///< REAL32 of CiA 301, not an integer.
     double scale;
 } canopen_profile_object_t;
 
@@ -93,6 +94,7 @@ typedef struct { // An object in the process data that is no word of an axis.
     uint8_t subindex;
     uint8_t octets;
     bool is_signed;
+    bool is_real; ///< REAL32 of CiA 301, not an integer.
     double scale; ///< Size of one unit, for example from the decimal digits of CiA 404; 1 if none is defined.
 } canopen_profile_value_t;
 

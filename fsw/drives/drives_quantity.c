@@ -65,14 +65,19 @@ static bool round_to(const double real, const size_t octets, const bool has_sign
     return true;
 }
 
-/// Round to the nearest number of single precision. False if it is out of range.
-static bool narrow_to(const double real, uint64_t* const out_bits)
+/// Round to the nearest number of single (FLOAT) or double precision. False if it is out of range.
+static bool narrow_to(const double real, const value_type_t type, uint64_t* const out_bits)
 {
-    if (!((real >= -(double)FLT_MAX) && (real <= (double)FLT_MAX))) { // NaN fails both comparisons.
+    const double largest = (type == VALUE_FLOAT) ? (double)FLT_MAX : DBL_MAX;
+    if (!((real >= -largest) && (real <= largest))) { // NaN fails both comparisons.
         return false;
     }
-    const float single = (float)real;
-    *out_bits          = value_bits(VALUE_FLOAT, &single);
+    if (type == VALUE_FLOAT) {
+        const float single = (float)real;
+        *out_bits          = value_bits(VALUE_FLOAT, &single);
+    } else {
+        *out_bits = value_bits(VALUE_DOUBLE, &real);
+    }
     return true;
 }
 
@@ -85,9 +90,9 @@ bool drives_quantity_to_object(const descriptor_quantity_t* const quantity,
     octet_reader_t reader = octet_reader(value, DRIVES_QUANTITY_OCTETS);
     const double real     = octet_read_f64(&reader) / quantity->scale;
     const size_t size     = value_size(quantity->type);
-    const bool fits       = (quantity->type == VALUE_FLOAT)
-                                ? narrow_to(real, &bits)
-                                : round_to(real, size, is_signed(quantity->type), &bits);
+    const bool is_real    = (quantity->type == VALUE_FLOAT) || (quantity->type == VALUE_DOUBLE);
+    const bool fits       = is_real ? narrow_to(real, quantity->type, &bits)
+                                    : round_to(real, size, is_signed(quantity->type), &bits);
     canopen_put(out_octets, bits, size);
     return fits;
 }

@@ -53,6 +53,7 @@ class Signal:
     words: dict = field(default_factory=dict)
     is_multiplexor: bool = False  # The value of this signal decides which multiplexed signals are present.
     when: tuple = ()  # Values of the multiplexor for which this signal is present; empty: always.
+    is_real: bool = False  # A number of IEEE 754 with 32 or 64 bits.
 
 
 @dataclass
@@ -231,12 +232,14 @@ def _mapped(node, index, subindex, start, bits):
     entry = node.sheet.entries.get((index, subindex))
     if entry is None:
         node.element.fail(f"{node.name} maps {index:#06x}:{subindex:02x}, which {node.sheet.path.name} does not have")
-    width, signed = sheet.INTEGERS.get(entry.kind, (bits, False))
-    if width != bits:
+    width, signed, is_real = sheet.type_of(entry.kind)
+    if width not in (0, bits):
         node.element.fail(f"{node.name} maps {bits} bits of {index:#06x}:{subindex:02x}, which has {width}")
     is_temperature = index < PROFILE_FIRST and entry.name.lower().endswith(TEMPERATURES)
     factor, unit = (0.1, "degC") if is_temperature else _scale(node.values, index)
-    return Signal(_identifier(entry.name, index, subindex), start, bits, signed, factor, unit)
+    if is_real:
+        factor, unit = 1.0, ""
+    return Signal(_identifier(entry.name, index, subindex), start, bits, signed, factor, unit, is_real=is_real)
 
 
 def _scale(values, index):
@@ -280,7 +283,7 @@ def _text(mission, bus, names, messages):
                   *(_signal(signal, message.receivers) for signal in message.signals), ""]
     about = (f"mission {mission.name}, bus {bus.attributes['name']}; interface 0x{mission.interface_hash:016X}, "
              f"configuration 0x{mission.configuration_hash:016X}; made from the descriptors")
-    lines += [f'CM_ "{about}";', *_attributes(bus, messages), *_words(messages), *_selections(messages)]
+    lines += [f'CM_ "{about}";', *_attributes(bus, messages), *_words(messages), *_reals(messages), *_selections(messages)]
     return "\n".join(lines) + "\n"
 
 
@@ -300,6 +303,12 @@ def _words(messages):
     return [f"VAL_ {message.identifier} {signal.name} "
             + " ".join(f'{value} "{_quoted(word)}"' for value, word in sorted(signal.words.items())) + " ;"
             for message in messages for signal in message.signals if signal.words]
+
+
+def _reals(messages):
+    """Lines of the signals that are numbers of IEEE 754: 1 for 32 bits, 2 for 64 bits."""
+    return [f"SIG_VALTYPE_ {message.identifier} {signal.name} : {signal.bits // 32};"
+            for message in messages for signal in message.signals if signal.is_real]
 
 
 def _quoted(word):

@@ -22,7 +22,7 @@ FLOW_FORMAT = {
     "direction": ("BOTH", "READ", "WRITE"),
     "baud": ("9600", "19200", "38400", "57600", "115200", "230400", "460800", "921600"),
 }
-SETTING_TYPES = tuple(name for name in TYPES if name not in ("DOUBLE", "BOOL"))
+SETTING_TYPES = tuple(name for name in TYPES if name != "BOOL")
 
 
 @dataclass

@@ -130,43 +130,57 @@ class _Class:
         entry = self.sheet.entries.get((index, subindex))
         if entry is None:
             self.fail(f"{index:#06x}:{subindex:02x} in a PDO: expected an object of the sheet")
-        if entry.kind not in sheet.INTEGERS:
-            self.fail(f"{index:#06x}:{subindex:02x} in a PDO has DataType={entry.kind:#06x}: expected an integer")
-        width, signed = sheet.INTEGERS[entry.kind]
-        if width not in (1, bits):
-            self.fail(f"{bits} bits of {index:#06x}:{subindex:02x} in a PDO: expected {width}, as its DataType={entry.kind:#06x}")
+        signed, is_real = self._type(entry, f"{index:#06x}:{subindex:02x}", bits)
         axis, first = divmod(index - PROFILE_FIRST, AXIS_STEP)
         first += PROFILE_FIRST
         if PROFILE_FIRST <= index <= PROFILE_LAST and axis < self.axes and first in words and subindex == 0:
+            if is_real:
+                self.fail(f"{index:#06x}:{subindex:02x} in a PDO has DataType={entry.kind:#06x}: expected an integer, as CiA 402 has it")
             if first in TORQUES and not self.units[axis][2]:
                 self.fail(f"torque {index:#06x} in a PDO: expected the rated torque, 0x6076")
             return index, subindex, bits // 8, words[first], axis
-        slot = (index, subindex, bits // 8, signed, self._scale(index, subindex))
+        slot = (index, subindex, bits // 8, signed, is_real, self._scale(index, subindex, is_real))
         if slot not in self.slots:
             self.slots.append(slot)
         if len(self.slots) > VALUES_MAX:
             self.fail(f"too many values in PDOs, at most {VALUES_MAX}")
         return index, subindex, bits // 8, "VALUE", self.slots.index(slot)
 
+    def _type(self, entry, name, bits):
+        """(signed, real) of the object of an entry with this length."""
+        width, signed, is_real = sheet.type_of(entry.kind)
+        if not width:
+            self.fail(f"{name} in a PDO has DataType={entry.kind:#06x}: expected an integer or REAL32")
+        if width not in (1, bits):
+            self.fail(f"{bits} bits of {name} in a PDO: expected {width}, as its DataType={entry.kind:#06x}")
+        return signed, is_real
+
+    def _is_usable(self, first, is_real, axis):
+        """True if flight software can use an object of an axis: words are integers, and torques need the rated torque."""
+        is_word = first in TRANSMITTED or first in RECEIVED
+        return not (is_real and is_word) and (first not in TORQUES or self.units[axis][2])
+
     def _mappable(self):
-        """Objects that the sheet allows in PDOs: (index, subindex, octets, words in both directions, axis, signed, scale)."""
+        """Objects that the sheet allows in PDOs: (index, subindex, octets, words in both directions, axis, signed, real, scale)."""
         for (index, subindex), entry in sorted(self.sheet.entries.items()):
-            bits, signed = sheet.INTEGERS.get(entry.kind, (0, False))
+            bits, signed, is_real = sheet.type_of(entry.kind)
             if not entry.is_mappable or bits not in (8, 16, 24, 32):
                 continue
             axis, first = divmod(index - PROFILE_FIRST, AXIS_STEP)
             first += PROFILE_FIRST
             is_of_axis = PROFILE_FIRST <= index <= PROFILE_LAST and axis < self.axes and subindex == 0
-            if is_of_axis and first in TORQUES and not self.units[axis][2]:
+            if is_of_axis and not self._is_usable(first, is_real, axis):
                 continue
             transmit, receive = (words.get(first, "VALUE") if is_of_axis else "VALUE" for words in (TRANSMITTED, RECEIVED))
             transmit = transmit if entry.access in READ else "PADDING"
             is_commanded = receive != "VALUE" or not is_of_axis  # Flight software has no command for other objects of an axis.
             receive = receive if entry.access in WRITTEN and is_commanded else "PADDING"
-            yield index, subindex, bits // 8, transmit, receive, axis if is_of_axis else 0, signed, self._scale(index, subindex)
+            yield index, subindex, bits // 8, transmit, receive, axis if is_of_axis else 0, signed, is_real, self._scale(index, subindex, is_real)
 
-    def _scale(self, index, subindex):
-        """Scale of a value. CiA 404 defines the number of decimal digits of an analogue input."""
+    def _scale(self, index, subindex, is_real):
+        """Scale of a value. CiA 404 defines the number of decimal digits of an analogue input, if it is an integer."""
+        if is_real:
+            return 1.0
         digits = self.values.get((DECIMAL_DIGITS, subindex), 0) if self.profile == 404 and index in ANALOGUE_INPUTS else 0
         return float(f"1e{-digits}")
 
@@ -179,8 +193,8 @@ class _Class:
             lines.append(f".axes = {{{', '.join(map(self._axis_row, range(self.axes)))}}},")
         lines.append(f".value_count = {len(self.slots)}U,")
         if self.slots:
-            slots = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, {str(signed).lower()}, {scale!r}}}"
-                              for index, subindex, octets, signed, scale in self.slots)
+            slots = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, {str(signed).lower()}, {str(is_real).lower()}, {scale!r}}}"
+                              for index, subindex, octets, signed, is_real, scale in self.slots)
             lines.append(f".values = {{{slots}}},")
         for name, pdos in (("transmit", self.transmit), ("receive", self.receive)):
             lines.append(f".{name}_count = {len(pdos)}U,")
@@ -188,8 +202,8 @@ class _Class:
                 lines.append(f".{name} = {{{', '.join(map(_pdo_row, pdos))}}},")
         lines.append(f".object_count = {len(self.objects)}U,")
         if self.objects:
-            objects = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{transmit}, PROFILE_{receive}, {axis}U, {str(signed).lower()}, {scale!r}}}"
-                                for index, subindex, octets, transmit, receive, axis, signed, scale in self.objects)
+            objects = ", ".join(f"{{{index:#06x}U, {subindex}U, {octets}U, PROFILE_{transmit}, PROFILE_{receive}, {axis}U, {str(signed).lower()}, "
+                                f"{str(is_real).lower()}, {scale!r}}}" for index, subindex, octets, transmit, receive, axis, signed, is_real, scale in self.objects)
             lines.append(f".objects = (const canopen_profile_object_t[]){{{objects}}},")
         lines.append(f".emergency_count = {len(self.sheet.emergencies)}U,")
         if self.sheet.emergencies:

@@ -7,6 +7,7 @@ import functools
 import math
 import pathlib
 import re
+import struct
 import unicodedata
 from dataclasses import dataclass
 
@@ -14,10 +15,12 @@ DIRECTORY = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "devic
 # Names of sections and keys are not case-sensitive.
 SECTION = re.compile(r"([0-9a-f]{4})(?:sub([0-9a-f]{1,2}))?\Z", re.IGNORECASE)
 NUMBER = re.compile(r"-?(?:0x[0-9a-f]+|0[0-7]*|[1-9][0-9]*)\Z", re.IGNORECASE)
-# Data type of CiA 301 -> bits, signed. Process data contain no others.
+REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
+# Data type of CiA 301 -> bits, signed.
 INTEGERS = {1: (1, False), 2: (8, True), 3: (16, True), 4: (32, True), 5: (8, False), 6: (16, False), 7: (32, False),
             0x10: (24, True), 0x12: (40, True), 0x13: (48, True), 0x14: (56, True), 0x15: (64, True),
             0x16: (24, False), 0x18: (40, False), 0x19: (48, False), 0x1A: (56, False), 0x1B: (64, False)}
+REALS = {0x08: 32, 0x11: 64}  # Data type of CiA 301 -> bits, of IEEE 754. Their defaults are not in Sheet.defaults().
 MEMBERS_MAX = 254
 UNIT_POSITION, UNIT_VELOCITY, ENCODER, GEAR, AXIS_STEP = 0x60A8, 0x60A9, 0x608F, 0x6091, 0x800
 RADIANS = {0x10: 1.0, 0x41: math.pi / 180.0, 0xB4: 2.0 * math.pi}  # CiA 303-2: rad, degree, revolution.
@@ -54,7 +57,9 @@ class Entry:
     line: int = 0
 
     def value(self, node):
-        """Default as a number; $NODEID is the node id. None if it is not a number. Makers write negative numbers in hexadecimal, too."""
+        """Default as an integer; $NODEID is the node id. None if it is none. Makers write negative numbers in hexadecimal, too."""
+        if self.kind in REALS:
+            return None
         terms = [node if term.strip().upper() == "$NODEID" else _number(term) for term in self.default.split("+")]
         if None in terms[:2] or len(terms) > 2:
             return None
@@ -174,6 +179,9 @@ def _entry(path, section):
     default = section.get("defaultvalue")
     entry = Entry(section.get("parametername", section.name), kind, default, section.get("accesstype").lower(),
                   _number(section.get("pdomapping", "0")) == 1, section.line_of("defaultvalue"))
+    if default and kind in REALS and not _is_real(default, REALS[kind]):
+        raise SheetError(path, entry.line, f"[{section.name}] DefaultValue={default}: expected a finite number of {REALS[kind]} bits, like 0.5 or 1e-3, "
+                                           f"as DataType={section.get('datatype')}")
     if default and kind in INTEGERS:
         bits, signed = INTEGERS[kind]
         value = entry.value(0)
@@ -181,6 +189,14 @@ def _entry(path, section):
             raise SheetError(path, entry.line, f"[{section.name}] DefaultValue={default}: expected {'a signed' if signed else 'an unsigned'} number of {bits} "
                                                f"bit{'s' if bits > 1 else ''}, as DataType={section.get('datatype')}")
     return entry
+
+
+def _is_real(text, bits):
+    """True for a finite number that a REAL32 or REAL64 can hold."""
+    try:
+        return REAL.match(text) is not None and math.isfinite(struct.unpack("<f" if bits == 32 else "<d", struct.pack("<f" if bits == 32 else "<d", float(text)))[0])
+    except OverflowError:
+        return False
 
 
 def _emergencies(path, sections):
@@ -228,6 +244,11 @@ def made_of(values, axis=0):
     stated = [(index + offset, 0) for index in (UNIT_POSITION, UNIT_VELOCITY) if values.get((index + offset, 0), 0) != 0]
     ratios = [(index + offset, sub) for index in (ENCODER, GEAR) for sub in (1, 2)]
     return stated if stated[:1] == [(UNIT_POSITION + offset, 0)] else stated + ratios
+
+
+def type_of(kind):
+    """(bits, signed, real) of a data type of CiA 301; 0 bits if it is no number."""
+    return (REALS[kind], True, True) if kind in REALS else (*INTEGERS.get(kind, (0, False)), False)
 
 
 def prefix(code):

@@ -2,6 +2,7 @@
 """Decode frames of a CAN bus to words with the database of the bus (DBC), which the generator makes from the descriptors. It needs no package."""
 
 import re
+import struct
 from dataclasses import dataclass, field
 
 from .values import bits_for
@@ -11,6 +12,7 @@ SIGNAL = re.compile(r' SG_ (\w+)( M| m(\d+)M?)? : (\d+)\|(\d+)@1([+-]) \(([^,]+)
 WORDS = re.compile(r"VAL_ (\d+) (\w+) ")
 WORD = re.compile(r'(-?\d+) "([^"]*)"')
 SELECTED = re.compile(r"SG_MUL_VAL_ (\d+) (\w+) \w+ ([\d, -]+);")
+REAL = re.compile(r"SIG_VALTYPE_ (\d+) (\w+) : [12];")
 EXTENDED = 0x80000000
 
 
@@ -32,10 +34,13 @@ class Signal:
     is_multiplexor: bool = False  # The value of this signal decides which multiplexed signals are present.
     when: set = field(default_factory=set)  # values of the multiplexor with which it is present; empty: always
     words: dict = field(default_factory=dict)
+    is_real: bool = False  # A number of IEEE 754 with 32 or 64 bits.
 
     def value(self, octets):
         """Number in the frame."""
         raw = int.from_bytes(octets, "little") >> self.start & (1 << self.bits) - 1
+        if self.is_real:
+            return struct.unpack("<f" if self.bits == 32 else "<d", raw.to_bytes(self.bits // 8, "little"))[0]
         return raw - (1 << self.bits) if self.is_signed and raw >> self.bits - 1 else raw
 
 
@@ -62,6 +67,8 @@ class Database:
                 self.about = line  # Mission and hashes.
             elif found := WORDS.match(line):
                 self.signals[int(found[1])][found[2]].words = {int(number): word for number, word in WORD.findall(line)}
+            elif found := REAL.match(line):
+                self.signals[int(found[1])][found[2]].is_real = True
             elif found := SELECTED.match(line):
                 spans = (span.strip().split("-") for span in found[3].split(","))
                 self.signals[int(found[1])][found[2]].when = {number for low, high in spans for number in range(int(low), int(high) + 1)}

@@ -194,6 +194,9 @@ def _values(words, signal):
     """Physical values of a signal in the little-endian words of its frames."""
     shift = np.uint64(64 - signal.bits)
     values = words << np.uint64(64 - signal.bits - signal.start)  # Shift out the bits above the signal.
+    if signal.is_real:
+        whole = (values >> shift).astype("<u8" if signal.bits == 64 else "<u4")
+        return whole.view("<f8" if signal.bits == 64 else "<f4").astype(float)
     values = values.view(np.int64) >> np.int64(shift) if signal.is_signed else values >> shift
     return values * signal.factor + signal.offset
 

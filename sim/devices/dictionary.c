@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/devices/dictionary.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -71,7 +73,7 @@ uint8_t object_type_size(const object_type_t type)
         [OBJECT_UNSIGNED16] = 2U, [OBJECT_INTEGER24] = 3U, [OBJECT_UNSIGNED24] = 3U, [OBJECT_INTEGER32] = 4U,
         [OBJECT_UNSIGNED32] = 4U, [OBJECT_INTEGER40] = 5U, [OBJECT_UNSIGNED40] = 5U, [OBJECT_INTEGER48] = 6U,
         [OBJECT_UNSIGNED48] = 6U, [OBJECT_INTEGER56] = 7U, [OBJECT_UNSIGNED56] = 7U, [OBJECT_INTEGER64] = 8U,
-        [OBJECT_UNSIGNED64] = 8U,
+        [OBJECT_UNSIGNED64] = 8U, [OBJECT_REAL32] = 4U,    [OBJECT_REAL64] = 8U,
     };
     return ((size_t)type < sizeof sizes) ? sizes[type] : 0U; // The size of a string is that of its value.
 }
@@ -91,4 +93,29 @@ uint16_t dictionary_index_of(const dictionary_t* const dictionary, const char* c
 bool object_is_text(const object_t* const object)
 {
     return (object->type == OBJECT_VISIBLE_STRING) || (object->type == OBJECT_OCTET_STRING);
+}
+
+bool object_is_real(const object_t* const object)
+{
+    return (object->type == OBJECT_REAL32) || (object->type == OBJECT_REAL64);
+}
+
+double object_real(const object_t* const object)
+{
+    const uint32_t half = (uint32_t)object->value;
+    float single        = 0.0F;
+    double number       = 0.0;
+    memcpy(&single, &half, sizeof single);
+    memcpy(&number, &object->value, sizeof number);
+    return (object->type == OBJECT_REAL32) ? (double)single : number;
+}
+
+void object_set_real(object_t* const object, const double value)
+{
+    const bool is_beyond = fabs(value) > (double)FLT_MAX; // The conversion would be undefined.
+    const float single   = is_beyond ? copysignf(INFINITY, (value > 0.0) ? 1.0F : -1.0F) : (float)value;
+    uint32_t half        = 0U;
+    memcpy(&half, &single, sizeof half);
+    memcpy(&object->value, &value, sizeof object->value);
+    object->value = (object->type == OBJECT_REAL32) ? half : object->value;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Object dictionary of a CANopen device: the objects that an EDS file lists, with their present values.
 ///
-/// Numbers are stored as bits in a 64-bit word (two's complement cut to the size of the object); text and
-/// octet strings have storage of their own. The address of an object does not change, so that a device may
-/// keep pointers to the objects that it uses in every cycle.
+/// Numbers are stored as bits in a 64-bit word (two's complement cut to the size of the object, or IEEE 754);
+/// text and octet strings have storage of their own. The address of an object does not change, so that a
+/// device may keep pointers to the objects that it uses in every cycle.
 ///
 /// Ownership  eds_load allocates, dictionary_destroy frees.
 /// Time       dictionary_find O(log n), other searches O(n) in the number of objects; access to a value O(1).
@@ -26,9 +26,11 @@ typedef enum {
     OBJECT_UNSIGNED8      = 0x0005,
     OBJECT_UNSIGNED16     = 0x0006,
     OBJECT_UNSIGNED32     = 0x0007,
+    OBJECT_REAL32         = 0x0008,
     OBJECT_VISIBLE_STRING = 0x0009,
     OBJECT_OCTET_STRING   = 0x000A,
     OBJECT_INTEGER24      = 0x0010,
+    OBJECT_REAL64         = 0x0011,
     OBJECT_INTEGER40      = 0x0012,
     OBJECT_INTEGER48      = 0x0013,
     OBJECT_INTEGER56      = 0x0014,
@@ -49,8 +51,10 @@ typedef struct {
     bool is_mappable; ///< A PDO may contain the object.
     bool has_low;
     bool has_high;
-    int64_t low; ///< Limits of a number, if has_low and has_high.
+    int64_t low; ///< Limits of an integer, if has_low and has_high.
     int64_t high;
+    double real_low; ///< Limits of a REAL32 or REAL64, if has_low and has_high.
+    double real_high;
     uint8_t size;   ///< Octets of a number; present octets of a string.
     uint64_t value; ///< Bits of a number.
     uint64_t initial;
@@ -86,6 +90,12 @@ bool dictionary_has_index(const dictionary_t* dictionary, uint16_t index);
 uint16_t dictionary_index_of(const dictionary_t* dictionary, const char* name);
 
 bool object_is_text(const object_t* object);
+/// True for REAL32 and REAL64.
+bool object_is_real(const object_t* object);
+/// Returns the number of a REAL32 or REAL64.
+double object_real(const object_t* object);
+/// Set a REAL32 or REAL64. A number beyond the range of REAL32 becomes infinite in it.
+void object_set_real(object_t* object, double value);
 /// Returns the number of octets of a number of this type; 0 for strings.
 uint8_t object_type_size(object_type_t type);
 

@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -140,6 +141,33 @@ static int64_t in_type(const object_t* const object, const int64_t value)
     return value - ((int64_t)1 << bits);
 }
 
+/// Parse a real number. False if it is not finite.
+static bool parse_real(const char* const text, double* const out_value)
+{
+    char* end  = NULL;
+    *out_value = strtod(text, &end);
+    // strtod also reads inf, nan and hexadecimal numbers, which CiA 306 does not have.
+    return (end != text) && (*end == '\0') && isfinite(*out_value) && (strpbrk(text, "xXnN") == NULL);
+}
+
+/// Set the default of a REAL32 or REAL64.
+static status_t set_real_default(const eds_reader_t* const reader, section_t* const section)
+{
+    object_t* object = &section->object;
+    double value     = 0.0;
+    if ((section->default_value[0] != '\0') && !parse_real(section->default_value, &value)) {
+        return fail(reader, section->default_line, section->default_value, "a finite number as DefaultValue");
+    }
+    object_set_real(object, value);
+    object->initial = object->value;
+    if (!isfinite(object_real(object)) || (object->has_low && (value < object->real_low)) ||
+        (object->has_high && (value > object->real_high))) {
+        return fail(reader, section->default_line, section->default_value,
+                    "a DefaultValue inside DataType, LowLimit and HighLimit");
+    }
+    return STATUS_OK;
+}
+
 static status_t set_default(const eds_reader_t* const reader, section_t* const section)
 {
     object_t* object = &section->object;
@@ -152,6 +180,9 @@ static status_t set_default(const eds_reader_t* const reader, section_t* const s
         object->initial_size = (uint8_t)length;
         object->size         = (uint8_t)length;
         return STATUS_OK;
+    }
+    if (object_is_real(object)) {
+        return set_real_default(reader, section);
     }
     int64_t value = 0;
     if ((section->default_value[0] != '\0') && !parse_number(reader, section->default_value, &value)) {
@@ -362,13 +393,31 @@ static status_t take_object_type(const eds_reader_t* const reader, section_t* co
     return STATUS_OK;
 }
 
+/// Take a limit of a REAL32 or REAL64.
+static status_t take_real_limit(const eds_reader_t* const reader, section_t* const section,
+                                const char* const key, const char* const value)
+{
+    object_t* object  = &section->object;
+    const bool is_low = strcasecmp(key, "LowLimit") == 0;
+    if (!parse_real(value, is_low ? &object->real_low : &object->real_high)) {
+        return fail(reader, reader->line, value, "a finite number");
+    }
+    object->has_low  = object->has_low || is_low;
+    object->has_high = object->has_high || !is_low;
+    return STATUS_OK;
+}
+
 static status_t take_number(const eds_reader_t* const reader, section_t* const section, const char* const key,
                             const char* const value)
 {
     int64_t number   = 0;
     object_t* object = &section->object;
     if ((value[0] == '\0') || section->is_left_out) {
-        return STATUS_OK; // No value. An object that is left out may have real limits.
+        return STATUS_OK; // No value. An object that is left out may have limits of any kind.
+    }
+    if (object_is_real(object) &&
+        ((strcasecmp(key, "LowLimit") == 0) || (strcasecmp(key, "HighLimit") == 0))) {
+        return take_real_limit(reader, section, key, value);
     }
     if (!parse_number(reader, value, &number)) {
         return fail(reader, reader->line, value, "a number");

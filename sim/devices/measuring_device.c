@@ -20,7 +20,8 @@ typedef struct {
 struct measuring_device {
     node_t* node;
     measuring_config_t config;
-    object_t* value[MEASURING_VALUES_MAX];
+    object_t* value[MEASURING_VALUES_MAX]; // Integers, or null.
+    object_t* real[MEASURING_VALUES_MAX];  // REAL32 or REAL64, or null.
     // A manufacturer-specific device has one status object for all values.
     object_t* status[MEASURING_VALUES_MAX];
     double factor[MEASURING_VALUES_MAX];
@@ -53,7 +54,12 @@ static void publish(measuring_device_t* const device, const measurement_t* const
 {
     for (unsigned i = 0U; i < device->config.value_count; i++) {
         const double scaled = measurement->value[i] * device->factor[i];
-        object_set(device->value[i], (int64_t)llround(fmax(INT32_MIN, fmin(INT32_MAX, scaled))));
+        if (device->value[i] != NULL) {
+            object_set(device->value[i], (int64_t)llround(fmax(INT32_MIN, fmin(INT32_MAX, scaled))));
+        }
+        if (device->real[i] != NULL) {
+            object_set_real(device->real[i], measurement->value[i]);
+        }
     }
     object_set(device->counter, (int64_t)device->counter->value + 1);
     if (device->stamp_syncs != NULL) {
@@ -162,23 +168,29 @@ void measuring_device_set_error(measuring_device_t* const device, const uint16_t
 
 // ---- Creation ----
 
+/// Returns the object if it is real, or if it is an integer, as wanted; otherwise null.
+static object_t* of_kind(object_t* const object, const bool is_real)
+{
+    return ((object != NULL) && (object_is_real(object) == is_real)) ? object : NULL;
+}
+
 static bool find_value(measuring_device_t* const device, const unsigned index)
 {
-    const uint8_t member   = (uint8_t)(index + 1U);
-    node_t* node           = device->node;
-    const bool is_404      = node_object(node, 0x9130U, 1U) != NULL;
+    const uint8_t member = (uint8_t)(index + 1U);
+    node_t* node         = device->node;
+    const bool is_404 = (node_object(node, 0x9130U, 1U) != NULL) || (node_object(node, 0x6130U, 1U) != NULL);
     const object_t* digits = is_404
                                  ? node_object(node, 0x6132U, member)
                                  : node_object_named(node, "Decimal digits of the measured values", member);
-    device->value[index] =
+    object_t* const value =
         is_404 ? node_object(node, 0x9130U, member) : node_object_named(node, "Measured values", member);
+    device->value[index] = of_kind(value, false);
+    device->real[index]  = of_kind(is_404 ? node_object(node, 0x6130U, member) : value, true);
     device->status[index] =
         is_404 ? node_object(node, 0x6150U, member) : node_object_named(node, "Status (1: not valid)", 0U);
-    if ((digits == NULL) || (device->value[index] == NULL) || (device->status[index] == NULL)) {
-        return false;
-    }
-    device->factor[index] = pow(10.0, (double)object_signed(digits));
-    return true;
+    device->factor[index]    = (digits != NULL) ? pow(10.0, (double)object_signed(digits)) : 0.0;
+    const void* const needed = (device->value[index] != NULL) ? (const void*)digits : device->real[index];
+    return (needed != NULL) && (device->status[index] != NULL);
 }
 
 static bool find_objects(void* const context)

@@ -3,7 +3,8 @@
 /// (star-tracker.eds, pose-camera.eds).
 ///
 /// Values     0x9130:01.. with digits 0x6132 and status 0x6150 (CiA 404), or 0x2100:01.. with 0x2101:01.. and
-///            0x2102. The object is the measured value times ten to the power of its digits.
+///            0x2102. An integer is the measured value times ten to the power of its digits; a REAL32 or
+///            REAL64 is the value, also in 0x6130:01.. of CiA 404, with or instead of 0x9130.
 /// Exposures  At each SYNC, or in each period. 0x2103 counts measurements. 0x2104:01, :02, if the data sheet
 ///            has them, stamp the exposure: SYNCs received in OPERATIONAL, time since the last of them [us].
 /// Errors     Before the first measurement, and while an error is present that is not one of temperature,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/devices/sdo.h"
 
+#include <math.h>
 #include <string.h>
 
 // Command specifiers, the three highest bits of the first octet.
@@ -50,6 +51,23 @@ static void abort_transfer(sdo_server_t* const server, uint8_t reply[SDO_OCTETS]
     put_u32(&reply[4], code);
 }
 
+/// Check a received REAL32 or REAL64. A number that is not finite is no value of a parameter.
+static uint32_t real_check(const sdo_access_t* const access, const object_t* const object,
+                           const object_t* const received)
+{
+    const double value = object_real(received);
+    if (!isfinite(value)) {
+        return SDO_ABORT_VALUE;
+    }
+    if (object->has_low && (value < object->real_low)) {
+        return SDO_ABORT_TOO_LOW;
+    }
+    if (object->has_high && (value > object->real_high)) {
+        return SDO_ABORT_TOO_HIGH;
+    }
+    return (access->check != NULL) ? access->check(access->context, object, (int64_t)received->value) : 0U;
+}
+
 static uint32_t number_check(const sdo_access_t* const access, const object_t* const object,
                              const uint8_t* const octets, const size_t size, int64_t* const out_value)
 {
@@ -63,6 +81,9 @@ static uint32_t number_check(const sdo_access_t* const access, const object_t* c
     }
     const int64_t value = object_signed(&received);
     *out_value          = value;
+    if (object_is_real(object)) {
+        return real_check(access, object, &received);
+    }
     if ((object->type == OBJECT_BOOLEAN) && (received.value > 1U)) {
         return SDO_ABORT_VALUE;
     }

@@ -6,19 +6,22 @@ import functools
 import math
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 
 import cantools
+import numpy as np
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "gse" / "generator"))
+sys.path[:0] = [str(ROOT / "gse" / "generator"), str(ROOT / "gse")]
 
 import dbc
 import device_class
 import mission as missions
 import sheet
+from hirosco_gse import frames, mcap_export
 from sheet import SheetError
 
 PRINTER = r"""
@@ -33,7 +36,7 @@ int main(int count, char** names)
         const canopen_device_profile_t* p = canopen_device_profile_find(names[n]);
         printf("%s %u %x %x %u", p->type, p->profile, p->vendor_id, p->product_code, p->axis_count);
         for (int i = 0; i < p->axis_count; i++) { printf(" axis %.9g %.9g %d", p->axes[i].position_rad, p->axes[i].velocity_rad_s, p->axes[i].has_torque); }
-        for (int i = 0; i < p->value_count; i++) { printf(" value %x:%x %u %d %g", p->values[i].index, p->values[i].subindex, p->values[i].octets, p->values[i].is_signed, p->values[i].scale); }
+        for (int i = 0; i < p->value_count; i++) { printf(" value %x:%x %u %s %g", p->values[i].index, p->values[i].subindex, p->values[i].octets, p->values[i].is_real ? "real" : p->values[i].is_signed ? "1" : "0", p->values[i].scale); }
         for (int i = 0; i < p->transmit_count; i++) { printf(" T%x %u %u", p->transmit[i].cob_base, canopen_device_profile_pdo_octets(&p->transmit[i]), p->transmit[i].is_each_sync); }
         for (int i = 0; i < p->axis_count; i++) { printf(" within %.4g %.4g %.4g", p->axes[i].low_rad, p->axes[i].high_rad, p->axes[i].speed_rad_s); }
         for (int i = 0; i < p->axis_count; i++) { for (int k = 0; k < p->axes[i].unit_count; k++) { printf(" unit %x:%x %u %x", p->axes[i].units[k].index, p->axes[i].units[k].subindex, p->axes[i].units[k].octets, p->axes[i].units[k].value); } }
@@ -60,6 +63,10 @@ VALVES = _sheet({(0x1000, 0): (7, "0x00020191"), (0x6000, 1): (5, "0"), (0x6200,
                 [(0x1800, "$NODEID+0x180", 1, [0x60000108]), (0x1400, "$NODEID+0x200", 1, [0x62000108, 0x00050008, 0x21000010])])
 GYRO = _sheet({(0x1000, 0): (7, "0x00020194"), **{(0x9130, n): (4, "0") for n in (1, 2, 3)}, **{(0x6132, n): (5, "6") for n in (1, 2)}},
               [(0x1800, "$NODEID+0x180", 1, [0x91300120, 0x91300220]), (0x1801, "$NODEID + 0x280", 240, [0x91300320])])
+# CiA 404 with REAL32, one in a PDO and one that a setting may map, and a REAL64, which only SDO transfers.
+PRESSURE = _sheet({(0x1000, 0): (7, "0x00020194"), (0x6130, 1): (8, "0.5"), (0x6130, 2): (8, ""), (0x6132, 1): (5, "3"), (0x2300, 0): (0x11, "1e-3")},
+                  [(0x1800, "$NODEID+0x180", 1, [0x61300120])])
+PRESSURE = re.sub(r"(DataType=0x00(?:08|11)\n)", r"\1AccessType=ro\nPDOMapping=1\n", PRESSURE)
 TRACKER = _sheet({(0x1000, 0): (7, "0"), (0x2000, 1): (0x10, "0"), (0x2000, 2): (4, "0")}, [(0x1800, "$NODEID+0x80000180", 255, [0x20000118, 0x20000220])])
 DRIVE = {(0x1000, 0): (7, "0x00420192"), (0x6040, 0): (6, "0"), (0x6041, 0): (6, "0"), (0x6064, 0): (4, "0"), (0x6071, 0): (3, "0")}
 LIMITS = {(0x607D, 1): (4, "-45000"), (0x607D, 2): (4, "90000"), (0x6080, 0): (7, "3000"), (0x6091, 1): (7, "100"), (0x6091, 2): (7, "1")}
@@ -77,7 +84,7 @@ def _table(tmp_path, **sheets):
 def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
     counts = _sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410010, 0x60640020])])
     degrees = CODES + _sheet(DRIVE | RPM | LIMITS | {(0x6076, 0): (7, "1000")}, [(0x1400, "$NODEID+0x200", 1, [0x60400010, 0x60710010])])
-    text = _table(tmp_path, valves=VALVES, gyro=GYRO, tracker=TRACKER, counts=counts, degrees=degrees)
+    text = _table(tmp_path, valves=VALVES, gyro=GYRO, tracker=TRACKER, counts=counts, degrees=degrees, pressure=PRESSURE)
     (tmp_path / "generated").mkdir()
     (tmp_path / "generated" / "device_classes.h").write_text(text, encoding="utf-8")
     (tmp_path / "print.c").write_text(PRINTER, encoding="utf-8")
@@ -85,7 +92,7 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
                "-o", tmp_path / "print", tmp_path / "print.c", ROOT / "fsw/canopen/device_profile.c",
                ROOT / "fsw/canopen/device_classes.c"]
     subprocess.run(command, check=True)
-    printed = subprocess.run([tmp_path / "print", "valves", "gyro", "tracker", "counts", "degrees"], stdout=subprocess.PIPE, text=True, check=True)
+    printed = subprocess.run([tmp_path / "print", "valves", "gyro", "tracker", "counts", "degrees", "pressure"], stdout=subprocess.PIPE, text=True, check=True)
     assert printed.stdout.splitlines() == [
         "valves 401 3e7 15 0 value 6000:1 1 0 1 value 6200:1 1 0 1 value 2100:0 2 0 1 T180 1 1 R200 4 1",
         "gyro 404 3e7 15 0 value 9130:1 4 1 1e-06 value 9130:2 4 1 1e-06 value 9130:3 4 1 1 T180 8 1 T280 4 0",
@@ -94,7 +101,9 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
         " unit 608f:1 4 fa0 unit 608f:2 4 1 unit 6091:1 4 32 unit 6091:2 4 2",
         "degrees 402 3e7 15 1 axis 1.74532925e-05 0.104719755 1 within -0.7854 1.571 3.142 unit 60a8:0 4 fd410000 unit 60a9:0 4 b44700"
         " emcy ff01 3 emcy 4310 1 R200 4 1",
+        "pressure 404 3e7 15 0 value 6130:1 4 real 1 T180 4 1",
     ]
+    assert "{0x6130U, 2U, 4U, PROFILE_VALUE, PROFILE_PADDING, 0U, true, true, 1.0}" in text and "0x2300" not in text
 
 
 @pytest.mark.parametrize(
@@ -117,8 +126,14 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60410004])]), "4 bits of 0x6041:00 in a PDO"),
         (_sheet(DRIVE | TURNS, [(0x1400, "$NODEID+0x20000200", 1, [0x60400010])]), "0x1400:01: expected an identifier of 11 bits"),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x60640010])]), "16 bits of 0x6064:00 in a PDO: expected 32, as its DataType=0x0004"),
-        (_sheet(DRIVE | TURNS | {(0x2000, 0): (8, "0.5")}, [(0x1800, "$NODEID+0x180", 1, [0x20000020])]),
-         "0x2000:00 in a PDO has DataType=0x0008: expected an integer"),
+        (_sheet(DRIVE | TURNS | {(0x2000, 0): (9, "a")}, [(0x1800, "$NODEID+0x180", 1, [0x20000020])]),
+         "0x2000:00 in a PDO has DataType=0x0009: expected an integer or REAL32"),
+        (_sheet(DRIVE | TURNS | {(0x2000, 0): (8, "0.5")}, [(0x1800, "$NODEID+0x180", 1, [0x20000010])]),
+         "16 bits of 0x2000:00 in a PDO: expected 32, as its DataType=0x0008"),
+        (_sheet(DRIVE | TURNS | {(0x2000, 0): (0x11, "0.5")}, [(0x1800, "$NODEID+0x180", 1, [0x20000040])]),
+         "64 bits of 0x2000:00 in a PDO: expected 8, 16, 24 or 32"),
+        (_sheet(DRIVE | TURNS | {(0x6064, 0): (8, "0.5")}, [(0x1800, "$NODEID+0x180", 1, [0x60640020])]),
+         "0x6064:00 in a PDO has DataType=0x0008: expected an integer, as CiA 402 has it"),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [0x606C0020])]), "0x606c:00 in a PDO: expected an object of the sheet"),
         (_sheet(DRIVE | TURNS, [(0x1800 + n, f"$NODEID+{0x180 + 0x100 * n:#x}", 1, [0x60410010]) for n in range(5)]), "5 PDOs from 0x1800: expected at most 4"),
         (_sheet({(0x1000, 0): (7, "0")} | {(0x2000, n): (5, "0") for n in range(1, 18)},
@@ -184,3 +199,32 @@ def test_the_database_is_valid_with_the_names_of_any_maker(tmp_path, monkeypatch
     assert names == {"TPDO1": ["Object2ndWord", "Object6064Sub0", "GroeDerKraft"], "TPDO2": ["X" + "x" * 31, "Object12V", "Object12V2210Sub0"],
                      "RPDO1": ["Target", "Target607ASub0", "X" + "x" * 31]}
     assert "Fur 'Prufung' / " in map(str, database.get_message_by_name("JOINT1_EMCY").get_signal_by_name("Code").choices.values())
+
+
+def test_ground_reads_real_numbers_bit_by_bit(tmp_path, monkeypatch):
+    """A REAL32 in a PDO: cantools, the decoder of frames and the export to MCAP give the number of IEEE 754; NaN and infinite stay so."""
+    for path in sheet.DIRECTORY.glob("*.eds"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = (tmp_path / "joint-drive.eds").read_text(encoding="utf-8")
+    text, count = re.subn(r"(?m)^(\[2210\]\nParameterName=)[^\n]*(\nObjectType=0x7\nDataType=)0x0003(\nAccessType=ro\nDefaultValue=)250$",
+                          r"\g<1>Pressure\g<2>0x0008\g<3>0.5", text)
+    # TPDO2 then has 0x6078 with 16 bits, the real number, and 16 bits of padding.
+    for old, new in (("0x22100010", "0x00060010"), ("0x60780010", "0x22100020"), ("0x606C0020", "0x60780010")):
+        text, changed = re.subn(f"(?m)^DefaultValue={old}$", f"DefaultValue={new}", text)
+        count += changed
+    assert count == 4
+    (tmp_path / "joint-drive.eds").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(sheet, "DIRECTORY", tmp_path)
+    made = dbc.databases(missions.load(ROOT / "descriptors/missions/rokviss.xml"))["robot"]
+    (tmp_path / "robot.dbc").write_text(made, encoding="utf-8")
+    assert len(re.findall(r"(?m)^SIG_VALTYPE_ \d+ Pressure : 1;$", made)) == made.count("SIG_VALTYPE_") == 2  # Of both joints.
+    message = cantools.database.load_string(made, "dbc").get_message_by_name("JOINT1_TPDO2")
+    own = frames.Database(tmp_path / "robot.dbc").signals[message.frame_id]["Pressure"]
+    assert message.get_signal_by_name("Pressure").is_float and (own.is_real, own.start, own.bits, own.factor, own.unit) == (True, 16, 32, 1.0, "")
+    for number in (0.1, -2.5e-38, 3.4028234663852886e38, math.inf, -math.inf, math.nan):
+        bits = struct.pack("<f", number)
+        octets = b"\xff\xff" + bits + b"\xff\xff"
+        expected = pytest.approx(struct.unpack("<f", bits)[0], rel=0, abs=0, nan_ok=True)
+        assert message.decode(octets[: message.length], decode_choices=False)["Pressure"] == expected
+        assert own.value(octets) == expected
+        assert mcap_export._values(np.frombuffer(octets, "<u8"), own)[0] == expected

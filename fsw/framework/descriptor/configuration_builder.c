@@ -250,8 +250,8 @@ static void take_object(source_t* const source, const value_type_t type, uint16_
     if (!read_object(descriptor_source_raw(source, "object"), out_index, out_subindex)) {
         descriptor_source_wrong(source, "object", "an object like 0x6060:00");
     }
-    if ((type == VALUE_DOUBLE) || (type == VALUE_BOOL)) {
-        descriptor_source_wrong(source, "type", "an integer type or FLOAT");
+    if (type == VALUE_BOOL) {
+        descriptor_source_wrong(source, "type", "another than BOOL");
     }
 }
 

@@ -226,7 +226,7 @@ typedef struct { // Port of a real-time link.
 typedef struct { // Value of one object of a device, written when the configuration is applied.
     uint16_t index;
     uint8_t subindex;
-    value_type_t type; ///< An integer type or FLOAT.
+    value_type_t type; ///< Any type but BOOL.
     uint32_t line;
     uint64_t bits; ///< Bits of the value on the wire, two's complement or IEEE 754, in the low octets.
 } descriptor_setting_t;
@@ -237,7 +237,7 @@ typedef struct { // A quantity of a device in engineering units: the value of an
     uint16_t id; ///< Unique within the device.
     uint16_t index;
     uint8_t subindex;
-    value_type_t type; ///< Type of the object: an integer type or FLOAT.
+    value_type_t type; ///< Type of the object: any but BOOL.
     double scale;      ///< Not 0.
     bool is_settable;
     uint32_t line;

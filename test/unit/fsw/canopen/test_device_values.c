@@ -17,11 +17,11 @@ static const canopen_device_profile_t mixed = {
     .type           = "mixed",
     .profile        = 404U,
     .value_count    = 5U,
-    .values         = {{0x9130U, 1U, 4U, true, 1e-6},
-                       {0x6000U, 1U, 1U, false, 1.0},
-                       {0x2100U, 0U, 2U, true, 0.1},
-                       {0x6200U, 1U, 1U, false, 1.0},
-                       {0x2101U, 3U, 3U, false, 0.01}},
+    .values         = {{0x9130U, 1U, 4U, true, false, 1e-6},
+                       {0x6000U, 1U, 1U, false, false, 1.0},
+                       {0x2100U, 0U, 2U, true, false, 0.1},
+                       {0x6200U, 1U, 1U, false, false, 1.0},
+                       {0x2101U, 3U, 3U, false, false, 0.01}},
     .transmit_count = 1U,
     .transmit       = {{.cob_base     = 0x180U,
                         .is_valid     = true,
@@ -169,9 +169,9 @@ static void values_without_process_data_are_set_to_zero(void)
 {
     static const canopen_device_profile_t both = {
         .value_count   = 3U,
-        .values        = {{0x6200U, 1U, 1U, false, 1.0},
-                          {0x6200U, 2U, 1U, false, 1.0},
-                          {0x2101U, 2U, 2U, true, 1.0}},
+        .values        = {{0x6200U, 1U, 1U, false, false, 1.0},
+                          {0x6200U, 2U, 1U, false, false, 1.0},
+                          {0x2101U, 2U, 2U, true, false, 1.0}},
         .receive_count = 2U,
         .receive       = {
                   {.cob_base    = 0x200U,
@@ -207,6 +207,76 @@ static void values_without_process_data_are_set_to_zero(void)
     TEST_ASSERT_EQUAL_UINT32(0U, scripted_object(node, 0x2101U, 2U)->value);
 }
 
+/// REAL32 of CiA 404 (0x6130) and of the manufacturer, octet by octet.
+static const canopen_device_profile_t real = {
+    .type           = "real",
+    .profile        = 404U,
+    .value_count    = 2U,
+    .values         = {{0x6130U, 1U, 4U, true, true, 1.0}, {0x2200U, 0U, 4U, true, true, 1.0}},
+    .transmit_count = 1U,
+    .transmit       = {{.cob_base     = 0x180U,
+                        .is_valid     = true,
+                        .is_each_sync = true,
+                        .entry_count  = 1U,
+                        .entries      = {{0x6130U, 1U, 4U, PROFILE_VALUE, 0U}}}},
+    .receive_count  = 1U,
+    .receive        = {{.cob_base    = 0x200U,
+                        .is_valid    = true,
+                        .entry_count = 1U,
+                        .entries     = {{0x2200U, 0U, 4U, PROFILE_VALUE, 1U}}}}};
+
+static void connect_real(void)
+{
+    canopen_device_disconnect(&device);
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_attach(&device, &master, &real, NODE + 1U));
+    TEST_ASSERT_EQUAL(STATUS_OK, canopen_device_connect(&device));
+}
+
+/// A number that is NaN or infinite is not valid: the value is NaN until the device sends a finite one.
+static void a_received_real_has_its_number_or_is_not_valid(void)
+{
+    static const struct {
+        uint8_t octets[4];
+        double number; ///< NaN: not valid.
+    } cases[] = {{{0x00U, 0x00U, 0x80U, 0x3FU}, 1.0},
+                 {{0xCDU, 0xCCU, 0xCCU, 0xBDU}, -0.10000000149011612},
+                 {{0x00U, 0x00U, 0xC0U, 0x7FU}, (double)NAN}, // Quiet NaN.
+                 {{0x01U, 0x00U, 0x80U, 0xFFU}, (double)NAN}, // Signalling NaN.
+                 {{0x00U, 0x00U, 0x80U, 0x7FU}, (double)NAN}, // Infinite.
+                 {{0x00U, 0x00U, 0x80U, 0xFFU}, (double)NAN},
+                 {{0xFFU, 0xFFU, 0x7FU, 0x7FU}, 3.4028234663852886e38}, // The largest.
+                 {{0xFFU, 0xFFU, 0x7FU, 0xFFU}, -3.4028234663852886e38},
+                 {{0x01U, 0x00U, 0x00U, 0x00U}, 1.401298464324817e-45}, // The least above 0.
+                 {{0x00U, 0x00U, 0x00U, 0x80U}, 0.0}};
+    connect_real();
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        scripted_bus_deliver(&bus, 0x180U + NODE + 1U, cases[i].octets, 4U);
+        canopen_master_receive(&master, 0U);
+        const double number = canopen_device_value(&device, 0U);
+        TEST_ASSERT_EQUAL(isnan(cases[i].number), isnan(number));
+        TEST_ASSERT_TRUE(isnan(number) || (number == cases[i].number));
+    }
+}
+
+static void a_sent_real_is_the_nearest_finite_number(void)
+{
+    static const struct {
+        double wanted;
+        uint8_t octets[4];
+    } cases[] = {{0.1, {0xCDU, 0xCCU, 0xCCU, 0x3DU}},   {-2.5, {0x00U, 0x00U, 0x20U, 0xC0U}},
+                 {1e300, {0xFFU, 0xFFU, 0x7FU, 0x7FU}}, {-(double)INFINITY, {0xFFU, 0xFFU, 0x7FU, 0xFFU}},
+                 {(double)NAN, {0U, 0U, 0U, 0U}},       {1e-300, {0U, 0U, 0U, 0U}}};
+    connect_real();
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        canopen_device_set_value(&device, 1U, cases[i].wanted);
+        canopen_device_emit(&device);
+        scripted_bus_run(&bus);
+        TEST_ASSERT_EQUAL_HEX32(0x200U + NODE + 1U, bus.seen[0].id);
+        TEST_ASSERT_EQUAL_UINT8(4U, bus.seen[0].length);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(cases[i].octets, bus.seen[0].data, 4U);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -215,5 +285,7 @@ int main(void)
     RUN_TEST(sent_values_are_rounded_and_limited_to_their_object);
     RUN_TEST(outputs_are_zero_in_a_new_configuration);
     RUN_TEST(values_without_process_data_are_set_to_zero);
+    RUN_TEST(a_received_real_has_its_number_or_is_not_valid);
+    RUN_TEST(a_sent_real_is_the_nearest_finite_number);
     return UNITY_END();
 }

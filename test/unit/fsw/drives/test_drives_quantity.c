@@ -21,6 +21,7 @@ static const char document[] =
     "<Quantity name='COUNT' id='4' object='0x2240:00' type='INT32' scale='1' settable='true'/>\n"
     "<Quantity name='WIDE' id='5' object='0x2250:00' type='INT64' scale='1' settable='true'/>\n"
     "<Quantity name='LARGE' id='6' object='0x2260:00' type='UINT64' scale='1' settable='true'/>\n"
+    "<Quantity name='FINE' id='7' object='0x2270:00' type='DOUBLE' scale='0.5' settable='true'/>\n"
     "<Endnode type='CAN' bus='robot' node='0x11'/></Device>\n"
     "<Device name='B' type='joint-drive'><Endnode type='CAN' bus='robot' node='0x12'/></Device>\n"
     "</Devices></Configuration></Subsystem>\n";
@@ -114,7 +115,8 @@ static void values_are_rounded_into_objects_that_can_hold_them(void)
         {255.6, 2U, false, {0U, 0U}},       {-0.6, 2U, false, {0U, 0U}},
         {1e300, 1U, false, {0U, 0U}},       {(double)NAN, 2U, false, {0U, 0U}},
         {1e39, 3U, false, {0U, 0U}},        {-1e39, 3U, false, {0U, 0U}},
-        {(double)NAN, 3U, false, {0U, 0U}},
+        {(double)NAN, 3U, false, {0U, 0U}}, {(double)NAN, 7U, false, {0U, 0U}},
+        {DBL_MAX, 7U, false, {0U, 0U}},     {-(double)INFINITY, 7U, false, {0U, 0U}},
     };
     for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
         memset(octets, 0, sizeof octets);
@@ -123,6 +125,9 @@ static void values_are_rounded_into_objects_that_can_hold_them(void)
     }
     TEST_ASSERT_TRUE(to_object(3U, -1.0)); // 0.5 as a FLOAT.
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0U, 0U, 0U, 0x3FU}), octets, 4U);
+    TEST_ASSERT_TRUE(to_object(7U, 1e300)); // 2e300 as a DOUBLE.
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x9CU, 0x75U, 0x00U, 0x88U, 0x3CU, 0xE4U, 0x47U, 0x7EU}),
+                                 octets, 8U);
 }
 
 static void objects_become_values(void)
@@ -132,6 +137,13 @@ static void objects_become_values(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value(-250 * 0.1), found, sizeof found);
     drives_quantity_of_object(quantity(3U), (const uint8_t[]){0U, 0U, 0U, 0x3FU}, found);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(value(-1.0), found, sizeof found);
+    drives_quantity_of_object(quantity(7U),
+                              (const uint8_t[]){0x9AU, 0x99U, 0x99U, 0x99U, 0x99U, 0x99U, 0xB9U, 0x3FU},
+                              found); // 0.1.
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(value(0.05), found, sizeof found);
+    // A device without a measurement: the report contains what the device has sent.
+    drives_quantity_of_object(quantity(3U), (const uint8_t[]){0U, 0U, 0x80U, 0xFFU}, found);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(value((double)INFINITY), found, sizeof found);
 }
 
 /// Fetch the next frame of the device's client and answer it.
@@ -201,7 +213,7 @@ static void wrong_lines_of_a_descriptor_are_reported(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("scale='0.1'", "scale='0'"));
     TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "a number other than 0"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("scale='0.1'", "scale='one'"));
-    TEST_ASSERT_EQUAL(STATUS_INVALID, parse("type='INT16'", "type='DOUBLE'"));
+    TEST_ASSERT_EQUAL(STATUS_INVALID, parse("type='INT16'", "type='BOOL'"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("0x2210:00", "2210"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("id='2'", "id='1'"));
 }

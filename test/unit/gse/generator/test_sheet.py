@@ -128,6 +128,21 @@ def test_a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement(tmp_path
     assert loaded.entries[0x2000, 0].value(0) == value
 
 
+@pytest.mark.parametrize("kind, default", [(8, "0.5"), (8, "-3.4028234663852886e38"), (8, ".5"), (8, "2"), (8, ""), (0x11, "1e300"), (0x11, "-1.5E-3")])
+def test_a_real_object_has_a_finite_default(tmp_path, kind, default):
+    """The default is not among the numbers, which are integers."""
+    loaded = load(tmp_path, f"[2000]\nDataType={kind}\nDefaultValue={default}\n")
+    assert loaded.entries[0x2000, 0].default == default and loaded.defaults(0) == {}
+
+
+@pytest.mark.parametrize("kind, default", [(8, "half"), (8, "nan"), (8, "-inf"), (8, "0x10"), (8, "1e39"), (0x11, "1e400"), (8, "$NODEID+0.5"), (8, "1_0")])
+def test_a_default_that_is_no_finite_number_of_its_type_is_refused(tmp_path, kind, default):
+    with pytest.raises(sheet.SheetError) as refused:
+        load(tmp_path, f"[2000]\nDataType={kind}\nDefaultValue={default}\n")
+    bits = 32 if kind == 8 else 64
+    assert f"device.eds:3: [2000] DefaultValue={default}: expected a finite number of {bits} bits, like 0.5 or 1e-3, as DataType={kind}" in str(refused.value)
+
+
 def test_a_missing_sheet_is_refused(tmp_path):
     with pytest.raises(sheet.SheetError, match="cannot read: No such file"):
         sheet.load(tmp_path / "none.eds")

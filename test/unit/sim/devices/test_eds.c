@@ -138,14 +138,50 @@ static void objects_of_other_types_are_left_out(void)
              "[1F50]\nParameterName=Program data\nObjectType=0x8\nDataType=0x000F\n"
              "[1F50Sub0]\nParameterName=Number\nDataType=5\nAccessType=const\nDefaultValue=1\n"
              "[1F50Sub1]\nParameterName=Program\nObjectType=0x2\nDataType=0x000F\nAccessType=wo\n"
-             "[2000]\nParameterName=Gain\nDataType=0x8\nAccessType=rw\nLowLimit=-0.5\nDefaultValue=0.5\n"
+             "[2000]\nParameterName=Gain\nDataType=0xC\nAccessType=rw\nLowLimit=-0.5\nDefaultValue=0.5\n"
              "[2001]\nParameterName=Domain\nObjectType=2\nAccessType=rw\n"
-             "[2002]\nParameterName=Angle\nDataType=0x11\nAccessType=ro\nDefaultValue=1.5\n"));
+             "[2002]\nParameterName=Angle\nDataType=0xD\nAccessType=ro\nDefaultValue=1.5\n"));
     TEST_ASSERT_EQUAL_UINT(2U, dictionary.count);
     TEST_ASSERT_EQUAL_HEX64(1U, dictionary_find(&dictionary, 0x1000U, 0U)->value);
     TEST_ASSERT_EQUAL_HEX64(1U, dictionary_find(&dictionary, 0x1F50U, 0U)->value);
     TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Gain"));
     TEST_ASSERT_EQUAL_HEX16(0U, dictionary_index_of(&dictionary, "Domain"));
+}
+
+#define REAL_HEAD(kind) "[2000]\nParameterName=a\nDataType=" kind "\nAccessType=rw\n"
+
+/// REAL32 and REAL64, bit by bit.
+static void real_numbers_are_read(void)
+{
+    static const struct {
+        const char* text;
+        uint8_t size;
+        uint64_t bits;
+    } cases[] = {{REAL_HEAD("8") "LowLimit=-0.5\nHighLimit=1e3\nDefaultValue=0.1\n", 4U, 0x3DCCCCCDU},
+                 {REAL_HEAD("0x0008") "DefaultValue=-2\n", 4U, 0xC0000000U},
+                 {REAL_HEAD("8") "DefaultValue=\n", 4U, 0U},
+                 {REAL_HEAD("8") "DefaultValue=-3.4028234663852886e38\n", 4U, 0xFF7FFFFFU},
+                 {REAL_HEAD("0x11") "DefaultValue=0.1\n", 8U, 0x3FB999999999999AU},
+                 {REAL_HEAD("0x11") "DefaultValue=1e300\n", 8U, 0x7E37E43C8800759CU}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, load(cases[i].text), error);
+        TEST_ASSERT_EQUAL_UINT8(cases[i].size, dictionary.objects[0].size);
+        TEST_ASSERT_EQUAL_HEX64(cases[i].bits, dictionary.objects[0].value);
+        TEST_ASSERT_EQUAL_HEX64(cases[i].bits, dictionary.objects[0].initial);
+        TEST_ASSERT_EQUAL(i == 0U, dictionary.objects[0].has_low);
+        TEST_ASSERT_EQUAL(i == 0U, dictionary.objects[0].has_high);
+        dictionary_destroy(&dictionary);
+    }
+    expect_error(REAL_HEAD("8") "DefaultValue=half\n", 5U, "a finite number as DefaultValue");
+    expect_error(REAL_HEAD("8") "DefaultValue=0.5V\n", 5U, "a finite number as DefaultValue");
+    expect_error(REAL_HEAD("8") "DefaultValue=nan\n", 5U, "a finite number as DefaultValue");
+    expect_error(REAL_HEAD("8") "DefaultValue=-inf\n", 5U, "a finite number as DefaultValue");
+    expect_error(REAL_HEAD("8") "DefaultValue=0x10\n", 5U, "a finite number as DefaultValue");
+    expect_error(REAL_HEAD("0x11") "DefaultValue=1e400\n", 5U, "a finite number as DefaultValue");
+    expect_error(REAL_HEAD("8") "DefaultValue=1e39\n", 5U, "inside DataType");
+    expect_error(REAL_HEAD("8") "LowLimit=0.25\nDefaultValue=0\n", 6U, "LowLimit");
+    expect_error(REAL_HEAD("8") "HighLimit=0.25\nDefaultValue=0.5\n", 6U, "HighLimit");
+    expect_error(REAL_HEAD("8") "LowLimit=low\n", 5U, "a finite number");
 }
 
 /// Makers write negative numbers in hexadecimal as two's complement, in limits, too.
@@ -278,6 +314,7 @@ int main(void)
     RUN_TEST(default_values_of_all_types_are_read);
     RUN_TEST(errors_name_file_and_line);
     RUN_TEST(objects_of_other_types_are_left_out);
+    RUN_TEST(real_numbers_are_read);
     RUN_TEST(numbers_of_24_to_56_bits_are_read);
     RUN_TEST(members_of_a_compact_array_are_read);
     RUN_TEST(a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement);

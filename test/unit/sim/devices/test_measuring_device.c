@@ -5,7 +5,10 @@
 #include "test/unit/sim/devices/master.h"
 #include "unity.h"
 
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define ID 0x39U
 #define GYRO "descriptors/devices/gyro.eds"
@@ -102,6 +105,46 @@ static void a_gyro_measures_at_each_sync(void)
     truth = 1e6; // Beyond the range of the object.
     master_sync(&master, STEP_NS);
     TEST_ASSERT_EQUAL_INT32(INT32_MAX, (int32_t)octets_u32(pdo(1U)));
+}
+
+/// Replace each `old` in a text by `new`, which has the same length.
+static void replace(char* text, const char* old, const char* new)
+{
+    TEST_ASSERT_EQUAL_UINT(strlen(old), strlen(new));
+    for (char* at = strstr(text, old); at != NULL; at = strstr(at, old)) {
+        memcpy(at, new, strlen(new));
+    }
+}
+
+/// CiA 404 has the measured values as REAL32 in 0x6130. The sheet is that of the gyro with these objects.
+static void a_device_measures_real_numbers(void)
+{
+    static char text[64U * 1024U];
+    char path[]         = "/tmp/hirosco-measuring-XXXXXX";
+    FILE* sheet         = fopen(GYRO, "r");
+    const size_t length = fread(text, 1U, sizeof text - 1U, sheet);
+    text[length]        = '\0';
+    (void)fclose(sheet);
+    replace(text, "9130", "6130");
+    replace(text, "DataType=0x0004", "DataType=0x0008");
+    const int file = mkstemp(path);
+    TEST_ASSERT_EQUAL_INT((int)length, (int)write(file, text, length));
+    (void)close(file);
+    begin(path, 3U, 0U, 0U);
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_HEX32(0x3C23D70AU, octets_u32(pdo(1U))); // 0.01 as REAL32.
+    TEST_ASSERT_EQUAL_HEX32(0x3CA3D70AU, octets_u32(&pdo(1U)[4]));
+    TEST_ASSERT_EQUAL_HEX32(0x3CF5C28FU, octets_u32(pdo(2U)));
+    TEST_ASSERT_EQUAL_UINT8(0U, pdo(2U)[6]);
+    truth = -1e6;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_HEX32(0xC9742400U, octets_u32(pdo(1U)));
+    measuring_device_set_error(device, 0x5000U, true, bus_now_ns(master.bus));
+    truth = 1.0;
+    master_sync(&master, STEP_NS);
+    TEST_ASSERT_EQUAL_HEX32(0xC9742400U, octets_u32(pdo(1U))); // Not valid: the values do not change.
+    TEST_ASSERT_EQUAL_UINT8(1U, pdo(2U)[6]);
+    (void)unlink(path);
 }
 
 static void a_star_tracker_exposes_by_its_own_clock_and_sends_time_stamps(void)
@@ -202,6 +245,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_gyro_measures_at_each_sync);
+    RUN_TEST(a_device_measures_real_numbers);
     RUN_TEST(a_star_tracker_exposes_by_its_own_clock_and_sends_time_stamps);
     RUN_TEST(a_value_is_available_after_its_delay);
     RUN_TEST(a_lost_measurement_changes_nothing);

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#define OBJECTS 8U
+#define OBJECTS 10U
 
 static object_t objects[OBJECTS];
 static uint8_t texts[2][OBJECT_TEXT_MAX];
@@ -66,6 +66,12 @@ void setUp(void)
     objects[5]             = number(0x2003U, 0U, OBJECT_OCTET_STRING, 0U);
     objects[6]             = number(0x2004U, 0U, OBJECT_BOOLEAN, 0U);
     objects[7]             = number(0x2005U, 0U, OBJECT_INTEGER16, 0U);
+    objects[8]             = number(0x2006U, 0U, OBJECT_REAL32, 0U);
+    objects[9]             = number(0x2007U, 0U, OBJECT_REAL64, 0U);
+    objects[8].has_low     = true;
+    objects[8].real_low    = -0.5;
+    objects[8].has_high    = true;
+    objects[8].real_high   = 2.0;
     objects[0].is_writable = false;
     objects[6].is_readable = false;
     objects[7].has_low     = true;
@@ -174,6 +180,45 @@ static void bad_accesses_are_aborted_with_their_code(void)
     TEST_ASSERT_EQUAL_UINT(0U, writes);
 }
 
+static void real_numbers_are_written_and_read(void)
+{
+    expect("23 06 20 00 00 00 00 BF", "60 06 20 00 00 00 00 00"); // -0.5.
+    TEST_ASSERT_TRUE(object_real(&objects[8]) == -0.5);
+    expect("40 06 20 00 00 00 00 00", "43 06 20 00 00 00 00 BF");
+    expect("21 07 20 00 08 00 00 00", "60 07 20 00 00 00 00 00");
+    expect("00 9A 99 99 99 99 99 B9", "20 00 00 00 00 00 00 00"); // 0.1.
+    expect("1D 3F 00 00 00 00 00 00", "30 00 00 00 00 00 00 00");
+    TEST_ASSERT_TRUE(object_real(&objects[9]) == 0.1);
+    expect("23 06 20 00 01 00 00 40", "80 06 20 00 31 00 09 06"); // Above 2: too high.
+    expect("23 06 20 00 01 00 00 BF", "80 06 20 00 32 00 09 06"); // Below -0.5: too low.
+    expect("23 06 20 00 00 00 C0 7F", "80 06 20 00 30 00 09 06"); // NaN: no value of a parameter.
+    expect("23 06 20 00 00 00 80 FF", "80 06 20 00 30 00 09 06"); // Infinite.
+    expect("2B 06 20 00 00 00 00 00", "80 06 20 00 13 00 07 06"); // Too short.
+    check_answer = SDO_ABORT_STATE;
+    expect("23 06 20 00 00 00 00 00", "80 06 20 00 22 00 00 08");
+    TEST_ASSERT_TRUE(object_real(&objects[8]) == -0.5);
+}
+
+/// The storage of a REAL32 beyond its range is infinite, of either sign.
+static void a_real_is_stored_bit_by_bit(void)
+{
+    static const struct {
+        double value;
+        uint64_t single;
+        uint64_t whole;
+    } cases[] = {{-2.5, 0xC0200000U, 0xC004000000000000U},
+                 {1e39, 0x7F800000U, 0x48078287F49C4A1DU},
+                 {-1e39, 0xFF800000U, 0xC8078287F49C4A1DU}};
+    for (size_t i = 0U; i < (sizeof cases / sizeof cases[0]); i++) {
+        object_set_real(&objects[8], cases[i].value);
+        object_set_real(&objects[9], cases[i].value);
+        TEST_ASSERT_EQUAL_HEX64(cases[i].single, objects[8].value);
+        TEST_ASSERT_EQUAL_HEX64(cases[i].whole, objects[9].value);
+    }
+    TEST_ASSERT_FALSE(object_is_signed(&objects[8]));
+    TEST_ASSERT_FALSE(object_is_signed(&objects[9]));
+}
+
 static void bad_segments_are_aborted_with_their_code(void)
 {
     expect("60 00 00 00 00 00 00 00", "80 00 00 00 01 00 04 05"); // No transfer runs.
@@ -250,6 +295,8 @@ int main(void)
     RUN_TEST(a_segmented_upload_returns_the_value);
     RUN_TEST(a_segmented_download_stores_the_value);
     RUN_TEST(bad_accesses_are_aborted_with_their_code);
+    RUN_TEST(real_numbers_are_written_and_read);
+    RUN_TEST(a_real_is_stored_bit_by_bit);
     RUN_TEST(bad_segments_are_aborted_with_their_code);
     RUN_TEST(a_download_longer_than_any_object_is_aborted);
     RUN_TEST(block_transfer_is_refused);
