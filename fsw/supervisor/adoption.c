@@ -73,6 +73,7 @@ static void take_subsystems(supervisor_t* const supervisor, const checkpoint_sta
         entry->restarts                               = subsystem->restarts;
         entry->deaths                                 = subsystem->deaths;
         if (subsystem->apid == SUPERVISOR_APID) {
+            entry->restarts = (uint8_t)(supervisor->lives - 1U); // The launcher has started it again.
             continue;
         }
         entry->process      = (process_state_t)subsystem->process;
