@@ -61,6 +61,7 @@ UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool alon
 LINE_MARGIN = 0.8  # The joints change their speed along the line.
 ERROR, DELAY_S = 1e-3, 2.5e-3  # Bound of the error of a joint at rest [rad or m], and delay of bus and drive.
 TOGETHER = 1.5  # The error of the tool relative to that of independent errors of the joints.
+SWING, SWING_MARGIN = 0.2 * ERROR, 1.5  # Swing of a link at which the arm is engaged; links that swing together swing longer than each alone.
 LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
 
@@ -85,8 +86,8 @@ def poses_of(robot, angles):
         yield pose, urdf.turned(pose[1], joint.axis)
 
 
-def load_of(robot, angles, base):
-    """Largest share of its torque that a joint needs to carry the arm, and that joint."""
+def loads_of(robot, angles, base):
+    """(share of its torque that a joint needs to carry the arm, the joint) for each joint."""
     poses = list(poses_of(robot, angles))
     centres = [urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))[0] for joint, (pose, _) in zip(robot.joints, poses)]
     loads = []
@@ -98,7 +99,37 @@ def load_of(robot, angles, base):
                 moment = urdf.cross([p - q for p, q in zip(centre, pose[0])], moment)
             torque -= sum(a * b for a, b in zip(moment, axis))
         loads.append((abs(torque) / joint.effort, joint))
-    return max(loads, key=lambda load: load[0])
+    return loads
+
+
+def load_of(robot, angles, base):
+    """Largest share of its torque that a joint needs to carry the arm, and that joint."""
+    return max(loads_of(robot, angles, base), key=lambda load: load[0])
+
+
+def carried_by(robot, poses, number):
+    """Inertia about the axis of a joint, or mass, of all links that the joint carries."""
+    (origin, _), axis = poses[number]
+    if robot.joints[number].is_prismatic:
+        return sum(joint.link.mass for joint in robot.joints[number:])
+    total = 0.0
+    for joint, (pose, _) in zip(robot.joints[number:], poses[number:]):
+        own_axis = urdf.turned(urdf.transposed(pose[1]), axis)
+        centre, _ = urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))
+        lever = urdf.cross(axis, [p - q for p, q in zip(centre, origin)])
+        total += sum(a * b for a, b in zip(own_axis, urdf.turned(joint.link.inertia, own_axis))) + joint.link.mass * sum(x * x for x in lever)
+    return total
+
+
+def settling_s(robot, angles, base):
+    """Time until the links no longer swing in their gears. When the world starts, no gear is bent; then gravity bends all of them."""
+    poses, longest = list(poses_of(robot, angles)), 0.0
+    for number, (share, joint) in enumerate(loads_of(robot, angles, base)):
+        drive = drive_of(joint)
+        swing = share * joint.effort / drive["stiffness"]
+        if swing > SWING:
+            longest = max(longest, 2.0 * carried_by(robot, poses, number) / drive["damping"] * math.log(swing / SWING))
+    return SWING_MARGIN * longest
 
 
 def jacobian_columns(robot, angles):
@@ -387,9 +418,9 @@ def bounds(robot, start):
     return [*found, ("joint_range_margin", ">=", 0.0), ("joint_speed_share", "<", 1.0), ("joint_torque_share", "<", 1.0)]
 
 
-def scenario(robot, names, start):
+def scenario(robot, names, start, base="fixed"):
     """Motions that any arm can perform from its start pose: towards the middle of the ranges, along a line and back, through points without
-    a stop, and a refusal."""
+    a stop, and a refusal. They begin when the links no longer swing."""
     away = [angle + math.copysign(travel_of(joint), (joint.upper + joint.lower) / 2.0 - angle)
             for joint, angle in zip(robot.joints, start)]
     tool, _ = jacobian_columns(robot, start)
@@ -417,7 +448,8 @@ def scenario(robot, names, start):
             step(f"cmd {name}.ADD_VIA POSITION={at[point]}", 0.1)
         step(f"cmd {name}.MOVE_VIA SHARE=0.5 BLEND=0.05", 6.0)
 
-    step(f"state {name} PRE_OPERATIONAL", 1.0)
+    to_engage = time + 1.5  # OPERATIONAL is ordered that much later than the end of this first step.
+    step(f"state {name} PRE_OPERATIONAL", max(1.0, math.ceil(10.0 * (settling_s(robot, start, base) - to_engage)) / 10.0))
     for configuration_name in ("POSITION", "TORQUE"):
         step(f"config {name} {configuration_name}", 1.0)
         step(f"state {name} SAFE_OPERATIONAL", 0.5)
@@ -479,7 +511,7 @@ def texts_alone(robot, names, start, base):
     buses = sorted({bus for bus, _ in addresses(robot)})
     words = {
         "world.xml": world(robot, names, start, base),
-        "scenario.scn": scenario(robot, names, start),
+        "scenario.scn": scenario(robot, names, start, base),
         "scenario.bounds": names | {"bounds": bound_lines(robot, start)},
         "mission.xml": names | {"buses": "\n".join(map(robot_beside.BUS.format, buses))},
     }
@@ -489,7 +521,7 @@ def texts_alone(robot, names, start, base):
 def texts_beside(existing, robot, names, start, base, place):
     """Texts of world, scenario, bounds and mission of an arm that flies with the subsystems of an existing mission."""
     buses = sorted({bus for bus, _ in addresses(robot, place)})
-    words = scenario(robot, names, start)
+    words = scenario(robot, names, start, base)
     words["steps"] = robot_beside.steps(existing, words["steps"])
     judged = robot_beside.bounds(existing, bound_lines(robot, start), names["file"])
     return [

@@ -176,6 +176,25 @@ def test_the_scenario_expects_the_refusal_of_a_range_and_has_lines_that_the_arm_
         assert found == shares or shares[0] == "any" or all(0.01 <= float(share) < 0.5 for share in found)
 
 
+def test_the_scenario_begins_when_no_link_swings_in_its_gear(read):
+    """When the world starts, no gear is bent; the weight of the arm then bends it, and the link swings about its new place. It is 0.2 mm or mrad
+    at most when the arm is engaged. A free base has no weight, and a linear axis swings, too."""
+    def engaged(robot, start, base):
+        steps = new_robot.scenario(robot, {"NAME": "ARM"}, start, base)["steps"]
+        return float(re.search(r"(?m)^ *(\S+)  operator state ARM OPERATIONAL$", steps)[1])
+
+    heavy = [part.replace('effort="50"', 'effort="250"') for part in (ARM[0], link("upper", 1.0, 12.0), ARM[2])]
+    robot = read(*heavy)
+    (drive,), inertia, weight_nm = [new_robot.drive_of(joint) for joint in robot.joints], 0.01 + 12.0, 12.0 * 9.81
+    assert new_robot.carried_by(robot, list(new_robot.poses_of(robot, (0.7,))), 0) == pytest.approx(inertia)
+    swing = weight_nm / drive["stiffness"]
+    assert swing * math.exp(-0.5 * drive["damping"] / inertia * engaged(robot, (0.0,), "fixed")) < 2e-4 < swing
+    assert engaged(robot, (0.0,), "free") == engaged(read(*ARM), (0.0,), "fixed") == 2.7
+    lift = read(*heavy[:2], heavy[2].replace('"revolute"', '"prismatic"').replace("0 1 0", "0 0 1").replace('effort="250"', 'effort="300"'))
+    assert new_robot.carried_by(lift, list(new_robot.poses_of(lift, (0.5,))), 0) == 12.0
+    assert new_robot.settling_s(lift, (0.5,), "fixed") == 0.0  # 118 N bend the gear by 0.08 mm.
+
+
 def test_links_that_fixed_joints_connect_become_one(read):
     """Masses of 1 and 3 kg, 0.1 and 0.5 m from the joint: the centre of mass is at 0.4 m, and the transverse
     inertia increases by 0.75 x 0.4^2."""
