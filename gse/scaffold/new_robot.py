@@ -24,12 +24,12 @@ import sys
 
 import robot_beside
 import urdf
+from loads import GRAVITY, carried_by, load_of, loads_of, poses_of
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 from robot_beside import ALONE
 
 SIMULATOR = ROOT / "build" / "bin" / "simulator"
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
-GRAVITY = {"fixed": (0.0, 0.0, -9.81), "free": urdf.ZERO}  # Gravity for each kind of base.
 STEP_S = 0.0005
 JOINTS_OF_A_BUS = 4
 FIRST_NODE = 0x51
@@ -62,6 +62,7 @@ LINE_MARGIN = 0.8  # The joints change their speed along the line.
 ERROR, DELAY_S = 1e-3, 2.5e-3  # Bound of the error of a joint at rest [rad or m], and delay of bus and drive.
 TOGETHER = 1.5  # The error of the tool relative to that of independent errors of the joints.
 SWING, SWING_MARGIN = 0.2 * ERROR, 1.5  # Swing of a link at which the arm is engaged; links that swing together swing longer than each alone.
+ACCELERATION_LOAD = 0.4  # Largest share of the torque of a joint that accelerates the arm.
 LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
 
@@ -73,52 +74,6 @@ def text(values):
 def hexadecimal(value, digits):
     """A number with 0x and this number of digits."""
     return f"0x{value:0{digits}X}"
-
-
-def poses_of(robot, angles):
-    """Pose of each link, and the axis of its joint, in the base."""
-    pose = (urdf.ZERO, urdf.IDENTITY)
-    for joint, angle in zip(robot.joints, angles):
-        moved = (urdf.ZERO, urdf.rotation_about(joint.axis, angle))
-        if joint.is_prismatic:
-            moved = (tuple(angle * a for a in joint.axis), urdf.IDENTITY)
-        pose = urdf.composed(urdf.composed(pose, joint.origin), moved)
-        yield pose, urdf.turned(pose[1], joint.axis)
-
-
-def loads_of(robot, angles, base):
-    """(share of its torque that a joint needs to carry the arm, the joint) for each joint."""
-    poses = list(poses_of(robot, angles))
-    centres = [urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))[0] for joint, (pose, _) in zip(robot.joints, poses)]
-    loads = []
-    for i, (joint, (pose, axis)) in enumerate(zip(robot.joints, poses)):
-        torque = 0.0
-        for carried, centre in zip(robot.joints[i:], centres[i:]):
-            moment = [carried.link.mass * g for g in GRAVITY[base]]
-            if not joint.is_prismatic:
-                moment = urdf.cross([p - q for p, q in zip(centre, pose[0])], moment)
-            torque -= sum(a * b for a, b in zip(moment, axis))
-        loads.append((abs(torque) / joint.effort, joint))
-    return loads
-
-
-def load_of(robot, angles, base):
-    """Largest share of its torque that a joint needs to carry the arm, and that joint."""
-    return max(loads_of(robot, angles, base), key=lambda load: load[0])
-
-
-def carried_by(robot, poses, number):
-    """Inertia about the axis of a joint, or mass, of all links that the joint carries."""
-    (origin, _), axis = poses[number]
-    if robot.joints[number].is_prismatic:
-        return sum(joint.link.mass for joint in robot.joints[number:])
-    total = 0.0
-    for joint, (pose, _) in zip(robot.joints[number:], poses[number:]):
-        own_axis = urdf.turned(urdf.transposed(pose[1]), axis)
-        centre, _ = urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))
-        lever = urdf.cross(axis, [p - q for p, q in zip(centre, origin)])
-        total += sum(a * b for a, b in zip(own_axis, urdf.turned(joint.link.inertia, own_axis))) + joint.link.mass * sum(x * x for x in lever)
-    return total
 
 
 def settling_s(robot, angles, base):
@@ -161,9 +116,19 @@ def manipulability(columns):
     return result
 
 
+def travel_of(joint):
+    """Distance that the scenario moves a joint."""
+    return min(0.3, 0.2 * (joint.upper - joint.lower))
+
+
+def away_from(robot, angles):
+    """Pose to which the scenario moves the arm: towards the middle of the ranges."""
+    return [angle + math.copysign(travel_of(joint), (joint.upper + joint.lower) / 2.0 - angle) for joint, angle in zip(robot.joints, angles)]
+
+
 def start_pose(robot, base="fixed"):
     """The random pose with the best manipulability, within 90 degrees of the middle of the ranges, among those in which each joint needs
-    less than LOAD_MAX of its torque to carry the arm."""
+    less than LOAD_MAX of its torque to carry the arm, there and where the scenario moves it."""
     generator = random.Random(SEED)
 
     def pose():
@@ -172,10 +137,13 @@ def start_pose(robot, base="fixed"):
             reach = 0.8 * half if joint.is_prismatic else min(0.5 * math.pi, 0.8 * half)
             yield round(middle + generator.uniform(-1.0, 1.0) * reach, 2)
 
+    def load(angles):
+        return max((load_of(robot, pose, base) for pose in (angles, away_from(robot, angles))), key=lambda found: found[0])
+
     poses = [tuple(pose()) for _ in range(POSES)]
-    easy = [angles for angles in poses if load_of(robot, angles, base)[0] < LOAD_MAX]
+    easy = [angles for angles in poses if load(angles)[0] < LOAD_MAX]
     if not easy:
-        share, joint = min((load_of(robot, angles, base) for angles in poses), key=lambda load: load[0])
+        share, joint = min(map(load, poses), key=lambda found: found[0])
         raise Refusal(f"URDF: {joint.location}: joint {joint.name}: carries {share:.0%} of its effort in the best of {POSES} poses, "
                       f"expected less than {LOAD_MAX:.0%}")
     return max(easy, key=lambda angles: manipulability(jacobian_columns(robot, angles)[1]))
@@ -295,14 +263,14 @@ def configuration(robot, place, number, name, mode, initial, has_joystick=False)
     return fill(template, words)
 
 
-def limits_of(robot):
+def limits_of(robot, start):
     """Lists with a value for each joint."""
     joints = robot.joints
     return {
         "lower": (joint.lower for joint in joints),
         "upper": (joint.upper for joint in joints),
         "speed": (joint.speed for joint in joints),
-        "acceleration": (2.0 * joint.speed for joint in joints),
+        "acceleration": accelerations_of(robot, start),
         "effort": (joint.effort for joint in joints),
         "kp": (gains_of(joint)[0] for joint in joints),
         "kd": (gains_of(joint)[1] for joint in joints),
@@ -349,10 +317,10 @@ def prismatic(robot):
     return f'\n      <ParamRef name="PRISMATIC" type="BOOL" count="{len(robot.joints)}" init="{flags}"/>' if "1" in flags else ""
 
 
-def descriptor(robot, names, base, place=ALONE):
+def descriptor(robot, names, start, base, place=ALONE):
     """Words of the template of the descriptor."""
     count = len(robot.joints)
-    lists = limits_of(robot) | model_of(robot) | of_drives(robot)
+    lists = limits_of(robot, start) | model_of(robot) | of_drives(robot)
     lists |= {"tool": robot.tool[0], "tool_rpy": urdf.rpy_of(robot.tool[1]), "gravity": GRAVITY[base]}
     configurations = [
         configuration(robot, place, 1, "POSITION", 8, {}),
@@ -365,14 +333,17 @@ def descriptor(robot, names, base, place=ALONE):
     return names | units_of(robot) | words | {name: text(values) for name, values in lists.items()}
 
 
-def travel_of(joint):
-    """Distance that the scenario moves a joint."""
-    return min(0.3, 0.2 * (joint.upper - joint.lower))
+def accelerations_of(robot, start):
+    """Limit of acceleration of each joint: twice its speed, and less if the links that it carries in the start pose would need more than
+    ACCELERATION_LOAD of its torque."""
+    poses = list(poses_of(robot, start))
+    return [min(2.0 * joint.speed, ACCELERATION_LOAD * joint.effort / carried_by(robot, poses, number)) for number, joint in enumerate(robot.joints)]
 
 
-def peak_speed_of(joint):
-    """Largest speed of a joint in the scenario: that of a minimum jerk motion within SHARE of its limits (its acceleration may be twice its speed)."""
-    return min(SHARE * joint.speed, 1.875 * math.sqrt(travel_of(joint) * SHARE * 2.0 * joint.speed / 5.7735))
+def peak_speeds_of(robot, start):
+    """Largest speed of each joint in the scenario: that of a minimum jerk motion within SHARE of its limits."""
+    return [min(SHARE * joint.speed, 1.875 * math.sqrt(travel_of(joint) * SHARE * acceleration / 5.7735))
+            for joint, acceleration in zip(robot.joints, accelerations_of(robot, start))]
 
 
 def solved(rows, right):
@@ -397,7 +368,7 @@ def line_share(robot, start):
     forces = solved(squares, UPWARD)
     speeds = [sum(a * b for a, b in zip(column, forces)) for column in columns]
     missed = max(abs(sum(a * b for a, b in zip(row, speeds)) - wanted) for row, wanted in zip(rows, UPWARD))
-    shares = [peak_speed_of(joint) / (abs(speed) * TOOL_SPEED) for joint, speed in zip(robot.joints, speeds) if speed]
+    shares = [peak / (abs(speed) * TOOL_SPEED) for peak, speed in zip(peak_speeds_of(robot, start), speeds) if speed]
     share = min([SHARE, *(math.floor(100.0 * LINE_MARGIN * share) / 100.0 for share in shares)])
     return share if missed < 1e-3 and share >= SHARE_MIN and len(robot.joints) >= 6 else None
 
@@ -407,7 +378,7 @@ def bounds(robot, start):
     joints, whose lags act together in part."""
     _, columns = jacobian_columns(robot, start)
     levers = [math.hypot(*column[:3]) for column in columns]
-    errors = [ERROR + DELAY_S * peak_speed_of(joint) for joint in robot.joints]
+    errors = [ERROR + DELAY_S * peak for peak in peak_speeds_of(robot, start)]
     found = [(f"joint{number}_error_{'m' if joint.is_prismatic else 'rad'}", "<=", error)
              for number, (joint, error) in enumerate(zip(robot.joints, errors), 1)]
     found.append(("tool_error_m", "<=", TOGETHER * math.hypot(*(error * lever for error, lever in zip(errors, levers)))))
@@ -421,8 +392,7 @@ def bounds(robot, start):
 def scenario(robot, names, start, base="fixed"):
     """Motions that any arm can perform from its start pose: towards the middle of the ranges, along a line and back, through points without
     a stop, and a refusal. They begin when the links no longer swing."""
-    away = [angle + math.copysign(travel_of(joint), (joint.upper + joint.lower) / 2.0 - angle)
-            for joint, angle in zip(robot.joints, start)]
+    away = away_from(robot, start)
     tool, _ = jacobian_columns(robot, start)
     rotation = urdf.rotation_vector_of(tool[1])
     reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
@@ -551,7 +521,7 @@ def plan(path, name, tool, start_given, apid, base="fixed", other=None):
     place = robot_beside.place_in(existing, file, names["apid"], reach_of(robot)) if other else ALONE
     texts = texts_beside(existing, robot, names, start, base, place) if other else texts_alone(robot, names, start, base)
     made = [f"descriptors/worlds/{file}.xml", f"sim/scenarios/{file}.scn", f"sim/scenarios/{file}.bounds", f"descriptors/missions/{file}.xml"]
-    own = fill((TEMPLATES / "descriptor.xml").read_text(encoding="utf-8"), descriptor(robot, names, base, place))
+    own = fill((TEMPLATES / "descriptor.xml").read_text(encoding="utf-8"), descriptor(robot, names, start, base, place))
     files = {ROOT / f"descriptors/subsystems/{file}.xml": own} | {ROOT / each: text for each, text in zip(made, texts)}
     own_urdf = ROOT / f"descriptors/worlds/{file}.urdf"
     if own_urdf != pathlib.Path(path).resolve():

@@ -236,6 +236,25 @@ def test_a_robot_that_cannot_carry_itself_is_refused(read):
         new_robot.start_pose(read(*weak))
 
 
+def test_the_arm_can_carry_itself_where_its_scenario_moves_it(read):
+    """Of the start poses in which the arm hangs almost vertically, the motion by 0.3 rad leads away: 0.29 Nm, with 0.5 x 0.2 Nm available."""
+    weak = [part.replace('effort="50"', 'effort="0.2"').replace('lower="-1" upper="2"', 'lower="-1" upper="1"') for part in (ARM[0], ARM[1], ARM[2])]
+    hanging = [part.replace('<origin xyz="0.1 0 0"/>', '<origin xyz="0 0 -0.1"/>') for part in weak]
+    robot = read(*hanging)
+    assert new_robot.load_of(robot, (0.0,), "fixed")[0] == 0.0 and new_robot.away_from(robot, (0.01,)) == pytest.approx([-0.29])
+    with pytest.raises(Refusal, match="joint shoulder: carries 7[0-9]% of its effort in the best of 400 poses"):
+        new_robot.start_pose(robot)
+
+
+def test_no_joint_accelerates_more_than_its_torque_permits(read):
+    """A joint that is fast and weak: 5 kg at 0.5 m, with 20 Nm and 20 rad/s."""
+    fast = link("upper", 0.5, 5.0), ARM[2].replace('effort="50" velocity="2"', 'effort="20" velocity="20"').replace("0 1 0", "0 0 1")
+    robot = read(ARM[0], *fast)
+    assert list(new_robot.limits_of(robot, (0.0,))["acceleration"]) == pytest.approx([0.4 * 20.0 / (0.01 + 5.0 * 0.25)])
+    assert new_robot.peak_speeds_of(robot, (0.0,)) == pytest.approx([1.875 * math.sqrt(0.3 * 0.5 * 0.4 * 20.0 / 1.26 / 5.7735)])
+    assert list(new_robot.limits_of(read(*ARM), (0.0,))["acceleration"]) == [4.0]
+
+
 @pytest.mark.parametrize("given", ["1,2", "3", "up", ""])
 def test_a_start_pose_has_an_angle_within_the_range_of_each_joint(read, given):
     robot = read(*ARM)
