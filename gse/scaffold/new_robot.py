@@ -56,6 +56,7 @@ PORTS = """
 NEXT_STEP = "docs/arm.md lists what to change in the URDF of a manufacturer"
 SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
 SHARE, SHARE_MIN = 0.5, 0.01  # SHARE of the motions of the scenario, and the least that a command may have.
+MOTION_S = 6.0  # Longest motion of a joint in the scenario; a step of a scenario has 20 s.
 TOOL_SPEED = 0.25  # Speed of the tool in the template of the descriptor [m/s].
 UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool along the line, and what makes its equations solvable.
 LINE_MARGIN = 0.8  # The joints change their speed along the line.
@@ -117,8 +118,8 @@ def manipulability(columns):
 
 
 def travel_of(joint):
-    """Distance that the scenario moves a joint."""
-    return min(0.3, 0.2 * (joint.upper - joint.lower))
+    """Distance that the scenario moves a joint. A slow joint covers it within MOTION_S."""
+    return min(0.3, 0.2 * (joint.upper - joint.lower), SHARE * joint.speed * MOTION_S / 1.875)
 
 
 def away_from(robot, angles):
@@ -396,13 +397,14 @@ def scenario(robot, names, start, base="fixed"):
     tool, _ = jacobian_columns(robot, start)
     rotation = urdf.rotation_vector_of(tool[1])
     reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
-    goal = [tool[0][0], tool[0][1], tool[0][2] + 0.05 * reach]
+    share = line_share(robot, start)
+    goal = [tool[0][0], tool[0][1], tool[0][2] + min(0.05 * reach, (share or 0.0) * TOOL_SPEED * MOTION_S / 1.875)]
     outside = [robot.joints[0].upper + 1.0, *start[1:]]
     partly = [angles[i % 2] for i, angles in enumerate(zip(away, start))]
     at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in
           {"away": away, "partly": partly, "start": start, "rotation": rotation, "tool": tool[0], "goal": goal,
            "outside": outside}.items()}
-    name, share, lines, time = names["NAME"], line_share(robot, start), [], 0.2
+    name, lines, time = names["NAME"], [], 0.2
 
     def step(command, seconds):
         nonlocal time

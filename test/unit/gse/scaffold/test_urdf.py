@@ -176,6 +176,20 @@ def test_the_scenario_expects_the_refusal_of_a_range_and_has_lines_that_the_arm_
         assert found == shares or shares[0] == "any" or all(0.01 <= float(share) < 0.5 for share in found)
 
 
+def test_a_slow_arm_ends_each_motion_within_the_time_of_a_step(read):
+    """Joints of 0.05 rad/s, as large arms of spacecraft have them: 1.875 is the largest speed of a minimum jerk motion relative to its mean."""
+    parts = [link("l0")]
+    for i, axis in enumerate(("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")):
+        moved = joint(f"j{i + 1}", f"l{i}", f"l{i + 1}").replace('xyz="0 1 0"', f'xyz="{axis}"').replace('velocity="2"', 'velocity="0.05"')
+        parts += [link(f"l{i + 1}"), moved]
+    robot = read(*parts)
+    assert [new_robot.travel_of(one) for one in robot.joints] == pytest.approx([6.0 * 0.5 * 0.05 / 1.875] * 6)
+    steps = new_robot.scenario(robot, {"NAME": "ARM"}, new_robot.start_pose(robot, "free"))["steps"]
+    lines = re.findall(r"LINE_TO POSITION=[^,]*,[^,]*,(\S+) ROTATION=\S+ SHARE=(\S+)", steps)
+    goal, back = (float(height) for height, _ in lines[:2])
+    assert 0.0 < (goal - back) * 1.875 / (float(lines[0][1]) * new_robot.TOOL_SPEED) <= 6.001
+
+
 def test_the_scenario_begins_when_no_link_swings_in_its_gear(read):
     """When the world starts, no gear is bent; the weight of the arm then bends it, and the link swings about its new place. It is 0.2 mm or mrad
     at most when the arm is engaged. A free base has no weight, and a linear axis swings, too."""
