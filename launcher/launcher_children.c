@@ -6,10 +6,10 @@
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/file.h"
 
-// The simulator has the largest number of arguments: up to four options with a value for each bus, two for
-// each subsystem, and eleven others.
+// The simulator has the largest number of arguments: its name, up to four options with a value for each bus,
+// two for each subsystem and seventeen others, one option without a value, and the null at the end.
 CAPACITY_CHECK(arguments_fit,
-               ARGUMENTS_MAX > ((8U * MISSION_BUSES_MAX) + (4U * MISSION_SUBSYSTEMS_MAX) + 24U));
+               ARGUMENTS_MAX >= ((8U * MISSION_BUSES_MAX) + (4U * MISSION_SUBSYSTEMS_MAX) + 37U));
 CAPACITY_CHECK(children_are_waited_for, OSAL_PROCESS_WAIT_MAX >= LAUNCHER_CHILDREN_MAX);
 CAPACITY_CHECK(children_are_noted, RUN_PROCESSES_MAX >= LAUNCHER_CHILDREN_MAX);
 

@@ -8,9 +8,9 @@
 
 #include <stdint.h>
 
-/// Change by random numbers from `seed` the parameters for which the world has a spread: masses, inertias,
-/// centres of mass and initial motion of robots, friction and stiffness of drives, gain of wheels, mounting
-/// of cameras.
+/// Change the parameters for which the world has a spread, by random numbers from `seed`: masses, inertias,
+/// centres of mass, initial poses and motions of robots; friction and stiffness of drives; gains of wheels;
+/// mounting of cameras.
 void spread_apply(world_t* world, uint64_t seed);
 
 #endif // SIM_APP_SPREAD_H

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant in a world whose joints have no drives. A spring and a damper pull each joint towards
 // centre + amplitude (1 - cos(frequency t)); the torque of each wheel is a sine.
-// probe WORLD SECONDS STEP_US, and on the standard input for each joint stiffness, damping, centre, amplitude
-// and frequency [rad/s], then for each wheel amplitude [Nm] and frequency of its torque. Prints every 10 ms
-// the time, the pose of each free base (position, rotation by rows) and the positions of all joints.
+// probe WORLD SECONDS STEP_US, and on the standard input for each joint stiffness [Nm/rad], damping
+// [Nms/rad], centre [rad], amplitude [rad] and frequency [rad/s] (linear axes: N/m, Ns/m, m), then for each
+// wheel amplitude [Nm] and frequency [rad/s] of its torque. Prints every 10 ms the time [s], the pose of
+// each free base (position [m], rotation by rows) and the positions of all joints [rad or m].
 #include "sim/plant/plant.h"
 #include "sim/plant/plant_internal.h"
 
@@ -75,12 +76,14 @@ int main(int argc, char** argv)
     for (unsigned i = 0U; i < plant_truth(plant)->joint_count; i++) {
         if (scanf("%lf %lf %lf %lf %lf", &law[i].stiffness, &law[i].damping, &law[i].centre,
                   &law[i].amplitude, &law[i].frequency) != 5) {
+            (void)fprintf(stderr, "standard input: expected five numbers for joint %u\n", i);
             return 1;
         }
     }
     double wheel[WORLD_WHEELS_MAX][2];
     for (unsigned i = 0U; i < world.wheel_count; i++) {
         if (scanf("%lf %lf", &wheel[i][0], &wheel[i][1]) != 2) {
+            (void)fprintf(stderr, "standard input: expected two numbers for wheel %u\n", i);
             return 1;
         }
     }

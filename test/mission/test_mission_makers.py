@@ -57,7 +57,7 @@ def _fly(root, scenario, form="image"):
     pytest.param(("JOINT1", "JOINT2"), "processes", id="both-in-processes", marks=pytest.mark.long),
     pytest.param(("JOINT2",), "image", id="one", marks=pytest.mark.long)])
 def test_drives_of_another_maker_fly_the_mission(root, joints, form):
-    """All figures have their bounds; the frames on the bus have the other layout."""
+    """All figures are within their bounds; the frames on the bus have the other layout."""
     _swap_in_world(root, joints)
     _swap_in_descriptor(root, joints)
     flight = _fly(root, "telepresence", form)
@@ -119,7 +119,7 @@ ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'
 
 
 def test_the_arm_flies_with_its_joints_on_two_buses(root):
-    """All figures have their bounds; SYNC is sent on both buses at the same instants, since each bus has the commands of one drive."""
+    """All figures are within their bounds; SYNC is sent on both buses at the same instants, since each bus has the commands of one drive."""
     flying.replace(root / "descriptors/missions/rokviss.xml", ('    <Bus name="robot-b"', ELBOW + '    <Bus name="robot-b"'))
     flying.replace(root / WORLD, ('type="light" bus="robot" node="0x12"', 'type="light" bus="elbow" node="0x12"'))
     flying.replace(root / WORLD, ('    <Supply device="JOINT2"/>\n', ""))

@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-static void the_first_node_is_at_time_0_whenever_the_period_is_reported(void)
+static void the_first_node_is_at_time_0_whenever_the_period_is_set(void)
 {
     orbit_t orbit = {0};
     TEST_ASSERT_EQUAL_UINT64(0U, supervisor_orbit_position(&orbit, 3U * S, 0U));
@@ -43,7 +43,7 @@ static void a_change_of_the_period_keeps_the_present_position(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(the_first_node_is_at_time_0_whenever_the_period_is_reported);
+    RUN_TEST(the_first_node_is_at_time_0_whenever_the_period_is_set);
     RUN_TEST(a_change_of_the_period_keeps_the_present_position);
     return UNITY_END();
 }

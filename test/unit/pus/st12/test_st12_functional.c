@@ -131,7 +131,7 @@ static void a_monitor_that_is_disabled_does_not_fail(void)
     expect_status(1U, 0U, 1U, PUS_FMON_RUNNING);
 }
 
-static void a_monitor_whose_validity_condition_is_false_is_invalid(void)
+static void a_functional_monitor_whose_validity_condition_is_false_is_invalid(void)
 {
     start_fmon(GATE, 1U);
     scalar_set(LEVEL, 30U);
@@ -170,7 +170,7 @@ static void nothing_is_checked_while_disabled(void)
     expect_status(1U, 0U, 0U, PUS_FMON_UNCHECKED);
 }
 
-static void after_disabling_the_function_the_monitor_is_unchecked(void)
+static void after_disabling_the_function_the_functional_monitor_is_unchecked(void)
 {
     start_fmon(0U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(2U, 1U, 1U));
@@ -179,7 +179,7 @@ static void after_disabling_the_function_the_monitor_is_unchecked(void)
     expect_status(1U, 0U, 1U, PUS_FMON_UNCHECKED);
 }
 
-static void functional_monitoring_needs_parameter_monitoring(void)
+static void functional_monitoring_needs_parameter_monitoring_and_a_stored_status(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
     TEST_ASSERT_EQUAL(STATUS_OK, send_empty(17U));
@@ -202,7 +202,7 @@ static void functional_monitoring_needs_parameter_monitoring(void)
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 0U, 0U);
 }
 
-static void a_protected_functional_monitor_and_its_monitors_are_not_deleted(void)
+static void a_protected_functional_monitor_and_its_monitors_are_not_disabled_or_modified(void)
 {
     start_fmon(0U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, send_ids(21U, 1U, 1U));
@@ -306,7 +306,7 @@ static void the_table_accepts_its_capacity_and_no_id_twice(void)
     expect_failure(3U, 4U, PUS_FAILURE_TABLE_FULL, MONITORS_FMONS + 2U, MONITORS_FMONS);
 }
 
-static void unknown_ids_are_refused(void)
+static void unknown_ids_and_a_status_that_is_not_stored_are_refused(void)
 {
     static const uint8_t subtypes[] = {19U, 20U, 21U, 22U, 24U, 25U};
     for (size_t i = 0U; i < sizeof subtypes; i++) {
@@ -432,15 +432,15 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_functional_monitor_fails_when_enough_of_its_monitors_fail);
     RUN_TEST(a_monitor_that_is_disabled_does_not_fail);
-    RUN_TEST(a_monitor_whose_validity_condition_is_false_is_invalid);
+    RUN_TEST(a_functional_monitor_whose_validity_condition_is_false_is_invalid);
     RUN_TEST(nothing_is_checked_while_disabled);
-    RUN_TEST(after_disabling_the_function_the_monitor_is_unchecked);
-    RUN_TEST(functional_monitoring_needs_parameter_monitoring);
-    RUN_TEST(a_protected_functional_monitor_and_its_monitors_are_not_deleted);
+    RUN_TEST(after_disabling_the_function_the_functional_monitor_is_unchecked);
+    RUN_TEST(functional_monitoring_needs_parameter_monitoring_and_a_stored_status);
+    RUN_TEST(a_protected_functional_monitor_and_its_monitors_are_not_disabled_or_modified);
     RUN_TEST(only_disabled_unprotected_definitions_are_deleted);
     RUN_TEST(impossible_definitions_are_refused);
     RUN_TEST(the_table_accepts_its_capacity_and_no_id_twice);
-    RUN_TEST(unknown_ids_are_refused);
+    RUN_TEST(unknown_ids_and_a_status_that_is_not_stored_are_refused);
     RUN_TEST(definitions_are_reported_and_outlast_a_power_cut);
     RUN_TEST(an_invalid_record_is_reported);
     RUN_TEST(event_0_raises_no_event);

@@ -107,7 +107,8 @@ static void remember(void)
     recorded_clear(original);
 }
 
-/// Write a journal with `commits` commits of two puts each; many of them cause compactions.
+/// Write a journal with `commits` commits of two puts each, every fourth also of an erasure. A large number
+/// of commits causes compactions.
 static void write_journal(const unsigned commits)
 {
     recorded_clear(empty);
@@ -293,8 +294,9 @@ static void lost_transactions_are_counted(void)
     remember();
     const size_t step = JOURNAL_RECORD_SIZE(10U) + JOURNAL_RECORD_SIZE(0U);
     recorded_copy(work, original);
-    work[0].octets[JOURNAL_HEAD_SIZE + step + 16U] ^= 1U;
-    judge("second record", 60U);
+    const size_t second = JOURNAL_HEAD_SIZE + step + 16U; // An octet of the second put.
+    work[0].octets[second] ^= 1U;
+    judge("second put", second);
     TEST_ASSERT_TRUE(journal.damage.is_damaged);
     // Transactions three and four are counted; the damaged second one is not a record any more.
     TEST_ASSERT_EQUAL_UINT32(2U, journal.damage.records);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // While the port refuses reports, requests are accepted as long as all their reports have room, and no report
-// is lost.
+// is lost. Of the reports about many refused instructions of one request only the first ones may be kept.
 #include "pus/core/tailoring.h"
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
 #include "unity.h"
