@@ -21,6 +21,7 @@ _embedded_counts = itertools.count()
 METHOD_ANY = 0xFF  # Transfer method of a link: any that both ends offer.
 ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
+NESTED_MAX = 4  # Commands within commands, as in `at 100 at 200 ping SUPERVISOR`.
 PARAMETERS_MAX = 255  # Parameters in a part of a structure; the request counts them in one octet.
 LINK_DEADLINE_MS = 1000  # Time in which a link must open.
 STATUS = Request(SUPERVISOR_APID, 131, 8, text="status")
@@ -468,9 +469,13 @@ VERBS = {
 }
 
 
-def _embedded(text, dictionary, files):
-    """Octets of the single request that a command sends, for example to schedule it."""
-    planned = plan(words_of(text), dictionary, files)
+def _embedded(text, dictionary, files, depth):
+    """Octets of the single request that a command sends, for example to schedule it. depth: number of commands that contain it."""
+    if depth > NESTED_MAX:
+        raise UsageError(f"found more than {NESTED_MAX} commands within commands")
+    embed = dictionary.catalogue.plan
+    planned = plan(words_of(text), dictionary, files, depth)
+    dictionary.catalogue.plan = embed
     if len(planned.requests) != 1:
         raise UsageError(f"{quoted(text)} sends {len(planned.requests)} requests, one is needed")
     request = planned.requests[0]
@@ -478,12 +483,13 @@ def _embedded(text, dictionary, files):
     return packets.build_tc(request.apid, count, request.service, request.subtype, request.data)
 
 
-def plan(words, dictionary, files=MACHINE):
-    """Command for these words. files: the files on ground that it may read and write (files.py). Raises UsageError."""
+def plan(words, dictionary, files=MACHINE, depth=0):
+    """Command for these words. files: the files on ground that it may read and write (files.py); depth: number of commands that contain it.
+    Raises UsageError."""
     if not words or words[0] not in VERBS:
         found = f"no command {quoted(words[0])}" if words else "no command"
         raise UsageError(f"{found}; there are: {', '.join(VERBS)}")
-    dictionary.catalogue.plan = lambda text: _embedded(text, dictionary, files)
+    dictionary.catalogue.plan = lambda text: _embedded(text, dictionary, files, depth + 1)
     dictionary.files = files
     try:
         return VERBS[words[0]][0](dictionary, list(words[1:]))

@@ -133,7 +133,7 @@ def _serve(arguments, listener):
         web, server = _load()
         print(f"The ground station is at http://{host}/ (Ctrl-C ends it{' and its flight' if flight else ''}).", flush=True)
         station = server.Station(arguments.run, arguments.page, arguments.replay, arguments.read_only, arguments.framed_by)
-        web.run_app(station.application(host), sock=listener, print=None)
+        web.run_app(station.application(host), sock=listener, print=None, shutdown_timeout=2 * server.CLOSE_S)
     finally:
         if flight:
             _end(flight)

@@ -18,7 +18,7 @@ import logging
 import re
 import sys
 
-from aiohttp import WSMsgType, web
+from aiohttp import WSCloseCode, WSMsgType, web
 from aiohttp.http import HttpProcessingError
 
 from .. import live, packets
@@ -35,10 +35,12 @@ QUEUE = 400
 UPDATES = tuple(f'{{"kind": "{kind}"' for kind in ("housekeeping", "truth", "bus", "counts"))  # Each update has newer values than the one before.
 # Other messages are not dropped. If so many messages or characters wait, the connection is closed: the page connects again, and gets the present state.
 MESSAGES_MAX, CHARACTERS_MAX = 8 * QUEUE, 1 << 24
-ROOM = QUEUE // 2  # While more messages wait, no request of the page is read.
+ROOM, CHARACTERS_ROOM = QUEUE // 2, 1 << 20  # While more messages or characters wait, no request of the page is read.
 UNDER_WAY = 16  # Maximum number of `ask` of a page that wait for other programs at the same time; as many `live` may wait, too.
 ALIVE, ALIVE_S = '{"kind": "alive"}', 0.5  # A page that hears nothing for 1 s knows that the station is silent.
 MESSAGE_MAX = 1 << 18  # A file of 128 KiB in base64.
+COMMAND_MAX = 1 << 16  # Characters of a command: the largest request in hexadecimal digits has half of them.
+CLOSE_S = 1.0  # Time in which a page must answer that its connection is closed, when the station ends.
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 SLOW = re.compile(r'\{"do": ?"(ask|live)"')  # Requests that another program answers.
 REPLAY = "replay: a recorded flight takes no commands"  # The same text as in gse/page/src/replay.js.
@@ -49,6 +51,13 @@ HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"
 
 
 _NUMBERS = itertools.count(1)
+
+
+def _bounded(text):
+    """The text of a command. Raises UsageError: to read it would delay other pages."""
+    if len(text) > COMMAND_MAX:
+        raise UsageError(f"found a command of {len(text)} characters, expected at most {COMMAND_MAX}")
+    return text
 
 
 def _is_of_station(record):
@@ -64,7 +73,7 @@ class _Browser:
 
     def __init__(self, socket, abort=lambda: None):
         """abort(): end the connection at once."""
-        self.socket, self._abort = socket, abort
+        self.socket, self.abort = socket, abort
         self.waiting, self._characters, self._updates = [], 0, 0  # Messages, and how many characters and updates they have.
         self.bus = None  # Bus whose frames the page shows.
         self.has_truth = False  # The page shows the robot with the true state of the simulator.
@@ -86,10 +95,10 @@ class _Browser:
         self.waiting.append(message)
         self._characters += len(message)
         self._updates += message.startswith(UPDATES)
-        if len(self.waiting) > ROOM:
+        if not self._has_room():
             self._room.clear()
         if len(self.waiting) > MESSAGES_MAX or self._characters > CHARACTERS_MAX:
-            self._abort()
+            self.abort()
         self._wake.set()
 
     def _take(self, number):
@@ -99,8 +108,11 @@ class _Browser:
         self._updates -= text.startswith(UPDATES)
         return text
 
+    def _has_room(self):
+        return len(self.waiting) <= ROOM and self._characters <= CHARACTERS_ROOM
+
     async def room(self):
-        """Wait until at most ROOM messages wait for the page, or the connection has ended."""
+        """Wait until at most ROOM messages and CHARACTERS_ROOM characters wait for the page, or the connection has ended."""
         await self._room.wait()
 
     async def send(self):
@@ -123,7 +135,7 @@ class _Browser:
                     self._told = self.dropped
                     await self.socket.send_str(json.dumps({"kind": "dropped", "updates": self.dropped}))
                 text = self._take(0)
-                if len(self.waiting) <= ROOM:
+                if self._has_room():
                     self._room.set()
                 await self.socket.send_str(text)
 
@@ -157,7 +169,18 @@ class Station:
         application.router.add_static("/page/", self._page)
         if not self._replayed:
             application.cleanup_ctx.append(self._run_hub)
+        application.on_shutdown.append(self._close_pages)
         return application
+
+    async def _close_pages(self, _application):
+        """Close the connections of all pages. A page that hangs does not delay the end of the station."""
+        closing = [asyncio.create_task(browser.socket.close(code=WSCloseCode.GOING_AWAY)) for browser in self.browsers]
+        if closing:
+            _, late = await asyncio.wait(closing, timeout=CLOSE_S)
+            for task in late:
+                task.cancel()
+        for browser in self.browsers:
+            browser.abort()
 
     async def _run_hub(self, _application):
         task = asyncio.create_task(self.hub.serve())
@@ -226,12 +249,14 @@ class Station:
         sender, lines, lists = asyncio.create_task(browser.send()), set(), set()
         try:
             async for message in socket:
+                await asyncio.sleep(0)  # Other pages and the telemetry have a turn, however many requests of this page have arrived.
                 if message.type == WSMsgType.TEXT:
                     # The answer takes time; meanwhile the page may send other requests.
                     if slow := SLOW.match(message.data):
                         group = lines if slow[1] == "live" else lists
                         if len(group) >= UNDER_WAY:
                             await self._reply(self._refuse(message.data), browser)
+                            await browser.room()
                             continue
                         performed = self._perform(message.data, browser) if group is lines else self._ask(message.data)
                         group.add(task := asyncio.create_task(self._reply(performed, browser)))
@@ -291,8 +316,9 @@ class Station:
         if do == "plan":
             return self._preview(self._text(order))
         if do == "upload":
-            octets = base64.b64decode(order["data"], validate=True)
-            return {"command": self.hub.upload([str(word) for word in order["words"]], octets)}
+            octets, words = base64.b64decode(order["data"], validate=True), [str(word) for word in order["words"]]
+            _bounded(" ".join(words))
+            return {"command": self.hub.upload(words, octets)}
         if do == "watch":
             browser.watch(order)
             self._look()
@@ -317,8 +343,9 @@ class Station:
         """In a read-only station, permit only requests that read, and the enabling of one housekeeping structure; in a replay, permit none.
         Raises UsageError."""
         self._check_replay()
-        is_display = do == "command" and order.get("display") and tuple(words_of(str(order["text"]))[:2]) == DISPLAY
-        if self.hub.is_read_only and do not in READS and not is_display:
+        if not self.hub.is_read_only or do in READS:
+            return
+        if do != "command" or not order.get("display") or tuple(words_of(_bounded(str(order["text"])))[:2]) != DISPLAY:
             raise UsageError("this station is read only; start one without --read-only (make gse READ_ONLY=) to command")
 
     def _check_replay(self):
@@ -330,13 +357,13 @@ class Station:
         try:
             order = json.loads(text)
             self._check_replay()
-            answer = {"rows": await self.hub.ask(str(order["text"]))}
+            answer = {"rows": await self.hub.ask(_bounded(str(order["text"])))}
         except (UsageError, ValueError, KeyError) as problem:
             answer = {"refused": str(problem)}
         return {"kind": "answer", "id": order.get("id"), **answer}
 
     def _text(self, order):
-        return self.hub.text_of(str(order["form"]), order["values"]) if "form" in order else str(order["text"])
+        return _bounded(self.hub.text_of(str(order["form"]), order["values"]) if "form" in order else str(order["text"]))
 
     def _preview(self, text):
         if text.split()[:1] in LIVE:

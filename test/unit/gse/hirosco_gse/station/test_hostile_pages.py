@@ -85,6 +85,60 @@ def test_requests_under_way_are_bounded(place, spacecraft):
     assert refused["id"] == 100 + UNDER_WAY and refused["refused"].startswith(f"{UNDER_WAY} requests of this page wait")
 
 
+def test_many_requests_of_a_page_leave_other_tasks_their_turns(place, spacecraft):
+    """The station has received all these requests before it reads the first one."""
+    turns = []
+
+    async def count():
+        while True:
+            turns.append(None)
+            await asyncio.sleep(0)
+
+    async def story(page, station):
+        perform, performed = station._perform, []
+
+        async def counted(text, browser):
+            performed.append(len(turns))
+            return await perform(text, browser)
+
+        station._perform = counted
+        task = asyncio.create_task(count())
+        await asyncio.gather(*(page.socket.send_str(json.dumps({"do": "forms" if number % 2 else "script", "id": 1000 + number})) for number in range(50)))
+        await page.until(lambda message: message.get("id") == 1049)
+        task.cancel()
+        return performed
+
+    performed = visit(place, story)
+    assert len(performed) == 50 and len(set(performed)) == 50
+
+
+def test_no_request_is_read_while_many_characters_wait_for_a_page():
+    browser = _Browser(_Socket())
+    browser.put("x" * server.CHARACTERS_ROOM)
+    assert browser._room.is_set()
+    browser.put("x")
+    assert not browser._room.is_set()
+
+
+def test_a_page_that_hangs_does_not_delay_the_end_of_the_station(place, monkeypatch):
+    monkeypatch.setattr(server, "CLOSE_S", 0.01)
+    ended = []
+
+    class Hanging:
+        async def close(self, code):
+            await asyncio.Event().wait()
+
+    async def run():
+        async with station_of(place) as (station, _):
+            station.browsers.add(_Browser(Hanging(), lambda: ended.append("aborted")))
+            await station._close_pages(None)
+            station.browsers.clear()
+            assert station._close_pages in station.application("127.0.0.1:1").on_shutdown
+
+    asyncio.run(run())
+    assert ended == ["aborted"]
+
+
 def test_structures_are_asked_for_once_at_a_time(place, spacecraft):
     spacecraft._answer = lambda packet: [] if packet.message == (3, 33) else answer(packet)
 
@@ -216,4 +270,17 @@ def test_refusals_repeat_a_part_of_what_a_page_has_sent(place):
                   {"do": "live", "line": f"hand {long}"}, {"do": "upload", "words": [long, "{}"], "data": ""}, {"do": "structures", "subsystem": long})
         return [(await page.ask(**order))["refused"] for order in orders]
 
-    assert max(map(len, visit(place, story))) < 2000
+    refused = visit(place, story)
+    assert max(map(len, refused)) < 2000
+    assert refused.count(f"found a command of 100005 characters, expected at most {server.COMMAND_MAX}") == 1
+
+
+def test_commands_within_commands_are_bounded(place):
+    """Each command contains the octets of the next one; the time to plan them grows with the square of their number."""
+
+    async def story(page, _):
+        orders = ({"do": do, "text": f"{count * 'at 5 '}ping MANIPULATOR"} for do, count in (("plan", 4), ("plan", 5), ("command", 10_000)))
+        return [await page.ask(**order) for order in orders]
+
+    deep, *refused = visit(place, story)
+    assert deep["octets"] and all(each["refused"].endswith("found more than 4 commands within commands") for each in refused)

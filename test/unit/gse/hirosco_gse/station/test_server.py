@@ -498,7 +498,7 @@ def test_a_run_is_replayed_by_the_command_line(flight_directory, tmp_path, monke
                 found["recording"] = answered.status, await answered.read()
         await runner.cleanup()
 
-    monkeypatch.setattr(web, "run_app", lambda application, sock, print: asyncio.run(visit_page(application, sock)))
+    monkeypatch.setattr(web, "run_app", lambda application, sock, print, shutdown_timeout: asyncio.run(visit_page(application, sock)))
     monkeypatch.setattr(station_main, "ROOT", tmp_path)
     assert main(["replay", str(flight_directory), "--http-port", "0"]) == 2
     assert capsys.readouterr().err == f"gse: station: {tmp_path}/build/station/page has no page; run make gse\n"

@@ -85,15 +85,16 @@ def test_the_last_station_that_uses_a_structure_disables_it(place, spacecraft, m
         while station.hub.display.enabled:
             await asyncio.sleep(0.01)
 
+    async def story_of_one(page, station):
+        await page.ask(do="command", text="ping MANIPULATOR")
+        while USE not in station.hub.display.enabled:
+            await asyncio.sleep(0.01)
+        await page.socket.close()
+        while not disabled(spacecraft):
+            await asyncio.sleep(0.01)
+
     visit(place, story)
     assert not disabled(spacecraft)
     other.clear()
     visit(place, story_of_one)
     assert disabled(spacecraft) == [(MANIPULATOR, DISPLAY)]
-
-
-async def story_of_one(page, station):
-    """The station is the only one."""
-    await page.ask(do="command", text="ping MANIPULATOR")
-    while USE not in station.hub.display.enabled:
-        await asyncio.sleep(0.01)
