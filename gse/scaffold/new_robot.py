@@ -127,6 +127,11 @@ def away_from(robot, angles):
     return [angle + math.copysign(travel_of(joint), (joint.upper + joint.lower) / 2.0 - angle) for joint, angle in zip(robot.joints, angles)]
 
 
+def load_in_motion(robot, angles, base):
+    """Largest share of its torque that a joint needs to carry the arm in this pose and in that to which the scenario moves it, and that joint."""
+    return max((load_of(robot, pose, base) for pose in (angles, away_from(robot, angles))), key=lambda load: load[0])
+
+
 def start_pose(robot, base="fixed"):
     """The random pose with the best manipulability, within 90 degrees of the middle of the ranges, among those in which each joint needs
     less than LOAD_MAX of its torque to carry the arm, there and where the scenario moves it."""
@@ -139,7 +144,7 @@ def start_pose(robot, base="fixed"):
             yield round(middle + generator.uniform(-1.0, 1.0) * reach, 2)
 
     def load(angles):
-        return max((load_of(robot, pose, base) for pose in (angles, away_from(robot, angles))), key=lambda found: found[0])
+        return load_in_motion(robot, angles, base)
 
     poses = [tuple(pose()) for _ in range(POSES)]
     easy = [angles for angles in poses if load(angles)[0] < LOAD_MAX]
@@ -150,13 +155,17 @@ def start_pose(robot, base="fixed"):
     return max(easy, key=lambda angles: manipulability(jacobian_columns(robot, angles)[1]))
 
 
-def wanted_pose(robot, given):
-    """The start pose of the option START."""
+def wanted_pose(robot, given, base="fixed"):
+    """The start pose of the option START. No joint may carry its whole torque or more."""
     words = given.split(",")
     inside = len(words) == len(robot.joints) and all(re.fullmatch(r"-?[0-9]+(\.[0-9]*)?", word) for word in words)
     inside = inside and all(joint.lower <= float(word) <= joint.upper for joint, word in zip(robot.joints, words))
     expect(inside, "START", given, f"{len(robot.joints)} positions in rad or m within the ranges of the joints, with commas between them")
-    return tuple(map(float, words))
+    start = tuple(map(float, words))
+    share, joint = load_in_motion(robot, start, base)
+    expect(share < 1.0, "START", given, f"a pose in which joint {joint.name} carries less than 100% of its effort, also where the scenario moves it; "
+                                        f"it carries {share:.0%}")
+    return start
 
 
 def drive_of(joint):
@@ -518,7 +527,7 @@ def plan(path, name, tool, start_given, apid, base="fixed", other=None):
     check_name(name)
     file = name.replace("_", "-")
     names = {"name": file, "NAME": name.upper(), "file": file, "apid": str(choose_apid(apid)), "urdf": pathlib.Path(path).name}
-    start = wanted_pose(robot, start_given) if start_given else start_pose(robot, base)
+    start = wanted_pose(robot, start_given, base) if start_given else start_pose(robot, base)
     existing = robot_beside.read(other, GRAVITY[base]) if other else None
     place = robot_beside.place_in(existing, file, names["apid"], reach_of(robot)) if other else ALONE
     texts = texts_beside(existing, robot, names, start, base, place) if other else texts_alone(robot, names, start, base)

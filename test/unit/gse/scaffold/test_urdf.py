@@ -258,6 +258,9 @@ def test_the_arm_can_carry_itself_where_its_scenario_moves_it(read):
     assert new_robot.load_of(robot, (0.0,), "fixed")[0] == 0.0 and new_robot.away_from(robot, (0.01,)) == pytest.approx([-0.29])
     with pytest.raises(Refusal, match="joint shoulder: carries 7[0-9]% of its effort in the best of 400 poses"):
         new_robot.start_pose(robot)
+    with pytest.raises(Refusal, match="START=-0.05: expected a pose in which joint shoulder carries less than 100% of its effort, also where .*; it carries 121%"):
+        new_robot.wanted_pose(robot, "-0.05")
+    assert new_robot.wanted_pose(robot, "-0.05", "free") == (-0.05,)
 
 
 def test_no_joint_accelerates_more_than_its_torque_permits(read):
