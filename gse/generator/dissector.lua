@@ -54,6 +54,9 @@ local function add(tree, name, range, ...)
     return item
 end
 
+-- Kinds of numbers whose names are those of the subsystem that a packet or a group of its values is about.
+local OF_SUBSYSTEM = { event_id = "event", configuration_id = "configuration", failure_code = "failure" }
+
 -- A reader of the data field [at, stop) of one packet; it raises an error text if octets are missing.
 local Reader = {}
 Reader.__index = Reader
@@ -71,15 +74,30 @@ function Reader:rest()
     return self:range(self.stop - self.at)
 end
 
+-- Name of a number of a kind in a subsystem, or nil. The present configuration of the subsystem decides between devices with one number.
+function Reader:name_of(kind, number, apid)
+    if kind == "event" then
+        local event = EVENTS[apid] and EVENTS[apid][number]
+        return event and event.name
+    elseif kind == "device" or kind == "CANopen node" then
+        local present = NAMES.device[apid][self.configuration]
+        return present and present[kind] and present[kind][number]
+    end
+    return kind and NAMES[kind][apid] and NAMES[kind][apid][number]
+end
+
 function Reader:items(tree, items)
-    for _, item in ipairs(items) do -- {field, type, count}, or {repetitions, items}
+    for _, item in ipairs(items) do -- {field, type, count, names of its numbers: {kind, value with the APID}}, or {repetitions, items}
         if type(item[1]) == "number" then
             for _ = 1, item[1] do
                 self:items(tree, item[2])
             end
         else
             for _ = 1, item[3] do
-                add(tree, item[1], self:range(SIZES[item[2]]))
+                local range = self:range(SIZES[item[2]])
+                local shown = add(tree, item[1], range)
+                local name = item[4] and self:name_of(item[4][1], range:uint(), item[4][2] and self.subjects[item[4][2]] or self.apid)
+                shown:append_text(name and " (" .. name .. ")" or "")
             end
         end
     end
@@ -91,6 +109,19 @@ local function size_of(items)
         size = size + (type(item[1]) == "number" and item[1] * size_of(item[2]) or SIZES[item[2]] * item[3])
     end
     return size
+end
+
+-- The numbers of an event that other values of it need: the APID that they are about may follow them.
+function Reader:subjects_of(items)
+    local found, at = {}, self.at
+    for _, item in ipairs(items) do
+        local size = size_of({ item })
+        if SIZES[item[2]] == size and size <= 4 and at + size <= self.stop then
+            found[item[1]] = self.tvb(at, size):uint()
+        end
+        at = at + size
+    end
+    return found
 end
 
 local function signed(range, octets) -- An exact number; `range` has at most seven octets.
@@ -150,6 +181,8 @@ function Reader:kind(tree, field, place)
             self.of[field.name] = bit.lshift(range:uint(), 16)
         elseif NUMBERS[coding] <= 4 then
             self.seen[field.name] = range:uint()
+            local name = self:name_of(OF_SUBSYSTEM[field.kind], range:uint(), self.seen.apid or self.apid)
+            item:append_text(name and " (" .. name .. ")" or "")
         end
     elseif DERIVED[coding] then
         local range = self:range(DERIVED[coding][1])
@@ -226,6 +259,7 @@ function Reader:event(tree)
     end
     tree:add(fields.event, self.tvb(self.at - 2, 2), event.name)
     self.title = event.name
+    self.subjects = self:subjects_of(event.items)
     self:items(tree, event.items)
 end
 

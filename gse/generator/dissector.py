@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wireshark dissector of a mission's packets (Lua): tables of names and layouts from the dictionary, followed by dissector.lua."""
 
+import collections
 import pathlib
 
-from identifiers import Identifiers
+import identifiers
+from identifiers import Identifiers, subject_of
 
 ENGINE = pathlib.Path(__file__).with_name("dissector.lua")
 LARGEST_WORD = (1 << 31) - 1  # Largest number of a value string in Wireshark's interface to Lua.
@@ -70,6 +72,7 @@ class _Tables:
         self.fields = dict(HEADER)
         self.bits = {"ack": [name for name in HEADER if name.startswith("ack.")]}
         self.parameters, self.structures, self.events, self.functions = {}, {}, {}, {}
+        self.names = {"configuration": {}, "device": {}, "failure": self._shared_failures()}
         for subsystem in dictionary["subsystems"]:
             self._subsystem(subsystem)
         self._common_words(catalogue)
@@ -92,6 +95,7 @@ class _Tables:
             "WORDS": dict(sorted(self.words.items())),
             "FIELDS": dict(sorted(self.fields.items())),
             "BITS": dict(sorted(self.bits.items())),
+            "NAMES": self.names,
             "PARAMETERS": self.parameters, "STRUCTURES": self.structures, "EVENTS": self.events, "FUNCTIONS": self.functions,
             "CATALOGUE": {"kinds": kinds, "messages": self.messages},
         }
@@ -106,15 +110,18 @@ class _Tables:
 
     def _common_words(self, catalogue):
         failures = {int(number): words[0] for number, words in catalogue["failures"].items()}
-        for subsystem in self.dictionary["subsystems"]:
-            for failure in subsystem["failures"]:
-                name = f"{subsystem['name']}.{failure['name']}"
-                known = failures.get(failure["code"])
-                failures[failure["code"]] = f"{known} or {name}" if known else name
+        failures |= {failure["code"]: f"{subsystem['name']}.{failure['name']}" for subsystem in self.dictionary["subsystems"] for failure in subsystem["failures"]}
+        failures |= {code: "of the subsystem" for codes in self.names["failure"].values() for code in codes}
         self.words["failure_code"] = failures
         self.words["layout"] = {entry["code"]: name for name, entry in self.dictionary["types"].items()}
         self.words["mode8"] = {mode["id"]: mode["name"] for mode in self.dictionary["modes"]}
         self.words["link_id"] = {link["number"]: link["name"] for link in self.dictionary["links"]}
+
+    def _shared_failures(self):
+        """Names of the failure codes that several subsystems use for different failures: APID -> code -> name."""
+        uses = collections.Counter(failure["code"] for one in self.dictionary["subsystems"] for failure in one["failures"])
+        return {one["apid"]: found for one in self.dictionary["subsystems"]
+                if (found := {failure["code"]: failure["name"] for failure in one["failures"] if uses[failure["code"]] > 1})}
 
     # ---- layouts of the descriptors ----
 
@@ -165,6 +172,7 @@ class _Tables:
         def listed(names):
             return [item for name in names for item in items[name]]
 
+        self._present_names(owner)
         structures = self.structures.setdefault(owner["apid"], {})
         for configuration in owner["configurations"]:
             for structure in configuration["housekeeping"]:
@@ -175,7 +183,7 @@ class _Tables:
             layout = []
             for one in event["parameters"]:
                 if isinstance(one, dict):
-                    layout.append(self._item(f"{owner['name']}.{event['name']}.{one['name']}", owner, identified.worded(one, event)))
+                    layout.append(self._value_of_event(owner, event, one, identified))
                 else:
                     layout += items[one]
             events[event["id"]] = {"name": event["name"], "items": layout}
@@ -184,6 +192,24 @@ class _Tables:
                                for one in function["arguments"]}
             for function in owner["functions"]
         }
+
+    def _value_of_event(self, owner, event, one, identified):
+        """[key, type, count] of a value of an event. If its numbers mean something else in another subsystem or configuration, a fourth member
+        says what the dissector looks up: the kind of names, and the value with the APID of the subsystem, false: that which has sent the event."""
+        key, subject = f"{owner['name']}.{event['name']}.{one['name']}", subject_of(one, event)
+        if subject:
+            about = f"{owner['name']}.{event['name']}.{subject}".lower()
+            return [*self._item(key, owner, one), [one["kind"].removesuffix(" id"), about]]
+        worded = identified.worded(one, event)
+        if one.get("kind") in owner["identifiers"] and identifiers.is_ambiguous(worded.get("words", {}).get("numbers", {})):
+            return [*self._item(key, owner, one), [one["kind"], None]]
+        return self._item(key, owner, worded)
+
+    def _present_names(self, owner):
+        """Names of the configurations of a subsystem, and of the devices of each, by the kind of number."""
+        self.names["configuration"][owner["apid"]] = {one["id"]: one["name"] for one in owner["configurations"]}
+        if any(map(identifiers.is_ambiguous, owner["identifiers"].values())):
+            self.names["device"][owner["apid"]] = {one["id"]: identifiers.devices([one]) for one in owner["configurations"]}
 
     # ---- messages of the catalogue ----
 

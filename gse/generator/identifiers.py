@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Event reports contain numbers that identify devices, events, parameters, links or users. This module gives their names for Yamcs and
-Wireshark, whose tables have only one name for each number: a number that stands for several has all their names, joined by "or"."""
+Wireshark. A number of an event or a configuration may have another name in another subsystem, and that of a device in another configuration:
+`subject_of` and `is_ambiguous` say so. A table of names that cannot distinguish them has all names of such a number, joined by "or"."""
 
 SUBJECT = "APID"  # Name of the value with the APID of the subsystem that the other values of an event are about.
 
@@ -31,6 +32,11 @@ def _ids(subsystems, members):
         for one in subsystem[members]:
             found.setdefault(one["id"], []).append(one["name"])
     return {number: _joined(names) for number, names in sorted(found.items())}
+
+
+def is_ambiguous(numbers):
+    """Whether a number of a table stands for several things."""
+    return any(" or " in name for name in numbers.values())
 
 
 def subject_of(item, event):

@@ -18,21 +18,17 @@ USER = "YAMCS"
 
 def _catalogue(dictionary, failures):
     """The catalogue with standard and private services, and the words for the values of its fields in this mission."""
-    parameters, events, own = {}, {}, {}
+    parameters, own = {}, {}
     standard, private = dictionary["catalogue"], dictionary["catalogue"]["private"]
     for subsystem in dictionary["subsystems"]:
         for failure in subsystem["failures"]:  # Several subsystems may use the same code.
             own.setdefault(failure["code"], []).append(f"{subsystem['name']}.{failure['name']}")
         parameters |= {one["parameter_id"]: f"{subsystem['name']}.{one['name']}" for one in subsystem["parameters"]}
-        for event in subsystem["events"]:  # Each subsystem may use the same id for another event.
-            names = events.setdefault(event["id"], [])
-            names += [event["name"]] if event["name"] not in names else []
     return {
         "kinds": standard["kinds"] | private["kinds"],
         "services": {int(number): service for number, service in (standard["services"] | private["services"]).items()},
         "words": _words(dictionary),
         "parameters": parameters,
-        "events": {0: "NONE"} | {number: " or ".join(names) for number, names in sorted(events.items())},
         "layouts": {entry["code"]: name for name, entry in dictionary["types"].items()},
         "failures": failures | {code: " or ".join(names) for code, names in own.items()},
     }

@@ -319,10 +319,13 @@ def _entry(path):
     return element("ParameterRefEntry", parameterRef=path)
 
 
-def entry_at(path, octet):
-    """An entry at an octet of the packet, which another entry may have read already."""
-    location = element("LocationInContainerInBits", element("FixedValue", str(8 * octet)), referenceLocation="containerStart")
-    return element("ParameterRefEntry", location, parameterRef=path)
+def entry_at(path, octet, conditions=()):
+    """Entry of a parameter at an octet of the packet, if all conditions (path, value, operator) hold."""
+    fixed = element("FixedValue", str(8 * octet))
+    location = element("LocationInContainerInBits", fixed, referenceLocation="containerStart")
+    held = [comparison(*condition) for condition in conditions]
+    include = element("IncludeCondition", held[0] if len(held) == 1 else element("ComparisonList", *held)) if held else None
+    return element("ParameterRefEntry", location, include, parameterRef=path)
 
 
 def report(system, catalogue, message):
@@ -336,9 +339,7 @@ def report(system, catalogue, message):
             writer.parameter(name, bits(system.root, "Parameter", count, unit), description=f"{name.replace('_', ' ')} of the request that is verified")
         fields = fields[1:]
     if service == 5 and subtype <= 4:
-        words = system.type("Parameter", "event_definition_id", lambda made: xt.enumeration("Parameter", made, catalogue["events"], 16))
-        writer.parameter("event_definition_id", words, description="event")
-        fields = []
+        fields = fields[:1]  # The container of the event has its name: each subsystem may use the same number for another event.
     if service == 3 and "values" in fields[-1]:
         fields = fields[:1]
     writer.fields(fields)
@@ -442,25 +443,33 @@ def _value_of_event(system, event, one, item):
     return system.parameter(_name_in(event, one), xt.field_type(system, "Parameter", event["name"], item), words)
 
 
-def _about_others(system, dictionary, event, values):
-    """Containers of the values of an event, each with its octet in the packet, that identify events or configurations of one other subsystem:
-    different subsystems use a number for different things. There is a container for each subsystem, with parameters of the same names in a
-    space system of its own, and one for the numbers alone if the APID is that of no subsystem."""
-    base, apid = f"{system.path}/EVENT_{event['name']}", f"{system.path}/{event['name']}_{subject_of(values[0][0], event)}"
+def _of_each_subsystem(system, dictionary, event, one):
+    """(name of the subsystem, path of the parameter for a value of an event, conditions) for each subsystem that the value may be about, because
+    different subsystems use a number for different things. The parameters have the same names, in a space system of their own for each
+    subsystem. UNKNOWN: the number alone, if the APID is that of no subsystem."""
+    apid = f"{system.path}/{event['name']}_{subject_of(one, event)}"
     whose = {subsystem["name"]: subsystem for subsystem in dictionary["subsystems"]}
     for name, subsystem in [*whose.items(), ("UNKNOWN", None)]:
         within = next((child for child in system.children if child.name == f"ABOUT_{name}"), None) or xt.System(f"ABOUT_{name}", system)
-        entries = []
-        for one, octet in values:
-            item = Identifiers(dictionary, subsystem).worded(one, {"parameters": []}) if subsystem else one
-            entries.append(entry_at(_value_of_event(within, event, one, item), octet))
+        item = Identifiers(dictionary, subsystem).worded(one, {"parameters": []}) if subsystem else one
         those = [(apid, subsystem["apid"])] if subsystem else [(apid, other["apid"], "!=") for other in whose.values()]
+        yield name, _value_of_event(within, event, one, item), those
+
+
+def _about_others(system, dictionary, event, values):
+    """Containers of the values of an event, each with its octet in the packet, that identify events or configurations of one other subsystem:
+    one for each subsystem."""
+    base, found = f"{system.path}/EVENT_{event['name']}", {}
+    for one, octet in values:
+        for name, path, those in _of_each_subsystem(system, dictionary, event, one):
+            found.setdefault(name, (those, []))[1].append(entry_at(path, octet))
+    for name, (those, entries) in found.items():
         system.containers.append(container(f"EVENT_{event['name']}_{name}", entries, base, those))
 
 
 def _others_in(event):
     """Names of the values for `_about_others`. Those of a second subsystem are not among them: only one container can inherit from that of
-    the event."""
+    the event. They are entries with conditions."""
     found = [(subject_of(one, event), one["name"]) for one in event["parameters"] if isinstance(one, dict)]
     first = next((subject for subject, _ in found if subject), None)
     return {name for subject, name in found if subject and subject == first}
@@ -481,7 +490,10 @@ def events(system, dictionary, subsystem, catalogue, base, severities):
                 size, item = one["count"] * octets(one["type"]), identified.worded(one, event)
                 shown.append(f"{one['name'].lower()} {_shown(_name_in(event, one), item)}")
                 about += [(one, octet)] if one["name"] in others else []
-                path = None if one["name"] in others else _value_of_event(system, event, one, item)
+                is_other = subject_of(one, event) is not None
+                path = None if is_other else _value_of_event(system, event, one, item)
+                if is_other and one["name"] not in others:
+                    entries += [entry_at(each, octet, those) for _, each, those in _of_each_subsystem(system, dictionary, event, one)]
             else:
                 path, size = parameter_path(system, known, one)
             if path:

@@ -245,6 +245,7 @@ class Configuration:
     structures: dict = field(default_factory=dict)
     provides: tuple = ()
     requires: tuple = ()
+    identifiers: dict = field(default_factory=dict)  # as those of Subsystem, of the devices of this configuration
     initial: dict = field(default_factory=dict)  # (parameter, field) -> initial value, as the descriptor writes it
 
     @property
@@ -412,6 +413,12 @@ def _ports(items, enumerations):
     )
 
 
+def _identifiers(devices):
+    """Names of the devices of a configuration by kind of number: by their number, from 0, and by CANopen node."""
+    nodes = {int(end["node"], 0): device["name"] for device in devices for end in device.get("endnodes", ()) if "node" in end}
+    return {"device": {number: device["name"] for number, device in enumerate(devices)}, "CANopen node": nodes}
+
+
 def _configuration(parameters, item, enumerations):
     structures = [_structure(parameters, part) for part in item.get("housekeeping", ())]
     return Configuration(
@@ -421,6 +428,7 @@ def _configuration(parameters, item, enumerations):
         structures={structure.id: structure for structure in structures},
         provides=_ports(item.get("provides"), enumerations),
         requires=_ports(item.get("requires"), enumerations),
+        identifiers=_identifiers(item.get("devices", ())),
         initial={(part["parameter"], part["field"]): part["value"] for part in item.get("initial", ())},
     )
 

@@ -154,14 +154,14 @@ def _periodic(packet, *_):
     return {"kind": "periodic", "rows": rows}
 
 
-def _event(packet, dictionary, _):
+def _event(packet, dictionary, configurations):
     event_id = struct.unpack_from(">H", packet.data)[0]
     subsystem = dictionary.subsystem_of_apid(packet.apid)
     event = subsystem.event_of_id(event_id & 0xFF) or subsystem.event_of_id(event_id) if subsystem else None
     found = {"kind": "event", "severity": SEVERITIES[packet.subtype], "id": event_id}
     if event is None:
         raise values.ValueProblem(f"event {event_id} is not in the dictionary")
-    return {**found, "event": event.name, "values": named(event.decode(packet.data, 2), event, subsystem, dictionary)}
+    return {**found, "event": event.name, "values": named(event.decode(packet.data, 2), event, subsystem, dictionary, configurations)}
 
 
 def _event_notice(packet, dictionary, _):

@@ -5,6 +5,8 @@ contains the interface for which it is made, and the tables of a dissector are a
 import json
 import os
 import pathlib
+import re
+import struct
 import subprocess
 import sys
 
@@ -14,9 +16,13 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GENERATOR = ROOT / "gse" / "generator"
 MISSIONS = [ROOT / "descriptors" / "missions" / f"{name}.xml" for name in ("rokviss", "ur5e")]
 
-sys.path[:0] = [str(GENERATOR), str(ROOT / "gse" / "yamcs")]
+sys.path[:0] = [str(path) for path in (GENERATOR, ROOT / "gse" / "yamcs", ROOT / "gse", ROOT / "test" / "support")]
+import dissection  # noqa: E402
 import dissector  # noqa: E402
+import identifiers  # noqa: E402
 import run as yamcs_run  # noqa: E402
+from hirosco_gse import packets  # noqa: E402
+from tm_packets import build_tm  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +95,7 @@ SMALL = {
         "events": [{"name": "HOT", "id": 3, "parameters": ["HEAT.CORE", {"name": "PART", "type": "UINT8", "count": 1, "unit": "", "kind": "device"}]}],
         "identifiers": {"CANopen node": {}, "device": {"2": "BULB"}},
         "functions": [{"name": "DIM", "arguments": [{"name": "TO", "id": 1, "type": "UINT8", "count": 1, "unit": "", "enumeration": "LIGHT"}]}],
-        "configurations": [{"id": 7, "housekeeping": [{"id": 5, "once": ["LIGHT"], "repeated": [{"nrep": 4, "parameters": ["HEAT"]}]}]}],
+        "configurations": [{"id": 7, "name": "ON", "devices": [], "housekeeping": [{"id": 5, "once": ["LIGHT"], "repeated": [{"nrep": 4, "parameters": ["HEAT"]}]}]}],
     }],
     "catalogue": {
         "kinds": {"id": {"coding": "u16", "meaning": ""}, "part": {"coding": "rest", "meaning": ""}},
@@ -129,7 +135,12 @@ FIELDS = '''  ["lamp.dim.to"] = {"UINT8", "TO", "LAMP.LIGHT"},
   ["lamp.hot.part"] = {"UINT8", "PART", "device_LAMP"},
   ["lamp.light"] = {"UINT8", "LIGHT", "LAMP.LIGHT"},
 '''
-LAYOUTS = '''local PARAMETERS = {
+LAYOUTS = '''local NAMES = {
+  ["configuration"] = {[16] = {[7] = "ON"}},
+  ["device"] = {},
+  ["failure"] = {},
+}
+local PARAMETERS = {
   [33554433] = {["name"] = "LAMP.LIGHT", ["items"] = {{"lamp.light", "UINT8", 1}}},
   [35127298] = {["name"] = "LAMP.HEAT", ["items"] = {{"lamp.heat.core", "FLOAT", 2}}},
 }
@@ -156,3 +167,46 @@ def test_the_tables_of_a_dissector_are_as_expected():
         "do not edit.")
     for part in (TABLES, FIELDS, LAYOUTS):
         assert part in text, text[:6000]
+
+
+def shown_by_wireshark(script, path, raws):
+    """The lines of tshark about the fields of packets, without the filter of their names."""
+    return [line.strip() for line in dissection.tshark(script, dissection.capture(path, raws), "-V").splitlines()]
+
+
+def test_wireshark_shows_the_name_of_a_number_in_the_subsystem_that_it_is_about(made, tmp_path):
+    """Event 3 is TORQUE_LIMIT of MANIPULATOR and NETWORK_SHUT_DOWN of SUPERVISOR; the APID is in the event, in a group, or in the header."""
+    script = tmp_path / "rokviss.lua"
+    script.write_bytes(made[0][pathlib.Path("rokviss.lua")])
+    supervisor = next(one for one in json.loads(made[0][pathlib.Path("rokviss.json")])["subsystems"] if one["name"] == "SUPERVISOR")
+    ids = {event["name"]: event["id"] for event in supervisor["events"]}
+    told = struct.pack(">HHBHBH", ids["ADOPTION_DIFFERS"], 16, 5, 3, 5, 1)
+    seen = [shown_by_wireshark(script, tmp_path / "one.pcap", [raw]) for raw in (
+        build_tm(1, 0, 5, 1, struct.pack(">HHH", ids["PLAN_STARTED"], 16, 3)), build_tm(1, 0, 5, 1, struct.pack(">HHHHH", ids["PLAN_OVERRULED"], 1, 3, 16, 3)),
+        build_tm(1, 0, 5, 2, told), packets.build_tc(16, 0, 5, 5, b"\1\0\3"), build_tm(1, 0, 19, 7, struct.pack(">HHHBHHB", 2, 16, 3, 1, 1, 3, 0)),
+        build_tm(16, 0, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, 3, 0, 0, 0, 0)), build_tm(1, 0, 5, 1, struct.pack(">HHH", ids["PLAN_STARTED"], 99, 3)))]
+    wanted = [["EVENT: 3 (TORQUE_LIMIT)"], ["EVENT: 3 (NETWORK_SHUT_DOWN)", "BY_EVENT: 3 (TORQUE_LIMIT)"], ["CONFIGURATION: 3 (CLASSIC)", "TOLD_CONFIGURATION: 1 (STAND_ALONE)"],
+              ["event definition id: 3 (TORQUE_LIMIT)"], ["event definition id: 3 (TORQUE_LIMIT)", "event definition id: 3 (NETWORK_SHUT_DOWN)"], ["configuration: 3 (CLASSIC)"], ["EVENT: 3"]]
+    for lines, names in zip(seen, wanted):
+        assert [line for line in lines if line in names] == names, (names, lines)
+        assert [line for line in lines if re.search("[A-Z_]{3,} or [A-Z_]{3,}|pus.malformed|Differs from", line)] == []
+
+
+def test_wireshark_shows_the_device_and_the_failure_of_the_configuration_and_the_subsystem(tmp_path):
+    """Two configurations use a node for different devices, and two subsystems a code for different failures. Until a subsystem reports its
+    configuration, the dissector shows no name of such a device."""
+    lamp = json.loads(json.dumps(SMALL["subsystems"][0]))
+    ends = [{"endnodes": [{"node": "0x11"}], "name": name} for name in ("BULB", "TUBE")]
+    lamp["configurations"] = [{**lamp["configurations"][0], "id": number, "name": name, "devices": [end]} for number, name, end in ((7, "ON", ends[0]), (8, "DIM", ends[1]))]
+    lamp["events"] = [{"name": "HOT", "id": 3, "parameters": [{"name": "NODE", "type": "UINT8", "count": 1, "unit": "", "kind": "CANopen node"}]}]
+    lamp["identifiers"] = identifiers.devices(lamp["configurations"])
+    other = {**lamp, "name": "FAN", "apid": 17, "failures": [{"name": "STUCK", "code": 0x8001, "detail": ""}]}
+    content = json.loads((ROOT / "build" / "generated" / "rokviss.json").read_text(encoding="utf-8"))["catalogue"]
+    script = tmp_path / "small.lua"
+    script.write_text(dissector.script({**SMALL, "subsystems": [lamp, other], "catalogue": content, "types": {**SMALL["types"]}}), encoding="utf-8")
+    state = [build_tm(16, 0, 129, 5, struct.pack(">BBBHQQII", 3, 0, 3, number, 0, 0, 0, 0)) for number in (7, 8)]
+    event = build_tm(16, 0, 5, 4, b"\0\3\x11")
+    refused = [build_tm(apid, 0, 1, 2, struct.pack(">HHHHI", 0x1800 | apid, 0xC000, 0x8001, 0, 0)) for apid in (16, 17)]
+    lines = shown_by_wireshark(script, tmp_path / "all.pcap", [event, state[0], event, state[1], event, *refused])
+    assert [line for line in lines if line.startswith("NODE")] == ["NODE: 17", "NODE: 17 (BULB)", "NODE: 17 (TUBE)"]
+    assert [line for line in lines if line.startswith("failure code")] == ["failure code: of the subsystem (32769) (BURNT)", "failure code: of the subsystem (32769) (STUCK)"]
