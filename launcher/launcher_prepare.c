@@ -491,7 +491,7 @@ static bool write_line(launcher_t* const launcher, const char* const name, const
     return is_written || launcher_fail(launcher, "cannot write (is the disk full?) ", path);
 }
 
-/// Write mission, world, device classes and port to files that ground tools read.
+/// Write mission, scenario, world, device classes and port to files that ground tools read.
 static bool write_ground_files(launcher_t* const launcher)
 {
     char digits[16];
@@ -501,6 +501,7 @@ static bool write_ground_files(launcher_t* const launcher)
     text = text_in(digits, sizeof digits);
     text_add_unsigned(&text, launcher->run->ground_port);
     return write_line(launcher, "/ground.mission", launcher->options.mission) &&
+           write_line(launcher, "/ground.scenario", launcher->options.scenario) &&
            write_line(launcher, "/ground.world", launcher->options.world) &&
            write_line(launcher, "/ground.classes", classes) && write_line(launcher, "/ground.port", digits) &&
            ((launcher->run->key[0] == '\0') ||

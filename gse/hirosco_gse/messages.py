@@ -152,7 +152,7 @@ class Catalogue:
         """Octets of the requests within a request. Requests of private services contain none."""
         if entry["service"] in self._own_numbers:
             return []
-        reader = _Reader(self, entry, data, None, None)
+        reader = MessageReader(self, entry, data, None, None)
         # The spacecraft refuses octets of another form.
         with contextlib.suppress(MessageProblem, ValueProblem, struct.error):
             reader.group(entry["fields"])
@@ -171,7 +171,7 @@ class Catalogue:
         entry = self.find(packet.direction, packet.service, packet.subtype)
         if entry is None:
             raise MessageProblem(f"{packet.title} is not in the catalogue")
-        reader = _Reader(self, entry, packet, structure, auxiliary)
+        reader = MessageReader(self, entry, packet, structure, auxiliary)
         found = reader.group(entry["fields"])
         if reader.octets.at != len(packet.data):
             raise MessageProblem(f"{len(packet.data) - reader.octets.at} octets too many")
@@ -350,7 +350,7 @@ _PLAIN = {
 }
 
 
-class _Reader:
+class MessageReader:
     """Reads one message."""
 
     def __init__(self, catalogue, entry, packet, structure, auxiliary):

@@ -140,6 +140,14 @@ def mission_of(run):
         return DEFAULT_MISSION
 
 
+def scenario_of(run):
+    """Name of the scenario of a run, without its directory, from the launcher's file; without this file "", and "none" without a scenario."""
+    try:
+        return pathlib.Path((pathlib.Path(run) / "ground.scenario").read_text(encoding="utf-8").strip()).stem
+    except (OSError, ValueError):
+        return ""
+
+
 def world_of(run):
     """File of the world of a run from the launcher's file; without this file the world of the mission."""
     try:

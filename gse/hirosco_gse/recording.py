@@ -28,7 +28,7 @@ from .place import problem_of
 from .sentences import told
 from .station.about import hello
 from .station.geometry import as_lists
-from .station.hub import lights_of
+from .station.lights import lights_of
 from .station.own import is_own
 from .values import json_of
 

@@ -11,7 +11,7 @@ import flying
 import pressing
 import pytest
 import test_mission_station as station
-from browsing import LIMIT_MS
+from browsing import LIMIT_MS, SHIFTS, WATCH_SHIFTS
 from hirosco_gse import run as runs
 
 WORLDS = flying.ROOT / "descriptors" / "worlds"
@@ -160,7 +160,12 @@ def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
 def test_a_mission_without_joystick_and_power_shows_neither(page, flight):
     """The housekeeping has the whole tab, and the key of the hand does nothing."""
     page.click("#work-Operate")
-    page.locator("station-work .readings >> nth=0").wait_for()
+    page.locator("station-work .readings td:has-text('NOT_READY_TO_SWITCH_ON') >> nth=0").wait_for()  # The longest word, of axes without a drive.
+    cut = page.evaluate(station.CUT)
+    page.set_viewport_size({"width": 1024, "height": 768})
+    cut += page.evaluate(station.CUT)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert cut == []
     assert [page.locator(name).is_visible() for name in (".hand", "button:has-text('Take the hand')", ".power-cell")] == [False] * 3
     page.keyboard.press("h")
     assert page.evaluate("document.querySelector('station-work').hand.aim") is None and "hand" not in flight.read("live.scn")
@@ -184,6 +189,64 @@ def test_packets_are_counted_for_each_subsystem(page):
     assert words.startswith(f"{total} packets received, 0 lost") and cells[3] == "0" and [lost, marked, left] == ["3", 1, 0]
     station.until(page, "[...document.querySelector('station-log').packets.rows.get('ACTUATORS').rate.textContent].length > 2")
     page.click("#log-Events")
+
+
+def test_a_body_without_joints_has_neither_tip_nor_force_and_its_mission_charts_telemetry(page):
+    """Telemetry does not contain the place of the body, so a chart of it would be empty. The page charts the display structure, which it has enabled."""
+    shown = "[...document.querySelectorAll('station-scene .hud.bl .name, station-scene .hud.br .hint')].filter((node) => node.offsetWidth).map((node) => node.textContent)"
+    assert page.evaluate(shown) == ["Body x", "Body y", "Body z", "trace 6 s"]
+    assert page.evaluate("[...new Set(station.strips.strips.flatMap(({ about }) => about.lines.map((line) => line.report)))]") == ["ACTUATORS/20"]
+    station.until(page, "window.station.strips.strips[0].plot.data[1].some((value) => typeof value === 'number')")
+
+
+def test_the_octets_of_a_packet_are_shown_with_its_fields(page):
+    """By the keys alone. The list stays as it is while packets arrive, and Esc returns to its row."""
+    page.click("#log-Packets")
+    page.wait_for_selector(".kinds .entry:has-text('status report')")
+    rows = "[...document.querySelectorAll('.kinds .entry')].map((node) => node.textContent.replace(/^[–.\\d]+/, ''))"
+    page.focus(".kinds .entry >> nth=0")
+    while "ACTUATORS structure 20" not in page.evaluate(FOCUSED):
+        page.keyboard.press("ArrowDown")
+    before, time = page.evaluate(rows), "document.activeElement.firstChild.textContent"
+    page.evaluate(WATCH_SHIFTS)
+    station.until(page, f"Number({time}) > {page.evaluate(time)} + 1")
+    assert page.evaluate(SHIFTS) == []
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".dump [data-at]")
+    octets = page.evaluate("[...document.querySelectorAll('.dump [data-at]')].map((node) => node.textContent).join('')")
+    assert bytes.fromhex(octets)[7:9] == b"\x03\x19" and page.inner_text("station-log .of-packet .entry >> nth=0").split()[:4] == ["0", "to", "1", "type"]
+    page.keyboard.press("Tab")  # To Earlier; Later is disabled.
+    page.keyboard.press("Tab")
+    page.keyboard.press("ArrowDown")
+    assert "sequence count" in page.evaluate("document.activeElement.textContent")
+    assert page.evaluate("[...document.querySelectorAll('.dump .marked')].map((node) => node.textContent).join('')") == octets[4:8]
+    page.hover(f".dump [data-at='{len(octets) // 2 - 1}']")
+    assert page.inner_text(".of-packet .marked .name") == "checksum"
+    assert station.accessibility(page, "light") == station.accessibility(page, "dark") == []
+    shown = "document.querySelector('station-log').packets.kept.shown.time"
+    newest = page.evaluate(shown)
+    page.click("button:text-is('Earlier')")
+    assert page.evaluate(shown) < newest and page.inner_text("station-log .sides .what").endswith("1 packet before the newest")
+    page.keyboard.press("Escape")
+    assert "structure 20" in page.evaluate(FOCUSED)
+    station.until(page, f"{rows}.length >= {len(before)}")
+    assert [row for row in page.evaluate(rows) if row in before] == before
+    page.click("#log-Events")
+
+
+def test_a_device_of_the_network_opens_its_frames(page):
+    """By the keys alone; a second press on the device shows the frames of all."""
+    page.click("#work-Operate")
+    page.focus("station-network [aria-label='VALVES: open tab Bus']")
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".frames td:text-is('VALVES_HEARTBEAT')")
+    frames = "[...document.querySelectorAll('.frames:not(.devices) tr:not(.below) td.name')].map((node) => node.textContent.split('_')[0])"
+    assert set(page.evaluate(frames)) == {"VALVES"}
+    assert page.evaluate("document.activeElement.textContent") == "VALVES" and page.get_attribute("#work-Bus", "aria-selected") == "true"
+    assert page.inner_text(".devices tr:has-text('VALVES')").split()[1:3] == ["0x3A", "live"]
+    assert station.accessibility(page, "dark") == []
+    page.keyboard.press("Enter")
+    page.wait_for_selector(".frames td:text-is('BOOM_HEARTBEAT')")
 
 
 def test_a_command_that_is_not_checked_or_not_seen_is_not_sent(page):
@@ -256,6 +319,7 @@ def test_the_page_report_html_moves_a_free_body(browser, session_directory):
         assert page.evaluate(EMPTY) == no_robot
         fixed, free = (abs(base[0] - tip[0]) for base, tip in (page.evaluate(FRAMED, is_free) for is_free in (False, True)))
         assert free > 1.3 * fixed  # From the side of the arm.
+        assert page.evaluate(COVERED) == []
         page.set_viewport_size({"width": 390, "height": 844})
         assert page.evaluate(COVERED) == []
         ends = page.evaluate(FRAMED, False)

@@ -196,22 +196,26 @@ def test_the_camera_has_presets_and_is_moved_by_the_mouse_only(page):
     page.click("station-scene button:text-is('Iso')")
 
 
+# Function that gives drawn elements with those within them.
+PARTS = "const parts = (nodes) => nodes.flatMap((node) => [node, ...node.querySelectorAll('*')]);"
+
+
 def test_the_network_shows_the_node_of_a_device_or_the_type_of_its_end_node(page):
-    drawn = """(devices) => {
+    drawn = "(devices) => { " + PARTS + """
         const network = document.querySelector("station-network"), { store } = station;
         store.configuration = () => ({ devices, nodes: { DRIVE: "0x11" }, endnodes: { DRIVE: "robot", LAMP: "UDP" } });
-        const words = network.member("JOYSTICK", 0, 0).filter((node) => node.nodeName === "text").map((node) => node.textContent);
+        const words = parts(network.member("JOYSTICK", 0, 0)).filter((node) => node.nodeName === "text").map((node) => node.textContent);
         delete store.configuration;
         return words.slice(2);
     }"""
     assert page.evaluate(drawn, ["DRIVE", "LAMP"]) == ["DRIVE", "0x11", "LAMP", "UDP"]
     # A mission with one member has room for the names of more devices, in two rows of two lines.
-    many = """(devices) => {
+    many = "(devices) => { " + PARTS + """
         const network = document.querySelector("station-network"), { store } = station, members = store.members;
         store.configuration = () => ({ devices, nodes: { A: "0x11" }, endnodes: { A: "arm-1", B: "UDP", C: "UDP", D: "UDP", E: "UDP" } });
         const words = (alone) => {
             store.members = () => members.call(store).slice(0, alone ? 1 : 2);
-            return network.member("JOYSTICK", 94, 2).filter((node) => node.nodeName === "text").slice(2);
+            return parts(network.member("JOYSTICK", 94, 2)).filter((node) => node.nodeName === "text").slice(2);
         };
         const found = [words(false).map((node) => node.textContent), words(true).map((node) => node.textContent),
             [...new Set(words(true).map((node) => node.getAttribute("y")))].length];
@@ -225,19 +229,19 @@ def test_the_network_shows_the_node_of_a_device_or_the_type_of_its_end_node(page
 
 def test_a_lost_device_is_marked_if_others_have_its_number(page):
     """A device of another configuration has the same node; the configuration that is selected tells which one is lost."""
-    marked = """([devices, ...events]) => {
+    marked = "([devices, ...events]) => { " + PARTS + """
         const network = document.querySelector("station-network"), { store } = station, { events: kept } = store;
         store.configuration = () => ({ devices, nodes: {}, endnodes: {} });
         store.events = events.map((event) => ({ subsystem: "JOYSTICK", event, device: "DRIVE or WHEEL", time: 1e6 }));
-        const words = network.member("JOYSTICK", 0, 0).filter((node) => node.matches(".broken + .device, .lost")).map((node) => node.textContent);
-        const broken = network.member("JOYSTICK", 0, 0).filter((node) => node.matches("rect.broken")).length;
+        const words = parts(network.member("JOYSTICK", 0, 0)).filter((node) => node.matches(".broken + .device, .lost")).map((node) => node.textContent);
+        const broken = parts(network.member("JOYSTICK", 0, 0)).filter((node) => node.matches("rect.broken")).length;
         delete store.configuration;
         store.events = kept;
         return [words, broken];
     }"""
-    assert page.evaluate(marked, [["LAMP", "WHEEL"], "DEVICE_LOST"]) == [["lost"], 1]
+    assert page.evaluate(marked, [["LAMP", "WHEEL"], "DEVICE_LOST"]) == [["WHEEL", "lost"], 1]
     assert page.evaluate(marked, [["LAMP", "WHEEL"], "DEVICE_LOST", "DEVICE_RETURNED"]) == [[], 0]
-    assert page.evaluate(marked, [["LAMP", "DRIVE"], "DEVICE_LOST"]) == [["lost"], 1]
+    assert page.evaluate(marked, [["LAMP", "DRIVE"], "DEVICE_LOST"]) == [["DRIVE", "lost"], 1]
 
 
 def test_small_screens_show_links_bar_and_numbers_of_the_time_line_as_a_whole(page):
@@ -283,8 +287,8 @@ def test_small_screens_show_links_bar_and_numbers_of_the_time_line_as_a_whole(pa
     assert shown == [0, "90", [], 0] and cut == []
 
 
-# The charts of an arm with seven joints: pixels that do not fit, legends that are cut, strips with a time axis, and columns. The charts of the
-# flight return after that.
+# The charts of an arm with seven joints: pixels that do not fit, legends that are cut, strips with a time axis, columns, and the width
+# beside the last strip. The charts of the flight return after that.
 SEVEN = """async () => {
     const { store, strips } = station, { world } = store.hello;
     const joint = (n) => ({ name: `j${n}`, kind: "revolute", parent: `l${n}`, child: `l${n + 1}`, axis: [0, 0, 1], pose: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
@@ -297,7 +301,8 @@ SEVEN = """async () => {
     strips.strips.forEach((strip) => strip.values.forEach((value) => { value.textContent = "−12.345"; }));
     const { area } = strips, nodes = [...area.querySelectorAll(".strip")];
     const found = [area.scrollHeight - area.clientHeight, [...area.querySelectorAll(".legend")].filter((node) => node.scrollWidth > node.clientWidth + 1).length,
-        strips.strips.flatMap((strip, n) => (strip.plot.axes[0]._size > 0 ? [n] : [])), new Set(nodes.map((node) => node.getBoundingClientRect().x)).size];
+        strips.strips.flatMap((strip, n) => (strip.plot.axes[0]._size > 0 ? [n] : [])), new Set(nodes.map((node) => node.getBoundingClientRect().x)).size,
+        area.clientWidth - nodes.at(-1).clientWidth];
     await show(world);
     return found;
 }"""
@@ -305,11 +310,11 @@ SEVEN = """async () => {
 
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 768), (1920, 1080)])
 def test_the_charts_of_an_arm_with_seven_joints_fit(page, size):
-    """Five strips in two columns, each of which ends with a time axis."""
+    """Five strips in two columns, each of which ends with a time axis. The last one has both."""
     page.set_viewport_size({"width": size[0], "height": size[1]})
     found = page.evaluate(SEVEN)
     page.set_viewport_size({"width": 1440, "height": 900})
-    assert found == [0, 0, [3, 4], 2] and page.locator(".strip").count() == 3
+    assert found == [0, 0, [3, 4], 2, 0] and page.locator(".strip").count() == 3
 
 
 # Places of the regions of the page.
@@ -331,6 +336,10 @@ def test_the_slot_now_shows_what_is_under_way_and_moves_nothing(page, size):
         if "Plan" in shown[-1]:
             assert page.locator(".hud.now .steps .present").inner_text().split("\n")[0].startswith("network to OFFLINE")
             assert page.evaluate("document.querySelector('.hud.now .runs i').style.width") == "60%"
+            # The alarm says what it began with, and how many reports followed up to now, in the place of the counts.
+            followed = page.evaluate("(lost) => station.store.events.filter(({ time }, n) => n > station.store.events.findIndex((one) => one.time === lost)).length", lost)
+            station.until(page, f"document.querySelector('.led').textContent === 'HIGH, 0.30 s ago, led to {followed} reports'")
+            assert page.is_visible(".led") and page.is_hidden(".counts") and page.inner_text(".slot strong").startswith("JOYSTICK DEVICE_LOST STICK; ")
     page.set_viewport_size({"width": 1440, "height": 900})
     assert shown[:2] == ["follow", "Plan NETWORK_DOWN"] and "Plan" not in shown[2]
     assert places[0] == places[1] == places[2]

@@ -3,6 +3,7 @@
 
 from .. import commands, live
 from ..dictionary import STATES, unit_of, words_of
+from ..place import scenario_of
 from ..usage import CONSOLE
 
 
@@ -21,12 +22,13 @@ def _structure(parameters, item):
 
 
 def hello(dictionary, flight, world, world_problem=None):
-    """The mission of a flight as a message; `world` as lists, or None; `world_problem` says why its file cannot be read."""
+    """The mission of a flight as a message. flight: its run directory; `world` as lists, or None; `world_problem` says why its file cannot be read."""
     content = dictionary.content
     kept = ("mission", "modes", "links", "power_available_w", "interface_hash", "buses", "plans")
     return {
         "kind": "hello",
         "flight": flight,
+        "scenario": scenario_of(flight),
         "epoch": dictionary.epoch_ns // 1_000_000_000,
         "states": STATES,
         **{key: content.get(key) for key in kept},

@@ -21,15 +21,16 @@ from ..dictionary import SUPERVISOR_APID, Dictionary, DictionaryError
 from ..files import MACHINE, PageFiles
 from ..place import CLASSES, LOOPBACK, Place, compare_classes, end_of, world_of
 from ..sentences import told
-from ..session import LinkLost, Rejected, RequestLost, Session, SessionError, TimedOut
+from ..session import LinkLost, Rejected, RequestLost, SessionError, TimedOut
 from ..values import quoted
 from . import display
 from .about import hello
+from .call import Call, WebSession
 from .forms import Forms
 from .geometry import as_lists
 from .identity import Identity
 from .interfaces import barrier
-from .lights import lights_of
+from .kept import KeptPackets
 from .network import Network
 from .silence import Silence
 from .targets import targets
@@ -38,7 +39,6 @@ from .world_port import Taps, Truth, WorldPort
 ALL_USERS = 0  # Destination of a report: all ground users.
 LISTS = {("schedule", "list"), ("store", "list"), ("procedure", "status"), ("file", "list")}  # Commands that only read.
 TIMEOUT_NS = 20_000_000_000  # Longest simulated time to wait for reports other than those of verification.
-SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
 TICK_S = 0.1  # Period of tasks that depend on time.
 RETRY_S = 0.5  # Time between two attempts to connect, and between two requests for the pace.
 HAND_S = 1.0  # If the last `aim` of a page is older, the page no longer holds the hand.
@@ -49,64 +49,6 @@ CALLS_MAX = 64  # Commands of pages that are under way at the same time.
 KEPT_EVENTS = 10_000  # Events that the station stores.
 KEPT_COMMANDS = 500  # Commands that the station stores.
 SHOWN = 200  # Events and commands in a snapshot.
-
-
-class Call:
-    """A command of a browser: its procedure while it is under way, its telecommands and its result."""
-
-    def __init__(self, number, text, procedure, seconds, line="", at_end=None):
-        """line: words of the command line; at_end(call): called when the command has ended."""
-        self.number, self.text, self.procedure, self.seconds, self.line, self.at_end = number, text, procedure, seconds, line, at_end
-        self.verifications, self.is_over = [], False
-        self.words = self.code = None
-        self.is_unknown = False  # The command has ended, and the spacecraft has not reported whether it was performed.
-        self.is_silent = False  # No report has arrived for SILENT_NS.
-        self.answer, self.rows = [], []
-
-    def note_silence(self, now_ns):
-        """Set is_silent: the spacecraft has not reported on a telecommand of this command for SILENT_NS."""
-        self.is_silent = any(not each.stages and not each.is_finished and now_ns - each.sent_ns > SILENT_NS for each in self.verifications)
-
-    def message(self):
-        words = {"words": self.words, "code": self.code, "unknown": self.is_unknown} if self.words else {}
-        return {
-            "kind": "command",
-            "number": self.number,
-            "text": self.text,
-            "line": self.line,
-            "time": self.seconds,
-            "lights": lights_of(self.verifications),
-            "over": self.is_over,
-            "silent": self.is_silent,
-            "answer": self.answer,
-            **words,
-        }
-
-
-class _WebSession(Session):
-    """Session that reports to the hub which telecommands a command has sent. It uses the time of the telemetry, so that a long command, a
-    pause or a slow simulation causes no time-out. Only the spacecraft decides whether a request has failed; after a loss of the link it is
-    unknown."""
-
-    on_sent = staticmethod(lambda verification: None)
-    is_time_known = False
-
-    def advance(self, packet_ns):
-        """Telemetry of this time has arrived."""
-        if not self.is_time_known and packet_ns > self.now_ns:
-            self.slipped_ns += packet_ns - self.now_ns  # No request has waited during this time.
-            for verification in self._open.values():
-                verification.sent_ns = packet_ns
-        self.is_time_known = True
-        self.now_ns = max(self.now_ns, packet_ns)
-
-    def finish(self, verification, timeout_ns):
-        return (yield from super().finish(verification, math.inf))
-
-    def send_raw(self, raw, request):
-        verification = super().send_raw(raw, request)
-        self.on_sent(verification)
-        return verification
 
 
 class Hub:
@@ -150,6 +92,7 @@ class Hub:
         self._current = self._connection = self._sender = None
         self.counts = {"kind": "counts", "rows": {}}
         self._counters, self._counted = {}, 0.0
+        self.packets = None
 
     def _load(self, run):
         """Begin with the flight of a run directory. Raises DictionaryError, SecurityError."""
@@ -162,8 +105,10 @@ class Hub:
         if self.identity:
             self.identity.release()
         self.identity = Identity(self._user, "", False) if self._user else Identity.claim(dictionary, place.port)
-        self.session = _WebSession(dictionary, source=self.identity.number, protect=sender or bytes)
+        self.session = WebSession(dictionary, source=self.identity.number, protect=sender or bytes)
         self.session.on_sent = self._on_sent
+        self.packets = KeptPackets(dictionary)
+        self.session.on_packet = lambda raw: self.packets.take_sent(raw, self.seconds)
         self.session.listeners.append(self._listen)
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
         self.world_port.move_to(run, f"station-{self.identity.name or self.identity.number}")
@@ -384,6 +329,12 @@ class Hub:
         self.commands[-1].line = ""  # It cannot be repeated without the file.
         return number
 
+    def kept(self, kind=None):
+        """The kinds of packets, or the packets of a kind with their octets and fields. Raises UsageError."""
+        if self.packets is None:
+            raise UsageError("no flight")
+        return {"rows": self.packets.rows()} if kind is None else self.packets.packets(kind, self.session.configurations)
+
     def text_of(self, form, values):
         """Words of the command line for the values of a form. Raises UsageError."""
         if self.dictionary is None:
@@ -430,6 +381,7 @@ class Hub:
         subsystem = self.dictionary.name_of_apid(packet.apid)
         kind = decoded["kind"]
         self._count(packet, subsystem)
+        self.packets.take(packet, self.seconds)
         if "error" in decoded:
             return
         if kind == "housekeeping":
@@ -595,6 +547,3 @@ class Hub:
         found += [call.message() for call in list(self.commands)[-SHOWN:]]
         found += [*self.display.structures.values(), *self.mismatches.values(), self.counts]
         return found + ([self.network.message] if self.network.message else [])
-
-
-__all__ = ["Hub", "lights_of"]

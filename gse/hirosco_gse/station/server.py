@@ -44,7 +44,7 @@ CLOSE_S = 1.0  # Time in which a page must answer that its connection is closed,
 POLICY = "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors {framed_by}; base-uri 'none'; form-action 'none'"
 SLOW = re.compile(r'\{"do": ?"(ask|live)"')  # Requests that another program answers.
 REPLAY = "replay: a recorded flight takes no commands"  # The same text as in gse/page/src/replay.js.
-READS = ("structures", "plan", "forms", "script", "watch")
+READS = ("structures", "plan", "forms", "script", "watch", "packets")
 DISPLAY = ("hk", "enable")
 LIVE = [[verb] for verb in live.VERBS]  # Commands for the simulator, not for the spacecraft.
 HEADERS = {"X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
@@ -319,6 +319,8 @@ class Station:
             octets, words = base64.b64decode(order["data"], validate=True), [str(word) for word in order["words"]]
             _bounded(" ".join(words))
             return {"command": self.hub.upload(words, octets)}
+        if do == "packets":
+            return self.hub.kept(order.get("kind"))
         if do == "watch":
             browser.watch(order)
             self._look()

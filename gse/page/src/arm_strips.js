@@ -105,3 +105,26 @@ const lines = (name, joints, of) =>
     colour: COLOURS[place],
     of: (row) => of(row, n),
   }));
+
+// The housekeeping structure that a mission without a robot charts first: of the first member that has one
+// with measured values, the display structure if it has some, because a page that is open enables it. A
+// replay has only structures that were reported. configurationOf(name): present configuration of a member, or
+// undefined; isReported(name, id): whether there are reports of a structure.
+export function firstMeasured(members, configurationOf, isReported) {
+  const rank = (name, { id, display }) => 2 * isReported(name, id) + display;
+  for (const { name, parameters, configurations } of members) {
+    const structures = (configurationOf(name) ?? configurations[0])?.structures ?? [];
+    const found = [...structures]
+      .sort((one, other) => rank(name, other) - rank(name, one))
+      .map(({ id, leaves }) => ({
+        name,
+        id,
+        leaves: leaves
+          .map((leaf) => parameters.find((one) => one.name === leaf))
+          .filter((leaf) => ["FLOAT", "DOUBLE"].includes(leaf?.type)),
+      }))
+      .find(({ leaves }) => leaves.length);
+    if (found) return found;
+  }
+  return null;
+}

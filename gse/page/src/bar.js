@@ -3,11 +3,15 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
-import { clock, el, isPageKey, number, show, svg, symbol, text } from "./dom.js";
+import { ledTo } from "./under_way.js";
+import { age, clock, counted, el, isPageKey, number, show, svg, symbol, text } from "./dom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0]; // 0: as fast as possible
 const speedName = (speed) => (speed === 0 ? "fastest" : `${speed} ×`);
 const EPOCH_TAI_S = 378691200; // Seconds from the epoch of TAI, 1958-01-01, to the epoch of Date, 1970-01-01.
+// Name of the scenario beside that of the mission, which often is the same.
+const scenarioOf = ({ mission, scenario }) =>
+  scenario === "none" ? "no scenario" : scenario && scenario !== mission ? scenario : "";
 const causeOf = (separator, item, end) => (item.cause ? `${separator}${item.cause}${end}` : "");
 const upper = (words) => words[0].toUpperCase() + words.slice(1);
 const ORDER = ["HIGH", "MEDIUM", "LOW"];
@@ -53,12 +57,14 @@ addEventListener("afterprint", () => {
 class Bar extends HTMLElement {
   connectedCallback() {
     this.missionName = el("h1", {}, "hirosco");
+    this.scenario = el("span", { class: "what" });
     this.linkSymbol = el("span");
     this.linkText = el("strong");
     this.modeText = el("strong");
     this.power = el("strong", { class: "mono" });
     this.what = el("strong");
     this.counts = el("span", { class: "counts" });
+    this.led = el("span", { class: "led", hidden: true });
     this.seen = el(
       "button",
       { hidden: true, title: "End the flashing of the events of severity HIGH", onclick: () => this.see() },
@@ -68,7 +74,7 @@ class Bar extends HTMLElement {
     this.slot_ = el(
       "div",
       { class: "cell slot" },
-      el("div", { class: "two" }, this.what, this.counts),
+      el("div", { class: "two" }, this.what, this.counts, this.led),
       this.seen,
     );
     this.epoch = el("span", { class: "hint epoch" });
@@ -114,7 +120,7 @@ class Bar extends HTMLElement {
       "STOP ALL",
     );
     this.append(
-      el("div", { class: "cell mission" }, this.missionName),
+      el("div", { class: "cell mission" }, this.missionName, this.scenario),
       el(
         "div",
         { class: "cell link-cell" },
@@ -141,7 +147,9 @@ class Bar extends HTMLElement {
       this.stop,
     );
     store.on("hello link mode pace event state ready mismatch links", () => this.plan());
+    this.since = null;
     every(100, () => this.tick());
+    every(200, () => this.tellLed());
     document.addEventListener("keydown", (event) => this.key(event));
     this.draw();
   }
@@ -194,6 +202,8 @@ class Bar extends HTMLElement {
 
   draw() {
     text(this.missionName, store.hello?.mission ?? "hirosco");
+    text(this.scenario, scenarioOf(store.hello ?? {}));
+    this.scenario.title = this.scenario.textContent;
     const { is_live, is_waiting, code } = store.link;
     const is_over = code === 0;
     // A subsystem flies another interface than that of the dictionary: values and commands may mean something
@@ -240,6 +250,18 @@ class Bar extends HTMLElement {
     }, 20);
   }
 
+  // While an alarm is open, the line of the counts says which event it began with, when that was, and how
+  // many reports it led to.
+  tellLed() {
+    const led = this.since === null ? null : ledTo(store.events, this.since);
+    this.led.hidden = led === null;
+    this.counts.hidden = led !== null;
+    if (led === null) return;
+    const { severity, time, count } = led;
+    const reports = count ? `, led to ${counted(count, "report")}` : "";
+    text(this.led, `${severity}, ${age(Math.max(0, store.now() - time))} ago${reports}`);
+  }
+
   drawAlarm() {
     const failed = [...store.states.values()].filter((item) => item.state === "ERROR_OPERATIONAL");
     const counts = Object.fromEntries(
@@ -252,13 +274,22 @@ class Bar extends HTMLElement {
     const isLost = isRefused || (!is_live && !is_over && !store.replay && store.hello !== null);
     const isBroken = !is_over && (failed.length > 0 || broken.length > 0);
     this.slot_.classList.toggle("critical", isBroken || isLost);
+    // Mission time at which the open alarm began; null without one. The alarm of a lost link began on ground.
+    const begins = [...failed, ...broken].map((item) => item.since ?? Infinity);
+    this.since = isBroken && !isLost && begins.length ? Math.min(...begins) : null;
+    this.tellLed();
     if (code !== undefined || is_waiting) text(this.what, upper(store.link.text));
     else if (!store.hello) text(this.what, upper(store.link.text));
     else if (isLost) text(this.what, isRefused ? store.link.text : `Link lost: ${store.link.text}`);
     else if (failed.length) {
+      const led = ledTo(store.events, this.since);
+      const began = led ? `${led.words}; ` : "";
       const names = failed.map((item) => item.subsystem).join(", ");
       const since = number(failed[0].since, "s").trim();
-      text(this.what, `${names} in ERROR_OPERATIONAL since ${since} s${causeOf(": ", failed[0], "")}`);
+      text(
+        this.what,
+        `${began}${names} in ERROR_OPERATIONAL since ${since} s${causeOf(": ", failed[0], "")}`,
+      );
     } else if (broken.length) {
       const states = broken.map((row) => `${row.name} ${row.state}${causeOf(" (", row, ")")}`);
       text(this.what, `Link ${states.join(", ")}`);

@@ -4,8 +4,10 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
-import { counted, el, refill, symbol, text } from "./dom.js";
+import { agesOf, devicesOn, stateOf } from "./bus_devices.js";
+import { age, counted, el, put, refill, show, symbol, text } from "./dom.js";
 
+const NUMBERS = ["Rate", "Heartbeat", "Process data"]; // Columns that are aligned at the right.
 const REFRESH_MS = 250; // Time between two updates of the tab.
 
 const number = (label) => {
@@ -26,6 +28,9 @@ export class Bus {
     this.words = el("p", { class: "reason counts-line" });
     this.errors = el("tbody");
     this.frames = el("tbody");
+    this.devices = el("tbody");
+    this.deviceRows = { of: "", all: [] };
+    this.device = null; // Device whose frames are shown; null: all frames of the bus
     const table = (words, body) =>
       el(
         "table",
@@ -33,7 +38,11 @@ export class Bus {
         el(
           "thead",
           {},
-          el("tr", {}, ...words.map((word) => el("th", { class: word === "Rate" ? "num" : "" }, word))),
+          el(
+            "tr",
+            {},
+            ...words.map((word) => el("th", { class: NUMBERS.includes(word) ? "num" : "" }, word)),
+          ),
         ),
         body,
       );
@@ -46,13 +55,15 @@ export class Bus {
       el(
         "div",
         { class: "scroll", tabindex: 0, role: "group", "aria-label": "Frames" },
+        (this.deviceTable = table(["Device", "Node", "State", "Heartbeat", "Process data"], this.devices)),
         (this.errorTable = table(["Time s", "", "Error", "In words"], this.errors)),
         table(["Time s", "Id", "Name", "Rate"], this.frames),
       ),
     );
     this.errorTable.hidden = true;
+    this.deviceTable.classList.add("devices");
     store.on("hello", () => {
-      this.name = null;
+      this.name = this.device = null;
       this.watched = null;
       this.build();
     });
@@ -71,6 +82,7 @@ export class Bus {
             "aria-pressed": String(name === this.name),
             onclick: () => {
               this.name = name;
+              this.device = null;
               this.build();
             },
           },
@@ -79,6 +91,14 @@ export class Bus {
       ),
     );
     this.draw();
+  }
+
+  // Show a bus, and of its frames those of a device; null: all.
+  open({ bus, device }) {
+    this.name = bus;
+    this.device = device;
+    this.build();
+    this.devices.querySelector("[aria-pressed=true]")?.focus({ preventScroll: true });
   }
 
   // Sum of a counter over the subsystems that have a device on this bus; null if no subsystem has reported
@@ -104,7 +124,8 @@ export class Bus {
     if (!isShown) return;
     const said = store.buses.get(this.name);
     const warning = said?.warning ? `${said.warning}. ` : "";
-    const identifiers = counted(said?.frames?.length, "identifier");
+    const shown = this.device ? `, those of ${this.device} shown` : "";
+    const identifiers = `${counted(said?.frames?.length, "identifier")}${shown}`;
     const errors = counted(said?.error_count, "error frame");
     const problem = said?.problem ?? (store.pace.is_there ? null : "this flight has no live port");
     text(
@@ -120,16 +141,16 @@ export class Bus {
               : `${warning}${identifiers}, ${errors} since this tab is open`,
     );
     const { load, tx, lost, off } = this.numbers;
-    const put = (one, value, below) => {
+    const tell = (one, value, below) => {
       text(one.value, value === null || value === undefined ? "–" : String(value));
       text(one.below, below);
     };
-    put(
+    tell(
       load,
       said?.load === null || said?.load === undefined ? null : `${(said.load * 100).toFixed(0)} %`,
       "with average bit stuffing",
     );
-    put(
+    tell(
       tx,
       said?.transmit_errors ?? (said && !problem ? 0 : null),
       (said?.transmit_errors ?? 0) > 127
@@ -138,12 +159,55 @@ export class Bus {
           ? "error warning"
           : "error active",
     );
-    put(lost, this.counter("RECEIVE_OVERRUNS"), "overruns of the flight software");
-    put(off, this.counter("BUS_OFF"), "since start");
+    tell(lost, this.counter("RECEIVE_OVERRUNS"), "overruns of the flight software");
+    tell(off, this.counter("BUS_OFF"), "since start");
+    this.drawDevices(said);
     if (said?.frames) this.list(said);
   }
 
-  list({ errors, frames }) {
+  // The devices of the bus. A press on one shows its frames only, and the next press all frames again.
+  drawDevices(said) {
+    const found = devicesOn(store).filter((one) => one.bus === this.name);
+    this.deviceTable.hidden = !found.length;
+    const wanted = found.map(({ device, node }) => `${device} ${node}`).join();
+    if (this.deviceRows.of !== wanted) {
+      this.deviceRows = { of: wanted, all: found.map((one) => this.rowOf(one)) };
+      refill(this.devices, ...this.deviceRows.all.map((row) => row.tr));
+    }
+    found.forEach(({ device, node, isLost }, n) => {
+      const row = this.deviceRows.all[n];
+      const { heartbeat, data } = agesOf(device, node, said);
+      const [symbolOf, word] = isLost ? ["critical", "lost"] : stateOf(heartbeat, data);
+      put(row.button, "aria-pressed", this.device === device);
+      show(row.sym, symbolOf, "state");
+      text(row.state, word);
+      text(row.heartbeat, age(heartbeat));
+      text(row.data, age(data));
+    });
+  }
+
+  rowOf({ device, node }) {
+    const toggle = () => {
+      this.device = this.device === device ? null : device;
+      this.draw();
+    };
+    const row = Object.fromEntries(["state", "heartbeat", "data"].map((key) => [key, el("span")]));
+    row.sym = el("span", { "aria-hidden": "true" }); // The word beside it says the same.
+    row.button = el("button", { class: "device", onclick: toggle }, device);
+    row.tr = el(
+      "tr",
+      {},
+      el("td", { class: "name" }, row.button),
+      el("td", { class: "mono" }, node ?? "–"),
+      el("td", {}, row.sym, " ", row.state),
+      el("td", { class: "mono num" }, row.heartbeat),
+      el("td", { class: "mono num" }, row.data),
+    );
+    return row;
+  }
+
+  list({ errors, frames: all }) {
+    const frames = all.filter((one) => this.device === null || one.name.startsWith(`${this.device}_`));
     const cell = (words, className) => el("td", { class: className }, words);
     this.errors.replaceChildren(
       ...[...errors]

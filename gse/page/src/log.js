@@ -53,9 +53,10 @@ class Log extends HTMLElement {
     );
     this.own = el("div", { class: "filter", hidden: true }, this.whose);
     this.commandList = el("div", { class: "scroll", tabindex: 0, role: "group", "aria-label": "Commands" });
-    for (const list of [this.eventList, this.commandList])
-      list.addEventListener("keydown", (event) => this.walk(event));
     this.packets = new Packets();
+    const { list, fields } = this.packets.kept;
+    for (const entries of [this.eventList, this.commandList, list, fields])
+      entries.addEventListener("keydown", (event) => this.walk(event));
     this.lists = [
       ["Events", this.eventList],
       ["Commands", this.commandList],

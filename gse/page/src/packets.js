@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tab Packets: packets that the station has received and lost, for each subsystem.
+// Tab Packets: packets that the station has received and lost, for each subsystem, and their octets.
 
 import { store } from "./store.js";
 import { counted, el, show, text } from "./dom.js";
+import { KeptPackets } from "./kept_packets.js";
 
 const RATE_S = 5; // Time over which a rate is the mean.
 
@@ -12,26 +13,29 @@ export class Packets {
     this.rows = new Map(); // Subsystem -> cells
     this.body = el("tbody");
     this.seen = []; // [mission time, counts] of the last RATE_S
+    this.table = el(
+      "table",
+      {},
+      el(
+        "thead",
+        {},
+        el(
+          "tr",
+          {},
+          ...["Subsystem", "Received", "per s", "Lost"].map((word, n) =>
+            el("th", { class: n ? "num" : "" }, word),
+          ),
+        ),
+      ),
+      this.body,
+    );
+    this.kept = new KeptPackets([this.total, this.table]);
     this.node = el(
       "div",
       { class: "scroll", tabindex: 0, role: "group", "aria-label": "Packets" },
       this.total,
-      el(
-        "table",
-        {},
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            ...["Subsystem", "Received", "per s", "Lost"].map((word, n) =>
-              el("th", { class: n ? "num" : "" }, word),
-            ),
-          ),
-        ),
-        this.body,
-      ),
+      this.table,
+      this.kept.node,
     );
     store.on("hello", () => this.begin());
     store.on("counts dropped", () => this.draw());

@@ -11,6 +11,7 @@ import { Arm, cutBelow, FACETS, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S, TRUTH } from "./scene_marks.js";
 import { store } from "./store.js";
 import { el, isPageKey, number, text } from "./dom.js";
+import { Corners } from "./scene_corners.js";
 import { orbit } from "./orbit.js";
 import { LEAST_MS } from "./pace.js";
 import { Now } from "./now.js";
@@ -51,26 +52,8 @@ class Scene extends SceneMarks {
       ...Object.values(this.sourceButtons),
     );
     this.supplement = el("div", { class: "hud tl lacking hint", hidden: true });
-    this.values = {
-      x: el("span", { class: "value" }),
-      y: el("span", { class: "value" }),
-      z: el("span", { class: "value" }),
-      force: el("span", { class: "value force" }),
-    };
-    const line = (name, value, unit) => [
-      el("span", { class: "name", style: "font-weight:500" }, name),
-      value,
-      el("span", { class: "hint" }, unit),
-    ];
-    this.across = line("Tip y", this.values.y, "mm");
-    this.hud = el(
-      "div",
-      { class: "hud bl" },
-      ...line("Tip x", this.values.x, "mm"),
-      ...this.across,
-      ...line("Tip z", this.values.z, "mm"),
-      ...line("Force", this.values.force, "N"),
-    );
+    this.corners = new Corners();
+    this.values = this.corners.values;
     this.forceLabel = el("div", { class: "label force", "aria-hidden": "true", hidden: true });
     this.ghostLabel = el(
       "div",
@@ -78,13 +61,6 @@ class Scene extends SceneMarks {
       "desired position",
     );
     this.veil = el("div", { class: "veil", hidden: true }, el("span"));
-    const key = (colour, words) =>
-      el(
-        "span",
-        { class: "hint", style: "margin-right:10px" },
-        el("i", { class: "key", style: `background:var(--${colour})` }),
-        words,
-      );
     this.append(
       this.canvas,
       new Now().node,
@@ -92,19 +68,8 @@ class Scene extends SceneMarks {
       this.truthMark,
       this.supplement,
       this.views,
-      this.hud,
-      el(
-        "div",
-        { class: "hud br" },
-        key("force", "force, 2.4 mm/N"),
-        key("measured", `trace ${TRACE_S} s`),
-        el(
-          "span",
-          { class: "hint rings", style: "margin-right:10px", hidden: true },
-          "white ring: brake holds",
-        ),
-        el("span", { class: "hint grid-key" }, "grid 50 mm"),
-      ),
+      this.corners.numbers,
+      this.corners.legend,
       this.forceLabel,
       this.ghostLabel,
       this.veil,
@@ -269,7 +234,7 @@ class Scene extends SceneMarks {
     const least = isSpatial ? this.reach * 0.6 : 0.3;
     if (this.robot.free || world.robots.length > 1 || isSpatial) this.frameAll(least);
     this.iso = this.robot.free && isSpatial ? this.besideArm() : VIEWS.Iso;
-    for (const node of this.across) node.hidden = !isSpatial;
+    this.corners.fit(this.robot);
     this.floor = new THREE.GridHelper(
       Math.ceil((this.reach * 4) / 0.05) * 0.05,
       Math.ceil((this.reach * 4) / 0.05),
@@ -277,7 +242,6 @@ class Scene extends SceneMarks {
     this.floor.rotateX(Math.PI / 2);
     this.floor.position.set(0.2, 0, this.level);
     this.floor.visible = !this.robot.free;
-    this.querySelector(".grid-key").hidden = Boolean(this.robot.free);
     this.floor.material.vertexColors = false; // All lines have the colour of the theme.
     this.content.add(this.floor);
     this.addGhost();
@@ -562,7 +526,7 @@ class Scene extends SceneMarks {
       hasBrakes ||= Boolean(found.brakes?.some((brake) => brake !== null));
       if (robot === this.robot) this.follow(found.base);
     }
-    this.querySelector(".rings").hidden = !hasBrakes;
+    this.corners.rings.hidden = !hasBrakes;
     this.actuators.show(truth, token);
     const tip = place(poses(this.robot, positions, this.base).links.get(tipOf(this.robot)));
     this.tip = tip;

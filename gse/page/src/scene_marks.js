@@ -54,14 +54,10 @@ export class SceneMarks extends HTMLElement {
   describe() {
     if (!this.tip) return;
     const [x, y, z] = this.tip.map((value) => `${(value * 1000).toFixed(0)} mm`);
-    const across = this.across[0].hidden ? "" : `, y ${y}`;
-    put(
-      this.canvas,
-      "aria-label",
-      [`The robot: tip at x ${x}${across}, z ${z}, force ${this.force.toFixed(1)} N`, this.actuators.words()]
-        .filter(Boolean)
-        .join("; "),
-    );
+    const { isArm, isPlanar } = this.corners;
+    const at = `at x ${x}${isPlanar ? "" : `, y ${y}`}, z ${z}`;
+    const robot = isArm ? `The robot: tip ${at}, force ${this.force.toFixed(1)} N` : `The body ${at}`;
+    put(this.canvas, "aria-label", [robot, this.actuators.words()].filter(Boolean).join("; "));
   }
 
   // Mark the scene while the truth moves the robot.

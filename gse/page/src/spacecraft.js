@@ -3,6 +3,7 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
+import { busOf, lostOf } from "./bus_devices.js";
 import {
   age,
   counted,
@@ -273,6 +274,23 @@ const rowsOf = (devices) => Math.ceil(devices.length / GRID.columns);
 // Whether the devices of a member are drawn in rows.
 const isGrid = (devices) => store.members().length === 1 && devices.length > 3 && devices.length <= GRID.most;
 
+// Attributes of the box of a device, which opens the tab Bus at this device. A box of several devices, null,
+// opens the bus of the first one. Boxes of a replay, which has no tab Bus, and of devices on no bus do
+// nothing.
+function pressable(device, ends) {
+  const bus = store.replay ? undefined : busOf(store, ends);
+  return bus
+    ? {
+        class: "press",
+        role: "button",
+        tabindex: 0,
+        "aria-label": `${device ?? "Devices"}: open tab Bus`,
+        "data-device": device ?? "",
+        "data-bus": bus,
+      }
+    : {};
+}
+
 // Real-time network: a box for each member with its bus and devices, an arrow for each link that is not
 // closed, and a line of values for each link.
 class Network extends HTMLElement {
@@ -280,7 +298,14 @@ class Network extends HTMLElement {
     if (this.sym) return; // The browser calls this again when the element moves within the page.
     this.sym = el("span");
     this.words = el("span", { class: "words" });
-    this.graph = svg("svg", { class: "graph", role: "img", "aria-label": "Real-time network" });
+    this.graph = svg("svg", { class: "graph", role: "group", "aria-label": "Real-time network" });
+    this.graph.addEventListener("click", ({ target }) => this.open(target));
+    this.graph.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault(); // The space bar would scroll the panel.
+      event.stopPropagation(); // It also pauses the world.
+      this.open(event.target);
+    });
     this.rows = el("div", { class: "links", role: "list", "aria-label": "Real-time links" });
     this.body = el(
       "div",
@@ -294,6 +319,12 @@ class Network extends HTMLElement {
       once(() => this.draw()),
     );
     every(500, () => this.drawRows());
+  }
+
+  // A device opens the tab Bus.
+  open(node) {
+    const { device, bus } = node.closest("[data-bus]")?.dataset ?? {};
+    if (bus) store.tell("device", { bus, device: device || null });
   }
 
   known() {
@@ -330,7 +361,10 @@ class Network extends HTMLElement {
             ? `${open.length} open, ${lost} lost`
             : "closed",
     );
+    const held = this.graph.contains(document.activeElement) ? document.activeElement : null;
     renew(this.graph, ...this.parts(used.length ? used : links, rows));
+    if (held && !held.isConnected)
+      this.graph.querySelector(`[aria-label="${held.getAttribute("aria-label")}"]`)?.focus();
     const states = links.map((link) => `${link.name} ${rows.get(link.name)?.state ?? "closed"}`);
     this.graph.setAttribute("aria-label", `Real-time network: ${states.join(", ")}`);
     if (this.listed !== links) this.rows.replaceChildren(...links.map((link) => this.row(link)));
@@ -428,22 +462,6 @@ class Network extends HTMLElement {
     return name && (store.configuration(name) ?? store.subsystem(name).configurations[0]);
   }
 
-  // Which of these devices of a member were lost and since then have neither returned nor been
-  // commissioned again. Devices of several configurations may have the same number, which then has all names.
-  lost(name, devices) {
-    const [started] = (store.lanes.get(name) ?? []).findLast(
-      ([time, state]) => state === "HARDWARE_INIT" && time <= store.time,
-    ) ?? [0];
-    const found = new Set();
-    for (const { subsystem, event, device, time } of store.events) {
-      if (subsystem !== name || !device || time < started) continue;
-      const named = device.split(" or ").filter((one) => devices.includes(one));
-      if (event === "DEVICE_LOST") named.forEach((one) => found.add(one));
-      if (event === "DEVICE_RETURNED") named.forEach((one) => found.delete(one));
-    }
-    return found;
-  }
-
   // Draw a member with its devices below. A member in an error state is red; the line to each device that was
   // lost is red and dashed.
   member(name, x, y) {
@@ -451,7 +469,7 @@ class Network extends HTMLElement {
     const part = this.part(name);
     const devices = part?.devices ?? [];
     const isFailed = store.states.get(name)?.state === "ERROR_OPERATIONAL";
-    const lost = this.lost(name, devices);
+    const lost = lostOf(store, name, devices);
     const wire = (isLost) => (isLost ? "wire broken" : "wire");
     const found = [
       svg("rect", { x, y, width: BOX.width, height: BOX.height, rx: 3, class: isFailed ? "broken" : "" }),
@@ -497,16 +515,27 @@ class Network extends HTMLElement {
         }),
       );
       boxes.push(
-        svg("rect", {
-          x: cx - each / 2 + 1,
-          y: down + BOX.device,
-          width: each - 2,
-          height: BOX.end - BOX.device,
-          rx: 3,
-          class: isLost ? "broken" : "",
-        }),
-        svg("text", { x: cx, y: down + (below ? 63 : 70), "text-anchor": "middle", class: "device" }, device),
-        svg("text", { x: cx, y: down + 77, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
+        svg(
+          "g",
+          pressable(
+            isMany ? (lost.size === 1 ? one : null) : device,
+            ends[isMany ? (one ?? devices[0]) : device],
+          ),
+          svg("rect", {
+            x: cx - each / 2 + 1,
+            y: down + BOX.device,
+            width: each - 2,
+            height: BOX.end - BOX.device,
+            rx: 3,
+            class: isLost ? "broken" : "",
+          }),
+          svg(
+            "text",
+            { x: cx, y: down + (below ? 63 : 70), "text-anchor": "middle", class: "device" },
+            device,
+          ),
+          svg("text", { x: cx, y: down + 77, "text-anchor": "middle", class: isLost ? "lost" : "" }, below),
+        ),
       );
     });
     found.push(...boxes);

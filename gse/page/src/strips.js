@@ -7,8 +7,8 @@ import uPlot from "uplot";
 
 import { store } from "./store.js";
 import { el, isPageKey, number, text, wordOf } from "./dom.js";
-import { apart, COLOURS, columnsFor, isLowest, LINES_MAX, stripsOf } from "./arm_strips.js";
-import { leadOf, tipForce } from "./kinematics.js";
+import { apart, COLOURS, columnsFor, firstMeasured, isLowest, LINES_MAX, stripsOf } from "./arm_strips.js";
+import { leadOf, moving, tipForce } from "./kinematics.js";
 import { lineOf } from "./telemetry.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
@@ -28,6 +28,13 @@ function forceOf(row) {
   if (store.replay) return tipForce(leadOf(store.hello.world), row)?.size ?? null;
   if (!forces.has(row)) forces.set(row, tipForce(leadOf(store.hello.world), row)?.size ?? null);
   return forces.get(row);
+}
+
+// The robot that the charts show; null if there is none. A body without joints has only its place, which the
+// truth of a recording contains and telemetry does not.
+function robotOf(world) {
+  const robot = leadOf(world);
+  return robot && (store.replay || moving(robot).length) ? robot : null;
 }
 
 // Value of a line in a row as a number; null if the row does not contain it.
@@ -54,20 +61,17 @@ function chosen(lines) {
   return found;
 }
 
-// The lines that a mission without a robot shows until the user chooses others: measured values in the first
-// housekeeping structure of a subsystem.
+// The lines that a mission without a robot shows until the user chooses others.
 function firstLines() {
-  for (const { name, parameters, configurations } of store.members()) {
-    const structure = (store.configuration(name) ?? configurations[0])?.structures[0];
-    const measured = (structure?.leaves ?? [])
-      .map((leaf) => parameters.find((one) => one.name === leaf))
-      .filter((leaf) => ["FLOAT", "DOUBLE"].includes(leaf?.type));
-    const lines = measured.flatMap((leaf) =>
-      [...Array(leaf.count).keys()].map((n) => lineOf(`${name}/${structure.id}`, leaf, n)),
-    );
-    if (lines.length) return lines.slice(0, FIRST_STRIPS * LINES_MAX);
-  }
-  return [];
+  const isReported = (name, id) =>
+    !store.replay?.housekeeping ||
+    store.replay.housekeeping.some((table) => table.subsystem === name && table.structure === id);
+  const { name, id, leaves } =
+    firstMeasured(store.members(), (member) => store.configuration(member), isReported) ?? {};
+  const lines = (leaves ?? []).flatMap((leaf) =>
+    [...Array(leaf.count).keys()].map((n) => lineOf(`${name}/${id}`, leaf, n)),
+  );
+  return lines.slice(0, FIRST_STRIPS * LINES_MAX);
 }
 
 // Join the values of lines from different reports on one time axis.
@@ -406,10 +410,10 @@ class Strips extends HTMLElement {
     this.arrange();
   }
 
-  // Chart the first lines of a mission without a robot, if the user has chosen none. Returns whether they
-  // have changed, as those of another configuration do.
+  // Chart the first lines of a mission without a robot that moves, if the user has chosen none. Returns
+  // whether they have changed, as those of another configuration do.
   begin() {
-    if (this.isChosen || !store.hello || leadOf(store.hello.world)) return false;
+    if (this.isChosen || !store.hello || robotOf(store.hello.world)) return false;
     const lines = firstLines();
     if (lines.map((line) => line.key).join() === [...store.charted.keys()].join()) return false;
     store.charted = new Map(lines.map((line) => [line.key, line]));
@@ -420,7 +424,7 @@ class Strips extends HTMLElement {
     for (const strip of this.strips) strip.plot?.destroy();
     const reported = store.subsystem(this.source)?.parameters.map((item) => item.name) ?? [];
     this.strips = [
-      ...stripsOf(leadOf(store.hello.world), reported, forceOf),
+      ...stripsOf(robotOf(store.hello.world), reported, forceOf),
       ...chosen(store.charted.values()),
     ].map((about, n, all) => new Strip(about, isLowest(n, all.length)));
     this.area.classList.toggle("two", columnsFor(this.strips.length) > 1);

@@ -50,11 +50,13 @@ function rowsOf(report, leaves) {
 }
 
 function head(rows) {
+  const hasGauges = rows.some((row) => isBounded(row.leaf));
+  const wide = hasGauges ? "" : " wide"; // Values and units have the room of the gauges.
   const words = [
     ["Parameter", ""],
-    ["Value", "of-value num"],
-    ["Unit", rows.some((row) => isBounded(row.leaf)) ? "of-unit" : "of-unit wide"],
-    ...(rows.some((row) => isBounded(row.leaf)) ? [["Limits", "of-gauge"]] : []),
+    ["Value", `of-value num${wide}`],
+    ["Unit", `of-unit${wide}`],
+    ...(hasGauges ? [["Limits", "of-gauge"]] : []),
     ["Age s", "of-age num"],
   ];
   return el(

@@ -11,6 +11,7 @@ const BUILT_IN = {
   name: "built in",
   actions: [{ do: "STATE", target: "NETWORK", state: "OFFLINE", after: "500ms" }],
 };
+const LED_S = 1; // Time after an event in which reports are counted as those that it led to.
 const ENDS = ["ENDED", "FAILED", "STOPPED", "ABORTED"];
 
 // Seconds of a time of the descriptors, such as "500ms".
@@ -26,6 +27,18 @@ export function planOf(plans, severity, subsystem, event) {
     (!plan.subsystem || plan.subsystem === subsystem) &&
     (!plan.event || plan.event === event);
   return plans.find(fits) ?? (severity === "HIGH" ? BUILT_IN : undefined);
+}
+
+// The event of severity HIGH with which an alarm began that is open since a mission time [s], and the number
+// of reports that followed it: { severity, time, words, count }; null if no such event was received. The
+// alarm of a link has no time of its own (Infinity): it began with the last event.
+export function ledTo(events, since) {
+  const at = events.findLastIndex(({ severity, time }) => severity === "HIGH" && time <= since);
+  if (at < 0) return null;
+  const { severity, time, subsystem, event, device } = events[at];
+  const words = [subsystem, event, device].filter(Boolean).join(" ");
+  const count = events.slice(at + 1).filter((one) => one.time <= time + LED_S).length;
+  return { severity, time, words, count };
 }
 
 // Steps of a plan: first the reaction of the supervisor that precedes each plan, then the actions.

@@ -472,6 +472,10 @@ class Work extends HTMLElement {
       this.pages.open("Command");
       this.form.title_.focus(); // From here the Tab key goes to fields, Arm and Send.
     });
+    store.on("device", (which) => {
+      this.pages.open("Bus");
+      this.bus.open(which);
+    });
     store.on("keys", () => this.showKeys());
     store.on("select hello", () => this.draw());
     document.addEventListener("keydown", (event) => {

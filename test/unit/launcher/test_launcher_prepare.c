@@ -204,8 +204,9 @@ static int set_up(void** state)
 
 static int tear_down(void** state)
 {
-    static const char* const names[] = {"storage/mission", "storage",        "ground.mission", "ground.world",
-                                        "ground.port",     "ground.classes", "run.json.part"};
+    static const char* const names[] = {"storage/mission", "storage",      "ground.mission",
+                                        "ground.world",    "ground.port",  "ground.classes",
+                                        "ground.scenario", "run.json.part"};
     char path[96];
     (void)state;
     for (size_t i = 0U; i < (sizeof names / sizeof names[0]); i++) {

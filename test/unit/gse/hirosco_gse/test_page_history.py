@@ -22,7 +22,7 @@ const history = new History([{ t: hour, leaves: new Map([["X", [value]]]) }], (n
 @pytest.fixture(scope="module")
 def modules(tmp_path_factory):
     directory = tmp_path_factory.mktemp("page")
-    for name in ("arm_strips", "history", "kinematics", "pace", "recording", "under_way"):
+    for name in ("arm_strips", "bus_devices", "history", "kinematics", "pace", "recording", "under_way"):
         text = (SOURCES / f"{name}.js").read_text(encoding="utf-8")
         (directory / f"{name}.mjs").write_text(text.replace('.js";', '.mjs";'), encoding="utf-8")
     return directory
@@ -30,7 +30,7 @@ def modules(tmp_path_factory):
 
 def printed(directory, script):
     """The JSON that an ECMAScript script prints."""
-    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, columnsFor, isLowest, stripsOf }} from "./arm_strips.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\nimport {{ planOf, secondsOf, underWay }} from "./under_way.mjs";\n{script}')
+    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, columnsFor, firstMeasured, isLowest, stripsOf }} from "./arm_strips.mjs";\nimport {{ agesOf, busOf, devicesOn, stateOf }} from "./bus_devices.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\nimport {{ ledTo, planOf, secondsOf, underWay }} from "./under_way.mjs";\n{script}')
     done = subprocess.run(["node", directory / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -258,3 +258,40 @@ def test_a_procedure_a_command_and_a_phase_are_under_way(modules):
     assert found == [["Procedure SWING", "running, step 3", None], ["cmd ARM.MOVE_TO POSITION=1,2 DURATION=4", "3.0 s to go", 0.25],
                      ["Procedure SWING", "suspended, step 2", None], ["state ARM OFFLINE", "for 3.0 s", None],
                      ["cmd ARM.MOVE_TO POSITION=1,2 DURATION=4", "ends now", 1], ["follow", "5.0 s to go", 0.5], None]
+
+
+def test_a_mission_without_a_robot_charts_the_display_structure_that_is_reported(modules):
+    """A page that is open enables the display structure. A recording without one has reports of the other structure only."""
+    found = printed(modules, """
+        const structure = (id, display, leaves) => ({ id, display, leaves });
+        const valves = { name: "VALVES", parameters: [{ name: "STATE", type: "UINT8" }], configurations: [{ structures: [structure(9, true, ["STATE"])] }] };
+        const parameters = [{ name: "LEVEL", type: "DOUBLE" }, { name: "COUNT", type: "UINT32" }];
+        const tank = { name: "TANK", parameters, configurations: [{ structures: [structure(1, false, ["LEVEL"]), structure(20, true, ["COUNT", "LEVEL"])] }] };
+        const first = (isReported) => { const { name, id, leaves } = firstMeasured([valves, tank], () => undefined, isReported); return [name, id, leaves.map((leaf) => leaf.name)]; };
+        const other = firstMeasured([tank], () => ({ structures: [structure(3, false, ["LEVEL"])] }), () => true);
+        console.log(JSON.stringify([first(() => true), first((name, id) => id === 1), other.id, firstMeasured([valves], () => undefined, () => true)]));""")
+    assert found == [["TANK", 20, ["LEVEL"]], ["TANK", 1, ["LEVEL"]], 3, None]
+
+
+def test_a_device_has_a_row_for_each_of_its_buses_and_the_ages_of_its_frames(modules):
+    """Its node answers with a heartbeat and sends its process data; the frames to it have no age."""
+    found = printed(modules, """
+        const part = { name: "NOMINAL", devices: ["ARM", "LAMP"], nodes: { ARM: "0x11" }, endnodes: { ARM: "robot, robot-b", LAMP: "UDP" } };
+        const store = { hello: { buses: [{ name: "robot" }, { name: "robot-b" }] }, time: 9, lanes: new Map(), members: () => [{ name: "MANIPULATOR", configurations: [part] }],
+          configuration: () => undefined, events: [{ subsystem: "MANIPULATOR", event: "DEVICE_LOST", device: "ARM", time: 8 }] };
+        const frame = (id, name, time) => ({ id, name, time });
+        const said = { time: 5, frames: [frame("711", "ARM_HEARTBEAT", 4.5), frame("191", "ARM_TPDO1", 4.75), frame("211", "ARM_RPDO1", 5), frame("712", "", 5)] };
+        console.log(JSON.stringify([devicesOn(store), busOf(store, "UDP") ?? null, busOf(store, "robot-b"), agesOf("ARM", "0x11", said), agesOf("ARM", "0x11", undefined),
+          [[null, null], [null, 2.9], [3, null], [3, 0.1]].map((ages) => stateOf(...ages)[1])]));""")
+    assert found[0] == [{"device": "ARM", "bus": bus, "node": "0x11", "isLost": True} for bus in ("robot", "robot-b")]
+    assert found[1:] == [None, "robot-b", {"heartbeat": 0.5, "data": 0.25}, {"heartbeat": None, "data": None}, ["no frame", "live", "silent", "live"]]
+
+
+def test_an_alarm_tells_the_event_that_it_began_with_and_the_reports_of_the_next_second(modules):
+    """The second HIGH event came when the alarm was open already. A page that has connected later has not received the event."""
+    found = printed(modules, """
+        const event = (severity, time) => ({ severity, time, subsystem: "ARM", event: "DEVICE_LOST", device: time === 8 ? "JOINT1" : null });
+        const events = [event("HIGH", 2), event("LOW", 3), event("HIGH", 8), event("LOW", 8.5), event("INFORMATIVE", 9), event("LOW", 9.01), event("HIGH", 12)];
+        console.log(JSON.stringify([ledTo(events, 8.001), ledTo(events, Infinity), ledTo(events.slice(0, 1), 2), ledTo(events, 1), ledTo([], 5)]));""")
+    high = {"severity": "HIGH", "words": "ARM DEVICE_LOST", "count": 0}
+    assert found == [{**high, "time": 8, "words": "ARM DEVICE_LOST JOINT1", "count": 2}, {**high, "time": 12}, {**high, "time": 2}, None, None]

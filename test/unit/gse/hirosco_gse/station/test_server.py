@@ -27,6 +27,7 @@ from hirosco_gse.station import display as display_module
 from hirosco_gse.station import hub as hub_module
 from hirosco_gse.station import targets as targets_module
 from hirosco_gse.station.identity import Identity
+from hirosco_gse.station.lights import lights_of
 from hirosco_gse.station.server import ALIVE, ALIVE_S, QUEUE, Station, _Browser
 from spacecraft import Spacecraft, failure, success
 from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, Page, answer, begin, station_of, visit
@@ -100,6 +101,24 @@ def test_a_file_of_the_page_is_uploaded_and_a_list_is_asked_for(place, spacecraf
     assert code in sent and last["number"] == 1 and last["lights"][3] == "done"
     assert [row["obcp_id"] for row in listing["rows"][0]["n"]] == ["STATION"]
     assert "procedure" not in script["text"] and "not understood" in refused["refused"]
+
+
+def test_a_page_asks_for_the_kinds_of_packets_and_for_the_octets_of_one(place):
+    """A read-only station answers, too."""
+
+    async def story(page, _):
+        await page.until(lambda message: message["kind"] == "counts" and message["rows"])
+        kinds = (await page.ask(do="packets"))["rows"]
+        asked = next(row for row in kinds if row["message"] == "TC[131,8]")
+        shown, refused = (await page.ask(do="packets", kind=asked["kind"]))["packets"][-1], []
+        for wrong in ({"kind": ["TM"]}, {"kind": [[1]]}, {"kind": 7}):
+            await page.socket.send_json({"do": "packets", **wrong})
+            refused.append((await page.until(lambda message: "refused" in message))["refused"])
+        return shown, refused
+
+    shown, refused = visit(place, story, is_read_only=True)
+    assert bytes.fromhex(shown["octets"])[7:9] == bytes([131, 8]) and shown["fields"][0]["text"].startswith("TC, 1 SUPERVISOR")
+    assert refused[0] == "no packet of this kind is stored" and all(words.startswith("not understood") for words in refused[1:]), refused
 
 
 def test_the_order_ask_is_refused_for_all_but_lists(place, spacecraft):
@@ -462,7 +481,7 @@ def test_barred_states_have_the_condition_that_bars_them(dictionary, mode, confi
 )
 def test_the_lights_show_the_stages_of_a_request(stages, is_finished, cells):
     verification = Verification(None, b"", 0, stages, is_finished=is_finished)
-    assert hub_module.lights_of([verification]) == cells
+    assert lights_of([verification]) == cells
 
 
 def test_housekeeping_becomes_leaves_with_their_paths():

@@ -4,6 +4,7 @@ links, the world of the flight."""
 
 import asyncio
 import os
+import pathlib
 import re
 import struct
 import subprocess
@@ -330,6 +331,10 @@ def test_rows_of_the_true_state_are_no_answers(tmp_path):
 def test_the_world_is_that_of_the_flight(tmp_path):
     (tmp_path / "ground.mission").write_text("rokviss\n")
     assert place_module.world_of(tmp_path).name == "rokviss.xml"
+    assert place_module.scenario_of(tmp_path) == ""
+    for name in ("telepresence", "none", "own/telepresence.scn"):
+        (tmp_path / "ground.scenario").write_text(f"{name}\n")
+        assert place_module.scenario_of(tmp_path) == pathlib.Path(name).stem
     (tmp_path / "ground.world").write_text("rokviss-20bit\n")
     assert place_module.world_of(tmp_path).name == "rokviss-20bit.xml" and place_module.world_of(tmp_path).exists()
     (tmp_path / "ground.world").write_text(f"{tmp_path}/own.xml\n")
@@ -385,7 +390,7 @@ def test_rate_and_age_of_a_link_are_computed_from_simulated_time():
 def test_the_first_telemetry_ends_no_request(dictionary):
     """The time of the session begins with the first telemetry: the time before does not count as waiting of a
     request."""
-    session = hub_module._WebSession(dictionary, source=3)
+    session = hub_module.WebSession(dictionary, source=3)
     waiting = session.wait_for(lambda: False, 10**9, "a report")
     next(waiting)
     session.advance(dictionary.epoch_ns)
