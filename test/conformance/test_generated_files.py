@@ -64,7 +64,7 @@ def test_the_generator_runs_before_every_source_that_includes_its_files():
     objects = ROOT / "build" / "obj"
     including = [path.relative_to(objects).with_suffix(".c") for path in objects.rglob("*.d") if "build/generated/" in path.read_text()]
     including = [path for path in including if (ROOT / path).exists()]
-    assert len(including) > 100
+    assert pathlib.Path("fsw/equipment/equipment.c") in including and len(including) > 50
     assert [path for path in including if not path.as_posix().startswith(tuple(pattern.removesuffix("%") for pattern in listed))] == []
 
 
