@@ -12,7 +12,7 @@ import socket
 from dataclasses import dataclass
 
 from .session import LinkLost
-from .values import shortened
+from .values import quoted, shortened
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOOPBACK = "127.0.0.1"
@@ -118,10 +118,10 @@ def is_under_way(run):
 
 def port_in(text):
     """The port in a file of the launcher. Raises ValueError."""
-    port = int(text)
-    if not 1 <= port <= 65535:
-        raise ValueError(f"found {port}, expected a port from 1 to 65535")
-    return port
+    word = text.strip()
+    if not word.isascii() or not word.isdecimal() or len(word) > 5 or not 1 <= int(word) <= 65535:
+        raise ValueError(f"found {quoted(word)}, expected a port from 1 to 65535")
+    return int(word)
 
 
 def default_port(run):
@@ -209,12 +209,12 @@ class Place:
         if (self.run / "run.json").exists():
             raise LinkLost(f"{self.run}: {end_of(self.run)[0]}; name a flight under way with --run or --port")
         try:
-            port_in((self.run / "ground.port").read_text(encoding="ascii"))
+            port_in((self.run / "ground.port").read_text(encoding="ascii", errors="replace"))
         except FileNotFoundError as error:
             if self.run != LATEST:
                 raise LinkLost(f"{self.run}: found no file ground.port, expected the directory of a flight under way") from error
         except (OSError, ValueError) as error:
-            raise LinkLost(f"{self.run}/ground.port: {error}; name the port of the flight with --port") from error
+            raise LinkLost(f"{self.run}/ground.port: {error.strerror if isinstance(error, OSError) else error}; name the port of the flight with --port") from error
 
 
 def compare_classes(place, session):

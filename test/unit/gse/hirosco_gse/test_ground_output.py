@@ -91,11 +91,11 @@ def test_ctrl_c_before_the_result_is_no_success(monkeypatch, words, code):
     assert main(words) == code
 
 
-@pytest.mark.parametrize("content", [b"99999\n", b"0\n", b"many", b"\xff\xfe"])
+@pytest.mark.parametrize("content", [b"99999\n", b"0\n", b"many", b"\xff\xfe", b"", b"\0"])
 def test_a_damaged_port_is_named_and_no_other_flight_is_commanded(tmp_path, dictionary_path, capsys, content):
     for name in ("ground.port", "ground.mission", "ground.world", "live.port"):
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(LinkLost, match="ground.port: .*; name the port of the flight with --port"):
+    with pytest.raises(LinkLost, match="ground.port: found '.*', expected a port from 1 to 65535; name the port of the flight with --port"):
         Place.of(tmp_path, dictionary=dictionary_path).check()
     assert main(["--run", str(tmp_path), "--dictionary", str(dictionary_path), "ping"]) == 3
     assert main(["--run", str(tmp_path), "pause"]) == 3
