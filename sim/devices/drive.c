@@ -2,6 +2,7 @@
 #include "sim/devices/drive.h"
 
 #include "sim/devices/homing.h"
+#include "sim/devices/rounding.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -96,11 +97,6 @@ struct drive {
     uint64_t
         error_since_ns; // Time since which the following error is outside its window; UINT64_MAX: inside.
 };
-
-static int64_t rounded(const double value)
-{
-    return (int64_t)llround(value);
-}
 
 static int64_t clamped(const double value, const double limit)
 {

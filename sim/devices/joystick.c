@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/devices/joystick.h"
 
-#include <math.h>
+#include "sim/devices/rounding.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -39,11 +40,6 @@ struct joystick {
     object_t* inputs;
     stick_axis_t axis[JOYSTICK_AXES];
 };
-
-static int64_t rounded(const double value)
-{
-    return (int64_t)llround(value);
-}
 
 static void refresh_torque(stick_axis_t* const axis)
 {
