@@ -130,7 +130,7 @@ def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
     station can command. When the first one is dead, another one disables the structure."""
     station = Station(flight)
     structure = min(Dictionary.load(flying.ROOT / "build" / "generated" / "ur5e.json").subsystem("UR5E").configuration("POSITION").structures)
-    with Spacecraft(flight.directory) as craft:
+    with contextlib.closing(station), Spacecraft(flight.directory) as craft:
         before = craft.get("COMMUNICATION.COUNTERS.TM_DROPPED"), craft.session.now_ns
         ask(station.address, [f"hk enable UR5E {structure}"], lambda: station.process.send_signal(stop))
         for _ in range(3):
@@ -138,7 +138,6 @@ def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
         assert craft.get("COMMUNICATION.COUNTERS.TM_DROPPED") == before[0]
         assert craft.session.now_ns > before[1] and not craft.session.malformed
         assert stop == signal.SIGKILL or is_enabled(craft, structure)
-    station.close()
     again = Station(flight)
     with contextlib.closing(again):
         assert ask(again.address, ["ping UR5E"])[-1]["lights"][-1] == "done"
