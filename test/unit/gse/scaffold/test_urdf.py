@@ -141,6 +141,16 @@ def test_a_link_too_light_for_a_gear_is_refused(read):
         new_robot.drive_of(read(*light).joints[0])
 
 
+def test_the_gears_of_a_chain_of_light_links_are_stable_in_the_step_of_the_simulator(read):
+    """Linear axes in a row with light links: the simulator computes each velocity from force and damping of the last step, then the position.
+    The largest eigenvalue of twelve equal masses in a row is almost four times that of one mass."""
+    slide = joint("slide", "base", "upper", "prismatic").replace('effort="50"', 'effort="300"')
+    (drive,) = (new_robot.drive_of(one) for one in read(*ARM[:2], slide).joints)
+    mass, step, largest = 1.0, new_robot.STEP_S, 4.0
+    assert drive["stiffness"] == pytest.approx(1e6) and drive["damping"] < 1500.0  # Both limited by the mass.
+    assert largest * (drive["stiffness"] * step**2 + 2.0 * drive["damping"] * step) / mass < 4.0
+
+
 @pytest.mark.parametrize("kind, least", [("revolute", "0.02 Nm"), ("prismatic", "0.0002 N")])
 def test_an_effort_too_small_for_a_gear_is_refused(read, kind, least):
     weak = joint("shoulder", "base", "upper", kind).replace('effort="50"', 'effort="1e-4"')
