@@ -59,6 +59,7 @@ SHARE, SHARE_MIN = 0.5, 0.01  # SHARE of the motions of the scenario, and the le
 MOTION_S = 6.0  # Longest motion of a joint in the scenario; a step of a scenario has 20 s.
 TOOL_SPEED = 0.25  # Speed of the tool in the template of the descriptor [m/s].
 UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool along the line, and what makes its equations solvable.
+LINE_BEND = 2.0  # The joints turn further along the line than their first speed would turn them.
 LINE_MARGIN = 0.8  # Share of the speeds of the joints in the start pose, because these speeds change along the line.
 ERROR, DELAY_S = 1e-3, 2.5e-3  # Bound of the error of a joint at rest [rad or m], and delay of bus and drive.
 TOGETHER = 1.5  # The error of the tool relative to that of independent errors of the joints.
@@ -371,9 +372,14 @@ def solved(rows, right):
     return [row[-1] / row[i] for i, row in enumerate(rows)]
 
 
+def rise_of(robot, share):
+    """Length of the upward line [m]: 5 % of the reach, and what the tool covers within MOTION_S."""
+    return min(0.05 * sum(math.hypot(*joint.origin[0]) for joint in robot.joints), share * TOOL_SPEED * MOTION_S / 1.875)
+
+
 def line_share(robot, start):
     """SHARE of the upward line, at which no joint is faster than in its motions in joint space; None if the tool cannot move upward without a
-    rotation."""
+    rotation, or if a joint, moving LINE_BEND times as far as it begins, would leave its range."""
     _, columns = jacobian_columns(robot, start)
     rows = list(zip(*columns))
     squares = [[sum(a * b for a, b in zip(p, q)) + (TINY if p is q else 0.0) for q in rows] for p in rows]
@@ -382,7 +388,9 @@ def line_share(robot, start):
     missed = max(abs(sum(a * b for a, b in zip(row, speeds)) - wanted) for row, wanted in zip(rows, UPWARD))
     shares = [peak / (abs(speed) * TOOL_SPEED) for peak, speed in zip(peak_speeds_of(robot, start), speeds) if speed]
     share = min([SHARE, *(math.floor(100.0 * LINE_MARGIN * share) / 100.0 for share in shares)])
-    return share if missed < 1e-3 and share >= SHARE_MIN and len(robot.joints) >= 6 else None
+    ends = [angle + LINE_BEND * speed * rise_of(robot, share) for angle, speed in zip(start, speeds)]
+    is_inside = all(joint.lower < end < joint.upper for joint, end in zip(robot.joints, ends))
+    return share if missed < 1e-3 and share >= SHARE_MIN and len(robot.joints) >= 6 and is_inside else None
 
 
 def bounds(robot, start):
@@ -407,9 +415,8 @@ def scenario(robot, names, start, base="fixed"):
     away = away_from(robot, start)
     tool, _ = jacobian_columns(robot, start)
     rotation = urdf.rotation_vector_of(tool[1])
-    reach = sum(math.hypot(*joint.origin[0]) for joint in robot.joints)
     share = line_share(robot, start)
-    goal = [tool[0][0], tool[0][1], tool[0][2] + min(0.05 * reach, (share or 0.0) * TOOL_SPEED * MOTION_S / 1.875)]
+    goal = [tool[0][0], tool[0][1], tool[0][2] + rise_of(robot, share or 0.0)]
     outside = [robot.joints[0].upper + 1.0, *start[1:]]
     partly = [angles[i % 2] for i, angles in enumerate(zip(away, start))]
     at = {key: ",".join(f"{value:.6g}" for value in values) for key, values in

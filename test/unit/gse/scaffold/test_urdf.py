@@ -198,6 +198,11 @@ def test_a_slow_arm_ends_each_motion_within_the_time_of_a_step(read):
     lines = re.findall(r"LINE_TO POSITION=[^,]*,[^,]*,(\S+) ROTATION=\S+ SHARE=(\S+)", steps)
     goal, back = (float(height) for height, _ in lines[:2])
     assert 0.0 < (goal - back) * 1.875 / (float(lines[0][1]) * new_robot.TOOL_SPEED) <= 6.001
+    # With ranges that end near the pose there is no line.
+    start = new_robot.start_pose(robot, "free")
+    for one, angle in zip(robot.joints, start):
+        one.lower, one.upper = angle - 1e-4, angle + 1e-4
+    assert new_robot.line_share(robot, start) is None
 
 
 def test_the_scenario_begins_when_no_link_swings_in_its_gear(read):
