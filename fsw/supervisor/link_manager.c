@@ -8,7 +8,6 @@
 #include <string.h>
 
 #define SESSION_TIMEOUT_NS 2000000000ULL ///< Longest time between two steps of a session.
-#define OPEN_DEADLINE_MS 2000U           ///< In each TC[130,6]; it has no effect.
 
 // ---- Sessions ----
 
@@ -85,10 +84,7 @@ static status_t ask_member(supervisor_t* const supervisor, const uint16_t apid,
 static status_t open_member(supervisor_t* const supervisor, const uint16_t apid,
                             const link_session_t* const session)
 {
-    const pus_link_open_t open = {.link        = session->link,
-                                  .epoch       = session->epoch,
-                                  .peer        = {.kind = 0U, .size = 0U, .octets = {0U}},
-                                  .deadline_ms = OPEN_DEADLINE_MS};
+    const pus_link_open_t open = {.link = session->link, .epoch = session->epoch};
     octet_writer_t writer = pus_tc_begin(&supervisor->requester, apid, PUS_SERVICE_RTLINK, PUS_LINK_OPEN, 0U);
     pus_link_open_write(&writer, &open);
     return pus_tc_send(&supervisor->requester, &writer, NULL);

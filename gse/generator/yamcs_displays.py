@@ -3,7 +3,6 @@
 or all subsystems to OFFLINE. Names are those of the XTCE database."""
 
 STATE = ("SUBSYSTEM_STATE", "SUBSYSTEM_PHASE", "SUBSYSTEM_CONFIGURATION")
-LINK_DEADLINE_MS = 1000
 RISE = ("SAFE_OPERATIONAL", "OPERATIONAL")
 
 
@@ -64,7 +63,7 @@ def _together(dictionary, root, modes, members):
         steps += [_command(f"{path}/SELECT_CONFIGURATION", configuration=name) for path in each]
         for link in links:
             steps.append(_command(f"{root}/ST130/LINK_REQUEST_{link['name']}"))
-            steps.append(_command(f"{root}/ST130/LINK_OPEN", apid="SUPERVISOR", link=link["name"], epoch=0, peer=0, deadline=LINK_DEADLINE_MS))
+            steps.append(_command(f"{root}/ST130/LINK_OPEN", apid="SUPERVISOR", link=link["name"], epoch=0))
         steps += [_command(f"{path}/REQUEST_STATE", target=state) for state in RISE for path in each]
         made[f"ALL-{name}.ycs"] = _stack(steps)
     return made

@@ -23,7 +23,6 @@ ERROR_OPERATIONAL = STATES.index("ERROR_OPERATIONAL")
 REST_STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL")
 NESTED_MAX = 4  # Commands within commands, as in `at 100 at 200 ping SUPERVISOR`.
 PARAMETERS_MAX = 255  # Parameters in a part of a structure; the request counts them in one octet.
-LINK_DEADLINE_MS = 1000  # Time in which a link must open.
 STATUS = Request(SUPERVISOR_APID, 131, 8, text="status")
 
 
@@ -135,7 +134,7 @@ def _link_open(dictionary, link):
             raise SessionError(f"{text}: {decoded['error']}")
         if decoded["kind"] == "link refused":
             raise SessionError(f"{text}: refused, {decoded['reason']} does not fit; supported: {decoded['supported']}")
-        data = struct.pack(">HIBBI", decoded["link"], 0, 0, 0, LINK_DEADLINE_MS)
+        data = struct.pack(">HI", decoded["link"], 0)
         opening = Request(SUPERVISOR_APID, 130, 6, data, f"link open {link.name}")
         yield from session.execute(opening, timeout_ns)
         session.links[link.name] = decoded["link"]

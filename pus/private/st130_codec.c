@@ -4,8 +4,6 @@
 #include "base/assertion.h"
 #include "pus/core/record_codec.h"
 
-#include <string.h>
-
 // Fields of the properties and of the two ends of a link, which begin at offset `base` of the struct.
 #define PROPERTIES(base)                                                                                     \
     PUS_CODEC_FIELD_IN(base, pus_link_properties_t, layout_hash),                                            \
@@ -58,26 +56,12 @@ const pus_codec_field_t link_status_fields[LINK_ENDS + LINK_PROPERTIES + 8U] = {
     PUS_CODEC_FIELD(pus_link_status_t, lost),          PUS_CODEC_FIELD(pus_link_status_t, late),
     PUS_CODEC_FIELD(pus_link_status_t, last_sequence), PUS_CODEC_END};
 
-void link_endpoint_write(octet_writer_t* const writer, const pus_endpoint_t* const endpoint)
+static void write_endpoint(octet_writer_t* const writer, const pus_endpoint_t* const endpoint)
 {
     FSW_ASSERT(endpoint->size <= PUS_ENDPOINT_MAX);
     octet_write_u8(writer, endpoint->kind);
     octet_write_u8(writer, endpoint->size);
     octet_write_octets(writer, endpoint->octets, endpoint->size);
-}
-
-void link_endpoint_read(octet_reader_t* const reader, pus_endpoint_t* const out_endpoint)
-{
-    *out_endpoint               = (pus_endpoint_t){0};
-    out_endpoint->kind          = octet_read_u8(reader);
-    const uint8_t size          = octet_read_u8(reader);
-    const uint8_t* const octets = octet_read_octets(reader, size);
-    if ((octets == NULL) || (size > PUS_ENDPOINT_MAX)) {
-        reader->failed = true;
-        return;
-    }
-    out_endpoint->size = size;
-    (void)memcpy(out_endpoint->octets, octets, size);
 }
 
 status_t pus_link_request_read(octet_reader_t* const reader, pus_link_request_t* const out_request)
@@ -87,10 +71,7 @@ status_t pus_link_request_read(octet_reader_t* const reader, pus_link_request_t*
 
 status_t pus_link_open_read(octet_reader_t* const reader, pus_link_open_t* const out_open)
 {
-    pus_codec_read(reader, link_open_fields, out_open);
-    link_endpoint_read(reader, &out_open->peer);
-    out_open->deadline_ms = octet_read_u32(reader);
-    return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
+    return pus_codec_read_all(reader, link_open_fields, out_open);
 }
 
 status_t pus_link_close_read(octet_reader_t* const reader, pus_link_close_t* const out_close)
@@ -103,7 +84,7 @@ status_t pus_link_accept_report(pus_app_process_t* const process, const uint16_t
 {
     octet_writer_t writer = pus_tm_begin(process, PUS_SERVICE_RTLINK, PUS_LINK_ACCEPT, destination, now_ns);
     pus_codec_write(&writer, link_accept_fields, accept);
-    link_endpoint_write(&writer, &accept->endpoint);
+    write_endpoint(&writer, &accept->endpoint);
     return pus_tm_post(process, &writer);
 }
 

@@ -13,14 +13,10 @@
 extern const pus_codec_field_t link_request_fields[LINK_ENDS + LINK_PROPERTIES + 3U];
 extern const pus_codec_field_t link_accept_fields[LINK_PROPERTIES + 3U]; ///< An endpoint follows them.
 extern const pus_codec_field_t link_refuse_fields[LINK_PROPERTIES + 4U];
-extern const pus_codec_field_t link_open_fields[3U]; ///< An endpoint and the deadline follow them.
+extern const pus_codec_field_t link_open_fields[3U];
 extern const pus_codec_field_t link_close_fields[3U];
 extern const pus_codec_field_t link_transition_fields[5U]; ///< A time follows them.
 extern const pus_codec_field_t link_offer_fields[LINK_PROPERTIES + 3U];
 extern const pus_codec_field_t link_status_fields[LINK_ENDS + LINK_PROPERTIES + 8U];
-
-/// Read an endpoint. The reader fails if the endpoint is longer than PUS_ENDPOINT_MAX.
-void link_endpoint_read(octet_reader_t* reader, pus_endpoint_t* out_endpoint);
-void link_endpoint_write(octet_writer_t* writer, const pus_endpoint_t* endpoint);
 
 #endif // PUS_PRIVATE_ST130_CODEC_H

@@ -2,6 +2,8 @@
 // The side of the link manager in service 130: writes requests and reads reports.
 #include "pus/private/st130_codec.h"
 
+#include <string.h>
+
 #define STATUS_SIZE 52U // Size of an entry of TM[130,9] [octets].
 
 void pus_link_request_write(octet_writer_t* const writer, const pus_link_request_t* const request)
@@ -12,8 +14,6 @@ void pus_link_request_write(octet_writer_t* const writer, const pus_link_request
 void pus_link_open_write(octet_writer_t* const writer, const pus_link_open_t* const open)
 {
     pus_codec_write(writer, link_open_fields, open);
-    link_endpoint_write(writer, &open->peer);
-    octet_write_u32(writer, open->deadline_ms);
 }
 
 void pus_link_close_write(octet_writer_t* const writer, const pus_link_close_t* const close)
@@ -21,10 +21,25 @@ void pus_link_close_write(octet_writer_t* const writer, const pus_link_close_t* 
     pus_codec_write(writer, link_close_fields, close);
 }
 
+/// Read an endpoint. The reader fails if the endpoint is longer than PUS_ENDPOINT_MAX.
+static void read_endpoint(octet_reader_t* const reader, pus_endpoint_t* const out_endpoint)
+{
+    *out_endpoint               = (pus_endpoint_t){0};
+    out_endpoint->kind          = octet_read_u8(reader);
+    const uint8_t size          = octet_read_u8(reader);
+    const uint8_t* const octets = octet_read_octets(reader, size);
+    if ((octets == NULL) || (size > PUS_ENDPOINT_MAX)) {
+        reader->failed = true;
+        return;
+    }
+    out_endpoint->size = size;
+    (void)memcpy(out_endpoint->octets, octets, size);
+}
+
 status_t pus_link_accept_read(octet_reader_t* const reader, pus_link_accept_t* const out_accept)
 {
     pus_codec_read(reader, link_accept_fields, out_accept);
-    link_endpoint_read(reader, &out_accept->endpoint);
+    read_endpoint(reader, &out_accept->endpoint);
     return octet_reader_is_done(reader) ? STATUS_OK : STATUS_INVALID;
 }
 

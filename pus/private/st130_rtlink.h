@@ -136,8 +136,6 @@ typedef struct {
 typedef struct {
     uint16_t link;
     uint32_t epoch; ///< Number of this opening; larger than all before.
-    pus_endpoint_t peer;
-    uint32_t deadline_ms; ///< It has no effect: a link is opened at once.
 } pus_link_open_t;
 
 /// TC[130,7].

@@ -69,7 +69,7 @@ static const struct {
     {130U, 3U, "transaction:u32 link:u16 " ENDS " " PROPERTIES},
     {130U, 4U, "transaction:u32 link:u16 " PROPERTIES " " ENDPOINT},
     {130U, 5U, "transaction:u32 reason:u8 field:u8 " PROPERTIES},
-    {130U, 6U, "link:u16 epoch:u32 " ENDPOINT " deadline_ms:u32"},
+    {130U, 6U, "link:u16 epoch:u32"},
     {130U, 7U, "link:u16 reason:u8"},
     {130U, 8U, "links[8 link:u16 ]"},
     {130U, 9U,

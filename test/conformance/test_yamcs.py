@@ -127,7 +127,7 @@ def test_the_missions_own_services_have_commands_with_words(yamcs):
     ):
         history = yamcs.carried_out(name, **arguments)
         assert history["CommandComplete_Status"] == "OK", (name, history)
-    refused = yamcs.carried_out("ST130/LINK_OPEN", apid="SUPERVISOR", link="HAND_POSITION", epoch=0, peer=0, deadline=2000)
+    refused = yamcs.carried_out("ST130/LINK_OPEN", apid="SUPERVISOR", link="HAND_POSITION", epoch=0)
     assert refused["CommandComplete_Status"] == "NOK", refused
     with pytest.raises(AssertionError, match="FLYING"):
         yamcs.command("ST131/MODE_SET", apid="SUPERVISOR", mode="FLYING")

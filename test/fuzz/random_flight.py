@@ -76,7 +76,7 @@ def state(subsystem, number):
 def open_link(dictionary, link):
     """Requests to negotiate and open a link."""
     request = commands.plan(["link", "open", link.name], dictionary).requests[0]
-    return [entry_of(SUPERVISOR, 130, 3, request.data), entry_of(SUPERVISOR, 130, 6, struct.pack(">HIBBI", link.number, 0, 0, 0, 2000))]
+    return [entry_of(SUPERVISOR, 130, 3, request.data), entry_of(SUPERVISOR, 130, 6, struct.pack(">HI", link.number, 0))]
 
 
 def script(dictionary):

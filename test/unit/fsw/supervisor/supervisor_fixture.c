@@ -517,7 +517,7 @@ uint16_t fixture_open_link(uint16_t link)
 {
     uint8_t data[64];
     octet_writer_t writer      = octet_writer(data, sizeof data);
-    const pus_link_open_t open = {.link = link, .deadline_ms = 1000U};
+    const pus_link_open_t open = {.link = link};
     pus_link_open_write(&writer, &open);
     return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_RTLINK, PUS_LINK_OPEN, data, writer.position);
 }

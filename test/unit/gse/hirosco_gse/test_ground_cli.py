@@ -201,7 +201,7 @@ def test_link_is_requested_then_opened(console):
     assert [p.message for p in received] == [(130, 3), (130, 6)]
     assert received[0].data[4:14] == struct.pack(">HHHHH", 0, 17, 1, 16, 2)
     assert len(received[0].data) == 4 + 10 + 21
-    assert received[1].data == struct.pack(">HIBBI", 9, 0, 0, 0, 1000)
+    assert received[1].data == struct.pack(">HI", 9, 0)
 
 
 def test_a_refused_link_is_reported_in_words(console):
