@@ -312,17 +312,17 @@ static pus_reply_t open_link(void* const context, const pus_link_open_t* const o
     return pus_done();
 }
 
-/// Raise the event of a required link that is lost, or of any consumer's link that is stale. In OPERATIONAL
-/// it is an error, of required links only; in lower states an event without a reaction (docs/states.md).
-static void report_lost(subsystem_t* const subsystem, const descriptor_port_t* const port)
+/// Raise the event of a required link of a consumer that is closed or stale. In OPERATIONAL it is an error.
+/// In lower states only a closed link raises an event, without a reaction (docs/states.md).
+static void report_lost(subsystem_t* const subsystem, const bool is_closed)
 {
     const state_t state = subsystem->machine.state;
-    if ((state == STATE_OPERATIONAL) && port->is_required) {
+    if (state == STATE_OPERATIONAL) {
         subsystem_raise_named(subsystem, "LINK_STALE");
-    } else if ((state == STATE_SAFE_OPERATIONAL) || (state == STATE_PRE_OPERATIONAL)) {
+    } else if (is_closed && ((state == STATE_SAFE_OPERATIONAL) || (state == STATE_PRE_OPERATIONAL))) {
         subsystem_raise_named(subsystem, "LINK_CLOSED");
     } else {
-        // The subsystem is already in error, or on the way down.
+        // The link may become fresh again, or the subsystem is already in error or on the way down.
     }
 }
 
@@ -336,11 +336,10 @@ static pus_reply_t close_requested(void* const context, const pus_link_close_t* 
     if (link == NULL) {
         return pus_refused(PUS_FAILURE_UNKNOWN_ID, close->link);
     }
-    const descriptor_port_t* const port = link->port;
-    const bool was_needed               = !link->is_producer && port->is_required;
+    const bool was_needed = !link->is_producer && link->port->is_required;
     close_link(subsystem, link, close->reason);
     if (was_needed) {
-        report_lost(subsystem, port);
+        report_lost(subsystem, true);
     }
     return pus_done();
 }
@@ -383,7 +382,9 @@ static void report_stale(subsystem_t* const subsystem, subsystem_link_t* const l
     if (!link->is_stale_reported) {
         link->is_stale_reported = true;
         change_state(subsystem, link, LINK_STALE, PUS_LINK_REASON_STALE);
-        report_lost(subsystem, link->port);
+        if (link->port->is_required) {
+            report_lost(subsystem, false);
+        }
     }
 }
 

@@ -62,8 +62,8 @@ static void expect_stale_reaction(state_t state, const char* lines)
 
 static void the_reaction_to_a_stale_link_depends_on_the_state(void)
 {
-    expect_stale_reaction(STATE_PRE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
-    expect_stale_reaction(STATE_SAFE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
+    expect_stale_reaction(STATE_PRE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n");
+    expect_stale_reaction(STATE_SAFE_OPERATIONAL, "130.10 link 1 3>4 reason 9\n");
     expect_stale_reaction(STATE_OPERATIONAL,
                           "130.10 link 1 3>4 reason 9\n129.2 5>6 ENTERING cause 1 code 0006 cfg 2\n"
                           "5.4 event 6 aux \n129.2 6>6 SECURED cause 1 code 0000 cfg 2\n");
@@ -96,7 +96,7 @@ static void a_link_that_never_receives_a_sample_is_stale(void)
     fixture_run(5U);
     fixture_expect("");
     fixture_run(1U);
-    fixture_expect("130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
+    fixture_expect("130.10 link 1 3>4 reason 9\n");
     run(1U);
     fixture_expect("130.10 link 1 4>3 reason 0\n");
 }
@@ -111,10 +111,10 @@ static void samples_of_an_earlier_opening_do_not_count(void)
     fixture_forget();
     run(8U);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, in_status);
-    fixture_expect("130.10 link 1 3>4 reason 9\n5.2 event 11 aux \n");
+    fixture_expect("130.10 link 1 3>4 reason 9\n");
 }
 
-static void a_closed_link_has_the_same_effect_as_a_stale_one(void)
+static void a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_below(void)
 {
     bring_linked(STATE_OPERATIONAL);
     fixture.ack = 0U;
@@ -153,8 +153,13 @@ static void bring_with_extra(state_t state)
     fixture_forget();
 }
 
-static void the_loss_of_an_optional_link_is_only_reported(void)
+static void an_optional_link_that_is_stale_or_closed_is_reported_without_an_event(void)
 {
+    bring_with_extra(STATE_SAFE_OPERATIONAL);
+    run(20U);
+    fixture_expect("130.10 link 3 3>4 reason 9\n");
+    tearDown();
+    setUp();
     bring_with_extra(STATE_OPERATIONAL);
     run(20U);
     fixture_expect("129.2 5>5 IDLE cause 0 code 0000 cfg 2\n1.7 #5\n130.10 link 3 3>4 reason 9\n");
@@ -218,8 +223,8 @@ int main(void)
     RUN_TEST(a_stale_link_prevents_operational_until_it_has_fresh_samples);
     RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
-    RUN_TEST(a_closed_link_has_the_same_effect_as_a_stale_one);
-    RUN_TEST(the_loss_of_an_optional_link_is_only_reported);
+    RUN_TEST(a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_below);
+    RUN_TEST(an_optional_link_that_is_stale_or_closed_is_reported_without_an_event);
     RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
     RUN_TEST(an_error_of_the_link_partner_is_an_error_of_the_subsystem);
     RUN_TEST(a_producer_closed_by_request_continues);
