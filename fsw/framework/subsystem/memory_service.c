@@ -36,21 +36,32 @@ static uint8_t* parameter_at(const subsystem_t* const subsystem, const uint32_t 
     return NULL;
 }
 
-/// Copy from parameters to `into`, or, if `from` is not null, from there into parameters. At padding between
-/// two parameters it ends with STATUS_NOT_FOUND; the octets before are copied.
+/// True if each octet of an area belongs to a parameter, and none to the padding between two parameters.
+static bool is_published(const subsystem_t* const subsystem, const uint32_t address, const size_t size)
+{
+    size_t piece = 0U;
+    size_t done  = 0U;
+    while ((done < size) &&
+           (parameter_at(subsystem, address + (uint32_t)done, size - done, &piece) != NULL)) {
+        done += piece;
+    }
+    return done == size;
+}
+
+/// Copy from parameters to `into`, or, if `from` is not null, from there into parameters. STATUS_OK;
+/// STATUS_NOT_FOUND: an octet belongs to no parameter, and nothing is copied.
 static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t address,
                                 const uint8_t* const from, uint8_t* const into, const size_t size)
 {
-    status_t status = STATUS_OK;
-    size_t done     = 0U;
+    size_t done = 0U;
     FSW_ASSERT((from != NULL) || (into != NULL));
     parameter_lock(&subsystem->dictionary);
-    while ((done < size) && (status == STATUS_OK)) {
+    const bool is_whole = is_published(subsystem, address, size);
+    while (is_whole && (done < size)) {
         size_t piece          = 0U;
         uint8_t* const stored = parameter_at(subsystem, address + (uint32_t)done, size - done, &piece);
-        if (stored == NULL) {
-            status = STATUS_NOT_FOUND;
-        } else if (from != NULL) {
+        FSW_ASSERT(stored != NULL);
+        if (from != NULL) {
             (void)memcpy(stored, &from[done], piece);
         } else {
             (void)memcpy(&into[done], stored, piece);
@@ -58,7 +69,7 @@ static status_t copy_parameters(subsystem_t* const subsystem, const uint32_t add
         done += piece;
     }
     parameter_unlock(&subsystem->dictionary);
-    return status;
+    return is_whole ? STATUS_OK : STATUS_NOT_FOUND;
 }
 
 static status_t read_parameters(void* const context, const uint32_t address, uint8_t* const octets,

@@ -184,7 +184,7 @@ static void all_dumps_are_ended_together(void)
 
 // ---- Checks ----
 
-static void raw_areas_are_checked(void)
+static void a_check_of_raw_areas_reports_their_checksums_and_refuses_an_address_outside(void)
 {
     memory_begin(RAM);
     octet_write_u8(&memory_writer, 3U);
@@ -329,6 +329,21 @@ static void a_load_from_a_file_that_fails_is_reported(void)
     memory_request(19U);
     memory_step(1U);
     expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_IO);
+}
+
+/// The address that cannot be read is in the second slice.
+static void a_load_from_a_file_to_an_address_that_cannot_be_read_changes_nothing(void)
+{
+    memory_hardware.broken_at = RAM_BASE + 2000U;
+    memory_ram[0]             = (uint8_t)~memory_file.octets[0];
+    memory_begin(RAM);
+    memory_name_file();
+    octet_write_u8(&memory_writer, 1U);
+    memory_add_file_area(RAM_BASE, 0U, 3000U, 0U);
+    memory_request(19U);
+    memory_step(8U);
+    expect_failure(2U, 8U, PUS_FAILURE_IO, 1U, STATUS_IO);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)~memory_file.octets[0], memory_ram[0]);
 }
 
 /// A second user protects the memory while a load of the first one is under way.
@@ -507,13 +522,14 @@ int main(void)
     RUN_TEST(an_unreadable_area_is_omitted_from_a_dump);
     RUN_TEST(all_dumps_are_ended_together);
     RUN_TEST(a_dump_continues_when_the_one_before_it_has_ended);
-    RUN_TEST(raw_areas_are_checked);
+    RUN_TEST(a_check_of_raw_areas_reports_their_checksums_and_refuses_an_address_outside);
     RUN_TEST(objects_are_checked_in_parts_and_completely);
     RUN_TEST(an_unreadable_area_is_omitted_from_a_check);
     RUN_TEST(raw_areas_are_loaded_from_a_file);
     RUN_TEST(an_object_is_loaded_from_a_file);
     RUN_TEST(a_file_with_a_wrong_checksum_changes_nothing);
     RUN_TEST(a_load_from_a_file_that_fails_is_reported);
+    RUN_TEST(a_load_from_a_file_to_an_address_that_cannot_be_read_changes_nothing);
     RUN_TEST(a_protection_ends_a_load_from_a_file);
     RUN_TEST(areas_are_dumped_to_a_file_one_after_the_other);
     RUN_TEST(a_dump_to_a_file_ends_with_its_first_failure);

@@ -257,10 +257,32 @@ static void addresses_may_span_several_parameters(void)
     add_area(32U, 3U); // COUNT has only two octets.
     request(9U);
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
+    TEST_ASSERT_FALSE(fixture_has("6.10"));
     start_request(MEMORY_PARAMETERS, 0U, false);
     add_data(0x8000U, "x", 1U); // This address belongs to no memory.
     request(2U);
     TEST_ASSERT_TRUE(fixture_has("1.8 #"));
+}
+
+/// Addresses 24 to 31 are LIMIT, 32 and 33 COUNT; padding begins at 34.
+static void a_load_that_reaches_padding_changes_no_parameter(void)
+{
+    static const uint8_t octets[11] = {0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU,
+                                       0xFFU, 0xFFU, 0xFFU, 0xFFU, 0xFFU};
+    fixture_bring(STATE_PRE_OPERATIONAL, 0U);
+    fixture.limit = 2.5;
+    fixture.count = 7U;
+    start_request(MEMORY_PARAMETERS, 0U, false);
+    add_data(24U, octets, sizeof octets);
+    request(2U);
+    TEST_ASSERT_TRUE(fixture_has("1.8 #"));
+    TEST_ASSERT_EQUAL_DOUBLE(2.5, fixture.limit);
+    TEST_ASSERT_EQUAL_UINT16(7U, fixture.count);
+    start_request(MEMORY_PARAMETERS, 0U, false);
+    add_data(24U, octets, sizeof octets - 1U);
+    request(2U);
+    TEST_ASSERT_TRUE(fixture_has("1.7 #"));
+    TEST_ASSERT_EQUAL_UINT16(0xFFFFU, fixture.count);
 }
 
 static void memory_of_the_component_can_be_read_but_not_written(void)
@@ -299,6 +321,7 @@ int main(void)
     RUN_TEST(the_device_service_without_a_port_ends_the_program_at_its_start);
     RUN_TEST(parameters_are_loaded_and_dumped_as_objects);
     RUN_TEST(addresses_may_span_several_parameters);
+    RUN_TEST(a_load_that_reaches_padding_changes_no_parameter);
     RUN_TEST(memory_of_the_component_can_be_read_but_not_written);
     return UNITY_END();
 }
