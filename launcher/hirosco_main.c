@@ -90,7 +90,7 @@ static int watch(char* const arguments[], const launch_options_t* const options)
     if (launcher.run != NULL) {
         conclude();
     } else if (code != 0) {
-        (void)report_error("the launcher was killed before its run began");
+        (void)report_error("the launcher was killed before its run began; start it again");
     } else {
         // The launcher has ended normally and has cleaned up itself.
     }

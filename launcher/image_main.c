@@ -106,7 +106,9 @@ static const char* attach(image_t* const self, const char* const run_name_text)
                                 &descriptor_mission_whole, &self->mission, &self->own[0]) != STATUS_OK) {
         return descriptor_error(&self->files.loader);
     }
-    return (self->scheduler == NULL) ? "the run's scheduler is gone" : NULL;
+    return (self->scheduler == NULL)
+               ? "the run's scheduler is of another version; build all programs with `make`"
+               : NULL;
 }
 
 static component_runtime_surroundings_t surroundings_of(image_t* const self)
@@ -139,7 +141,7 @@ static const char* open_component(image_t* const self, const unsigned index,
     }
     const component_open_t open = component_find(self->mission.subsystems[index].executable);
     if (open == NULL) {
-        return "the image contains no program for one of the mission's executables";
+        return "the image contains no program for one of the mission's executables; use --form processes";
     }
     if (!open(&self->runtimes[index], &self->programs[index])) {
         return self->runtimes[index].error;
@@ -288,7 +290,7 @@ static const char* open_cosimulation(image_t* const self, const char* const path
     }
     if (cosimulation_port_open(&self->cosimulation, path, "operator", self->scheduler,
                                COSIMULATION_PORT_TIMEOUT_MS) != STATUS_OK) {
-        return "cannot open the operator's co-simulation port";
+        return "cannot open the operator's co-simulation port in /dev/shm; is it full?";
     }
     self->has_cosimulation = true;
     status_t status        = STATUS_TIMEOUT;
@@ -302,7 +304,7 @@ static const char* open_cosimulation(image_t* const self, const char* const path
         return NULL;
     }
     if (status != STATUS_OK) {
-        return "the operator did not join";
+        return "the operator did not join; see console.log for its error";
     }
     osal_lockstep_set_stream_port(self->scheduler, participant, self->cosimulation.stream_port);
     osal_lockstep_done(self->scheduler, participant, 0U);

@@ -49,13 +49,15 @@ bool launcher_enter_computer(launcher_t* const launcher, const unsigned computer
     }
     name_computer(NAMESPACES, launcher->run->identity, computer, path, sizeof path);
     return (osal_network_enter(&launcher->home, path) == STATUS_OK) ||
-           launcher_fail(launcher, "cannot enter the network namespace ", path);
+           launcher_fail(launcher,
+                         "cannot enter a network namespace; run it as root, or with --nodes 1: ", path);
 }
 
 void launcher_leave_computer(launcher_t* const launcher)
 {
     if ((launcher->run->computer_count >= 2U) && (osal_network_leave(&launcher->home) != STATUS_OK)) {
-        (void)launcher_fail(launcher, "cannot return to the network namespace of the launcher", "");
+        (void)launcher_fail(launcher, "cannot return to the network namespace of the launcher",
+                            "; run it with --nodes 1");
     }
 }
 
@@ -270,7 +272,7 @@ static bool open_udp(launcher_t* const launcher, osal_socket_t* const socket, co
             launcher,
             (const char* const[]){"cannot open a UDP socket on ",
                                   (launcher->run->computer_count < 2U) ? "127.0.0.1" : addresses[computer],
-                                  ": ", status_text(status), NULL});
+                                  ": ", status_text(status), "; raise `ulimit -n`", NULL});
     }
     *out_port = local.port;
     return true;
@@ -282,7 +284,7 @@ static bool open_tipc(launcher_t* const launcher, osal_socket_t* const socket, c
     const osal_tipc_scope_t scope = (launcher->run->computer_count < 2U) ? OSAL_TIPC_NODE : OSAL_TIPC_CLUSTER;
     const status_t status         = osal_tipc_open(socket, kind, &name, scope);
     return (status == STATUS_OK) ||
-           launcher_fail(launcher, "cannot open a TIPC socket: ", status_text(status));
+           launcher_fail(launcher, "cannot open a TIPC socket; use --transport udp: ", status_text(status));
 }
 
 static bool open_message_socket(launcher_t* const launcher, const uint16_t index)

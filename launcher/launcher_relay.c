@@ -31,11 +31,11 @@ const char* launcher_relay_open(launcher_relay_t* const self, run_state_t* const
     for (size_t i = 0U; i < RUN_LINKS_MAX; i++) {
         if ((run->relay.descriptors[i] >= 0) &&
             (osal_socket_adopt(&self->sockets[i], run->relay.descriptors[i]) != STATUS_OK)) {
-            return "the relay cannot take over its sockets";
+            return "the relay cannot take over its sockets; start the mission again";
         }
     }
     const status_t status = osal_udp_open(&self->sender, (osal_address_t){run->computer_ipv4[0], 0U}, 0U);
-    return (status == STATUS_OK) ? NULL : "the relay cannot open a socket to send";
+    return (status == STATUS_OK) ? NULL : "the relay cannot open a socket to send; raise `ulimit -n`";
 }
 
 /// Receive from a socket until it is empty. Returns the number of datagrams received.

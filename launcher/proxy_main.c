@@ -52,15 +52,17 @@ static const char* open_run(proxy_t* const self, const char* const name)
         return "there is no such run; `hirosco run --remote-endian SUBSYSTEM` starts it";
     }
     if (self->component >= self->run->component_count) {
-        return "the run has no such component";
+        return "the run has no such component; `hirosco run` starts all of a mission";
     }
     self->life = __atomic_load_n(&self->run->components[self->component].life, __ATOMIC_ACQUIRE);
     if (!run_name(self->run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||
         (osal_shm_open(&self->scheduler_shm, scheduler_name) != STATUS_OK)) {
-        return "the run's scheduler is gone";
+        return "the run's scheduler is gone; start the mission again";
     }
     self->scheduler = osal_lockstep_attach(osal_shm_address(&self->scheduler_shm));
-    return (self->scheduler != NULL) ? NULL : "the run's scheduler is of another version";
+    return (self->scheduler != NULL)
+               ? NULL
+               : "the run's scheduler is of another version; build all programs with `make`";
 }
 
 /// Start the runner, arguments[0]. It inherits the descriptors `ends` and, unless it emulates a board, the
@@ -223,7 +225,7 @@ static void open_buses(proxy_t* const self, const uint32_t opened)
         if (osal_can_open(&self->buses.ends[bus], address, OSAL_CAN_NODE) == STATUS_OK) {
             self->buses.open |= bit;
         } else {
-            (void)report_error("cannot open the bus ", address);
+            (void)report_error("cannot open a bus; start the mission again: ", address);
         }
     }
 }
@@ -273,7 +275,7 @@ static status_t take_done(proxy_t* const self, remote_endian_done_t* const out_d
     }
     if ((self->buses.refused > 0U) && !self->has_reported_refused) {
         self->has_reported_refused = true;
-        (void)report_error("a bus did not take all frames of ", self->program);
+        (void)report_error("a bus was full, and frames are lost; lower its load: ", self->program);
     }
     return status;
 }
@@ -412,7 +414,7 @@ int main(int argument_count, char* arguments[])
     const bool is_started = (self->board != NULL) ? start_board(self, arguments[2], arguments[8])
                                                   : start_program(self, arguments[2], arguments[8]);
     if (!is_started) {
-        return report_error("cannot start ", arguments[8]);
+        return report_error("cannot start a program; install its emulator with `make setup`: ", arguments[8]);
     }
     const bool is_good = serve(self);
     if (self->board != NULL) {

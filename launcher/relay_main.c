@@ -43,8 +43,9 @@ int main(int argument_count, char* arguments[])
         return report_error("there is no such run; `hirosco run --delay MS` starts it");
     }
     osal_lockstep_t* const scheduler = osal_lockstep_attach(osal_shm_address(&scheduler_shm));
-    const char* const error          = (scheduler == NULL) ? "the run's scheduler is of another version"
-                                                           : launcher_relay_open(&relay, run, scheduler);
+    const char* const error =
+        (scheduler == NULL) ? "the run's scheduler is of another version; build all programs with `make`"
+                            : launcher_relay_open(&relay, run, scheduler);
     if (error != NULL) {
         return report_error(error);
     }

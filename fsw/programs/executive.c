@@ -86,12 +86,12 @@ static const char* open_run(const char* const name, const unsigned component,
         return "there is no such run; programs of a mission are started by `hirosco run`";
     }
     if (component >= run->component_count) {
-        return "the run has no such component";
+        return "the run has no such component; `hirosco run` starts all of a mission";
     }
     if (run->is_stepped) {
         if (!run_name(run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||
             (osal_shm_open(&storage.scheduler_shm, scheduler_name) != STATUS_OK)) {
-            return "the run's scheduler is gone";
+            return "the run's scheduler is gone; start the mission again";
         }
         *out_scheduler = osal_lockstep_attach(osal_shm_address(&storage.scheduler_shm));
     }
@@ -131,10 +131,12 @@ static void note_attributes(const char* const executable)
         return;
     }
     if (!clock->attributes.is_memory_locked) {
-        (void)report_error(executable, "note: locked memory is not permitted here");
+        (void)report_error(executable,
+                           "note: locked memory is not permitted here; run as root, or raise `ulimit -l`");
     }
     if (!clock->attributes.is_slack_minimal) {
-        (void)report_error(executable, "note: the timer slack cannot be reduced here");
+        (void)report_error(executable,
+                           "note: the timer slack cannot be reduced here, so the loop may start 50 us late");
     }
 }
 
@@ -151,7 +153,9 @@ static void follow_priority(const char* const executable, const component_instan
     }
     *priority = wanted;
     if ((osal_task_set_priority((int)wanted) != STATUS_OK) && (wanted > 0U)) {
-        (void)report_error(executable, "note: real-time priorities are not permitted here");
+        (void)report_error(
+            executable,
+            "note: real-time priorities are not permitted here; run as root, or raise `ulimit -r`");
     }
 }
 
@@ -160,7 +164,8 @@ static void start_watchdog(const char* const executable, const uint32_t period_m
 {
     const status_t status = osal_watchdog_start(period_ms);
     if ((status != STATUS_OK) && (status != STATUS_UNSUPPORTED)) {
-        (void)report_error(executable, "note: the watchdog cannot be started");
+        (void)report_error(executable,
+                           "note: the watchdog cannot be started, so it resets no program that hangs");
     }
 }
 
@@ -236,7 +241,7 @@ int executive_run(const int argument_count, char* const arguments[], const char*
         return report_error(executable, storage.runtime.error);
     }
     if (!start_loop_tasks(&instance)) {
-        return report_error(executable, "cannot start the tasks of its loops");
+        return report_error(executable, "cannot start the tasks of its loops; raise `ulimit -u`");
     }
     note_attributes(executable);
     // The promise of the earlier life is not valid.

@@ -16,7 +16,9 @@ static void follow_priority(loop_task_t* const self, uint8_t* const priority)
     }
     *priority = wanted;
     if ((osal_task_set_priority((int)wanted) != STATUS_OK) && (wanted > 0U)) {
-        osal_console_print_error("loop of services: note: real-time priorities are not permitted here");
+        osal_console_print_error(
+            "loop of services: note: real-time priorities are not permitted here; run as root, or raise "
+            "`ulimit -r`");
     }
 }
 

@@ -15,9 +15,8 @@ static status_t report_error(component_runtime_t* const runtime, const char* con
     text_add(&text, "cannot keep records in ");
     text_add(&text, path);
     text_add(&text, ": ");
-    text_add(&text, (status == STATUS_BUSY)
-                        ? "another flight uses this storage; choose another directory with --storage"
-                        : status_text(status));
+    text_add(&text, (status == STATUS_BUSY) ? "another flight uses this storage" : status_text(status));
+    text_add(&text, "; choose another directory with --storage");
     return status;
 }
 
@@ -182,7 +181,7 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
     const status_t named = osal_file_sync_names(path); // Both files are in one directory.
     if (named != STATUS_OK) {
         close_files(store, 2U);
-        return report_error(runtime, path, named);
+        return report_error(runtime, runtime->run->storage, named);
     }
     const journal_configuration_t configuration = {
         .media        = {medium_of(store, 0U, waits), medium_of(store, 1U, waits)},
@@ -196,6 +195,7 @@ status_t record_store_open(record_store_t* const store, component_runtime_t* con
     const status_t status = journal_open(&store->journal, &configuration);
     if (status != STATUS_OK) {
         record_store_close(store);
+        (void)name_of(runtime, "journal.0 or .1", path); // The journal does not tell which file failed.
         return report_error(runtime, path, status);
     }
     return STATUS_OK;

@@ -45,6 +45,7 @@ status_t store_files_open(store_files_t* const stores, component_runtime_t* cons
         text_add(&text, path);
         text_add(&text, ": ");
         text_add(&text, status_text(status));
+        text_add(&text, "; choose another directory with --storage");
         store_files_close(stores);
     }
     return status;

@@ -287,6 +287,7 @@ static bool open_files(component_runtime_t* const runtime)
     text = text_in(runtime->error, sizeof runtime->error);
     text_add(&text, "cannot open the directory of files ");
     text_add(&text, path);
+    text_add(&text, "; choose another directory with --storage");
     return false;
 }
 
@@ -390,6 +391,7 @@ bool supervisor_open(component_runtime_t* const runtime, component_instance_t* c
         text_add(&text, runtime->run->directory);
         text_add(&text, ": ");
         text_add(&text, status_text(status));
+        text_add(&text, "; choose another one with --out");
         return false;
     }
     keep_arrivals(runtime, checkpoint);

@@ -40,7 +40,7 @@ def enumerations(subsystem, container):
     for element in container.children:
         name, first, words = element.identifier(), element.unsigned("first", 0, 65535, 0), element.attributes["values"].split(" ")
         if not all(IDENTIFIER.match(word) for word in words) or len(set(words)) < len(words):
-            element.wrong("values", "different upper-case identifiers of at most 32 characters, one space between")
+            element.wrong("values", "different upper-case identifiers (A-Z 0-9 _) of at most 32 characters, one space between")
         subsystem.enumerations.append(Enumeration(element, name, first, {word: first + index for index, word in enumerate(words)}))
         if len(subsystem.enumerations) > ENUMERATIONS:
             element.fail(f"too many enumerations, at most {ENUMERATIONS}")

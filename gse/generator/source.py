@@ -89,13 +89,13 @@ class Element:
         """Upper-case identifier."""
         value = self.attributes[attribute]
         if not IDENTIFIER.match(value) or len(value) > longest:
-            self.wrong(attribute, f"an upper-case identifier of at most {longest} characters")
+            self.wrong(attribute, f"an upper-case identifier (A-Z 0-9 _) of at most {longest} characters")
         return value
 
     def lower_identifier(self, attribute="name", longest=NAME_MAX):
         """Lower-case identifier: buses, missions, programs."""
         if not LOWER_IDENTIFIER.match(self.attributes[attribute]) or len(self.attributes[attribute]) > longest:
-            self.wrong(attribute, f"a lower-case identifier of at most {longest} characters")
+            self.wrong(attribute, f"a lower-case identifier (a-z 0-9 _ -) of at most {longest} characters")
         return self.attributes[attribute]
 
     def unsigned(self, attribute, low, high, default=None):

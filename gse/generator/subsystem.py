@@ -557,4 +557,5 @@ def _same_ports(subsystem):
                 port.name == other.name
                 and (port.provided != other.provided or port.layout_hash != other.layout_hash)
             ):
-                port.element.fail(f"port {port.name} differs from port {other.name} in line {other.element.line}")
+                port.element.fail(f"port {port.name} differs from port {other.name} in line {other.element.line}: "
+                                  "expected one id, direction and layout for a name")

@@ -467,7 +467,8 @@ static status_t open_live(simulator_t* const simulator, const simulator_config_t
     const status_t status = live_open(&wanted, &simulator->live);
     if (status != STATUS_OK) {
         (void)snprintf(error, SIMULATOR_ERROR_MAX,
-                       "simulator: cannot open the live port, or write live.port and live.scn in '%s'",
+                       "simulator: cannot open the live port, or write live.port and live.scn in '%s'; does "
+                       "the directory exist?",
                        config->output_path);
     }
     for (unsigned i = 0U; i < simulator->bus_count; i++) {

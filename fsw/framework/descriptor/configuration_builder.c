@@ -317,8 +317,10 @@ static void check_same_ports(source_t* const source)
             const bool is_same =
                 (port->is_provided == other->is_provided) && (port->layout_hash == other->layout_hash);
             if ((has_name != (port->id == other->id)) || (has_name && !is_same)) {
-                descriptor_source_refuse(source, port->line, "port % differs from port % in line #",
-                                         port->name, other->name, other->line);
+                descriptor_source_refuse(
+                    source, port->line,
+                    "port % differs from port % in line #: expected one id, direction and layout for a name",
+                    port->name, other->name, other->line);
             }
         }
     }

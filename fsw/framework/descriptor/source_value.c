@@ -82,9 +82,9 @@ const char* descriptor_source_text(source_t* const source, const char* const att
     if (value == NULL) {
         return "";
     }
-    static const char* const forms[] = {[SOURCE_UPPER] = "an upper-case identifier",
-                                        [SOURCE_LOWER] = "a lower-case identifier",
-                                        [SOURCE_NAMES] = "different upper-case identifiers",
+    static const char* const forms[] = {[SOURCE_UPPER] = "an upper-case identifier (A-Z 0-9 _)",
+                                        [SOURCE_LOWER] = "a lower-case identifier (a-z 0-9 _ -)",
+                                        [SOURCE_NAMES] = "different upper-case identifiers (A-Z 0-9 _)",
                                         [SOURCE_TEXT]  = "a text"};
     const bool is_right =
         (form == SOURCE_TEXT) ? (strlen(value) <= longest) : are_identifiers(value, form, longest);

@@ -202,14 +202,14 @@ static void sockets_that_cannot_be_opened_are_reported(void** state)
     (void)state;
     expect_value(__wrap_osal_socket_adopt, descriptor, FIRST_DESCRIPTOR);
     will_return(__wrap_osal_socket_adopt, STATUS_INVALID);
-    assert_string_equal("the relay cannot take over its sockets",
+    assert_string_equal("the relay cannot take over its sockets; start the mission again",
                         launcher_relay_open(&relay, &run, scheduler));
     expect_value(__wrap_osal_socket_adopt, descriptor, FIRST_DESCRIPTOR);
     will_return(__wrap_osal_socket_adopt, STATUS_OK);
     expect_value(__wrap_osal_socket_adopt, descriptor, FIRST_DESCRIPTOR + (int)LINK_IN_USE);
     will_return(__wrap_osal_socket_adopt, STATUS_OK);
     will_return(__wrap_osal_udp_open, STATUS_EXHAUSTED);
-    assert_string_equal("the relay cannot open a socket to send",
+    assert_string_equal("the relay cannot open a socket to send; raise `ulimit -n`",
                         launcher_relay_open(&relay, &run, scheduler));
 }
 

@@ -192,7 +192,9 @@ static void a_priority_that_is_not_permitted_is_noted(void)
     (void)close(ends[1]);
     TEST_ASSERT_TRUE(read(ends[0], console_text, sizeof console_text - 1U) > 0);
     (void)close(ends[0]);
-    TEST_ASSERT_NOT_NULL(strstr(console_text, "note: real-time priorities are not permitted here\n"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(console_text,
+               "note: real-time priorities are not permitted here; run as root, or raise `ulimit -r`\n"));
 }
 
 static void tasks_end_only_on_request(void)

@@ -155,7 +155,8 @@ static void expect_priority(uint8_t priority, status_t status)
 
 static void a_task_asks_for_each_new_priority_once(void** state)
 {
-    static const char note[] = "loop of services: note: real-time priorities are not permitted here";
+    static const char note[] = "loop of services: note: real-time priorities are not permitted here; run as "
+                               "root, or raise `ulimit -r`";
     (void)state;
     start();
     expect_round(0U, 0U, 0U, STATUS_OK); // The ordinary priority of the start.

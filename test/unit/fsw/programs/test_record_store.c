@@ -113,7 +113,9 @@ static void if_the_directory_cannot_be_synced_both_files_are_released(void)
     const status_t status = record_store_open(&store, &runtime, slots, CAPACITY, true);
     TEST_ASSERT_EQUAL(0, setrlimit(RLIMIT_NOFILE, &before));
     TEST_ASSERT_NOT_EQUAL(STATUS_OK, status);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(runtime.error, "cannot keep records in "), runtime.error);
+    char expected[128];
+    (void)snprintf(expected, sizeof expected, "cannot keep records in %s: ", directory);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(runtime.error, expected), runtime.error);
     TEST_ASSERT_EQUAL(STATUS_OK, record_store_open(&other, &runtime, other_slots, CAPACITY, true));
     record_store_close(&other);
 }
@@ -148,7 +150,9 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
 {
     (void)strcpy(run.storage, "/nowhere");
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, record_store_open(&store, &runtime, slots, CAPACITY, true));
-    TEST_ASSERT_EQUAL_STRING("cannot keep records in /nowhere/ARM.journal.0: not found", runtime.error);
+    TEST_ASSERT_EQUAL_STRING(
+        "cannot keep records in /nowhere/ARM.journal.0: not found; choose another directory with --storage",
+        runtime.error);
     (void)memset(run.storage, 'x', sizeof run.storage - 1U);
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, record_store_open(&store, &runtime, slots, CAPACITY, true));
     (void)strcpy(run.storage, directory);
@@ -165,6 +169,12 @@ static void a_record_store_that_cannot_be_opened_is_reported(void)
     TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&store.journal));
     record_store_close(&store);
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, record_store_open(&store, &runtime, slots, CAPACITY - 1U, false));
+    char expected[256];
+    (void)snprintf(
+        expected, sizeof expected,
+        "cannot keep records in %s/ARM.journal.0 or .1: %s; choose another directory with --storage",
+        directory, status_text(STATUS_EXHAUSTED));
+    TEST_ASSERT_EQUAL_STRING(expected, runtime.error);
 }
 
 /// Change the octet at `offset` of a file in the storage. Returns the size of the file.

@@ -55,12 +55,12 @@ def test_other_times_are_refused(text):
 
 
 @pytest.mark.parametrize("ask, expected", [
-    (lambda e: e.identifier(), "an upper-case identifier of at most 32 characters"),
+    (lambda e: e.identifier(), "an upper-case identifier (A-Z 0-9 _) of at most 32 characters"),
     (lambda e: e.unsigned("number", 1, 9), "a number from 1 to 9"),
     (lambda e: e.flag("flag"), "true or false"),
     (lambda e: e.word("word", ["A", "B"]), "one of A B"),
     (lambda e: e.words("words", ["A", "B"]), "one or more words, each once, separated by single spaces, of A B"),
-    (lambda e: e.lower_identifier("lower"), "a lower-case identifier of at most 32 characters")])
+    (lambda e: e.lower_identifier("lower"), "a lower-case identifier (a-z 0-9 _ -) of at most 32 characters")])
 def test_a_wrong_value_is_refused_with_what_is_expected(ask, expected):
     with pytest.raises(DescriptorError) as refused:
         ask(element(name="a", number="10", flag="1", word="C", words="A A", lower="Bus"))

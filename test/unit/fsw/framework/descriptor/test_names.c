@@ -83,7 +83,8 @@ static void each_error_contains_line_and_cause(void)
         unsigned line;
         const char* cause;
     } cases[] = {
-        {"values='OFF P", "values='OFF OFF P", 2U, "expected different upper-case identifiers of at most 32"},
+        {"values='OFF P", "values='OFF OFF P", 2U,
+         "expected different upper-case identifiers (A-Z 0-9 _) of at most 32"},
         {"values='OFF P", "values='OFF  P", 2U, "expected different upper-case identifiers"},
         {"values='OFF P", "values=' P", 2U, "expected different upper-case identifiers"},
         {"FORCE'/>", "FORCE '/>", 2U, "expected different upper-case identifiers"},
@@ -98,7 +99,7 @@ static void each_error_contains_line_and_cause(void)
         {"id='32767'", "id='32768'", 5U, "expected a number from 1 to 32767"},
         {"id='32767'", "id='1'", 5U, "id 1 is taken in line 4"},
         {"name='TOO_FAST'", "name='TOO_FAR'", 5U, "name TOO_FAR is taken in line 4"},
-        {"detail='JOINT'", "detail='joint'", 4U, "expected an upper-case identifier"},
+        {"detail='JOINT'", "detail='joint'", 4U, "expected an upper-case identifier (A-Z 0-9 _) of at most"},
         {"enumeration='MODE' init", "enumeration='MODES' init", 7U,
          "expected an <Enumeration> defined above whose numbers fit"},
         {"type='UINT8'", "type='INT8'", 8U,

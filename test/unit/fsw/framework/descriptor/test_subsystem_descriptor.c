@@ -306,7 +306,7 @@ static const damage_t damages[] = {
      "<SampledOnce><ParamRef name='COUNT'/></SampledOnce><SampledNREPTimes nrep='5'>", 31U,
      "a second <SampledOnce>"},
     // Names and numbers.
-    {"name='ARM'", "name='Arm'", 1U, "name=\"Arm\" of <Subsystem>: expected an upper-case identifier"},
+    {"name='ARM'", "name='Arm'", 1U, "name=\"Arm\" of <Subsystem>: expected an upper-case identifier ("},
     {"name='ARM'", "name='A2345678901234567890123456789012X'", 1U, "at most 32"},
     {"name='MOVE_TO'", "name='MOVE_THERE'", 21U, "at most 8"},
     {"id='16'", "id='0'", 1U, "a number from 1 to 2046"},
@@ -453,7 +453,7 @@ static const damage_t damages[] = {
     {"</HKService>\n</Configuration>",
      "</HKService>\n<RTLinkService><Requires name='HEAD' id='2' methods='UDP'><ParamRef name='KIND' "
      "type='UINT8'/></Requires></RTLinkService></Configuration>",
-     39U, "port HAND differs from port HEAD in line 34"},
+     39U, "port HAND differs from port HEAD in line 34: expected one id, direction and layout for a name"},
     // Devices.
     {"object='0x6060:00'", "object='6060:00'", 45U, "an object like 0x6060:00"},
     {"object='0x6060:00'", "object='0x6060:0'", 45U, "an object like 0x6060:00"},
@@ -465,7 +465,8 @@ static const damage_t damages[] = {
     {"bus='robot' ", "", 47U, "<Endnode> of type CAN needs attribute bus"},
     {"bus='robot' node", "bus='robot' port='1' node", 47U, "<Endnode> of type CAN has no attribute port"},
     {"bus='robot'", "bus='Robot'", 47U, "a lower-case identifier"},
-    {"bus='robot'", "bus='sixteen-letters-'", 47U, "a lower-case identifier of at most 15 characters"},
+    {"bus='robot'", "bus='sixteen-letters-'", 47U,
+     "a lower-case identifier (a-z 0-9 _ -) of at most 15 characters"},
     {"bus='robot'", "bus='robot' redundantBus='sixteen-letters-'", 47U, "of at most 15 characters"},
     {"bus='robot'", "bus='robot' redundantBus='B'", 47U, "redundantBus=\"B\""},
     {"bus='robot' node='0x11'", "redundantBus='robot-b' node='0x11'", 47U, "needs attribute bus"},
