@@ -178,6 +178,25 @@ static void a_contact_yields_along_the_surface_in_every_direction(void)
     EXPECT_WITHIN(-0.3 * MASS * 9.81, 0.05, plant_truth(plant)->contact[0].force_n[1]);
 }
 
+/// Put a ball on a cylinder along z, at an angle [rad] from x. The gravity [m/s^2] presses it on the
+/// cylinder, pulls it along the axis by 0.5, and around the axis by `around`.
+static void begin_on_post(double angle, double around)
+{
+    const double c = cos(angle);
+    const double s = sin(angle);
+    char text[1500];
+    (void)snprintf(
+        text, sizeof text,
+        "<World name=\"w\" step=\"500us\" gravity=\"%.17g %.17g -0.5\">\n" FREE(
+            "b", "ball.urdf", "at=\"%.17g %.17g 0\"") "<Fixture name=\"post\" at=\"0 0 0\"><Cylinder "
+                                                      "radius=\"0.5\" length=\"4\" at=\"0 0 0\"/></Fixture>\n"
+                                                      "<Contact a=\"b.body\" b=\"post\" stiffness=\"5000\" "
+                                                      "damping=\"100\" friction=\"0.3\" shear=\"1000\" "
+                                                      "shearDamping=\"50\"/>\n</World>\n",
+        -9.81 * c - around * s, -9.81 * s + around * c, 0.597 * c, 0.597 * s);
+    begin(text);
+}
+
 /// A ball on a cylinder along z yields along the surface. From 64 degrees on, where the normal is nearly y,
 /// the simulator uses other directions along the surface (contacts.c); the ball must yield as far with both.
 static void a_contact_yields_as_far_on_a_steep_surface(void)
@@ -185,24 +204,36 @@ static void a_contact_yields_as_far_on_a_steep_surface(void)
     const double angles[] = {1.0, 1.15};
     double sink[2];
     for (unsigned i = 0U; i < 2U; i++) {
-        char text[1500];
-        (void)snprintf(text, sizeof text,
-                       "<World name=\"w\" step=\"500us\" gravity=\"%.17g %.17g -0.5\">\n" FREE(
-                           "b", "ball.urdf",
-                           "at=\"%.17g %.17g 0\"") "<Fixture name=\"post\" at=\"0 0 0\"><Cylinder "
-                                                   "radius=\"0.5\" length=\"4\" at=\"0 0 0\"/></Fixture>\n"
-                                                   "<Contact a=\"b.body\" b=\"post\" stiffness=\"5000\" "
-                                                   "damping=\"100\" friction=\"0.3\" shear=\"1000\" "
-                                                   "shearDamping=\"50\"/>\n</World>\n",
-                       -9.81 * cos(angles[i]), -9.81 * sin(angles[i]), 0.597 * cos(angles[i]),
-                       0.597 * sin(angles[i]));
-        begin(text);
+        begin_on_post(angles[i], 0.0);
         run(0.2);
         sink[i] = plant_truth(plant)->contact[0].place_m[2];
         TEST_ASSERT_EQUAL_UINT(i, plant->contacts.pair[0].is_steep ? 1U : 0U);
     }
     EXPECT_ABOVE(1e-5, -sink[0]);
     EXPECT_WITHIN(sink[0], 1e-6, sink[1]);
+}
+
+/// The second ball passes the angle at which the directions change. Its stretch is turned into the new
+/// directions, so it moves as the first ball, which does not pass the angle.
+static void a_ball_moves_as_far_if_the_directions_along_the_surface_change_under_way(void)
+{
+    const double angles[] = {0.9, 1.09};
+    double sink[2];
+    double way[2];
+    for (unsigned i = 0U; i < 2U; i++) {
+        begin_on_post(angles[i], 2.0);
+        run(0.1);
+        TEST_ASSERT_FALSE(plant->contacts.pair[0].is_steep);
+        run(0.2);
+        TEST_ASSERT_EQUAL_UINT(i, plant->contacts.pair[0].is_steep ? 1U : 0U);
+        const double* place = plant_truth(plant)->contact[0].place_m;
+        sink[i]             = place[2];
+        way[i]              = atan2(place[1], place[0]) - angles[i];
+    }
+    EXPECT_ABOVE(1e-3, -sink[0]);
+    EXPECT_ABOVE(1e-2, way[0]);
+    EXPECT_WITHIN(sink[0], 1e-6, sink[1]);
+    EXPECT_WITHIN(way[0], 1e-6, way[1]);
 }
 
 /// A cylinder that lies on another touches it along a line, but ODE finds only one point of the line.
@@ -230,6 +261,7 @@ int main(void)
     RUN_TEST(friction_holds_in_its_cone_and_slides_beyond);
     RUN_TEST(a_contact_yields_along_the_surface_in_every_direction);
     RUN_TEST(a_contact_yields_as_far_on_a_steep_surface);
+    RUN_TEST(a_ball_moves_as_far_if_the_directions_along_the_surface_change_under_way);
     RUN_TEST(two_cylinders_are_refused);
     return UNITY_END();
 }
