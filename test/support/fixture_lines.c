@@ -50,6 +50,24 @@ bool fixture_has(const char* start)
     return false;
 }
 
+unsigned fixture_count(const char* text, const char* part)
+{
+    unsigned count = 0U;
+    for (const char* at = strstr(text, part); at != NULL; at = strstr(at + 1, part)) {
+        count++;
+    }
+    return count;
+}
+
+unsigned fixture_count_lines(const char* text, const char* start)
+{
+    unsigned count = 0U;
+    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
+        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
+    }
+    return count;
+}
+
 void fixture_expect_at(const char* expected, unsigned line)
 {
     const char* const found = fixture_look();

@@ -13,6 +13,10 @@ const char* fixture_look(void);
 void fixture_forget(void);
 /// True if a line since the last fixture_look begins with `start`; does not consume lines.
 bool fixture_has(const char* start);
+/// Returns how often a part occurs in a text.
+unsigned fixture_count(const char* text, const char* part);
+/// Returns how many lines of a text begin with `start`; each line of the text has an end.
+unsigned fixture_count_lines(const char* text, const char* start);
 /// Expect exactly these lines since the last call.
 #define fixture_expect(lines) fixture_expect_at((lines), __LINE__)
 void fixture_expect_at(const char* lines, unsigned line);

@@ -405,15 +405,6 @@ static bool dies_within_a_step(unsigned sends)
     return true;
 }
 
-static unsigned count_lines(const char* text, const char* start)
-{
-    unsigned count = 0U;
-    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
-        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
-    }
-    return count;
-}
-
 /// Requests to a subsystem, one to the supervisor, and a report are received in one step.
 static void expect_that_everything_arrives_once(unsigned sends)
 {
@@ -426,13 +417,13 @@ static void expect_that_everything_arrives_once(unsigned sends)
     const bool has_died = dies_within_a_step(sends);
     fixture_run(60U);
     const char* const text = fixture_look();
-    TEST_ASSERT_EQUAL(1U, count_lines(text, "16 TC 129.1 03 from 1\n"));
-    TEST_ASSERT_EQUAL(1U, count_lines(text, "17 TC 129.1 03 from 1\n"));
-    TEST_ASSERT_EQUAL(1U, count_lines(text, "G/18 5.1 0004"));
-    TEST_ASSERT_EQUAL(1U, count_lines(text, "G 1.1 #1\n"));
-    TEST_ASSERT_EQUAL(1U, count_lines(text, "G 17.2"));
-    TEST_ASSERT_EQUAL(1U, count_lines(text, "G 1.7 #1\n"));
-    TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(text, RESTARTED "000000020000"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "16 TC 129.1 03 from 1\n"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "17 TC 129.1 03 from 1\n"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G/18 5.1 0004"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G 1.1 #1\n"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G 17.2"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G 1.7 #1\n"));
+    TEST_ASSERT_EQUAL(has_died ? 1U : 0U, fixture_count_lines(text, RESTARTED "000000020000"));
     TEST_ASSERT_EQUAL(STATE_OPERATIONAL, subsystem_state(&fixture.supervisor.subsystem));
     expect_complete_log();
 }

@@ -5,7 +5,6 @@
 #include "unity.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #define TICKS_OF_A_STATUS 130U ///< More than two intervals between status reports (50 ticks).
 #define OTHER_HASH 0x1122334455667788ULL
@@ -21,22 +20,13 @@ void tearDown(void)
     fixture_close();
 }
 
-static unsigned count(const char* text, const char* part)
-{
-    unsigned found = 0U;
-    for (const char* at = strstr(text, part); at != NULL; at = strstr(at + 1, part)) {
-        found++;
-    }
-    return found;
-}
-
 /// Expect the event with a member's two hashes in the lines to the ground.
 static void expect_reported(const char* text, uint16_t event, uint64_t expected, uint64_t offset)
 {
     char line[96];
     (void)snprintf(line, sizeof line, "G 5.2 %04X%04X%016llX%016llX", (unsigned)event, LONE,
                    (unsigned long long)expected, (unsigned long long)(expected + offset));
-    TEST_ASSERT_EQUAL_MESSAGE(1U, count(text, line), text);
+    TEST_ASSERT_EQUAL_MESSAGE(1U, fixture_count(text, line), text);
 }
 
 static const mission_subsystem_t* lone(void)
@@ -47,7 +37,7 @@ static const mission_subsystem_t* lone(void)
 static void equal_descriptors_are_not_reported(void)
 {
     fixture_run(TICKS_OF_A_STATUS);
-    TEST_ASSERT_EQUAL(0U, count(fixture_look(), "G 5."));
+    TEST_ASSERT_EQUAL(0U, fixture_count(fixture_look(), "G 5."));
     TEST_ASSERT_TRUE(lone()->interface_hash != lone()->configuration_hash);
 }
 
@@ -71,10 +61,10 @@ static void with_another_interface_a_subsystem_may_go_down_and_answer(void)
     fixture_forget();
     (void)fixture_tc(LONE, PUS_SERVICE_TEST, 1U, NULL, 0U);
     fixture_run(3U);
-    TEST_ASSERT_EQUAL(0U, count(fixture_look(), " 0114"));
+    TEST_ASSERT_EQUAL(0U, fixture_count(fixture_look(), " 0114"));
     (void)fixture_request_state(LONE, STATE_OFFLINE);
     fixture_run(3U);
-    TEST_ASSERT_EQUAL(0U, count(fixture_look(), " 0114"));
+    TEST_ASSERT_EQUAL(0U, fixture_count(fixture_look(), " 0114"));
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
 }
 

@@ -309,15 +309,6 @@ void tearDown(void)
 
 static const char* text; // Text of all lines since the step.
 
-static unsigned count_lines(const char* start)
-{
-    unsigned count = 0U;
-    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
-        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
-    }
-    return count;
-}
-
 static uint8_t seen[16384];       // Records of the log, by their number.
 static int32_t last_count[APIDS]; // Sequence count of the last report.
 
@@ -403,9 +394,9 @@ static const char* numbered(const char* format, uint16_t number)
 
 static void expect_end(uint16_t number)
 {
-    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", number)));
-    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.7 #%u\n", number)));
-    TEST_ASSERT_EQUAL(0U, count_lines(numbered("G 1.8 #%u ", number)));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, numbered("G 1.1 #%u\n", number)));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, numbered("G 1.7 #%u\n", number)));
+    TEST_ASSERT_EQUAL(0U, fixture_count_lines(text, numbered("G 1.8 #%u ", number)));
 }
 
 // ---- Tests ----
@@ -459,7 +450,7 @@ static void expect_all_once(void)
 {
     text = fixture_look();
     for (unsigned i = 0U; i < 4U; i++) {
-        TEST_ASSERT_EQUAL(1U, count_lines(numbered("G/16 1.7 #%u\n", busy.pings[i])));
+        TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, numbered("G/16 1.7 #%u\n", busy.pings[i])));
     }
     expect_end(busy.pings[4]);
     expect_end(busy.pings[5]);
@@ -467,14 +458,14 @@ static void expect_all_once(void)
     expect_end(busy.log);
     expect_end(busy.insert);
     // Four requests of the ground, and the request that the schedule has released.
-    TEST_ASSERT_EQUAL(5U, count_lines("16 TC 17.1 from 1\n"));
-    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.1 #%u\n", busy.link)));
-    TEST_ASSERT_EQUAL(1U, count_lines(numbered("G 1.8 #%u ", busy.link))); // HAND has died.
-    TEST_ASSERT_EQUAL(2U, count_lines("G 17.2"));
-    TEST_ASSERT_EQUAL(1U, count_lines("G 131.4")); // The change of the log.
-    TEST_ASSERT_EQUAL(1U, count_lines("G/16 5.1 0004"));
-    TEST_ASSERT_EQUAL(1U, count_lines("G/16 3.26 6162"));
-    TEST_ASSERT_EQUAL(1U, count_lines("G 5.4 00010011")); // PROCESS_LOST.
+    TEST_ASSERT_EQUAL(5U, fixture_count_lines(text, "16 TC 17.1 from 1\n"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, numbered("G 1.1 #%u\n", busy.link)));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, numbered("G 1.8 #%u ", busy.link))); // HAND has died.
+    TEST_ASSERT_EQUAL(2U, fixture_count_lines(text, "G 17.2"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G 131.4")); // The change of the log.
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G/16 5.1 0004"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G/16 3.26 6162"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, "G 5.4 00010011")); // PROCESS_LOST.
     TEST_ASSERT_EQUAL(1U, fixture.starts);
     TEST_ASSERT_EQUAL(1U, fixture.stops);
     TEST_ASSERT_EQUAL(1U, fixture.supervisor.spacecraft.schedules.time.schedule.count);
@@ -500,7 +491,7 @@ static void a_supervisor_killed_at_any_point_performs_each_request_once(void)
         has_died = dies(at);
         fixture_run(120U);
         expect_all_once();
-        TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
+        TEST_ASSERT_EQUAL(has_died ? 1U : 0U, fixture_count_lines(text, RESTARTED "000000020000"));
         begin_again();
     }
     TEST_ASSERT_TRUE_MESSAGE(at > 90U, "fewer points than expected");
@@ -538,10 +529,10 @@ static void the_failure_of_the_log_repeats_no_sequence_number_wherever_the_super
         is_disk_full        = false;
         fixture_run(120U);
         text = fixture_look();
-        TEST_ASSERT_EQUAL(1U, count_lines(numbered("G/16 1.7 #%u\n", ping)));
-        TEST_ASSERT_EQUAL(has_died ? 1U : 0U, count_lines(RESTARTED "000000020000"));
-        TEST_ASSERT_EQUAL(count_lines("G 5.4 0008"), count_lines("G 131.4 0003"));
-        TEST_ASSERT_TRUE(has_died || (count_lines("G 5.4 0008") == 1U));
+        TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, numbered("G/16 1.7 #%u\n", ping)));
+        TEST_ASSERT_EQUAL(has_died ? 1U : 0U, fixture_count_lines(text, RESTARTED "000000020000"));
+        TEST_ASSERT_EQUAL(fixture_count_lines(text, "G 5.4 0008"), fixture_count_lines(text, "G 131.4 0003"));
+        TEST_ASSERT_TRUE(has_died || (fixture_count_lines(text, "G 5.4 0008") == 1U));
         expect_complete_log();
         expect_frames_once();
         begin_again();

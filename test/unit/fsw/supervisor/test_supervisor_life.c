@@ -19,15 +19,6 @@ void tearDown(void)
     fixture_close();
 }
 
-static unsigned count_lines(const char* text, const char* start)
-{
-    unsigned count = 0U;
-    for (const char* line = text; line[0] != '\0'; line = strchr(line, '\n') + 1) {
-        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
-    }
-    return count;
-}
-
 static uint16_t mission_tc(uint8_t subtype, const void* data, size_t size)
 {
     return fixture_tc(SUPERVISOR_APID, PUS_SERVICE_MISSION, subtype, data, size);
@@ -51,11 +42,11 @@ static void supervisor_and_communication_start_without_a_request(void)
     static const char* const orders[] = {"2 TC 129.8 0300 from 8001", "2 TC 129.3 0001 from 8001",
                                          "2 TC 129.8 0400 from 8001", "2 TC 129.8 0500 from 8001"};
     for (unsigned i = 0U; i < 4U; i++) {
-        TEST_ASSERT_EQUAL(1U, count_lines(text, orders[i]));
+        TEST_ASSERT_EQUAL(1U, fixture_count_lines(text, orders[i]));
     }
-    TEST_ASSERT_EQUAL(4U, count_lines(text, "2 TC"));
-    TEST_ASSERT_EQUAL(0U,
-                      count_lines(text, "16 TC") + count_lines(text, "17 TC") + count_lines(text, "18 TC"));
+    TEST_ASSERT_EQUAL(4U, fixture_count_lines(text, "2 TC"));
+    TEST_ASSERT_EQUAL(0U, fixture_count_lines(text, "16 TC") + fixture_count_lines(text, "17 TC") +
+                              fixture_count_lines(text, "18 TC"));
     fixture_run(500U);
     fixture_expect("");
 }
@@ -173,7 +164,7 @@ static void a_mission_shuts_down_with_communication_last(void)
     }
     // The log is complete, including the last record.
     const char* const log = fixture_log_file("packets.ascii");
-    TEST_ASSERT_EQUAL(fixture.supervisor.log.next_number - 1U, count_lines(log, ""));
+    TEST_ASSERT_EQUAL(fixture.supervisor.log.next_number - 1U, fixture_count_lines(log, ""));
 }
 
 /// The request was lost on its way to a running subsystem.
@@ -356,9 +347,9 @@ static void a_log_that_fails_is_reported_once_and_continues_in_the_ring(void)
     select_log(PACKET_LOG_SQLITE);
     fixture_run(300U);
     const char* const reported = fixture_look();
-    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 5.4 000801")); // LOG_FAILED, strategy 1.
-    TEST_ASSERT_EQUAL(1U, count_lines(reported, "G 131.4 0103")); // The ring replaces the strategy.
-    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));               // The cause is PUS_FAILURE_IO.
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(reported, "G 5.4 000801")); // LOG_FAILED, strategy 1.
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(reported, "G 131.4 0103")); // The ring replaces the strategy.
+    TEST_ASSERT_NOT_NULL(strstr(reported, "0404"));                       // The cause is PUS_FAILURE_IO.
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
     select_log(PACKET_LOG_ASCII);
     TEST_ASSERT_TRUE(fixture_has("G 131.4 0300"));
@@ -381,7 +372,7 @@ static void a_log_that_can_be_written_again_is_reported(void)
     TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
     fixture_run(1390U);
     TEST_ASSERT_EQUAL(PACKET_LOG_SQLITE, fixture.supervisor.log.strategy);
-    TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), "G 131.4 0301"));
+    TEST_ASSERT_EQUAL(1U, fixture_count_lines(fixture_look(), "G 131.4 0301"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.log.failures);
 }
 

@@ -6,7 +6,6 @@
 #include "unity.h"
 
 #include <stdio.h>
-#include <string.h>
 
 void setUp(void)
 {
@@ -85,15 +84,6 @@ static void an_order_that_waits_ends_with_its_process(void)
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state); // The new life got no old order.
 }
 
-static unsigned count_of(const char* const text, const char* const start)
-{
-    unsigned count = 0U;
-    for (const char* line = strstr(text, start); line != NULL; line = strstr(line + 1, start)) {
-        count++;
-    }
-    return count;
-}
-
 /// LONE takes a request that was sent before the shutdown, when all others have been ordered to OFFLINE.
 static void a_subsystem_that_leaves_offline_during_the_shutdown_is_ordered_back_once(void)
 {
@@ -107,9 +97,9 @@ static void a_subsystem_that_leaves_offline_during_the_shutdown_is_ordered_back_
     fixture.members[FIXTURE_LONE].takes_nothing = false;
     fixture_run(100U); // Status reports come every half second.
     const char* const text = fixture_look();
-    TEST_ASSERT_EQUAL_UINT(1U, count_of(text, "18 TC 129.1 03"));
-    TEST_ASSERT_EQUAL_UINT(1U, count_of(text, "18 TC 129.8 0004 from 8001"));
-    TEST_ASSERT_EQUAL_UINT(2U, count_of(text, "18 TC"));
+    TEST_ASSERT_EQUAL_UINT(1U, fixture_count(text, "18 TC 129.1 03"));
+    TEST_ASSERT_EQUAL_UINT(1U, fixture_count(text, "18 TC 129.8 0004 from 8001"));
+    TEST_ASSERT_EQUAL_UINT(2U, fixture_count(text, "18 TC"));
     TEST_ASSERT_EQUAL(STATE_OFFLINE, fixture.members[FIXTURE_LONE].state);
     TEST_ASSERT_FALSE(fixture.is_finished);
 }

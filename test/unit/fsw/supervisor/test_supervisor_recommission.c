@@ -8,7 +8,6 @@
 #include "unity.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #define SECOND 100U ///< Ticks.
 // Reports of events, up to the event number; APID and further fields follow.
@@ -171,15 +170,6 @@ static void a_configuration_that_is_not_permitted_stops_recommissioning(void)
     TEST_ASSERT_FALSE(fixture_has("16 TC 129.3"));
 }
 
-static unsigned lines_with(const char* start)
-{
-    unsigned count = 0U;
-    for (const char* line = strstr(fixture_look(), start); line != NULL; line = strstr(line + 1, start)) {
-        count++;
-    }
-    return count;
-}
-
 /// The member stays in OFFLINE: it gets one command and has five seconds.
 static void a_member_that_does_not_follow_an_order_stops_recommissioning(void)
 {
@@ -191,7 +181,7 @@ static void a_member_that_does_not_follow_an_order_stops_recommissioning(void)
     TEST_ASSERT_TRUE(is_under_way(ARM));
     fixture_run(2U * SECOND);
     expect_stopped(ARM, STATE_OFFLINE, PUS_FAILURE_TIMEOUT);
-    TEST_ASSERT_EQUAL(1U, lines_with("16 TC 129.8 03"));
+    TEST_ASSERT_EQUAL(1U, fixture_count(fixture_look(), "16 TC 129.8 03"));
 }
 
 /// A configuration that is applied late, but in time, is progress: another five seconds begin.
@@ -235,12 +225,8 @@ static void a_refused_link_is_requested_three_times(void)
     die(FIXTURE_ARM);
     fixture.members[FIXTURE_HAND].refuses_links = PUS_LINK_REASON_PERIOD;
     fixture_run(8U * SECOND);
-    unsigned asked = 0U;
-    for (const char* line = strstr(fixture_look(), "17 TC 130.3"); line != NULL;
-         line             = strstr(line + 1, "17 TC 130.3")) {
-        asked++;
-    }
-    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, asked); // Two links are renewed.
+    // Two links are renewed.
+    TEST_ASSERT_EQUAL(2U * RECOMMISSION_RENEWALS, fixture_count(fixture_look(), "17 TC 130.3"));
     TEST_ASSERT_EQUAL(0U, fixture.supervisor.graph.count);
 }
 
@@ -328,15 +314,6 @@ static void the_shutdown_ends_recommissioning(void)
 
 // ---- A hang during recommissioning ----
 
-static unsigned times_reported(const char* text, const char* line)
-{
-    unsigned count = 0U;
-    for (const char* at = strstr(text, line); at != NULL; at = strstr(at + 1U, line)) {
-        count++;
-    }
-    return count;
-}
-
 /// The member makes no step, and neither receives nor sends, until it is killed for this.
 static void hang(unsigned member)
 {
@@ -373,15 +350,15 @@ static void a_member_that_hangs_during_recommissioning_starts_again(void)
         on_the_way += is_under_way(ARM) ? 1U : 0U;
         hang(FIXTURE_ARM);
         TEST_ASSERT_TRUE_MESSAGE(is_under_way(ARM), where); // A completed recommissioning has started again.
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(fixture_look(), HUNG "0010"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, fixture_count(fixture_look(), HUNG "0010"), where);
         fixture_run(5U * SECOND);
         const char* const text = fixture_look();
         TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, deaths_of(ARM), where);
-        TEST_ASSERT_EQUAL_MESSAGE(0U, times_reported(text, "G 5.4"), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, RETURNED "00100005"), where);
-        TEST_ASSERT_EQUAL_MESSAGE(0U, times_reported(text, STOPPED), where);
+        TEST_ASSERT_EQUAL_MESSAGE(0U, fixture_count(text, "G 5.4"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, fixture_count(text, RETURNED "00100005"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(0U, fixture_count(text, STOPPED), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_ARM].state, where);
         TEST_ASSERT_EQUAL_MESSAGE(STATE_OPERATIONAL, fixture.members[FIXTURE_HAND].state, where);
@@ -410,12 +387,12 @@ static void the_recovery_plan_of_a_hanging_partner_ends_recommissioning(void)
         TEST_ASSERT_EQUAL_MESSAGE(1U, fixture.kills, where);
         TEST_ASSERT_EQUAL_MESSAGE(2U, fixture.starts, where);
         TEST_ASSERT_EQUAL_MESSAGE(1U, deaths_of(HAND), where);
-        TEST_ASSERT_EQUAL_MESSAGE(1U, times_reported(text, HUNG "0011"), where);
+        TEST_ASSERT_EQUAL_MESSAGE(1U, fixture_count(text, HUNG "0011"), where);
         TEST_ASSERT_FALSE_MESSAGE(is_under_way(ARM) || is_under_way(HAND), where);
         TEST_ASSERT_EQUAL_MESSAGE(
-            1U, times_reported(text, RETURNED "0010") + times_reported(text, STOPPED "0010"), where);
+            1U, fixture_count(text, RETURNED "0010") + fixture_count(text, STOPPED "0010"), where);
         TEST_ASSERT_EQUAL_MESSAGE(
-            1U, times_reported(text, RETURNED "0011") + times_reported(text, STOPPED "0011"), where);
+            1U, fixture_count(text, RETURNED "0011") + fixture_count(text, STOPPED "0011"), where);
         fixture_close();
     }
     fixture_open();
@@ -449,9 +426,9 @@ static void hangs_during_recommissioning_use_up_the_restart_budget(void)
     TEST_ASSERT_EQUAL(3U, fixture.starts);
     TEST_ASSERT_FALSE(is_under_way(ARM) || is_under_way(HAND));
     const char* const text = fixture_look();
-    TEST_ASSERT_EQUAL(1U, times_reported(text, HUNG "0010"));
-    TEST_ASSERT_EQUAL(1U, times_reported(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
-    TEST_ASSERT_EQUAL(0U, times_reported(text, RETURNED "0010"));
+    TEST_ASSERT_EQUAL(1U, fixture_count(text, HUNG "0010"));
+    TEST_ASSERT_EQUAL(1U, fixture_count(text, STOPPED "001000000408")); // PUS_FAILURE_LOST, in OFFLINE.
+    TEST_ASSERT_EQUAL(0U, fixture_count(text, RETURNED "0010"));
 }
 
 // ---- Budget ----

@@ -19,15 +19,6 @@ void tearDown(void)
     fixture_close();
 }
 
-static unsigned count_lines(const char* const lines, const char* const text)
-{
-    unsigned found = 0U;
-    for (const char* at = strstr(lines, text); at != NULL; at = strstr(at + 1, text)) {
-        found++;
-    }
-    return found;
-}
-
 static uint32_t reports_lost(void)
 {
     subsystem_health_t health;
@@ -55,10 +46,10 @@ static void an_accepted_request_receives_all_its_answers(void)
         fixture.is_port_closed = false;
         TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
         const char* const lines = fixture_look();
-        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.1 #"));
-        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.3 #"));
-        TEST_ASSERT_EQUAL(taken, count_lines(lines, "17.2"));
-        TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.7 #"));
+        TEST_ASSERT_EQUAL(taken, fixture_count(lines, "1.1 #"));
+        TEST_ASSERT_EQUAL(taken, fixture_count(lines, "1.3 #"));
+        TEST_ASSERT_EQUAL(taken, fixture_count(lines, "17.2"));
+        TEST_ASSERT_EQUAL(taken, fixture_count(lines, "1.7 #"));
     }
     TEST_ASSERT_EQUAL(0U, reports_lost());
 }
@@ -99,7 +90,7 @@ static void no_request_is_read_while_an_answer_is_unfinished(void)
     TEST_ASSERT_TRUE(subsystem_may_accept(&fixture.subsystem));
     char line[32];
     (void)snprintf(line, sizeof line, "1.1 #%u\n", list);
-    TEST_ASSERT_EQUAL(1U, count_lines(fixture_look(), line));
+    TEST_ASSERT_EQUAL(1U, fixture_count(fixture_look(), line));
     TEST_ASSERT_EQUAL(0U, reports_lost());
 }
 
@@ -125,16 +116,16 @@ static void the_first_of_many_refused_instructions_and_their_number_are_reported
     fixture.is_port_closed = false;
     fixture_run(1U);
     const char* const lines = fixture_look();
-    TEST_ASSERT_EQUAL(taken, count_lines(lines, "1.8 #"));
+    TEST_ASSERT_EQUAL(taken, fixture_count(lines, "1.8 #"));
     // PUS_FAILURE_SOME_FAILED, with the number of instructions that failed: 254.
-    TEST_ASSERT_EQUAL(taken, count_lines(lines, " 0407 FE\n"));
-    const unsigned reported = count_lines(lines, "1.4 #");
+    TEST_ASSERT_EQUAL(taken, fixture_count(lines, " 0407 FE\n"));
+    const unsigned reported = fixture_count(lines, "1.4 #");
     TEST_ASSERT_TRUE((reported >= taken) && (reported < 254U));
     TEST_ASSERT_EQUAL((254U * taken) - reported, reports_lost());
     fixture_forget();
     // The same request with the port open: all its reports are sent.
     (void)fixture_command(PUS_SERVICE_EVENTS, 6U, ids, sizeof ids);
-    TEST_ASSERT_EQUAL(254U, count_lines(fixture_look(), "1.4 #"));
+    TEST_ASSERT_EQUAL(254U, fixture_count(fixture_look(), "1.4 #"));
 }
 
 int main(void)

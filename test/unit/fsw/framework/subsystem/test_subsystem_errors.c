@@ -211,14 +211,9 @@ static void command_at_random(void)
 /// Returns the number of lines since the last call that report the end of a request.
 static unsigned count_ends(void)
 {
-    unsigned ends = 0U;
-    for (const char* line = fixture_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
-        static const char* const finals[] = {"1.2 ", "1.4 ", "1.7 ", "1.8 "};
-        for (unsigned i = 0U; i < 4U; i++) {
-            ends += (strncmp(line, finals[i], 4U) == 0) ? 1U : 0U;
-        }
-    }
-    return ends;
+    const char* const text = fixture_look();
+    return fixture_count_lines(text, "1.2 ") + fixture_count_lines(text, "1.4 ") +
+           fixture_count_lines(text, "1.7 ") + fixture_count_lines(text, "1.8 ");
 }
 
 static void random_histories_report_consecutive_states(void)

@@ -63,15 +63,6 @@ static void values(unsigned count, const uint32_t* ids)
     (void)fixture_command(20U, 1U, data, writer.position);
 }
 
-static unsigned count_lines(const char* lines, const char* start)
-{
-    unsigned count = 0U;
-    for (const char* at = strstr(lines, start); at != NULL; at = strstr(&at[1], start)) {
-        count++;
-    }
-    return count;
-}
-
 static void only_requests_to_services_of_a_loop_wait_for_it(void)
 {
     // One parameter, LIMIT (APID 16, DOUBLE, number 1), with the value 2.
@@ -132,10 +123,10 @@ static void a_request_performed_in_the_loop_is_refused_like_any_other(void)
     fixture_expect("1.1 #0\n1.1 #1\n1.2 #2 0108 1\n");
     fixture_run(8U);
     const char* const lines = fixture_look();
-    TEST_ASSERT_EQUAL(2U, count_lines(lines, "1.4 #"));
+    TEST_ASSERT_EQUAL(2U, fixture_count(lines, "1.4 #"));
     TEST_ASSERT_NOT_NULL(strstr(lines, "20.2 0001020900014"));
     TEST_ASSERT_NOT_NULL(strstr(lines, "1.8 #0 "));
-    TEST_ASSERT_EQUAL(0U, count_lines(lines, "1.7") + count_lines(lines, "1.8 #1"));
+    TEST_ASSERT_EQUAL(0U, fixture_count(lines, "1.7") + fixture_count(lines, "1.8 #1"));
 }
 
 static void a_full_inbox_refuses_with_the_number_of_waiting_requests(void)
@@ -146,7 +137,7 @@ static void a_full_inbox_refuses_with_the_number_of_waiting_requests(void)
         (void)fixture_command(17U, 1U, NULL, 0U);
     }
     const char* const lines = fixture_look();
-    const unsigned refused  = count_lines(lines, "1.4 #");
+    const unsigned refused  = fixture_count(lines, "1.4 #");
     const unsigned waiting  = sent - refused;
     char expected[32];
     TEST_ASSERT_TRUE((refused > 0U) && (waiting > 100U));
@@ -155,7 +146,7 @@ static void a_full_inbox_refuses_with_the_number_of_waiting_requests(void)
     unsigned answered = 0U;
     for (unsigned i = 0U; i < ((waiting / SUBSYSTEM_LOOP_REQUESTS) + 2U); i++) {
         fixture_run_until(fixture.now_ns + SLOW_NS);
-        const unsigned now = count_lines(fixture_look(), "17.2");
+        const unsigned now = fixture_count(fixture_look(), "17.2");
         TEST_ASSERT_TRUE(now <= SUBSYSTEM_LOOP_REQUESTS); // At most this many in one cycle.
         answered += now;
     }
@@ -177,8 +168,8 @@ static void no_report_of_the_longest_request_is_lost(void)
     for (unsigned i = 0U; i < 200U; i++) {
         fixture_run_until(fixture.now_ns + FIXTURE_PERIOD_NS);
         const char* const lines = fixture_look();
-        refusals += count_lines(lines, "1.4 #");
-        ends += count_lines(lines, "1.8 #");
+        refusals += fixture_count(lines, "1.4 #");
+        ends += fixture_count(lines, "1.8 #");
     }
     subsystem_health_t health;
     subsystem_health(&fixture.subsystem, &health);
@@ -198,8 +189,8 @@ static void queued_requests_are_performed_before_the_configuration_ends(void)
     (void)fixture_state(STATE_OFFLINE);
     fixture_run(2U); // POST_OPERATIONAL: before the loop's next cycle.
     const char* const lines = fixture_look();
-    TEST_ASSERT_EQUAL(20U, count_lines(lines, "20.2 0001"));
-    TEST_ASSERT_EQUAL(20U, count_lines(lines, "\n1.3 #") - count_lines(lines, "\n1.3 #21"));
+    TEST_ASSERT_EQUAL(20U, fixture_count(lines, "20.2 0001"));
+    TEST_ASSERT_EQUAL(20U, fixture_count(lines, "\n1.3 #") - fixture_count(lines, "\n1.3 #21"));
     fixture_run(30U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
     fixture_forget();
@@ -231,8 +222,8 @@ static void answers_wait_while_the_port_is_closed(void)
     fixture.is_port_closed = false;
     fixture_run(1U);
     const char* const lines = fixture_look();
-    TEST_ASSERT_EQUAL(1U, count_lines(lines, "1.3 #0\n20.2 0001"));
-    TEST_ASSERT_EQUAL(1U, count_lines(lines, "1.7 #0"));
+    TEST_ASSERT_EQUAL(1U, fixture_count(lines, "1.3 #0\n20.2 0001"));
+    TEST_ASSERT_EQUAL(1U, fixture_count(lines, "1.7 #0"));
 }
 
 static void a_mailbox_without_room_keeps_requests_waiting(void)
@@ -258,7 +249,7 @@ static void a_mailbox_without_room_keeps_requests_waiting(void)
         at_ns += SLOW_NS;
         (void)subsystem_loop_step(&fixture.subsystem, SLOW, at_ns);
         fixture_run(1U);
-        refusals += count_lines(fixture_look(), "1.4 #");
+        refusals += fixture_count(fixture_look(), "1.4 #");
     }
     TEST_ASSERT_EQUAL(3U * 255U, refusals);
 }

@@ -103,19 +103,10 @@ static void check_sample(const char* hex)
     }
 }
 
-static uint32_t count_lines(const char* lines, const char* start)
-{
-    uint32_t count = 0U;
-    for (const char* at = strstr(lines, start); at != NULL; at = strstr(&at[1], start)) {
-        count++;
-    }
-    return count;
-}
-
 static void check_reports(void)
 {
     const char* const lines = fixture_look();
-    answered += count_lines(lines, "17.2 ") + count_lines(lines, " 0205 ");
+    answered += fixture_count(lines, "17.2 ") + fixture_count(lines, " 0205 ");
     for (const char* at = strstr(lines, "20.2 0001"); at != NULL; at = strstr(&at[1], "20.2 0001")) {
         check_sample(&at[strlen("20.2 0001") + ID_DIGITS]);
         values++;

@@ -205,15 +205,6 @@ static void the_last_call_token_is_reserved_for_the_ground(void)
     TEST_ASSERT_EQUAL_UINT16(SUBSYSTEM_CALL_TOKENS, fixture.subsystem.call_tokens.stats.taken);
 }
 
-static unsigned count_lines(const char* start)
-{
-    unsigned count = 0U;
-    for (const char* line = fixture_look(); line[0] != '\0'; line = strchr(line, '\n') + 1) {
-        count += (strncmp(line, start, strlen(start)) == 0) ? 1U : 0U;
-    }
-    return count;
-}
-
 static void running_functions_fail_when_error_or_offline_is_requested(void)
 {
     fixture.in_perform = answer;
@@ -228,14 +219,15 @@ static void running_functions_fail_when_error_or_offline_is_requested(void)
     (void)fixture_state(STATE_OFFLINE);
     fixture_run(5U);
     TEST_ASSERT_EQUAL(STATE_OFFLINE, subsystem_state(&fixture.subsystem));
-    TEST_ASSERT_EQUAL(2U, count_lines("1.8 "));
+    TEST_ASSERT_EQUAL(2U, fixture_count_lines(fixture_look(), "1.8 "));
     fixture.delays[ACTION_HARDWARE_INIT] = 3U; // Time for OFFLINE before PRE_OPERATIONAL is reached.
     (void)fixture_state(STATE_PRE_OPERATIONAL);
     fixture_run(2U);
     (void)fixture_function("WAIT", NULL, 0U);
     (void)fixture_state(STATE_OFFLINE);
     fixture_run(5U);
-    TEST_ASSERT_EQUAL(2U, count_lines("1.8 ")); // The request for PRE_OPERATIONAL and the function.
+    TEST_ASSERT_EQUAL(
+        2U, fixture_count_lines(fixture_look(), "1.8 ")); // The request for PRE_OPERATIONAL and the function.
     TEST_ASSERT_EQUAL(0U, fixture.subsystem.call_tokens.stats.taken);
     TEST_ASSERT_TRUE(pool_is_consistent(&fixture.subsystem.call_tokens));
 }
@@ -299,7 +291,7 @@ static void parameters_are_set_within_their_bounds(void)
     set_limit(10.001);
     set_limit(-0.001);
     set_limit((double)NAN);
-    TEST_ASSERT_EQUAL(3U, count_lines("1.4 #"));
+    TEST_ASSERT_EQUAL(3U, fixture_count_lines(fixture_look(), "1.4 #"));
     TEST_ASSERT_EQUAL_DOUBLE(10.0, fixture.limit);
     TEST_ASSERT_EQUAL(0U, fixture.set_id);
 }
@@ -364,13 +356,13 @@ static void housekeeping_is_sampled_as_the_descriptor_defines(void)
     // Periodic reports continue in each state, at the same cycles.
     (void)fixture_state(STATE_SAFE_OPERATIONAL);
     fixture_run(40U);
-    TEST_ASSERT_EQUAL(4U, count_lines("3.25"));
+    TEST_ASSERT_EQUAL(4U, fixture_count_lines(fixture_look(), "3.25"));
     (void)fixture_state(STATE_ERROR_OPERATIONAL);
     fixture_run(40U);
-    TEST_ASSERT_EQUAL(4U, count_lines("3.25"));
+    TEST_ASSERT_EQUAL(4U, fixture_count_lines(fixture_look(), "3.25"));
     (void)fixture_state(STATE_OFFLINE);
     fixture_run(40U);
-    TEST_ASSERT_TRUE(count_lines("3.25") <= 1U);
+    TEST_ASSERT_TRUE(fixture_count_lines(fixture_look(), "3.25") <= 1U);
 }
 
 static void create_structure(uint32_t parameter)
