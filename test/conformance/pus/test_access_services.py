@@ -189,7 +189,7 @@ def test_a_large_dump_is_sent_in_many_reports(station, arm):
     assert following == sorted(following)
 
 
-def test_raw_areas_are_checked(station, arm):
+def test_a_check_of_raw_areas_reports_their_data_and_refuses_a_wrong_address_or_memory(station, arm):
     areas = station.ask(SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 64, "length": 4096}])["n"]
     assert (areas[0]["start_address"], areas[0]["length"]) == (64, 4096)
     station.refuse(ADDRESS, SUBSYSTEM, 6, 9, memory_id=COMPONENT, n=[{"start_address": 0xFFFFFFFF, "length": 2}])

@@ -319,7 +319,7 @@ static void memory_limit_holds_for_the_child_only(void)
     TEST_ASSERT_TRUE(limit.rlim_cur > start.memory_limit_octets);
 }
 
-static void descriptors_are_limited(void)
+static void only_a_child_that_was_started_with_a_descriptor_limit_has_it(void)
 {
     const osal_process_start_t start = {.descriptor_limit = 40U, .processor = -1};
     osal_process_t process           = start_role("limited", "40", &start);
@@ -580,7 +580,7 @@ int main(int count, char** arguments)
     RUN_TEST(a_program_that_cannot_be_started_is_reported);
     RUN_TEST(a_child_keeps_only_the_named_descriptors);
     RUN_TEST(memory_limit_holds_for_the_child_only);
-    RUN_TEST(descriptors_are_limited);
+    RUN_TEST(only_a_child_that_was_started_with_a_descriptor_limit_has_it);
     RUN_TEST(end_reports_the_memory_that_was_needed);
     RUN_TEST(the_size_of_a_program_is_that_of_its_loaded_segments);
     RUN_TEST(child_is_pinned_to_one_of_our_processors);

@@ -71,7 +71,7 @@ static void udp_carries_whole_datagrams_in_order(void)
     }
 }
 
-static void udp_datagrams_have_limits(void)
+static void a_udp_datagram_that_is_too_large_is_refused_or_dropped_and_the_next_one_arrives(void)
 {
     static uint8_t huge[70000];
     uint8_t in[10];
@@ -356,7 +356,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(udp_carries_whole_datagrams_in_order);
-    RUN_TEST(udp_datagrams_have_limits);
+    RUN_TEST(a_udp_datagram_that_is_too_large_is_refused_or_dropped_and_the_next_one_arrives);
     RUN_TEST(udp_sends_continue_when_a_peer_is_gone);
     RUN_TEST(udp_datagram_stays_until_the_next_receive);
     RUN_TEST(tcp_fills_up_without_blocking_and_delivers_every_octet);

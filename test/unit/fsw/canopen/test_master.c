@@ -66,7 +66,7 @@ static void cycle(void)
     now_ns += CYCLE_NS;
 }
 
-static void nodes_and_routes_have_their_limits(void)
+static void a_node_or_route_that_is_invalid_twice_or_beyond_the_capacity_is_refused(void)
 {
     uint8_t index = 0U;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_master_add_node(&master, 0x11U, &index));
@@ -423,7 +423,7 @@ static void a_node_that_never_stops_sending_does_not_hold_the_cycle(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(nodes_and_routes_have_their_limits);
+    RUN_TEST(a_node_or_route_that_is_invalid_twice_or_beyond_the_capacity_is_refused);
     RUN_TEST(sync_is_the_last_frame_of_a_cycle);
     RUN_TEST(the_heartbeat_has_a_period_of_20_ms);
     RUN_TEST(a_master_on_a_new_channel_sends_its_heartbeat_at_once);

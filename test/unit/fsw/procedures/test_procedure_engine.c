@@ -120,7 +120,7 @@ static void errors_contain_the_name_of_their_procedure(void)
     }
 }
 
-static void arguments_of_calls_are_checked(void)
+static void a_call_with_an_argument_out_of_its_range_ends_the_procedure_with_an_error(void)
 {
     static const char* const bad[] = {
         "step(0)",
@@ -385,7 +385,7 @@ int main(void)
     RUN_TEST(arguments_have_their_types);
     RUN_TEST(errors_contain_their_line);
     RUN_TEST(errors_contain_the_name_of_their_procedure);
-    RUN_TEST(arguments_of_calls_are_checked);
+    RUN_TEST(a_call_with_an_argument_out_of_its_range_ends_the_procedure_with_an_error);
     RUN_TEST(an_endless_loop_uses_up_its_budget_only);
     RUN_TEST(deep_recursion_is_an_error);
     RUN_TEST(a_procedure_that_uses_too_much_memory_gets_an_error);

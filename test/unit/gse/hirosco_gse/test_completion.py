@@ -110,7 +110,7 @@ def test_a_shell_completes_at_tab(shell, options, begin, dictionary_path, tmp_pa
     ], size=(24, 200))
 
 
-def test_every_command_has_help_with_an_example_that_is_right(dictionary, capsys):
+def test_every_command_has_help_with_an_example_that_is_accepted(dictionary, capsys):
     for verb in usage.table():
         assert main([verb, "--help"]) == 0
         shown = capsys.readouterr().out

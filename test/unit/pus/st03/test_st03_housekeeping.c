@@ -317,7 +317,7 @@ static void creation_is_refused_as_a_whole(void)
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, 9U);
 }
 
-static void the_table_and_the_lists_have_their_limits(void)
+static void structures_and_lists_beyond_the_capacity_are_refused(void)
 {
     static uint8_t data[6U + 1U + (255U * 4U) + 1U];
     for (unsigned count = 0U; count <= 255U; count++) {
@@ -588,7 +588,7 @@ int main(void)
     RUN_TEST(samples_may_fill_their_buffer_to_the_last_octet);
     RUN_TEST(a_structure_is_created_reported_enabled_and_deleted);
     RUN_TEST(creation_is_refused_as_a_whole);
-    RUN_TEST(the_table_and_the_lists_have_their_limits);
+    RUN_TEST(structures_and_lists_beyond_the_capacity_are_refused);
     RUN_TEST(parameters_are_appended_to_their_sets);
     RUN_TEST(one_shot_reports_are_sent_to_the_requester_and_leave_periodic_ones_unchanged);
     RUN_TEST(intervals_are_modified_one_by_one);

@@ -312,7 +312,7 @@ static void differences_are_checked_from_the_second_sample_on(void)
     TEST_ASSERT_EQUAL_UINT(2U, monitors.events.count);
 }
 
-static void the_mean_of_consecutive_differences_is_checked(void)
+static void a_mean_of_consecutive_differences_beyond_its_limit_is_reported(void)
 {
     static const uint16_t values[] = {100U, 120U, 110U, 115U, 100U, 100U, 131U};
     add_delta(3U);
@@ -459,7 +459,7 @@ int main(void)
     RUN_TEST(a_value_that_is_not_a_number_is_out_of_limits);
     RUN_TEST(expected_values_are_compared_under_their_mask);
     RUN_TEST(differences_are_checked_from_the_second_sample_on);
-    RUN_TEST(the_mean_of_consecutive_differences_is_checked);
+    RUN_TEST(a_mean_of_consecutive_differences_beyond_its_limit_is_reported);
     RUN_TEST(a_difference_that_is_nan_counts_as_below);
     RUN_TEST(a_monitor_whose_validity_condition_is_false_is_invalid);
     RUN_TEST(a_monitor_without_its_parameter_is_invalid);

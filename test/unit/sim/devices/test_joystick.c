@@ -97,7 +97,7 @@ static void only_an_enabled_axis_gives_its_torque(void)
     EXPECT_WITHIN(-0.5, 1e-12, torque_nm[1]);
 }
 
-static void torque_is_limited(void)
+static void a_torque_beyond_the_limit_is_cut_and_sets_the_status_bit(void)
 {
     double torque_nm[JOYSTICK_AXES];
     enable();
@@ -216,7 +216,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(each_axis_has_its_own_state_machine);
     RUN_TEST(only_an_enabled_axis_gives_its_torque);
-    RUN_TEST(torque_is_limited);
+    RUN_TEST(a_torque_beyond_the_limit_is_cut_and_sets_the_status_bit);
     RUN_TEST(positions_and_buttons_are_reported);
     RUN_TEST(quick_stop_removes_the_torque_and_disables_the_axis);
     RUN_TEST(both_axes_are_disabled_if_no_rpdo_arrives);

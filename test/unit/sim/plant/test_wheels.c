@@ -91,7 +91,7 @@ static void the_gain_of_a_wheel_may_differ(void)
     EXPECT_WITHIN(0.22, 1e-12, truth->wheel[0].torque_nm);
 }
 
-static void torque_and_momentum_have_limits(void)
+static void a_wheel_stays_at_its_limits_of_torque_and_momentum(void)
 {
     const plant_truth_t* truth =
         begin(IN_WORLD("<Robot name=\"s\" urdf=\"round.urdf\" base=\"free\"/>\n" WHEEL(
@@ -222,7 +222,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_wheel_turns_its_link_the_other_way);
     RUN_TEST(the_gain_of_a_wheel_may_differ);
-    RUN_TEST(torque_and_momentum_have_limits);
+    RUN_TEST(a_wheel_stays_at_its_limits_of_torque_and_momentum);
     RUN_TEST(a_spinning_wheel_makes_its_link_precess);
     RUN_TEST(momentum_is_conserved_while_wheels_spin);
     RUN_TEST(momentum_is_conserved_with_a_wheel_on_an_arm);

@@ -367,7 +367,7 @@ static void break_each_field(void)
     TEST_ASSERT_NOT_EQUAL(UINT32_MAX, next_number(1U));
 }
 
-static void each_field_is_checked(void)
+static void a_frame_with_a_wrong_field_is_dropped_and_counted_as_malformed(void)
 {
     party_in_each_form(&party, break_each_field);
 }
@@ -559,7 +559,7 @@ int main(void)
     RUN_TEST(random_restarts_neither_double_nor_reorder_messages);
     RUN_TEST(the_frame_has_the_layout_of_its_header_file);
     RUN_TEST(a_frame_is_refused_at_every_shorter_length);
-    RUN_TEST(each_field_is_checked);
+    RUN_TEST(a_frame_with_a_wrong_field_is_dropped_and_counted_as_malformed);
     RUN_TEST(a_sequence_beyond_the_window_is_not_accepted);
     RUN_TEST(credit_beyond_what_was_sent_is_not_accepted);
     RUN_TEST(messages_of_unknown_peers_are_dropped);

@@ -330,7 +330,7 @@ static void a_damaged_slot_is_refused(void)
 
 // ---- Datagrams ----
 
-static void datagrams_are_checked(void)
+static void a_datagram_that_is_cut_damaged_or_of_another_link_or_epoch_is_refused_and_counted(void)
 {
     uint8_t payload[OCTETS]     = {0U};
     rtlink_frame_header_t frame = {.producer_state = 5U, .link = LINK, .epoch = 3U, .sequence = 7U};
@@ -491,7 +491,7 @@ int main(void)
     RUN_TEST(memory_of_another_size_is_not_read);
     RUN_TEST(a_closed_link_leaves_no_name);
     RUN_TEST(a_damaged_slot_is_refused);
-    RUN_TEST(datagrams_are_checked);
+    RUN_TEST(a_datagram_that_is_cut_damaged_or_of_another_link_or_epoch_is_refused_and_counted);
     RUN_TEST(a_datagram_overtaken_by_a_later_one_is_ignored);
     RUN_TEST(no_datagram_reaches_a_link_by_memory);
     RUN_TEST(a_datagram_that_does_not_leave_is_counted);

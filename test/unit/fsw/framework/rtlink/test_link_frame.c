@@ -119,7 +119,7 @@ static void every_flipped_bit_is_detected(void)
     TEST_ASSERT_EQUAL(STATUS_OK, decode(frame, whole, sizeof payload, true));
 }
 
-static void without_a_checksum_the_fixed_fields_are_checked(void)
+static void without_a_checksum_a_changed_bit_is_refused_in_the_fixed_fields_only(void)
 {
     const uint8_t payload[4] = {1U, 2U, 3U, 4U};
     uint8_t frame[LINK_FRAME_MAX];
@@ -152,7 +152,7 @@ int main(void)
     RUN_TEST(every_size_of_record_is_read_back);
     RUN_TEST(every_wrong_length_is_refused);
     RUN_TEST(every_flipped_bit_is_detected);
-    RUN_TEST(without_a_checksum_the_fixed_fields_are_checked);
+    RUN_TEST(without_a_checksum_a_changed_bit_is_refused_in_the_fixed_fields_only);
     RUN_TEST(the_epoch_is_read_without_decoding_the_frame);
     return UNITY_END();
 }

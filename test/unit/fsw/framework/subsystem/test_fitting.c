@@ -182,7 +182,7 @@ static void the_octets_of_a_structure_are_limited(void)
     }
 }
 
-static void structures_of_every_configuration_are_checked(void)
+static void a_structure_that_is_too_long_is_refused_in_every_configuration(void)
 {
     for (unsigned refused = 1U; refused <= 4U; refused++) {
         begin();
@@ -357,7 +357,7 @@ int main(void)
     RUN_TEST(a_configuration_has_at_most_sixteen_structures);
     RUN_TEST(a_structure_has_at_most_eight_sets);
     RUN_TEST(the_octets_of_a_structure_are_limited);
-    RUN_TEST(structures_of_every_configuration_are_checked);
+    RUN_TEST(a_structure_that_is_too_long_is_refused_in_every_configuration);
     RUN_TEST(a_subsystem_can_refuse_its_descriptor);
     RUN_TEST(the_refusal_is_an_error_with_file_and_line);
     RUN_TEST(lists_longer_than_those_of_the_program_are_refused);

@@ -249,7 +249,7 @@ static void the_arm_follows_the_hand(void)
     EXPECT_BELOW(0.01, sqrt(squares / wanted));
 }
 
-static void range_and_speed_are_limited(void)
+static void a_hand_beyond_the_range_moves_the_goal_at_the_speed_limit_to_the_end_of_the_range(void)
 {
     double hand[2] = {0.0, 0.0};
     double before  = home[0];
@@ -483,7 +483,7 @@ int main(void)
     RUN_TEST(engaging_under_load_lets_the_arm_settle_slowly);
     RUN_TEST(the_motor_target_begins_where_the_motor_is);
     RUN_TEST(the_arm_follows_the_hand);
-    RUN_TEST(range_and_speed_are_limited);
+    RUN_TEST(a_hand_beyond_the_range_moves_the_goal_at_the_speed_limit_to_the_end_of_the_range);
     RUN_TEST(a_hand_position_that_is_not_a_number_is_ignored);
     RUN_TEST(the_torque_is_limited_by_its_ceiling);
     RUN_TEST(a_following_arm_yields_to_fast_torques_and_stays_stiff);

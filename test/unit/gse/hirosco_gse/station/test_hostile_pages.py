@@ -58,7 +58,7 @@ def test_a_page_that_does_not_read_is_served_no_request_and_loses_only_updates()
 
 
 @pytest.mark.parametrize("text", ["x", "x" * (1 << 20)])
-def test_the_messages_that_wait_for_a_page_are_bounded(text):
+def test_a_page_for_which_too_many_messages_wait_is_disconnected(text):
     ended = []
     browser = _Browser(_Socket(), lambda: ended.append(len(browser.waiting)))
     while not ended:
@@ -66,7 +66,7 @@ def test_the_messages_that_wait_for_a_page_are_bounded(text):
     assert ended == [MESSAGES_MAX + 1 if len(text) == 1 else server.CHARACTERS_MAX // len(text) + 1]
 
 
-def test_requests_under_way_are_bounded(place, spacecraft):
+def test_a_request_is_refused_while_the_largest_number_is_under_way(place, spacecraft):
     """These are the lists that a page asks for, and the commands of all pages. STOP ALL is performed at the bound, too."""
     spacecraft._answer = lambda packet: [] if packet.message in ((18, 8), (17, 1)) else answer(packet)
 
