@@ -21,7 +21,7 @@
 ##   make test       build and run the tests, end with a summary line       ONLY=<part of a test's path>  LONG=1: also
 ##                   those that take long
 ##   make test-hil   hardware in the loop only: on this kernel if it has vcan, vxcan and TIPC, else in the micro-VM
-##                   ONLY=<part of a test's path>  PLACE=vm|kernel
+##                   ONLY=<part of a test's path>  TEST_ENVIRONMENT=vm|kernel
 ##   make check      format, warnings of gcc and clang, clang's analyzer, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, quick proofs; what has passed is not repeated
 ##   make check-full check, coverage, MC/DC, gcc's analyzer, MISRA of the whole flight side, clang's analyzer without a
@@ -70,13 +70,13 @@ SHELL         := /bin/sh
 MAKEFLAGS += --no-builtin-rules
 JOBS ?= 2
 OPTIONS := ALL ANALYZE APID BASE BOARD BUS CANS CC CHECK CMD COUNT COVERAGE DELAY FLY FORM FRAMED_BY FUZZ HOURS HTTP \
-           JOBS JOYSTICK_IF KEY LINKS LONG MEMORY MISSION NAME NODES ONLY OUT PLACE PORT READ_ONLY REMOTE_ENDIAN \
+           JOBS JOYSTICK_IF KEY LINKS LONG MEMORY MISSION NAME NODES ONLY OUT PORT READ_ONLY REMOTE_ENDIAN \
            REPLAY ROBOT_IF RTOS S390X SANITIZE SCENARIO SECONDS SEED SIM_JOYSTICK_IF SIM_ROBOT_IF START STATION \
-           STORAGE TIME TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WITH WORLD
+           STORAGE TEST_ENVIRONMENT TIME TOOL TOOLS TRANSPORT TSAN UPDATE URDF V WITH WORLD
 ifeq ($(MAKELEVEL),0)
 $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command line,$(origin $v)),\
     $(error $v=$($v): there is no such option; there are: $(OPTIONS): see make help)))
-$(if $(filter-out vm kernel,$(PLACE)),$(error PLACE=$(PLACE): expected vm or kernel))
+$(if $(filter-out vm kernel,$(TEST_ENVIRONMENT)),$(error TEST_ENVIRONMENT=$(TEST_ENVIRONMENT): expected vm or kernel))
 .NOTPARALLEL: # `make check test` runs one target after the other; the work of each runs in parallel.
 endif
 # A make that was started by one with jobs shares these.

@@ -190,7 +190,7 @@ test: test-setup
 test-hil: build/setup/vm $(if $(NEEDS_REMOTE_ENDIAN),build/setup/s390x) all
 	$(PARALLEL) kernel-tests
 	+$(if $(NEEDS_REMOTE_ENDIAN),@$(BUILD_REMOTE_ENDIAN))
-	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_PLACE='$(PLACE)' \
+	@$(if $(HIL_TESTS),,$(error no test in test/hil has '$(ONLY)' in its path))HIL_ENVIRONMENT='$(TEST_ENVIRONMENT)' \
 	    $(VENV) test/support/run_tests.py --jobs $(JOBS) --under test/hil --only '$(ONLY)'
 
 mutants: build/setup/unit $(if $(FLY),build/setup/test all)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of the hardware-in-the-loop tests: the place where they run is chosen once, and named at the end."""
+"""Fixtures of the hardware-in-the-loop tests: the test environment is chosen once, and named at the end."""
 
 import pathlib
 import shutil
@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
-import place as places
+import environments
 
 KEPT_S = 3600.0
 CHOSEN = pytest.StashKey()
@@ -21,7 +21,7 @@ CHOSEN = pytest.StashKey()
 def hil_directory(request):
     """Directory for the results of this session; removed when all tests have passed, otherwise by a session an
     hour later."""
-    parent = places.ROOT / "build" / "test"
+    parent = environments.ROOT / "build" / "test"
     parent.mkdir(parents=True, exist_ok=True)
     for old in parent.glob("hil-*"):
         if old.stat().st_mtime < time.time() - KEPT_S:
@@ -33,28 +33,28 @@ def hil_directory(request):
 
 
 @pytest.fixture(scope="session")
-def place(request, hil_directory):
-    """The place where commands with buses run: place.run(command) or place.group(name, command)."""
-    chosen = places.choose(hil_directory)
+def environment(request, hil_directory):
+    """The test environment of commands with buses: environment.run(command) or environment.group(name, command)."""
+    chosen = environments.choose(hil_directory)
     request.config.stash[CHOSEN] = f"{chosen.name} ({chosen.why})"
     return chosen
 
 
 def pytest_sessionfinish(session):
-    """A worker passes the place to the process that writes the summary."""
+    """A worker passes the test environment to the process that writes the summary."""
     chosen = session.config.stash.get(CHOSEN, None)
     if chosen and hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["place"] = chosen
+        session.config.workeroutput["environment"] = chosen
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node):
-    place = getattr(node, "workeroutput", {}).get("place")
-    if place:
-        node.config.stash[CHOSEN] = place
+    environment = getattr(node, "workeroutput", {}).get("environment")
+    if environment:
+        node.config.stash[CHOSEN] = environment
 
 
 def pytest_terminal_summary(terminalreporter, config):
     chosen = config.stash.get(CHOSEN, None)
     if chosen:
-        terminalreporter.write_line(f"hardware-in-the-loop tests ran in this place: {chosen}", bold=True)
+        terminalreporter.write_line(f"test environment of the hardware-in-the-loop tests: {chosen}", bold=True)

@@ -18,7 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "mission"))
 
 import flying
-from place import ARITHMETIC
+from environments import ARITHMETIC
 
 HIL = ROOT / "sim" / "scenarios" / "hil.scn"
 PROGRAM = "test/hil/deaths.py"

@@ -9,7 +9,7 @@ import subprocess
 import cantools
 import pytest
 
-import place as places
+import environments
 import short_flights
 from hirosco_gse import dictionary, logs, packet_log
 from hirosco_gse import run as runs
@@ -20,18 +20,18 @@ SECONDS = 2400
 # Cases with LONG=1 only, because the micro-VM needs a minute and more of processor time for each of these flights.
 LONG_CASES = {"frames_of_tools_enter_the_bus", "interfaces_that_are_lost_and_made_again_are_used_again",
               "emulated_controllers_carry_the_classic_mission", "a_flood_on_the_wire_ends_in_a_safe_state"}
-CASES = [pytest.param(case, marks=pytest.mark.long) if case in LONG_CASES else case for case in places.cases(PROGRAM)]
+CASES = [pytest.param(case, marks=pytest.mark.long) if case in LONG_CASES else case for case in environments.cases(PROGRAM)]
 TELEPRESENCE, TELEPRESENCE_S, TELEPRESENCE_MB = "test/hil/guest/telepresence.py", 8000, 2048
 ENABLED, ENABLED_MASK = 0x27, 0x6F
 COUNTERS = 4712  # Housekeeping structure.
 
 
 @pytest.fixture(scope="module")
-def group(request, place):
+def group(request, environment):
     """The cases that this session asks for, and the flight over vcan, whose files other tests read."""
     asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_a_case_passes[")}
-    names = " ".join(case for case in places.cases(PROGRAM) if case in {*asked, "vcan_flight_is_seen_by_candump"})
-    return place.group("socketcan", f"{places.PYTHON} {PROGRAM} {names}", seconds=SECONDS, cans=2)
+    names = " ".join(case for case in environments.cases(PROGRAM) if case in {*asked, "vcan_flight_is_seen_by_candump"})
+    return environment.group("socketcan", f"{environments.PYTHON} {PROGRAM} {names}", seconds=SECONDS, cans=2)
 
 
 @pytest.fixture(scope="module")
@@ -50,9 +50,9 @@ def shared_memory_flight(tmp_path_factory):
 def fly_here(directory, mission, scenario):
     """Fly on shared memory with the same floating-point instructions as the flights with which this one is
     compared."""
-    ended = subprocess.run([places.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
-                            "--report", "no", "--out", directory], cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
-                           text=True, env=os.environ | places.ARITHMETIC, timeout=places.SECONDS)
+    ended = subprocess.run([environments.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
+                            "--report", "no", "--out", directory], cwd=environments.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
+                           text=True, env=os.environ | environments.ARITHMETIC, timeout=environments.SECONDS)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     return directory
 
@@ -106,7 +106,7 @@ def test_a_flood_is_counted(group):
     """Frames that the flight software could not send, receive or interpret, by its housekeeping reports before and during
     the flood."""
     group.check("a_flood_on_the_wire_ends_in_a_safe_state")
-    arm = dictionary.Dictionary.load(places.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
+    arm = dictionary.Dictionary.load(environments.ROOT / "build" / "generated" / "classic.json").subsystem("MANIPULATOR")
     structure = arm.configuration("CLASSIC").structures[COUNTERS]
     reported = [raw[23:-2] for _, direction, _, raw in packet_log.read_packets(group.result.directory / "flood" / "packets.log")
                   if direction == "TM" and raw[7:9] == b"\x03\x19" and int.from_bytes(raw[21:23], "big") == COUNTERS]
@@ -118,11 +118,11 @@ def test_a_flood_is_counted(group):
 
 @pytest.mark.long
 @pytest.mark.timeout(TELEPRESENCE_S + 600)
-def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
+def test_whole_telepresence_is_that_of_shared_memory(environment, tmp_path):
     """Contact, springs, pulled plugs and the return to operation: the logs are equal, and cantools and
     Wireshark can read the recording of candump."""
     flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
-    group = place.group("telepresence", f"{places.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
+    group = environment.group("telepresence", f"{environments.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,
                         memory=TELEPRESENCE_MB)
     group.check("telepresence_is_flown_over_vcan")
     for log in ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log"):
@@ -134,5 +134,5 @@ def test_whole_telepresence_is_that_of_shared_memory(place, tmp_path):
         assert len(expected) > 500_000
         assert frames(dump, f"vcan-{bus}") == expected, bus
         own = of_interface(dump, f"vcan-{bus}")
-        assert_database_knows_all(own, cantools.database.load_file(places.ROOT / f"build/generated/rokviss-{bus}.dbc", strict=True))
+        assert_database_knows_all(own, cantools.database.load_file(environments.ROOT / f"build/generated/rokviss-{bus}.dbc", strict=True))
         assert_wireshark_names_all(own)

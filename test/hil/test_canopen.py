@@ -10,7 +10,7 @@ import subprocess
 import can
 import cantools
 import pytest
-from place import PYTHON, ROOT, Group, Result, cases
+from environments import PYTHON, ROOT, Group, Result, cases
 from recordings import assert_wireshark_names_all
 
 MASTER = "test/hil/guest/canopen_master.py"
@@ -37,7 +37,7 @@ def test_a_case_of_the_master_passes_over_the_port(over_port, case):
 
 
 @pytest.fixture(scope="module")
-def both_programs(request, place):
+def both_programs(request, environment):
     """Results of both programs that run on vcan-robot and vcan-joystick, one after the other: starting a
     machine is slow."""
     def asked(program, test, quick=()):
@@ -46,7 +46,7 @@ def both_programs(request, place):
         return f"{PYTHON} {program} {' '.join(names)}" if names else "true"
 
     slaves, master = asked(SLAVES, "test_flight_commissions_"), asked(MASTER, "test_a_case_of_the_master_passes_over_socketcan", QUICK_MASTER)
-    return place.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {slaves}; "
+    return environment.run(f"mkdir -p $OUT/slaves $OUT/master; OUT=$OUT/slaves {slaves}; "
                      f"OUT=$OUT/master CANOPEN_INTERFACES=vcan- {master}", LIMIT_S)
 
 

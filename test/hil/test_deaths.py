@@ -16,7 +16,7 @@ import flying
 import pytest
 from hirosco_gse import logs, packet_log
 from hirosco_gse import run as runs
-from place import ARITHMETIC, PYTHON
+from environments import ARITHMETIC, PYTHON
 
 ON_SHARED_MEMORY = range(180)
 # For each carrier, these include the death of a member and a pulled plug in operation.
@@ -255,9 +255,9 @@ def test_a_death_on_shared_memory_ends_as_specified(ended, number):
 @pytest.mark.long  # The micro-VM needs half a minute of processor time and more for each.
 @pytest.mark.timeout(REAL_BUSES_S + 300)
 @pytest.mark.parametrize("number", ON_REAL_BUSES, ids=lambda number: str(deaths.drawn(number, True)))
-def test_a_death_on_real_buses_ends_as_specified(request, place, undisturbed, number):
+def test_a_death_on_real_buses_ends_as_specified(request, environment, undisturbed, number):
     numbers = asked(request, "test_a_death_on_real_buses_ends_as_specified")
-    group = place.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=REAL_BUSES_S)
+    group = environment.group("deaths", f"{PYTHON} {deaths.PROGRAM} {' '.join(map(str, numbers))}", seconds=REAL_BUSES_S)
     group.check(str(number))
     directory = pathlib.Path(group.result.directory) / str(number)
     end = types.SimpleNamespace(**json.loads((directory / "end.json").read_text()))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two on-board computers and TIPC. Network namespaces and UDP are tested on this kernel if it permits them.
-TIPC is tested in one boot of a place that has it, together with the C tests of its layer."""
+TIPC is tested in one boot of a test environment that has it, together with the C tests of its layer."""
 
 import concurrent.futures
 import json
@@ -10,9 +10,9 @@ import sys
 
 import pytest
 
-import place as places
+import environments
 
-sys.path.insert(0, str(places.ROOT / "test" / "mission"))
+sys.path.insert(0, str(environments.ROOT / "test" / "mission"))
 
 import flying
 import second_reader
@@ -24,7 +24,7 @@ TIPC_TESTS = ("contract/osal/posix/test_tipc", "contract/osal/posix/test_network
               *(LONG_TIPC_TESTS if os.environ.get("LONG") else ()))
 REACTION_US = 5000
 REPEATS = 5
-CASES = [case for case in places.cases(PROGRAM) if case != "repetitions_give_the_same_checksum"]
+CASES = [case for case in environments.cases(PROGRAM) if case != "repetitions_give_the_same_checksum"]
 # With LONG=1, the cases fly over TIPC, too: the micro-VM takes half a minute of processor time and more for each.
 DRIVES = 4
 ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
@@ -33,7 +33,7 @@ ENVIRONMENT = "PYTHONPYCACHEPREFIX=$PWD/build/pycache"
 def has_namespaces():
     """True if this kernel permits this account to make network namespaces and to join them."""
     command = "ip netns add one && ip -n one link add name one type veth peer name two && ip netns delete one"
-    return places.in_namespaces(command, places.PROBE_SECONDS, dict(os.environ))[0] == 0
+    return environments.in_namespaces(command, environments.PROBE_SECONDS, dict(os.environ))[0] == 0
 
 
 @pytest.fixture(scope="session")
@@ -43,22 +43,22 @@ def two_readers(hil_directory):
 
 
 @pytest.fixture(scope="session")
-def udp(place, hil_directory, two_readers):
+def udp(environment, hil_directory, two_readers):
     """Results of the group over UDP, on this kernel if possible."""
-    here = places.RunningKernel(hil_directory, "it has network namespaces") if has_namespaces() else place
-    return here.group("nodes-udp", f"{two_readers} {places.PYTHON} {PROGRAM} udp", GROUP_SECONDS)
+    here = environments.RunningKernel(hil_directory, "it has network namespaces") if has_namespaces() else environment
+    return here.group("nodes-udp", f"{two_readers} {environments.PYTHON} {PROGRAM} udp", GROUP_SECONDS)
 
 
 @pytest.fixture(scope="session")
-def tipc(request, place, two_readers):
+def tipc(request, environment, two_readers):
     """Results of the group over TIPC. The C tests run first; their results are in $OUT/c-tests. Then the cases that this session
     asks for fly."""
     asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_a_case_passes_over_tipc[")}
     names = " ".join(case for case in CASES if case in asked)
     programs = " ".join(f"build/test/{name}" for name in TIPC_TESTS)
     tests = f'for test in {programs}; do $test >"$OUT/$(basename $test).txt" 2>&1; echo "$test $?" >>"$OUT/c-tests"; done; '
-    flights = f"{two_readers} {places.PYTHON} {PROGRAM} tipc {names}" if names else ""
-    return place.group("nodes-tipc", tests + flights, GROUP_SECONDS)
+    flights = f"{two_readers} {environments.PYTHON} {PROGRAM} tipc {names}" if names else ""
+    return environment.group("nodes-tipc", tests + flights, GROUP_SECONDS)
 
 
 @pytest.mark.timeout(GROUP_SECONDS)
@@ -76,11 +76,11 @@ def test_a_case_passes_over_tipc(tipc, case):
 
 @pytest.mark.long
 @pytest.mark.timeout(GROUP_SECONDS)
-def test_repetitions_over_tipc_have_one_checksum(place):
+def test_repetitions_over_tipc_have_one_checksum(environment):
     """The test repeats the flight fewer times than the twenty of the other forms (test/mission/test_mission_lives.py),
     because the micro-VM is slow."""
-    command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {places.PYTHON} {PROGRAM} tipc repetitions_give_the_same_checksum"
-    place.group("repeats-tipc", command, GROUP_SECONDS).check("repetitions_give_the_same_checksum")
+    command = f"{ENVIRONMENT} LIVES_REPEATS={REPEATS} {environments.PYTHON} {PROGRAM} tipc repetitions_give_the_same_checksum"
+    environment.group("repeats-tipc", command, GROUP_SECONDS).check("repetitions_give_the_same_checksum")
 
 
 @pytest.mark.parametrize("name", TIPC_TESTS)
@@ -128,8 +128,8 @@ def delayed(hil_directory, case, round_trip_ms=20):
     """This test always runs in the micro-VM, which has netem and is slower than real time. A machine that
     catches up after a pause would receive the frames of this network, which has wall-clock delays, too late,
     and its links would be stale."""
-    vm = places.MicroVm(hil_directory, "netem")
-    group = vm.group(case, f"{ENVIRONMENT} ROUND_TRIP_MS={round_trip_ms} {places.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
+    vm = environments.MicroVm(hil_directory, "netem")
+    group = vm.group(case, f"{ENVIRONMENT} ROUND_TRIP_MS={round_trip_ms} {environments.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
     group.check(case)
     return group
 
@@ -179,13 +179,13 @@ def test_a_kernel_without_netem_is_reported_with_the_next_step(tmp_path):
     if not has_namespaces():
         pytest.skip("no namespaces on this kernel for this account")
     probe = "ip link add one type veth peer name two && tc qdisc add dev one root netem delay 1ms"
-    if places.in_namespaces(probe, places.PROBE_SECONDS, dict(os.environ))[0] == 0:
+    if environments.in_namespaces(probe, environments.PROBE_SECONDS, dict(os.environ))[0] == 0:
         pytest.skip("this kernel has netem")
     tree = flying.descriptors_copied(tmp_path / "tree")
     path = tree / "descriptors" / "missions" / "rokviss.xml"
     path.write_text(path.read_text(encoding="utf-8").replace('node="2"', 'node="1"', 1), encoding="utf-8")
     run = f"cd {tree} && exec build/bin/hirosco run --nodes 2 --delay 20 --time real --report no --out {tmp_path}/run; "
-    code, _, output = places.in_namespaces(f"({run}); code=$?; ls -A /run/netns; exit $code", places.SECONDS, dict(os.environ))
+    code, _, output = environments.in_namespaces(f"({run}); code=$?; ls -A /run/netns; exit $code", environments.SECONDS, dict(os.environ))
     output = output.decode(errors="replace")
     assert code == 1, output
     assert "needs `tc` of iproute2 and netem in the kernel" in output and "modprobe sch_netem" in output and "make vm" in output, output
@@ -195,7 +195,7 @@ def test_a_delay_between_nodes_needs_a_link_between_them(tmp_path):
     if not has_namespaces():
         pytest.skip("no namespaces on this kernel for this account")
     run = f"exec build/bin/hirosco run --nodes 2 --delay 20 --time real --report no --out {tmp_path}/run"
-    code, _, output = places.in_namespaces(run, places.SECONDS, dict(os.environ))
+    code, _, output = environments.in_namespaces(run, environments.SECONDS, dict(os.environ))
     assert code == 1
     output = output.decode(errors="replace")
     assert 'no link goes from one node to the other; give the <Subsystem> at one end of a link another node=""' in output, output
@@ -212,7 +212,7 @@ def test_flights_of_two_containers_do_not_interfere(tmp_path):
 
     def fly(name):
         run = f"exec build/bin/hirosco run --scenario commissioning --report no --out {tmp_path}/{name}"
-        return places.in_namespaces(f"touch {meeting}-{name}; {both_are_here}; {run}", places.SECONDS, dict(os.environ))
+        return environments.in_namespaces(f"touch {meeting}-{name}; {both_are_here}; {run}", environments.SECONDS, dict(os.environ))
 
     with concurrent.futures.ThreadPoolExecutor() as pool:
         for code, output, problem in pool.map(fly, ("one", "two")):
@@ -222,7 +222,7 @@ def test_flights_of_two_containers_do_not_interfere(tmp_path):
 # --- what the system does not permit -------------------------------------------------------------------------------
 
 def refused(command):
-    done = subprocess.run(command, cwd=places.ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=600)
+    done = subprocess.run(command, cwd=environments.ROOT, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=600)
     assert done.returncode == 1, done
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
     return done.stderr
@@ -247,6 +247,6 @@ def test_kernel_without_tipc_is_reported_with_the_next_step(tmp_path):
         assert not (tmp_path / "run").exists()
     else:  # The flight succeeds: other tests cover the refusal.
         done = subprocess.run(["build/bin/hirosco", "run", "--transport", "tipc", "--scenario", "commissioning", "--report", "no",
-                               "--out", str(tmp_path / "run")], cwd=places.ROOT, stdin=subprocess.DEVNULL, timeout=600)
+                               "--out", str(tmp_path / "run")], cwd=environments.ROOT, stdin=subprocess.DEVNULL, timeout=600)
         assert done.returncode == 0
         assert json.loads((tmp_path / "run" / "run.json").read_text())["transport"] == "tipc"

@@ -11,17 +11,17 @@ import signal
 import subprocess
 import sys
 
-import place as places
+import environments
 import pytest
 
-sys.path.insert(0, str(places.ROOT / "test" / "mission"))
-sys.path.insert(0, str(places.ROOT / "gse"))
+sys.path.insert(0, str(environments.ROOT / "test" / "mission"))
+sys.path.insert(0, str(environments.ROOT / "gse"))
 
 import flying
 import lives
 from hirosco_gse import run as runs
 
-S390X = places.ROOT / "build" / "s390x"
+S390X = environments.ROOT / "build" / "s390x"
 MEMBERS = {"MANIPULATOR": 16, "JOYSTICK": 17}
 RUNNER = "qemu-s390x"
 BUS_LOGS = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "can-joystick-b.log")
@@ -223,7 +223,7 @@ def test_a_program_that_is_not_built_is_refused_with_the_next_step(directory):
     """The launcher looks for programs in its working directory, which has none in this test."""
     root = directory / "bare"
     root.mkdir()
-    shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
+    shutil.copytree(environments.ROOT / "descriptors", root / "descriptors")
     refused = subprocess.run([flying.BIN / "hirosco", "run", "--remote-endian", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,
                              capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert refused.returncode == 1
@@ -238,7 +238,7 @@ def test_a_proxy_and_a_program_that_are_started_by_hand_end_with_a_message():
                             capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert no_run.returncode == 1 and "no such run" in no_run.stderr
     program = subprocess.run([RUNNER, S390X / "bin" / "manipulator", "--run", "x", "--proxy", "0"], stdin=subprocess.DEVNULL,
-                             capture_output=True, text=True, timeout=flying.MOMENT_S, cwd=places.ROOT)
+                             capture_output=True, text=True, timeout=flying.MOMENT_S, cwd=environments.ROOT)
     assert program.returncode == 1 and "the proxy has sent no run" in program.stderr
 
 
@@ -252,12 +252,12 @@ def _units():
 @pytest.mark.long
 def test_units_pass_on_a_big_endian_processor():
     """Tests of conversions between numbers and octets: packets, services, parameters, links, CANopen."""
-    subprocess.run(["make", "-s", "S390X=1", "ONLY=", "remote-endian-tests"], cwd=places.ROOT, check=True)
+    subprocess.run(["make", "-s", "S390X=1", "ONLY=", "remote-endian-tests"], cwd=environments.ROOT, check=True)
     programs = _units()
     assert len(programs) >= 70
 
     def run(program):
-        return program, subprocess.run([RUNNER, S390X / program], cwd=places.ROOT, stdin=subprocess.DEVNULL,
+        return program, subprocess.run([RUNNER, S390X / program], cwd=environments.ROOT, stdin=subprocess.DEVNULL,
                                        capture_output=True, text=True, timeout=flying.FLIGHT_LIMIT_S)
 
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:

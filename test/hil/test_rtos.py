@@ -9,10 +9,10 @@ import signal
 import subprocess
 import sys
 
-import place as places
+import environments
 import pytest
 
-sys.path[:0] = [str(places.ROOT / "test" / part) for part in ("mission", "board", "conformance/pus")]
+sys.path[:0] = [str(environments.ROOT / "test" / part) for part in ("mission", "board", "conformance/pus")]
 
 import eeprom
 import flight as boards
@@ -28,7 +28,7 @@ EMULATOR = "qemu-system-arm"[:15]  # The name of a process has at most 15 charac
 FLIGHT_S, END_S = 20, 60
 LENGTH, TABLE_FULL = 0x0101, 0x0205  # Failure codes.
 CYCLES = 108000
-PROCESSORS = places.ROOT / "test" / "hil" / "processors"  # A mission with three subsystems that drive devices.
+PROCESSORS = environments.ROOT / "test" / "hil" / "processors"  # A mission with three subsystems that drive devices.
 FLOWN = ("manipulator", "joystick")  # Programs that the normal tests fly; those of LONG=1 build the others, too.
 CONTROLLED = {"PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERROR_OPERATIONAL"}
 
@@ -40,7 +40,7 @@ def directory(hil_directory):
     return path
 
 
-def make(*words, root=places.ROOT):
+def make(*words, root=environments.ROOT):
     subprocess.run(["make", "-s", *words], cwd=root, check=True)
 
 
@@ -73,7 +73,7 @@ def expect_same(native, flight, logs=LOGS):
 def test_programs_are_for_a_cortex_m_without_an_allocator(board, names):
     build(board, *names)
     for name in names:
-        program = places.ROOT / "build" / board / "bin" / name
+        program = environments.ROOT / "build" / board / "bin" / name
         head = program.read_bytes()[:20]
         assert head[:6] == b"\x7fELF\x01\x01" and int.from_bytes(head[18:20], "little") == 40, "32 bits, little-endian, ARM"
         symbols = subprocess.run(["arm-none-eabi-nm", program], capture_output=True, text=True, check=True).stdout
@@ -315,9 +315,9 @@ def test_an_emulated_computer_that_is_killed_is_a_lost_process(directory, board)
 def test_a_mission_that_was_not_compiled_in_is_refused(directory, board):
     """One number of the mission differs from the compiled one: the program ends with both hashes and the next step."""
     root = directory / "changed"
-    shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
+    shutil.copytree(environments.ROOT / "descriptors", root / "descriptors")
     for name in ("build", "sim"):
-        (root / name).symlink_to(places.ROOT / name)
+        (root / name).symlink_to(environments.ROOT / name)
     mission = root / "descriptors/missions/rokviss.xml"
     text, count = re.subn(r'(<Mission [^>]*power=")200"', r'\g<1>201"', mission.read_text())
     assert count == 1
@@ -339,12 +339,12 @@ def test_a_program_of_one_mission_contains_this_one_alone(directory, board):
     assert refused.code != 0
     assert re.search(r"run `make rtos` .*, which was compiled for classic 0x[0-9A-F]{16}\n", refused.console), refused.console
     flying.assert_clean(refused)
-    program = (places.ROOT / "build" / board / "bin/manipulator").read_bytes()
+    program = (environments.ROOT / "build" / board / "bin/manipulator").read_bytes()
     assert b"\0classic\0" in program and b"\0rokviss\0" in program, "without MISSION, a program has all its missions"
 
 
 def test_an_unknown_mission_is_refused_with_the_names_of_all():
-    done = subprocess.run(["make", "-s", f"rtos-{M7}", "MISSION=classical"], cwd=places.ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(["make", "-s", f"rtos-{M7}", "MISSION=classical"], cwd=environments.ROOT, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert "MISSION=classical: expected one of: actuators classic" in done.stderr
 
@@ -360,7 +360,7 @@ def test_what_cannot_run_on_a_board_is_refused(directory, board, name, message):
 def test_a_program_that_is_not_built_is_named_with_the_next_step(directory):
     root = directory / "bare"
     root.mkdir()
-    shutil.copytree(places.ROOT / "descriptors", root / "descriptors")
+    shutil.copytree(environments.ROOT / "descriptors", root / "descriptors")
     refused = subprocess.run([flying.BIN / "hirosco", "run", "--rtos", "MANIPULATOR"], cwd=root, stdin=subprocess.DEVNULL,
                              capture_output=True, text=True, timeout=flying.MOMENT_S)
     assert refused.returncode != 0

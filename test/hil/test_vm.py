@@ -16,12 +16,12 @@ import time
 
 import pytest
 
-import place as places
+import environments
 from vm import microvm, prepare
 
 BOUND_S = 600  # much more than a boot takes on a busy machine
 BUSES, CONTROLLERS = "test/hil/guest/buses.py", "test/hil/guest/controllers.py"
-RUNNER = [sys.executable, str(places.ROOT / "gse" / "vm" / "microvm.py")]
+RUNNER = [sys.executable, str(environments.ROOT / "gse" / "vm" / "microvm.py")]
 
 
 def until(condition, what):
@@ -56,8 +56,8 @@ def kernel_directory(tmp_path):
 # --- one command ---------------------------------------------------------------------------------------------------
 
 def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_output_directory_stays(tmp_path):
-    readme = places.ROOT / "README.md"
-    before, intruder = readme.read_bytes(), places.ROOT / "build" / f"written-in-guest-{os.getpid()}"
+    readme = environments.ROOT / "README.md"
+    before, intruder = readme.read_bytes(), environments.ROOT / "build" / f"written-in-guest-{os.getpid()}"
     script = (f"echo first; while [ ! -e $OUT/go-on ]; do sleep 0.05; done; echo told >/dev/stderr; pwd; "
               f"echo changed >README.md && cat README.md && touch {intruder} && ls {intruder} && echo kept >$OUT/result; "
               "sleep 1000 & exit 7")
@@ -71,7 +71,7 @@ def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_outpu
     finally:
         process.kill()
     assert (process.returncode, stderr) == (7, b"told\n")
-    assert stdout.decode().splitlines() == [str(places.ROOT), "changed", str(intruder)]
+    assert stdout.decode().splitlines() == [str(environments.ROOT), "changed", str(intruder)]
     assert (tmp_path / "result").read_text() == "kept\n"
     assert readme.read_bytes() == before and not intruder.exists()
     assert not mentioning(tmp_path)
@@ -82,7 +82,7 @@ def test_make_passes_the_command_as_it_is_written(tmp_path):
     environment = {name: value for name, value in os.environ.items() if name not in microvm.NOT_PASSED}
     made = subprocess.run(["make", "--no-print-directory", "vm", f"OUT={tmp_path}", "SECONDS=200", "MEMORY=512",
                            "CMD=echo \"$((6 * 7))\" 'a  b' >$OUT/said; exit 9"],
-                          cwd=places.ROOT, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+                          cwd=environments.ROOT, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True)
     assert made.returncode == 2 and "Error 9" in made.stderr, made.stderr  # make's own form of an exit code
     assert (tmp_path / "said").read_text() == "42 a  b\n"
 
@@ -322,33 +322,33 @@ def test_a_shell_on_a_terminal_gets_all_input_and_restores_the_terminal(tmp_path
     assert not mentioning(tmp_path)
 
 
-# --- the place that runs HIL tests, its buses and its controllers (test_buses.py uses them in every run) -----------------
+# --- the test environment, its buses and its controllers (test_buses.py uses them in every run) -----------------
 
 @pytest.mark.long
-@pytest.mark.parametrize("case", places.cases(BUSES))
-def test_the_buses_work(place, case):
-    place.group("buses", f"{places.PYTHON} {BUSES}").check(case)
+@pytest.mark.parametrize("case", environments.cases(BUSES))
+def test_the_buses_work(environment, case):
+    environment.group("buses", f"{environments.PYTHON} {BUSES}").check(case)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("case", places.cases(CONTROLLERS))
-def test_the_controllers_work(place, case):
-    place.group("controllers", f"{places.PYTHON} {CONTROLLERS}", cans=2).check(case)
+@pytest.mark.parametrize("case", environments.cases(CONTROLLERS))
+def test_the_controllers_work(environment, case):
+    environment.group("controllers", f"{environments.PYTHON} {CONTROLLERS}", cans=2).check(case)
 
 
 def test_a_group_that_ends_early_fails_the_cases_it_did_not_reach(tmp_path):
-    report = places.RunningKernel(tmp_path, "wanted")
-    report.groups["cut"] = places.Group("cut", places.Result(1, b"why it ended\n", b"", tmp_path))
+    report = environments.RunningKernel(tmp_path, "wanted")
+    report.groups["cut"] = environments.Group("cut", environments.Result(1, b"why it ended\n", b"", tmp_path))
     with pytest.raises(AssertionError, match="(?s)no result.*exit code 1.*why it ended"):
         report.group("cut", "").check("any")
 
 
 def test_an_unknown_place_is_refused(tmp_path):
     with pytest.raises(ValueError, match="expected vm or kernel"):
-        places.choose(tmp_path, "moon")
+        environments.choose(tmp_path, "moon")
 
 
 @pytest.mark.skipif(not shutil.which("unshare"), reason="no unshare")
 def test_features_that_the_kernel_lacks_are_reported(tmp_path):
-    chosen = places.choose(tmp_path)
+    chosen = environments.choose(tmp_path)
     assert chosen.why and (chosen.name == "running kernel" or "no " in chosen.why)

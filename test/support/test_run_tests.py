@@ -69,7 +69,7 @@ def test_a_program_that_computes_without_end_fails(tmp_path, monkeypatch):
         (("sim-run", "SEEED=2"), "SEEED=2: there is no such option"),
         (("fuzz", "ONLY=nothing"), "ONLY=nothing: no fuzz target has this in its name; there are: "),
         (("coverage", "ONLY=nothing"), "ONLY=nothing: no C unit test has this in its path"),
-        (("test-hil", "PLACE=moon"), "PLACE=moon: expected vm or kernel"),
+        (("test-hil", "TEST_ENVIRONMENT=moon"), "TEST_ENVIRONMENT=moon: expected vm or kernel"),
         (("test-hil", "ONLY=nothing"), "no test in test/hil has 'nothing' in its path"),
     ],
 )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the place where hardware-in-the-loop tests run (place.py): its buses work with the tools of other
+"""Checks of the test environment of the hardware-in-the-loop tests (environments.py): its buses work with the tools of other
 projects and with plain sockets."""
 
 import contextlib
@@ -14,7 +14,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import cases
-import place
+import environments
 
 BOUND_S = 300
 PROBE = "001#"
@@ -111,14 +111,14 @@ def case_shared_memory_can_be_written():
 
 def case_this_kernel_is_chosen_and_its_commands_are_isolated():
     with tempfile.TemporaryDirectory() as directory:
-        os.environ["HIL_PLACE"] = ""
-        chosen = place.choose(directory)
+        os.environ["HIL_ENVIRONMENT"] = ""
+        chosen = environments.choose(directory)
         assert chosen.name == "running kernel", chosen.why
         done = chosen.run("ip link add inside type vcan && touch /run/inside && echo $OUT; sleep 1000 & exit 3", BOUND_S)
         assert (done.code, done.stdout.strip()) == (3, str(done.directory)), done.end()
         assert not os.path.exists("/sys/class/net/inside") and not os.path.exists("/run/inside")
         hung = chosen.run("echo begun; sleep 1000", 1)
-        assert hung.code == place.LIMIT_REACHED, hung.end()
+        assert hung.code == environments.LIMIT_REACHED, hung.end()
     until(lambda: b"sleep\x001000\x00" not in command_lines(), "the end of the process that the command has left")
 
 

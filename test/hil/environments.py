@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The place where hardware-in-the-loop tests run. If the kernel of this machine has vcan, vxcan and TIPC and
-permits this account to use them, it is this kernel, in separate namespaces; otherwise it is the micro-VM.
-`python3 test/hil/place.py` prints the place and the reason."""
+"""The test environment of the hardware-in-the-loop tests. If the kernel of this machine has vcan, vxcan and TIPC and permits this account to
+use them, it is this kernel, in separate namespaces; otherwise it is the micro-VM. `python3 test/hil/environments.py` prints the test
+environment and the reason."""
 
 import ast
 import contextlib
@@ -67,9 +67,9 @@ class Group(dict):
             raise AssertionError(f"{self.name}, {case}: {message}")
 
 
-class Place:
-    """Runs commands that use buses. `directory` has their results; `name` and `why` are the name of the place
-    and the reason for its choice."""
+class Environment:
+    """Runs commands that use buses. `directory` has their results; `name` and `why` are the name of the test
+    environment and the reason for its choice."""
 
     name = None
 
@@ -85,7 +85,7 @@ class Place:
         return pathlib.Path(out).absolute()
 
     def run(self, command, seconds=SECONDS, cans=0, out=None, memory=microvm.MEMORY_MB):
-        """Run a shell command as root of the place, in the project's directory; return a Result.
+        """Run a shell command as root of the test environment, in the project's directory; return a Result.
 
         `seconds`: time limit of the command.
         `out`: directory for the files that the command writes into $OUT; None: a new one in `directory`.
@@ -113,7 +113,7 @@ def on_all_processors():
         os.sched_setaffinity(0, before)
 
 
-class MicroVm(Place):
+class MicroVm(Environment):
     """Starts a micro-VM for each command."""
 
     name = "micro-VM"
@@ -125,7 +125,7 @@ class MicroVm(Place):
         return Result(outcome.code, outcome.stdout, outcome.stderr, directory)
 
 
-class RunningKernel(Place):
+class RunningKernel(Environment):
     """The kernel of this machine, with network, process and mount namespaces for each command. Unlike in the
     micro-VM, the tree is not a copy: written files stay."""
 
@@ -178,12 +178,12 @@ def lacking():
 
 
 def choose(directory, wanted=None):
-    """The place for this machine; `wanted` (or HIL_PLACE in the environment), vm or kernel, overrides the probe."""
-    wanted = wanted or os.environ.get("HIL_PLACE")
+    """The test environment for this machine; `wanted` (or the variable HIL_ENVIRONMENT), vm or kernel, overrides the probe."""
+    wanted = wanted or os.environ.get("HIL_ENVIRONMENT")
     if wanted not in (None, "", "vm", "kernel"):
-        raise ValueError(f"HIL_PLACE={wanted}: expected vm or kernel")
+        raise ValueError(f"HIL_ENVIRONMENT={wanted}: expected vm or kernel")
     if wanted:
-        return {"vm": MicroVm, "kernel": RunningKernel}[wanted](directory, f"HIL_PLACE={wanted}")
+        return {"vm": MicroVm, "kernel": RunningKernel}[wanted](directory, f"HIL_ENVIRONMENT={wanted}")
     lack = lacking()
     if lack:
         return MicroVm(directory, lack)
