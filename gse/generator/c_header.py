@@ -78,7 +78,7 @@ class _Writer:
     def enumerations(self):
         """Constants of failure codes and of the numbers of enumerations."""
         if self.subsystem.failures:
-            self.add("enum { ///< Failure codes of its own.")
+            self.add(f"enum {{ ///< Failure codes of {self.upper}.")
             self.add(*(f"    {self.upper}_FAILURE_{failure.name} = 0x{failure.code:04X}," for failure in self.subsystem.failures))
             self.add("};", "")
         taken = {}
@@ -87,7 +87,7 @@ class _Writer:
             for name, number in enumeration.numbers.items():
                 constant = f"{self.upper}_VALUE_{enumeration.name}_{name}"
                 if constant in taken:
-                    enumeration.element.fail(f"the constant {constant} is that of <Enumeration> {taken[constant]}")
+                    enumeration.element.fail(f"the constant {constant} is that of <Enumeration> {taken[constant]}, expected another name")
                 taken[constant] = enumeration.name
                 self.add(f"    {constant} = {number},")
             self.add("};", "")
@@ -148,7 +148,7 @@ class _Writer:
         )
         if not parameters:
             return
-        self.add(f"enum {{ ///< Place in {self.lower}_definitions.")
+        self.add(f"enum {{ ///< Index in {self.lower}_definitions.")
         self.add(*(f"    {self.upper}_INDEX_{parameter.name}," for parameter in parameters))
         self.add("};", "")
         self.add(f"static const parameter_field_t {self.lower}_fields[] = {{")
