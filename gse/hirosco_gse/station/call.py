@@ -16,7 +16,7 @@ class Call:
         """line: words of the command line; at_end(call): called when the command has ended."""
         self.number, self.text, self.procedure, self.seconds, self.line, self.at_end = number, text, procedure, seconds, line, at_end
         self.verifications, self.is_over = [], False
-        self.words = self.code = None
+        self.failure = self.code = None  # Text and code of the failure of the command.
         self.is_unknown = False  # The command has ended, and the spacecraft has not reported whether it was performed.
         self.is_silent = False  # No report has arrived for SILENT_NS.
         self.answer, self.rows = [], []
@@ -26,7 +26,7 @@ class Call:
         self.is_silent = any(not each.stages and not each.is_finished and now_ns - each.sent_ns > SILENT_NS for each in self.verifications)
 
     def message(self):
-        words = {"words": self.words, "code": self.code, "unknown": self.is_unknown} if self.words else {}
+        failure = {"words": self.failure, "code": self.code, "unknown": self.is_unknown} if self.failure else {}
         return {
             "kind": "command",
             "number": self.number,
@@ -37,7 +37,7 @@ class Call:
             "over": self.is_over,
             "silent": self.is_silent,
             "answer": self.answer,
-            **words,
+            **failure,
         }
 
 

@@ -101,9 +101,9 @@ class Display:
         verb, subsystem = words[1], self._hub.dictionary.subsystem(words[2])
 
         def done(call):
-            if call.words is None and verb == "enable" and is_for_pages:
+            if call.failure is None and verb == "enable" and is_for_pages:
                 self._use((subsystem.name, int(words[3], 0)))
-            elif call.words is None and verb in ("disable", "delete"):
+            elif call.failure is None and verb in ("disable", "delete"):
                 self._use((subsystem.name, int(words[3], 0)), False)
             self._hub.begin_own_later(self._ask(subsystem))
 

@@ -43,7 +43,7 @@ def script_of(calls):
     lines = ["# commands of the ground station"]
     kept = [call for call in calls if call.line]
     for call in kept:
-        lines.append(f"{max(0.0, (call.seconds or 0.0) - (kept[0].seconds or 0.0)):.3f} operator {'try ' if call.words else ''}{call.line}")
+        lines.append(f"{max(0.0, (call.seconds or 0.0) - (kept[0].seconds or 0.0)):.3f} operator {'try ' if call.failure else ''}{call.line}")
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -249,13 +249,13 @@ class Hub:
             call.rows = [row for row in end.value or [] if isinstance(row, dict)]
             call.answer = [row["text"] for row in call.rows if "text" in row]
         except Rejected as problem:
-            call.is_over, call.words, call.code = True, str(problem), problem.failure.code
+            call.is_over, call.failure, call.code = True, str(problem), problem.failure.code
         except (SessionError, UsageError) as problem:
-            call.is_over, call.words = True, str(problem)
+            call.is_over, call.failure = True, str(problem)
             call.is_unknown = isinstance(problem, (TimedOut, RequestLost, LinkLost))
         except Exception as problem:  # A defect of one command must not end the station.
             traceback.print_exc()
-            call.is_over, call.is_unknown, call.words = True, True, f"the station cannot continue this command: {problem!r}"
+            call.is_over, call.is_unknown, call.failure = True, True, f"the station cannot continue this command: {problem!r}"
         finally:
             self._current = None
         call.note_silence(self.session.now_ns)
@@ -319,8 +319,8 @@ class Hub:
         call = self.begin_own(planned.procedure(self.session, TIMEOUT_NS))
         while not call.is_over:
             await asyncio.sleep(TICK_S / 4)
-        if call.words:
-            raise UsageError(call.words)
+        if call.failure:
+            raise UsageError(call.failure)
         return call.rows
 
     def upload(self, words, octets):
