@@ -107,21 +107,26 @@ class _Reader(MessageReader):
             self.item(parameter, found=found[parameter.name])
 
 
+def _failure_of(owner, code):
+    return owner.failures.get(code) if owner else None
+
+
 def _name_of(kind, value, owner, dictionary):
     """Name of what a number of a kind of the catalogue identifies; None if it identifies nothing, or something unknown."""
     if not isinstance(value, int):
         return None
-    event = owner.event_of_id(value) if owner and kind == "event_id" else None
-    failure = dictionary.catalogue.failures.get(value) if kind == "failure_code" else None
-    own = owner.failures.get(value) if owner and kind == "failure_code" else None
-    found = {
+    dictionary_names = {
         "apid": lambda: dictionary.name_of_apid(value),
-        "event_id": lambda: event.name if event else None,
-        "configuration_id": lambda: owner.configuration_name(value) if owner else None,
-        "failure_code": lambda: own[0] if own else failure[0] if failure else None,
         "link_id": lambda: next((link.name for link in dictionary.links if link.number == value), None),
         "mode8": lambda: next((mode["name"] for mode in dictionary.modes if mode["id"] == value), None),
-    }.get(kind, lambda: None)()
+        "failure_code": lambda: (_failure_of(owner, value) or dictionary.catalogue.failures.get(value) or (None,))[0],
+    }
+    owner_names = {
+        "event_id": lambda: getattr(owner.event_of_id(value), "name", None),
+        "configuration_id": lambda: owner.configuration_name(value),
+    }
+    names = {**dictionary_names, **owner_names} if owner else dictionary_names
+    found = names[kind]() if kind in names else None
     return None if found == str(value) else found
 
 

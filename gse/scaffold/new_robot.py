@@ -377,20 +377,31 @@ def rise_of(robot, share):
     return min(0.05 * sum(math.hypot(*joint.origin[0]) for joint in robot.joints), share * TOOL_SPEED * MOTION_S / 1.875)
 
 
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def upward_speeds(robot, start):
+    """Speeds of the joints at which the tool moves upward with 1 m/s without a rotation; None if it cannot."""
+    _, columns = jacobian_columns(robot, start)
+    rows = list(zip(*columns))
+    squares = [[dot(p, q) + (TINY if p is q else 0.0) for q in rows] for p in rows]
+    forces = solved(squares, UPWARD)
+    speeds = [dot(column, forces) for column in columns]
+    return speeds if max(abs(dot(row, speeds) - wanted) for row, wanted in zip(rows, UPWARD)) < 1e-3 else None
+
+
 def line_share(robot, start):
     """SHARE of the upward line, at which no joint is faster than in its motions in joint space; None if the tool cannot move upward without a
     rotation, or if a joint, moving LINE_BEND times as far as it begins, would leave its range."""
-    _, columns = jacobian_columns(robot, start)
-    rows = list(zip(*columns))
-    squares = [[sum(a * b for a, b in zip(p, q)) + (TINY if p is q else 0.0) for q in rows] for p in rows]
-    forces = solved(squares, UPWARD)
-    speeds = [sum(a * b for a, b in zip(column, forces)) for column in columns]
-    missed = max(abs(sum(a * b for a, b in zip(row, speeds)) - wanted) for row, wanted in zip(rows, UPWARD))
+    speeds = upward_speeds(robot, start) if len(robot.joints) >= 6 else None
+    if speeds is None:
+        return None
     shares = [peak / (abs(speed) * TOOL_SPEED) for peak, speed in zip(peak_speeds_of(robot, start), speeds) if speed]
     share = min([SHARE, *(math.floor(100.0 * LINE_MARGIN * share) / 100.0 for share in shares)])
     ends = [angle + LINE_BEND * speed * rise_of(robot, share) for angle, speed in zip(start, speeds)]
     is_inside = all(joint.lower < end < joint.upper for joint, end in zip(robot.joints, ends))
-    return share if missed < 1e-3 and share >= SHARE_MIN and len(robot.joints) >= 6 and is_inside else None
+    return share if share >= SHARE_MIN and is_inside else None
 
 
 def bounds(robot, start):

@@ -71,6 +71,7 @@ def test_a_station_disables_what_one_that_was_killed_has_left_enabled(place, spa
 
 def test_the_last_station_that_uses_a_structure_disables_it(place, spacecraft, monkeypatch):
     monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
+    monkeypatch.setattr(display_module, "REPORT_TIMEOUT_S", 20.0)  # One status report is enough, also for a station that is late.
     other = Uses(place / "first")
     other.note(USE)
 
