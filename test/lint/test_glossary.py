@@ -13,7 +13,7 @@ ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in GLOSSA
 SOURCE = re.compile(
     r"PUS \d+\.\d+|CCSDS \d+\.\d-B|CiA 30[16]|CiA 402|ECSS-E-ST-50-15C|paper (\d|figure \d)|POSIX: |Linux: |"
     r"(operating systems|databases|distributed systems|simulation|networks|data structures|design patterns|component models|"
-    r"control rooms|control theory|robotics): |"
+    r"control rooms|control theory|robotics|software testing): |"
     r"fault injection|signal processing|UML state machines|ours"
 )
 

@@ -60,15 +60,15 @@ POOR = f"""[...document.querySelectorAll("button, select, input")].filter((node)
     const box = node.getBoundingClientRect(), name = node.getAttribute("aria-label") ?? node.getAttribute("aria-labelledby") ?? node.labels?.[0]?.textContent ?? node.textContent;
     return !name?.trim() || Math.min(box.width, box.height) < {LEAST_PX} || node.closest(".acts, .choices, [role=tablist], .stop") && box.height < 36;
 }}).map((node) => node.outerHTML)"""
-# Controls that the Tab key must reach, in a part of the page; those that have had the focus are marked.
+# Controls that the Tab key must reach, in a part of the page, without those that have had the focus.
 CONTROLS = """(part) => [...document.querySelectorAll("a[href], button, select, input, [tabindex='0']")].filter((node) =>
-    node.closest(part) && !node.disabled && node.tabIndex >= 0 && !("reached" in node.dataset) && node.checkVisibility({ visibilityProperty: true }))
+    node.closest(part) && !node.disabled && node.tabIndex >= 0 && !window.reached?.has(node instanceof SVGElement ? node.ariaLabel : node) && node.checkVisibility({ visibilityProperty: true }))
     .map((node) => node.outerHTML.slice(0, 120))"""
-# Mark the control that has the focus. Returns whether it is in the part, and the control if its ring is too thin, cut off, or of its own colour.
+# Note the control that has the focus. Returns whether it is in the part, and the control if its ring is too thin, cut off, or of its own colour.
 RING = """(part) => {
     const node = document.activeElement, style = getComputedStyle(node), width = parseFloat(style.outlineWidth), edge = parseFloat(style.outlineOffset) + width;
     if (node === document.body) return [false, null];
-    node.dataset.reached = "";
+    (window.reached ??= new Set()).add(node instanceof SVGElement ? node.ariaLabel : node); // A drawing is made again when it changes.
     const sides = (box) => [box.left, box.top, -box.right, -box.bottom], ring = sides(node.getBoundingClientRect()).map((side) => side - edge);
     const clips = [[0, 0, -innerWidth, -innerHeight]];
     for (let up = node.parentElement; up; up = up.parentElement)

@@ -488,6 +488,7 @@ class Strips extends HTMLElement {
   hold() {
     this.held = this.held ? null : [store.now() - WINDOW_S, store.now()];
     this.pause.setAttribute("aria-pressed", String(Boolean(this.held)));
+    this.draw();
   }
 
   // turn: draw the charts whose turn it is; without it draw all of them.
@@ -501,7 +502,8 @@ class Strips extends HTMLElement {
     text(this.title_, `${this.zoom ? "Zoomed" : this.held ? "Held" : `Last ${WINDOW_S} s`}${this.pointed()}`);
     if (!this.strips.length) return;
     const { t, rows } = part(store.history.get(this.source), range);
-    this.strips.forEach((strip, n) => (turn ?? n % TURNS) === n % TURNS && strip.show(t, rows, range));
+    for (const [n, strip] of this.strips.entries())
+      if (turn === undefined || turn === n % TURNS) strip.show(t, rows, range);
   }
 
   // Draw the whole flight or the zoomed part. The curves do not change during the replay; only the cursor
