@@ -354,11 +354,10 @@ static void loop(image_t* const self)
         } else if (status != STATUS_OK) {
             return;
         } else if (self->running == RUN_SIMULATOR) {
+            const uint64_t wake_ns = simulator_step(self->simulator, grant.now_ns);
             if (simulator_failure(self->simulator) != NULL) {
-                return; // As with processes, the components have run once after the failure.
+                return;
             }
-            const uint64_t wake_ns = simulator_begin_step(self->simulator, grant.now_ns);
-            simulator_end_step(self->simulator);
             osal_lockstep_done(self->scheduler, RUN_SIMULATOR, wake_ns);
             close_ended(self);
         } else if (self->running == run_operator(self->run)) {

@@ -259,14 +259,6 @@ static void end_if_killed(const osal_lockstep_t* const scheduler, const uint32_t
 status_t osal_lockstep_wait(osal_lockstep_t* const scheduler, const unsigned participant, const uint32_t life,
                             const uint64_t wake_ns, osal_grant_t* const out_grant)
 {
-    return osal_lockstep_work_and_wait(scheduler, participant, life, wake_ns, NULL, NULL, out_grant);
-}
-
-status_t osal_lockstep_work_and_wait(osal_lockstep_t* const scheduler, const unsigned participant,
-                                     const uint32_t life, const uint64_t wake_ns,
-                                     void (*const work)(void* context), void* const context,
-                                     osal_grant_t* const out_grant)
-{
     FSW_ASSERT((scheduler != NULL) && (participant < PARTICIPANTS) && (out_grant != NULL));
     FSW_ASSERT(scheduler->is_shared != 0U);
     if (osal_lockstep_is_closed(scheduler)) {
@@ -282,9 +274,6 @@ status_t osal_lockstep_work_and_wait(osal_lockstep_t* const scheduler, const uns
     unlock(scheduler);
     if ((next != NO_PARTICIPANT) && (next != participant)) {
         wake(scheduler, next);
-    }
-    if (work != NULL) {
-        work(context);
     }
     if (!is_turn_over || !sleep_until_granted(scheduler, participant, incarnation)) {
         end_if_killed(scheduler, participant, life);

@@ -27,8 +27,7 @@
 #define PATH_OCTETS 4096U
 
 struct simulator {
-    uint64_t time_ns; ///< The plant has moved up to here.
-    uint64_t end_ns;  ///< The buses have run up to here: end of the present step, or of the last one.
+    uint64_t time_ns;
     segment_t segment[SIMULATOR_BUSES_MAX];
     bus_t* channel_b[SIMULATOR_BUSES_MAX]; ///< Channel B of each segment; null: it has none.
     unsigned bus_count;
@@ -116,8 +115,36 @@ static void run_tools(simulator_t* const simulator)
     }
 }
 
-/// Waiting frames, faults and buses up to the end of the step.
-static void run_buses_to(simulator_t* const simulator, const uint64_t end_ns)
+static void log_step(simulator_t* const simulator, const uint64_t end_ns)
+{
+    truth_t* const log = simulator->truth_log;
+    note_status(simulator, device_log_state(log, &simulator->device_log, end_ns));
+    note_status(simulator, plant_log_state(log, &simulator->world, simulator->truth));
+    note_status(simulator,
+                plant_log_latches(log, &simulator->world, simulator->truth, simulator->is_latched));
+    if (simulator->hand != NULL) {
+        const hand_intent_t* intent = hand_intent(simulator->hand);
+        truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
+        memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
+        memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
+        memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
+        note_status(simulator, truth_operator(log, end_ns, &operator_));
+    }
+}
+
+static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
+{
+    devices_act(simulator->devices, &simulator->input);
+    if (simulator->hand != NULL) {
+        hand_step(simulator->hand, simulator->time_ns);
+    }
+    plant_step(simulator->plant, &simulator->input, end_ns - simulator->time_ns);
+    devices_end_step(simulator->devices, simulator->time_ns, end_ns);
+}
+
+/// Perform one step: waiting frames, faults and buses up to the end of the step, then the plant, which moves
+/// with the commands that the devices have received in this step. The logs contain the state at the end.
+static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 {
     if (simulator->live != NULL) {
         live_take(simulator->live, simulator->time_ns);
@@ -136,60 +163,24 @@ static void run_buses_to(simulator_t* const simulator, const uint64_t end_ns)
         simulator->tools_lost +=
             socketcand_end_step(simulator->tools, end_ns, SIMULATOR_TOOL_TIMEOUT_S * 1000U);
     }
-    simulator->end_ns = end_ns;
-}
-
-static void log_end(simulator_t* const simulator, const uint64_t end_ns)
-{
-    truth_t* const log = simulator->truth_log;
-    note_status(simulator, device_log_state(log, &simulator->device_log, end_ns));
-    note_status(simulator, plant_log_state(log, &simulator->world, simulator->truth));
-    note_status(simulator,
-                plant_log_latches(log, &simulator->world, simulator->truth, simulator->is_latched));
-    if (simulator->hand != NULL) {
-        const hand_intent_t* intent = hand_intent(simulator->hand);
-        truth_operator_t operator_  = {.grip = intent->grip, .verb = intent->verb};
-        memcpy(operator_.intent_rad, intent->intent_rad, sizeof operator_.intent_rad);
-        memcpy(operator_.wanted_tip_m, intent->wanted_tip_m, sizeof operator_.wanted_tip_m);
-        memcpy(operator_.expected_torque_nm, intent->expected_torque_nm, sizeof operator_.expected_torque_nm);
-        note_status(simulator, truth_operator(log, end_ns, &operator_));
-    }
-}
-
-void simulator_end_step(simulator_t* const simulator)
-{
-    const uint64_t end_ns = simulator->end_ns;
-    if (end_ns == simulator->time_ns) {
-        return;
-    }
-    devices_act(simulator->devices, &simulator->input);
-    if (simulator->hand != NULL) {
-        hand_step(simulator->hand, simulator->time_ns);
-    }
-    plant_step(simulator->plant, &simulator->input, end_ns - simulator->time_ns);
-    devices_end_step(simulator->devices, simulator->time_ns, end_ns);
+    move_plant(simulator, end_ns);
     instrument_set_step(simulator->instruments, simulator->time_ns, end_ns);
     simulator->time_ns = end_ns;
     if (simulator->live != NULL) {
         live_report(simulator->live);
     }
     if (simulator->truth_log != NULL) {
-        log_end(simulator, end_ns);
+        log_step(simulator, end_ns);
     }
 }
 
-uint64_t simulator_begin_step(simulator_t* const simulator, const uint64_t now_ns)
+uint64_t simulator_step(simulator_t* const simulator, const uint64_t now_ns)
 {
     const uint64_t step_ns = (uint64_t)simulator->world.step_ns;
-    simulator_end_step(simulator);
-    while (((simulator->end_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
-        run_buses_to(simulator, simulator->end_ns + step_ns);
-        // Instruments send their values to flight software within the step; a later step needs this one.
-        if ((simulator->instruments != NULL) || ((simulator->end_ns + step_ns) <= now_ns)) {
-            simulator_end_step(simulator);
-        }
+    while (((simulator->time_ns + step_ns) <= now_ns) && (plant_failure(simulator->plant) == NULL)) {
+        run_step(simulator, simulator->time_ns + step_ns);
     }
-    return simulator->end_ns + step_ns;
+    return simulator->time_ns + step_ns;
 }
 
 const char* simulator_failure(const simulator_t* const simulator)
@@ -525,7 +516,6 @@ status_t simulator_close(simulator_t* const simulator)
     if (simulator == NULL) {
         return STATUS_OK;
     }
-    simulator_end_step(simulator);
     bool is_complete = (truth_close(simulator->truth_log) == STATUS_OK) && !simulator->is_truth_broken;
     is_complete      = (live_close(simulator->live) == STATUS_OK) && is_complete;
     socketcand_close(simulator->tools);

@@ -81,14 +81,9 @@ typedef struct simulator simulator_t;
 MUST_USE status_t simulator_open(const simulator_config_t* config, simulator_t** out_simulator,
                                  char error[SIMULATOR_ERROR_MAX]);
 
-/// Simulate [last step, now_ns) except the movement of the plant in the last step. Returns the requested
-/// time of the next step: the next whole step. A world that diverges (simulator_failure) is not simulated
-/// further.
-uint64_t simulator_begin_step(simulator_t* simulator, uint64_t now_ns);
-/// Move the plant to the end of the last step and log the state there. Flight software may run at the same
-/// time: it already has the frames of this step. If the caller does not call this function, the next
-/// simulator_begin_step or simulator_close does.
-void simulator_end_step(simulator_t* simulator);
+/// Simulate [last step, now_ns). Returns the requested time of the next step: the next whole step. A world
+/// that diverges (simulator_failure) is not simulated further.
+uint64_t simulator_step(simulator_t* simulator, uint64_t now_ns);
 
 /// Returns the reason for which the run has to end: the world diverges (plant_failure). Null if it does not.
 const char* simulator_failure(const simulator_t* simulator);

@@ -397,11 +397,6 @@ static void save_logs(const int signal_number)
     (void)raise(signal_number);
 }
 
-static void end_step(void* const simulator)
-{
-    simulator_end_step(simulator);
-}
-
 /// Step until the run is over.
 static void run(simulator_t* const simulator, const options_t* const options, osal_clock_t* const clock,
                 osal_lockstep_t* const scheduler)
@@ -424,12 +419,11 @@ static void run(simulator_t* const simulator, const options_t* const options, os
             }
             now_ns = wake_ns;
         } else if (scheduler == NULL) {
-            simulator_end_step(simulator);
             status = osal_clock_wait(clock, wake_ns, NULL, 0U);
             now_ns = osal_clock_now_ns(clock);
-        } else { // Flight software runs while the step ends.
-            status = osal_lockstep_work_and_wait(scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE,
-                                                 wake_ns, end_step, simulator, &grant);
+        } else {
+            status =
+                osal_lockstep_wait(scheduler, options->participant, OSAL_LOCKSTEP_ANY_LIFE, wake_ns, &grant);
             now_ns = grant.now_ns;
         }
         if (status != STATUS_OK) {
@@ -438,7 +432,7 @@ static void run(simulator_t* const simulator, const options_t* const options, os
         if (options->waits_for_wall_clock) {
             pace_control_wait(&pace, simulator, scheduler, now_ns);
         }
-        wake_ns = simulator_begin_step(simulator, now_ns);
+        wake_ns = simulator_step(simulator, now_ns);
         if (now_ns >= flush_ns) { // At most one second is lost if the simulator is killed.
             simulator_flush(simulator, false);
             flush_ns = now_ns + NS_PER_S;

@@ -96,11 +96,6 @@ bool osal_lockstep_is_closed(const osal_lockstep_t* scheduler);
 /// STATUS_OK, STATUS_CLOSED.
 MUST_USE status_t osal_lockstep_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
                                      uint64_t wake_ns, osal_grant_t* out_grant);
-/// Like osal_lockstep_wait, but calls `work` after the next participant has got the grant. `work` runs at the
-/// same time as that participant: it must use only what no other participant uses.
-MUST_USE status_t osal_lockstep_work_and_wait(osal_lockstep_t* scheduler, unsigned participant, uint32_t life,
-                                              uint64_t wake_ns, void (*work)(void* context), void* context,
-                                              osal_grant_t* out_grant);
 
 /// Image form: set the running participant's next wake time (first call joins) without blocking.
 void osal_lockstep_done(osal_lockstep_t* scheduler, unsigned participant, uint64_t wake_ns);

@@ -487,11 +487,11 @@ static void command(void)
     }
 }
 
-uint64_t __real_simulator_begin_step(simulator_t* simulator, uint64_t now_ns);
-uint64_t __wrap_simulator_begin_step(simulator_t* simulator, uint64_t now_ns);
-uint64_t __wrap_simulator_begin_step(simulator_t* const simulator, const uint64_t now_ns)
+uint64_t __real_simulator_step(simulator_t* simulator, uint64_t now_ns);
+uint64_t __wrap_simulator_step(simulator_t* simulator, uint64_t now_ns);
+uint64_t __wrap_simulator_step(simulator_t* const simulator, const uint64_t now_ns)
 {
-    const uint64_t wake_ns = __real_simulator_begin_step(simulator, now_ns);
+    const uint64_t wake_ns = __real_simulator_step(simulator, now_ns);
     flight.now_ns          = now_ns;
     if (now_ns >= BEGIN_NS) {
         command();

@@ -120,57 +120,6 @@ typedef struct {
 
 static record_t* record;
 
-/// Wait until the other participant has had the grant; it does nothing in it.
-static void await_the_other(void* const context)
-{
-    const uint64_t until_ns = osal_clock_monotonic_ns() + TIMEOUT_NS;
-    (void)context;
-    while ((__atomic_load_n(&record->grants[2], __ATOMIC_ACQUIRE) == 0U) &&
-           (osal_clock_monotonic_ns() < until_ns)) {
-        (void)usleep(200U);
-    }
-    record->inside = (uint32_t)record->grants[2];
-}
-
-static void work_beside_the_grant(osal_lockstep_t* scheduler, unsigned participant)
-{
-    osal_grant_t grant;
-    (void)!osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, 0U, &grant);
-    const status_t status = osal_lockstep_work_and_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE,
-                                                        2U * STEP_NS, await_the_other, NULL, &grant);
-    record->last_ns       = grant.now_ns;
-    _exit((status == STATUS_OK) ? 43 : 1);
-}
-
-static void count_a_grant(osal_lockstep_t* scheduler, unsigned participant)
-{
-    osal_grant_t grant;
-    (void)!osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, STEP_NS, &grant);
-    record->faults = (grant.now_ns == STEP_NS) ? 0U : 1U;
-    __atomic_store_n(&record->grants[participant], 1U, __ATOMIC_RELEASE);
-    (void)!osal_lockstep_wait(scheduler, participant, OSAL_LOCKSTEP_ANY_LIFE, OSAL_LOCKSTEP_NEVER, &grant);
-    _exit(0);
-}
-
-static void the_next_participant_runs_beside_the_work_of_the_one_that_waits(void)
-{
-    void* const storage              = shared_memory(OSAL_LOCKSTEP_OCTETS);
-    osal_lockstep_t* const scheduler = osal_lockstep_create(storage, STEP_NS, true);
-    record                           = shared_memory(sizeof *record);
-    osal_lockstep_expect(scheduler, 1U, 1U, 0U);
-    osal_lockstep_expect(scheduler, 2U, 1U, 0U);
-    const pid_t working = child(work_beside_the_grant, scheduler, 1U);
-    const pid_t counted = child(count_a_grant, scheduler, 2U);
-    TEST_ASSERT_EQUAL(43, exit_code(working));
-    TEST_ASSERT_EQUAL_UINT32(1U, record->inside); // The work saw the grant of the other.
-    TEST_ASSERT_EQUAL_UINT32(0U, record->faults);
-    TEST_ASSERT_EQUAL_UINT64(2U * STEP_NS, record->last_ns);
-    osal_lockstep_close(scheduler);
-    TEST_ASSERT_EQUAL(0, exit_code(counted));
-    (void)munmap(record, sizeof *record);
-    (void)munmap(storage, OSAL_LOCKSTEP_OCTETS);
-}
-
 /// Calls the scheduler as often as possible, so that a kill meets it at any point: asleep, inside the lock,
 /// or between.
 static void hammer(osal_lockstep_t* scheduler, unsigned participant)
@@ -268,7 +217,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(close_and_end_release_sleepers);
     RUN_TEST(delivery_from_outside_wakes_a_sleeping_run);
-    RUN_TEST(the_next_participant_runs_beside_the_work_of_the_one_that_waits);
     RUN_TEST(a_kill_at_any_moment_never_stops_time);
     RUN_TEST(a_loss_that_one_process_notes_is_seen_by_all);
     return UNITY_END();

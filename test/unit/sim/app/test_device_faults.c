@@ -111,8 +111,7 @@ static void a_fault_reaches_every_kind_of_device(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_with(scenario), error);
     for (uint64_t now_ns = 0U; now_ns < 1200U * MS; now_ns += STEP_NS) {
         const unsigned phase = (now_ns <= (100U * MS)) ? 0U : ((now_ns < (500U * MS)) ? 1U : 2U);
-        (void)simulator_begin_step(simulator, now_ns);
-        simulator_end_step(simulator);
+        (void)simulator_step(simulator, now_ns);
         listen(&heard[phase]);
     }
     for (unsigned i = 0U; i < count; i++) {
@@ -141,8 +140,7 @@ static unsigned boots(const char* scenario)
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, open_with(scenario), error);
     for (uint64_t now_ns = 0U; now_ns < 700U * MS; now_ns += STEP_NS) {
         const uint64_t cycle_ns = now_ns % (300U * MS);
-        (void)simulator_begin_step(simulator, now_ns);
-        simulator_end_step(simulator);
+        (void)simulator_step(simulator, now_ns);
         if (now_ns == (90U * MS)) {
             listen(&heard);
             memset(&heard, 0, sizeof heard);

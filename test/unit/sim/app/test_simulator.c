@@ -23,7 +23,6 @@ static char address[2][48];
 static osal_can_t can[2];
 static simulator_t* simulator;
 static uint64_t now_ns;
-static bool is_step_ended; ///< Each step is ended by a call of its own; else by the next step.
 
 /// The frames that the master has received last.
 static struct {
@@ -77,18 +76,8 @@ static void open_simulator(const char* scenario, uint64_t seed)
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&config, &simulator, error), error);
 }
 
-static uint64_t step_to(uint64_t until_ns)
-{
-    const uint64_t wake_ns = simulator_begin_step(simulator, until_ns);
-    if (is_step_ended) {
-        simulator_end_step(simulator);
-    }
-    return wake_ns;
-}
-
 void setUp(void)
 {
-    is_step_ended = true;
     (void)strcpy(directory, "/tmp/hirosco-sim-XXXXXX");
     TEST_ASSERT_NOT_NULL(mkdtemp(directory));
     open_controllers();
@@ -161,7 +150,7 @@ static void listen(void)
 static void step(void)
 {
     now_ns += STEP_NS;
-    TEST_ASSERT_EQUAL_UINT64(now_ns + STEP_NS, step_to(now_ns));
+    TEST_ASSERT_EQUAL_UINT64(now_ns + STEP_NS, simulator_step(simulator, now_ns));
     listen();
 }
 
@@ -350,16 +339,6 @@ static void equal_seeds_give_equal_logs_and_unequal_seeds_do_not(void)
     TEST_ASSERT_TRUE(first[0] != other[0]);
 }
 
-static void a_step_that_the_caller_does_not_end_is_ended_by_the_next_one_or_by_the_close(void)
-{
-    uint64_t ended[3];
-    uint64_t left[3];
-    fly_and_hash(7U, ended);
-    is_step_ended = false;
-    fly_and_hash(7U, left);
-    TEST_ASSERT_EQUAL_HEX64_ARRAY(ended, left, 3U);
-}
-
 static void bus_loads_are_at_most_those_computed(void)
 {
     simulator_statistics_t statistics;
@@ -422,9 +401,9 @@ static void a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line(void)
 static void a_simulator_that_is_called_late_catches_up(void)
 {
     open_simulator(NULL, 1U);
-    TEST_ASSERT_EQUAL_UINT64(STEP_NS, step_to(0U));
-    TEST_ASSERT_EQUAL_UINT64(STEP_NS, step_to(STEP_NS - 1U));
-    TEST_ASSERT_EQUAL_UINT64(11U * STEP_NS, step_to((10U * STEP_NS) + 7U));
+    TEST_ASSERT_EQUAL_UINT64(STEP_NS, simulator_step(simulator, 0U));
+    TEST_ASSERT_EQUAL_UINT64(STEP_NS, simulator_step(simulator, STEP_NS - 1U));
+    TEST_ASSERT_EQUAL_UINT64(11U * STEP_NS, simulator_step(simulator, (10U * STEP_NS) + 7U));
     listen();
     TEST_ASSERT_EQUAL_UINT(3U, heard.boot_ups);
 }
@@ -450,15 +429,15 @@ static void faults_reach_every_device_and_bus_of_the_world(void)
     TEST_ASSERT_NULL(simulator_bus_name(simulator, 3U));
     simulator_statistics_t before;
     simulator_statistics_t after;
-    (void)step_to(9000000U);
+    (void)simulator_step(simulator, 9000000U);
     simulator_statistics(simulator, &before);
     TEST_ASSERT_GREATER_THAN_UINT64(0U, before.busy_ns[2]); // The boot-up.
-    (void)step_to(10500000U);
+    (void)simulator_step(simulator, 10500000U);
     simulator_statistics(simulator, &before);
-    (void)step_to(29000000U);
+    (void)simulator_step(simulator, 29000000U);
     simulator_statistics(simulator, &after);
     TEST_ASSERT_EQUAL_UINT64(before.busy_ns[2], after.busy_ns[2]); // Unplugged: no heartbeat.
-    (void)step_to(100000000U);
+    (void)simulator_step(simulator, 100000000U);
     temporary_files_remove();
 }
 
@@ -473,7 +452,7 @@ static void a_joystick_rests_while_no_hand_moves_it(void)
                           "");
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error), error);
-    TEST_ASSERT_EQUAL_UINT64(100500000U, step_to(100000000U));
+    TEST_ASSERT_EQUAL_UINT64(100500000U, simulator_step(simulator, 100000000U));
     temporary_files_remove();
 }
 
@@ -485,7 +464,7 @@ static void a_world_that_diverges_is_not_simulated_further(void)
     TEST_ASSERT_EQUAL_INT_MESSAGE(
         STATUS_OK, simulator_open(&(simulator_config_t){.world_path = path}, &simulator, error), error);
     TEST_ASSERT_NULL(simulator_failure(simulator));
-    TEST_ASSERT_TRUE(step_to(100000000U) < 100000000U);
+    TEST_ASSERT_TRUE(simulator_step(simulator, 100000000U) < 100000000U);
     TEST_ASSERT_NOT_NULL(simulator_failure(simulator));
     TEST_ASSERT_NOT_NULL(strstr(simulator_failure(simulator), "the world diverges"));
     temporary_files_remove();
@@ -500,7 +479,7 @@ static void the_world_of_another_robot_opens_and_steps(void)
                                              .scenario_path = "sim/scenarios/ur5e-telepresence.scn"},
                        &simulator, error),
         error);
-    TEST_ASSERT_EQUAL_UINT64(100500000U, step_to(100000000U));
+    TEST_ASSERT_EQUAL_UINT64(100500000U, simulator_step(simulator, 100000000U));
 }
 
 static void octets_of_an_instrument_that_do_not_arrive_are_in_the_statistics(void)
@@ -521,7 +500,7 @@ static void octets_of_an_instrument_that_do_not_arrive_are_in_the_statistics(voi
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, simulator_open(&config, &simulator, error), error);
     TEST_ASSERT_EQUAL_INT(STATUS_OK, osal_hand_over_open(&flight, counts_name));
     osal_hand_over_begin(&flight);
-    (void)step_to(20000000U);
+    (void)simulator_step(simulator, 20000000U);
     simulator_statistics(simulator, &statistics);
     TEST_ASSERT_EQUAL_UINT64(0U, statistics.undelivered);
     const uint32_t due = osal_hand_over_due(&flight);
@@ -543,7 +522,6 @@ int main(void)
     RUN_TEST(a_disconnected_drive_is_safe_in_time_at_each_of_20_phases);
     RUN_TEST(an_injected_error_is_reported_and_stops_the_drive);
     RUN_TEST(equal_seeds_give_equal_logs_and_unequal_seeds_do_not);
-    RUN_TEST(a_step_that_the_caller_does_not_end_is_ended_by_the_next_one_or_by_the_close);
     RUN_TEST(bus_loads_are_at_most_those_computed);
     RUN_TEST(a_file_or_bus_that_cannot_be_opened_is_reported_in_one_line);
     RUN_TEST(a_simulator_that_is_called_late_catches_up);
