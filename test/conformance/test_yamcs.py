@@ -454,7 +454,7 @@ def test_an_event_names_what_its_numbers_mean(yamcs, synthetic, dictionary):
         (1, 1, "PLAN_STARTED", struct.pack(">HH", 17, 1), "apid JOYSTICK event DEVICE_LOST (1)"),
         (1, 1, "PLAN_STARTED", struct.pack(">HH", 2, 1), "apid COMMUNICATION event GROUND_CONNECTED (1)"),
         (1, 1, "PLAN_STARTED", struct.pack(">HH", 77, 2), "apid UNDEF event 2 (2)"),
-        (1, 1, "PLAN_OVERRULED", struct.pack(">HHHH", 16, 1, 77, 999), "apid MANIPULATOR event DEVICE_LOST (1) by_apid UNDEF by_event UNDEF (999)"),
+        (1, 1, "PLAN_OVERRULED", struct.pack(">HHHH", 16, 1, 77, 999), "apid MANIPULATOR event DEVICE_LOST (1) by_apid UNDEF by_event 999 (999)"),
         (1, 1, "PROCEDURE_OBSERVED", struct.pack(">8sBHI45s", b"SWEEP", 8, 3, 7, b"half way"), "procedure SWEEP what STEP step 3 detail 7 text half way"),
         (1, 1, "NETWORK_SHUT_DOWN", struct.pack(">HH", 16, 17), "network MANIPULATOR apid JOYSTICK"),
     )):
