@@ -28,7 +28,7 @@ def loads_of(robot, angles, base):
             moment = [carried.link.mass * g for g in GRAVITY[base]]
             if not joint.is_prismatic:
                 moment = urdf.cross([p - q for p, q in zip(centre, pose[0])], moment)
-            torque -= sum(a * b for a, b in zip(moment, axis))
+            torque -= urdf.dot(moment, axis)
         loads.append((abs(torque) / joint.effort, joint))
     return loads
 
@@ -48,5 +48,5 @@ def carried_by(robot, poses, number):
         own_axis = urdf.turned(urdf.transposed(pose[1]), axis)
         centre, _ = urdf.composed(pose, (joint.link.centre, urdf.IDENTITY))
         lever = urdf.cross(axis, [p - q for p, q in zip(centre, origin)])
-        total += sum(a * b for a, b in zip(own_axis, urdf.turned(joint.link.inertia, own_axis))) + joint.link.mass * sum(x * x for x in lever)
+        total += urdf.dot(own_axis, urdf.turned(joint.link.inertia, own_axis)) + joint.link.mass * urdf.dot(lever, lever)
     return total

@@ -377,18 +377,14 @@ def rise_of(robot, share):
     return min(0.05 * sum(math.hypot(*joint.origin[0]) for joint in robot.joints), share * TOOL_SPEED * MOTION_S / 1.875)
 
 
-def dot(a, b):
-    return sum(x * y for x, y in zip(a, b))
-
-
 def upward_speeds(robot, start):
     """Speeds of the joints at which the tool moves upward with 1 m/s without a rotation; None if it cannot."""
     _, columns = jacobian_columns(robot, start)
     rows = list(zip(*columns))
-    squares = [[dot(p, q) + (TINY if p is q else 0.0) for q in rows] for p in rows]
+    squares = [[urdf.dot(p, q) + (TINY if p is q else 0.0) for q in rows] for p in rows]
     forces = solved(squares, UPWARD)
-    speeds = [dot(column, forces) for column in columns]
-    return speeds if max(abs(dot(row, speeds) - wanted) for row, wanted in zip(rows, UPWARD)) < 1e-3 else None
+    speeds = [urdf.dot(column, forces) for column in columns]
+    return speeds if max(abs(urdf.dot(row, speeds) - wanted) for row, wanted in zip(rows, UPWARD)) < 1e-3 else None
 
 
 def line_share(robot, start):

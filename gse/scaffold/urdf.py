@@ -93,6 +93,10 @@ def rpy_of(a):
     return (math.atan2(a[2][1], a[2][2]), pitch, math.atan2(a[1][0], a[0][0]))
 
 
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
 def cross(a, b):
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
