@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The housekeeping that a station enables while a page is open: the display structure of each member, and the structures that a page shows
-in tables. The last station that uses such a structure disables it. A station that was killed cannot: another one takes its structures over."""
+in tables. The last station that uses such a structure disables it. If a station was killed, another one takes its structures over."""
 
 import contextlib
 import time
@@ -85,7 +85,7 @@ class Display:
         if not self.enabled:
             return []
         uses, self.enabled = self.enabled, set()
-        self._uses.clear()  # First, so that of two stations that end at the same time at least one disables.
+        self._uses.clear()  # Before the lists of others are read: of two stations that end at the same time, at least one then disables.
         living, left = self._uses.of_others()
         return [self._hub.begin_own(self._hub.quietly([f"hk disable {name} {number}"])) for name, number in sorted((uses | left) - living)]
 

@@ -65,7 +65,7 @@ class KeptPackets:
 
     def packets(self, kind, configurations):
         """The stored packets of a kind with their octets and fields, the oldest first; of long packets only the newest. A page keeps them, so
-        that the user can compare them while others arrive. configurations: APID -> id of the present one. Raises UsageError."""
+        that the user can compare them while others arrive. configurations: APID -> id of the present configuration. Raises UsageError."""
         kept = self._kinds.get(tuple(kind))
         if not kept:
             raise UsageError("no packet of this kind is stored")

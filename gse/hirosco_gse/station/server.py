@@ -330,7 +330,8 @@ class Station:
         return {"text": script_of(self.hub.commands)} if do == "script" else {"refused": f"unknown request {quoted(do)}"}
 
     async def _live(self, line, browser):
-        """A line of a page for the simulator. Other lines would change the connection, which all pages use. Raises UsageError."""
+        """Send a line of a page to the simulator: a verb of LIVE, or `time`. Others, such as `frames`, would change the connection, which all
+        pages use. Raises UsageError."""
         if line.split()[:1] not in [*LIVE, ["time"]]:
             raise UsageError(f"found '{line[:60]}', expected a line that begins with {', '.join(live.VERBS)}")
         return await self.hub.live(line, browser.number)

@@ -8,7 +8,7 @@ export const LINES_MAX = 4;
 export const COLOURS = ["measured", "second", "force", "fg1"]; // Of the lines of a strip.
 const COLUMN_MAX = 3; // Strips of one column.
 
-// Number of columns for so many strips: if one column has no room for them, two.
+// Number of columns for a number of strips: two if one column has no room for them.
 export const columnsFor = (count) => (count > COLUMN_MAX ? 2 : 1);
 
 // Whether strip `n` is the last one of its column, which has the time axis.

@@ -93,7 +93,7 @@ export class Bus {
     this.draw();
   }
 
-  // Show a bus, and of its frames those of a device; null: all.
+  // Show the frames of a device on a bus; device null: all frames of the bus.
   open({ bus, device }) {
     this.name = bus;
     this.device = device;

@@ -5,7 +5,7 @@ const HEARTBEAT = 0x700; // Identifier of the heartbeat of node 0 (CiA 301).
 const SILENT_S = 3; // Age of the newest frame of a device from which it is silent.
 
 // Which of these devices of a subsystem were lost and since then have neither returned nor been commissioned
-// again. `device` of an event has all names of a number that several devices have.
+// again. If several devices have the same number, `device` of an event contains all their names.
 export function lostOf(store, name, devices) {
   const [started] = (store.lanes.get(name) ?? []).findLast(
     ([time, state]) => state === "HARDWARE_INIT" && time <= store.time,

@@ -15,7 +15,7 @@ const seconds = (time) => (time === null ? "–" : time.toFixed(4));
 // Words for the place of a field: its first octet, or its first and last one.
 export const placeOf = ({ at, size }) => (size > 1 ? `${at} to ${at + size - 1}` : `${at}`);
 
-// Fields of the octet at a place: of several, the smallest is the last.
+// Fields that contain the octet at a place; the smallest field is the last one.
 export const fieldsAt = (fields, place) =>
   fields
     .filter(({ at, size }) => place >= at && place < at + size)

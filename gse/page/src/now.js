@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slot "Now" over the scene: the plan, procedure, command or phase that is under way; empty if there is none.
+// Box "Now" over the scene: the plan, procedure, command or phase that is under way; hidden if there is none.
 
 import { every } from "./beat.js";
 import { store } from "./store.js";

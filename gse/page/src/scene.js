@@ -77,7 +77,7 @@ class Scene extends SceneMarks {
     );
     this.joints = [];
     this.trace = [];
-    this.extent = { width: 0, height: 0 }; // Of the scene: a question of the layout would compute it anew.
+    this.extent = { width: 0, height: 0 }; // Stored, because reading it makes the browser compute the layout.
     try {
       this.start();
     } catch {
@@ -311,7 +311,8 @@ class Scene extends SceneMarks {
   }
 
   tipAt(row, time) {
-    // In a replay of the truth the row itself is the truth. For the trace, 150 others would be searched.
+    // In a replay of the truth the row itself is the truth. A search for each of the 150 points of the trace
+    // would take too long.
     const truth = store.replay?.which === "truth" ? null : this.truthAt(time);
     const { positions, base } = this.where(this.robot, row, truth);
     return place(poses(this.robot, positions, base).links.get(tipOf(this.robot)));

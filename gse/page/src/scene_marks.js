@@ -19,7 +19,7 @@ export const TRUTH = "Simulator’s truth";
 export const TRACE_S = 6; // Length of the trace of the tip.
 const LOOK_LEAST = 1e-4; // Smallest difference that is drawn [m, rad].
 const GAP_S = 1; // Time without reports that interrupts the trace.
-const tokens = new Map(); // Name -> colour in the present theme, stored: a request would cause a layout.
+const tokens = new Map(); // Name -> colour in the present theme; reading a style would cause a layout.
 store.on("theme", () => tokens.clear());
 export function token(name) {
   const known = tokens.get(name);

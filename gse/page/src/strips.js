@@ -13,7 +13,7 @@ import { lineOf } from "./telemetry.js";
 
 const WINDOW_S = 30; // Time that the charts of a flight show.
 const REFRESH_MS = 50, // Time between two updates of charts.
-  TURNS = 3; // Each update draws each third chart: input of the user waits for the end of a task.
+  TURNS = 3; // Each update draws a third of the charts, because input waits until a task has ended.
 const FIRST_STRIPS = 3; // Strips of a mission without a robot before the user chooses others.
 const LABEL_PX = 10; // Least distance of two names at the ends of curves.
 const LEAST_S = 0.05; // Shortest view that the keys select.

@@ -109,7 +109,8 @@ class Hand {
     this.field.addEventListener("pointerdown", (event) => {
       if (!this.aim) return;
       this.field.setPointerCapture(event.pointerId);
-      // Taken once: a question of the layout during a movement would delay its line.
+      // Read once: reading the width during a movement would make the browser compute the layout, and delay
+      // the line of the movement.
       const scale = RANGE_RAD / ((this.field.clientWidth * FIELD) / 184);
       this.from = { x: event.clientX, y: event.clientY, aim: [...this.aim], scale };
     });
@@ -401,7 +402,7 @@ const KEYS = [
   ["Space", "pause or resume simulated time"],
   [".", "step 0.1 s"],
   ["[ ]", "change the speed of simulated time"],
-  ["A", "note on this page that the HIGH events are seen"],
+  ["A", "mark the HIGH events as seen, on this page only"],
   ["E C B", "events, commands, bus"],
   ["V", "change the view of the scene"],
   ["T", "move the robot by the simulator’s truth or by telemetry"],
