@@ -153,7 +153,10 @@ KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/messag
                 $(TESTS))
 kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 	@:
-benches: $(patsubst test/bench/%.c,$B/bench/%,$(call selected,$(BENCHES))) $(TRANSPORTS:%=$B/bench/transport/%)
+# bench_mission.py runs two of these programs.
+RUN_BY_SCRIPTS := $(if $(call selected,test/bench/bench_mission.py),test/bench/bench_plant.c test/bench/bench_futex_ring.c)
+benches: $(patsubst test/bench/%.c,$B/bench/%,$(sort $(call selected,$(BENCHES)) $(RUN_BY_SCRIPTS))) \
+    $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
 
 # The tests that ONLY selects, and what they need: `make test` installs and builds nothing else.

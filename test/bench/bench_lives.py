@@ -22,6 +22,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / directory) for directory in ("test/mission", "test/conformance/pus", "gse")]
 
+import failures
 import flying
 import station as stations
 from hirosco_gse import packets
@@ -162,4 +163,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    failures.run(main)

@@ -17,7 +17,8 @@ import resource
 import shutil
 import statistics
 import subprocess
-import sys
+
+import failures
 
 ROUNDS = 5
 STEP_US = 500.0
@@ -27,7 +28,9 @@ RUNS = pathlib.Path("runs")
 def bench_line(program, name):
     """Value of the BENCH line `name` of a compiled measuring program."""
     output = subprocess.run([f"build/bench/{program}"], stdout=subprocess.PIPE, text=True, check=True).stdout
-    return next(float(line.split()[2]) for line in output.splitlines() if line.split()[:2] == ["BENCH", name])
+    values = [float(line.split()[2]) for line in output.splitlines() if line.split()[:2] == ["BENCH", name]]
+    assert values, f"build/bench/{program} has printed no line BENCH {name}"
+    return values[0]
 
 
 def processor_s():
@@ -70,4 +73,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    failures.run(main)

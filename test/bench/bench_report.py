@@ -12,6 +12,8 @@ import subprocess
 import sys
 import time
 
+import failures
+
 ROUNDS = 5
 DIRECTORY = pathlib.Path("runs") / "bench-report"
 FLIGHT = ("build/bin/hirosco", "run", "--scenario", "telepresence", "--form", "image", "--report", "no", "--out", str(DIRECTORY))
@@ -34,4 +36,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    failures.run(main)

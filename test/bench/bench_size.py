@@ -22,6 +22,8 @@ import shutil
 import subprocess
 import sys
 
+import failures
+
 FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -I. -Ibuild -Os -ffp-contract=off -fno-asynchronous-unwind-tables".split()
 HOST = ["gcc", *FLAGS]
 NEWLIB = pathlib.Path("/usr/include/newlib")
@@ -230,4 +232,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    failures.run(main)

@@ -35,6 +35,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / directory) for directory in ("test/mission", "test/support", "gse")]
 
+import failures
 import flying
 from aiohttp import ClientSession
 from browsing import browsing, until
@@ -407,4 +408,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    failures.run(main)

@@ -22,6 +22,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "board"))
 
+import failures
 import flight
 
 flying = flight.flying
@@ -105,8 +106,7 @@ def main():
         print(f"BENCH target_hil_{name}_time {on_board:.2f} s {baseline:.2f}")
     if os.environ.get("UPDATE"):
         update(PAGE, rows, stacks, commits)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    failures.run(main)

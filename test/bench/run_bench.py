@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run the measuring programs, print one table, write it as JSON.
 
-A measuring program is build/bench/bench_* or test/bench/bench_*.py. It prints lines `BENCH name value unit baseline`;
-the baseline is what the value is compared with, in the same unit and measured in the same run, `-` if there is
+A measuring program is test/bench/bench_*.py, or test/bench/bench_*.c, which `make bench` builds as build/bench/bench_*.
+It prints lines `BENCH name value unit baseline`; the baseline is what the value is compared with, in the same unit and measured in the same run, `-` if there is
 nothing to compare with. Three more words are the median of the ratios within a round, and their low and high end.
 `SKIPPED name reason` says why there is no measurement, for example no peer to compare with. The JSON is a list of {name, value, unit, baseline,
 ratio}, ratio = value / baseline, with `range` or `skipped` where there is one.
@@ -21,9 +21,9 @@ BOUNDS = pathlib.Path("test/bench/bounds.txt")
 
 
 def programs(only):
-    compiled = [[str(path)] for path in sorted(pathlib.Path("build/bench").glob("bench_*")) if not path.suffix]
-    scripts = [[sys.executable, str(path)] for path in sorted(pathlib.Path("test/bench").glob("bench_*.py"))]
-    return [command for command in compiled + scripts if only in command[-1]]
+    """Commands of the measuring programs whose source has `only` in its path."""
+    sources = [path for end in ("c", "py") for path in sorted(pathlib.Path("test/bench").glob(f"bench_*.{end}")) if only in str(path)]
+    return [[f"build/bench/{path.stem}"] if path.suffix == ".c" else [sys.executable, str(path)] for path in sources]
 
 
 def row_of(words):
@@ -37,7 +37,7 @@ def row_of(words):
 
 
 def rows(command):
-    """The measurements of one program; raises CalledProcessError if it fails."""
+    """The measurements of one program; raises FileNotFoundError if it is missing, CalledProcessError if it fails."""
     output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
     for line in output.splitlines():
         words = line.split()
@@ -99,7 +99,10 @@ def main():
     parser.add_argument("--reuse", action="store_true", help="measure nothing, take the rows of --out")
     arguments = parser.parse_args()
     if arguments.reuse:
-        measured = json.loads(pathlib.Path(arguments.out).read_text(encoding="utf-8"))
+        try:
+            measured = json.loads(pathlib.Path(arguments.out).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            parser.error(f"{arguments.out} does not exist: run `make bench` first")
         table(measured)
         return 0 if not arguments.check or check(measured) else 1
     measured, failed = [], []
@@ -110,6 +113,8 @@ def main():
         print(f"measuring {command[-1]}", flush=True)
         try:
             measured.extend(rows(command))
+        except FileNotFoundError:
+            failed.append(f"{command[-1]} does not exist: `make bench` builds it")
         except subprocess.CalledProcessError as failure:
             failed.append(f"{command[-1]} ended with exit code {failure.returncode}")
     table(measured)
