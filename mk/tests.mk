@@ -154,7 +154,8 @@ KERNEL_TESTS := $(filter %/test_flow_can_socket.c test/unit/fsw/framework/messag
 kernel-tests: $(foreach t,$(KERNEL_TESTS),$(call test_name,$t))
 	@:
 # bench_mission.py runs two of these programs.
-RUN_BY_SCRIPTS := $(if $(call selected,test/bench/bench_mission.py),test/bench/bench_plant.c test/bench/bench_futex_ring.c)
+RUN_BY_SCRIPTS := $(if $(call selected,test/bench/bench_mission.py),\
+    test/bench/bench_plant.c test/bench/bench_futex_ring.c)
 benches: $(patsubst test/bench/%.c,$B/bench/%,$(sort $(call selected,$(BENCHES)) $(RUN_BY_SCRIPTS))) \
     $(TRANSPORTS:%=$B/bench/transport/%)
 	@:
