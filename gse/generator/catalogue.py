@@ -6,7 +6,7 @@ pus/catalogue/kinds.txt describes the syntax of a file of messages, pus/core/req
 import re
 from dataclasses import dataclass, field
 
-from source import DescriptorError
+from source import DescriptorError, text_of
 
 # Octets of a field of each coding with a fixed size.
 CODINGS = {"u8": 1, "u16": 2, "u32": 4, "u64": 8, "i16": 2, "i32": 4, "i64": 8, "f64": 8, "time": 8, "reltime": 7, "cds": 8}
@@ -38,7 +38,7 @@ class Reader:
 
     def __init__(self, path):
         self.path, self.number = path, 0
-        self.lines = path.read_text(encoding="utf-8").splitlines()
+        self.lines = text_of(path).splitlines()
 
     def next(self):
         """The next line that is neither empty nor a comment, stripped; None at the end."""

@@ -231,10 +231,10 @@ def _process_data(node, name, is_fd, place):
 def _mapped(node, index, subindex, start, bits):
     entry = node.sheet.entries.get((index, subindex))
     if entry is None:
-        node.element.fail(f"{node.name} maps {index:#06x}:{subindex:02x}, which {node.sheet.path.name} does not have")
+        node.element.fail(f"{node.name} maps {index:#06x}:{subindex:02x}: expected an object of {node.sheet.path.name}")
     width, signed, is_real = sheet.type_of(entry.kind)
     if width not in (0, bits):
-        node.element.fail(f"{node.name} maps {bits} bits of {index:#06x}:{subindex:02x}, which has {width}")
+        node.element.fail(f"{node.name} maps {bits} bits of {index:#06x}:{subindex:02x}: expected {width}, the length of the object")
     is_temperature = index < PROFILE_FIRST and entry.name.lower().endswith(TEMPERATURES)
     factor, unit = (0.1, "degC") if is_temperature else _scale(node.values, index)
     if is_real:

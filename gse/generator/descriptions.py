@@ -9,7 +9,7 @@ import re
 
 import common_words
 import sheet
-from source import STATES, DescriptorError
+from source import STATES, DescriptorError, text_of
 
 FILE = pathlib.Path(__file__).resolve().parents[2] / "descriptors" / "descriptions.txt"
 LINE = re.compile(r"((?:(?:event|function) )?[A-Z0-9_.*]+) \| ([^|]+?) \| ([^|]+?)(?: \| (-?[0-9.]+))?\Z")
@@ -43,7 +43,7 @@ HAND = ("LEADS", "NO_HAND", "RANGE", "SPEED", "SINGULAR")
 def load(path=FILE):
     """Read the descriptions: (quantity, description, warning) by name."""
     found = {}
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for number, line in enumerate(text_of(path).splitlines(), 1):
         if not line or line.startswith("#"):
             continue
         matched = LINE.match(line)

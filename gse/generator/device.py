@@ -103,7 +103,7 @@ def _field(element):
     if read_number(element.attributes.get("scale", "1"), "DOUBLE") == 0.0:
         element.wrong("scale", "a number other than 0")
     if direction == "IN" and "safe" in element.attributes:
-        element.fail("<Field> of direction IN has no attribute safe")
+        element.fail("<Field> of direction IN cannot have attribute safe")
 
 
 def _records(element, may_have):
@@ -111,7 +111,7 @@ def _records(element, may_have):
     kind = element.attributes["type"]
     for attribute in RECORDS:
         if attribute in element.attributes and attribute not in may_have:
-            element.fail(f"<Endnode> of type {kind} has no attribute {attribute}")
+            element.fail(f"<Endnode> of type {kind} cannot have attribute {attribute}")
     if kind == "CAN":
         return
     element.flag("checksum")
@@ -125,15 +125,15 @@ def _endnode(element):
     needs, may_have = ENDNODES[element.word("type", tuple(ENDNODES))]
     for attribute in ("bus", "node", "name", "address", "port"):
         if (attribute in element.attributes) != (attribute in needs):
-            verb = "needs" if attribute in needs else "has no"
+            verb = "needs" if attribute in needs else "cannot have"
             element.fail(f"<Endnode> of type {element.attributes['type']} {verb} attribute {attribute}")
     for attribute, words in FLOW_FORMAT.items():
         if attribute in element.attributes and attribute not in may_have:
-            element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute {attribute}")
+            element.fail(f"<Endnode> of type {element.attributes['type']} cannot have attribute {attribute}")
         element.word(attribute, words)
     _records(element, may_have)
     if "redundantBus" in element.attributes and "bus" not in needs:
-        element.fail(f"<Endnode> of type {element.attributes['type']} has no attribute redundantBus")
+        element.fail(f"<Endnode> of type {element.attributes['type']} cannot have attribute redundantBus")
     if "bus" in needs:
         element.lower_identifier("bus", BUS_NAME_MAX)
         if "redundantBus" in element.attributes:

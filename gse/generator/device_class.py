@@ -45,7 +45,7 @@ class _Class:
         if self.axes > AXES_MAX:
             self.fail(f"{self.axes} axes: expected at most {AXES_MAX}")
         if self.profile == 402 and self.axes == 0:
-            self.fail("CiA 402 in 0x1000, but no controlword 0x6040")
+            self.fail("0x1000 states CiA 402: expected a controlword, 0x6040")
         self.units = [self._units(axis) for axis in range(self.axes)]
         self.transmit = self._pdos(0x1800, 0x1A00, TRANSMITTED)
         self.receive = self._pdos(0x1400, 0x1600, RECEIVED)
@@ -61,7 +61,7 @@ class _Class:
     def _number(self, key):
         if key not in self.values:
             self.place = key
-            self.fail(f"no default of {key[0]:#06x}:{key[1]:02x}, which identifies the class")
+            self.fail(f"{key[0]:#06x}:{key[1]:02x}: expected a default, which identifies the class")
         if self.sheet.entries[key].kind not in sheet.INTEGERS or not 0 <= self.values[key] <= 0xFFFFFFFF:
             self.place = key
             self.fail(f"{key[0]:#06x}:{key[1]:02x}: expected an unsigned number of at most 32 bits as its default")

@@ -5,7 +5,9 @@ import collections
 import pathlib
 
 import identifiers
+from common_words import CATALOGUE
 from identifiers import Identifiers, subject_of
+from source import DescriptorError
 
 ENGINE = pathlib.Path(__file__).with_name("dissector.lua")
 LARGEST_WORD = (1 << 31) - 1  # Largest number of a value string in Wireshark's interface to Lua.
@@ -243,8 +245,8 @@ class _Tables:
         self._register(key, KIND_OF.get(kind["coding"], "OCTETS"), field["name"], words)
 
     def _register(self, key, kind, label, words=None):
-        """Register a field. Raises ValueError if another message uses the name for another type."""
+        """Register a field. Raises DescriptorError if another message uses the name for another type."""
         known = self.fields.get(key)
         if known and known[0] != kind:
-            raise ValueError(f"{key} is {known[0]} in one message and {kind} in another")
+            raise DescriptorError(CATALOGUE, 0, f"{key} is {known[0]} in one message and {kind} in another: expected one type for a name")
         self.fields[key] = (kind, label.replace("_", " "), words or (known[2] if known else None))

@@ -85,7 +85,7 @@ def check_buses(loaded, world, buses):
 
 def write(path, text):
     """Write a file if its content differs; the new file replaces the old one when it is complete."""
-    if path.exists() and path.read_text(encoding="utf-8") == text:
+    if path.exists() and path.read_bytes() == text.encode("utf-8"):
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f"{path.name}.{os.getpid()}")

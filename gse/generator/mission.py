@@ -86,7 +86,7 @@ def load(path):
     }
     for element in root.children:
         if element is not root.first(element.name):
-            element.fail(f"a second <{element.name}>")
+            element.fail(f"a second <{element.name}>: expected one")
         checks[element.name](mission, element)
     for name in ("Subsystems", "Modes", "Permissions", "Ground"):
         if not root.first(name):
@@ -272,7 +272,7 @@ def _check_action(mission, action):
     needs = {"STATE": ("target", "state"), "MODE": ("mode",), "LOG": ()}[kind]
     for attribute in ("target", "state", "mode"):
         if (attribute in action.attributes) != (attribute in needs):
-            verb = "needs" if attribute in needs else "has no"
+            verb = "needs" if attribute in needs else "cannot have"
             action.fail(f"<Action do=\"{kind}\"> {verb} attribute {attribute}")
     if kind == "STATE":
         action.word("target", (*mission.names, "SELF", "NETWORK"))

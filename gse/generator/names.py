@@ -67,7 +67,7 @@ def enumerate_field(subsystem, element, item):
         known = " ".join(each.name for each in above) or "none"
         element.wrong("enumeration", f"an <Enumeration> defined above; there are: {known}")
     if item.min is not None or item.max is not None:
-        element.fail("with an enumeration there is no min and no max")
+        element.fail("a field with an enumeration cannot have min or max")
     item.enumeration = found
     item.min, item.max = min(found.numbers.values()), max(found.numbers.values())
     if item.type in ("FLOAT", "DOUBLE", "BOOL") or read_number(str(item.max), item.type) is NUMBER_OUT_OF_RANGE:

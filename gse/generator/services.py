@@ -71,7 +71,7 @@ def service_of(element, apid):
     for attribute in ("capacity", "functional"):
         entries = getattr(offer, attribute)
         if entries is None and attribute in element.attributes:
-            element.fail(f"service {number} has no attribute {attribute}")
+            element.fail(f"service {number} cannot have attribute {attribute}")
         found[attribute] = element.unsigned(attribute, 1, entries[1], entries[2]) if entries else 0
     return Service(number, **found)
 

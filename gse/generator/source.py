@@ -59,6 +59,16 @@ class DescriptorError(Exception):
         super().__init__(f"{path}:{line}: {message}")
 
 
+def text_of(path):
+    """Text of a file in UTF-8. Raises DescriptorError with the line of an octet that is not UTF-8."""
+    octets = path.read_bytes()
+    try:
+        return octets.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = octets[: error.start].count(b"\n") + 1
+        raise DescriptorError(path, line, f"found octet 0x{octets[error.start]:02X}, expected UTF-8: convert the file, for example with iconv") from error
+
+
 class Element:
     """An element: name, attributes, children, file and line."""
 
@@ -252,7 +262,7 @@ class _Reader:
 
     def characters(self, text):
         if text.strip(" \t\r\n"):
-            self.fail("text between elements")
+            self.fail(f"text \"{text.strip()[:40]}\" between elements: expected none")
 
     def start(self, name, attributes):
         parent = self.stack[-1].name if self.stack else ""
@@ -265,10 +275,10 @@ class _Reader:
         words = [word.rstrip("!") for word in specification.split()]
         for attribute in attributes:
             if attribute not in words:
-                self.fail(f"attribute {attribute} of <{name}>: expected one of {' '.join(words)}")
+                self.fail(f"attribute {attribute} of <{name}>: expected {'one of ' + ' '.join(words) if words else 'none'}")
         for word in specification.split():
             if word.endswith("!") and word[:-1] not in attributes:
-                self.fail(f"<{name}> has no attribute {word[:-1]}")
+                self.fail(f"<{name}> needs attribute {word[:-1]}")
         element = Element(self.path, self.parser.CurrentLineNumber, name, attributes)
         if self.stack:
             self.stack[-1].children.append(element)

@@ -294,7 +294,7 @@ def interface_text(subsystem):
 def _once(root, *names):
     for name in names:
         for element in root.all(name)[1:]:
-            element.fail(f"a second <{name}>")
+            element.fail(f"a second <{name}>: expected one")
 
 
 def _resources(element):
@@ -389,7 +389,7 @@ def _parameters(subsystem, container):
         unique(container.children[: len(subsystem.parameters)], "name")
         same = next((p for p in subsystem.parameters[:-1] if p.id == parameter.id), None)
         if same:
-            element.fail(f"layout and id of {name} are those of {same.name} in line {same.element.line}")
+            element.fail(f"layout and id of {name} are those of {same.name} in line {same.element.line}: expected another id")
 
 
 def _reference(subsystem, element):
@@ -402,7 +402,7 @@ def _reference(subsystem, element):
 
 def _check_limiter(element, severity):
     if severity == "HIGH" and ("rate" in element.attributes or "burst" in element.attributes):
-        element.fail("an <Event> of severity HIGH has no rate and no burst")
+        element.fail("an <Event> of severity HIGH cannot have rate or burst")
     element.unsigned("burst", 1, 255)
     match = RATE.match(element.attributes.get("rate", "10/s"))
     if not match or int(match[1]) > 1000:
@@ -418,7 +418,7 @@ def _events(subsystem, container):
             if "type" in child.attributes:
                 event.fields.append(_field(subsystem, child, index, False))
             elif any(each in child.attributes for each in ("count", "unit", "enumeration")):
-                child.fail("<ParamRef> without type has no count, no unit and no enumeration")
+                child.fail("<ParamRef> without type cannot have count, unit or enumeration")
             else:
                 event.references.append(_reference(subsystem, child))
         unique(element.children, "name")
@@ -496,7 +496,7 @@ def _initial(subsystem, element, initial):
     if not item:
         element.wrong("field", f"the name of a field of {name}")
     if (name, wanted) in initial:
-        element.fail(f"{name} {wanted} has an initial value in this configuration already")
+        element.fail(f"{name} {wanted} already has an initial value in this configuration: expected one")
     initial[name, wanted] = numbers(element, "value", item, element.attributes["value"])
 
 

@@ -445,7 +445,7 @@ def test_generator_writes_only_changed_files(copy, tmp_path):
             "subsystems/joystick.xml",
             'name="STATE_TIMEOUT" id="10" severity="HIGH"',
             'name="STATE_TIMEOUT" id="10" severity="HIGH" burst="2"',
-            "an <Event> of severity HIGH has no rate and no burst",
+            "an <Event> of severity HIGH cannot have rate or burst",
         ),
         ("subsystems/joystick.xml", 'name="CYCLES"', 'name="SIGNED"', "keyword of C"),
         ("subsystems/manipulator.xml", 'object="0x2210:00"', 'object="0x2211:00"', 'object="0x2211:00" of <Quantity>: expected an object of joint-drive.eds'),

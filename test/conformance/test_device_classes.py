@@ -109,8 +109,8 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (_sheet({}), "no default of 0x1000:00"),
-        (_sheet({(0x1000, 0): (7, "0x192")}), "no controlword 0x6040"),
+        (_sheet({}), "0x1000:00: expected a default, which identifies the class"),
+        (_sheet({(0x1000, 0): (7, "0x192")}), "0x1000 states CiA 402: expected a controlword, 0x6040"),
         *((_sheet({(0x1000, 0): (kind, value)}), "wrong.eds:15: 0x1000:00: expected an unsigned number of at most 32 bits")
           for kind, value in ((0x1B, "0x100000192"), (4, "-1"), (9, "402"))),
         (_sheet(DRIVE | TURNS, [(0x1800, "$NODEID+0x180", 1, [])]).replace("DataType=0x0007\nDefaultValue=$NODEID+0x180", "DataType=0x1B\nDefaultValue=$NODEID+0x100000180"),

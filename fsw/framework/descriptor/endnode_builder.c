@@ -46,7 +46,7 @@ void descriptor_endnode_builder_start(source_t* const source)
         if ((is_there != is_needed) && !(is_there && is_allowed)) {
             descriptor_source_refuse(source, source->line,
                                      is_needed ? "<Endnode> of type % needs attribute %"
-                                               : "<Endnode> of type % has no attribute %",
+                                               : "<Endnode> of type % cannot have attribute %",
                                      descriptor_source_raw(source, "type"), name, 0U);
         }
     }
@@ -77,8 +77,8 @@ void descriptor_endnode_builder_field(source_t* const source)
         descriptor_source_wrong(source, "scale", "a number other than 0");
     }
     if (!field->is_out && descriptor_source_has(source, "safe")) {
-        descriptor_source_refuse(source, source->line, "<Field> of direction IN has no attribute %", "safe",
-                                 NULL, 0U);
+        descriptor_source_refuse(source, source->line, "<Field> of direction IN cannot have attribute %",
+                                 "safe", NULL, 0U);
     }
     if (field->type == VALUE_BOOL) {
         descriptor_source_wrong(source, "type", "an integer type, FLOAT or DOUBLE");

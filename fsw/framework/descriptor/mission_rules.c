@@ -138,7 +138,8 @@ static void check_action_attribute(source_t* const source, const char* const att
 {
     if (descriptor_source_has(source, attribute) != is_needed) {
         descriptor_source_refuse(source, source->line, "<Action do=\"%\"> % attribute ",
-                                 descriptor_source_raw(source, "do"), is_needed ? "needs" : "has no", 0U);
+                                 descriptor_source_raw(source, "do"), is_needed ? "needs" : "cannot have",
+                                 0U);
         descriptor_source_append(source, "%", attribute, NULL, 0U);
     }
 }

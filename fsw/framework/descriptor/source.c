@@ -217,7 +217,7 @@ static void check_attributes(source_t* const source, const source_row_t* const r
     for (size_t i = 0U; i < row->number; i++) {
         if (((row->attributes[i].form & SOURCE_NEEDED) != 0U) &&
             !descriptor_source_has(source, row->attributes[i].name)) {
-            descriptor_source_refuse(source, source->line, "<%> has no attribute %", row->name,
+            descriptor_source_refuse(source, source->line, "<%> needs attribute %", row->name,
                                      row->attributes[i].name, 0U);
         }
     }
@@ -255,7 +255,7 @@ static void mark_seen(source_t* const source, const source_row_t* const row)
     uint64_t* const seen = &source->seen[source->depth - 1U];
     // The lowest bit of `times` is set if the element may occur only once.
     if (((seen[0] >> row->kind) & row->times & 1U) != 0U) {
-        descriptor_source_refuse(source, source->line, "a second <%>", row->name, NULL, 0U);
+        descriptor_source_refuse(source, source->line, "a second <%>: expected one", row->name, NULL, 0U);
     }
     seen[0] |= (uint64_t)1U << row->kind;
     seen[1] = 0U;

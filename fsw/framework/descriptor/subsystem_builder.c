@@ -221,7 +221,7 @@ void descriptor_subsystem_builder_event(source_t* const source)
         descriptor_subsystem_builder_model(source)->reference_count;
     event->per_second = is_high ? 0U : RATE_DEFAULT;
     if (is_high && ((rate != NULL) || descriptor_source_has(source, "burst"))) {
-        descriptor_source_fail(source, source->line, "an <Event> of severity HIGH has no rate and no burst");
+        descriptor_source_fail(source, source->line, "an <Event> of severity HIGH cannot have rate or burst");
     } else if (rate != NULL) {
         event->per_second = rate_of(rate);
         if (event->per_second == 0U) {
@@ -261,7 +261,7 @@ void descriptor_subsystem_builder_event_value(source_t* const source)
     } else if (descriptor_source_has(source, "count") || descriptor_source_has(source, "unit") ||
                descriptor_source_has(source, "enumeration")) {
         descriptor_source_fail(source, source->line,
-                               "<ParamRef> without type has no count, no unit and no enumeration");
+                               "<ParamRef> without type cannot have count, unit or enumeration");
     } else {
         descriptor_subsystem_builder_refer(source, &descriptor_subsystem_event_references);
     }
@@ -343,7 +343,7 @@ static uint16_t capacity_of(source_t* const source, const char* const attribute,
                                      .width     = sizeof(uint16_t)};
     uint16_t capacity             = 0U;
     if ((most == 0U) && descriptor_source_has(source, attribute)) {
-        descriptor_source_refuse(source, source->line, "service % has no attribute %",
+        descriptor_source_refuse(source, source->line, "service % cannot have attribute %",
                                  descriptor_source_raw(source, "type"), attribute, 0U);
     } else if (most > 0U) {
         descriptor_source_read(source, &capacity, &form, 1U);

@@ -81,7 +81,7 @@ def test_a_field_has_the_bounds_of_its_enumeration(with_side):
 
 @pytest.mark.parametrize("line, name, item, message", [(9, "FOOT", field(), "an <Enumeration> defined above; there are: SIDE"),
                                                      (1, "SIDE", field(), "an <Enumeration> defined above; there are: none"),
-                                                     (9, "SIDE", field(min=0), "with an enumeration there is no min and no max"),
+                                                     (9, "SIDE", field(min=0), "a field with an enumeration cannot have min or max"),
                                                      (9, "SIDE", field("INT8"), "one whose numbers fit INT8"),
                                                      (9, "SIDE", field("BOOL"), "one whose numbers fit BOOL")])
 def test_a_field_that_cannot_have_an_enumeration_is_refused(with_side, line, name, item, message):

@@ -8,6 +8,8 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "gse" / "generator"))
 
+import catalogue
+import descriptions
 import source
 from source import NUMBER_OUT_OF_RANGE, DescriptorError, Element
 
@@ -83,9 +85,10 @@ def test_ids_are_compared_as_numbers_and_names_as_text():
     ("<Other name='a'/>", 1, "<Other>: expected <Top>"),
     ("<Top name='a'>\n<Part/></Top>", 2, "<Part> in <Top>: expected one of Item"),
     ("<Top name='a'><Item name='b'><Part><Item/></Part></Item></Top>", 1, "<Item> in <Part>: expected nothing"),
-    ("<Top/>", 1, "<Top> has no attribute name"),
+    ("<Top/>", 1, "<Top> needs attribute name"),
     ("<Top name='a'>\n\n<Item name='b' color='c'/></Top>", 3, "attribute color of <Item>: expected one of name id size"),
-    ("<Top name='a'>x</Top>", 1, "text between elements"),
+    ("<Top name='a'><Item name='b'><Part size='1'/></Item></Top>", 1, "attribute size of <Part>: expected none"),
+    ("<Top name='a'> x </Top>", 1, 'text "x" between elements: expected none'),
     ("<!DOCTYPE Top><Top name='a'/>", 1, "document type declarations are not allowed"),
     ("<?xml version='1.1'?><Top name='a'/>", 1, None),
     ("<?xml version='1.0' encoding='UTF-16'?><Top name='a'/>", 1, None),
@@ -97,6 +100,15 @@ def test_a_file_that_is_no_descriptor_is_refused_with_the_line(tmp_path, text, l
         read(tmp_path, text)
     assert str(refused.value).startswith(f"{tmp_path}/d.xml:{line}: ")
     assert message is None or str(refused.value).endswith(message)
+
+
+def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path):
+    """The catalogue and the descriptions are such texts."""
+    path = tmp_path / "descriptions.txt"
+    path.write_bytes(b"# one\n# 20 \xb0C\n")
+    for read_text in (source.text_of, descriptions.load, catalogue.Reader):
+        with pytest.raises(DescriptorError, match="descriptions.txt:2: found octet 0xB0, expected UTF-8: convert the file"):
+            read_text(path)
 
 
 def test_a_file_that_is_missing_is_refused(tmp_path):

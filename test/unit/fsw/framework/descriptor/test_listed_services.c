@@ -122,10 +122,10 @@ static void an_error_in_a_service_list_is_reported_with_its_line(void)
         const char* error;
     } cases[] = {
         {"<Service type='7'/>", "arm.xml:25: type=\"7\" of <Service>: expected one of "},
-        {"<Service/>", "arm.xml:25: <Service> has no attribute type"},
+        {"<Service/>", "arm.xml:25: <Service> needs attribute type"},
         {"<Service type='6' capacity='0'/>",
          "arm.xml:25: capacity=\"0\" of <Service>: expected a number from 1"},
-        {"<Service type='6' functional='1'/>", "arm.xml:25: service 6 has no attribute functional"},
+        {"<Service type='6' functional='1'/>", "arm.xml:25: service 6 cannot have attribute functional"},
         {"<Service type='11'/>", "arm.xml:25: only the supervisor (id 1) can have service 11"},
         {"<Service type='6'/>\n<Service type='6'/>", "arm.xml:26: type 6 is taken in line 25"},
     };

@@ -205,7 +205,7 @@ static const damage_t damages[] = {
     {"<Action do='LOG'/>", "", 21U, "<Plan> has no <Action>"},
     {"target='NETWORK'", "target='NOBODY'", 22U, "one of ARM HAND SELF NETWORK"},
     {" state='OFFLINE' after", " after", 22U, "needs attribute state"},
-    {"mode='SAFE'/", "mode='SAFE' state='OFFLINE'/", 23U, "has no attribute state"},
+    {"mode='SAFE'/", "mode='SAFE' state='OFFLINE'/", 23U, "cannot have attribute state"},
     {"mode='SAFE'/", "mode='MILD'/", 23U, "one of SAFE NOMINAL"},
     {"strategy='SQLITE'", "strategy='PAPER'", 25U, "one of ASCII SQLITE POSTGRESQL RING"},
     {"bitRate='1000000'", "bitRate='9999'", 26U, "a number from 10000"},
@@ -217,7 +217,7 @@ static const damage_t damages[] = {
     {"address='127.0.0.1' port", "address='10.0.0.1' port", 28U, "one of 127.0.0.1"},
     {"address='127.0.0.1' port", "address='0.0.0.0' port", 28U, "needs a key"},
     {"port='10015'/", "port='10015' key=''/", 28U, "the path of a file"},
-    {"<Users>", "<Users/><Users>", 9U, "a second <Users>"},
+    {"<Users>", "<Users/><Users>", 9U, "a second <Users>: expected one"},
     {"<User name='CLI' id='1'/>", "<User name='CLI' id='1'/>\n<User name='CLI' id='2'/>", 10U,
      "name CLI is taken in line 9"},
     {"<User name='CLI' id='1'/>", "<User name='CLI' id='1'/>\n<User name='WEB' id='1'/>", 10U,
@@ -331,8 +331,8 @@ static void the_first_of_several_mistakes_is_reported(void)
 {
     TEST_ASSERT_EQUAL(STATUS_INVALID,
                       load(damaged(flight_document, "mode='SAFE'/", "state='OFFLINE' target='SELF'/")));
-    TEST_ASSERT_NOT_NULL(
-        strstr(descriptor_error(&loader), "flight.xml:23: <Action do=\"MODE\"> has no attribute target"));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader),
+                                "flight.xml:23: <Action do=\"MODE\"> cannot have attribute target"));
     TEST_ASSERT_NULL(strstr(descriptor_error(&loader), "OFFLINE"));
 }
 

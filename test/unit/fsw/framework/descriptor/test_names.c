@@ -91,7 +91,7 @@ static void each_error_contains_line_and_cause(void)
         {"FORCE'/>", "9'/>", 2U, "expected different upper-case identifiers"},
         {"FORCE'/>", "ABCDEFGHIJKLMNOPQRSTUVWXYZABCDEFG'/>", 2U, "expected different upper-case identifiers"},
         {"values='OFF POSITION FORCE'", "values=''", 2U, "expected different upper-case identifiers"},
-        {"values='OFF POSITION FORCE'", "first='1'", 2U, "<Enumeration> has no attribute values"},
+        {"values='OFF POSITION FORCE'", "first='1'", 2U, "<Enumeration> needs attribute values"},
         {"name='CAUSE' first", "name='MODE' first", 3U, "name MODE is taken in line 2"},
         {"first='253'", "first='65536'", 3U, "expected a number from 0 to 65535"},
         {"first='253'", "first='254'", 8U,
@@ -115,7 +115,7 @@ static void each_error_contains_line_and_cause(void)
         {"<Functions>",
          "<Events><Event name='E' id='1' severity='LOW'><ParamRef name='WHY' "
          "enumeration='MODE'/></Event></Events><Functions>",
-         10U, "<ParamRef> without type has no count, no unit and no enumeration"},
+         10U, "<ParamRef> without type cannot have count, unit or enumeration"},
         {"value='OFF'", "value='OUT'", 13U, "value=\"OUT\" of <Initial>: expected 1 of: LOST SILENT OFF"},
     };
     for (size_t i = 0U; i < sizeof cases / sizeof cases[0]; i++) {
