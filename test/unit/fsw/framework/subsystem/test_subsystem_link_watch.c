@@ -134,6 +134,26 @@ static void a_required_link_that_is_closed_is_an_error_in_operational_and_an_eve
     TEST_ASSERT_NOT_NULL(strstr(fixture_look(), "0111 100002\n"));
 }
 
+static void a_required_link_that_is_closed_raises_an_event_in_pre_operational_and_none_after_an_error(void)
+{
+    bring_linked(STATE_PRE_OPERATIONAL);
+    fixture.ack = 0U;
+    close_link(1U, 10U);
+    run(5U);
+    fixture_expect("130.10 link 1 3>0 reason 10\n5.2 event 11 aux \n");
+    tearDown();
+    setUp();
+    bring_linked(STATE_PRE_OPERATIONAL);
+    other_state = STATE_ERROR_OPERATIONAL;
+    run(5U);
+    TEST_ASSERT_EQUAL(STATE_ERROR_OPERATIONAL, subsystem_state(&fixture.subsystem));
+    fixture_forget();
+    fixture.ack = 0U;
+    close_link(1U, 10U);
+    run(5U);
+    fixture_expect("130.10 link 1 3>0 reason 10\n");
+}
+
 /// Bring the component into this state with a third open link, which is not required.
 static void bring_with_extra(state_t state)
 {
@@ -224,6 +244,7 @@ int main(void)
     RUN_TEST(a_link_that_never_receives_a_sample_is_stale);
     RUN_TEST(samples_of_an_earlier_opening_do_not_count);
     RUN_TEST(a_required_link_that_is_closed_is_an_error_in_operational_and_an_event_below);
+    RUN_TEST(a_required_link_that_is_closed_raises_an_event_in_pre_operational_and_none_after_an_error);
     RUN_TEST(an_optional_link_that_is_stale_or_closed_is_reported_without_an_event);
     RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
     RUN_TEST(an_error_of_the_link_partner_is_an_error_of_the_subsystem);
