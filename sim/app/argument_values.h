@@ -9,7 +9,7 @@
 
 /// Report an invalid value of an option on the console. Always returns false.
 bool argument_refuse(const char* option, const char* value, const char* expected);
-/// Report a word that is no known option with its value.
+/// Report a word that is neither a known option nor the value of one.
 void argument_refuse_word(const char* word, const char* expected);
 /// Read a whole number from 0 to `limit`, decimal, octal (0...) or hexadecimal (0x...). Returns false if the
 /// value is refused.

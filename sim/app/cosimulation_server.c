@@ -3,7 +3,7 @@
 
 #include "sim/app/argument_values.h"
 
-#define SILENCE_MAX_MS 200000U ///< Longer than the launcher waits for simulated time to advance.
+#define SILENCE_MAX_MS 200000U ///< For the client: longer than the launcher waits for progress of the run.
 
 static void serve(void* const context)
 {
@@ -28,7 +28,8 @@ bool cosimulation_server_open(cosimulation_server_t* const server, const cosimul
         return argument_refuse("cosimulation", config->path, "a path where a local socket can be made");
     }
     server->is_running = osal_task_start(&server->task, serve, server, 0) == STATUS_OK;
-    return server->is_running || argument_refuse("cosimulation", config->path, "room for one more thread");
+    return server->is_running ||
+           argument_refuse("cosimulation", config->path, "that one more thread may start: raise `ulimit -u`");
 }
 
 void cosimulation_server_close(cosimulation_server_t* const server)

@@ -12,8 +12,8 @@
 typedef struct {
     const char* path;     ///< Null: there is no port.
     const char* name;     ///< Name of the client.
-    unsigned participant; ///< Order of the client in the scheduler.
-    unsigned receiver;    ///< Participant that gets its messages.
+    unsigned participant; ///< Number of the client as a participant of the scheduler.
+    unsigned receiver;    ///< Number of the participant that gets the client's messages.
 } cosimulation_config_t;
 
 typedef struct { // Private.

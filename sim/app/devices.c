@@ -17,7 +17,7 @@ typedef struct device device_t;
 
 /// Functions of a kind of device; each may be null.
 typedef struct {
-    void (*report)(const device_t* device, uint64_t now_ns); // Report the state for the record of the truth.
+    void (*report)(const device_t* device, uint64_t now_ns);       // Report the state for the truth log.
     void (*act)(const device_t* device, plant_input_t* out_input); // Set inputs of the plant before its step.
     void (*end_step)(device_t* device, uint64_t now_ns, uint64_t end_ns); // Called after the plant's step.
 } device_kind_t;
@@ -30,7 +30,7 @@ struct device {
     drive_t* drive;       // Null: the device is not a drive.
     joystick_t* joystick; // Null: the device is not a joystick.
     bool is_bench;
-    double most_nm; // Largest torque of the motor of a drive; 0: the EDS defines it.
+    double torque_limit_nm; // Largest torque of the motor of a drive; 0: the EDS defines it.
     unsigned joint; // Index of the joint, joystick or wheel in the plant, or of the valve box in the world.
     motor_bench_t bench;
     plant_drive_t bench_drive;
@@ -115,7 +115,7 @@ static status_t create_drive(device_t* const device, const void* const kind, con
                                       .sensor_device    = (device->entry->bus << 8) | device->entry->node,
                                       .step_ns          = step_ns,
                                       .substep_ns       = step_ns / PLANT_SUBSTEPS,
-                                      .most_nm          = device->most_nm,
+                                      .torque_limit_nm  = device->torque_limit_nm,
                                       .torque_sensor    = torque_sensor_of(type),
                                       .encoder          = encoder_of(type),
                                       .read_truth       = read_drive_truth,
@@ -224,7 +224,7 @@ static void read_wheel_truth(void* const context, wheel_truth_t* const out_truth
     *out_truth                 = (wheel_truth_t){wheel->momentum_nms, wheel->torque_nm, wheel->housing_rad_s};
 }
 
-/// Observe a wheel, which has no brake.
+/// Report a change of state of a wheel, which has no brake.
 static void on_wheel(void* const context, const uint8_t node, const unsigned axis, const uint16_t statusword,
                      const bool brake, const uint64_t now_ns)
 {
@@ -457,10 +457,10 @@ static status_t add_all(devices_t* const devices, char error[SIMULATOR_ERROR_MAX
     status_t status      = STATUS_OK;
     for (size_t i = 0U; (i < world->drive_count) && (status == STATUS_OK); i++) {
         const world_drive_t* drive = &world->drive[i];
-        const device_t wanted      = {.entry   = &drive->device,
-                                      .kind    = &drives,
-                                      .most_nm = drive->force,
-                                      .joint   = plant_joint(world, drive->robot, drive->joint)};
+        const device_t wanted      = {.entry           = &drive->device,
+                                      .kind            = &drives,
+                                      .torque_limit_nm = drive->force,
+                                      .joint           = plant_joint(world, drive->robot, drive->joint)};
         status = add(devices, &wanted, create_drive, &world->drive_type[drive->type], error);
     }
     for (size_t i = 0U; (i < world->joystick_count) && (status == STATUS_OK); i++) {

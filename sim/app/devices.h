@@ -71,7 +71,8 @@ void devices_power_on(devices_t* devices);
 /// Report the state of every device to the listener.
 void devices_report(devices_t* devices, uint64_t now_ns);
 
-/// Set the plant inputs that brakes and joystick motors determine in the next step.
+/// Set the plant inputs that the devices determine for the whole next step: brakes, valves, latches, and the
+/// torques of joysticks and wheels.
 void devices_act(const devices_t* devices, plant_input_t* out_input);
 /// Callback plant_input_t.drive: compute the torque of a motor. `context` is the devices_t.
 void devices_regulate(void* context, unsigned substep, const plant_rotor_t* motor, double* out_torque_nm);

@@ -13,8 +13,9 @@
 #include <unistd.h>
 
 #define OPERATOR "operator"
-#define OPERATOR_VERB "script" ///< Verb of `gse`, whose program is an interpreter.
-#define VERB_AT 2U ///< Number of the words before the verb: the interpreter and the script of `gse`.
+// The operator is the command `<interpreter> gse/gse script ...`, so its program has another name.
+#define OPERATOR_VERB "script"
+#define VERB_AT 2U ///< Number of words before the verb.
 #define TEXT_OCTETS 512U
 
 /// Read the beginning of a /proc file of a process, followed by NUL. Returns the number of octets; 0: the

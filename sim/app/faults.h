@@ -62,7 +62,7 @@ typedef struct {
     unsigned bus;     ///< Index in fault_world_t; FAULT_BUSES_MAX: the fault names an instrument.
     unsigned channel; ///< NODE_CHANNEL_A, _B.
     unsigned device;  ///< Index of device or instrument in fault_world_t, FAULT_DEVICE_ALL or _FLIGHT.
-    /// Unit of the kind: probability, us, Nm, degC or frames; 1 for on, 0 for off; fault_restart_t.
+    /// By the kind: probability, [us], [Nm], [degC], number of frames, 1 (on) or 0 (off), or fault_restart_t.
     double value;
     uint16_t code; ///< EMCY code.
     char target[FAULT_TARGET_MAX];
@@ -106,7 +106,7 @@ typedef struct {
     /// STATUS_OK, STATUS_INVALID (`error` is filled).
     status_t (*check_process)(void* context, const scenario_line_t* line, size_t index,
                               char error[SCENARIO_ERROR_MAX]);
-    void* process_context; ///< Of both.
+    void* process_context; ///< Context of `process` and `check_process`.
 } fault_world_t;
 
 /// Read the fault lines of a scenario (null: no scenario, no faults). They name buses and devices of `world`.

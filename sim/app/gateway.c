@@ -57,7 +57,6 @@ static void close_lost(gateway_t* const gateway)
 
 void gateway_publish(gateway_t* const gateway, const uint32_t senders, const osal_can_frame_t* const frame)
 {
-    // All tools on the interface have already received a frame that only tools have sent.
     if ((gateway->node != BUS_NODES_MAX) && (senders == ((uint32_t)1U << gateway->node))) {
         return;
     }

@@ -47,7 +47,7 @@ struct live {
     bool is_paused;
     uint64_t step_until_ns; // While paused: time up to which the command `step` lets the run advance.
     double speed;
-    char aims[NAME_OCTETS]; // Name of the client that has sent the last `aim`.
+    char aiming_client[NAME_OCTETS]; // Name of the client that has sent the last `aim`.
     bool is_aimed;  // The last line of the hand from a client was `aim`, and the hand still holds the stick.
     bool is_silent; // No line has followed the `aim`, and this port has made the hand hold.
     uint64_t aimed_ns;
@@ -127,7 +127,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
     const bool is_aim     = is_hand && (strcmp(rest.word[0], "aim") == 0);
     if (status == STATUS_OK) {
         record(live, actor, &rest, who);
-        if (!is_aim || !live->is_aimed || live->is_silent || (strcmp(live->aims, who) != 0)) {
+        if (!is_aim || !live->is_aimed || live->is_silent || (strcmp(live->aiming_client, who) != 0)) {
             mark(live, line, who); // Only the first of consecutive `aim` lines of a client gets a mark.
         }
     }
@@ -135,7 +135,7 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
         live->is_aimed  = is_aim;
         live->is_silent = false;
         live->aimed_ns  = live->now_ns;
-        (void)snprintf(live->aims, sizeof live->aims, "%s", who);
+        (void)snprintf(live->aiming_client, sizeof live->aiming_client, "%s", who);
     }
     return status;
 }
@@ -354,7 +354,7 @@ static void take_line(live_t* const live, client_t* const client, const char* co
         (void)snprintf(reply, sizeof reply, "ok %" PRIu64 ".%09" PRIu64 "%s speed %g%s%s\n",
                        live->now_ns / 1000000000U, live->now_ns % 1000000000U,
                        live_is_held(live, live->now_ns) ? " paused" : "", live->speed,
-                       is_aimed ? " hand " : "", is_aimed ? live->aims : "");
+                       is_aimed ? " hand " : "", is_aimed ? live->aiming_client : "");
     } else {
         (void)snprintf(reply, sizeof reply, "refused %s\n", error);
     }

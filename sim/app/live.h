@@ -12,7 +12,7 @@
 /// Ownership  live_open allocates, live_close frees. Hand, faults and world must outlive it.
 /// Context    The task of the simulator. No function waits.
 /// Errors     A client whose line does not end, or that reads no answers, is disconnected. A client that
-///            reads too slowly loses whole frames and rows, and gets their number.
+///            reads too slowly loses whole frames and rows; the line `dropped` gives it their number.
 #ifndef SIM_APP_LIVE_H
 #define SIM_APP_LIVE_H
 

@@ -22,7 +22,7 @@ typedef struct {            // Private.
 /// Begin with speed 1. Simulated time 0 is `origin_ns` of osal_clock_monotonic_ns.
 void pace_control_open(pace_control_t* pace, uint64_t origin_ns);
 /// Hold simulated time while the live port pauses it, then wait until the wall clock has reached `now_ns`. A
-/// run that is later than 20 ms does not catch up: its pace starts again at the present time.
+/// run that is more than 20 ms late does not catch up: its pace starts again at the present time.
 void pace_control_wait(pace_control_t* pace, simulator_t* simulator, osal_lockstep_t* scheduler,
                        uint64_t now_ns);
 

@@ -91,7 +91,7 @@ status_t process_faults_check(void* const context, const scenario_line_t* const 
     // A signal finds a process by its program.
     if ((faults->scheduler == NULL) && (find(faults, program_of(faults, entry), &entry) > 1U)) {
         return scenario_error(line, line->word[index],
-                              "a subsystem with a program of its own, because this run has no discrete time",
+                              "a subsystem with a program of its own, because this run has no scheduler",
                               error);
     }
     return STATUS_OK;

@@ -20,7 +20,7 @@
 #define PROCESS_FAULTS_OTHERS_MAX 5U
 /// Most names in the table: a participant may have two.
 #define PROCESS_FAULTS_NAMES_MAX (((size_t)2U * OSAL_LOCKSTEP_PARTICIPANTS_MAX) + PROCESS_FAULTS_OTHERS_MAX)
-/// Stands for the participant of a process that is none.
+/// Instead of the number of a participant: the process is not a participant.
 #define PROCESS_FAULTS_OTHER UINT_MAX
 
 typedef struct { // Private, except `scheduler`: null if there is none.
@@ -32,8 +32,9 @@ typedef struct { // Private, except `scheduler`: null if there is none.
     } process[PROCESS_FAULTS_NAMES_MAX];
 } process_faults_t;
 
-/// Add a name of the process of a participant, its program before other names, or the name of a process that
-/// is no participant (PROCESS_FAULTS_OTHER); `name` must outlive the table. False if the table is full.
+/// Add a name of a process; `name` must outlive the table. The first name of a participant is that of its
+/// program. `participant` is PROCESS_FAULTS_OTHER for a process that is not a participant. False if the table
+/// is full.
 bool process_faults_name(process_faults_t* faults, const char* name, unsigned participant);
 /// Check that a word of a scenario line names one process of the table. Used as fault_world_t.check_process.
 /// Returns STATUS_OK (also if the table is empty), STATUS_INVALID (no process or several have this name;

@@ -46,7 +46,7 @@ typedef struct {
     /// accepted.
     status_t (*process_check)(void* context, const scenario_line_t* line, size_t index,
                               char error[SCENARIO_ERROR_MAX]);
-    void* process_context;                    ///< Of both.
+    void* process_context;                    ///< Context of process_fault and process_check.
     simulator_bus_t bus[SIMULATOR_BUSES_MAX]; ///< The buses of the world always exist.
     size_t bus_count;
     const char* flows; ///< Identity of the run, part of the addresses of its instruments; null: none.

@@ -249,8 +249,8 @@ static void account_all(bus_t* const bus, const controller_event_t sender_event,
     }
 }
 
-/// Returns the time at which the next frame of a node that waits is ready to start; BUS_NEVER if the node is
-/// off the bus.
+/// Returns the earliest start of the next frame of a node that has one to send; BUS_NEVER if the node is off
+/// the bus.
 static uint64_t ready_ns(const bus_t* const bus, const unsigned index)
 {
     const bus_node_t* node = &bus->node[index];

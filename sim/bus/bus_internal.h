@@ -48,7 +48,7 @@ struct bus {
     bool is_stuck;
     bool is_sending;
     outcome_t outcome;
-    // Bit sets of nodes: the nodes themselves lie far apart in memory.
+    // Bit sets of nodes, because looking at each node would take longer: nodes are large.
     uint32_t present;   // Plugged and not bus-off.
     uint32_t waiting;   // Has a frame to send, or babbles.
     uint32_t reporting; // Reports lost arbitrations to its software.

@@ -123,8 +123,9 @@ static void refresh_settings(drive_t* const drive)
     settings->offset_nm            = (double)object_signed(objects->torque_offset) * unit;
     const bool has_gains           = (objects->position_gain != NULL) && (objects->velocity_gain != NULL);
     settings->position_gain        = has_gains ? (double)objects->position_gain->value : POSITION_GAIN;
-    settings->velocity_gain       = has_gains ? ((double)objects->velocity_gain->value * MNM) : VELOCITY_GAIN;
-    const double most             = (drive->config.most_nm > 0.0) ? drive->config.most_nm : (unit * maximum);
+    settings->velocity_gain = has_gains ? ((double)objects->velocity_gain->value * MNM) : VELOCITY_GAIN;
+    const double most =
+        (drive->config.torque_limit_nm > 0.0) ? drive->config.torque_limit_nm : (unit * maximum);
     settings->upper_nm            = fmin(unit * ((positive < maximum) ? positive : maximum), most);
     settings->lower_nm            = -fmin(unit * ((negative < maximum) ? negative : maximum), most);
     settings->low_rad             = (double)object_signed(objects->low_position) * drive->position_unit;

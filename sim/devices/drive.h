@@ -31,7 +31,7 @@ typedef struct {
     uint64_t step_ns;       ///< Step of the plant, which is the sampling period of the sensor.
     uint64_t substep_ns;    ///< Period of the regulator.
     /// Largest torque of the motor, in addition to the limits of the objects; 0: no such limit.
-    double most_nm;
+    double torque_limit_nm;
     /// Without a sensor (range 0), 0x6077 is the torque of the motor, and the EDS need not have this object.
     torque_sensor_parameters_t torque_sensor;
     encoder_parameters_t encoder;

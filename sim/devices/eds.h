@@ -3,9 +3,9 @@
 ///
 /// Keys that are read for each object: ParameterName (mandatory), ObjectType, DataType, AccessType, LowLimit,
 /// HighLimit, DefaultValue (decimal, hexadecimal, or with $NODEID), PDOMapping. Sections that describe no
-/// object are skipped, and so are objects of types that simulated devices do not have: they have booleans,
-/// integers of 8, 16, 32 and 64 bits, and strings. Keys and values are not case-sensitive. A hexadecimal
-/// number may be the two's complement of a negative one.
+/// object are skipped, and so are objects whose type is not one of object_type_t (sim/devices/dictionary.h).
+/// Keys and values are not case-sensitive. A hexadecimal number may be the two's complement of a negative
+/// one.
 #ifndef SIM_DEVICES_EDS_H
 #define SIM_DEVICES_EDS_H
 

@@ -7,9 +7,9 @@
 ///            REAL64 is the value, also in 0x6130:01.. of CiA 404, with or instead of 0x9130.
 /// Exposures  At each SYNC, or in each period. 0x2103 counts measurements. 0x2104:01, :02, if the data sheet
 ///            has them, stamp the exposure: SYNCs received in OPERATIONAL, time since the last of them [us].
-/// Errors     Before the first measurement, and while an error is present that is not one of temperature,
-///            values do not change and the status is 1, not valid.
-/// Ownership   measuring_device_create allocates, measuring_device_destroy frees.
+/// Errors     Before the first measurement, and while an error other than over-temperature is present, values
+///            do not change and the status is 1, not valid.
+/// Ownership  measuring_device_create allocates, measuring_device_destroy frees.
 #ifndef SIM_DEVICES_MEASURING_DEVICE_H
 #define SIM_DEVICES_MEASURING_DEVICE_H
 

@@ -67,7 +67,7 @@ typedef struct node node_t;
 
 /// Create a node from its EDS file and connect it to the bus, without power. Returns STATUS_OK; else
 /// *out_node is null and `error` is filled: statuses of eds_load, STATUS_EXHAUSTED (memory, nodes of the
-/// bus), STATUS_INVALID (an object that every device or this one needs is missing).
+/// bus), STATUS_INVALID (an object is missing that every device, or a device of this kind, needs).
 MUST_USE status_t node_create(bus_t* bus, const char* eds_path, uint8_t node_id,
                               const node_application_t* application, node_t** out_node,
                               char error[EDS_ERROR_MAX]);

@@ -39,7 +39,7 @@ struct stream_port {
     stream_port_config_t config;
     bool is_plugged;
     char name[NAME_OCTETS]; // "/RUN.flow.CHANNEL"
-    char in[NAME_OCTETS];   // Queue to flight: `in` and `out` are directions of flight.
+    char in[NAME_OCTETS];   // Queue to flight: `in` and `out` are named as in the flight software.
     char out[NAME_OCTETS];  // Queue to the device.
     char path[PATH_OCTETS]; // SERIAL, FILE: the symbolic link to the terminal.
     char counts_name[NAME_OCTETS];

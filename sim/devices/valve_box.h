@@ -2,8 +2,8 @@
 /// Valve box (valve-box.eds): a CiA 401 module with an output for each of 16 valves and an input for the
 /// pressure switch behind it, which is on while the valve is open.
 ///
-/// Outputs are 0x6200:01 and :02. With 0x2100 other than 0, all valves close that many 10 ms after the last
-/// command. If the master is lost (RPDO deadline, heartbeat) or leaves OPERATIONAL, each output whose bit in
+/// Outputs are 0x6200:01 and :02. If 0x2100 is not 0, all valves close 0x2100 x 10 ms after the last command.
+/// If the master is lost (RPDO deadline, heartbeat) or the node leaves OPERATIONAL, each output whose bit in
 /// 0x6206 is set gets its bit of 0x6207: by default all valves close. A valve that has opened stays open for
 /// at least its shortest pulse; without power it closes at once.
 ///

@@ -265,10 +265,10 @@ static void push_valves(plant_t* const plant, const plant_input_t* const input)
     }
 }
 
-/// First all forces and torques of the present pose are added, because the check adds their effect to
-/// the speeds; the joints of latches and contacts are changed after the check, so a failed step changes none.
-/// Latches come before contacts, because a closed latch ends the contact between its links. Last, the state
-/// after the step is read into the truth.
+/// Add all forces and torques of the present pose first, because plant_is_sound adds their effect to the
+/// speeds. Change the joints of latches and contacts after that check, so that a failed step changes none.
+/// Latches come before contacts, because a closed latch ends the contact between its links. Last, read the
+/// state after the step into the truth.
 static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* const input, const double dt_s)
 {
     clear_sums(plant, input);

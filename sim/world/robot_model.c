@@ -162,7 +162,7 @@ static status_t connect(builder_t* const builder, const unsigned index)
     }
     if (builder->urdf.link[child].joint != URDF_ROOT) {
         return refuse_joint(builder, joint, joint->child_name,
-                            "a child that no joint before has: robots are trees");
+                            "a child that no earlier joint has: robots are trees");
     }
     joint->parent                   = (unsigned)parent;
     joint->child                    = (unsigned)child;
@@ -234,7 +234,7 @@ static status_t place_root(builder_t* const builder)
         if (link->joint == URDF_ROOT) {
             if (roots != 0U) {
                 return document_refuse(builder->path, link->line, link->name,
-                                       "one root: a joint with this child", builder->error);
+                                       "one root: make this link the child of a joint", builder->error);
             }
             roots++;
             link->is_placed      = true;
@@ -265,7 +265,7 @@ static status_t set_leader(const builder_t* const builder, const urdf_joint_t* c
         const urdf_joint_t* other = &builder->urdf.joint[i];
         if ((other->leader_name[0] != '\0') && (strcmp(other->name, joint->leader_name) == 0)) {
             return document_refuse(builder->path, joint->leader_line, joint->leader_name,
-                                   "a joint that mimics no joint", builder->error);
+                                   "a joint that is not itself a mimic", builder->error);
         }
     }
     robot_joint_t* moving = &model->joint[follower];

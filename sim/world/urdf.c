@@ -46,8 +46,8 @@ typedef struct {
 
 // ---- Moments of inertia ----
 
-/// True if the principal minors of a symmetric matrix are at least: of order 1 `least`, of order 2
-/// `least` * |`least`|, of order 3 `least`^3. With a positive `least` this means positive definite; with a
+/// True if each principal minor of a symmetric matrix is at least `least` (order 1), `least` * |`least`|
+/// (order 2) or `least`^3 (order 3). With a positive `least` the matrix is then positive definite; with a
 /// negative one, which allows for rounding, positive semi-definite.
 static bool has_minors(const moments_t* const m, const double least)
 {
@@ -107,7 +107,7 @@ static status_t start_link(urdf_reader_t* const reader, const element_t* const e
     const status_t status = element_take(element, fields, 1U, link);
     for (size_t i = 0U; (status == STATUS_OK) && (i < reader->urdf->link_count); i++) {
         if (strcmp(reader->urdf->link[i].name, link->name) == 0) {
-            return element_refuse(element, link->name, "a name that no link before has");
+            return element_refuse(element, link->name, "a name that no earlier link has");
         }
     }
     reader->urdf->link_count++;
@@ -134,7 +134,7 @@ static status_t start_joint(urdf_reader_t* const reader, const element_t* const 
     }
     for (size_t i = 0U; i < reader->urdf->joint_count; i++) {
         if (strcmp(reader->urdf->joint[i].name, joint->name) == 0) {
-            return element_refuse(element, joint->name, "a name that no joint before has");
+            return element_refuse(element, joint->name, "a name that no earlier joint has");
         }
     }
     unsigned kind = 0U;

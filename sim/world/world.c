@@ -125,7 +125,7 @@ static status_t take_joints(const world_robot_t* const robot, const element_t* c
         const bool is_bounded      = (limit == 0.0) && (joint->kind != ROBOT_JOINT_CONTINUOUS);
         const double most          = (limit == 0.0) ? TURNS_RAD : limit;
         if (joint->is_mimic) {
-            return element_refuse(element, name, "a joint that mimics no joint");
+            return element_refuse(element, name, "a joint that is not itself a mimic");
         }
         if (!document_number(number, is_bounded ? joint->lower : -most, is_bounded ? joint->upper : most,
                              &out_value[index])) {
@@ -220,7 +220,7 @@ static status_t finish_drive(world_t* const world, const element_t* const elemen
         return element_refuse(element, drive->joint_name, "robot.joint of a robot above");
     }
     if (world->robot[drive->robot].model.joint[drive->joint].is_mimic) {
-        return element_refuse(element, drive->joint_name, "a joint that mimics no joint");
+        return element_refuse(element, drive->joint_name, "a joint that is not itself a mimic");
     }
     for (const world_drive_t* other = world->drive; other < drive; other++) {
         if ((other->robot == drive->robot) && (other->joint == drive->joint)) {

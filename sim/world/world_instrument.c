@@ -76,7 +76,7 @@ status_t world_instrument_finish(world_t* const world, const element_t* const el
     for (size_t i = 0U; i < world->bus_count; i++) {
         if (strcmp(world->bus[i], instrument->name) == 0) {
             return element_refuse(element, instrument->name,
-                                  "a name that no bus has: faults of a scenario name both");
+                                  "a name that no bus has: `fault unplug` names a bus or an Instrument");
         }
     }
     instrument->line         = element->line;

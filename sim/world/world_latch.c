@@ -39,7 +39,7 @@ static bool find_box(const world_t* const world, world_latch_t* const latch)
     return latch->box < world->valve_box_count;
 }
 
-static bool is_of_a_valve(const world_t* const world, const world_latch_t* const latch)
+static bool output_has_valve(const world_t* const world, const world_latch_t* const latch)
 {
     size_t index = 0U;
     while ((index < world->valve_count) &&
@@ -49,6 +49,8 @@ static bool is_of_a_valve(const world_t* const world, const world_latch_t* const
     return index < world->valve_count;
 }
 
+/// True if the attributes force, stall and release fit the device: a drive that presses needs the first two
+/// and may have the third; other devices have none of them.
 static bool has_forces_if(const element_t* const element, const bool is_pressed)
 {
     const bool has_force   = element_attribute(element, "force") != NULL;
@@ -70,14 +72,14 @@ static status_t find_trigger(const world_t* const world, const element_t* const 
     }
     if (!has_forces_if(element, is_pressed)) {
         return element_refuse(element, element->name,
-                              "force and stall if `when` is a Gripper or Drive, else neither of these nor "
+                              "force and stall if `when` is a Gripper or Drive, otherwise no force, stall or "
                               "release");
     }
     if (has_output != is_wired) {
-        return element_refuse(element, element->name, "output if `when` is a ValveBox, else none");
+        return element_refuse(element, element->name, "output if `when` is a ValveBox, otherwise no output");
     }
     latch->trigger = is_pressed ? WORLD_LATCH_PRESSED : (is_wired ? WORLD_LATCH_WIRED : WORLD_LATCH_TOUCHED);
-    return (is_wired && is_of_a_valve(world, latch))
+    return (is_wired && output_has_valve(world, latch))
                ? element_refuse(element, element_attribute(element, "output"), "an output without a Valve")
                : STATUS_OK;
 }
@@ -100,7 +102,7 @@ static bool is_same_side(const world_side_t* const a, const world_side_t* const 
 }
 
 /// True if two latches connect the same links, in either order, and close by the same device.
-static bool are_one(const world_latch_t* const a, const world_latch_t* const b)
+static bool is_repetition(const world_latch_t* const a, const world_latch_t* const b)
 {
     const bool is_pair = (is_same_side(&a->side[0], &b->side[0]) && is_same_side(&a->side[1], &b->side[1])) ||
                          (is_same_side(&a->side[0], &b->side[1]) && is_same_side(&a->side[1], &b->side[0]));
@@ -112,7 +114,7 @@ static status_t refuse_repeated(const world_t* const world, const element_t* con
                                 const world_latch_t* const latch)
 {
     for (const world_latch_t* other = world->latch; other < latch; other++) {
-        if (are_one(latch, other)) {
+        if (is_repetition(latch, other)) {
             return element_refuse(element, latch->name,
                                   "links that no Latch above connects by the same `when` and output");
         }
@@ -136,7 +138,7 @@ status_t world_latch_finish(world_t* const world, const element_t* const element
         status = world_find_frame(world, element, latch->b, &b->robot, &b->frame);
     }
     if ((status == STATUS_OK) && is_of_one_body(world, a, b)) {
-        status = element_refuse(element, latch->b, "a link that moves against that of `a`");
+        status = element_refuse(element, latch->b, "a link that moves relative to that of `a`");
     }
     if (status == STATUS_OK) {
         status = find_trigger(world, element, latch);

@@ -102,8 +102,9 @@ status_t world_take_device(world_t* const world, const element_t* const element,
                               "another name: in scenarios this is the controller of the flight software");
     }
     if (has_instrument(world, device->bus_name)) {
-        return element_refuse(element, device->bus_name,
-                              "a name of a bus that no Instrument above has: faults of a scenario name both");
+        return element_refuse(
+            element, device->bus_name,
+            "a name of a bus that no Instrument above has: `fault unplug` names a bus or an Instrument");
     }
     while ((device->bus < world->bus_count) && (strcmp(world->bus[device->bus], device->bus_name) != 0)) {
         device->bus++;

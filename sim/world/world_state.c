@@ -52,7 +52,7 @@ static pose_t frame_at_start(const world_robot_t* const robot, const unsigned fr
     return pose_compose(&body[found->body], &found->pose);
 }
 
-/// Express a state that is relative to a link of a robot above in the world.
+/// Convert a state that is relative to a link of an earlier robot into the axes of the world.
 static status_t place_relative(const world_t* const world, const element_t* const element,
                                const state_t* const state, world_robot_t* const robot)
 {

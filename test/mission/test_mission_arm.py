@@ -155,8 +155,8 @@ def pressed(session_directory):
 
 
 def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pressed):
-    """The target is 28.6 mm below the table, at 1000 N/m; friction of the joints and offsets of the torque
-    sensors cause the difference."""
+    """Springs of 1000 N/m pull the tool towards its target below the table; friction of the joints and offsets
+    of the torque sensors cause the difference."""
     contact = pressed.truth["CONTACT"]
     force = contact["contact_force_n"][:, 2]
     held = (contact["time_us"] > 9_000_000) & (contact["time_us"] < 12_000_000)

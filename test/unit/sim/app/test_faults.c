@@ -159,7 +159,7 @@ static void expect_error(const char* line, const char* words)
     }
 }
 
-static void a_world_without_a_kind_of_part_has_a_message_of_its_own(void)
+static void a_message_says_if_the_world_has_no_part_of_the_named_kind(void)
 {
     const fault_world_t whole = world;
     world                     = (fault_world_t){.instrument_count = whole.instrument_count};
@@ -360,7 +360,7 @@ int main(void)
     RUN_TEST(a_process_hangs_and_continues);
     RUN_TEST(the_faults_of_a_scenario_are_read);
     RUN_TEST(errors_name_file_line_and_expected_value);
-    RUN_TEST(a_world_without_a_kind_of_part_has_a_message_of_its_own);
+    RUN_TEST(a_message_says_if_the_world_has_no_part_of_the_named_kind);
     RUN_TEST(without_a_scenario_there_are_no_faults);
     RUN_TEST(scenarios_of_the_mission_are_read);
     RUN_TEST(faults_of_a_scenario_act_on_the_bus);

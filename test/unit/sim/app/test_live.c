@@ -255,7 +255,7 @@ static void a_world_without_a_hand_takes_faults_only(void)
     refuses("hand rest\n", "this world has no hand");
 }
 
-static void frames_and_rows_are_sent_to_those_who_ask(void)
+static void frames_and_rows_are_sent_to_clients_that_request_them(void)
 {
     const osal_can_frame_t frame = {.id = 0x80U};
     open_port(true, true);
@@ -349,7 +349,7 @@ int main(void)
     RUN_TEST(a_hand_without_lines_holds_and_lets_go);
     RUN_TEST(refused_lines_are_not_recorded);
     RUN_TEST(a_world_without_a_hand_takes_faults_only);
-    RUN_TEST(frames_and_rows_are_sent_to_those_who_ask);
+    RUN_TEST(frames_and_rows_are_sent_to_clients_that_request_them);
     RUN_TEST(a_slow_client_loses_whole_frames_and_gets_their_number);
     RUN_TEST(a_ninth_client_is_refused_and_an_endless_line_disconnects);
     return UNITY_END();

@@ -153,7 +153,7 @@ static void a_frame_that_does_not_end_in_a_run_continues_in_the_next(void)
 }
 
 /// The rule of arbitration, checked over the frames that were ready when a frame began.
-static void the_lowest_ready_head_always_wins(void)
+static void the_ready_frame_with_the_lowest_identifier_always_wins(void)
 {
     struct {
         osal_can_frame_t frame[30];
@@ -545,7 +545,7 @@ int main(void)
     RUN_TEST(frames_follow_each_other_after_three_bits);
     RUN_TEST(a_queue_keeps_its_order_whatever_the_identifiers);
     RUN_TEST(a_frame_that_does_not_end_in_a_run_continues_in_the_next);
-    RUN_TEST(the_lowest_ready_head_always_wins);
+    RUN_TEST(the_ready_frame_with_the_lowest_identifier_always_wins);
     RUN_TEST(the_frames_of_a_robot_cycle_take_at_most_the_computed_time);
     RUN_TEST(wake_callbacks_are_called_in_the_order_of_their_times);
     RUN_TEST(bad_frames_and_full_queues_are_refused);

@@ -152,17 +152,17 @@ static void select_mode(uint32_t mode)
 
 static const char* sheet = SHEET;
 
-static void open_drive(double most_nm)
+static void open_drive(double torque_limit_nm)
 {
-    const drive_config_t config = {.seed          = 1U,
-                                   .most_nm       = most_nm,
-                                   .sensor_device = ID,
-                                   .step_ns       = STEP_NS,
-                                   .substep_ns    = STEP_NS / SUBSTEPS,
-                                   .torque_sensor = {.range_nm = 60.0},
-                                   .encoder       = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
-                                   .read_truth    = read_truth,
-                                   .observer      = observe};
+    const drive_config_t config = {.seed            = 1U,
+                                   .torque_limit_nm = torque_limit_nm,
+                                   .sensor_device   = ID,
+                                   .step_ns         = STEP_NS,
+                                   .substep_ns      = STEP_NS / SUBSTEPS,
+                                   .torque_sensor   = {.range_nm = 60.0},
+                                   .encoder         = {.counts_per_turn = 65536U, .gear_ratio = 160.0},
+                                   .read_truth      = read_truth,
+                                   .observer        = observe};
     memset(&motor, 0, sizeof motor);
     motor.position_rad = 0.5;
     changes            = 0U;

@@ -190,7 +190,7 @@ static void a_gripper_without_fingers_that_follow_is_refused(void)
     static const char* const worlds[] = {
         IN_WORLD("<Robot name=\"s\" urdf=\"s.urdf\" base=\"free\"/>\n" TYPE GRIPPER("s.follow")),
         IN_WORLD("<Robot name=\"c\" urdf=\"arm.urdf\" base=\"fixed\"/>\n" TYPE GRIPPER("c.close"))};
-    static const char* const words[] = {"'s.follow', expected a joint that mimics no joint",
+    static const char* const words[] = {"'s.follow', expected a joint that is not itself a mimic",
                                         "'c.close', expected the joint of a finger that other fingers mimic"};
     (void)temporary_file("arm.urdf",
                          "<robot name=\"c\">\n" LINK("base", "2", "0.01", "") LINK("left", "1", "0.01", "")

@@ -196,7 +196,7 @@ static void unsupported_uses_of_mimic_joints_are_refused(void)
 {
     expect_refusal(IN_WORLD("0 0 0", "<Robot name=\"h\" urdf=\"hand.urdf\" base=\"fixed\">\n<Start "
                                      "other=\"0.1\"/></Robot>\n"),
-                   3U, "'other', expected a joint that mimics no joint");
+                   3U, "'other', expected a joint that is not itself a mimic");
     (void)temporary_file("wide.urdf", "<robot name=\"hand\">\n" LINK("palm", "20") LINK("left", "0.4")
                                           LINK("right", "0.2") SLIDE("open", "left", "0.1", "0 1 0", "")
                                               SLIDE("other", "right", "-0.1", "0 -1 0",
@@ -213,7 +213,7 @@ static void unsupported_uses_of_mimic_joints_are_refused(void)
             "stopStiffness=\"2e4\" stopDamping=\"200\" encoderCounts=\"65536\"><TorqueSensor noise=\"0\" "
             "offset=\"0\" drift=\"0\" range=\"90\"/></DriveType>\n"
             "<Drive name=\"D\" joint=\"h.other\" type=\"t\" bus=\"b\" node=\"11\" eds=\"x.eds\"/>\n"),
-        4U, "'h.other', expected a joint that mimics no joint");
+        4U, "'h.other', expected a joint that is not itself a mimic");
     char many[4000];
     size_t used = (size_t)snprintf(many, sizeof many,
                                    "<robot name=\"many\">\n" LINK("palm", "20") LINK("l", "1")

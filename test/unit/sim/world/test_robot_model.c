@@ -235,17 +235,17 @@ static void impossible_masses_are_refused(void)
 static void robots_that_are_not_a_tree_are_refused(void)
 {
     expect_refusal("", 1U, "'no root', expected a link that is no joint's child");
-    expect_refusal(LINK("a") LINK("a"), 3U, "'a', expected a name that no link before has");
+    expect_refusal(LINK("a") LINK("a"), 3U, "'a', expected a name that no earlier link has");
     expect_refusal(LINK("a") LINK("b"), 3U, "'b', expected one root");
     expect_refusal(LINK("a") LINK("b") JOINT("j", "fixed", "a", "c", ""), 4U,
                    "'c', expected a child that is a link");
     expect_refusal(LINK("a") LINK("b") JOINT("j", "fixed", "d", "b", ""), 4U,
                    "'d', expected a parent that is a link");
     expect_refusal(LINK("a") LINK("b") JOINT("j", "fixed", "a", "b", "") JOINT("j", "fixed", "b", "a", ""),
-                   5U, "'j', expected a name that no joint before has");
+                   5U, "'j', expected a name that no earlier joint has");
     expect_refusal(LINK("a") LINK("b") LINK("c") JOINT("j", "fixed", "a", "c", "")
                        JOINT("k", "fixed", "b", "c", ""),
-                   6U, "'c', expected a child that no joint before has");
+                   6U, "'c', expected a child that no earlier joint has");
     expect_refusal(LINK("a") LINK("b") LINK("c") JOINT("j", "fixed", "b", "c", "")
                        JOINT("k", "fixed", "c", "b", ""),
                    3U, "'b', expected a link that joints connect with the root");
@@ -294,12 +294,12 @@ static void a_mimic_that_cannot_follow_is_refused(void)
     LINK("a")                                                                                                \
     LINK("b") LINK("c") JOINT("j", "continuous", "a", "b", first) JOINT("k", "continuous", "b", "c", second)
     expect_refusal(PAIR("", "\n\n<mimic joint=\"m\"/>"), 8U, "'m', expected a joint of the file that moves");
-    expect_refusal(PAIR("", "<mimic joint=\"k\"/>"), 6U, "'k', expected a joint that mimics no joint");
+    expect_refusal(PAIR("", "<mimic joint=\"k\"/>"), 6U, "'k', expected a joint that is not itself a mimic");
     expect_refusal(PAIR("<mimic joint=\"k\"/>", "<mimic joint=\"j\"/>"), 5U,
-                   "'k', expected a joint that mimics no joint");
+                   "'k', expected a joint that is not itself a mimic");
     expect_refusal(PAIR("", "<mimic joint=\"j\"/>") LINK("d")
                        JOINT("l", "continuous", "c", "d", "<mimic joint=\"k\" multiplier=\"2\"/>"),
-                   8U, "'k', expected a joint that mimics no joint");
+                   8U, "'k', expected a joint that is not itself a mimic");
     expect_refusal(PAIR("", "") LINK("d") JOINT("l", "fixed", "c", "d", "<mimic joint=\"k\"/>"), 8U,
                    "'mimic', expected no mimic in a fixed joint");
     expect_refusal(PAIR("", "") LINK("d") JOINT("m", "fixed", "c", "d", "") LINK("e")

@@ -81,8 +81,8 @@ static void bad_latches_are_refused(void)
     } bad[] = {
         {LATCH("L", "s.hull", "f.base", ""), 2U, "found 's.hull', expected robot.link"},
         {LATCH("L", "s.base", "V", ""), 2U, "found 'V', expected robot.link"},
-        {LATCH("L", "s.rod", "s.tip", ""), 2U, "found 's.tip', expected a link that moves against"},
-        {LATCH("L", "f.base", "g.base", ""), 2U, "found 'g.base', expected a link that moves against"},
+        {LATCH("L", "s.rod", "s.tip", ""), 2U, "found 's.tip', expected a link that moves relative"},
+        {LATCH("L", "f.base", "g.base", ""), 2U, "found 'g.base', expected a link that moves relative"},
         {LATCH("L", "s.rod", "f.rod", "") LATCH("L", "s.rod", "f.rod", ""), 3U, "a name that no Latch above"},
         {LATCH("L", "s.rod", "f.rod", "when=\"X\""), 2U, "found 'X', expected a Gripper, Drive or ValveBox"},
         {LATCH("L", "s.rod", "f.rod", "when=\"D1\" force=\"1\""), 2U, "expected force and stall"},
