@@ -14,7 +14,7 @@ void tearDown(void)
 {
 }
 
-static void widths_are_big_endian(void)
+static void values_of_each_width_are_big_endian(void)
 {
     static const uint8_t expected[15] = {0x01U, 0x02U, 0x03U, 0x04U, 0x05U, 0x06U, 0x07U, 0x08U,
                                          0x09U, 0x0AU, 0x0BU, 0x0CU, 0x0DU, 0x0EU, 0x0FU};
@@ -230,7 +230,7 @@ static void blocks_of_octets_are_written_completely_or_not_at_all(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(widths_are_big_endian);
+    RUN_TEST(values_of_each_width_are_big_endian);
     RUN_TEST(every_16_bit_value_is_read_as_it_was_written);
     RUN_TEST(reals_are_ieee_754);
     RUN_TEST(bits_of_special_reals_are_kept);

@@ -106,7 +106,7 @@ static void the_first_takes_of_each_object_have_numbers(void)
     TEST_ASSERT_EQUAL_UINT32(10U, take_check_count());
 }
 
-static void more_objects_than_are_remembered_are_numbered(void)
+static void takes_of_more_objects_than_the_table_holds_have_numbers(void)
 {
     static const uint8_t objects[200];
     take_check_refuse(0U);
@@ -123,7 +123,7 @@ int main(void)
     RUN_TEST(blocks_in_use_may_be_written);
     RUN_TEST(the_take_with_the_given_number_is_refused_and_counted);
     RUN_TEST(the_first_takes_of_each_object_have_numbers);
-    RUN_TEST(more_objects_than_are_remembered_are_numbered);
+    RUN_TEST(takes_of_more_objects_than_the_table_holds_have_numbers);
     return UNITY_END();
 }
 

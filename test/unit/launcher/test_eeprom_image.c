@@ -86,7 +86,7 @@ static void an_image_has_one_user(void)
     TEST_ASSERT_EQUAL(STATUS_OK, open_image(&image));
 }
 
-static void what_is_no_image_is_refused_and_kept(void)
+static void a_file_that_is_not_an_image_is_refused_and_kept(void)
 {
     size_t size = 0U;
     write_whole(sizeof content, 0x5A);
@@ -107,6 +107,6 @@ int main(void)
     RUN_TEST(an_image_that_was_interrupted_is_completed);
     RUN_TEST(the_content_is_kept);
     RUN_TEST(an_image_has_one_user);
-    RUN_TEST(what_is_no_image_is_refused_and_kept);
+    RUN_TEST(a_file_that_is_not_an_image_is_refused_and_kept);
     return UNITY_END();
 }

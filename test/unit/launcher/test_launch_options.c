@@ -396,7 +396,7 @@ static void meaningful_combinations_are_accepted(void)
     }
 }
 
-static void there_are_not_more_interfaces_than_buses(void)
+static void more_interfaces_than_buses_are_refused(void)
 {
     char* words[2 * (LAUNCH_INTERFACES_MAX + 1)];
     for (size_t i = 0U; i <= LAUNCH_INTERFACES_MAX; i++) {
@@ -431,6 +431,6 @@ int main(void)
     RUN_TEST(a_remote_endian_program_takes_datagrams);
     RUN_TEST(wrong_and_contradictory_options_are_refused_with_the_reason);
     RUN_TEST(meaningful_combinations_are_accepted);
-    RUN_TEST(there_are_not_more_interfaces_than_buses);
+    RUN_TEST(more_interfaces_than_buses_are_refused);
     return UNITY_END();
 }

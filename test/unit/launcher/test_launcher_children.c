@@ -204,8 +204,8 @@ static void each_component_is_a_process_on_its_computer(void** state)
     assert_int_equal(3U, launcher.children[5].participant);
 }
 
-/// A process with its own clock must not have the beat of its earlier life.
-static void processes_with_their_own_clocks_know_the_origin(void** state)
+/// Also the beat of a component, which the shared memory still has from an earlier life, is cleared.
+static void processes_with_their_own_clocks_get_the_origin_of_time(void** state)
 {
     (void)state;
     launcher.scheduler          = NULL;
@@ -278,7 +278,7 @@ int main(void)
         cmocka_unit_test_setup(a_run_of_an_image_has_archive_and_operator_as_further_processes, set_up),
         cmocka_unit_test_setup(an_image_without_a_scenario_has_no_operator, set_up),
         cmocka_unit_test_setup(each_component_is_a_process_on_its_computer, set_up),
-        cmocka_unit_test_setup(processes_with_their_own_clocks_know_the_origin, set_up),
+        cmocka_unit_test_setup(processes_with_their_own_clocks_get_the_origin_of_time, set_up),
         cmocka_unit_test_setup(the_simulator_gets_the_buses_that_it_simulates, set_up),
         cmocka_unit_test_setup(real_devices_need_no_simulator_and_what_cannot_start_fails_the_run, set_up),
     };

@@ -177,7 +177,7 @@ static void tipc_has_a_bearer_on_each(void** state)
     assert_true(launcher_create_computers(&launcher));
 }
 
-static void the_first_command_that_fails_is_the_last(void** state)
+static void no_command_runs_after_one_that_fails(void** state)
 {
     (void)state;
     expect_ip("ip netns add hirosco-9.node1", true);
@@ -245,7 +245,7 @@ int main(void)
         cmocka_unit_test_setup(links_in_shared_memory_and_components_of_an_image_have_no_sockets, set_up),
         cmocka_unit_test_setup(two_computers_are_joined_by_a_veth, set_up),
         cmocka_unit_test_setup(tipc_has_a_bearer_on_each, set_up),
-        cmocka_unit_test_setup(the_first_command_that_fails_is_the_last, set_up),
+        cmocka_unit_test_setup(no_command_runs_after_one_that_fails, set_up),
         cmocka_unit_test_setup(two_computers_are_refused_for_a_mission_on_one, set_up),
         cmocka_unit_test_setup(a_delay_between_computers_is_a_network_of_its_own, set_up),
         cmocka_unit_test_setup(only_namespaces_that_are_there_are_removed, set_up),

@@ -69,8 +69,8 @@ static int tear_down(void** state)
         osal_socket_close(&message);
     }
     target_link_close(&link);
-    assert_int_equal(0U, link.socket_count); // Closed again, the link closes no socket of another user.
-    target_link_close(&link);
+    assert_int_equal(0U, link.socket_count);
+    target_link_close(&link); // Again: it must not close a socket that another user has opened since.
     osal_socket_close(&partner);
     return 0;
 }
@@ -337,7 +337,7 @@ static void a_socket_of_a_link_is_adopted_once(void** state)
     put_number(TARGET_WIRE_ADOPT, (uint32_t)run.components[0].message_descriptor);
     assert_int_equal(STATUS_IO, take());
     assert_int_equal(2U, link.socket_count);
-    link.at = link.end;    // The proxy ends; here the next record follows.
+    link.at = link.end;    // A proxy would end here; the test continues with the next record.
     osal_socket_t foreign; // Open in this process, but not given to the program.
     assert_int_equal(STATUS_OK, osal_udp_open(&foreign, (osal_address_t){OSAL_IPV4_LOOPBACK, 0U}, 0U));
     put_number(TARGET_WIRE_ADOPT, (uint32_t)osal_socket_descriptor(&foreign));
@@ -413,7 +413,7 @@ static void refuse(const uint8_t kind, const void* const content, const size_t s
 {
     put_record(kind, content, size);
     assert_int_equal(STATUS_IO, take());
-    link.at = link.end; // The proxy ends; here the next record follows.
+    link.at = link.end; // A proxy would end here; the test continues with the next record.
 }
 
 static void malformed_records_of_a_program_are_refused(void** state)

@@ -335,7 +335,7 @@ static void frames_are_sent_with_the_size_of_their_kind(void** state)
     assert_int_equal(9U, raw.data[63]);
 }
 
-static void why_a_frame_is_not_sent_is_reported(void** state)
+static void the_reason_why_a_frame_is_not_sent_is_reported(void** state)
 {
     static const struct {
         int error;
@@ -413,7 +413,7 @@ static void control_data_of_another_kind_is_ignored(void** state)
     }
 }
 
-static void why_no_frame_comes_is_reported(void** state)
+static void the_reason_why_no_frame_is_received_is_reported(void** state)
 {
     osal_can_frame_t frame;
     (void)state;
@@ -452,10 +452,10 @@ int main(void)
         cmocka_unit_test_setup(an_interface_that_is_down_or_no_can_interface_is_reported, set_up),
         cmocka_unit_test_setup(filters_with_the_kernel_s_own_bit_are_left_out, set_up),
         cmocka_unit_test_setup(frames_are_sent_with_the_size_of_their_kind, set_up),
-        cmocka_unit_test_setup(why_a_frame_is_not_sent_is_reported, set_up),
+        cmocka_unit_test_setup(the_reason_why_a_frame_is_not_sent_is_reported, set_up),
         cmocka_unit_test_setup(a_frame_is_received_with_its_time, set_up),
         cmocka_unit_test_setup(control_data_of_another_kind_is_ignored, set_up),
-        cmocka_unit_test_setup(why_no_frame_comes_is_reported, set_up),
+        cmocka_unit_test_setup(the_reason_why_no_frame_is_received_is_reported, set_up),
         cmocka_unit_test_setup(a_wait_ends_with_a_frame_a_signal_or_the_time, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

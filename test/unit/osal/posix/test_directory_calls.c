@@ -115,7 +115,7 @@ static void the_reason_why_a_file_cannot_be_described_is_reported(void** state)
     }
 }
 
-static void every_kind_closes_descriptor_0_and_none_that_is_closed(void** state)
+static void each_kind_of_file_is_closed_once_also_descriptor_0(void** state)
 {
     osal_directory_t directory = {DESCRIPTOR};
     osal_file_t file           = {DESCRIPTOR};
@@ -137,7 +137,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_interrupted_open_is_repeated_and_descriptor_0_is_valid),
         cmocka_unit_test(a_directory_that_does_not_open_is_reported_and_none_stays_open),
-        cmocka_unit_test(every_kind_closes_descriptor_0_and_none_that_is_closed),
+        cmocka_unit_test(each_kind_of_file_is_closed_once_also_descriptor_0),
         cmocka_unit_test(the_reason_why_a_file_cannot_be_described_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

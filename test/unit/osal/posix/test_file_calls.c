@@ -158,7 +158,7 @@ static void an_interrupted_opening_is_repeated(void** state)
     assert_int_equal(DESCRIPTOR, file.descriptor);
 }
 
-static void why_a_file_does_not_open_is_reported(void** state)
+static void the_reason_why_a_file_does_not_open_is_reported(void** state)
 {
     static const error_case_t errors[] = {{ENOENT, STATUS_NOT_FOUND}, {ENOTDIR, STATUS_NOT_FOUND},
                                           {EACCES, STATUS_DENIED},    {EPERM, STATUS_DENIED},
@@ -226,7 +226,7 @@ static void partial_writes_at_an_offset_are_continued_to_the_end(void** state)
     assert_int_equal(STATUS_IO, osal_file_write_at(&file, AT, octets, sizeof octets));
 }
 
-static void why_a_file_does_not_grow_is_reported(void** state)
+static void the_reason_why_a_file_does_not_grow_is_reported(void** state)
 {
     (void)state;
     for (size_t i = 0U; i < COUNT(write_errors); i++) {
@@ -364,10 +364,10 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(an_interrupted_opening_is_repeated, set_up),
-        cmocka_unit_test_setup(why_a_file_does_not_open_is_reported, set_up),
+        cmocka_unit_test_setup(the_reason_why_a_file_does_not_open_is_reported, set_up),
         cmocka_unit_test_setup(partial_writes_are_continued_to_the_end, set_up),
         cmocka_unit_test_setup(partial_writes_at_an_offset_are_continued_to_the_end, set_up),
-        cmocka_unit_test_setup(why_a_file_does_not_grow_is_reported, set_up),
+        cmocka_unit_test_setup(the_reason_why_a_file_does_not_grow_is_reported, set_up),
         cmocka_unit_test_setup(a_failed_sync_is_reported, set_up),
         cmocka_unit_test_setup(a_new_name_is_on_the_disk_before_the_old_one_is_gone, set_up),
         cmocka_unit_test_setup(partial_reads_are_continued_to_the_end, set_up),

@@ -333,7 +333,7 @@ static const error_case_t sendings[] = {{EAGAIN, STATUS_FULL},
                                         {ETIMEDOUT, STATUS_CLOSED},
                                         {EINVAL, STATUS_IO}};
 
-static void why_octets_are_not_sent_is_reported(void** state)
+static void the_reason_why_octets_are_not_sent_is_reported(void** state)
 {
     (void)state;
     for (size_t i = 0U; i < COUNT(sendings); i++) {
@@ -585,7 +585,7 @@ int main(void)
         cmocka_unit_test_setup(a_socket_that_does_not_open_is_reported_and_closed, set_up),
         cmocka_unit_test_setup(the_reason_for_an_unaccepted_connection_is_reported, set_up),
         cmocka_unit_test_setup(a_connection_in_progress_is_asked_for_its_result, set_up),
-        cmocka_unit_test_setup(why_octets_are_not_sent_is_reported, set_up),
+        cmocka_unit_test_setup(the_reason_why_octets_are_not_sent_is_reported, set_up),
         cmocka_unit_test_setup(each_end_of_a_stream_has_its_status, set_up),
         cmocka_unit_test_setup(a_datagram_is_distinguished_from_errors_of_earlier_ones, set_up),
         cmocka_unit_test_setup(a_deferred_datagram_is_removed_by_the_next_call, set_up),

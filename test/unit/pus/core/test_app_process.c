@@ -208,7 +208,7 @@ static void the_end_of_a_request_follows_its_answer(void)
     TEST_ASSERT_EQUAL_UINT8(129U, bench_report(2U).service);
 }
 
-static void one_ring_for_all_keeps_the_order(void)
+static void a_process_with_one_ring_keeps_the_order_of_all_classes(void)
 {
     static uint8_t queue[256];
     const pus_port_t port = bench_port();
@@ -236,7 +236,7 @@ static void a_firm_report_does_not_wait_for_plain_ones(void)
     TEST_ASSERT_TRUE(pus_app_process_is_waiting(&bench.process));
 }
 
-static void bulk_is_never_kept(void)
+static void reports_of_class_bulk_are_never_kept(void)
 {
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, post_refused(3U, 25U, 0U, 2U));
     TEST_ASSERT_FALSE(pus_app_process_is_waiting(&bench.process));
@@ -459,9 +459,9 @@ int main(void)
     RUN_TEST(a_full_ring_drops_and_counts_reports_and_takes_new_ones_later);
     RUN_TEST(a_firm_report_overtakes_and_each_class_keeps_its_order);
     RUN_TEST(the_end_of_a_request_follows_its_answer);
-    RUN_TEST(one_ring_for_all_keeps_the_order);
+    RUN_TEST(a_process_with_one_ring_keeps_the_order_of_all_classes);
     RUN_TEST(a_firm_report_does_not_wait_for_plain_ones);
-    RUN_TEST(bulk_is_never_kept);
+    RUN_TEST(reports_of_class_bulk_are_never_kept);
     RUN_TEST(a_process_without_rings_keeps_nothing);
     RUN_TEST(an_answer_has_room_however_many_unrequested_reports_wait);
     RUN_TEST(an_answer_is_possible_down_to_the_exact_room_that_it_needs);

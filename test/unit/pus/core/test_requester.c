@@ -124,7 +124,7 @@ static void too_much_data_and_a_second_send_are_refused(void)
     TEST_ASSERT_EQUAL_UINT32(1U, requester.counters.oversized);
 }
 
-static void two_requesters_of_a_user_count_together(void)
+static void two_requesters_of_a_user_share_their_sequence_counts(void)
 {
     const pus_port_t port        = {.context = &requester, .send = keep};
     static const uint16_t apid   = 16U;
@@ -152,6 +152,6 @@ int main(void)
     RUN_TEST(each_addressee_has_its_own_count_and_refusal_leaves_no_gap);
     RUN_TEST(too_many_addressees_are_refused);
     RUN_TEST(too_much_data_and_a_second_send_are_refused);
-    RUN_TEST(two_requesters_of_a_user_count_together);
+    RUN_TEST(two_requesters_of_a_user_share_their_sequence_counts);
     return UNITY_END();
 }

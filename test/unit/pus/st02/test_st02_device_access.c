@@ -242,7 +242,7 @@ static void expect_progress_failure(const size_t index, const uint16_t number)
     TEST_ASSERT_EQUAL_UINT16(number, last_verification.failure.instruction);
 }
 
-static void registers_are_dumped_but_those_that_fail(void)
+static void registers_that_fail_are_left_out_of_a_dump(void)
 {
     begin(4U);
     u32(1U);
@@ -541,7 +541,7 @@ int main(void)
     RUN_TEST(devices_are_switched_one_after_the_other);
     RUN_TEST(faulty_instructions_are_refused_alone);
     RUN_TEST(registers_are_loaded);
-    RUN_TEST(registers_are_dumped_but_those_that_fail);
+    RUN_TEST(registers_that_fail_are_left_out_of_a_dump);
     RUN_TEST(the_most_registers_of_a_request_are_dumped);
     RUN_TEST(pulses_are_given_by_each_unit);
     RUN_TEST(the_most_pulses_of_a_request_continue_over_many_steps);

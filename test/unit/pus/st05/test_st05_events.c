@@ -61,7 +61,7 @@ static void unknown_ids_and_other_sizes_are_refused(void)
     TEST_ASSERT_EQUAL_UINT32(0U, states[0].raised);
 }
 
-static void a_disabled_event_is_counted_and_noticed_by_the_supervisor_only(void)
+static void a_disabled_event_is_counted_and_only_the_supervisor_gets_a_notice(void)
 {
     static const uint8_t two[]    = {2, 0, 1, 1, 44};
     static const uint8_t list[]   = {0, 2, 0, 1, 1, 44};
@@ -198,7 +198,7 @@ static unsigned count_reported_of(const uint16_t id, const unsigned times, const
     return events.counters.reported - before;
 }
 
-static void a_burst_passes_and_then_the_rate(void)
+static void a_burst_is_reported_and_then_events_at_the_configured_rate(void)
 {
     // The last value is just before the milliseconds wrap.
     static const uint64_t begins_ms[] = {0U, 5000U, UINT32_MAX - 150U};
@@ -278,7 +278,7 @@ static void the_number_of_suppressed_events_is_reported_later_if_there_is_no_roo
     TEST_ASSERT_EQUAL_UINT32(10U, count_reported(0U, 1U));
 }
 
-static void without_the_event_nothing_is_reported(void)
+static void without_an_event_for_them_suppressed_events_are_only_counted(void)
 {
     limit();
     pus_events_report_suppressed_by(&events, 0U);
@@ -377,15 +377,15 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(severity_is_the_subtype_and_the_data_follows_the_id);
     RUN_TEST(unknown_ids_and_other_sizes_are_refused);
-    RUN_TEST(a_disabled_event_is_counted_and_noticed_by_the_supervisor_only);
+    RUN_TEST(a_disabled_event_is_counted_and_only_the_supervisor_gets_a_notice);
     RUN_TEST(an_event_is_read_from_its_report_and_from_its_notice);
     RUN_TEST(unknown_instructions_are_refused_alone);
     RUN_TEST(an_event_waits_while_the_port_refuses);
-    RUN_TEST(a_burst_passes_and_then_the_rate);
+    RUN_TEST(a_burst_is_reported_and_then_events_at_the_configured_rate);
     RUN_TEST(an_event_without_a_rate_always_passes);
     RUN_TEST(suppressed_events_are_reported_once_a_second);
     RUN_TEST(the_number_of_suppressed_events_is_reported_later_if_there_is_no_room);
-    RUN_TEST(without_the_event_nothing_is_reported);
+    RUN_TEST(without_an_event_for_them_suppressed_events_are_only_counted);
     RUN_TEST(a_high_event_is_sent_unless_an_earlier_one_still_waits);
     RUN_TEST(all_occurrences_of_a_frequent_event_are_reported_or_counted);
     RUN_TEST(the_largest_auxiliary_data_fits_and_the_next_does_not);

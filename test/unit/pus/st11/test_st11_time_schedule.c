@@ -197,7 +197,7 @@ static void a_tag_must_be_later_than_now_by_the_margin(void)
     EXPECT_SCHEDULE(2);
 }
 
-static void a_request_is_at_most_as_long_as_can_be_reported(void)
+static void a_request_too_long_for_a_detail_report_is_refused(void)
 {
     st11_fixture_create_group(G, 1U);
     st11_fixture_begin_insert(SS, 1U);
@@ -342,7 +342,7 @@ int main(void)
     RUN_TEST(each_instruction_of_an_insertion_is_refused_alone);
     RUN_TEST(a_refused_insertion_creates_no_sub_schedule);
     RUN_TEST(a_tag_must_be_later_than_now_by_the_margin);
-    RUN_TEST(a_request_is_at_most_as_long_as_can_be_reported);
+    RUN_TEST(a_request_too_long_for_a_detail_report_is_refused);
     RUN_TEST(activities_beyond_the_table_or_the_blocks_are_refused);
     RUN_TEST(a_fifth_sub_schedule_is_refused);
     RUN_TEST(a_request_inserts_up_to_255);

@@ -218,7 +218,7 @@ static void classes_have_priorities_and_clients_are_served_in_turn(void)
     TEST_ASSERT_EQUAL_UINT8(5U, stores_storage.stores[1].state.priority);
 }
 
-static void a_step_reads_no_more_than_it_may(void)
+static void a_step_reads_at_most_the_permitted_number_of_packets(void)
 {
     only_ring();
     stores_config.octets_per_step  = 2U * REPORT_SIZE;
@@ -431,7 +431,7 @@ int main(void)
     RUN_TEST(a_range_can_be_aborted);
     RUN_TEST(packets_that_the_port_refuses_are_sent_later);
     RUN_TEST(classes_have_priorities_and_clients_are_served_in_turn);
-    RUN_TEST(a_step_reads_no_more_than_it_may);
+    RUN_TEST(a_step_reads_at_most_the_permitted_number_of_packets);
     RUN_TEST(skipped_packets_count_towards_the_limit_of_a_step);
     RUN_TEST(damaged_records_are_skipped);
     RUN_TEST(a_medium_that_fails_is_read_again);

@@ -197,7 +197,7 @@ static void a_full_store_reports_that_it_is_full(void)
     expect_stores_summary("box", 8U, 8U, 6U, 13U, 13U);
 }
 
-static void an_enabled_store_is_not_deleted_resized_or_retyped(void)
+static void an_enabled_store_keeps_its_size_and_type_and_is_not_deleted(void)
 {
     static const uint8_t singles[] = {26U, 27U};
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
@@ -305,7 +305,7 @@ static void resize(const uint32_t size)
     octet_write_u32(&stores_request, size);
 }
 
-static void a_store_is_resized_and_retyped(void)
+static void the_size_and_the_type_of_a_store_are_changed(void)
 {
     stores_add("ring", 3U, PUS_STORE_CIRCULAR);
     stores_reports(1U, 11U);
@@ -462,10 +462,10 @@ int main(void)
     RUN_TEST(unknown_stores_are_refused_alone);
     RUN_TEST(summaries_of_some_or_of_all_stores_are_reported);
     RUN_TEST(a_full_store_reports_that_it_is_full);
-    RUN_TEST(an_enabled_store_is_not_deleted_resized_or_retyped);
+    RUN_TEST(an_enabled_store_keeps_its_size_and_type_and_is_not_deleted);
     RUN_TEST(changes_wait_for_the_end_of_a_retrieval);
     RUN_TEST(wrong_times_are_refused);
-    RUN_TEST(a_store_is_resized_and_retyped);
+    RUN_TEST(the_size_and_the_type_of_a_store_are_changed);
     RUN_TEST(deletion_of_a_store_removes_all_of_its_records);
     RUN_TEST(a_new_store_of_the_same_name_has_no_old_packets);
     RUN_TEST(selections_are_changed_by_requests);

@@ -159,7 +159,7 @@ static void a_parameter_that_cannot_be_set_is_refused(void)
     expect_failure(1U, 4U, PUS_FAILURE_STATE, 1U, NEW_U32);
 }
 
-static void objects_hold_parameters_too(void)
+static void a_parameter_may_be_in_an_object_of_a_memory(void)
 {
     // One definition: id (u32), memory, address (u32), PTC, PFC (u16).
     static const uint8_t expected[] = {0, 1, 2, 9, 1, 0xF5, RAM, 0, 0, 0x11, 0x10, 5, 0, 2};
@@ -305,7 +305,7 @@ int main(void)
     RUN_TEST(a_value_that_cannot_be_read_is_zero);
     RUN_TEST(parameters_of_the_dictionary_are_not_affected);
     RUN_TEST(a_parameter_that_cannot_be_set_is_refused);
-    RUN_TEST(objects_hold_parameters_too);
+    RUN_TEST(a_parameter_may_be_in_an_object_of_a_memory);
     RUN_TEST(each_faulty_definition_is_refused_alone);
     RUN_TEST(definitions_of_all_parameters_are_reported);
     RUN_TEST(without_memories_no_parameter_can_be_defined);

@@ -41,7 +41,7 @@ static void a_file_is_loaded_and_may_be_activated_at_once(void)
     expect_failure(1U, 4U, PUS_FAILURE_EXISTS, 0U, DETAIL('b'));
 }
 
-static void a_file_that_cannot_be_opened_has_its_reason(void)
+static void a_file_that_cannot_be_opened_is_refused_with_the_reason(void)
 {
     static const struct {
         status_t status;
@@ -222,7 +222,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_file_is_loaded_and_may_be_activated_at_once);
-    RUN_TEST(a_file_that_cannot_be_opened_has_its_reason);
+    RUN_TEST(a_file_that_cannot_be_opened_is_refused_with_the_reason);
     RUN_TEST(a_sequence_file_of_wrong_size_is_refused);
     RUN_TEST(loaded_sequences_outlive_a_power_cut);
     RUN_TEST(a_change_that_cannot_be_stored_is_not_acknowledged);

@@ -234,7 +234,7 @@ static void requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused(voi
     expect_failure(1U, 4U, PUS_FAILURE_UNKNOWN_ID, 0U, DETAIL('a'));
 }
 
-static void status_and_aborted_are_reported(void)
+static void the_status_and_the_aborted_sequences_are_reported(void)
 {
     // Names of 8 octets; status 1: under execution.
     static const uint8_t statuses[] = {0, 3, 'a', 'q', 0, 0,   0,   0, 0, 0, 1, 'b', 'q', 0, 0,
@@ -346,7 +346,7 @@ int main(void)
     RUN_TEST(a_name_is_printable_and_padded);
     RUN_TEST(sequences_beyond_the_table_or_the_blocks_are_refused);
     RUN_TEST(requests_in_a_wrong_state_or_for_an_unknown_sequence_are_refused);
-    RUN_TEST(status_and_aborted_are_reported);
+    RUN_TEST(the_status_and_the_aborted_sequences_are_reported);
     RUN_TEST(the_checksum_is_that_of_the_content);
     RUN_TEST(the_content_is_reported_in_as_many_packets_as_it_needs);
     RUN_TEST(every_request_has_a_strict_format);
