@@ -31,8 +31,8 @@
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make mcdc       modified condition/decision coverage of the sources in test/lint/mcdc.txt by their unit tests
-##   make proofs     prove parts of the flight side for all inputs up to stated bounds (CBMC), and that each proof finds
-##                   the faults planted for it           ONLY=<part of a proof's path>
+##   make proofs     prove parts of the flight side for all inputs up to stated bounds (CBMC), and check that each proof
+##                   finds the faults planted for it     ONLY=<part of a proof's path>
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect
 ##                   ONLY=<part of a source's path:line:>  COUNT=20  SEED=1  CHECK=1: fail below 95 % (directory: 90 %)
@@ -50,7 +50,7 @@
 ##                   S390X=1 make remote-endian-tests: unit tests for that processor: build/s390x/test/
 ##   make rtos       programs of subsystems on FreeRTOS: build/mps2-an500/bin/          BOARD=mps2-an500|mps2-an385
 ##                   ONLY="<programs>": only these, such as manipulator joystick
-##                   MISSION=<name>: compile in this mission alone, not all missions
+##                   MISSION=<name>: with the descriptors of this mission only, not of all missions
 ##   make yamcs      run Yamcs for the flight of runs/latest      MISSION=  PORT=<ground port>  HTTP=8080
 ##                   STATION=http://127.0.0.1:8090/: the station whose 3D view it shows     OUT=runs/yamcs
 ##   make docs       API reference, architecture and interface control document: build/docs/index.html
@@ -79,7 +79,7 @@ $(foreach v,$(filter-out $(OPTIONS),$(.VARIABLES)),$(if $(findstring command lin
 $(if $(filter-out vm kernel,$(TEST_ENVIRONMENT)),$(error TEST_ENVIRONMENT=$(TEST_ENVIRONMENT): expected vm or kernel))
 .NOTPARALLEL: # `make check test` runs one target after the other; the work of each runs in parallel.
 endif
-# A make that was started by one with jobs shares these.
+# If another make with parallel jobs has started this one, both share these jobs.
 PARALLEL = +$(if $(V),,@)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
 Q        := $(if $(V),,@)
 PYTHON   := /usr/bin/python3
@@ -88,8 +88,8 @@ unexport PYTHONDONTWRITEBYTECODE # Otherwise each start of Python compiles its l
 VENV     := build/venv/bin/python
 
 # The order matters: variables and rules use earlier ones.
-# The programs and the station need no rules of tests and checks. To read these takes most of the time of a `make`
-# that finds everything built.
+# The programs and the station need no rules of tests and checks. Reading these rules takes most of the time of a
+# `make` that finds everything built.
 include mk/compiler.mk mk/libraries.mk mk/generated.mk mk/programs.mk mk/setup.mk mk/run.mk mk/station.mk
 ifneq ($(filter-out all programs gse,$(or $(MAKECMDGOALS),all)),)
 include mk/tests.mk mk/fuzz.mk mk/check.mk mk/coverage.mk mk/proofs.mk mk/mcdc.mk

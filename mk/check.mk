@@ -53,7 +53,8 @@ build/lint/clang/%.passed: %.c Makefile mk/check.mk | $(GENERATED)
 	$(Q)clang -std=c99 $(CPPFLAGS) $(WARNINGS) -fsyntax-only -MMD -MP -MT $@ -MF $(@:.passed=.d) $< && touch $@
 -include $(READ_BY_CLANG:%.c=build/lint/clang/%.d)
 
-# check-tidy follows the paths of a function with the analyzer of clang at each change; check-full adds that of gcc.
+# `make check` follows the paths of each function with the analyzer of clang (check-tidy), check-full also with that of
+# gcc.
 check-analyzer: build/setup/check
 	$(PARALLEL) ANALYZE=1 flight-objects && echo 'check: the analyzer of gcc finds nothing'
 flight-objects: $(call objects,$(filter-out sim/%,$(SOURCES)))

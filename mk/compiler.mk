@@ -83,8 +83,8 @@ endif
 LDFLAGS  := -nostartfiles -T osal/freertos/mps2.ld -Wl,-u,port_reset -Wl,--gc-sections
 endif
 
-# A compiler needs more time for most tests than the tests need, so it optimizes their sources less; the sources that
-# they test keep their flags. The linker gold of binutils needs half of the time of the usual one.
+# To compile most tests takes longer than to run them, so the compiler optimizes the sources of tests less; the sources
+# under test keep their flags. The linker gold of binutils needs half of the time of the default linker.
 TEST_OBJECTS := $B/obj/test/unit/% $B/obj/test/contract/%
 TEST_FLAGS   := $(if $(COVERAGE)$(ANALYZE),,$(if $(SANITIZE),-O0,-O1))
 TEST_LINKER  := $(if $(BOARD)$(S390X),,-fuse-ld=gold)

@@ -9,8 +9,8 @@ SOURCES  := $(filter-out fsw/procedures/% fsw/supervisor/% fsw/framework/sdls/% 
 endif
 ifdef BOARD
 SOURCES  := $(filter-out osal/posix/%,$(SOURCES))
-# Programs for a board contain their descriptors, and the device classes that these name, as compiled tables: of the
-# reader of descriptors they need only the code that uses a descriptor after it was read.
+# Programs for a board contain their descriptors, and the device classes that these name, as compiled tables. They need
+# no code that reads descriptors, only the code that uses them.
 ifdef TARGET
 MODELS   := $(addprefix fsw/framework/descriptor/,subsystem_descriptor.c mission_descriptor.c mission_lookup.c \
             descriptor_refusal.c)

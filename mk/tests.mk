@@ -49,8 +49,8 @@ counted   += $(if $(S390X)$(BOARD),,-Wl$(comma)--wrap=UnityDefaultTestRun -Wl$(c
 TEST_EXTERNALS = $(if $(BOARD),-lm -lc -lgcc,\
                $(if $(S390X),,-lcmocka -lode -llcm -lsqlite3) $(LUA) $(NETTLE) -lexpat -lpthread -lm)
 
-# Only a test that expects a failing assertion links fsw_assertion_failed of test/support; all others link that of the
-# port.
+# Only a test that expects a failing assertion links the fsw_assertion_failed of test/support; all other tests link the
+# one of the port.
 ASSERTING := $(shell grep -l assertion_fails $(TESTS) /dev/null)
 caught     = $(if $(filter $1,$(ASSERTING)),$B/obj/test/support/assertion.o)
 

@@ -278,8 +278,8 @@ export function isPageKey(event) {
   return !([" ", "Enter"].includes(event.key) && event.target.closest("button, a"));
 }
 
-// A function that draws once after all changes of one task, however often it is called in it: a jump of a
-// replay changes the states of all subsystems.
+// Returns a function that calls `draw` once after all changes of one task, even if the task calls it several
+// times: a jump of a replay changes the states of all subsystems.
 export function once(draw) {
   let isPlanned = false;
   return () => {

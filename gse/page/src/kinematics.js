@@ -195,9 +195,9 @@ function jacobian(robot, found, tip) {
   });
 }
 
-// Force at the tip: that of the truth or that which the subsystem reports, in the axes of the base, if the
-// row has it, otherwise the least-squares solution of J^T F = torque with a small damping, which gives the
-// smallest force where the torques leave a direction open.
+// Force at the tip. If the row contains a force, of the truth or reported by the subsystem in the axes of the
+// base, it is this force. Otherwise it is the least-squares solution of J^T F = torque with a small damping,
+// which gives the smallest force where the torques do not determine a direction.
 export function tipForce(robot, row, positions = row["CUR_VALUES.POSITION"], base = undefined) {
   const torque = row["CUR_VALUES.EXTERNAL_TORQUE"];
   if (!robot || !positions) return null;

@@ -341,7 +341,7 @@ class TimeLine extends HTMLElement {
     store.tell("instant", null);
   }
 
-  // In a replay the player has the time line, and this one is hidden.
+  // In a replay this time line is hidden, because the player has its own.
   draw() {
     if (store.replay) return;
     // Only a station that answers can replay the flight.

@@ -270,7 +270,7 @@ class Scene extends SceneMarks {
     box.getCenter(this.target);
   }
 
-  // Of eight views around the vertical axis, the one that shows the arm of a free robot from its side, with
+  // Returns one of eight views around the vertical axis: it shows the arm of a free robot from its side, with
   // its first joint in front of the base.
   besideArm() {
     const { positions, base } = placedByTruth(this.robot, null, {});
@@ -471,9 +471,9 @@ class Scene extends SceneMarks {
     if (!isTruth) this.tellSlow();
   }
 
-  // Move the robot from its positions in the last report but one to those in the last, within a period. A
-  // picture without a graphics processor is visible later, so it shows the positions of a later time: those
-  // of the last report, if there is no time for another picture before the next report.
+  // Within a period, move the robot from its positions in the report before the last one to those in the last
+  // report. A picture without a graphics processor is visible later, so it shows the positions of a later
+  // time: those of the last report, if there is no time for another picture before the next report.
   move() {
     if (!this.last) {
       if (this.truth.isNew) this.pose(this.drawn);
