@@ -12,10 +12,10 @@ from playwright.sync_api import sync_playwright
 CHROMIUM = "/usr/bin/chromium"
 WITHOUT_SCREEN = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing"]
 LIMIT_MS = flying.MOMENT_S * 1000
-# Note what moves on the page from now on without an input of the user; SHIFTS gives the elements that have moved, and how.
+# From now on, record each element of the page that moves without an input of the user. SHIFTS returns them, each with its old and new box.
 WATCH_SHIFTS = """() => {
     const sides = ({ x, y, width, height }) => [x, y, width, height].join();
-    // A text that changes in its element, which stays, has moved nothing.
+    // Only elements have outerHTML: a text that changes within its element is not recorded.
     const note = (list) => window.shifts.push(...list.getEntries().flatMap(({ sources }) => sources.filter(({ node }) => node?.outerHTML))
         .map(({ node, previousRect, currentRect }) => [node.outerHTML.slice(0, 200), sides(previousRect), sides(currentRect)].join(" ")));
     window.shifts = [];
@@ -24,7 +24,7 @@ WATCH_SHIFTS = """() => {
     window.takeShifts = () => { note({ getEntries: () => window.shiftsSeen.takeRecords() }); return window.shifts; };
 }"""
 SHIFTS = "window.takeShifts()"
-# The processors compute the pictures of the scene, beside the flight: three in a second are enough for a test.
+# Chromium draws the scene on the processors, which the flight needs too: three pictures a second are enough for a test.
 FEW_PICTURES = "() => { const pictures = window.station?.scene?.pictures; if (pictures) pictures.pace.wait = () => 333; }"
 
 
@@ -36,7 +36,7 @@ class Address(str):
 
 @contextlib.contextmanager
 def serving(*options):
-    """Address of a station with these options."""
+    """Run a station with these options. Returns its address."""
     words = [flying.ROOT / "build" / "venv" / "bin" / "python", "-m", "hirosco_gse.station", *options, "--http-port", "0"]
     process = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, text=True)
     address = Address(re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline()).group())
@@ -56,7 +56,7 @@ def browsing():
 
 
 def opened(browser, address, ready, **options):
-    """The page at an address, once the expression `ready` of the page is true. page.faults has its errors."""
+    """Open the page at an address and wait until the expression `ready` of the page is true. page.faults contains its errors."""
     page = browser.new_page(viewport={"width": 1440, "height": 900}, **options)
     page.set_default_timeout(LIMIT_MS)
     page.outside, page.faults = [], []  # page.outside: requests to other machines.

@@ -137,8 +137,8 @@ def _time_of(flight):
 
 
 def _set_connection(flight, state):
-    """Cut or restore the connection between the nodes while simulated time stands still. The simulator may have ended already: then it has no
-    process, or no process id (TypeError)."""
+    """Cut or restore the connection between the nodes while simulated time stands still. If the simulator has
+    ended already, kill() finds no process (ProcessLookupError), or its process id is None (TypeError)."""
     simulator = flight.children().get("simulator")
     with contextlib.suppress(ProcessLookupError, TypeError):
         os.kill(simulator, signal.SIGSTOP)
@@ -197,7 +197,7 @@ def differences(one, other):
 
 
 def judge(ground, directory, drawn, in_both=None):
-    """The rules that a flight violates; in_both: this flight also flies in the other form (one of SAME_IN does)."""
+    """Violations of the rules by a flight. in_both: also fly it in the other form; None: only if the seed is one of SAME_IN."""
     flight, found = fly(ground, directory, drawn)
     if in_both is None:
         in_both = drawn.seed % SAME_IN == 0

@@ -17,11 +17,11 @@ DEVICES = (("robot", "JOINT1"), ("robot", "JOINT2"), ("joystick", "STICK"))
 SHORTEST_S, LONGEST_S = 10.0, 60.0
 SETTLE_S = 6.0  # From the last fault to the end of the flight: longer than every time-out of a request.
 AGAIN_S = 2.5  # The operator brings up the mission again this long after the middle of the flight.
-# A hang is detected after 31 ms; the supervisor is back after its boot time and three time steps.
+# Longest absence of the supervisor: a hang is detected after 31 ms, and the next life begins after its boot time and three time steps.
 OUTAGE_S = 0.083
 STORM = "for i = 1, {0} do event(16) end"  # PROCEDURE_WARNING.
 DAMAGES = ("flip", "zero", "cut", "empty", "noise")
-OPENED = 3  # After this number of writes into a record store the store is complete.
+OPENED = 3  # Number of writes into a record store by which a component opens it.
 STORED = ("SUPERVISOR.journal.0", "SUPERVISOR.journal.1", "MANIPULATOR.journal.0", "MANIPULATOR.journal.1", "JOYSTICK.journal.0", "SUPERVISOR.store.0")
 
 
@@ -35,7 +35,7 @@ class Drawn:
     end_s: float = SHORTEST_S
     lines: list = field(default_factory=list)
     kinds: list = field(default_factory=list)
-    disk: str = ""  # Writes that fail, as the probe reads them.
+    disk: str = ""  # CAMPAIGN_DISK of the probe: the writes that fail.
     # (file of the record store, kind of damage, place as a fraction of the length)
     damages: list = field(default_factory=list)
     cuts: list = field(default_factory=list)  # (from, until [s]) in which the connection between the nodes is cut
@@ -59,7 +59,7 @@ def _hang(rng, flight):
     flight.lines.append(f"{flight.moment(rng):.6f} fault hang {rng.choice(MEMBERS)}")
 
 
-def _blink(rng, flight):
+def _short_hang(rng, flight):
     at, name = flight.moment(rng), rng.choice(MEMBERS)
     flight.lines += [f"{at:.6f} fault hang {name}", f"{at + rng.choice((0.0005, 0.004, 0.015, 0.05, 0.6)):.6f} fault resume {name}"]
 
@@ -71,9 +71,9 @@ def _stop(rng, flight):
 
 
 def _supervisor(rng, flight):
-    at, kind = flight.moment(rng), rng.choice(("kill", "kill", "hang", "blink"))
+    at, kind = flight.moment(rng), rng.choice(("kill", "kill", "hang", "short_hang"))
     flight.lines.append(f"{at:.6f} fault {'kill' if kind == 'kill' else 'hang'} SUPERVISOR")
-    if kind == "blink":
+    if kind == "short_hang":
         flight.lines.append(f"{at + rng.choice((0.0005, 0.004, 0.015)):.6f} fault resume SUPERVISOR")
 
 
@@ -165,13 +165,13 @@ def _connection_cut(rng, flight):
 
 
 KINDS = {
-    _kill: 14, _hang: 8, _blink: 8, _stop: 8, _supervisor: 12, _communication: 6, _plug: 10, _wire: 10, _device: 6,
+    _kill: 14, _hang: 8, _short_hang: 8, _stop: 8, _supervisor: 12, _communication: 6, _plug: 10, _wire: 10, _device: 6,
     _requests: 6, _events: 10, _disk: 10, _damage: 10, _node_lost: 3, _connection_cut: 1,
 }  # fmt: skip
 
 
 BEGIN = (
-    "mode NOMINAL",  # After damage to its records the mission is in mode SAFE.
+    "mode NOMINAL",  # A mission whose records are damaged begins in mode SAFE.
     "tc SUPERVISOR 11,22 'n=[{\"group_id\":1,\"group_status\":\"enabled\"}]'",
     "at 100 ping MANIPULATOR",  # This request creates the sub-schedule.
     "tc SUPERVISOR 11,20 n=[1]",

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Preloaded into every program of a flight of the campaign. It simulates a disk that refuses writes for a
-// while: of the writes into files whose path contains a text, the first refused one writes half, the others
-// nothing. Writes are counted over all programs and lives of the flight, so the same writes fail each time
-// and in every form. At its end each program records how many descriptors it has open.
+// while: of the writes into files whose path contains a text, <number> fail, beginning with write <first
+// write>. The first of them writes half of its octets, the others nothing. Writes are counted over all
+// programs and lives of the flight, so the same writes fail each time and in every form. At its end each
+// program records how many descriptors it has open.
 //     CAMPAIGN_DISK=<text>:<first write>:<number>:<errno>   CAMPAIGN_COUNT=<file of 4 octets>
 //     CAMPAIGN_ENDS=<file>
 #define _GNU_SOURCE

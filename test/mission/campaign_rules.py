@@ -17,12 +17,12 @@ PARTNER = {17: 16, 16: 17}
 SERVICE_1 = 1
 TERMINAL = {2, 4, 7, 8, 10}  # Subtypes of ST[01] after which a request has no further report.
 ON_BOARD = 0x8000  # Lowest number of users on board.
-CUT_S = 0.2  # The mission may shut down this long before the end, so that the last requests are not answered.
+CUT_S = 0.2  # Requests of the last 0.2 s may stay unanswered, because the mission may already shut down.
 # A request that was sent less than this time before the loss of the connection may be lost, too.
 UPLINK_NS = NS_PER_S
 MOVING = (0x27, 0x07)  # Statuswords of CiA 402: operation enabled, quick stop active.
 REACTION_NS = 2 * STEP_NS
-SILENCE_NS = 10_000_000  # A stale link: the limit, one cycle, and the time of the report.
+SILENCE_NS = 10_000_000  # Longest reaction to a stale link: the age limit of the link, one cycle, and the time of the report.
 OPERATIONAL, ERROR_OPERATIONAL = 5, 6
 DEVICE_BUS = {"robot": 16, "joystick": 17}  # Owner of the drives.
 # Emergency 0x8250: no RPDO has arrived.
@@ -30,7 +30,7 @@ EMERGENCY = re.compile(r"^\((\d+)\.(\d{6})\) (?:robot|joystick) 0(?:91|92|A1)#50
 PROBLEMS = re.compile(r"assertion|[0-9]+ missing|[1-9][0-9]* doubled|runtime error|Sanitizer", re.IGNORECASE)
 # Descriptors that a program may have open at its end.
 DESCRIPTORS = {"hirosco": 12, "packet-archive-sqlite": 4, "simulator": 4}
-COMPONENT_DESCRIPTORS = 11  # Four of these are links over sockets.
+COMPONENT_DESCRIPTORS = 11  # Of a component; four of them are sockets of links.
 
 
 @dataclass
@@ -43,11 +43,11 @@ class Seen:
     drives: tuple = ()  # Drives from the truth log of the flight.
     is_determined: bool = True  # Every repetition must give the same octets.
     has_cut: bool = False  # The connection between nodes was cut: datagrams are lost.
-    ends: str = ""  # Files that the probe has written.
+    ends: str = ""  # Lines `<program> <open descriptors>` that the probe has written at the end of each program.
     memo: dict = field(default_factory=dict)
 
     def of(self, name, make):
-        """The value that `make` computes, computed once and kept."""
+        """The value with this name; `make` computes it at the first call."""
         if name not in self.memo:
             self.memo[name] = make()
         return self.memo[name]
@@ -79,8 +79,7 @@ class Seen:
         return round(min(times, default=self.end_s) * NS_PER_S)
 
     def faults(self):
-        """(time_ns, words) of each fault and command of scenario or operator that concerns processes or
-        buses."""
+        """(time_ns, words) of each line of the scenario that is a fault or that stops or starts a process."""
         for line in self.lines:
             words = line.split()
             if words[1] == "fault" or words[2:4] == ["try", "process"]:
@@ -95,7 +94,7 @@ class Seen:
                 yield time_ns, APIDS[words[5]]
 
     def is_alone(self, at_ns):
-        """True if one process is killed at an instant and no other fault occurs within a second."""
+        """True if a process is killed at an instant and no other fault occurs less than a second before or after."""
         near = [words for time_ns, words in self.faults() if abs(time_ns - at_ns) < NS_PER_S]
         return len(near) == 1 and near[0][2] == "kill"
 
@@ -114,7 +113,8 @@ class Seen:
         return found[-1] if found else (-1, 0)
 
     def state_at(self, apid, at_ns, until_ns):
-        """State of a member that is alive until a time; 0 if it dies before or has reported no state."""
+        """Last state that a member reported before at_ns; 0 if it has reported none, or if its life ends
+        between that report and until_ns."""
         last, state = self.reported_state(apid, at_ns)
         return 0 if any(of == apid and last <= time_ns <= until_ns for time_ns, of in self.ends_of_lives()) else state
 
@@ -227,7 +227,7 @@ def _brakes_hold(seen):
     """A joint that is neither in operation nor in a controlled stop must be braked."""
     for entry in seen.drives:
         if entry["bus"] == "robot" and entry["statusword"] & 0x6F not in MOVING and not entry["brake_engaged"]:
-            yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s without its brake in {entry['statusword']:#06x}"
+            yield f"joint {entry['node']} at {entry['time_us'] / 1e6} s has statusword {entry['statusword']:#06x} and a released brake"
 
 
 def _is_supervisor_away(seen, at_ns):
@@ -275,7 +275,7 @@ def failure_on_the_bus_is_seen(seen):
 
 
 def _nothing_is_left(seen):
-    """The run must leave no process, no name and no open descriptor."""
+    """The run must leave no process and no name, and its programs must not end with more open descriptors than usual."""
     yield from (f"left: {entry}" for entry in seen.flight.leftovers())
     for line in seen.ends.splitlines():
         name, number = line.rsplit(" ", 1)
@@ -291,7 +291,7 @@ def _ends_as_it_should(seen):
         yield f"the flight ended at {facts['simulated_s']} s: {facts['exit_reason']}"
     if seen.is_determined and not facts["reproducible"]:
         yield "the flight is not reproducible"
-    # Lines of the console that begin with "[" come from the operator; reports in them may contain such words.
+    # Lines of the console that begin with "[" come from the operator; the reports in them may contain words of PROBLEMS.
     messages = "\n".join(line for line in flight.console.splitlines() if not line.startswith("[")) + flight.output
     yield from (f"the output contains '{found[0]}'" for found in PROBLEMS.finditer(messages))
 

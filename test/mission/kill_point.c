@@ -53,7 +53,7 @@ static void before(void)
     }
 }
 
-static void behind(void)
+static void after(void)
 {
     if ((calls == number("KILL_POINT") / 2UL) && ((number("KILL_POINT") % 2UL) != 0UL) && is_first_life()) {
         (void)kill(getpid(), SIGKILL);
@@ -67,7 +67,7 @@ static void behind(void)
         *(void**)&next = dlsym(RTLD_NEXT, #name);                                                            \
         before();                                                                                            \
         const result value = next arguments;                                                                 \
-        behind();                                                                                            \
+        after();                                                                                             \
         return value;                                                                                        \
     }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Preloaded into a subsystem's program: once the file LEAK_TRIGGER exists, it allocates all memory or opens
-// all descriptors that it can get, and dies like a program with a leak. Without a limit it stops at a bound
-// of its own and continues.
+// all descriptors that it can get, and dies like a program with a leak. If no limit of the process stops it,
+// it stops at the bounds PIECES_MAX and DESCRIPTORS_MAX and continues.
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <pthread.h>

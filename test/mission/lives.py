@@ -58,7 +58,7 @@ def digest(flight, names=BUS_LOGS):
 
 
 def _answers(flight):
-    """Yield the time from each answered ping of the arm to its answer [ns], in the order of the answers."""
+    """Yield the delay [ns] of each answer of the arm to a ping, in the order of the answers."""
     asked = []
     for time_ns, direction, raw in flight.packets:
         if int.from_bytes(raw[:2], "big") & 0x7FF != MANIPULATOR:

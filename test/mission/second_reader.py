@@ -83,8 +83,8 @@ def _compile(tree, descriptor):
     arm = [*own, *flying.ROOT.glob("fsw/subsystems/manipulator/*.c")]
     main = [path for path in flying.ROOT.glob("fsw/programs/manipulator_*.c") if path.name.endswith("_main.c")]
     _link("shadow", tree, FLIGHT, [*arm, *main])
-    # The image also contains the manipulator: only the function that opens the component may have a global
-    # name.
+    # The image also contains the manipulator, whose functions have the same names: all functions of SHADOW
+    # become local, except the one that opens it.
     _gcc(tree, "-r", "-o", made / "arm.o", *arm)
     command = ["objcopy", "--redefine-sym", "manipulator_open=shadow_open", "--keep-global-symbol=shadow_open", made / "arm.o", made / "shadow.o"]
     subprocess.run(command, check=True)

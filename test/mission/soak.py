@@ -34,11 +34,11 @@ STATES = ("OFFLINE", "PRE_OPERATIONAL", "SAFE_OPERATIONAL", "OPERATIONAL", "ERRO
 UNLOGGED = ("truth.lcm", *(f"can-{bus}.{kind}" for bus in ("robot", "joystick", "robot-b", "joystick-b") for kind in ("log", "pcap")))
 HANDS = 200  # Movements of the hand, distributed over the flight.
 SAMPLE_S = 1.0
-# Permitted growth from the second quarter of the flight to the last: static buffers count only after their
-# first use.
+# Permitted growth from the second quarter of the flight to the last: the pages of a static buffer count only
+# after their first use.
 GROWTH_KIB = 1024
-# The number of names, descriptors and sockets depends on the moment, for example while a bus or a process
-# starts.
+# Permitted growth of the numbers of names, descriptors and sockets, which vary, for example while a bus or a
+# process starts.
 GROWTH_OPEN = 4
 REPORTS = {(129, 5): 1, (3, 25): 5}  # Periodic reports and their period [s]: TM[129,5] in state 5 (OPERATIONAL), TM[3,25] of structure 1.
 PERIODIC = {1, 2}  # APIDs of the components that run all the time.
@@ -152,11 +152,11 @@ def _usual(samples, name, word):
 
 
 def judge_samples(samples, form="image"):
-    """Descriptions of the growth from the second quarter, when the start-up is over, to the last quarter."""
+    """Yield a message for each resource that has grown from the second quarter, when the start-up is over, to the last quarter."""
     there = {"image"} if form == "image" else {"supervisor", "communication", "simulator"}
     # Ignore the end of the flight, when logs are merged.
     samples = [sample for sample in samples if there <= sample["processes"].keys()]
-    # Quarters of simulated time: a machine that is slow at first takes more samples of the start-up.
+    # Quarters of simulated time, not of the samples: a machine that is slow at first takes more samples of the start-up.
     end = samples[-1]["simulated_s"] if samples else 0
     warm = [sample for sample in samples if end / 4 <= sample["simulated_s"] < end / 2]
     last = [sample for sample in samples if sample["simulated_s"] >= 3 * end / 4]

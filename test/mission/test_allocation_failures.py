@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""In each pool and quota one of the first requests is refused, in a separate flight for each (without LONG=1
-for every fourth): the flight does not crash and leaves nothing behind, and the refusal is counted and
-reported. The flights use the programs of SANITIZE=1, which can refuse allocations on request."""
+"""Each flight refuses one request for a block of a pool or for a socket: flight n refuses request n (without
+LONG=1 every fourth). The flight does not crash and leaves nothing behind, and the refusal is counted and
+reported. The programs of SANITIZE=1 refuse the request that HIROSCO_REFUSE_TAKE numbers."""
 
 import json
 import re
@@ -77,8 +77,8 @@ def test_each_refusal_is_counted_and_ends_nothing(directory, every):
     assert undisturbed.code == 0, undisturbed.transcript()
     assert refusals(undisturbed) == 0, undisturbed.read("operator.log")
     total = takes(undisturbed)
-    # Seven functions, the listening socket, one scheduled request, one request for an event, and packets of
-    # two sizes.
+    # The image takes at least the blocks of the requests in SCENARIO and of their packets, and the listening
+    # socket.
     assert total >= 20
     for number in range(1, total + 1, every):
         flight = fly(directory / str(number), number)

@@ -203,7 +203,7 @@ def test_the_reaction_time_begins_with_the_emergency_on_the_bus():
     later = [_became(DEATH_S + 0.0032, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
     assert _violations(later, [DEATH]) == []
     assert _violations(later, [DEATH], bus=EMERGENCY_ON_BUS.replace("4.002163", "4.002200")) == []
-    # Another emergency code has no meaning for the rule.
+    # The rule ignores other emergency codes.
     assert _violations(later, [DEATH], bus=EMERGENCY_ON_BUS.replace("0A1#50", "0A1#10")) == []
     # An emergency before the failure does not begin the reaction time.
     assert _violations(later, [DEATH], bus=EMERGENCY_ON_BUS.replace("4.002163", "3.999999")) == []
@@ -226,7 +226,7 @@ def test_in_a_shutdown_a_partner_may_leave_operation_to_another_state():
 
 
 def test_without_an_emergency_the_reaction_time_begins_with_the_death():
-    # With another fault within a second, the rule expects no reaction without an emergency.
+    # If another fault occurs within a second, the rule expects a reaction only if there is an emergency.
     assert _violations([], [DEATH, f"{DEATH_S + 0.9} fault cut robot JOINT1"]) == []
     assert len(_violations([], [DEATH, f"{DEATH_S + 1.1} fault cut robot JOINT1", f"{DEATH_S} operator try ping all"])) == 1
     # The process may continue until another component detects the hang.
@@ -234,7 +234,7 @@ def test_without_an_emergency_the_reaction_time_begins_with_the_death():
     assert len(_violations([], [DEATH.replace("kill", "hang")], bus=EMERGENCY_ON_BUS)) == 1
 
 
-# ---- HIGH ----
+# ---- Events of severity HIGH ----
 
 SECURED = [_became(5.0, JOYSTICK, OPERATIONAL, ERROR_OPERATIONAL), _became(5.0 + 2 * STEP_S, MANIPULATOR, OPERATIONAL, ERROR_OPERATIONAL)]
 
@@ -366,7 +366,7 @@ def _drawn_with_a_kill():
     raise AssertionError("no seed kills a process")
 
 
-def test_each_end_and_the_reaction_of_a_real_flight_count(directory):
+def test_a_removed_end_or_reaction_of_a_real_flight_is_a_violation(directory):
     """A rule is violated if a final report of a real flight is removed or doubled, if a request is removed, or if the reaction of the partner is
     removed. Only a request at the very end may stay without its final report."""
     drawn = _drawn_with_a_kill()

@@ -93,7 +93,7 @@ def test_valves_open_and_close_as_commanded(flights):
 
 
 def test_thrust_moves_the_satellite(flights):
-    """2 N push 300 kg for 2 s; a couple of 1 Nm turns 60 kgm2 for 1 s; then 1 N pushes beside the centre."""
+    """2 N push 300 kg for 2 s; then a torque of 1 Nm turns 60 kgm2 for 1 s; then 1 N pushes beside the centre."""
     changes = [time for time, _, _ in _valves(flights[0])]
     bodies = {round(time, 4): (velocity, rate) for time, velocity, rate in _bodies(flights[0])}
     velocity, rate = bodies[10.9995]
@@ -148,7 +148,7 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_d
     flight = flying.fly(session_directory / "velocity", "--mission", "actuators", "--scenario", scenario, "--form", "image")
     assert flight.code == 0, flight.transcript()
     positions = [position[0] for position in _reports(flight, r"POSITION: \[([-0-9.e, ]+)\]")]
-    assert abs(positions[1] - positions[0] - 0.05) < 0.003, "friction against the gain of the drive"
+    assert abs(positions[1] - positions[0] - 0.05) < 0.003, "expected 0.05 rad, less what friction takes"
     assert abs(positions[3] - positions[2]) < 2e-4 and 0.04 < positions[2] - positions[1] < 0.06
     # The second RPDO of the boom: controlword, torque offset, target velocity [1e-6 rad/s]. In this configuration the first one is invalid.
     commands = {struct.unpack("<hi", octets[2:8]) for _, octets in _frames(flight, 0x325)}
@@ -159,11 +159,11 @@ def test_the_boom_moves_with_a_velocity_and_the_gyro_measures_the_turn(session_d
     assert abs(truth[3.4][2]) > 0.01
     for axis in range(3):
         assert abs(rates[3][2 + axis] - truth[3.4][axis]) < 2e-4
-    assert rates[3][6] == 0 and rates[3][5] != rates[2][5], "valid, and counting"
+    assert rates[3][6] == 0 and rates[3][5] != rates[2][5], "expected a valid measurement whose counter changes"
 
 
 @pytest.mark.parametrize("fault", ["error platform BOOM 0x2310 on", "unplug platform BOOM"])
-def test_homing_ends_with_a_fault_and_without_its_drive(session_directory, fault):
+def test_homing_fails_with_a_fault_and_without_its_drive(session_directory, fault):
     """HOME fails as aborted (0x0405), the axis leaves operation without a reference, and the valves close."""
     name = "homing-" + fault.split(" ")[0]
     lines = [*_up("HOMING"), f"1.5 operator set ACTUATORS.OUTPUT 1,0,0{REST}", "2.0 operator expect-refusal 0x0405 cmd ACTUATORS.HOME",
@@ -194,7 +194,7 @@ def root(tmp_path):
         ("descriptors/worlds/actuators.xml", 'output="10"', 'output="9"', "expected an output that no Valve above has in this ValveBox"),
     ],
 )
-def test_what_cannot_fly_is_refused(root, tmp_path, path, old, new, words):
+def test_a_descriptor_or_world_that_does_not_fit_is_refused(root, tmp_path, path, old, new, words):
     text = (root / path).read_text(encoding="utf-8")
     assert old in text
     (root / path).write_text(text.replace(old, new, 1), encoding="utf-8")

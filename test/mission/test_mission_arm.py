@@ -31,7 +31,7 @@ FREE_URDF = flying.ROOT / "descriptors" / "worlds" / "free-flyer.urdf"
 OPERATIONAL = 5
 DELAY_US = 1000  # The values of a cycle were sampled at the SYNC of the cycle before.
 RATIO = 100  # Ratio of all gears.
-# Largest errors from the desired motion while the arm moves at up to 0.9 rad/s and 0.12 m/s. The position
+# Largest deviations from the desired motion while the arm moves at up to 0.9 rad/s and 0.12 m/s. The position
 # loop of the drives lags by 1.6 cycles of 1 ms.
 GANTRY_BOUNDS = {"POSITION": (0.001, 0.003), "TORQUE": (0.001, 0.003)}  # Slide [m], other joints [rad].
 BOUNDS = {"POSITION": (0.0025, 0.002), "TORQUE": (0.0015, 0.001)}  # Joint [rad], tool [m].
@@ -75,7 +75,7 @@ def tools(poses):
     return np.array([new_robot.jacobian_columns(robot, angles)[0][0] for angles in poses])
 
 
-def test_no_line_of_c_is_about_this_arm():
+def test_no_c_source_names_this_arm():
     name = re.compile(r"ur5e", re.IGNORECASE)
     sources = [path for layer in ("base", "osal", "pus", "fsw", "launcher", "sim") for path in (flying.ROOT / layer).rglob("*.[ch]")]
     assert sources and not [path for path in sources if name.search(path.read_text(encoding="utf-8"))]
@@ -155,8 +155,8 @@ def pressed(session_directory):
 
 
 def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pressed):
-    """Springs of 1000 N/m pull the tool towards its target below the table; friction of the joints and offsets
-    of the torque sensors cause the difference."""
+    """The target is 28.6 mm below the table, and the tool has a stiffness of 1000 N/m. Friction of the joints
+    and offsets of the torque sensors make the force differ from their product by up to 15 %."""
     contact = pressed.truth["CONTACT"]
     force = contact["contact_force_n"][:, 2]
     held = (contact["time_us"] > 9_000_000) & (contact["time_us"] < 12_000_000)
@@ -170,7 +170,7 @@ def test_a_tool_that_yields_lies_on_the_table_with_the_force_of_its_springs(pres
     assert force.max() < 1.25 * force[held].mean()
 
 
-def test_a_joystick_leads_the_tool_and_feels_the_table(session_directory):
+def test_a_joystick_moves_the_tool_and_reflects_the_force_of_the_table(session_directory):
     """The subsystem of the joystick is unchanged; all figures of the run have bounds."""
     flights = flying.fly_in_both_forms(session_directory, "ur5e-telepresence", "ur5e-telepresence", "--mission", "ur5e-telepresence")
     for name in ("packets.log", "can-arm-1.log", "can-arm-2.log", "can-joystick.log", "truth.lcm"):
@@ -184,7 +184,7 @@ def test_a_joystick_leads_the_tool_and_feels_the_table(session_directory):
     assert states == {0, 1}  # The hand leads the tool or is missing.
 
 
-def test_what_is_out_of_reach_is_refused_with_its_reason(run):
+def test_a_target_out_of_reach_is_refused_with_its_reason(run):
     said = [str(entry) for entry in run.operator if "expect-refusal" in str(entry)]
     assert said and "failed at completion: LINE [0x8003]" in said[-1]
 
@@ -314,8 +314,7 @@ def gantry(path):
     return path
 
 
-# Another mapping for the drive of the slide: the words of its first PDO in each direction are in another
-# order.
+# Another mapping for the drive of the slide: the entries of RPDO1 and TPDO1 are in another order.
 REMAPPED = {
     0x1A00: (("0x1800:01", "UINT32", "0x800001D1"), ("0x1A00:00", "UINT8", "0"), ("0x1A00:01", "UINT32", "0x60770010"),
              ("0x1A00:02", "UINT32", "0x60410010"), ("0x1A00:03", "UINT32", "0x60640020"), ("0x1A00:00", "UINT8", "3"),

@@ -126,7 +126,7 @@ def test_log_was_switched_in_flight_and_back(image):
     first, second = found[0][2], found[1][2]
     assert 1 < first < second < len(image.packets)
     ascii_numbers = {int(line.split()[0]) for line in image.read("packets.ascii").splitlines()}
-    assert not ascii_numbers & set(range(first, second)), "written by the other strategy"
+    assert not ascii_numbers & set(range(first, second)), "packets.ascii contains records of the time in which the log was in packets.db"
     assert ascii_numbers >= set(range(1, first)) | set(range(second, len(image.packets) + 1))
 
 
@@ -142,7 +142,7 @@ def test_bus_log_is_candump_text(image, bus):
         fd += match[4] != b"#"
     assert at == len(text)
     assert count > 500_000
-    assert fd > count // 2, "process data goes as FD frames"
+    assert fd > count // 2, "expected process data in FD frames"
 
 
 def _pcap_frames(octets):
@@ -182,12 +182,12 @@ def test_truth_is_read_by_lcm_itself(image):
     log = lcm.EventLog(str(image.directory / "truth.lcm"), "r")
     channels, last = {}, 0
     for event in log:
-        assert event.timestamp >= last - STEP_US, "an event that was left out follows in the next step"
+        assert event.timestamp >= last - STEP_US, "expected each event at most one step late"
         last = max(last, event.timestamp)
         channels[event.channel] = channels.get(event.channel, 0) + 1
     assert {"JOINTS", "STICK", "CONTACT", "OPERATOR", "DRIVE", "FAULT"} <= channels.keys()
-    assert 100_000 < channels["JOINTS"] < 180_000, "one for each step in which the arm moves"
-    assert 93e6 < last < 95e6, "simulated time in microseconds"
+    assert 100_000 < channels["JOINTS"] < 180_000, "expected one sample for each step in which the arm moves"
+    assert 93e6 < last < 95e6, "expected simulated time in microseconds"
 
 
 def test_the_report_contains_what_was_flown(flight):

@@ -65,7 +65,7 @@ def test_each_request_of_a_burst_ends_once(session_directory, apid):
         flight.wait()
     assert set(ends.values()) == {1}, "a request ended twice"
     assert messages[COMPLETED] == messages[ALIVE] == messages[(1, 1)] == messages[(1, 3)]
-    assert messages[COMPLETED] == REQUESTS and messages[UNROUTED] == 0, "requests wait on the ground's side"
+    assert messages[COMPLETED] == REQUESTS and messages[UNROUTED] == 0, "expected requests to wait in the connection, not to be refused"
     # A ground that is slow misses only housekeeping of the supervisor, which is in the packet log.
     if apid == JOYSTICK:
         assert len(sequence) == max(sequence) - min(sequence) + 1

@@ -224,12 +224,12 @@ def test_no_node_sends_while_unplugged(buses, truth):
         sent = np.isin(log.id, [base + node for base in (0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700)])
         inside = (log.time_us > start) & (log.time_us < end)
         assert not (sent & inside).any(), f"node {node:#x} on {bus}"
-        assert (sent & (log.time_us > end)).any(), "it came back"
+        assert (sent & (log.time_us > end)).any(), f"expected frames of node {node:#x} after it was plugged in again"
 
 
 def test_brakes_hold_whenever_actuators_are_off(truth):
-    """In the truth, the brake of a joint that is not enabled is engaged, at the latest 5 ms after the joint
-    left operation."""
+    """By the truth, the brake of a joint that is not enabled is engaged at most 5 ms after the joint left
+    operation."""
     for node in JOINTS:
         entries = [entry for entry in truth["DRIVE"] if entry["bus"] == "robot" and entry["node"] == node]
         assert entries[0]["brake_engaged"]

@@ -66,7 +66,7 @@ def _assert_failed_because_of(flight, name):
     assert name in facts["exit_reason"]
     assert facts["reproducible"] is False
     entry = next(entry for entry in facts["processes"] if entry["name"] == name)
-    assert entry.get("signal") == 9 or entry["starts"] == 2, "ended by the signal, or started again within its budget"
+    assert entry.get("signal") == 9 or entry["starts"] == 2, "expected the end by SIGKILL, or a second start"
     assert (flight.directory / "report.html").exists(), flight.transcript()
     assert name in flight.read("report.html")
     flying.assert_clean(flight)

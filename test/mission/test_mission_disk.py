@@ -78,7 +78,7 @@ def test_a_flight_on_a_full_disk_continues_to_its_end(disk):
     flight = flying.fly(disk(3_000_000) / "out", "--scenario", "telepresence")
     assert flight.code == 1
     assert flight.facts["exit_code"] == 1
-    assert flight.facts["simulated_s"] > 90, "the flight continues to its end"
+    assert flight.facts["simulated_s"] > 90, "expected the flight to continue to its end"
     assert flight.facts["exit_reason"].startswith("simulator ended with exit code 1")
     for name in ("joystick", "manipulator", "supervisor", "communication", "operator"):
         assert next(entry for entry in flight.facts["processes"] if entry["name"] == name)["exit_code"] == 0
@@ -284,7 +284,7 @@ def test_a_flight_continues_when_the_kernel_makes_the_file_system_read_only(fail
 
 
 def test_slow_disk_is_reported_and_changes_nothing(directory, programs):
-    """In stepped time, wall-clock time passes while simulated time stands still."""
+    """In stepped time a slow write only delays the flight: simulated time stands still meanwhile, and the packets are the same."""
     flight = flying.fly(directory / "slow", "--scenario", "commissioning", binaries=programs)
     assert flight.code == 0, flight.transcript()
     reported = re.search(r"supervisor: one write of the packet log took (\d+) ms", flight.console)

@@ -11,7 +11,8 @@ import second_reader
 CYCLE_NS = 500_000
 TOGETHER_NS = 600_000_000  # Largest interval between the link reports before and after a closing or a death.
 FIRST_DEATH_NS = 3_100_000_000
-ROW = struct.Struct(">HBHHHH21xIIIII")  # Of TM[130,9]: link, state, both ends, (properties), sent, received, lost, late, last sequence.
+# A row of TM[130,9]: link, state, APID and port of both ends, (21 octets of properties), sent, received, lost, late, last sequence.
+ROW = struct.Struct(">HBHHHH21xIIIII")
 REPORTS_NS = 100_000_000  # Within this time all members have answered a request for link reports.
 APIDS = {"MANIPULATOR": 16, "JOYSTICK": 17, "SHADOW": 18}
 LINKS = {2: "MANIPULATOR", 5: "SHADOW"}  # Number of the link in the mission: its reader.

@@ -28,8 +28,8 @@ SCHEDULE = (
     "tc SUPERVISOR 11,20 n=[1]",
     "schedule enable",
 )
-# Each is in the time step after the end of a life that served the operator, or when the hang of a life is
-# detected.
+# Times at which the operator loses its connection: in the time step after the end of the life that served it,
+# or when the hang of that life is detected.
 LINK_LOST = (3.0, 4.0, 5.5, 6.5, 7.6)
 
 

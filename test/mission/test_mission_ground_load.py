@@ -205,7 +205,7 @@ def test_operator_gets_a_slot_among_hostile_clients_that_ping(directory):
         hostile = [Pinger(flight.port()) for _ in range(SLOTS)]
         flying.wait_until(lambda: all(client.sequences for client in hostile), "telemetry to each of them")
         served = Ground(flight.port(), OPERATOR)
-        flying.wait_until(lambda: served.is_ended, "the refusal of one more")
+        flying.wait_until(lambda: served.is_ended, "the refusal of a client without a slot")
 
         def is_served():
             nonlocal served
@@ -251,12 +251,13 @@ def _forge(source, target, payload):
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root forges the source of a datagram")
 @pytest.mark.parametrize("life", [1, 0xFFFFFFFF], ids=("sequence", "life"))
 def test_channel_survives_forged_datagrams(mission, life):
-    """Datagrams with the supervisor as source have numbers far ahead or a later life: the next requests still
-    pass."""
+    """Forged datagrams, whose source is the supervisor, have sequence numbers far ahead or a later life: the
+    next requests still pass."""
     pids = mission.children()
     supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])
     for ahead in (20, 1000, 0x80000000):
-        # Header of a frame (docs/framework.md, "Messages"): mark, version, kind, from, to, lives of both, sequence, number taken.
+        # Header of a frame (docs/framework.md, "Messages"): mark, version, kind, sender, receiver, lives of both, sequence
+        # number, last number taken.
         frame = struct.pack(">HBBHHIIII", 0x484D, 1, 0, SUPERVISOR, MANIPULATOR, life, 1, ahead, 0) + bytes(8)
         for source in supervisor:
             for target in manipulator:
@@ -265,5 +266,5 @@ def test_channel_survives_forged_datagrams(mission, life):
     for number in range(20):
         ground.stream.sendall(_ping(MANIPULATOR, number))
         flying.wait_until(lambda asked=number + 1: ground.ended() >= asked, f"an end of request {number}: {ground.answers}", 60)
-    assert ground.answers[1, 7] >= 14, "at most three requests are lost before each SYNC"
+    assert ground.answers[1, 7] >= 14, "expected at most three lost requests before each SYNC"
     ground.stream.close()

@@ -47,7 +47,7 @@ USAGE = 2
         (("--scenario", "/" + "x" * 5000 + ".scn"), ("long",)),
     ],
 )
-def test_nonsense_is_refused_with_the_reason(options, reasons):
+def test_wrong_options_are_refused_with_the_reason(options, reasons):
     refused = flying.refuse("run", *options)
     assert refused.returncode == USAGE, refused
     assert refused.stdout == ""
@@ -76,7 +76,7 @@ def test_a_missing_mission_scenario_or_interface_is_named(directory, options, re
 
 @pytest.mark.parametrize("options", [("--scenario", ""), ("--seed", ""), ("--port", "", "--form", "")])
 def test_empty_values_are_as_not_given(directory, options):
-    """A Makefile passes all options, also those without a value."""
+    """The Makefile passes every option, with an empty value if the user has not set it."""
     flight = flying.fly(directory, *options, "--scenario", "commissioning")
     assert flight.code == 0, flight.transcript()
 
@@ -120,7 +120,7 @@ def test_program_called_by_hand_prints_something_and_ends(name, words):
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_program_prints_its_version_and_its_usage(name):
-    """Both are on standard output, with exit code 0; the version is that of the project's header."""
+    """Both are on standard output, with exit code 0; the version is that of base/version.h."""
     version = re.search(r'HIROSCO_VERSION "([^"]+)"', (flying.ROOT / "base" / "version.h").read_text(encoding="utf-8"))[1]
     for word in ("--version", "--help"):
         done = subprocess.run([flying.BIN / name, word], check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=flying.MOMENT_S, cwd="/tmp")
@@ -191,7 +191,7 @@ def _fly_with_storage(directory, storage, mission="rokviss"):
 
 
 def test_storage_of_another_mission_is_refused_and_left_as_it_is(directory, tmp_path):
-    """The records name subsystems by numbers, which have another meaning in this mission."""
+    """The records identify subsystems by numbers that mean other subsystems in this mission."""
     directory.mkdir()
     storage = tmp_path / "storage"
     assert _fly_with_storage(directory / "1", storage).code == 0

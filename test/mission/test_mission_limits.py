@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits of memory and descriptors of a subsystem's process: a process with a leak dies, the other processes
+"""Limits of memory and open files of a subsystem's process: a process with a leak dies, the other processes
 continue."""
 
 import shutil

@@ -52,7 +52,7 @@ def _world(flight):
 
 
 def _sleeper(flight):
-    """A client that asks for all frames and the true state, and does not read."""
+    """A client that requests all frames and the truth, and does not read."""
     sleeper = socket.create_connection(("127.0.0.1", int((flight.directory / "live.port").read_text(encoding="ascii"))))
     sleeper.sendall(b"frames robot on\nframes joystick on\ntruth 1000\n")
     return sleeper
@@ -70,7 +70,8 @@ def _advance(world, seconds):
 
 
 def _visit(flight, world):
-    """A page sends commands; then its station is stopped for some seconds of simulated time and killed. Returns the messages that the page received."""
+    """A page sends commands; then its station is suspended for STOPPED_S of simulated time and killed. Returns
+    the messages that the page received."""
     subprocess.run(["make", "-s", "build/station/page/index.html"], cwd=flying.ROOT, check=True)
     with contextlib.closing(stations.Station(flight)) as station:
         messages = stations.ask(station.address, ["ping JOYSTICK", "cmd MANIPULATOR.RAISE EVENT=9"])
@@ -81,8 +82,8 @@ def _visit(flight, world):
 
 
 def _dropped(sleeper, world):
-    """Read until the simulator reports how many lines this client has lost, which it does with the first line
-    that has room again."""
+    """Read until the simulator reports how many lines this client has lost: it does so as soon as it can send
+    to the client again."""
     while True:
         while select.select([sleeper], [], [], 0.1)[0]:
             octets = sleeper.recv(1 << 20)
@@ -171,7 +172,7 @@ def test_lines_of_persons_are_marked_in_the_log_of_the_operator(flight):
 
 
 def test_a_page_commands_the_flight(flight):
-    """The event that it causes is in the packet log, which the recording below repeats."""
+    """The event of the command is in the packet log; the test of the recording below compares this log."""
     _, _, done, _, raised = flight.page
     assert done["lights"][-1] == raised["lights"][-1] == "done"
     dictionary = Dictionary.load(flying.ROOT / "build" / "generated" / "rokviss.json")
@@ -214,7 +215,8 @@ def test_a_client_that_does_not_read_loses_lines_and_gets_their_number(flight):
 
 @pytest.mark.parametrize("form", ["processes", "image"])
 def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_directory, form):
-    """The recording contains the telecommands of the page, too. The repetition has no station, so one that stands still or is killed changes nothing."""
+    """The recording contains the telecommands of the page, too. The repetition has no station, so the octets
+    also show that a suspended or killed station changes nothing."""
     recorded = flying.gse(flight, "record", flight.directory)
     assert recorded.returncode == 0, recorded
     path = session_directory / f"recorded-{form}.scn"
@@ -226,8 +228,8 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_direct
 
 
 def test_a_person_moves_the_hand_and_is_refused_with_a_message(directory):
-    """On the command line: refusal, aim and pause. A hand without input holds after 0.5 s and lets go after 5 s. Without an operator the marks
-    are on the console."""
+    """On the command line: refusal, aim and pause. A hand without input holds its place after 0.5 s and lets go
+    after 5 s. In a flight without an operator the console shows the marks."""
     flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         with _world(flight) as world:
@@ -253,7 +255,7 @@ def test_a_person_moves_the_hand_and_is_refused_with_a_message(directory):
 
 @pytest.mark.long
 def test_the_recording_of_a_flight_without_an_operator_repeats_it_octet_for_octet(directory):
-    """Two users command, one of whom ends the mission. The packet log of the repetition has no connection of an operator either."""
+    """Two users command, and one of them ends the mission. The packet logs of flight and repetition have no connection of an operator."""
     flight = flying.start(directory / "first", "--time", "real", "--scenario", "none")
     with _world(flight) as world:
         world.ask("hand aim 0.1 -0.1 0.2")

@@ -99,8 +99,8 @@ def _hung(flight):
 @pytest.mark.parametrize(("name", "apid"), [
     pytest.param("joystick", 17, marks=pytest.mark.long), ("manipulator", 16), pytest.param("communication", 2, marks=pytest.mark.long)])
 def test_a_process_that_hangs_does_not_stop_the_others(directory, name, apid):
-    """In wall-clock time the supervisor detects the hang by the missing beat. The process is killed and
-    started again; simulated time does not wait for it."""
+    """In wall-clock time the supervisor detects the hang by the missing beat and has the process killed and
+    started again; simulated time does not wait for the process."""
     flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
         flight.port()
@@ -120,8 +120,8 @@ def test_a_process_that_hangs_does_not_stop_the_others(directory, name, apid):
 
 
 def test_free_running_processes_fly_and_one_that_hangs_is_replaced(directory):
-    """Every process has its own clock, also the simulator: the run is not declared reproducible, and lateness
-    is reported."""
+    """Every process has its own clock, also the simulator: the run is reported as not reproducible, and late
+    steps are reported."""
     flight = flying.start(directory, "--time", "free", "--scenario", "none")
     try:
         flight.port()
@@ -178,7 +178,7 @@ def _assert_gone(flight):
 
 
 def _programs(directory):
-    """Copy the programs; the second life of the joystick starts, but never joins."""
+    """Copy the programs; the second life of the joystick starts, but never joins the run."""
     programs, count = directory / "programs", directory / "starts"
     directory.mkdir()
     shutil.copytree(flying.BIN, programs)
@@ -192,8 +192,8 @@ def _programs(directory):
 
 
 def test_a_start_that_does_not_join_is_ended_and_time_continues(directory):
-    """In stepped time, simulated time stands still for ten seconds of wall-clock time; then the life is
-    ended, and the next one joins."""
+    """In stepped time, simulated time stands still for ten seconds of wall-clock time; then the launcher kills
+    the life that has not joined, and the next life joins."""
     programs = _programs(directory)
     lines = ["0.0 hand rest", "0.5 fault kill joystick", "0.52 operator ping MANIPULATOR", "3.0 operator ping all", "3.1 operator shutdown"]
     flight = flying.fly(directory / "run", "--scenario", flying.write_scenario(directory / "join.scn", *lines), binaries=programs)
@@ -206,7 +206,7 @@ def test_a_start_that_does_not_join_is_ended_and_time_continues(directory):
 
 @pytest.mark.parametrize("kind", ["real", pytest.param("free", marks=pytest.mark.long)])  # Ten seconds of wall-clock time.
 def test_no_process_waits_for_a_start_in_real_time(directory, kind):
-    """The other processes answer meanwhile; the life is ended, and the next life answers."""
+    """The other processes answer while a life of the joystick makes no step; the launcher kills this life, and the next life answers."""
     flight = flying.start(directory / "run", "--time", kind, "--scenario", "none", binaries=_programs(directory))
     try:
         flight.port()

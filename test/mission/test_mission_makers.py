@@ -43,7 +43,7 @@ def _device(text):
     temperature nor brake state."""
     text = text.replace('type="joint-drive"', 'type="servo-drive"').replace('scale="1e-6"', f'scale="{INCREMENT}"')
     text = re.sub(r"0x140([01]):", lambda found: f"0x140{1 - int(found[1])}:", text)
-    # The COB-IDs 0x200 and 0x300 + node change places, valid (0...) or not (8...).
+    # The COB-IDs 0x200 + node and 0x300 + node change places; bit 31 (0x8...: PDO is not valid) stays.
     text = re.sub(r'"0x([08])0000([23])(1[12])"', lambda found: f'"0x{found[1]}0000{5 - int(found[2])}{found[3]}"', text)
     return re.sub(r' *<Quantity name="(?:TEMPERATURE|BRAKE)".*\n', "", text)
 
@@ -67,7 +67,7 @@ def test_drives_of_another_maker_fly_the_mission(root, joints, form):
     assert [name for name in figures.BOUNDS if not figures.holds(name, found[name])] == []
     log = (flight.directory / "can-robot.log").read_text(encoding="utf-8")
     lengths = {node: {len(words) // 2 for words in re.findall(rf" 2{node:02X}##1([0-9A-F]+)", log)} for node in (0x11, 0x12)}
-    assert lengths[0x12] == {4}, "torque and controlword"
+    assert lengths[0x12] == {4}, "expected torque and controlword"
     assert (lengths[0x11] == {4}) == ("JOINT1" in joints)
     flying.assert_clean(flight)
 

@@ -52,7 +52,8 @@ LINES = (
 
 
 def buses_of(count, buses):
-    """Number of the bus of each device: equally many on each bus, but of four buses the first has one device and the second the others."""
+    """Number of the bus of each device. Each bus has count / buses devices; but of four buses the first has one device, and the second has
+    those that the first lacks."""
     first = count // buses
     own = [1 + index * buses // count for index in range(count)]
     return [2 if buses == 4 and 0 < index < first else bus for index, bus in enumerate(own)]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Descriptors with one place changed by a seed: each is refused with file and line, or flies; each failure in
-flight is explained by a report.
+"""Descriptors in which a seed has changed one place: each is refused with file and line, or flies; an event
+explains each failure in flight.
 
     build/venv/bin/python -m pytest test/mission/test_mission_mutations.py -k 'seed3'        repeat one seed
     MUTATION_SEEDS=500 build/venv/bin/python -m pytest test/mission/test_mission_mutations.py    a campaign"""
@@ -62,8 +62,8 @@ def test_a_descriptor_is_refused_with_its_place_or_flies(directory, seed):
 
 
 def _explains(flight):
-    """Expect that an event of the subsystem explains a failed step; any other failure must be the refusal
-    itself."""
+    """True if the failure of a flight is explained: a failed step of a transition (0x0301) by an event of a
+    subsystem, any other failure by its message."""
     if "0x0301" not in flight.console:
         return re.search(r"FAILED: .+|[Cc]annot|expected", flight.console + flight.output) is not None
     done = subprocess.run([flying.PUSDUMP, flight.directory / "packets.log"], capture_output=True, text=True, check=False)

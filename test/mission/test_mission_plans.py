@@ -50,16 +50,16 @@ def _events(packets, severity):
     return [(t, int.from_bytes(raw[21:23], "big"), raw[23:-2]) for t, apid, raw in packets if apid == SUPERVISOR and raw[7:9] == bytes((5, severity))]
 
 
-def test_medium_plan_ends_for_that_of_high(packets):
+def test_the_plan_of_a_high_event_ends_the_medium_plan(packets):
     reports = [data for _, event, data in _events(packets, 1) if event == PLAN_OVERRULED]
     assert reports == [bytes((0, MANIPULATOR, 0, DRIVE_WARNING, 0, JOYSTICK, 0, DEVICE_LOST))]
 
 
-def test_network_is_shut_down_at_once_and_the_plan_of_high_ends_it(packets):
+def test_a_high_event_shuts_the_network_down_at_once_and_its_plan_leads_to_offline(packets):
     lost = next(t for t, apid, raw in packets if apid == JOYSTICK and raw[7:9] == b"\5\4")
     shut = [t for t, event, _ in _events(packets, 1) if event == NETWORK_SHUT_DOWN]
     assert len(shut) == 1
-    assert 0 <= shut[0] - lost <= STEP_NS, "in the same time step, or the next"
+    assert 0 <= shut[0] - lost <= STEP_NS, "expected the shutdown in the time step of the event, or in the next"
     for member in (MANIPULATOR, JOYSTICK):
         after = [raw[22] for t, apid, raw in packets if apid == member and raw[7:9] == bytes((129, 2)) and t >= round(CUT_S * 1e9) and raw[21] != raw[22]]
         assert after == flying.ERROR_TO_OFFLINE

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Press and hold with joysticks of 16 and of 20 bit: the contact is held without motion along the contour."""
+"""Press and hold with joysticks of 16 and of 20 bit: the hand holds the contact without motion along the contour."""
 
 import flying
 import pressing
@@ -11,7 +11,7 @@ WORLDS = ("rokviss", "rokviss-20bit")
 
 
 @pytest.mark.parametrize("world", WORLDS)
-def test_press_and_hold_is_quiet(directory, world):
+def test_press_and_hold_does_not_oscillate(directory, world):
     flight = flying.fly(directory, "--scenario", "press", "--form", "image", "--world", world, report="yes")
     assert flight.code == 0, flight.transcript()
     facts = flight.facts
@@ -71,14 +71,13 @@ def test_telepresence_with_a_joystick_of_20_bit_keeps_its_bounds(directory):
     assert found["hold_motion_rad"] < 1e-4  # It is 0.19 mrad with 16 bit.
 
 
-# Random position, force, wall, friction, hand and masses; in half of the cases friction is rigid along the
-# surface.
+# Random position, force, wall, friction, hand and masses; in half of the cases the friction is rigid (shear 0).
 CASES = [*range(1, 3), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(3, pressing.CASES + 1))]
 
 
 @pytest.mark.parametrize("seed", CASES)
 @pytest.mark.parametrize("world", WORLDS)
-def test_a_random_press_is_quiet(directory, world, seed):
+def test_a_random_press_does_not_oscillate(directory, world, seed):
     place, scenario, force = pressing.random_case(directory, seed, world)
     flight = flying.fly(directory / "out", "--scenario", scenario, "--world", place, "--seed", seed, "--form", "image")
     assert flight.code == 0, flight.transcript()

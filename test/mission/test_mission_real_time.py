@@ -55,7 +55,7 @@ def test_a_person_commands_the_mission(mission):
     assert refused.returncode == FAILED
     assert "not permitted in mode NOMINAL while in state PRE_OPERATIONAL" in refused.stderr
     refused = flying.gse(mission, "state", "MANIPULATOR", "SAFE_OPERATIONAL")
-    assert refused.returncode == FAILED, "no configuration has been selected"
+    assert refused.returncode == FAILED, "expected a refusal, because no configuration is selected"
     assert "refused" in refused.stderr
 
     _reported(mission, "config", "MANIPULATOR", "STAND_ALONE")
@@ -135,7 +135,8 @@ def test_interrupt_brings_every_subsystem_to_offline(mission, number):
 
 def test_the_end_of_the_terminal_and_ctrl_c_shut_the_mission_down_in_order(directory, tmp_path):
     """A terminal sends both signals to the whole process group, including the components and the operator, whose script is then cut."""
-    expected = (f"{1 + i / 20:.2f} operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL" for i in range(2000))  # Not expected during the shutdown.
+    # The shutdown ends the script long before its last line.
+    expected = (f"{1 + i / 20:.2f} operator expect-refusal 0x0111 state MANIPULATOR SAFE_OPERATIONAL" for i in range(2000))
     scenario = flying.write_scenario(tmp_path / "long.scn", "0.1 operator state MANIPULATOR PRE_OPERATIONAL", *expected)
     flight = flying.start(directory, "--time", "real", "--scenario", scenario)
     try:

@@ -99,7 +99,7 @@ def test_the_figures_hold_on_other_surfaces(directory, delay_ms, seed, contact):
 @pytest.mark.parametrize(("delay_ms", "peak_n"), [(20, 25), (100, 40), (300, 50)])
 @pytest.mark.parametrize("seed", (1, 2))
 def test_a_wall_of_20_kn_per_m_has_its_own_bound_of_the_force_and_all_other_bounds(directory, delay_ms, peak_n, seed):
-    """The force grows until the arm gives way; on a stiff wall this is more force (docs/control.md)."""
+    """The force grows until the arm gives way. A stiffer wall gives more force until then (docs/control.md)."""
     world = pressing.write_world(directory, contact={"stiffness": 20000, "shear": 16000})
     options = ("--scenario", "relay", "--delay", delay_ms, "--form", "image", "--seed", seed, "--world", world)
     facts = flying.fly(directory / "out", *options, report="yes").facts

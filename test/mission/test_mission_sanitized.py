@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flights with programs built by SANITIZE=1: AddressSanitizer and UBSan report nothing, and the logs of telepresence are
-those of the other programs."""
+"""Flights with the programs of SANITIZE=1: AddressSanitizer and UBSan report nothing, and the logs of telepresence are
+the same as with the usual programs."""
 
 import re
 

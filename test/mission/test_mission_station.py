@@ -19,7 +19,7 @@ TABS = {("laptop", "dark"): ["Operate", "Telemetry"], ("laptop", "light"): ["Key
         ("tablet", "light"): ["Network", "Bus"], ("phone", "dark"): ["Operate"], ("phone", "light"): ["Operate"]}
 QUICK_VIEWS = [("laptop", "dark"), ("tablet", "light"), ("phone", "light")]  # The others with LONG=1.
 PAUSE_MS = 1200  # Longer than a report of the display structure, or the status of a subsystem, may be late.
-# Ages of subsystems, and of the structures in the tab Telemetry.
+# Ages of subsystems and structures, and the number of ages in the tab Telemetry that are cut off at the right edge of their scroll area.
 AGES = "[...document.querySelectorAll('station-subsystems .age, .readings .age')].map((age) => age.textContent)"
 AGES_OUTSIDE = """[...document.querySelectorAll('.readings .age')].filter((age) =>
     age.getBoundingClientRect().right > age.closest('.scroll').getBoundingClientRect().right).length"""
@@ -32,7 +32,7 @@ OVERLAPPING = """(() => {
     return boxes.flatMap(([name, a], n) => boxes.slice(n + 1).filter(([, b]) =>
         a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom).map(([other]) => `${name} / ${other}`));
 })()"""
-# How often a jump of a replay draws the network, and how many parts the hidden time line of a flight draws until its next turn.
+# How often a jump of a replay draws the network, and how many parts the hidden time line draws at once.
 DRAWN_BY_A_JUMP = """async () => {
     const network = document.querySelector("station-network"), line = document.querySelector("station-timeline");
     station.replay.seek(station.replay.end);
@@ -249,9 +249,9 @@ def test_a_stale_force_is_not_drawn(page):
 
 
 def test_pictures_are_drawn_when_something_has_changed(page):
-    """A scene without reports is drawn once more with all pixels, and a change of the view is one picture; noise of a report is none.
-    The page does not wait for the processors, which compute the pictures here. While the page holds the hand, whose lines need the processors,
-    a scene at rest is not drawn once more, and slow pictures have fewer pixels."""
+    """A scene that gets no reports is drawn once more with all pixels. A change of the view draws one picture; a report that differs
+    by noise only draws none. The page does not wait for the processors, which draw the pictures here. While the page holds the hand,
+    whose lines need the processors, a scene at rest is not drawn once more, and slow pictures have fewer pixels."""
     drawn = page.evaluate("""async () => {
         const { scene } = window.station, { pictures, renderer } = scene, { render } = renderer, { pace } = pictures;
         const scales = [], shown = pictures.shown, rest = () => new Promise((done) => { pictures.shown = () => { shown(); done(); }; });
@@ -289,9 +289,11 @@ def test_pictures_are_drawn_when_something_has_changed(page):
         };
         return [...found, new Set(new Uint32Array(data.buffer)).size > 50, ...noise, moved(50), moved(300), slow(false), slow(true)];
     }""")
-    # Pixel ratio of the last picture at rest; pictures at rest; whether view() draws at once; pictures for the change; whether the change is
-    # drawn with the pixels of the pace; more than 50 colours; whether noise, and a movement, ask for a picture; whether it shows the last report;
-    # pixel ratio after slow pictures, without and with the hand.
+    # Pixel ratio of the last picture at rest; pictures at rest; whether view() draws at once; pictures for the
+    # change; whether the change has the pixel ratio of the pace; whether a picture has more than 50 colours;
+    # whether noise requests a picture, and whether a movement does; whether the scene shows the last report of
+    # a structure at once if its period is 50 ms, and if it is 300 ms; pixel ratio after slow pictures, without
+    # and with the hand.
     assert drawn == [2, 0, False, 1, True, True, False, True, True, False, 1, 0.7]
 
 
@@ -371,8 +373,8 @@ def test_the_page_is_accessible(page, theme, size, session_directory):
 
 
 def test_the_truth_of_the_simulator_moves_the_robot_and_is_marked(page):
-    """Selecting the truth is not recorded, because the port only sends it. The other button selects telemetry
-    again."""
+    """The selection of the truth is not recorded, because it changes nothing in the flight. The other button
+    selects telemetry again."""
     page.click("station-scene button:text-is('Truth')")
     page.wait_for_selector("station-scene.truth .hud:has-text('truth 20 Hz')")
     until(page, "window.station.scene.last.values['CUR_VALUES.TORQUE'] && !window.station.scene.last.values['CUR_VALUES.STATE']")
@@ -390,7 +392,7 @@ def test_brakes_are_those_of_telemetry_and_agree_with_the_truth(page):
     assert page.evaluate("window.station.store.value('MANIPULATOR', 'CUR_VALUES.STATUSWORD').map((word) => word & 0x6f)") == [0x27, 0x27]
     shown = page.evaluate(f"""(() => {{ const {{ last }} = window.station.scene, values = {{ ...last.values, "CUR_VALUES.STATUSWORD": [0x233, 0x237] }};
         window.station.scene.take({{ subsystem: "MANIPULATOR", time: last.time + 0.001, values }}); window.station.scene.frame(); return {held}; }})()""")
-    assert shown == [True, False]  # Read in the same call, before the next report of the flight is drawn.
+    assert shown == [True, False]  # The call that changes the statuswords also reads the brakes, so no report of the flight comes between.
     page.click("station-scene button:text-is('Truth')")
     until(page, f"window.station.scene.truth.last && {held}.join() === 'false,false'")
     page.click("station-scene button:has-text('Telemetry')")
@@ -490,7 +492,7 @@ def test_the_trace_has_the_reports_that_no_picture_shows(page):
 
 
 def test_only_the_present_state_is_marked(page):
-    """States that were passed lose their symbols. Housekeeping reports the state in SAFE_OPERATIONAL for the last time."""
+    """States that the subsystem has left lose their symbols. The last housekeeping report of the flight is made in SAFE_OPERATIONAL."""
     reported = ".readings .value.word >> nth=0"
     for state in ("SAFE_OPERATIONAL", "PRE_OPERATIONAL"):
         page.evaluate("state => window.station.store.command(`state MANIPULATOR ${state}`)", state)

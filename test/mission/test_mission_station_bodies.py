@@ -28,7 +28,7 @@ SCENARIO = """
 SEEN = """(() => { const { bodies, actuators } = window.station.scene; return [
     bodies[0].arm.node.matrix.elements.slice(12, 15), actuators.wheels[0].angle, actuators.wheels[0].share,
     actuators.thrusters.filter((one) => one.plume.visible).map((one) => one.name)]; })()"""
-# Texts of the head of a report that leave their cell, and charts that leave the column of the robot.
+# Texts that extend beyond their cell of the head of a report, and charts that extend beyond the column of the robot.
 COVERED = """[...document.querySelectorAll('header .cell, main')].flatMap((cell) => [...cell.querySelectorAll('h1, header span, strong, station-strips')].filter((node) =>
     node.getBoundingClientRect().right > cell.getBoundingClientRect().right + 1 || node.getBoundingClientRect().bottom > cell.getBoundingClientRect().bottom + 1))
     .map((node) => node.textContent)"""
@@ -158,7 +158,7 @@ def test_all_bodies_show_the_truth_if_the_user_selects_it(page):
 
 
 def test_a_mission_without_joystick_and_power_shows_neither(page, flight):
-    """The housekeeping has the whole tab, and the key of the hand does nothing."""
+    """The housekeeping takes the whole tab, and the key that takes the hand does nothing."""
     page.click("#work-Operate")
     page.locator("station-work .readings td:has-text('NOT_READY_TO_SWITCH_ON') >> nth=0").wait_for()  # The longest word, of axes without a drive.
     cut = page.evaluate(station.CUT)
@@ -172,7 +172,7 @@ def test_a_mission_without_joystick_and_power_shows_neither(page, flight):
 
 
 def test_packets_are_counted_for_each_subsystem(page):
-    """With their rate; a lost packet is marked. The counts of the tab and of its table agree."""
+    """Counts and rates; a lost packet is marked. The sum in the tab agrees with its table."""
     page.click("#log-Packets")
     page.wait_for_selector("station-log tr:has-text('ACTUATORS')")
     station.until(page, "Number(document.querySelector('#log-Packets').textContent.split(' ')[1]) > 20")
@@ -200,7 +200,8 @@ def test_a_body_without_joints_has_neither_tip_nor_force_and_its_mission_charts_
 
 
 def test_the_octets_of_a_packet_are_shown_with_its_fields(page):
-    """By the keys alone. The list stays as it is while packets arrive, and Esc returns to its row."""
+    """With the keyboard alone. While the octets are shown the list does not change, although packets arrive;
+    Esc returns to the row of the packet."""
     page.click("#log-Packets")
     page.wait_for_selector(".kinds .entry:has-text('status report')")
     rows = "[...document.querySelectorAll('.kinds .entry')].map((node) => node.textContent.replace(/^[–.\\d]+/, ''))"
@@ -235,7 +236,7 @@ def test_the_octets_of_a_packet_are_shown_with_its_fields(page):
 
 
 def test_a_device_of_the_network_opens_its_frames(page):
-    """By the keys alone; a second press on the device shows the frames of all."""
+    """With the keyboard alone; a second press on the device shows the frames of all devices."""
     page.click("#work-Operate")
     page.focus("station-network [aria-label='VALVES: open tab Bus']")
     page.keyboard.press("Enter")

@@ -22,8 +22,8 @@ FILM = flying.ROOT / "docs" / "images" / "telepresence.webp"
 FILM_S = [20 + n * 0.25 for n in range(40)] + [43 + n * 0.25 for n in range(24)]  # contour, then spring
 REPORT_OCTETS = 1_200_000
 REPLAYED = "Boolean(window.station?.replay?.film)"
-# Changes of the page, and pictures that it asks for, while a replay is at rest. Pictures of the scene with all pixels come before. The page
-# describes the scene every 5 s, here once before the rest and once within it.
+# Changes of the page, and pictures that it requests, while a replay is at rest. Before, the page draws the scene with all pixels. It
+# describes the scene every 5 s; the test does this once before and once during the rest.
 AT_REST = """async () => {
     const wait = (ms) => new Promise((done) => setTimeout(done, ms)), ask = window.requestAnimationFrame;
     station.replay.play(false);
@@ -88,7 +88,7 @@ def test_panels_that_are_drawn_again_without_a_change_keep_their_elements(page):
 
 
 def test_the_table_of_the_fastest_report_keeps_its_rows_for_two_seconds_and_the_focus_afterwards(page):
-    """The focus would go to the top of the page, and the table would change while a loaded machine is late."""
+    """Otherwise the table would change whenever a loaded machine is late, and the focus would go to the top of the page."""
     assert page.evaluate("""() => {
         const { store } = station, { table } = document.querySelector("station-work"), now = store.clock(), kept = store.reports;
         const reports = [["MANIPULATOR/1", 500, 0], ["MANIPULATOR/2", 50, 1900]].map(([key, period, age]) =>
@@ -336,7 +336,7 @@ def test_the_slot_now_shows_what_is_under_way_and_moves_nothing(page, size):
         if "Plan" in shown[-1]:
             assert page.locator(".hud.now .steps .present").inner_text().split("\n")[0].startswith("network to OFFLINE")
             assert page.evaluate("document.querySelector('.hud.now .runs i').style.width") == "60%"
-            # The alarm says what it began with, and how many reports followed up to now, in the place of the counts.
+            # In the place of the counts, the alarm says with which event it began and how many reports have followed.
             followed = page.evaluate("(lost) => station.store.events.filter(({ time }, n) => n > station.store.events.findIndex((one) => one.time === lost)).length", lost)
             station.until(page, f"document.querySelector('.led').textContent === 'HIGH, 0.30 s ago, led to {followed} reports'")
             assert page.is_visible(".led") and page.is_hidden(".counts") and page.inner_text(".slot strong").startswith("JOYSTICK DEVICE_LOST STICK; ")
@@ -357,7 +357,7 @@ def contrast(*colours):
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_the_grid_of_the_scene_has_the_colour_of_the_theme(page, theme):
-    """It is seen on each shade of the background, and weaker than anything that has a meaning."""
+    """The grid is visible on each shade of the background, with less contrast than anything that has a meaning."""
     is_visible, drawn, grid, *skies = page.evaluate("""(theme) => {
         const { scene, store } = window.station, root = document.documentElement, before = root.dataset.theme;
         const set = (one) => { root.dataset.theme = one; store.tell("theme"); };
@@ -372,7 +372,7 @@ def test_the_grid_of_the_scene_has_the_colour_of_the_theme(page, theme):
 
 
 def test_keys_turn_the_scene_and_zoom_the_charts_that_have_the_focus(page):
-    """The same keys move the instant of the replay elsewhere on the page."""
+    """Where neither scene nor chart has the focus, the same keys move the instant of the replay."""
     seconds, distance = page.evaluate("station.replay.time"), "station.scene.camera.position.distanceTo(station.scene.target)"
     angle = "Math.atan2(station.scene.camera.position.y - station.scene.target.y, station.scene.camera.position.x - station.scene.target.x)"
     page.focus("station-scene canvas")
@@ -398,7 +398,7 @@ def test_keys_turn_the_scene_and_zoom_the_charts_that_have_the_focus(page):
 
 
 def test_a_replay_plays_once_however_often_it_is_started(page):
-    """The pictures that are asked for in a second do not grow with the presses."""
+    """Each further press of play requests no further pictures."""
     assert page.evaluate("""async () => {
         const ask = window.requestAnimationFrame, waiting = new Set(), { replay } = station;
         window.requestAnimationFrame = (call) => { const id = ask((now) => { waiting.delete(id); call(now); }); waiting.add(id); return id; };
@@ -414,8 +414,8 @@ def test_a_replay_plays_once_however_often_it_is_started(page):
 
 
 def test_a_jump_begins_its_picture_at_once(page):
-    """The processors compute the picture while the browser computes the layout. The page asks for no size, because an answer to a question after
-    a change needs the layout at once."""
+    """The processors draw the picture while the browser computes the layout. The page reads no size of an
+    element: after a change, this would make the browser compute the layout first."""
     begun, asked = page.evaluate("""async () => {
         const { scene, replay, strips } = station, { pictures, renderer } = scene, { render } = renderer, own = Element.prototype;
         const width = Object.getOwnPropertyDescriptor(own, "clientWidth");

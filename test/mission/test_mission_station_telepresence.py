@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of the station beside a telepresence in real time: its joystick presses on the contour, keyboard and touch alone are enough,
-tables on board are full, and a device is lost."""
+"""The page of the station during a telepresence in real time: its joystick presses on the contour, keyboard or finger alone are
+enough, tables on board are full, and a device is lost."""
 
 import math
 import re
@@ -30,7 +30,7 @@ LOSSES = {
     "document.querySelector('.field').dispatchEvent(new PointerEvent('pointercancel'))": "the pointer was lost",
     "window.station.store.socket.close()": "link lost",
 }
-# The mission time of the page when it first shows that a link of telepresence is not open any more.
+# Record the mission time of the page when it first shows that HAND_POSITION is no longer open.
 WATCH_LINKS = """() => {
     const rows = document.querySelector("station-network .links");
     new MutationObserver(() => {
@@ -64,7 +64,7 @@ POOR = f"""[...document.querySelectorAll("button, select, input")].filter((node)
 CONTROLS = """(part) => [...document.querySelectorAll("a[href], button, select, input, [tabindex='0']")].filter((node) =>
     node.closest(part) && !node.disabled && node.tabIndex >= 0 && !window.reached?.has(node instanceof SVGElement ? node.ariaLabel : node) && node.checkVisibility({ visibilityProperty: true }))
     .map((node) => node.outerHTML.slice(0, 120))"""
-# Note the control that has the focus. Returns whether it is in the part, and the control if its ring is too thin, cut off, or of its own colour.
+# Record the control that has the focus. Returns whether it is in the part, and the control if its ring is not seen.
 RING = """(part) => {
     const node = document.activeElement, style = getComputedStyle(node), width = parseFloat(style.outlineWidth), edge = parseFloat(style.outlineOffset) + width;
     if (node === document.body) return [false, null];
@@ -124,7 +124,7 @@ def page(address, browser):
 
 
 def test_forms_of_another_interface_are_disabled_with_the_reason(page):
-    """Also words that the user has typed. A ping can be sent: that request is the same for every interface."""
+    """Commands that the user has typed are disabled too. A ping can be sent: this request is the same for every interface."""
     words = "MANIPULATOR flies interface 0x0a, the dictionary has 0x0b"
 
     def take(said):
@@ -227,7 +227,7 @@ def deflect(page, x, y):
 
 
 def test_a_gamepad_moves_the_hand_and_rumbles_with_the_felt_torque(page, flight):
-    """Chromium has no gamepad here, so the page is given one of its form. It presses on the contour, and is disconnected."""
+    """A simulated gamepad presses on the contour and is then disconnected."""
     page.click("#work-Operate")
     page.evaluate(PAD)
     before = rests(flight)
@@ -268,7 +268,7 @@ def test_the_hand_is_given_back_when_focus_pointer_or_station_is_lost(page, flig
 
 
 def test_only_a_station_that_does_not_answer_loses_the_hand(page, flight):
-    """A page that was busy for 1.5 s itself keeps the hand: the answers of that time may wait to be read."""
+    """A page that was itself busy for 1.5 s keeps the hand: it may still have to read the answers of that time."""
     drag = Drag(page)
     flying.wait_until(drag.is_held, "the hand is taken")
     before = rests(flight)
@@ -294,7 +294,7 @@ def test_only_a_station_that_does_not_answer_loses_the_hand(page, flight):
 
 
 def test_the_name_of_a_curve_is_at_its_end(page):
-    """The curve ends in the middle of its view."""
+    """In this test the curve ends in the middle of the chart."""
     placed, end = page.evaluate("""async () => {
         const strip = station.strips.strips[2], { plot } = strip, drawn = [];
         strip.about.lines[0].short = "f";
@@ -449,7 +449,7 @@ def test_an_event_and_the_time_line_show_their_instant_until_the_flight_is_follo
 
 
 def test_the_keys_are_listed_and_escape_closes_the_list(page):
-    """They also act while a button has the focus, which takes the space bar only."""
+    """The keys also act while a button has the focus: the button takes the space bar only."""
     keys, shown = page.locator("#work-Keys"), page.locator("td:has-text('STOP ALL') >> nth=0")
     page.click("#work-Operate")
     page.locator("station-scene canvas").focus()
@@ -470,7 +470,7 @@ def test_the_keys_are_listed_and_escape_closes_the_list(page):
 
 @pytest.mark.parametrize("width", [800, 360])
 def test_nothing_is_cut_off_on_a_small_screen(page, width):
-    """Between the sizes of the design, too: no text is cut, no box covers another one, and nothing is wider than the page."""
+    """At widths between those of the layouts, too: no text is cut, no box covers another, nothing exceeds the page."""
     page.set_viewport_size({"width": width, "height": 780})
     found = page.evaluate(station.CUT) + page.evaluate(station.OVERLAPPING) + page.evaluate(WIDE)
     page.set_viewport_size({"width": 1440, "height": 900})
@@ -580,7 +580,7 @@ def test_a_device_that_is_unplugged_is_an_alarm_that_everybody_can_read(page, fl
         assert answer.returncode == 0, answer.stderr
         page.wait_for_selector("station-log .entry.critical:has-text('MANIPULATOR DEVICE_LOST A device does not answer any more: node JOINT1 (0x11)')")
         page.wait_for_selector("[data-link=HAND_POSITION]:has-text('closed')")
-        # The drawing leads down to the device: its line is broken, and the other one is not.
+        # In the network drawing the line to the lost device is broken, and the other line is not.
         broken = "[...document.querySelectorAll('station-network .graph rect.broken + .device')].map((node) => node.textContent).join()"
         station.until(page, f"{broken} === 'JOINT1'")
         assert page.evaluate(BOXES) == boxes and page.evaluate(SHIFTS) == []

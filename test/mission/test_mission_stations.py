@@ -91,7 +91,7 @@ def test_stations_command_a_mission_that_is_not_the_default_one(stations):
         assert hello["mission"] == "ur5e" and hello["user"]["is_own"]
         assert done["lights"] == ["done", "done", "none", "done"] and "words" not in done
         assert "failed" in refused["lights"] and refused["code"] and not refused["unknown"]
-    # Not always WEB and WEB_2: a station left over from an earlier flight at this port may hold one of them.
+    # The users are not always WEB and WEB_2: a station that is left from an earlier flight at this port may still use one of them.
     assert len(users) == STATIONS and all(name.startswith("WEB") for name in users)
 
 
@@ -126,7 +126,7 @@ def is_enabled(craft, structure):
 
 @pytest.mark.parametrize("stop", [signal.SIGSTOP, signal.SIGKILL])
 def test_a_station_that_stops_or_dies_does_not_disturb_the_flight(flight, stop):
-    """The page is open, and has enabled a housekeeping structure. The flight continues and drops nothing for other clients, and another
+    """The page is open, and has enabled a housekeeping structure. The flight continues, other clients lose no packet, and another
     station can command. When the first one is dead, another one disables the structure."""
     station = Station(flight)
     structure = min(Dictionary.load(flying.ROOT / "build" / "generated" / "ur5e.json").subsystem("UR5E").configuration("POSITION").structures)

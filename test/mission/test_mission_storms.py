@@ -68,7 +68,7 @@ def _raised(reports):
 
 
 def test_each_event_of_a_storm_is_counted_and_each_ping_is_answered(station):
-    """A procedure raises one event as fast as it may; meanwhile each ping is answered."""
+    """A procedure raises one event as fast as its cost limit allows; meanwhile each ping is answered."""
     code = f"for i = 1, {RAISED} do event({WARNING}) end".encode()
     station.do("SUPERVISOR", 18, 1, obcp_id="STORM", obcp_code=code.hex(), checksum=packets.crc16(code))
     since = len(station.reports)
@@ -128,12 +128,12 @@ def _made(flight):
 
 
 def _pings(flight):
-    """Time [ns] for which each ping of the joystick waited in the supervisor for its answer; None if the
-    answer was lost."""
+    """Time [ns] from each ping of the joystick to its answer, both in the packet log. Expects that each ping
+    completes once."""
     sent = [(at, p) for at, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     answered = [at for at, p in flight.parsed if p.direction == "TM" and p.message == (17, 2) and p.apid == JOYSTICK]
     completed = [(p.data[:4], p.user) for _, p in flight.parsed if p.direction == "TM" and p.message == (1, 7) and p.apid == JOYSTICK]
-    assert all(completed.count((p.raw[:4], p.user)) == 1 for _, p in sent), "each completes once"
+    assert all(completed.count((p.raw[:4], p.user)) == 1 for _, p in sent), "expected one completion of each ping"
     assert len(answered) == len(sent)
     return [after - before for (before, _), after in zip(sent, answered, strict=True)]
 
@@ -191,8 +191,8 @@ def test_a_fault_within_a_storm_loses_no_report(directory, stormy, fault):
 
 
 def test_a_process_that_dies_in_its_storm_loses_at_most_the_counts_of_a_second(directory, stormy):
-    """Counts that are not reported yet are lost with the process: at most those of the second between two
-    reports. Each ping ends once, and the partner goes to ERROR_OPERATIONAL."""
+    """A suppressed event whose count is not reported yet is lost with the process: at most the events of the
+    second between two reports of counts. Each ping ends once, and the partner goes to ERROR_OPERATIONAL."""
     flight = _fly_storm(directory, stormy, 3, "3.05 fault kill joystick")
     first_ns = _events(flight, JOYSTICK, OPERATOR_NOTE)[0][0]
     raised = round((3_050_000_000 - first_ns) / STEP_NS) * EACH

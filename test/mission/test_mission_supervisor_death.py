@@ -207,8 +207,8 @@ def _assert_only_the_packet_log_differs(flight, undisturbed):
 
 
 def _fly_all(directory, undisturbed, pairs):
-    """Commands with an effect on a bus are late if they wait for the supervisor; only the others leave the
-    bus logs unchanged."""
+    """Fly each pair of deaths and check the flight. From BUSY_S on, no command has an effect on a bus, so
+    the bus logs must equal those of the undisturbed flight."""
     for points in pairs:
         flight = _fly(directory, points)
         try:
@@ -243,7 +243,7 @@ def test_flight_without_faults_is_complete(undisturbed):
 
 
 def test_a_death_by_points_changes_only_the_packet_log(directory, undisturbed):
-    """At instants that are drawn from a seed, or at the instants of POINTS."""
+    """The instants are drawn from a seed, or those of POINTS."""
     named = [[float(text) for text in pair.split(",")] for pair in os.environ.get("POINTS", "").split()]
     _fly_all(directory, undisturbed, named or _draw(FLIGHTS, "short"))
 
@@ -265,7 +265,7 @@ def test_a_supervisor_that_hangs_is_killed_and_started_again(directory):
     """The members detect a hang by the missing beat, at the same instant in every form; after a shorter hang
     the supervisor continues."""
     directory.mkdir()
-    for name, words, ends in (("hang", ["2.5 fault hang supervisor"], 1), ("blink", ["2.5 fault hang supervisor", "2.52 fault resume supervisor"], 0)):
+    for name, words, ends in (("hang", ["2.5 fault hang supervisor"], 1), ("short_hang", ["2.5 fault hang supervisor", "2.52 fault resume supervisor"], 0)):
         path = flying.write_scenario(directory / f"{name}.scn", *words, *_lines())
         flights = [flying.fly(directory / f"{name}-{form}", "--scenario", path, "--form", form, "--duration", 20) for form in ("image", "processes")]
         for flight in flights:
@@ -313,7 +313,7 @@ def test_a_mission_is_ended_if_all_its_processes_hang(directory):
 
 
 def test_a_death_in_the_image_gives_the_octets_of_processes(directory, undisturbed):
-    """With all components in one address space, the octets are the same."""
+    """The image, with all components in one address space, gives the octets of the processes."""
     points = _draw(1, "image")[0]
     flights = [_fly(directory, points, form) for form in ("processes", "image")]
     for flight in flights:
@@ -343,7 +343,7 @@ def _draw_calls(count, seed, between):
 
 
 def test_a_death_by_calls_changes_only_the_packet_log(directory, mortal, busy_calls, undisturbed):
-    """At calls that are drawn from a seed, or at the calls of CALLS."""
+    """The calls are drawn from a seed, or those of CALLS."""
     named = [int(text) for text in os.environ.get("CALLS", "").split()]
     _fly_all_calls(directory, mortal, undisturbed, named or _draw_calls(CALLS, "short", busy_calls))
 
@@ -359,7 +359,7 @@ def test_a_death_by_many_calls_changes_only_the_packet_log(directory, mortal, bu
 
 WORK_S = (1.0, 1.5)
 WORK_END_S = 1.8
-ACTIVITIES = 750  # A report about this number of activities has more packets than one step sends.
+ACTIVITIES = 750  # A report about so many activities has more packets than the supervisor sends in one step.
 AT_END = 100  # Approximate number of calls of the shutdown.
 DEATHS, LONG_DEATHS = 2, 20  # For each kind of work; half at instants, half at calls.
 

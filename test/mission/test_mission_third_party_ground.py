@@ -64,7 +64,7 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(directory):
     for raw in _packets(stream):
         assert check_pus_crc(raw)
         report = PusTm.unpack(raw, timestamp_len=8)
-        assert report.pus_tm_sec_header.dest_id in (0, OTHER_USER), "a verification report for another user was sent to this one"
+        assert report.pus_tm_sec_header.dest_id in (0, OTHER_USER), "this user received a verification report of another user"
         if report.pus_tm_sec_header.dest_id == OTHER_USER:
             answers.append((report.service, report.subservice))
         if len(answers) == 4:
@@ -96,16 +96,16 @@ def test_listeners_do_not_change_the_flight(directory, quiet):
     flight.wait()
     thread.join(flying.MOMENT_S)
     assert flight.code == 0, flight.transcript()
-    assert flight.facts["reproducible"] is False, "the packet log has the times of their connections"
+    assert flight.facts["reproducible"] is False, "expected not reproducible: the packet log contains the times of the connections"
     for name in flying.BUS_LOGS:
         assert flight.octets(name) == quiet.octets(name), name
     assert _of_others(flight) == _of_others(quiet)
     log = {raw for _, direction, raw in flight.packets if direction == "TM"}
     assert len(received) > 100
-    assert set(received) <= log, "the ground gets exactly the packets of the log"
+    assert set(received) <= log, "expected no packet that is not in the log"
     events = {raw for raw in log if raw[7] == 5 and raw[8] > 1 and raw[11:13] == bytes(2)}
     assert len(events) >= 5
-    assert events <= set(received), "no event is lost"
+    assert events <= set(received), "expected every event of the log"
     sleeper.close()
 
 

@@ -112,7 +112,7 @@ def test_arm_stops_and_is_held(unplugged):
         held = link[at + 60 : at + 1000]  # From 30 ms to 500 ms after the cut.
         assert np.ptp(held, axis=0).max() < 0.001
         fastest = max(fastest, float(np.abs(speed[at]).max()))
-    assert fastest > 0.2, "the arm was in motion"
+    assert fastest > 0.2, "expected the arm in motion at one of the cuts"
 
 
 def test_every_engagement_is_without_a_jerk(unplugged):
@@ -123,7 +123,7 @@ def test_every_engagement_is_without_a_jerk(unplugged):
 
 
 def test_figures_agree(unplugged):
-    """The report has the same figures as this test."""
+    """run.json has the figures that this test computes."""
     _, _, run = unplugged
     found = figures.unplug(run)
     assert found["unplugs"] == PHASES

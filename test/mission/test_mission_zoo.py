@@ -68,7 +68,7 @@ def test_every_device_is_heard_and_commanded(flights):
         assert len(taken) > 4000
         enabled = [time for time, octets in taken if octets[0] == 1]
         assert 2.0 < min(enabled) < 2.02
-        assert taken[-1][1][0] == 0, "the last record is the safe one"
+        assert taken[-1][1][0] == 0, "expected the safe values in the last record"
 
 
 def test_the_truth_has_every_instrument(flights):
@@ -212,7 +212,7 @@ def test_a_device_moves_to_another_end_node_by_xml_only(root, tmp_path, name, ki
         (r'<Device name="MIRROR" type="stream">', '<Device name="MIRROR" type="gyro">', 'expected "stream"'),
     ],
 )
-def test_what_cannot_fly_is_refused_before_the_flight(root, tmp_path, old, new, words):
+def test_a_descriptor_that_does_not_fit_is_refused_before_the_flight(root, tmp_path, old, new, words):
     _edit(root, INSTRUMENTS, old, new)
     flight = _fly(tmp_path / "run", root=root)
     assert flight.code == 1
@@ -221,8 +221,8 @@ def test_what_cannot_fly_is_refused_before_the_flight(root, tmp_path, old, new, 
 
 
 def test_devices_on_hosts_are_refused_on_two_computers_before_the_flight(root):
-    """Two on-board computers have a network of their own, which leads to no device. The scenario does not exist, so a
-    launcher that accepts the devices ends with that reason."""
+    """The network between two on-board computers has no connection to a device on a host. The scenario does not
+    exist: a launcher that accepted the devices would end with that reason instead."""
     _edit(root, "descriptors/missions/zoo.xml", r'(<Subsystem name="INSTRUMENTS")', r'\1 node="2"')
     for kind, name in (("UDP", "SHUTTER"), ("TCP", "COVER")):
         text = (root / INSTRUMENTS).read_text(encoding="utf-8")
@@ -242,8 +242,9 @@ def test_devices_on_hosts_are_refused_on_two_computers_before_the_flight(root):
     ids=["unplug", "silent", "garbage"],
 )
 def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_directory, fault, end, cause):
-    """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both
-    forms. `cause` has the cause of each end node in DEVICE_LOST: 2 SILENT, 3 NO_RECORD; 1 CLOSED, if it is not listed."""
+    """Each device in turn: DEVICE_LOST, out of operation, DEVICE_RETURNED, and the same octets in both forms. `cause`
+    gives the cause in DEVICE_LOST for a type of end node: 2 SILENT, 3 NO_RECORD; for a type that is not listed: 1
+    CLOSED."""
     lines = list(UP)
     for index, name in enumerate(NAMES):
         start = 2.0 + index * 1.5
@@ -270,7 +271,7 @@ def test_a_faulty_device_is_lost_with_its_cause_and_returns(session_directory, f
 
 
 STATES = {"offline": 0.1, "initialized": 0.4, "configured": 0.7, "safe": 0.9, "operational": 1.5}
-# Each device in one or two of the states and each state with two devices; with LONG=1 all of them.
+# Each device in one or two of the states, and two devices in each state; with LONG=1 each device in each state.
 UNPLUGS = [pytest.param(name, at, id=f"{name}-{state}", marks=() if (device + number) % 3 == 0 else pytest.mark.long)
            for device, name in enumerate(NAMES) for number, (state, at) in enumerate(STATES.items())]
 

@@ -152,13 +152,13 @@ def test_only_the_holder_of_the_key_commands(directory, key):
     flight = flying.start(directory, *LIVE, "--key", key)
     try:
         flying.wait_until(_is_up(flight, key), "answers of all components")
-        assert flying.gse(flight, "ping", "SUPERVISOR").returncode in (NO_LINK, TIMED_OUT), "no key"
+        assert flying.gse(flight, "ping", "SUPERVISOR").returncode in (NO_LINK, TIMED_OUT), "expected no answer without the key"
         before = _counters(flight, key)
         assert before["NO_FRAME"] == 1
         with contextlib.ExitStack() as idle:
-            for _ in range(8):  # More connections than places.
+            for _ in range(8):  # More clients than the ground port has slots.
                 idle.enter_context(flying.connect(flight.port()))
-                assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "no client is locked out"
+                assert flying.gse(flight, "--key", key, "ping", "SUPERVISOR").returncode == SUCCESS, "expected an answer"
         with _gateway(flight, key) as port, flying.connect(port) as stream:
             stream.sendall(_ping(7)[:5])
             stream.sendall(_ping(7)[5:] + _ping(8))
@@ -227,8 +227,8 @@ def _attack(flight, key, tape, rng, times):
 
 
 def test_attackers_are_refused_over_restarts(directory, key):
-    """A recording of the link has no effect: neither at once, nor after communication has died, nor in the
-    next flight."""
+    """The octets of a recorded link have no effect: neither at once, nor after communication has died, nor in
+    the next flight."""
     directory.mkdir()
     rng, tape = random.Random(SEED), []
     for number in range(2):
@@ -252,7 +252,7 @@ def test_attackers_are_refused_over_restarts(directory, key):
             assert _counters(flight, key)["REPLAYED"] >= len(tape)
             assert flying.gse(flight, "--key", key, "shutdown").returncode == SUCCESS
             flight.wait()
-            assert _pings(flight) == [1, 2], "those of the operator, each once"
+            assert _pings(flight) == [1, 2], "expected the pings of the operator, each once"
             events = [packets.parse(raw) for _, direction, raw in flight.packets if direction == "TM" and raw[7] == 5]
             reports = [packet for packet in events if packet.apid == COMMUNICATION and packet.data[:2] == b"\0\x14"]
             assert reports, "TC_NOT_AUTHENTIC"

@@ -16,7 +16,7 @@ import flying
 
 TUTORIAL = flying.ROOT / "docs" / "tutorial.md"
 BLOCK = re.compile(r"^```(sh|diff|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# What is already built is copied, so that only the additions of the tutorial are compiled.
+# Built files are copied, so that only the additions of the tutorial are compiled.
 BUILT = ("bin", "lib", "obj", "generated", "setup", "third_party", "flags", "sanitize")
 STEP_LIMIT_S = 900
 
@@ -47,7 +47,7 @@ STEPS = read_steps()
 
 
 def copy_of_tree(place, built=BUILT):
-    """A copy of the project with what is built here, or these parts of it."""
+    """A copy of the project with the built files, or with the parts `built` of them."""
     shutil.copytree(flying.ROOT, place, ignore=lambda directory, names: {"build", "runs", ".git", "__pycache__"} & set(names))
     (place / "build").mkdir()
     for name in built:
@@ -167,7 +167,8 @@ def test_event_carries_the_jaw_at_that_moment(pupil):
 
 
 def test_rate_address_and_method_came_from_the_descriptor(pupil):
-    """Twice as many SYNCs per second, another node, links by UDP; the binaries are the same as before."""
+    """After changes of the descriptor there are twice as many SYNCs per second, another node, and links by UDP;
+    the binaries are the same as before."""
     found = flights(pupil, "grasp")
     first, last = found[0], found[-1]
     for directory, node, link, period_us in ((first, 0x31, "shm", 1000), (last, 0x32, "udp", 500)):
