@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results of the flight side's reader of descriptors, for comparison with the generator. Built by
+// Results of the flight software's reader of descriptors, for comparison with the generator. Built by
 // test_descriptors.py.
 //   probe subsystem FILE..     one line each: status, both hashes, error
 //   probe mission FILE..       the same

@@ -78,8 +78,8 @@ class Ground:
                 for packet, report in self.session.events[first:] if packet.apid == MANIPULATOR]
 
 
-class Stage:
-    """The flight, its ground user and its slaves."""
+class SlaveFlight:
+    """A flight whose drives are slaves of the package canopen, and its ground user."""
 
     def __init__(self, directory, interface=None, options=()):
         """interface: SocketCAN interface of the slaves, if the run has one; options: additional options of
@@ -104,7 +104,7 @@ class Stage:
         """The slave with this node id."""
         return self.slaves.drives[number]
 
-    def play(self, change=None):
+    def replace_drives(self, change=None):
         """Replace the devices by new ones, one of them with a deviation."""
         def begin():
             for number in NODES:
@@ -115,11 +115,11 @@ class Stage:
         self.mark = len(self.ground.session.events)
 
     def events(self):
-        """Events since the last call of play()."""
+        """Events since the last call of replace_drives()."""
         return self.ground.events(self.mark)
 
     def refusals(self):
-        """(node, reason, object, detail) of devices that were not commissioned since the last call of play()."""
+        """(node, reason, object, detail) of devices that were not commissioned since the last call of replace_drives()."""
         return [tuple(values.values()) for name, values in self.events() if name == "DEVICE_REFUSED"]
 
     def close(self):
@@ -130,19 +130,19 @@ class Stage:
         self.slaves.close()
 
 
-def fly_without_deviations(stage):
+def fly_without_deviations(flight):
     """Bring two drives without deviations from OFFLINE to OPERATIONAL and back."""
-    stage.play()
-    assert stage.ground.request("PRE_OPERATIONAL")
-    assert stage.ground.configure()
-    assert stage.ground.request("SAFE_OPERATIONAL")
-    assert {drive.statusword for drive in stage.slaves.drives.values()} == {slaves.SWITCHED_ON}
-    assert stage.ground.request("OPERATIONAL")
-    assert {drive.statusword for drive in stage.slaves.drives.values()} == {slaves.ENABLED}
-    assert stage.ground.request("SAFE_OPERATIONAL")
-    assert {drive.statusword for drive in stage.slaves.drives.values()} == {slaves.SWITCHED_ON}
-    assert stage.ground.request("OFFLINE")
-    assert stage.events() == []
+    flight.replace_drives()
+    assert flight.ground.request("PRE_OPERATIONAL")
+    assert flight.ground.configure()
+    assert flight.ground.request("SAFE_OPERATIONAL")
+    assert {drive.statusword for drive in flight.slaves.drives.values()} == {slaves.SWITCHED_ON}
+    assert flight.ground.request("OPERATIONAL")
+    assert {drive.statusword for drive in flight.slaves.drives.values()} == {slaves.ENABLED}
+    assert flight.ground.request("SAFE_OPERATIONAL")
+    assert {drive.statusword for drive in flight.slaves.drives.values()} == {slaves.SWITCHED_ON}
+    assert flight.ground.request("OFFLINE")
+    assert flight.events() == []
 
 
 # --- one deviation each

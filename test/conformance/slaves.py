@@ -179,7 +179,7 @@ class Drive:
         word = rpdo["Controlword"].raw & 0x8F
         state = self.statusword
         if word & 0x02 == 0 or word & 0x04 == 0:
-            state = SWITCH_ON_DISABLED  # No voltage, or quick stop, which ends at once: no motion.
+            state = SWITCH_ON_DISABLED  # Disable voltage; or quick stop, which ends at once because the drive does not move.
         elif word & 0x0F == 0x06:
             state = READY
         elif word & 0x0F == 0x07 and state != SWITCH_ON_DISABLED:

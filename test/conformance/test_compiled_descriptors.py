@@ -13,7 +13,7 @@ SOURCES = ("fsw/framework/descriptor/*.c", "fsw/framework/xml/*.c", "base/*.c", 
            "launcher/descriptor_members.c")
 FLAGS = "-std=c99 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Werror -O1 -I. -Ibuild"
 HEADERS = ("fsw/framework/descriptor/mission_descriptor.h", "fsw/framework/descriptor/subsystem_descriptor.h", "base/flow_format.h")
-# Members that are not written: storage of the reader, and what a subsystem does not need of the mission.
+# Members that are not written: storage of the reader, and parts of the mission that a subsystem does not need.
 NOT_WRITTEN = {
     "subsystem_descriptor_t": {"text_used", "storage"},
     "mission_descriptor_t": {"text_used", "storage", "modes", "mode_count", "rules", "rule_count", "plans", "plan_count", "actions", "action_count",
@@ -66,7 +66,7 @@ def test_device_classes_are_those_of_the_descriptors(tmp_path, name):
     types = {kind for file in files for kind in re.findall(r'<Device [^>]*type="([^"]+)"', (ROOT / "descriptors/missions" / file).read_text())}
     listed = re.findall(r"DEVICE_CLASS_\d+, /\* (\S+) \*/", (tmp_path / f"{name}_descriptors.c").read_text())
     assert listed == sorted(types - {"stream"})
-    assert (listed == []) == (name == "instruments"), "its devices send records of streams"
+    assert (listed == []) == (name == "instruments"), "expected no class for stream devices"
 
 
 def test_a_changed_constant_is_found(library, tmp_path):
@@ -81,7 +81,7 @@ def test_a_changed_constant_is_found(library, tmp_path):
 
 
 @pytest.mark.parametrize("name, missions, message", [("gripper", MISSIONS, "no mission"), ("arm", ["missing.xml"], "missing.xml")])
-def test_what_cannot_be_compiled_is_refused(tmp_path, name, missions, message):
+def test_a_mission_that_cannot_be_compiled_is_refused(tmp_path, name, missions, message):
     done = compile_descriptors(tmp_path, name, *missions)
     assert done.returncode == 1
     assert message in done.stderr

@@ -18,10 +18,10 @@ from generator import sheet as reader  # noqa: E402
 
 # World, bus and node of the device that is simulated.
 PLACES = {"joint-drive": ("rokviss", "robot", 0x11), "joystick": ("rokviss", "joystick", 0x21), "valve-box": ("actuators", "platform", 0x3A)}
-# The sheets of the satellite's devices belong to its own world.
+# Devices of the world cube.
 OF_CUBE = {element.get("eds").removesuffix(".eds"): (None, element.get("bus"), int(element.get("node"), 0))
            for element in ET.parse(CUBE).getroot() if element.get("eds")}
-# Any other sheet is tested in place of the sheet of one of these devices: that of the first section name here that the sheet contains.
+# Any other sheet replaces the sheet of a device of PLACES. The first of these section names that the sheet contains selects the device.
 MARKS = {"[6840]": "joystick", "[6200]": "valve-box", "[6040]": "joint-drive"}
 IN_PLACE_OF = {path.stem: next(name for mark, name in MARKS.items() if mark in path.read_text(encoding="utf-8"))
                for path in SHEETS.glob("*.eds") if path.stem not in OF_CUBE}

@@ -88,7 +88,7 @@ class _Types:
 
 @pytest.mark.parametrize("mission", MISSIONS)
 def test_each_parameter_and_argument_of_the_database_has_a_description_and_a_unit_or_names(mission):
-    """This excludes entries that only serve to find the entries after them; their names contain two
+    """Except for entries from which Yamcs only computes the position of other entries; their names contain two
     underscores."""
     known = _Types(ET.parse(ROOT / "build" / "generated" / f"{mission}.xtce.xml").getroot())
     wrong = []
@@ -179,7 +179,7 @@ def test_emergency_codes_have_the_names_of_the_standards_and_of_the_data_sheets(
     assert named("stream") == descriptions.EMERGENCIES
 
 
-def test_functions_and_requests_that_are_critical_are_so_in_the_database():
+def test_critical_functions_and_requests_are_critical_in_the_database():
     tree = ET.parse(ROOT / "build" / "generated" / "rokviss.xtce.xml").getroot()
     critical = {one.get("name") for one in tree.iter(f"{SPACE}MetaCommand") if one.find(f"{SPACE}DefaultSignificance") is not None}
     assert {"CHANNEL", "RAISE", "FILE_DELETE", "MONITORING_DISABLE_DEFINITIONS", "REQUEST_STATE", "RELOAD"} <= critical

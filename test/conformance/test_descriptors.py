@@ -53,7 +53,7 @@ def generated(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def probe(generated):
-    """The flight side's reader as a program."""
+    """A program with the flight software's reader of descriptors."""
     program = generated / "probe"
     files = [str(path) for pattern in SOURCES for path in sorted(ROOT.glob(pattern))]
     command = ["gcc", *FLAGS.split(), "-O1", f"-I{ROOT}", f"-I{generated}", "-o", str(program)]
@@ -173,7 +173,7 @@ def test_both_readers_agree_on_damaged_subsystems(probe, tmp_path, seed):
 
 
 def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
-    """Every type of end node with each attribute for the transfer of octets, correct and wrong."""
+    """Every type of end node with each of the attributes framing, order, direction and baud, where it is allowed and where not."""
     text = (DESCRIPTORS / "subsystems" / "joystick.xml").read_text()
     before = re.search(r"<Endnode [^>]*/>", text)[0]
     named = 'name="x"'

@@ -65,7 +65,7 @@ def test_the_master_remaps_a_pdo(drive):
 
 def enable(drive, mode):
     """Bring a drive to OPERATION ENABLED with the profile code of canopen."""
-    drive.sdo[0x1400][5].raw = 0  # This master is no real-time master: no deadline.
+    drive.sdo[0x1400][5].raw = 0  # RPDO deadline off: this master does not run in real time.
     drive.sdo[0x6060].raw = mode
     drive.setup_402_state_machine()
     drive.rpdo[1]["Controlword"].raw = 0

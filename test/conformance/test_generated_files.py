@@ -56,8 +56,9 @@ def test_every_file_of_a_mission_has_the_interface_that_it_is_made_for(made):
 
 
 def test_the_generator_runs_before_every_source_that_includes_its_files():
-    """SEES_GENERATED of mk/generated.mk has every source whose list of included files, of the plain build, names build/generated. Without it
-    a build from nothing compiles the source too early."""
+    """SEES_GENERATED of mk/generated.mk covers every source that includes a file of build/generated, by the
+    dependency files of the plain build. Otherwise a clean build would compile the source before the generator
+    has run."""
     environment = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
     listed = subprocess.run(["make", "-s", "--eval=sees-generated: ; @echo $(SEES_GENERATED)", "sees-generated"], cwd=ROOT, env=environment,
                             check=True, capture_output=True, text=True).stdout.split()
@@ -174,7 +175,7 @@ def shown_by_wireshark(script, path, raws):
     return [line.strip() for line in dissection.tshark(script, dissection.capture(path, raws), "-V").splitlines()]
 
 
-def test_wireshark_shows_the_name_of_a_number_in_the_subsystem_that_it_is_about(made, tmp_path):
+def test_wireshark_names_an_event_by_the_subsystem_that_it_is_about(made, tmp_path):
     """Event 3 is TORQUE_LIMIT of MANIPULATOR and NETWORK_SHUT_DOWN of SUPERVISOR; the APID is in the event, in a group, or in the header."""
     script = tmp_path / "rokviss.lua"
     script.write_bytes(made[0][pathlib.Path("rokviss.lua")])
@@ -192,7 +193,7 @@ def test_wireshark_shows_the_name_of_a_number_in_the_subsystem_that_it_is_about(
         assert [line for line in lines if re.search("[A-Z_]{3,} or [A-Z_]{3,}|pus.malformed|Differs from", line)] == []
 
 
-def test_wireshark_shows_the_device_and_the_failure_of_the_configuration_and_the_subsystem(tmp_path):
+def test_wireshark_names_a_device_by_its_configuration_and_a_failure_by_its_subsystem(tmp_path):
     """Two configurations use a node for different devices, and two subsystems a code for different failures. Until a subsystem reports its
     configuration, the dissector shows no name of such a device."""
     lamp = json.loads(json.dumps(SMALL["subsystems"][0]))

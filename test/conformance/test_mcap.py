@@ -91,7 +91,7 @@ def test_every_frame_is_there_and_signals_are_those_of_cantools(run, messages):
             assert [getattr(decoded, field) for field in decoded.__slots__] == pytest.approx([float(value) for value in wanted.values()])
 
 
-def test_other_frames_are_raw(run, messages):
+def test_frames_without_a_message_in_the_database_are_raw(run, messages):
     log = run.buses["robot"]
     requests = [(time_ns, frame) for time_ns, frame in messages["/can/robot/frames"] if frame.id == 0x611]
     rows = log.frames(0x611)

@@ -4,8 +4,8 @@ joints that mimic others or are moved through elastic gears; a free body with re
 
 The same springs, dampers and sines move the robots of both; MuJoCo integrates by Runge-Kutta at 0.1 ms. The plant integrates by its own step of
 0.5 ms, whose error is of first order and grows with accelerations, so gravity is weak where 20 s are compared. Two steps of
-different length distinguish this error from a difference of the equations. A wrong axis or a wrong rotation of an inertia in the plant's
-file must be found."""
+different length distinguish this error from a difference of the equations. The comparison must also detect a wrong axis and a wrong
+rotation of an inertia in the URDF of the plant."""
 
 import math
 import pathlib
@@ -21,7 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCES = [path for directory in ("sim/plant", "sim/world") for path in sorted((ROOT / directory).glob("*.c"))]
 REFERENCE_S = 1e-4
 BASE_RAD, JOINT_RAD = 1e-5, 1e-4  # Bounds over 20 s; for prismatic joints in m.
-EXTRAPOLATED = 5e-7  # Bound on the rest without the error of first order.
+EXTRAPOLATED = 5e-7  # Bound on the deviation after the error of first order is removed by extrapolation.
 WEAK, EARTH = (0.08, -0.05, -0.5), (0.5, -0.3, -9.81)
 STIFF = (-1e6, -2e3)  # Stiffness and damping per inertia of a mimic joint in the reference.
 OMEGA, DAMPING = 4.0, 0.5  # Frequency and damping of the motion of each joint, per inertia that it carries.
@@ -364,7 +364,7 @@ def test_wheels_turn_a_free_body_as_rotors_do_in_the_reference(probe, tmp_path):
 
 
 def angle_between(rows, others):
-    """Largest small angle between attitudes."""
+    """Largest difference of two series of attitudes about an axis [rad]; valid for small angles."""
     turns = numpy.einsum("nij,nik->njk", rows[:, 4:13].reshape(-1, 3, 3), numpy.broadcast_to(others[:, 4:13], (len(rows), 9)).reshape(-1, 3, 3))
     return max(abs(turns[:, 2, 1] - turns[:, 1, 2]).max(), abs(turns[:, 0, 2] - turns[:, 2, 0]).max(),
                abs(turns[:, 1, 0] - turns[:, 0, 1]).max()) / 2
@@ -462,7 +462,7 @@ def test_a_cube_slides_down_a_slope_as_in_the_reference(probe, tmp_path):
 
 
 def test_a_cube_lies_on_a_slope_with_enough_friction(probe, tmp_path):
-    """It sinks in as far as the spring carries it, and does not creep."""
+    """The cube sinks in until the spring carries it, and does not creep."""
     block = Block(SLOPE, ON_TABLE_M, (0, 0, 0), friction=0.6)
     positions = plant_motion(probe, tmp_path, block, block.urdf(), 4.0)[:, 1:4]
     assert abs(positions[-1] - positions[-101]).max() < 1e-6

@@ -324,7 +324,8 @@ def read_by_peer(octets):
 
 @pytest.mark.parametrize("seed", [1])
 def test_both_decoders_read_the_same_fields_of_drawn_packets(seed):
-    """Each packet that we accept, the peer accepts, with the same fields. A packet that only we refuse breaks a rule of STRICTER."""
+    """The peer accepts each packet that pusdump accepts, and reads the same fields. A packet that only pusdump refuses breaks a rule
+    of STRICTER."""
     rng = random.Random(seed)
     packets = [drawn_packet(rng) for _ in range(DRAWN)]
     found, _ = dump("".join(f"1.0 {'TC' if octets[0] & 0x10 else 'TM'} {octets.hex()}\n" for octets in packets))

@@ -19,7 +19,7 @@ def _crashed(directory, number):
     node = patient(network.add_node(0x11, str(SHEETS / "joint-drive.eds")))
     pass_time(network, PASSED_MS)
     device_type = node.sdo["Device type"].raw  # The answer comes after all frames before the request.
-    assert (directory / "can-robot.log").stat().st_size == 0, "flushed before the crash: the test shows nothing"
+    assert (directory / "can-robot.log").stat().st_size == 0, "the log was flushed before the crash, so the test would show nothing"
     simulator.process.send_signal(number)
     code = simulator.process.wait(BOUND_S)
     network.disconnect()
@@ -46,7 +46,7 @@ def test_all_records_up_to_a_crash_are_in_the_logs(tmp_path, number):
     frames = [line.split(" ")[2] for line in text.splitlines()]
     assert frames.count(f"{SYNC:03X}#") == PASSED_MS // QUANTUM_MS
     answer = f"591#43001000{device_type.to_bytes(4, 'little').hex().upper()}"
-    assert answer in frames[-20:], "the answer that the master has received"
+    assert answer in frames[-20:], "expected the answer that the master has received among the last frames"
     assert _pcap_records((tmp_path / "can-robot.pcap").read_bytes()) == len(frames)
     log = lcm.EventLog(str(tmp_path / "truth.lcm"), "r")
     events = list(log)

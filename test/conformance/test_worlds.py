@@ -78,10 +78,10 @@ BAD = {
     "Axes": ("", "0", "1", "3", "0x3", "-2", "02"),
     "Output": ("", "0", "17", "0x11", "-1", "01"),
     "Counts": ("", "0", "-1", "01", "0x100000000", "99999999999"),
-    "": ("", "1 other"),  # An attribute with its own words.
+    "": ("", "1 other"),  # An attribute whose words the schema lists in place.
 }
 GOOD = {"Node": ("2", "127", "0x07", "0x7F"), "Axes": ("2", "0x02"), "Output": ("2", "16", "0x10"), "Counts": ("1", "4294967295", "0xFFFFFFFF")}
-# Limits that another attribute narrows: they have no good value at that end.
+# (element, attribute, limit) that another attribute or its unit excludes: this limit is not tested as a good value.
 NARROWED = {("DriveType", "coulomb", "1e9"), ("DriveType", "stiction", "0"), ("CableSpring", "preload", "1e9"), ("CableSpring", "limit", "1e-9"),
             ("Contact", "shear", "0"), ("Wheel", "momentum", "1e-9"), ("Wheel", "start", "-1e9"), ("Wheel", "start", "1e9"), ("PoseCamera", "rate", "1e4")}
 

@@ -40,7 +40,7 @@ APID, DISPLAY = 16, 4720  # The manipulator and its display structure.
 PACKETS_OF_EACH = 5  # Number of packets of each structure that are compared.
 TAI_1970_S, LEAP_S = 378_691_200, 37  # Seconds from 1958 to 1970; seconds by which UTC is behind TAI.
 LATER_NS = 10**9 * 10**7  # Mission time of synthetic reports, after that of all reports of the flight.
-DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries that only serve to find other entries.
+DERIVED = re.compile(r"__[a-z]+\d*(_\d+)?\Z")  # Entries from which Yamcs only computes the position of other entries.
 SERVICE = re.compile(r"/ST\d\d/")
 
 
@@ -87,7 +87,7 @@ def dictionary():
     return Dictionary.load(ROOT / "build" / "generated" / f"{MISSION}.json")
 
 
-def test_it_loads_the_database_without_a_message_and_links_up(yamcs):
+def test_yamcs_loads_the_database_without_a_warning_and_links_up(yamcs):
     until(lambda: all(link["status"] == "OK" for link in yamcs.ask("links/mission")["links"]), "the links")
     words = [line for line in yamcs.log_text().splitlines() if re.match(r"(WARNING|SEVERE) ", line) and "xtce" in line.lower()]
     assert not words, words
@@ -140,7 +140,7 @@ def test_the_missions_own_services_have_commands_with_words(yamcs):
     assert started["CommandComplete_Status"] == "OK", started
 
 
-def test_stacks_and_displays_are_there_and_the_steps_of_a_stack_complete(yamcs):
+def test_stacks_and_displays_exist_and_the_steps_of_a_stack_complete(yamcs):
     """They are in the buckets that Yamcs' pages show; the database has each parameter of a display and each
     command of a stack."""
     shown = {name: {one["name"] for one in yamcs.ask(f"storage/buckets/{name}/objects")["objects"]} for name in ("displays", "stacks")}
@@ -175,7 +175,7 @@ def test_another_ground_user_leaves_no_gap_and_finishes_no_command_of_yamcs(yamc
     assert value_of(yamcs, "lost_packets") == 0
 
 
-def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatch, tmp_path):
+def test_the_database_of_yamcs_is_compared_with_the_flying_mission(flight, dictionary, monkeypatch, tmp_path):
     assert yamcs_run.compare(MISSION, flight.port(), TIMEOUT_S) == [f"the mission flies the interface of the database, {dictionary.interface_hash}"]
     content = json.loads((ROOT / "build" / "generated" / f"{MISSION}.json").read_text(encoding="utf-8"))
     content["subsystems"][0]["interface_hash"] = content["interface_hash"] = "0x00000000000000AA"
@@ -188,7 +188,7 @@ def test_its_database_is_compared_with_what_flies(flight, dictionary, monkeypatc
     assert re.fullmatch(r"\w+ flies interface 0x\w{16}, the database has 0x00000000000000AA: .*", reported[2])
 
 
-def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_link):
+def test_yamcs_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_link):
     key = place / "ground.key"
     sdls.make_key(key)
     flight = flying.start(place / "secured", "--scenario", "none", "--duration", 1_000_000, "--form", "image", "--key", key)
@@ -210,7 +210,7 @@ def test_it_commands_a_mission_with_a_key_through_the_gateway(place, synthetic_l
     assert flight.code == 0, flight.transcript()
 
 
-def test_it_starts_ends_and_starts_again_in_one_directory(place, flight):
+def test_yamcs_starts_ends_and_starts_again_in_one_directory(place, flight):
     """The command of `make yamcs` starts it, with mission and port of the run directory; a second instance in the directory is refused."""
     words = [sys.executable, ROOT / "gse/yamcs/run.py", "--run", flight.directory, "--out", place / "twice", "--http-port"]
     for _ in range(2):
@@ -233,7 +233,7 @@ def test_it_starts_ends_and_starts_again_in_one_directory(place, flight):
 
 
 def leaves(value):
-    """Scalars of a value in order, a number with a word as its word; a real number that was received in single precision keeps it."""
+    """Scalars of a value in order; a number that has a word is replaced by the word."""
     if getattr(value, "members", None):
         return leaves(value.members)
     if isinstance(value, values.Word):
@@ -292,7 +292,7 @@ class Expected:
 
 
 def seen(extracted):
-    """Raw values that Yamcs has found, without those that it only needs to find them."""
+    """Raw values that Yamcs has found, without the DERIVED entries."""
     found = []
     for path, raw, _ in extracted:
         if (SERVICE.search(path) and not DERIVED.search(path)) or (path.count("/") == 3 and not SERVICE.search(path)):
@@ -446,7 +446,7 @@ def test_events_are_reported(yamcs, flight):
 
 
 def test_an_event_names_what_its_numbers_mean(yamcs, synthetic, dictionary):
-    """A number that identifies something is beside its name; without a name it is alone."""
+    """The message of an event shows an identifying number with its name, and without a name as UNDEF or as the number alone."""
     stamp = dictionary.epoch_ns + LATER_NS + 9990 * 10**9
     for number, (apid, severity, event, octets, words) in enumerate((
         (APID, 2, "DEVICE_REFUSED", struct.pack(">BBII", 0x11, 4, 0x200102, 7), "node JOINT1 (17) reason VALUE object 0x200102 detail 7"),

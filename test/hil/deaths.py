@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deaths and pulled plugs at instants of simulated time that are drawn from a number: the case, its flight,
-and what the flight leaves behind.
+"""Kills of processes and unplugged devices at instants of simulated time that are drawn from a number: the
+case, its flight, and what the flight leaves behind.
 
 As a program it flies the given numbers on SocketCAN and leaves a directory for each in $OUT: logs and
 end.json."""
@@ -32,13 +32,13 @@ CARRIERS = (("--bus", "vcan"), ("--bus", "vcan", "--transport", "tipc"), ("--tra
             ("--transport", "tipc", "--nodes", "2"), ("--nodes", "2"))  # CAN interfaces belong to one node.
 FIRST_US, LAST_US = 20_000, 2_400_000  # From before the first command until the shutdown.
 ENABLED_US = (1_120_000, 2_290_000)  # Interval in which the scenario holds all drives in operation.
-DURATION_S = 5  # Limit for operators that wait for an answer that cannot come any more.
+DURATION_S = 5  # Ends the flight of an operator that waits for an answer of a dead process.
 LIMIT_S = 600.0
 
 
 @dataclass(frozen=True)
 class Case:
-    """One death or pulled plug, its time, and its flight."""
+    """One kill or one unplugged device, its time, and the options of its flight."""
 
     number: int
     fault: str
@@ -47,7 +47,7 @@ class Case:
 
     @property
     def victim(self):
-        """Name of the process that is killed; None if a plug is pulled."""
+        """Name of the process that is killed; None if a device is unplugged."""
         verb, _, name = self.fault.partition(" ")
         return name if verb == "kill" else None
 
@@ -56,8 +56,8 @@ class Case:
 
 
 def drawn(number, on_real_buses=False):
-    """Draw the case of a number: three of five cases are deaths, and more than half occur while all drives
-    are in operation."""
+    """Draw the case of a number: three of five cases are kills, and more than half occur while all drives are
+    in operation."""
     rng = random.Random(number)
     form = "processes" if on_real_buses else rng.choice(("processes", "processes", "processes", "image"))
     if rng.random() < 0.6:

@@ -147,7 +147,7 @@ def in_namespaces(command, seconds, environment):
     environment["PATH"] = ":".join([*paths, *(path for path in microvm.SYSTEM_PATHS if path not in paths)])
     line = ["unshare", *([] if os.geteuid() == 0 else ["--map-root-user"]), "--net", "--mount", "--pid", "--fork",
             "--kill-child", "--mount-proc", "--", "/bin/sh", "-c", SURROUNDINGS + command]
-    # Files, because a pipe would wait for processes that remain.
+    # Files instead of pipes: reading a pipe would wait for processes that the command has left.
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         process = subprocess.Popen(line, cwd=ROOT, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                    start_new_session=True)

@@ -28,7 +28,7 @@ COUNTERS = 4712  # Housekeeping structure.
 
 @pytest.fixture(scope="module")
 def group(request, environment):
-    """The cases that this session asks for, and the flight over vcan, whose files other tests read."""
+    """The cases that this session will test, and the flight over vcan, whose files other tests read."""
     asked = {item.callspec.params["case"] for item in request.session.items if item.name.startswith("test_a_case_passes[")}
     names = " ".join(case for case in environments.cases(PROGRAM) if case in {*asked, "vcan_flight_is_seen_by_candump"})
     return environment.group("socketcan", f"{environments.PYTHON} {PROGRAM} {names}", seconds=SECONDS, cans=2)
@@ -48,8 +48,7 @@ def shared_memory_flight(tmp_path_factory):
 
 
 def fly_here(directory, mission, scenario):
-    """Fly on shared memory with the same floating-point instructions as the flights with which this one is
-    compared."""
+    """Fly on shared memory, with the floating-point instructions that the micro-VM has."""
     ended = subprocess.run([environments.ROOT / "build" / "bin" / "hirosco", "run", "--mission", mission, "--scenario", scenario,
                             "--report", "no", "--out", directory], cwd=environments.ROOT, stdin=subprocess.DEVNULL, capture_output=True,
                            text=True, env=os.environ | environments.ARITHMETIC, timeout=environments.SECONDS)
@@ -119,7 +118,7 @@ def test_a_flood_is_counted(group):
 @pytest.mark.long
 @pytest.mark.timeout(TELEPRESENCE_S + 600)
 def test_whole_telepresence_is_that_of_shared_memory(environment, tmp_path):
-    """Contact, springs, pulled plugs and the return to operation: the logs are equal, and cantools and
+    """Contact, spring, unplugged devices and the return to operation: the logs are equal, and cantools and
     Wireshark can read the recording of candump."""
     flight = fly_here(tmp_path / "telepresence", "rokviss", "telepresence")
     group = environment.group("telepresence", f"{environments.PYTHON} {TELEPRESENCE}", seconds=TELEPRESENCE_S,

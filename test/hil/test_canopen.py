@@ -113,7 +113,7 @@ def test_candump_recorded_the_frames_of_the_bus(over_socketcan, recorded):
 
 @pytest.fixture(scope="module")
 def commissioned(both_programs):
-    """The flight side's master with slaves of PyPI canopen on vcan-robot, some with a deviation."""
+    """The master of the flight software with slaves of PyPI canopen on vcan-robot, some with a deviation."""
     return part(both_programs, "slaves")
 
 

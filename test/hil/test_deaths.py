@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""200 deaths and pulled plugs at instants drawn from their numbers: 180 on shared memory on this machine, 20
-over vcan and TIPC on one or two nodes. Each ends as specified: by the raw logs the other subsystems are in
+"""200 kills and unplugged devices at instants drawn from their numbers: 180 on shared memory on this machine,
+20 over vcan and TIPC on one or two nodes. Each ends as specified: by the raw logs the other subsystems are in
 safe states in time, and the run has ended with a report and left nothing behind."""
 
 import concurrent.futures
@@ -19,7 +19,7 @@ from hirosco_gse import run as runs
 from environments import ARITHMETIC, PYTHON
 
 ON_SHARED_MEMORY = range(180)
-# For each carrier, these include the death of a member and a pulled plug in operation.
+# For each carrier, these include the death of a member and an unplugged device in operation.
 ON_REAL_BUSES = range(17660, 17680)
 AT_ONCE = min(2, len(os.sched_getaffinity(0)))
 REAL_BUSES_S = 6000  # Time limit of the flights in the micro-VM.
@@ -150,8 +150,8 @@ def judge_launcher(end, facts):
 
 
 def judge_others(case, drives, packets, facts):
-    """After the death of a member all drives react as after a pulled plug; after that of the supervisor,
-    within its time-out; after that of other processes, the shutdown is in order."""
+    """After the death of a member all drives react as if a device were unplugged; after that of the supervisor,
+    within the time-out of its members; after that of any other process, the shutdown is in order."""
     in_operation = enabled_at(drives, case.time_us)
     left = {drive: left_after(drives, drive, case.time_us) for drive in in_operation}
     if case.victim in APIDS and len(in_operation) == DRIVES:
@@ -201,8 +201,8 @@ def is_in_operation(case):
 
 
 def first_of_each():
-    """The first number of each fault in operation, and the first of each at another time: these of ON_SHARED_MEMORY
-    are quick."""
+    """Numbers of ON_SHARED_MEMORY that fly without LONG=1: the first one of each fault in operation, and the first
+    one of each fault at another time."""
     found = {}
     for number in ON_SHARED_MEMORY:
         case = deaths.drawn(number)

@@ -85,7 +85,7 @@ def test_repetitions_over_tipc_have_one_checksum(environment):
 
 @pytest.mark.parametrize("name", TIPC_TESTS)
 def test_the_c_tests_pass_over_tipc(tipc, name):
-    """The same test programs on a kernel with TIPC: there, too, a slow receiver loses no block silently."""
+    """The C tests that use TIPC, on a kernel that has it. They also show that the loss of a block by a slow receiver is reported."""
     path = tipc.result.directory / "c-tests"
     outcomes = dict(line.split() for line in path.read_text().splitlines()) if path.exists() else {}
     text = (tipc.result.directory / f"{name.rpartition('/')[2]}.txt")
@@ -125,9 +125,9 @@ def test_unplug_between_nodes_stops_all_drives_within_5_ms(request, method):
 # --- links with delay ------------------------------------------------------------------------------------------------
 
 def delayed(hil_directory, case, round_trip_ms=20):
-    """This test always runs in the micro-VM, which has netem and is slower than real time. A machine that
-    catches up after a pause would receive the frames of this network, which has wall-clock delays, too late,
-    and its links would be stale."""
+    """Run a case in the micro-VM, which has netem and is slower than real time. The delays of netem are in
+    wall-clock time: on a machine that pauses and then flies faster than real time to catch up, the frames would
+    arrive too late in simulated time, and the links would be stale."""
     vm = environments.MicroVm(hil_directory, "netem")
     group = vm.group(case, f"{ENVIRONMENT} ROUND_TRIP_MS={round_trip_ms} {environments.PYTHON} test/hil/guest/delayed_links.py {case}", GROUP_SECONDS)
     group.check(case)
@@ -166,7 +166,7 @@ def test_a_hold_through_netem_is_within_the_bounds_of_its_delay(hil_directory, r
     group = delayed(hil_directory, "the_arm_holds_contact_through_netem", round_trip_ms)
     run = runs.load(group.result.directory / "judged")
     (press, _), (_, end) = segment(run, "press", None), segment(run, "hold", None)
-    end -= 1000  # The last 0.5 s: the mean of an oscillation needs motion on either side.
+    end -= 1000  # Without the last 0.5 s: the mean of an oscillation needs samples on both sides.
     found = delay_figures.held(run, end - 4000, end) | {"delay_force_peak_n": delay_figures.force_peak(run, press, end)}
     record_property("figures", found)
     for name, value in found.items():
@@ -175,7 +175,7 @@ def test_a_hold_through_netem_is_within_the_bounds_of_its_delay(hil_directory, r
 
 
 def test_a_kernel_without_netem_is_reported_with_the_next_step(tmp_path):
-    """A mission in which a link goes between the nodes; a kernel with netem does not refuse it."""
+    """The mission has a link between the nodes. Skipped on a kernel with netem, which would fly it."""
     if not has_namespaces():
         pytest.skip("no namespaces on this kernel for this account")
     probe = "ip link add one type veth peer name two && tc qdisc add dev one root netem delay 1ms"

@@ -57,8 +57,8 @@ def remote_endian(request, directory):
 def test_programs_are_big_endian_and_static():
     for name in MEMBERS:
         head = (S390X / "bin" / name.lower()).read_bytes()[:20]
-        assert head[:4] == b"\x7fELF" and head[5] == 2, "ELF, most significant octet first"
-        assert int.from_bytes(head[18:20], "big") == 22, "IBM S/390"
+        assert head[:4] == b"\x7fELF" and head[5] == 2, "expected ELF with the most significant octet first"
+        assert int.from_bytes(head[18:20], "big") == 22, "expected a program for IBM S/390"
 
 
 def test_flight_ends_without_error_over_udp(remote_endian):
@@ -100,7 +100,7 @@ def _differing(native, flight):
         differing += 1
         differing_octets = [i for i in range(len(here) - 2) if here[i] != raw[i]]
         assert len(here) == len(raw) and len(differing_octets) == 1, f"{here.hex()} {raw.hex()}"
-        assert here[7] == 130 and here[8] in (3, 4, 9), "request, accept, report of a link"
+        assert here[7] == 130 and here[8] in (3, 4, 9), "expected a difference only in a request, an agreement or a report of a link"
         assert (here[differing_octets[0]], raw[differing_octets[0]]) == (LITTLE, BIG)
         assert int.from_bytes(raw[-2:], "big") == binascii.crc_hqx(raw[:-2], 0xFFFF)
     return differing
@@ -118,7 +118,7 @@ def test_packets_differ_in_the_byte_order_of_its_link_only(native, remote_endian
 
 @pytest.mark.long
 def test_whole_telepresence_gives_the_same_logs(directory):
-    """Contact, springs, pulled plugs and the return to operation have the same octets."""
+    """The logs of a flight with contact, spring, unplugged devices and the return to operation are the same."""
     one = flying.fly(directory / "telepresence-native", "--scenario", "telepresence", "--links", "udp")
     other = flying.fly(directory / "telepresence", "--scenario", "telepresence", "--remote-endian", "MANIPULATOR")
     assert (one.code, other.code) == (0, 0), other.transcript()
@@ -144,14 +144,14 @@ def test_kill_in_operation_ends_in_the_safe_state(directory, scenario, victim):
     flight = _die(directory / f"death-{victim}", scenario, victim, len(flying.bring_up(0.1)) + 2)
     states = [raw[22] for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x81\x02"
               and int.from_bytes(raw[:2], "big") & 0x7FF == MEMBERS["JOYSTICK"]]
-    assert 6 in states, "its partner goes to ERROR_OPERATIONAL"
+    assert 6 in states, "expected ERROR_OPERATIONAL of the partner"
     _assert_safe(flight)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_a_kill_at_any_step_leaves_no_drive_in_operation(directory, scenario, seed):
-    """This also kills before the program has joined."""
+    """Some steps are before the program has joined the run."""
     draw = random.Random(seed)
     victim, step = draw.choice([RUNNER, "proxy"]), draw.randint(0, FLIGHT_S)
     _assert_safe(_die(directory / f"death-{seed}", scenario, victim, step))
@@ -171,7 +171,7 @@ def _die(path, scenario, victim, step):
     assert flight.code == 1, flight.transcript()
     assert "manipulator" in flight.facts["exit_reason"]
     if victim == RUNNER:
-        assert "was ended by signal 9" in flight.console, "the proxy reports how its program was lost"
+        assert "was ended by signal 9" in flight.console, "expected a message of the proxy about the loss of its program"
     return flight
 
 

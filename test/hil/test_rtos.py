@@ -75,10 +75,10 @@ def test_programs_are_for_a_cortex_m_without_an_allocator(board, names):
     for name in names:
         program = environments.ROOT / "build" / board / "bin" / name
         head = program.read_bytes()[:20]
-        assert head[:6] == b"\x7fELF\x01\x01" and int.from_bytes(head[18:20], "little") == 40, "32 bits, little-endian, ARM"
+        assert head[:6] == b"\x7fELF\x01\x01" and int.from_bytes(head[18:20], "little") == 40, "expected a 32-bit little-endian ELF for ARM"
         symbols = subprocess.run(["arm-none-eabi-nm", program], capture_output=True, text=True, check=True).stdout
         assert not re.findall(r" \w (pvPortMalloc|_malloc_r|_sbrk|_sbrk_r)$", symbols, re.MULTILINE)
-        assert not re.findall(r" \w (XML_\w+|xml_\w+|descriptor_load_\w+)$", symbols, re.MULTILINE), "descriptors are compiled in"
+        assert not re.findall(r" \w (XML_\w+|xml_\w+|descriptor_load_\w+)$", symbols, re.MULTILINE), "expected no XML reader"
 
 
 @pytest.mark.parametrize("names", [pytest.param("MANIPULATOR", marks=pytest.mark.long), "MANIPULATOR,JOYSTICK"])
@@ -156,8 +156,8 @@ def test_four_processors_fly_one_mission(root):
 
 
 def test_steps_and_stacks_on_the_board_keep_a_margin(directory):
-    """Half of the 108000 cycles that 216 MHz have in 0.5 ms, for each step in which drives are controlled; instructions do not depend on
-    this machine. Every state occurs."""
+    """Each step in which drives are controlled takes at most half of the 108000 cycles that 216 MHz have in 0.5 ms. The emulator counts
+    instructions, so the speed of this machine has no effect. Every state occurs, and an eighth of each stack stays free."""
     path = directory / "steps"
     path.mkdir()
     rows, stacks = boards.steps(path)
@@ -169,8 +169,8 @@ def test_steps_and_stacks_on_the_board_keep_a_margin(directory):
 
 
 def test_the_loop_of_a_program_keeps_its_period_in_real_time(directory):
-    """2 s of OPERATIONAL at 2 kHz, by the timer of the board: no step is missed, early, or more than 50 us late; and the tasks of the
-    loops of services leave an eighth of their stacks."""
+    """2 s of OPERATIONAL at 2 kHz, by the timer of the board: no step is missed, early, or more than 50 us late; and an eighth of
+    each stack stays free, also of the tasks of the loops of services."""
     path = directory / "real-time"
     path.mkdir()
     waits, stacks = boards.loop_in_real_time(path)
@@ -178,14 +178,14 @@ def test_the_loop_of_a_program_keeps_its_period_in_real_time(directory):
         row = waits[state]
         assert (row.missed, row.early) == (0, 0) and row.latest <= 1250, row
     assert waits["OPERATIONAL"].steps >= 4000
-    assert waits["OPERATIONAL"].lasted_us == (waits["OPERATIONAL"].steps - 1) * 500, "each period of the grid has its step"
+    assert waits["OPERATIONAL"].lasted_us == (waits["OPERATIONAL"].steps - 1) * 500, "expected one step in each period of 500 us"
     assert {stack.task for stack in stacks} == {"main", "task", "IDLE", "interrupts"}
     assert all(0 < stack.used <= stack.octets * 7 // 8 for stack in stacks), stacks
 
 
 @pytest.mark.parametrize("hang", ["hang", "hang-service"])
 def test_a_program_that_hangs_in_real_time_is_reset_by_the_watchdog_of_the_board(directory, hang):
-    """A step of the loop, or a turn of the slow loop, never ends."""
+    """A step of the main loop, or a turn of the loop of services, never ends."""
     path = directory / f"real-time-{hang}"
     path.mkdir()
     _, text = boards.real_time(path, hang)
@@ -230,8 +230,8 @@ def test_a_program_that_hangs_before_its_loop_is_reset_by_the_watchdog_of_the_bo
 
 
 def _send_largest_requests(flight):
-    """Dumps of as many areas as a board accepts, of more, and of so many that the telecommand is longer than 1024 octets: TM[1,4] and
-    TM[1,2], and the next request is performed."""
+    """Dump as many areas as a board accepts; then more, which fails with TM[1,4]; then so many that the telecommand is longer than
+    1024 octets, which is refused with TM[1,2]. The board performs the next request."""
     station = stations.Station(flight, stations.Notes())
     try:
         for areas, stage, code, detail in ((99, 7, None, None), (100, 4, TABLE_FULL, 99), (126, 4, TABLE_FULL, 99), (127, 2, LENGTH, None),
@@ -270,7 +270,8 @@ def _kill_at_a_write(flight):
 
 
 def _expect_records(directory, storage):
-    """The EEPROM is whole for another reader, and the next flight finds both acknowledged records, and the third one at most."""
+    """Expect that the independent reader eeprom.py accepts the EEPROM, and that the next flight finds both acknowledged records;
+    it may also find the third one."""
     records = eeprom.files(storage / "MANIPULATOR.eeprom")
     assert sorted(records) == ["MANIPULATOR.journal.0", "MANIPULATOR.journal.1"]
     assert records["MANIPULATOR.journal.0"].startswith(b"HJRN")
@@ -282,7 +283,7 @@ def _expect_records(directory, storage):
         assert station.settle(_define(station, 4)).is_completed
     finally:
         station.close()
-        os.killpg(flight.process.pid, signal.SIGINT)  # As Ctrl-C, which the emulator does not get.
+        os.killpg(flight.process.pid, signal.SIGINT)  # As by Ctrl-C, which does not reach the emulator.
         flight.wait()
     assert flight.code == 0, flight.transcript()
     assert "damaged" not in flight.console
@@ -340,7 +341,7 @@ def test_a_program_of_one_mission_contains_this_one_alone(directory, board):
     assert re.search(r"run `make rtos` .*, which was compiled for classic 0x[0-9A-F]{16}\n", refused.console), refused.console
     flying.assert_clean(refused)
     program = (environments.ROOT / "build" / board / "bin/manipulator").read_bytes()
-    assert b"\0classic\0" in program and b"\0rokviss\0" in program, "without MISSION, a program has all its missions"
+    assert b"\0classic\0" in program and b"\0rokviss\0" in program, "expected all missions in a program that was built without MISSION"
 
 
 def test_an_unknown_mission_is_refused_with_the_names_of_all():

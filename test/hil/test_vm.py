@@ -64,7 +64,7 @@ def test_command_streams_its_output_and_returns_its_exit_code_and_only_the_outpu
     process = subprocess.Popen([*RUNNER, "--out", tmp_path, script], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
     try:
-        # The command still runs: it waits for the file of the next line.
+        # The command still runs: it waits for the file that the next line creates.
         assert process.stdout.readline() == b"first\n"
         (tmp_path / "go-on").touch()
         stdout, stderr = process.communicate(timeout=BOUND_S)
@@ -197,7 +197,7 @@ def test_an_emulator_that_hangs_before_the_guest_begins_is_started_once_more(ker
 
 @pytest.mark.parametrize("knows, message", [(False, "the package lists do not know linux-image-amd64"), (True, "cannot be fetched")])
 def test_a_kernel_that_cannot_be_fetched_is_reported_with_the_next_step(tmp_path, monkeypatch, knows, message):
-    """There are no package sources and lists, or the lists name a server that does not exist."""
+    """The machine has no package lists, or the lists name a server that does not exist."""
     (tmp_path / "lists" / "partial").mkdir(parents=True)
     sources = tmp_path / "sources.list"
     sources.write_text("")

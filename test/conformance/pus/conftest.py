@@ -20,7 +20,7 @@ NOTES = ROOT / "build" / "pus_coverage.json"
 
 @pytest.fixture(scope="session")
 def notes():
-    """Messages that a test has seen working; written when the session ends."""
+    """Messages of the packet services that tests have used successfully; written when the session ends."""
     found = stations.Notes()
     yield found
     content = {

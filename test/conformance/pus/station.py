@@ -128,7 +128,7 @@ class Station(Spacecraft):
         return self.send_data(apid, service, subtype, data)
 
     def send_data(self, apid, service, subtype, data):
-        """Send a request with any application data; it leaves when the station waits next. Returns its verification."""
+        """Queue a request with any application data; the next wait of the station sends it. Returns its verification."""
         request = Request(apid, service, subtype, bytes(data), f"TC[{service},{subtype}] to {apid}")
         return self.session.send(request)
 

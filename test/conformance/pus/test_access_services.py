@@ -85,7 +85,7 @@ def test_a_command_that_a_drive_refuses_is_reported(station, arm):
     since = len(station.reports)
     outcome = station.refuse(DEVICE, SUBSYSTEM, 2, 8, n=[{
         "transaction_id": 1, "physical_device_id": JOINT, "protocol_specific_data": protocol(0x5FFF, 0, 0)}])
-    assert outcome.failure.detail == 0x06020000, "no such object"
+    assert outcome.failure.detail == 0x06020000, "expected the abort code of an object that does not exist"
     _, report = station.report(2, 9, where=lambda fields: fields["transaction_id"] == 1)
     assert (report["data_acquisition_return_code"], report["data_block"]) == (0x0602, "")
     station.report(1, 6, since=since)
@@ -101,7 +101,7 @@ def test_registers_are_objects_of_32_bits(station, arm):
     station.do(SUBSYSTEM, 2, 2, n=[{"register_address": register, "register_data": value}])
 
 
-def test_devices_that_are_not_there_are_refused(station, arm):
+def test_unknown_devices_are_refused(station, arm):
     station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 1, n=[{"on_off_device_address": 1}])
     station.refuse(UNKNOWN_ID, SUBSYSTEM, 2, 4, n1=[
         {"cpdu_id": 1, "n2": [{"output_line_id": 5, "reserved": 0, "duration_exponential_value": 2}]}])
@@ -232,7 +232,7 @@ def test_raw_memory_is_loaded_in_areas_and_bits(station, settable):
     assert dump_object(station, base, 0, 8) == before
 
 
-def test_without_files_there_is_no_load_by_reference(station, settable):
+def test_a_load_by_reference_without_files_is_refused(station, settable):
     area = {"start_address": 0, "offset_in_file": 0, "length": 1, "checksum": 0}
     names = {"repository_path": "/", "file_name": "x"}
     station.refuse(UNKNOWN_ID, SUBSYSTEM, 6, 19, memory_id=PARAMETERS, n=[area], **names)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests that violate the catalogue, made from it: truncated at every length, longer by one octet, with
-changed counts and lengths inside. Every addressee must reject at acceptance what the ground's reader finds
-malformed."""
+"""Malformed requests, made from those of the catalogue: truncated at every length, longer by one octet, or with
+changed counts and lengths inside. Every addressee must reject at acceptance each request that the ground's
+reader finds malformed."""
 
 import random
 
@@ -13,9 +13,9 @@ SEEDS = 3
 MUTATIONS = 24  # Changes of single octets, for each message.
 TOGETHER = 32  # Number of requests in progress.
 DATA, PERMISSION, SERVICE, SUBTYPE, QUEUE_FULL = 0x0108, 0x0110, 0x0105, 0x0106, 0x0109
-OUT_OF_RANGE, UNKNOWN_ID = 0x0203, 0x0201  # Only the reader of a time detects a wrong P-field.
-# Only definitions on board delimit the data of these: such a request is refused at acceptance or at its
-# start, and never performed.
+OUT_OF_RANGE, UNKNOWN_ID = 0x0203, 0x0201
+# The length of the data of these requests depends on definitions on board: a malformed one is refused at
+# acceptance or at its start.
 DELIMITED_ON_BOARD = {(8, 1), (20, 3)}
 
 

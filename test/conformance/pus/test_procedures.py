@@ -199,7 +199,7 @@ def test_a_procedure_is_suspended_resumed_and_stopped(station):
     _failed(station, sent, ABORTED)
     reported = _observed(station, since)
     assert [what for what, _, _ in reported] == [STARTED, HELD, RESUMED, HELD, RESUMED, STOPPED]
-    assert reported[3][1] == reported[1][1] + 1, "one step between"
+    assert reported[3][1] == reported[1][1] + 1, "expected one step between the two observations"
 
 
 def test_one_step_is_executed_and_a_procedure_stops_at_a_named_step(station):

@@ -93,7 +93,7 @@ def test_activities_are_inserted_reported_and_deleted(station, kind):
     service = kind.service
     _group(station, kind)
     _insert(station, kind, 3, 1, 2)
-    assert _numbers(_all(station, kind)) == [1, 2, 3], "in the order of their tags"
+    assert _numbers(_all(station, kind)) == [1, 2, 3], "expected the order of the release tags"
     detail = station.ask("SUPERVISOR", service, 16)
     assert [entry["request"] for entry in detail["n"]] == [_ping(n) for n in (1, 2, 3)]
     assert _numbers(station.ask("SUPERVISOR", service, 12, n=[_identity(2)])) == [2]
@@ -159,7 +159,7 @@ def test_faulty_schedule_requests_are_refused(station, kind):
         n=[{"group_id": 1, **kind.tag(kind.far(n)), "request": spoilt if n == 2 else _ping(n)} for n in (1, 2, 3)],
     )
     assert [failure.instruction for failure in outcome.failures if failure.code == EMBEDDED] == [2]
-    assert _numbers(_all(station, kind)) == [1, 3], "the others are still scheduled"
+    assert _numbers(_all(station, kind)) == [1, 3], "expected the other activities unchanged"
 
 
 # The flight runs as fast as it can, so this time is about a second for the station, which has to send requests before it.
@@ -186,7 +186,7 @@ def test_a_request_is_released_at_its_time(station, kind):
     station.do("SUPERVISOR", 11, 1)
     station.wait_until(due + 3.0)
     times = _answers(station, since)
-    assert len(times) == 2, "the sub-schedule that is disabled releases nothing"
+    assert len(times) == 2, "expected no release from the disabled sub-schedule"
     assert all(abs(time - planned) <= 0.001 for time, planned in zip(times, (due, due + 1.0))), (times, due)
     station.do("SUPERVISOR", 11, 2)
     assert _all(station, kind)["n"] == []
@@ -194,7 +194,7 @@ def test_a_request_is_released_at_its_time(station, kind):
     station.do("SUPERVISOR", 11, 4, sub_schedule_id=1, n=[{**late, "release_time": due, "request": _ping(4)}])
     since = len(station.reports)
     station.wait_until(due + 2.0)
-    assert not _answers(station, since), "the schedule is disabled"
+    assert not _answers(station, since), "expected no release from the disabled schedule"
 
 
 @pytest.mark.parametrize("kind", [KINDS["position"]], ids=["position"], indirect=True)

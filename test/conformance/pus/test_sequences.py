@@ -44,7 +44,7 @@ def test_a_sequence_releases_its_requests(station):
     station.wait(lambda: len(answers()) >= 2, "answers to both requests")
     station.wait(lambda: station.ask("SUPERVISOR", 21, 6)["n"][0]["execution_status"] == "inactive", "the end of the sequence")
     first, second = answers()
-    assert second.time_ns - first.time_ns == pytest.approx(0.25e9, abs=1e6), "the delay of the first request"
+    assert second.time_ns - first.time_ns == pytest.approx(0.25e9, abs=1e6), "expected the delay of the first request between both answers"
 
 
 def test_a_sequence_is_aborted(station):

@@ -39,7 +39,8 @@ def maker(request):
 
 
 def carry_out(station, maker, apid, service, subtype, data=b""):
-    """Send a third-party request, which must have the octets of our own, and wait for its completion. Returns its outcome."""
+    """Send a third-party request, which must equal that of the ground segment octet by octet, and wait for its completion.
+    Returns its outcome."""
     sequence = station.session.sequence(apid)
     raw = maker(apid, sequence, service, subtype, data, ALL)
     assert raw == packets.build_tc(apid, sequence, service, subtype, data, USER)

@@ -31,7 +31,7 @@ def _about(verification):
 
 
 def test_every_stage_is_reported(station, joystick):
-    """But TM[1,8], which the next test covers, and TM[1,6], which test_access_services.py covers."""
+    """Except TM[1,8], which the next test covers, and TM[1,6], which test_access_services.py covers."""
     since = len(station.reports)
     good = station.send("JOYSTICK", 17, 1)
     station.settle(good)

@@ -15,16 +15,16 @@ import drive_deviations
 
 
 def refused(change, message):
-    """Expect that a device with a deviation is not brought up and that the event gives the reason: `message` is (node, reason,
-    object as index * 256 + sub-index, detail)."""
-    STAGE.play(change)
-    assert not STAGE.ground.request("PRE_OPERATIONAL")
-    assert STAGE.refusals() == [message], STAGE.refusals()
-    STAGE.ground.await_state("OFFLINE")
+    """Expect that the flight software does not commission a device with this deviation, and that its event gives the reason:
+    `message` is (node, reason, object as index * 256 + sub-index, detail)."""
+    FLIGHT.replace_drives(change)
+    assert not FLIGHT.ground.request("PRE_OPERATIONAL")
+    assert FLIGHT.refusals() == [message], FLIGHT.refusals()
+    FLIGHT.ground.await_state("OFFLINE")
 
 
 def case_good_devices_are_commissioned_and_flown():
-    drive_deviations.fly_without_deviations(STAGE)
+    drive_deviations.fly_without_deviations(FLIGHT)
 
 
 def case_a_late_answer_is_refused():
@@ -53,17 +53,17 @@ def case_a_device_that_boots_repeatedly_is_refused():
 
 
 def case_the_flight_ends_without_error():
-    STAGE.close()
-    (pathlib.Path(os.environ["OUT"]) / "can-robot.log").write_bytes(STAGE.flight.octets("can-robot.log"))
-    assert STAGE.flight.code == 0, STAGE.flight.transcript()
+    FLIGHT.close()
+    (pathlib.Path(os.environ["OUT"]) / "can-robot.log").write_bytes(FLIGHT.flight.octets("can-robot.log"))
+    assert FLIGHT.flight.code == 0, FLIGHT.flight.transcript()
 
 
 if __name__ == "__main__":
     sys.setswitchinterval(0.0005)  # The bus and the task that waits for it take turns.
     DIRECTORY = pathlib.Path("/tmp/deviation")
     DIRECTORY.mkdir(exist_ok=True)
-    STAGE = drive_deviations.Stage(DIRECTORY, "vcan-robot", ("--bus", "vcan"))
+    FLIGHT = drive_deviations.SlaveFlight(DIRECTORY, "vcan-robot", ("--bus", "vcan"))
     try:
         cases.run({name: what for name, what in globals().items() if name.removeprefix("case_") in sys.argv[1:]})
     finally:
-        STAGE.flight.abandon()
+        FLIGHT.flight.abandon()

@@ -38,8 +38,8 @@ def slow_mission():
 
 
 def scenario(name, hand, end_s):
-    """Bring both subsystems into operation over links with delay, let the hand act, and list the links at the
-    end."""
+    """Write a scenario that brings both subsystems into operation over links with delay, moves the hand, and
+    lists the links at the end."""
     # The first sample of a link arrives only after the delay.
     lines = flying.bring_up(0.2, "TELEPRESENCE_REMOTE")[:4] + [f"0.2 operator link open {link}" for link in sorted(LINKS)]
     lines += flying.bring_up(UP_S, "TELEPRESENCE_REMOTE")[4:]
@@ -49,8 +49,8 @@ def scenario(name, hand, end_s):
 
 
 def netem(flight):
-    """Settings and counters of the queue at each end of the delayed network; empty before the network is
-    made."""
+    """Settings and counters of the netem queue at each end of the network with delay; empty before the launcher
+    has made the network."""
     found = {}
     for interface, node in NODES.items():
         line = ["ip", "netns", "exec", f"{flight.identity}.{node}", "tc", "-j", "-s", "qdisc", "show", "dev", interface, "root"]
@@ -87,7 +87,7 @@ def assert_delays(end):
 
 
 def end_of(flight):
-    """Wait for the end of the flight. Returns the counters of its network from shortly before."""
+    """Wait for the end of the flight. Returns the last counters of its network that were read before."""
     counters = {}
     while flight.process.poll() is None:
         shown = netem(flight)
@@ -126,8 +126,8 @@ def case_frames_between_nodes_pass_netem():
 
 
 def case_the_arm_presses_through_netem():
-    """A second flight on the same machine has its own network; when its launcher is killed, only this network
-    disappears. The caller checks the contact."""
+    """A second flight on the same machine has its own network; when the launcher of the second flight is
+    killed, only that network disappears. The caller checks the contact."""
     hand = ["2.0 hand move 0.28 -0.020 1.6", "3.6 hand press 15 0.02", "5.0 hand hold"]
     tree, path = slow_mission(), scenario("delay-press", hand, 5.6)
     killed = start("delay-killed", path, tree)

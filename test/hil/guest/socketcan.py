@@ -317,7 +317,7 @@ def case_a_mission_with_real_devices_flies_without_a_simulator():
 
 
 def case_a_burst_on_a_controller_is_counted():
-    """The emulated controller sends at once, so it is slowed down here like a real one, whose queue fills."""
+    """An emulated controller sends at once, so its queue never fills; netem delays its frames as a real bus would."""
     program = "build/test/unit/fsw/framework/dataflow/test_flow_can_socket"
     bring_up_controllers()
     subprocess.run(["tc", "qdisc", "replace", "dev", "can0", "root", "netem", "limit", "5", "delay", "20ms"], check=True,
