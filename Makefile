@@ -24,14 +24,14 @@
 ##                   ONLY=<part of a test's path>  TEST_ENVIRONMENT=vm|kernel
 ##   make check      format, warnings of gcc and clang, clang's analyzer, MISRA of what changed, complexity, layers,
 ##                   symbols, words, lengths, spelling, links, Python, quick proofs; what has passed is not repeated
-##   make check-full check, coverage, MC/DC, gcc's analyzer, MISRA of the whole flight side, clang's analyzer without a
+##   make check-full check, coverage, MC/DC, gcc's analyzer, MISRA of all flight software, clang's analyzer without a
 ##                   limit of states, every proof, five minutes of each fuzz target, 300 mutants, C tests without
 ##                   sanitizers, all portable C tests on a board, flights with many deaths of processes, 24 h of
 ##                   flight, times to detect and repair deaths
 ##   make coverage   branches that C unit tests take, compared with test/lint/coverage.txt: build/coverage/index.html
 ##                   ONLY=<part of a test's path>  UPDATE=1 raises its required values
 ##   make mcdc       modified condition/decision coverage of the sources in test/lint/mcdc.txt by their unit tests
-##   make proofs     prove parts of the flight side for all inputs up to stated bounds (CBMC), and check that each proof
+##   make proofs     prove parts of flight software for all inputs up to stated bounds (CBMC), and check that each proof
 ##                   finds the faults planted for it     ONLY=<part of a proof's path>
 ##   make mutants    change the flight sources in COUNT places drawn by SEED, one at a time; count the changes
 ##                   that the C tests detect                 FLY=1 also flies those that they do not detect

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Branch coverage by the C tests, which are built in a variant of their own. Tests of the simulator and of pusdump
-# are not among them, because the required values are those of the flight side; endurance tests take no new branches.
+# are not among them, because the required values are those of flight software; endurance tests take no new branches.
 
 COVERING = $(filter-out test/unit/sim/% test/unit/pus/tool/% %_endurance.c,$(TESTS))
 coverage: build/setup/check

@@ -2,7 +2,7 @@
 # The rules that link programs.
 
 # A flight program links no library of the simulator; the simulator links only base and the operating system
-# layer of the flight side. The image program links both sides.
+# layer of the flight software. The image program links flight software and simulator.
 SIM_LIBRARIES    := $(foreach d,$(filter sim/% osal/% base,$(DIRS)),$(call library,$d))
 FLIGHT_LIBRARIES := $(foreach d,$(filter-out sim/%,$(DIRS)),$(call library,$d))
 

@@ -72,7 +72,7 @@ typedef struct {      // Last step of one component, in its own cache line; only
 } run_beat_t;
 
 typedef struct {               // Addresses of one CAN bus (osal/can.h); in the mission's order.
-    char flight[RUN_NAME_MAX]; ///< Controller of the flight side.
+    char flight[RUN_NAME_MAX]; ///< Controller of the flight software.
     /// Wire end of the simulator; "": the simulator does not simulate this bus.
     char simulator[RUN_NAME_MAX];
     char published[RUN_NAME_MAX]; ///< Address where the simulator publishes the bus to tools; "": none.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compare branch and line coverage of the flight side by the C tests, per library, with the marks in coverage.txt.
+"""Compare branch and line coverage of the flight software by the C tests, per library, with the marks in coverage.txt.
 
 Reads the results of `make coverage` under build/coverage/ with gcovr. Programs (fsw/programs, launcher, pus/tool) are
 not included: the Python tests fly and call them. Branches of FSW_ASSERT do not count: only coding errors take them.

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the flight side with cppcheck and its MISRA C:2012 add-on against the deviations of docs/misra.md.
+"""Check the flight software with cppcheck and its MISRA C:2012 add-on against the deviations of docs/misra.md.
 
 A finding is accepted when a deviation of its rule covers its file; nothing is suppressed elsewhere. By default it
 checks only files that differ from the main branch (on it: from twenty commits ago), without the code of test builds, a
 header by one source that includes it; if these are more than MOST, those that changed last. --all checks the whole
-flight side at once, with the rules that need all of it, and reports unused deviations.
+flight software at once, with the rules that need all of it, and reports unused deviations.
 Prints each finding; exit code 1. Rule texts are not in the project, so a finding shows the rule's number only."""
 
 import argparse
@@ -100,9 +100,9 @@ def affected(sources, changed, text_of=lambda path: (ROOT / path).read_text()):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--all", action="store_true", help="the whole flight side")
+    parser.add_argument("--all", action="store_true", help="the whole flight software")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("sources", nargs="+", help="C sources of the flight side")
+    parser.add_argument("sources", nargs="+", help="C sources of the flight software")
     arguments = parser.parse_args()
     changed = None if arguments.all else changed_files()
     due = arguments.sources if changed is None else affected(arguments.sources, changed)

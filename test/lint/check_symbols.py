@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the object files of the flight side with nm: the functions they call and the data they keep.
+"""Check the object files of the flight software with nm: the functions they call and the data they keep.
 
 No flight object calls an allocator, the printf family, longjmp or functions that would open Lua's sandbox;
 outside osal/ none calls a function of the mathematical library whose last bit depends on the machine; outside

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs of the flight side by bounded model checking (CBMC): `make proofs`.
+"""Proofs of the flight software by bounded model checking (CBMC): `make proofs`.
 
 Each test/proof/<directory>/proof_*.c begins with its statement as lines `// Key: text`, continued by indented lines:
 

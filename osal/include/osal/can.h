@@ -6,7 +6,7 @@
 ///     "can:INTERFACE@NAME"  SocketCAN with a counted hand-over for stepped time: each end announces its
 ///                           frames in the shared memory NAME; the other end waits for exactly these
 ///
-/// The node end is the flight side's controller; the wire end is for the simulator's bus model, which
+/// The node end is the flight software's controller; the wire end is for the simulator's bus model, which
 /// arbitrates and delivers. A controller transmits in the order of sending and does not receive its own
 /// frames. Identifiers, flags and error data are those of Linux SocketCAN (linux/can.h, linux/can/error.h).
 ///
