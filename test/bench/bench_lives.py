@@ -6,10 +6,10 @@
     supervisor_back       a killed supervisor, until its successor reports that it has taken over; baseline: 200 ms
     restart_to_ready      a killed joystick, until its next life answers a ping; baseline: 200 ms
 
-Baselines are the required values. Medians of the rounds; each round is a flight of processes, with TIME=real
-(`_real`) or on clocks of their own (`_free` and the deaths). With TIME=free the supervisor allows each process 200 ms
-more, because of the machine's other work. The instant of the fault is on the machine's clock; the fastest ping gives
-its offset to the run's clock."""
+Baselines are the required values. Values are medians over the rounds. Each round is a flight of processes, with
+TIME=real (rows `_real`) or TIME=free (rows `_free` and those of killed processes). With TIME=free the supervisor
+allows each process 200 ms more, because of the machine's other work. The instant of the fault is on the machine's
+clock; the fastest ping gives its offset to the run's clock."""
 
 import os
 import pathlib
@@ -69,7 +69,7 @@ class Round:
             self.pings.append(self.station.send("MANIPULATOR", 17, 1))
             self.station.listen(0.005)
 
-    def strike(self, name, number):
+    def cause_fault(self, name, number):
         """Cause the fault between pings. Returns the instant [ns] on the machine's clock."""
         self.ping(40)
         at_ns = time.monotonic_ns()
@@ -116,7 +116,7 @@ def is_event(event_id, values=b""):
 def hang(kind):
     """(time until the hang is found, longest wait of other requests) [ms]."""
     flown = Round(kind)
-    at_ns = flown.strike("joystick", signal.SIGSTOP)
+    at_ns = flown.cause_fault("joystick", signal.SIGSTOP)
     reported, offset_ns, wait_ns = flown.end()
     since_ns = at_ns + offset_ns
     return (first(reported, since_ns, SUPERVISOR, is_event(PROCESS_HUNG, JOYSTICK.to_bytes(2, "big"))) - since_ns) / MS, wait_ns / MS
@@ -125,7 +125,7 @@ def hang(kind):
 def death(name, apid, what):
     """Time from the kill to the first report for which `what` is true [ms]."""
     flown = Round("free")
-    since_ns = flown.strike(name, signal.SIGKILL)
+    since_ns = flown.cause_fault(name, signal.SIGKILL)
     flown.wait_for(name.upper())
     reported, offset_ns, _ = flown.end()
     return (first(reported, since_ns + offset_ns, apid, what) - since_ns - offset_ns) / MS

@@ -13,7 +13,7 @@
 #include <time.h>
 
 #define SLOTS SPACECRAFT_PROCEDURE_SLOTS
-#define WARM_UP 200U  // Cycles in which a program reaches its loop.
+#define WARM_UP 200U  // Cycles in which a procedure reaches its loop.
 #define MEASURED 300U // Cycles in which the times are compared.
 #define NS_PER_US 1000.0
 #define NS_PER_S 1e9

@@ -7,7 +7,7 @@
                              which the page moves the robot there; baseline: 100 ms
     station_updates_dropped  housekeeping reports of all subsystems that the page has not received; baseline: 1
     station_memory           most resident memory of the station with CLIENTS clients, one of them the page; baseline: 60 MB
-    station_processor        its processor time, of one processor; baseline: 5 %
+    station_processor        processor time of the station, as a share of one processor; baseline: 5 %
     station_hand             95 % of the movements of the pointer: from the page's event until another client of the live
                              port receives the first sample of the joystick on the bus after it; baseline: 5 ms
     replay_load              a recording of HOUR_S, from the request for the page until the robot is drawn; baseline: 3 s
@@ -50,9 +50,9 @@ MOVED_RAD = 0.02
 KEPT_PACE = 0.95  # Simulated time by wall-clock time.
 SCENARIO = ["0.0 hand rest", *flying.bring_up(0.2), "1.5 hand circle 0.15 0.5 1 600 1", "3600 operator shutdown"]
 HOUSEKEEPING, SYNC = (3, 25), 0x080
-# Records for each picture of the scene the report that it shows, whether the robot is at its positions, and when the page has
-# painted the picture: the labels are put when the picture is in the canvas, and the second next frame begins after it is
-# painted. Records for each report its time and when the page received it.
+# For each picture of the scene, record the report that it shows, whether the robot is at the positions of this report, and
+# when the browser has painted the picture: the page places the labels when the picture is in the canvas, and the second frame
+# after that begins when it is painted. For each report, record its time and when the page received it.
 WATCH = """() => {
     const bench = window.bench = {taken: [], drawn: []};
     station.store.on("housekeeping", (report) => bench.taken.push([report.subsystem, report.structure, report.time, performance.now()]));
@@ -69,7 +69,7 @@ WATCH = """() => {
         if (picture) requestAnimationFrame(() => requestAnimationFrame(() => bench.drawn.push([...picture, performance.now()])));
     };
 }"""
-# Records each movement of the pointer and its age, and each line of the hand with the simulated time at which it acts. The
+# Record each movement of the pointer and its age, and each line of the hand with the simulated time at which it acts. The
 # browser reports a movement at once, and the same movement a second time before the next frame.
 WATCH_HAND = """() => {
     const bench = window.bench, store = station.store, live = store.live.bind(store);
@@ -89,7 +89,7 @@ WATCH_HAND = """() => {
         return answer;
     };
 }"""
-# Jumps, and waits until a picture that was begun after the jump is painted. Returns the time that this takes [ms].
+# Jump, and wait until a picture that was begun after the jump is painted. Returns the time that this takes [ms].
 SEEK = """async (time) => {
     const {scene} = station, {labels} = scene, {render} = scene.renderer, began = performance.now();
     let isBegun = false;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linked to the program of the manipulator for a board: instead of a flight, it keeps records on the EEPROM,
-// as the services of telecommands do: puts and commit, with the capacities of the program. The table of
-// records is filled, and then records are replaced: one for each request until a compaction of the journal is
-// complete, and a few more after it; then all records in each request; then one for each request, with
-// records so large that the log reaches the end of its medium. It prints the longest request of each kind:
+// Linked to the program of the manipulator for a board, which then does not fly but keeps records on the
+// EEPROM, by puts and a commit, as the packet services do for a telecommand. It fills the table of records.
+// Then it replaces records: one in each request until a compaction of the journal is complete, and a few more
+// after it; then all records in each request; then one in each request, with records so large that the log
+// reaches the end of its medium. It prints the longest request of each kind:
 //     COMMIT <octets of a record> <records of the request> <compaction> <instructions> <pages>
 //         <octets on the bus>
 // Compaction: 0 none, 1 a part of one, 2 all of one, because a put has found no room.

@@ -98,7 +98,7 @@ def start(directory, part, *options):
     return flying.start(directory / "run", "--rtos", "MANIPULATOR", *options, root=root)
 
 
-# A drive is lost in SAFE_OPERATIONAL and in PRE_OPERATIONAL, and recovered each time. They take 3.7 s of flight more.
+# A drive is lost in SAFE_OPERATIONAL and in PRE_OPERATIONAL, and recovered each time. These losses make the flight 3.7 s longer.
 LOSSES = ["6.3 operator config MANIPULATOR STAND_ALONE", "6.4 operator state MANIPULATOR SAFE_OPERATIONAL",
           "6.7 fault unplug robot JOINT1", "7.1 fault plug robot JOINT1",
           "8.3 operator state MANIPULATOR PRE_OPERATIONAL", "8.6 fault unplug robot JOINT1", "9.0 fault plug robot JOINT1",

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A whole subsystem, the manipulator with its drives, receives packets, link frames and CAN frames in any
 // order. They reach the dispatcher, every service of a subsystem, the state machine, parameters and
-// devices. Every report is well-formed, and the reported state is the present one. In each cycle,
-// OPERATIONAL follows SAFE_OPERATIONAL only, and 50 cycles after OPERATIONAL in which both drives obeyed, no
+// devices. Every report is well-formed, and the reported state is the present one. OPERATIONAL is entered
+// only from SAFE_OPERATIONAL. When OPERATIONAL has been left and both drives have obeyed for 50 cycles, no
 // drive has torque, so every brake holds. No request ends twice, and no report of a request follows its end.
 // Afterwards the subsystem can go to OFFLINE, where its pool of call tokens is full again.
 //

@@ -5,8 +5,8 @@ Reads the results of `make coverage` under build/coverage/ with gcovr. Programs 
 not included: the Python tests fly and call them. Branches of FSW_ASSERT do not count: only coding errors take them.
 Branches that no input can take are in coverage_exclusions.txt with their reason; an exclusion that matches no branch
 any more is a finding. A library below its mark is a finding, and so is an open branch in a library whose mark says
-`complete`. Prints a table, the open branches of the libraries that are marked `complete`, and findings; exit code 1.
---update raises the marks to what was measured, and never lowers one."""
+`complete`. Prints a table, the open branches (those that no test takes) of the libraries that are marked `complete`,
+and findings; exit code 1. --update raises the marks to what was measured, and never lowers one."""
 
 import argparse
 import fnmatch

@@ -2,10 +2,11 @@
 """Check the flight software with cppcheck and its MISRA C:2012 add-on against the deviations of docs/misra.md.
 
 A finding is accepted when a deviation of its rule covers its file; nothing is suppressed elsewhere. By default it
-checks only files that differ from the main branch (on it: from twenty commits ago), without the code of test builds, a
-header by one source that includes it; if these are more than MOST, those that changed last. --all checks the whole
-flight software at once, with the rules that need all of it, and reports unused deviations.
-Prints each finding; exit code 1. Rule texts are not in the project, so a finding shows the rule's number only."""
+checks only sources that differ from the main branch (on the main branch: from twenty commits ago), without the code of
+test builds. For a changed header it checks one source that includes it. If these are more than MOST, it checks those
+that changed last. --all checks the whole flight software at once, with the rules that need all of it, and reports
+unused deviations. Prints each finding; exit code 1. Rule texts are not in the project, so a finding shows the rule's
+number only."""
 
 import argparse
 import fnmatch

@@ -163,7 +163,7 @@ def test_a_forbidden_symbol_is_found(tmp_path, source, place, complaint):
     assert (len(found) == 0) if complaint is None else any(complaint in text for text in found), found
 
 
-def test_the_top_directory_has_the_directories_of_the_house_and_the_files_that_tools_expect_there():
+def test_the_top_directory_has_only_the_directories_of_the_project_and_files_that_tools_expect_there():
     """A program that runs in the top directory may leave files there, which `git add` would take."""
     listed = subprocess.run(["git", "ls-files", "--others", "--cached", "--exclude-standard"], cwd=check_layers.ROOT, capture_output=True, text=True, check=True).stdout
     directories = {path.partition("/")[0] for path in listed.splitlines() if "/" in path}
@@ -247,7 +247,7 @@ def test_a_text_that_breaks_a_rule_is_found(tmp_path, monkeypatch, text, complai
         ("gse/a.py", "# " "# The next step.", "begins with one mark"),
     ],
 )
-def test_forbidden_turns_and_wide_comments_are_found(tmp_path, monkeypatch, name, line, complaint):
+def test_forbidden_phrases_and_wide_comments_are_found(tmp_path, monkeypatch, name, line, complaint):
     (tmp_path / name).parent.mkdir()
     licence = LICENCE.replace("//", "#") if name.endswith(".py") else LICENCE
     found = text_breaches(tmp_path, monkeypatch, name, licence + line + "\n")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The setup caches fetched files for other clones and names everything that it cannot get. Unity is pinned by
-its checksum and installed completely or not at all. A script replaces the package client, a directory the index
-of Python packages, and a local server the registry of npm."""
+its checksum and installed completely or not at all. In these tests a script replaces the package client, a
+directory replaces the index of Python packages, and a local server replaces the registry of npm."""
 
 import base64
 import hashlib
@@ -347,7 +347,8 @@ def test_everything_missing_is_reported_at_once(index, fresh_venv):
     ("15:13.2.rel1-2", None, "setup: gcc-arm-none-eabi has version 15:13.2.rel1-2, 15:12.2.rel1* is pinned: measured figures may differ"),
     (None, "install --no-install-recommends -y gcc-arm-none-eabi=15:12.2.rel1* \n", None)])
 def test_pinned_debian_packages_are_installed_by_version_and_others_are_named(tmp_path, installed, asked, said):
-    """Kernel, compiler, C library and emulator of a board are pinned; of the packages that are there, only another version is printed."""
+    """The versions of kernel, compiler, C library and emulator of a board are pinned. Of the installed packages, the setup prints those
+    with another version."""
     shutil.copytree(SETUP, tmp_path / "gse" / "setup")
     fetches = ("unity.sh", "expat_source.sh", "freertos.sh", "littlefs.sh")
     for name in fetches:

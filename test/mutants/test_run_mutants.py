@@ -48,11 +48,11 @@ def test_a_source_that_is_built_for_the_board_only_has_no_test_program_here():
     tests = run_mutants.Tests.__new__(run_mutants.Tests)
     tests.symbols, tests.called = {}, {}
     paths = {mutant.path for mutant in run_mutants.drawn("osal/freertos/", 1)}
-    assert paths, "the sources of the board are among those to be changed"
+    assert paths, "expected sources of the board among the places to be drawn"
     assert all(tests.of(path) == [] for path in paths)
 
 
-def test_equivalent_mutants_are_mutants():
+def test_each_row_of_equivalent_txt_is_a_mutant_of_the_sources():
     for row in run_mutants.read_equivalent():
         assert any(mutant.row() == row for mutant in run_mutants.mutants_of(row[0])), row
 

@@ -14,7 +14,7 @@ static rtlink_consumer_t consumer;
 static rtlink_terms_t terms;
 static unsigned own;
 
-/// Side 1 - n receives link n.
+/// Each side receives the link whose number is that of the other side.
 static bool udp_route(void* context, uint16_t link, osal_socket_t** out_socket, osal_address_t* out_consumer)
 {
     (void)context;

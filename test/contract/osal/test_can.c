@@ -109,7 +109,7 @@ static void lengths_that_no_frame_can_have_are_refused(void)
     TEST_ASSERT_EQUAL_UINT32(0U, node.refused);
 }
 
-static void full_ring_refuses_counts_and_loses_nothing_it_took(void)
+static void a_full_ring_refuses_and_counts_frames_and_keeps_those_that_it_took(void)
 {
     osal_can_frame_t out;
     for (uint32_t i = 0U; i < OSAL_CAN_RING_FRAMES; i++) {
@@ -258,7 +258,7 @@ int main(void)
     RUN_TEST(both_directions_keep_order_and_content);
     RUN_TEST(error_and_remote_frames_pass_through);
     RUN_TEST(lengths_that_no_frame_can_have_are_refused);
-    RUN_TEST(full_ring_refuses_counts_and_loses_nothing_it_took);
+    RUN_TEST(a_full_ring_refuses_and_counts_frames_and_keeps_those_that_it_took);
     RUN_TEST(a_node_that_opens_has_received_nothing_and_its_sent_frames_remain);
     RUN_TEST(addresses_of_missing_buses_and_malformed_addresses_are_refused);
     RUN_TEST(a_frame_passes_if_it_matches_one_filter);

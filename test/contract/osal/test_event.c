@@ -28,7 +28,7 @@ void tearDown(void)
 {
 }
 
-static void signal_before_the_wait_is_kept_and_two_are_one(void)
+static void a_signal_before_the_wait_is_kept_and_two_signals_count_as_one(void)
 {
     osal_event_t event;
     memset(&event, 0xFF, sizeof event);
@@ -59,7 +59,7 @@ static void answer(void* context)
     }
 }
 
-static void two_tasks_take_turns_without_losing_one(void)
+static void two_tasks_take_turns_without_losing_a_signal(void)
 {
     osal_task_t task;
     TEST_ASSERT_EQUAL(STATUS_OK, osal_task_start(&task, answer, NULL, 0));
@@ -88,9 +88,9 @@ static void a_wait_without_a_time_out_ends_with_the_signal(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(signal_before_the_wait_is_kept_and_two_are_one);
+    RUN_TEST(a_signal_before_the_wait_is_kept_and_two_signals_count_as_one);
     RUN_TEST(a_wait_is_never_early);
-    RUN_TEST(two_tasks_take_turns_without_losing_one);
+    RUN_TEST(two_tasks_take_turns_without_losing_a_signal);
     RUN_TEST(a_wait_without_a_time_out_ends_with_the_signal);
     return UNITY_END();
 }

@@ -48,7 +48,7 @@ uint16_t __wrap_canopen_cia402_controlword(const canopen_cia402_state_t state,
                                              previous);
 }
 
-/// "order": a subsystem that has reached PRE_OPERATIONAL is in OPERATIONAL.
+/// "order": a subsystem that should enter PRE_OPERATIONAL enters OPERATIONAL.
 void __real_subsystem_state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);
 void __wrap_subsystem_state_machine_outcome(state_machine_t* machine, state_outcome_t outcome);
 void __wrap_subsystem_state_machine_outcome(state_machine_t* const machine, const state_outcome_t outcome)
@@ -59,7 +59,7 @@ void __wrap_subsystem_state_machine_outcome(state_machine_t* const machine, cons
     }
 }
 
-/// "pool": a returned block stays in the number of taken ones.
+/// "pool": a block that was returned still counts as taken.
 status_t __real_pool_release(pool_t* pool, void* block);
 status_t __wrap_pool_release(pool_t* pool, void* block);
 status_t __wrap_pool_release(pool_t* const pool, void* const block)

@@ -85,7 +85,7 @@ static void a_refused_memory_lock_is_reported(void)
         osal_clock_t clock;
         osal_clock_open_real(&clock, 0U);
         const bool is_usable = (osal_clock_wait(&clock, 0U, NULL, 0U) == STATUS_OK);
-        // The address sanitizer lets every lock succeed.
+        // Under the address sanitizer every lock succeeds.
         const bool is_granted = (mlockall(MCL_CURRENT) == 0);
         _exit((is_stranger && is_usable && (clock.attributes.is_memory_locked == is_granted)) ? 0 : 1);
     }

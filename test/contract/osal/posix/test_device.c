@@ -129,7 +129,7 @@ static void a_device_that_takes_no_more_is_full(void)
     TEST_ASSERT_EQUAL(STATUS_FULL, osal_device_write(&writer, (const uint8_t*)"x", 1U, &size));
 }
 
-/// A child has no privilege, or no free descriptor.
+/// Returns the number of refusals in a child without privilege, and then without a free descriptor.
 static int refusals_of_a_stranger(void)
 {
     const struct rlimit none = {0U, 0U};

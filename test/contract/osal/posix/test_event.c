@@ -60,7 +60,7 @@ static void wait_is_never_early_though_signals_interrupt_it(void)
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &off, NULL));
 }
 
-static void two_processes_take_turns_without_losing_one(void)
+static void two_processes_take_turns_without_losing_a_signal(void)
 {
     const pid_t other = fork();
     if (other == 0) {
@@ -88,6 +88,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(memory_of_zeros_is_a_valid_event);
     RUN_TEST(wait_is_never_early_though_signals_interrupt_it);
-    RUN_TEST(two_processes_take_turns_without_losing_one);
+    RUN_TEST(two_processes_take_turns_without_losing_a_signal);
     return UNITY_END();
 }

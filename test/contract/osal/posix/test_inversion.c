@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Priority inversion with three tasks on one processor: the low one holds the lock, the high one waits for
-// it, the middle one computes for a long time. With inheritance the high one ends before the middle one; the
-// same sequence with a lock without inheritance shows that the test distinguishes the two.
+// it, the middle one computes for a long time. With priority inheritance the high one ends before the middle
+// one. The same sequence with a lock without inheritance shows that the test can fail.
 #define _GNU_SOURCE
 #include "osal/include/osal/clock.h"
 #include "osal/include/osal/event.h"
@@ -86,7 +86,7 @@ static void run_high(void* context)
     unlock();
 }
 
-static void play(void)
+static void run_tasks(void)
 {
     osal_task_t low;
     osal_task_t middle;
@@ -120,7 +120,7 @@ static void begin(const bool is_plain)
 static void the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
 {
     begin(false);
-    play();
+    run_tasks();
     TEST_ASSERT_EQUAL_UINT32(1U, scene.high_rank);
     TEST_ASSERT_EQUAL_UINT32(2U, scene.middle_rank);
 }
@@ -128,7 +128,7 @@ static void the_holder_of_a_lock_inherits_the_priority_of_the_waiter(void)
 static void without_priority_inheritance_the_inversion_occurs(void)
 {
     begin(true);
-    play();
+    run_tasks();
     TEST_ASSERT_EQUAL_UINT32(1U, scene.middle_rank);
     TEST_ASSERT_EQUAL_UINT32(2U, scene.high_rank);
 }

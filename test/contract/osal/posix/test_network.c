@@ -74,7 +74,7 @@ static void without_privilege_entering_a_namespace_is_denied(void)
     TEST_ASSERT_EQUAL(before, stack_now());
 }
 
-static void a_socket_belongs_to_where_it_was_opened(void)
+static void a_socket_stays_in_the_namespace_in_which_it_was_opened(void)
 {
     const ino_t before     = stack_now();
     osal_socket_t here     = OSAL_SOCKET_CLOSED;
@@ -140,7 +140,7 @@ int main(void)
     if (!make_namespace()) {
         RUN_TEST(without_privilege_entering_a_namespace_is_denied);
     } else {
-        RUN_TEST(a_socket_belongs_to_where_it_was_opened);
+        RUN_TEST(a_socket_stays_in_the_namespace_in_which_it_was_opened);
         RUN_TEST(a_path_that_is_no_namespace_is_reported);
         RUN_TEST(an_unsuccessful_entry_closes_what_it_opened);
         RUN_TEST(a_name_is_removed_with_or_without_its_mount);

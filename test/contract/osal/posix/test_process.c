@@ -484,7 +484,7 @@ static void watch_needs_a_process(void)
     osal_process_release(&process);
 }
 
-static void wait_any_finds_the_one_that_ended(void)
+static void wait_any_finds_the_process_that_ended(void)
 {
     osal_process_t holding       = start_role("hold", NULL, &plain);
     osal_process_t ending        = start_role("exit", "5", &plain);
@@ -589,7 +589,7 @@ int main(int count, char** arguments)
     RUN_TEST(child_dies_with_its_parent);
     RUN_TEST(a_child_that_outlives_its_parent_survives_the_end_of_its_group);
     RUN_TEST(watch_needs_a_process);
-    RUN_TEST(wait_any_finds_the_one_that_ended);
+    RUN_TEST(wait_any_finds_the_process_that_ended);
     RUN_TEST(caught_stop_signal_ends_a_wait_and_not_the_program);
     RUN_TEST(a_child_can_leave_the_interrupt_to_its_parent);
     RUN_TEST(other_signals_do_not_shorten_a_wait);

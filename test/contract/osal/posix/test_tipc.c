@@ -81,14 +81,14 @@ static void messages_of_every_size_arrive_whole_and_in_order(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, osal_tipc_receive(&receiver, &from, taken, sizeof taken, &size));
 }
 
-static void a_message_beyond_the_protocol_is_refused(void)
+static void a_message_longer_than_the_protocol_permits_is_refused(void)
 {
     static uint8_t longer[OCTETS_MAX + 1U];
     open_pair(OSAL_TIPC_MESSAGE);
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, osal_tipc_send(&sender, name(INSTANCE), longer, sizeof longer));
 }
 
-static void a_message_beyond_the_buffer_is_dropped_and_reported(void)
+static void a_message_longer_than_the_buffer_is_dropped_and_reported(void)
 {
     open_pair(OSAL_TIPC_MESSAGE);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_tipc_send(&sender, name(INSTANCE), octets, 100U));
@@ -199,8 +199,8 @@ int main(void)
     }
     osal_socket_close(&receiver);
     RUN_TEST(messages_of_every_size_arrive_whole_and_in_order);
-    RUN_TEST(a_message_beyond_the_protocol_is_refused);
-    RUN_TEST(a_message_beyond_the_buffer_is_dropped_and_reported);
+    RUN_TEST(a_message_longer_than_the_protocol_permits_is_refused);
+    RUN_TEST(a_message_longer_than_the_buffer_is_dropped_and_reported);
     RUN_TEST(a_name_without_a_socket_is_reported);
     RUN_TEST(messages_that_a_slow_receiver_has_no_room_for_are_returned);
     RUN_TEST(samples_that_have_no_room_are_not_returned_to_the_sender);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: each statusword is decoded to the state to which CiA 402 assigns its bits; torque is commanded
 //     only for the goal ENABLED and from SWITCHED_ON on, power only for the goals STANDBY and ENABLED; a
-//     fault is reset, by a rising edge, if and only if it is permitted and the goal has power; each goal is
-//     reached in its states and in no others; those of DISABLED and QUICK STOP are without torque.
+//     fault is reset, by a rising edge, if and only if it is permitted and the goal needs power; each goal is
+//     reached in its states and in no others; in those of DISABLED and QUICK STOP a drive has no torque.
 // Bounds: every statusword, state, goal and previous controlword.
 // Replaced: nothing.
 // Sources: fsw/canopen/cia402.c

@@ -2,7 +2,7 @@
 // Proves: from every state of the reader, each word of a format has the effect that request_format.h
 //     describes: it takes exactly the octets of its field, refuses a count that is too small, a layout
 //     without a scalar value and a nested request of a size that no request can have, and continues at the
-//     right word. After a wrong count or selector the reader is at it. A group is repeated as often as its
+//     right word. After a wrong count or selector it points at that. A group is repeated as often as its
 //     count states; then the format continues after it. No access is outside the data or the format. So a
 //     request is read as its format states, word by word.
 // Bounds: data of 0..20 octets that were read up to any position; any operands, selector, layouts and nested
