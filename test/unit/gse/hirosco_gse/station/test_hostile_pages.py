@@ -25,7 +25,7 @@ class _Socket:
         await asyncio.Event().wait()
 
 
-def test_each_request_is_answered_however_many_a_page_sends(place):
+def test_a_page_that_sends_many_requests_gets_an_answer_to_each(place):
     async def story(page, _):
         for number in range(FLOOD):
             await page.socket.send_str(json.dumps({"do": "plan", "text": "ping MANIPULATOR", "id": 1000 + number}))
@@ -67,7 +67,7 @@ def test_a_page_for_which_too_many_messages_wait_is_disconnected(text):
 
 
 def test_a_request_is_refused_while_the_largest_number_is_under_way(place, spacecraft):
-    """These are the lists that a page asks for, and the commands of all pages. STOP ALL is performed at the bound, too."""
+    """The bounds apply to the lists that a page asks for, and to the commands of all pages. STOP ALL is performed at the bound, too."""
     spacecraft._answer = lambda packet: [] if packet.message in ((18, 8), (17, 1)) else answer(packet)
 
     async def story(page, station):
@@ -85,7 +85,7 @@ def test_a_request_is_refused_while_the_largest_number_is_under_way(place, space
     assert refused["id"] == 100 + UNDER_WAY and refused["refused"].startswith(f"{UNDER_WAY} requests of this page wait")
 
 
-def test_many_requests_of_a_page_leave_other_tasks_their_turns(place, spacecraft):
+def test_many_requests_of_a_page_do_not_stop_other_tasks(place, spacecraft):
     """The station has received all these requests before it reads the first one."""
     turns = []
 

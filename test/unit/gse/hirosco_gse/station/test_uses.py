@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What stations of one flight use, also those that were killed, and who disables it."""
+"""The structures that stations of one flight use, also stations that were killed, and which station disables them."""
 
 import asyncio
 import os
@@ -18,8 +18,8 @@ USE = ("MANIPULATOR", DISPLAY)
 NOTED = "import sys; from hirosco_gse.station.uses import Uses; uses = Uses(sys.argv[1]); uses.note(('A', 1)); uses.note(('B', 2)); uses.note(('A', 1), False); print(flush=True); sys.stdin.read()"
 
 
-def test_a_list_ends_with_its_station_however_that_ends(tmp_path):
-    """The living station is known to others; what one that was killed has left is taken over once."""
+def test_the_uses_of_a_killed_station_are_taken_over_once(tmp_path):
+    """Other stations know the uses of the living station. The uses of a station that was killed are taken over once."""
     with subprocess.Popen([sys.executable, "-c", NOTED, tmp_path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(ROOT / "gse")}) as other:
         other.stdout.readline()
         one, third = Uses(tmp_path), Uses(tmp_path)
@@ -50,13 +50,14 @@ def disabled(spacecraft):
     return [(packet.apid, int.from_bytes(packet.data[1:3], "big")) for packet in spacecraft.received if packet.message == (3, 6)]
 
 
-def test_a_station_disables_what_one_that_was_killed_has_left_enabled(place, spacecraft, monkeypatch):
-    """Also if its own page has nothing enabled, but not while a page is open."""
+def test_a_station_disables_the_structures_that_a_killed_station_enabled(place, spacecraft, monkeypatch):
+    """It does so although its own page has enabled nothing, but not while a page is open."""
     monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
     monkeypatch.setattr(display_module, "LOOK_S", 0.0)
-    (place / "first" / "station-1-x.display").write_text(f"MANIPULATOR {DISPLAY}\nABSENT 7\n")
 
     async def story(page, station):
+        # Earlier, before the page is open, the station would disable the structures at once.
+        (place / "first" / "station-1-x.display").write_text(f"MANIPULATOR {DISPLAY}\nABSENT 7\n")
         while USE not in station.hub.display.enabled:
             await asyncio.sleep(0.01)
         before = disabled(spacecraft)
