@@ -43,7 +43,7 @@ def read_all():
     there = {str(path.parent.relative_to(ROOT)) for top in ("base", "osal/include", "fsw") for path in (ROOT / top).rglob("*.h")}
     missing = sorted(directory for directory in there - known if not directory.startswith(NOT_IN_THE_REFERENCE))
     if missing:
-        raise SystemExit(f"gse/docs/api.py: LAYERS has no line for {', '.join(missing)}")
+        raise SystemExit(f"gse/docs/api.py: LAYERS has no line for {', '.join(missing)}: add one for each, with the name of its page and a description")
     found = []
     for directory, layer, about in LAYERS:
         files = [path for path in sorted(ROOT.glob(f"{directory}/*.h")) if path.parent.name != "tool" and not path.stem.endswith(("_internal", "_builder"))]

@@ -50,8 +50,8 @@ class _Rows:
         elif "values" in entry:
             self.rows.append([indent + _mono("values"), "", "in the layout of the report structure"])
         elif entry["kind"] in ("value", "auxiliary"):
-            what = "value as" if entry["kind"] == "value" else "auxiliary data of"
-            self.rows.append([indent + _mono(entry["name"]), "", f"{what} {_mono(entry['of'])} says"])
+            what = "value of the type that belongs to" if entry["kind"] == "value" else "auxiliary data of the event"
+            self.rows.append([indent + _mono(entry["name"]), "", f"{what} {_mono(entry['of'])}"])
         else:
             kind = self.known[entry["kind"]]
             words = self.enumerations.get(entry["name"], {})

@@ -197,7 +197,7 @@ class _Tables:
 
     def _value_of_event(self, owner, event, one, identified):
         """[key, type, count] of a value of an event. If its numbers mean something else in another subsystem or configuration, a fourth member
-        says what the dissector looks up: the kind of names, and the value with the APID of the subsystem, false: that which has sent the event."""
+        says what the dissector looks up: the kind of names, and the value with the APID of the subsystem (None: the sender of the event)."""
         key, subject = f"{owner['name']}.{event['name']}.{one['name']}", subject_of(one, event)
         if subject:
             about = f"{owner['name']}.{event['name']}.{subject}".lower()

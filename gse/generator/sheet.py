@@ -57,7 +57,8 @@ class Entry:
     line: int = 0
 
     def value(self, node):
-        """Default as an integer; $NODEID is the node id. None if it is none. Makers write negative numbers in hexadecimal, too."""
+        """Default as an integer, in which $NODEID is the node id; None if it is not an integer. Makers write negative numbers in hexadecimal,
+        too."""
         if self.kind in REALS:
             return None
         terms = [node if term.strip().upper() == "$NODEID" else _number(term) for term in self.default.split("+")]
@@ -129,7 +130,7 @@ def _sections(path):
         if line[0] == "[" and line[-1] == "]":
             section = _Section(line[1:-1].strip(), number, {})
             if section.name.lower() in sections:
-                raise SheetError(path, number, f"not a data sheet: {line}: expected a section that is not there yet; the first is in line "
+                raise SheetError(path, number, f"not a data sheet: {line}: expected each section only once; the first is in line "
                                                f"{sections[section.name.lower()].line}")
             sections[section.name.lower()] = section
             continue
@@ -137,7 +138,7 @@ def _sections(path):
         if not equals or section is None:
             raise SheetError(path, number, f"not a data sheet: {line[:60]}: expected {'[section]' if section is None else 'key=value, [section]'} or ; comment")
         if key.lower() in section.values:
-            raise SheetError(path, number, f"not a data sheet: {line[:60]}: expected a key that is not in [{section.name}] yet")
+            raise SheetError(path, number, f"not a data sheet: {line[:60]}: expected each key of [{section.name}] only once")
         section.values[key.lower()] = (value, number)
     return sections
 

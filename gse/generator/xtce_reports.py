@@ -339,7 +339,7 @@ def report(system, catalogue, message):
             writer.parameter(name, bits(system.root, "Parameter", count, unit), description=f"{name.replace('_', ' ')} of the request that is verified")
         fields = fields[1:]
     if service == 5 and subtype <= 4:
-        fields = fields[:1]  # The container of the event has its name: each subsystem may use the same number for another event.
+        fields = fields[:1]  # Containers of the subsystems follow for the name and the values: each may use the number for another event.
     if service == 3 and "values" in fields[-1]:
         fields = fields[:1]
     writer.fields(fields)
@@ -444,9 +444,9 @@ def _value_of_event(system, event, one, item):
 
 
 def _of_each_subsystem(system, dictionary, event, one):
-    """(name of the subsystem, path of the parameter for a value of an event, conditions) for each subsystem that the value may be about, because
+    """(name of the subsystem, path of the parameter for a value of an event, conditions) for each subsystem that the value may be about:
     different subsystems use a number for different things. The parameters have the same names, in a space system of their own for each
-    subsystem. UNKNOWN: the number alone, if the APID is that of no subsystem."""
+    subsystem. UNKNOWN: the number without a name, if no subsystem has the APID."""
     apid = f"{system.path}/{event['name']}_{subject_of(one, event)}"
     whose = {subsystem["name"]: subsystem for subsystem in dictionary["subsystems"]}
     for name, subsystem in [*whose.items(), ("UNKNOWN", None)]:
@@ -468,8 +468,8 @@ def _about_others(system, dictionary, event, values):
 
 
 def _others_in(event):
-    """Names of the values for `_about_others`. Those of a second subsystem are not among them: only one container can inherit from that of
-    the event. They are entries with conditions."""
+    """Names of the values for `_about_others`: those about the first other subsystem. Values about a second other subsystem are entries with
+    conditions, because only one container can inherit from the container of the event."""
     found = [(subject_of(one, event), one["name"]) for one in event["parameters"] if isinstance(one, dict)]
     first = next((subject for subject, _ in found if subject), None)
     return {name for subject, name in found if subject and subject == first}

@@ -17,7 +17,7 @@ OF_SUBSYSTEM = {  # Field of TM[129,2] or TM[129,5] -> description of the parame
 NONE = {0: "NONE"}
 LOST, LOST_ALARM = "lost_packets", 0  # Name of the parameter; Yamcs raises an alarm if it is greater.
 ALL_USERS = 0  # Destination of reports without a request.
-GAP_MAX = 1000  # A larger jump, or a counter that falls back, is a restart of its subsystem.
+GAP_MAX = 1000  # A larger jump, or a counter that falls back, means that its subsystem was restarted.
 # The algorithm in JavaScript that Yamcs runs for each report. It keeps the last counter of each type of report.
 COUNT_LOST = """
 if (!apid || !service || !subtype || !counter || !destination) return;

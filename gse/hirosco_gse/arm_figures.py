@@ -81,8 +81,8 @@ def arm_of(run, name=None):
 
 
 def samples(run, configuration=None, name=None):
-    """(instants of the samples [us], CUR_VALUES) of each report in operation: in the configuration of this name, else in all whose tool is not
-    compliant. The values of a report were sampled one cycle before."""
+    """(instants of the samples [us], CUR_VALUES) of each report in operation in the configuration of this name; without a name, in all
+    configurations whose tool is not compliant. The values of a report were sampled one cycle before."""
     arm = arm_of(run, name)
     wanted = {arm.subsystem.configuration(configuration).id} if configuration else {number for number, yields in arm.configurations.items() if not yields}
     present, times, values = None, [], []

@@ -321,7 +321,8 @@ class _Console:
             return self._fly(craft, script, log)
 
     def _attend(self, place, script):
-        """Repeat what other users did in a flight without an operator: no connection of an operator changes its packet log."""
+        """Repeat what other users did in a flight without an operator. This makes no connection of an operator, which would change the packet
+        log."""
         clock = link.StepClock(self.arguments.cosimulation, 0, timeout_s=CONNECT_TIMEOUT_S)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)  # As in a flight with an operator.
         others = visits.Visits(script.visits, lambda: link.connect(place.host, place.port))

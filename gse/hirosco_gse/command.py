@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from . import telemetry
 from .session import SessionError
-from .values import TEXT_MAX, ValueProblem, shortened
+from .values import TEXT_MAX, ValueProblem, quoted, shortened
 
 REPLY_NS = 5_000_000_000  # longest wait for a report after the end of the verification of its request, mission time
 
@@ -36,7 +36,9 @@ def words_of(line):
             pieces = []
     if at != len(line):
         is_escape = line[at] != "'" and _ESCAPE.sub("", line[at:]).endswith("\\")
-        raise ValueError("No escaped character" if is_escape else "No closing quotation")
+        rest = quoted(line[at:])
+        raise ValueError(f"No escaped character in {rest}: expected one after the last \\" if is_escape
+                         else f"No closing quotation mark in {rest}: close the quotation, or put a \\ before its mark")
     return [*words, "".join(pieces)] if pieces else words
 
 

@@ -280,7 +280,7 @@ def _number(word, what, octets):
     try:
         number = int(word, 0)
     except ValueError as error:
-        raise UsageError(f"{quoted(word)} is not a {what}") from error
+        raise UsageError(f"{what}: found {quoted(word)}, expected a number") from error
     largest = (1 << 8 * octets) - 1
     if not 0 <= number <= largest:
         raise UsageError(f"{what}: found {number}, expected 0 to {largest}")
@@ -476,7 +476,7 @@ def _embedded(text, dictionary, files, depth):
     planned = plan(words_of(text), dictionary, files, depth)
     dictionary.catalogue.plan = embed
     if len(planned.requests) != 1:
-        raise UsageError(f"{quoted(text)} sends {len(planned.requests)} requests, one is needed")
+        raise UsageError(f"{quoted(text)} sends {len(planned.requests)} requests, expected a command that sends one")
     request = planned.requests[0]
     count = EMBEDDED_FIRST | next(_embedded_counts) % EMBEDDED_FIRST
     return packets.build_tc(request.apid, count, request.service, request.subtype, request.data)

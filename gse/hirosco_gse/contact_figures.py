@@ -43,7 +43,7 @@ def _press_window(run):
     first, end = segment(run, "hold", "press")
     start = first + SETTLED_US // CYCLE_US
     if end - start < HOLD_US // CYCLE_US:
-        raise Missing(f"the hold after 'press' is too short: {(end - first) * CYCLE_US / 1e6:.1f} s")
+        raise Missing(f"the hold after 'press' is too short: {(end - first) * CYCLE_US / 1e6:.1f} s, expected at least {(SETTLED_US + HOLD_US) / 1e6:g} s")
     return start, start + HOLD_US // CYCLE_US
 
 

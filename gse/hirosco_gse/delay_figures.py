@@ -38,8 +38,8 @@ BOUNDS = {
 
 
 def bounds_of(facts):
-    """Bounds of a run, selected by its round-trip time. Empty if there is no delay, if the delay is longer than all that have bounds, and for
-    a network that delays by wall-clock time."""
+    """Bounds of a run, selected by its round-trip time. Empty if there is no delay, if there are no bounds for so long a delay, and for a
+    network that delays by wall-clock time."""
     relay = facts.get("relay", {})
     delay_ms = None if relay.get("network") else relay.get("round_trip_ms")
     return next((BOUNDS[limit] for limit in sorted(BOUNDS) if delay_ms is not None and delay_ms <= limit), {})
@@ -49,7 +49,8 @@ def _hold(run, before):
     """Last 7 s of the hold after a verb; the hold must last at least 9 s."""
     first, end = segment(run, "hold", before)
     if end - first < HOLD_CYCLES + SETTLED_US // CYCLE_US:
-        raise Missing(f"the hold after '{before}' is too short: {(end - first) * CYCLE_US / 1e6:.1f} s")
+        least_s = (HOLD_CYCLES * CYCLE_US + SETTLED_US) / 1e6
+        raise Missing(f"the hold after '{before}' is too short: {(end - first) * CYCLE_US / 1e6:.1f} s, expected at least {least_s:g} s")
     return end - HOLD_CYCLES, end
 
 

@@ -73,7 +73,7 @@ def _hold_window(run, before):
     still = first + (int(moving[-1]) + 1 if len(moving) else 0)
     start = max(still + SETTLED_US // CYCLE_US, end - HOLD_US // CYCLE_US)
     if end - start < HOLD_LEAST_US // CYCLE_US:
-        raise Missing(f"the hold after '{before}' is too short: {max(0, end - start) * CYCLE_US / 1e6:.1f} s")
+        raise Missing(f"the hold after '{before}' is at rest for {max(0, end - start) * CYCLE_US / 1e6:.1f} s, expected at least {HOLD_LEAST_US / 1e6:g} s")
     return start, end
 
 
@@ -115,7 +115,7 @@ def _response(answer, cause, lags, others):
     first = max(max(steps) for _, steps in parts)
     rows = np.arange(first, len(answer) + min(0, min(lags)))
     if len(rows) < ROWS_LEAST:
-        raise Missing(f"{len(rows)} cycles, {ROWS_LEAST} are needed")
+        raise Missing(f"found {len(rows)} cycles, expected at least {ROWS_LEAST}")
     matrix = np.stack([signal[rows - lag] for signal, steps in parts for lag in steps], axis=1)
     inverse = np.linalg.pinv(matrix.T @ matrix, hermitian=True)
     found = inverse @ (matrix.T @ answer[rows])
@@ -189,7 +189,7 @@ def _circle_window(run):
     turns = abs(angle[-1] - angle[0]) / (2 * np.pi)
     periods = min(CIRCLE_PERIODS, int(turns + 1e-3))
     if periods < 3:
-        raise Missing(f"{turns:.1f} periods of constant amplitude, 3 are needed")
+        raise Missing(f"found {turns:.1f} periods of constant amplitude, expected at least 3")
     length = round(len(angle) / turns * periods)
     last = first + int(steady[-1]) + 1
     return last - length, last, turns * 1e6 / (len(angle) * CYCLE_US)

@@ -22,7 +22,7 @@ def _named(path):
     """Fields for the path of a file on board."""
     directory, slash, name = path.rpartition("/")
     if not slash or not name:
-        raise UsageError(f"{quoted(path)} is not the path of a file, /DIRECTORY/NAME")
+        raise UsageError(f"found {quoted(path)}, expected the path of a file on board, /DIRECTORY/NAME")
     return {"repository_path": directory or "/", "file_name": name}
 
 
@@ -75,7 +75,7 @@ def _fetch(session, dictionary, path, span, timeout_ns):
     done = yield from session.execute(dump, timeout_ns)
     octets = b"".join(bytes.fromhex(area["data"]) for _, decoded in replies_of(done, (6, 6)) for area in decoded["n"])
     if len(octets) != span[1] or packets.crc16(octets) != checksum:
-        raise SessionError(f"{shortened(path)}: {len(octets)} octets were received, which are not those of the file: another user uses the buffer")
+        raise SessionError(f"{shortened(path)}: {len(octets)} octets were received, which are not those of the file: another user uses the buffer; try again")
     return octets
 
 

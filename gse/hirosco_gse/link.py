@@ -157,7 +157,7 @@ class StepClock:
                 break
             except OSError as error:
                 if time.monotonic() >= deadline:
-                    raise LinkLost(f"no scheduler at {path}: {error.strerror}") from error
+                    raise LinkLost(f"no scheduler at {path}: {error.strerror}; expected the socket of a run in stepped time that has not ended") from error
             time.sleep(CONNECT_PAUSE_S / 5)
         self._unread = b""
         self._port = local_port
@@ -188,7 +188,7 @@ class StepClock:
         line = self._read_line()
         words = line.decode("ascii", "replace").split()
         if len(words) != 5 or words[0] != "grant":
-            raise LinkLost("the run has ended" if not line else f"unexpected line of the scheduler: {line!r}")
+            raise LinkLost("the run has ended" if not line else f"found {line[:60]!r} from the scheduler, expected `grant` and four numbers")
         return int(words[1]), int(words[3]), int(words[4]) == self._port != 0
 
     def moved(self, local_port):

@@ -91,7 +91,8 @@ def parse_bus(text):
     ok[ok] &= (hash_at[ok] < ends[ok]) & (text[np.minimum(hash_at[ok], len(text) - 1)] == ord("#"))
     if not ok.all():
         line = int(np.flatnonzero(~ok)[0])
-        raise LogError(f"line {line + 1} is not a frame: {bytes(text[starts[line] : ends[line]])[:80]!r}")
+        found = bytes(text[starts[line] : ends[line]])[:80].decode("ascii", "backslashreplace")
+        raise LogError(f"line {line + 1}: found {found!r}, expected (seconds) bus id#octets, as candump -L writes")
     time_us = _digits(text, starts + 1, 10) * 1_000_000 + _digits(text, starts + 12, 6)
     identifier = np.where(is_short, _hex(text, at, 3), _hex(text, np.where(is_short, at - 5, at), 8))
     is_fd = text[hash_at + 1] == ord("#")
@@ -145,7 +146,7 @@ def _events(whole):
     while offset <= most:
         if first == len(at) or at[first] != offset:
             word = int.from_bytes(bytes(whole[offset : offset + 4]), "big")
-            raise LogError(f"no event at octet {offset} (sync word 0x{word:08X})")
+            raise LogError(f"octet {offset}: found 0x{word:08X}, expected the sync word 0x{LCM_SYNC:08X} of an event")
         last = first + int(np.argmin(is_next[first:]))  # The last of the events that follow each other without a gap.
         kept.append(np.arange(first, last + 1))
         first, offset = int(following[last]), int(ends[last])

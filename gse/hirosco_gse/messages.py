@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every message of the standard's services, encoded and decoded with the catalogue in the mission dictionary.
 
-Values are those of JSON. A field is given by its name, a repetition by the name of its count as a list of groups (a
-group of one field may be given as that field's value alone), the fields of a choice at the level of their selector. Enumerations are
-words or numbers; absolute times are seconds of mission time, relative ones seconds, positions orbits; a parameter is
-SUBSYSTEM.NAME or its id; octets are hexadecimal; a request is hexadecimal, or words as an operator types them.
+The content of a message is a JSON object with a member for each field. A repetition is a list of groups under the name of its count; a
+group of one field may be given as the value of this field alone. The fields of a choice are beside their selector. Enumerations are words
+or numbers; absolute times are seconds of mission time, relative times seconds, positions orbits; a parameter is SUBSYSTEM.NAME or its id;
+octets are hexadecimal; a request is hexadecimal, or words as an operator types them.
 """
 
 import contextlib
@@ -65,7 +65,7 @@ class _Octets:
         octet, shift = divmod(self.bits, 8)
         end = self.at + octet + (shift + count + 7) // 8
         if end > len(self.octets):
-            raise MessageProblem("octets are missing")
+            raise MessageProblem(f"{len(self.octets) - self.at} octets left, {end - self.at} needed")
         window = int.from_bytes(self.octets[self.at : end], "big")
         total = (end - self.at) * 8
         self.bits += count
@@ -212,7 +212,7 @@ class _Writer:
         if not isinstance(groups, list):
             raise MessageProblem(f"{field['repeat']}: {quoted(groups)} is not a list of groups in JSON, such as {field['repeat']}=[1,2]")
         if len(groups) >= 1 << (8 * self.count_size):
-            raise MessageProblem(f"{field['repeat']}: {len(groups)} groups do not fit the count")
+            raise MessageProblem(f"{field['repeat']}: found {len(groups)} groups, expected at most {(1 << (8 * self.count_size)) - 1}")
         octets = len(groups).to_bytes(self.count_size, "big")
         for group in groups:
             if not isinstance(group, dict):

@@ -151,8 +151,8 @@ class Layouts:
         return entry["name"] if entry else "unknown message"
 
     def spans(self, packet, configuration=None):
-        """The fields of a packet in the order of their octets, each octet in one or more of them. configuration: id of the present one of the
-        subsystem, on which the layout of its housekeeping depends. Octets that do not fit the dictionary are one field with the reason."""
+        """The fields of a packet in the order of their octets, each octet in one or more of them. configuration: id of the present configuration
+        of the subsystem, on which the layout of its housekeeping depends. Octets that do not fit the dictionary are one field with the reason."""
         found = self._headers(packet)
         start = found[-1].at + found[-1].size
         entry = self.catalogue.find(packet.direction, *packet.message)

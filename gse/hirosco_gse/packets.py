@@ -79,10 +79,10 @@ class Packet:
 
 def build_tc(apid, sequence, service, subtype, data=b"", source=1, ack=ACK_ALL):
     if not 0 <= apid <= 0x7FF:
-        raise PacketError(f"APID {apid} does not fit 11 bits")
+        raise PacketError(f"APID is {apid}, expected 0 to 2047")
     length = TC_HEADER + len(data) + CRC_SIZE
     if length > LARGE_MAX:
-        raise PacketError(f"packet of {length} octets, at most {LARGE_MAX} are allowed")
+        raise PacketError(f"packet has {length} octets, expected at most {LARGE_MAX}")
     head = struct.pack(
         ">HHHBBBH",
         0x1800 | apid,
@@ -113,23 +113,24 @@ def parse(raw):
     """The Packet in exactly these octets. Raises PacketError."""
     raw = bytes(raw)
     if len(raw) < PRIMARY_HEADER:
-        raise PacketError(f"{len(raw)} octets are too short for a primary header")
+        raise PacketError(f"packet has {len(raw)} octets, too short for a primary header: expected at least {PRIMARY_HEADER}")
     word, sequence, length = struct.unpack(">HHH", raw[:PRIMARY_HEADER])
     if word >> 13:
         raise PacketError(f"packet version number is {word >> 13}, expected 0")
     if len(raw) != length + 7:
-        raise PacketError(f"length field says {length + 7} octets, packet has {len(raw)}")
+        raise PacketError(f"length field says {length + 7} octets, the packet has {len(raw)}")
     if sequence >> 14 != 3:
         raise PacketError(f"sequence flags are {sequence >> 14}, expected 3 (unsegmented)")
     if not word & 0x0800 and word:
-        raise PacketError("secondary header flag is not set")
+        raise PacketError("secondary header flag is 0, expected 1")
     if crc16(raw):
         raise PacketError(f"CRC is wrong: computed 0x{crc16(raw[:-2]):04X}, found 0x{raw[-2:].hex().upper()}")
     if word == 0:
         return _time_packet(raw, sequence & 0x3FFF)
     is_tc = bool(word & 0x1000)
-    if len(raw) < (TC_HEADER if is_tc else TM_HEADER) + CRC_SIZE:
-        raise PacketError(f"{len(raw)} octets are too short for a {'TC' if is_tc else 'TM'}")
+    least = (TC_HEADER if is_tc else TM_HEADER) + CRC_SIZE
+    if len(raw) < least:
+        raise PacketError(f"packet has {len(raw)} octets, too short for a {'TC' if is_tc else 'TM'}: expected at least {least}")
     if raw[6] >> 4 != PUS_VERSION:
         raise PacketError(f"PUS version is {raw[6] >> 4}, expected {PUS_VERSION}")
     common = {"apid": word & 0x7FF, "sequence": sequence & 0x3FFF, "service": raw[7], "subtype": raw[8], "raw": raw}

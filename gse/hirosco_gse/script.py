@@ -172,7 +172,7 @@ class Script:
             try:
                 words = shlex.split(line, comments=True)
             except ValueError as error:
-                raise ScriptError(f"{place}: {error}") from error
+                raise ScriptError(f"{place}: {error} in {quoted(line)}: close the quotation, or put a \\ before its mark") from error
             if not words:
                 continue
             time_ns = _time_ns(words[0], place)

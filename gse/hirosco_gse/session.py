@@ -242,7 +242,8 @@ class Session:
                 self._give_up(verification.whole, verification.failure)
 
     def _keep_own(self, ended):
-        """The same request may be in progress several times at one subsystem: a report that has answered the ended one answers no other."""
+        """The same request may be in progress several times at one subsystem: a report that has answered the request `ended` answers no other
+        request."""
         request, found = ended.request, {id(packet) for packet, _ in ended.replies}
         for other in self._open.values() if ended.failure is None else ():
             if (other.request.apid, other.request.service, other.request.subtype) == (request.apid, request.service, request.subtype):

@@ -33,7 +33,7 @@ def _truth(run, channel, name):
 
 
 def _led(run, field):
-    """Field of TELEPRESENCE of the arm whose tool the joystick leads: of several arms, the one that reports HAND."""
+    """Field of TELEPRESENCE of the arm whose tool the joystick leads. If several arms have this parameter, it is the arm that reports HAND."""
     arms = {item.apid: item.name for item in run.dictionary.subsystems.values() if "TELEPRESENCE" in item.parameters} if run.dictionary else {}
     if not arms:
         raise Missing("no subsystem with the parameter TELEPRESENCE")

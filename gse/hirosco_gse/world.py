@@ -103,7 +103,9 @@ class Robot:
             for joint in ready:
                 found[joint.child] = product(product(found[joint.parent], joint.pose), motion(joint, values.get(joint.name, 0.0)))
             if not ready:
-                raise WorldError(f"robot {self.name}: joint {waiting[0].name} has no parent link {waiting[0].parent}")
+                moved = {joint.child for joint in waiting}
+                lost = next((joint for joint in waiting if joint.parent not in moved), waiting[0])
+                raise WorldError(f"robot {self.name}: joint {lost.name}: parent {lost.parent}: expected a link that the root carries")
             waiting = [joint for joint in waiting if joint.child not in found]
         return found
 

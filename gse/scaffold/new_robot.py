@@ -58,12 +58,12 @@ SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
 SHARE, SHARE_MIN = 0.5, 0.01  # SHARE of the motions of the scenario, and the least that a command may have.
 MOTION_S = 6.0  # Longest motion of a joint in the scenario; a step of a scenario has 20 s.
 TOOL_SPEED = 0.25  # Speed of the tool in the template of the descriptor [m/s].
-UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool along the line, and what makes its equations solvable.
-LINE_BEND = 2.0  # The joints turn further along the line than their first speed would turn them.
+UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool along the line; term that makes its equations solvable.
+LINE_BEND = 2.0  # Largest motion of a joint along the line, relative to a motion at its first speed.
 LINE_MARGIN = 0.8  # Share of the speeds of the joints in the start pose, because these speeds change along the line.
 ERROR, DELAY_S = 1e-3, 2.5e-3  # Bound of the error of a joint at rest [rad or m], and delay of bus and drive.
-TOGETHER = 1.5  # The error of the tool relative to that of independent errors of the joints.
-SWING, SWING_MARGIN = 0.2 * ERROR, 1.5  # Swing of a link at which the arm is engaged; links that swing together swing longer than each alone.
+TOGETHER = 1.5  # Error of the tool relative to the error that independent errors of the joints would cause.
+SWING, SWING_MARGIN = 0.2 * ERROR, 1.5  # Swing of a link at which the arm is engaged; factor of its time, because several links swing longer.
 ACCELERATION_LOAD = 0.4  # Largest share of the torque of a joint that accelerates the arm.
 LOAD_MAX = 0.5  # Largest share of the torque of a joint that carries the arm in the start pose.
 
@@ -134,7 +134,7 @@ def load_in_motion(robot, angles, base):
 
 
 def start_pose(robot, base="fixed"):
-    """The random pose with the best manipulability, within 90 degrees of the middle of the ranges, among those in which each joint needs
+    """The random pose with the best manipulability, within 90 degrees of the middle of the ranges. Only poses count in which each joint needs
     less than LOAD_MAX of its torque to carry the arm, there and where the scenario moves it."""
     generator = random.Random(SEED)
 

@@ -149,7 +149,8 @@ def insert_before(text, pattern, what, addition, path):
 def with_bus(text, names, source):
     """The mission with a bus for the motor; a mission without buses gets the list."""
     if text.count("<Bus ") >= BUSES_MAX:
-        raise Refusal(f"{relative(source)}: has {BUSES_MAX} buses, and the new subsystem needs one of its own")
+        raise Refusal(f"{relative(source)}: has {BUSES_MAX} buses, expected fewer, because the new subsystem needs one of its own: name another "
+                      "mission with MISSION=")
     bus = fill(BUS, names)
     if "</Buses>" in text:
         return insert_before(text, r"^ *</Buses>", "a line </Buses>", bus, source)
@@ -182,7 +183,7 @@ def plan_mission(names, wanted):
     expect(source.exists(), "MISSION", wanted, f"an existing mission: {', '.join(there)}")
     text = source.read_text(encoding="utf-8")
     if text.count("<Subsystem ") >= SUBSYSTEMS_MAX:
-        raise Refusal(f"{relative(source)}: has {SUBSYSTEMS_MAX} subsystems, no more fit")
+        raise Refusal(f"{relative(source)}: has {SUBSYSTEMS_MAX} subsystems, expected fewer: name another mission with MISSION=")
     if not wanted:
         text = re.sub(r'(<Mission name=")[^"]*"', rf'\g<1>{name}"', text, count=1)
     supervisor = r'^ *<Subsystem name="\w+" id="1"'

@@ -12,7 +12,7 @@ from source import BUS_NAME_MAX
 TEMPLATES = pathlib.Path(__file__).resolve().parent / "robot"
 BUS = '    <Bus name="{}" bitRate="1000000" dataBitRate="5000000"/>'
 STEP = re.compile(r" *([0-9]+(?:\.[0-9]*)?)\s+(\S.*)")
-# The figures of docs/arm.md; of several arms they begin with the name of the arm.
+# The figures of docs/arm.md. In a mission with several arms their names begin with the name of the arm.
 FIGURE = re.compile(r"(?m)^(?=(?:joint[0-9]+_error_(?:rad|m)|tool_error_m|goal_error_rad|goal_error_m|goal_tool_error_m|joint_(?:range_margin|speed_share|"
                     r"torque_share))\s)")
 
@@ -57,7 +57,7 @@ def read(name, gravity):
     expect(len(gravities) == 1 and list(map(float, gravities[0].split())) == list(gravity), "WITH", name,
            f"a mission whose world has the gravity {' '.join(f'{value:g}' for value in gravity)}, as for this BASE, not {''.join(gravities) or 'none'}")
     if found.mission.count("<Subsystem ") >= SUBSYSTEMS_MAX:
-        raise Refusal(f"{relative(places[0])}: has {SUBSYSTEMS_MAX} subsystems, no more fit")
+        raise Refusal(f"{relative(places[0])}: has {SUBSYSTEMS_MAX} subsystems, expected fewer: name another mission with WITH=")
     return found
 
 

@@ -42,7 +42,7 @@ fetch_crate() {
         }
         archive=$(find "${CARGO_HOME:-$HOME/.cargo}/registry/cache" -name "$crate-$version.crate" | head -n 1)
         is_right "$archive" "$sha256" || {
-            echo "setup: $crate-$version.crate is not the pinned archive (sha256 $sha256)" >&2
+            echo "setup: $archive is not the pinned archive, expected sha256 $sha256: remove it, then run: make setup" >&2
             exit 1
         }
         keep_in_cache "$archive" "$cached"

@@ -42,7 +42,7 @@ fetch_debian_source() {
         break
     done
     is_right "$archive" "$2" || {
-        echo "setup: $archive is not the pinned archive (sha256 $2)" >&2
+        echo "setup: $archive is not the pinned archive, expected sha256 $2: remove it, then run: make setup" >&2
         exit 1
     }
     keep_in_cache "$archive" "$cached"

@@ -75,7 +75,7 @@ next_step() {
     *build* | *run*) echo 'Next: make sim-run (installs what is missing, builds, flies the mission)' ;;
     *unit* | *clang* | *s390x* | *docs* | *test* | *hil*) echo 'Next: make test (installs what is missing, builds, runs the tests)' ;;
     *mcdc* | *check* | *full*) echo 'Next: make check (installs what is missing, then checks the house rules)' ;;
-    *) [ -d build/bin ] && echo 'All there. Next: make sim-run, make test' || echo 'All there. Next: make' ;;
+    *) [ -d build/bin ] && echo 'Nothing is missing. Next: make sim-run, make test' || echo 'Nothing is missing. Next: make' ;;
     esac
 }
 

@@ -11,7 +11,10 @@ fi
 echo 'setup: Yamcs from Maven Central'
 mkdir -p "$place"
 rm -rf "$place/lib.part"
-mvn -q -B -f "$pom" dependency:copy-dependencies -DincludeScope=runtime -DoutputDirectory="$(pwd)/$place/lib.part"
+mvn -q -B -f "$pom" dependency:copy-dependencies -DincludeScope=runtime -DoutputDirectory="$(pwd)/$place/lib.part" || {
+    echo 'setup: Yamcs cannot be fetched from Maven Central; is there a network? With one, run: make setup' >&2
+    exit 1
+}
 rm -rf "$place/lib"
 mv "$place/lib.part" "$place/lib"
 cp "$pom" "$place/pom.xml"

@@ -135,7 +135,8 @@ def dependencies(modules, wanted):
         if name in built_in:
             continue
         if name not in path_of:
-            raise Unavailable(f"the kernel {modules.name} has no module {name}; the micro-VM needs a kernel with it")
+            raise Unavailable(f"the kernel {modules.name} has no module {name}, which the micro-VM needs: make the newest {PACKAGE} available to "
+                              "apt-get, then run: rm -rf build/vm && make build/setup/vm")
         paths |= {path_of[name], *needs[path_of[name]]}  # modules.dep lists the whole chain
     return sorted(paths)
 

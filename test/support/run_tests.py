@@ -187,7 +187,7 @@ def run_pytest(directory, only, jobs):
     report.unlink(missing_ok=True)
     options = ["-v", "-rs", "-p", "no:cacheprovider", f"--timeout={FLIGHT_SECONDS_ALLOWED}", "--rootdir=.",
                f"--junitxml={report}"]
-    # One worker more than processors, because tests wait for processes, emulators and browsers; with two more, flights of several
+    # One more worker than there are processors, because tests wait for processes, emulators and browsers; with two more, flights of several
     # processes took longer. The tests of a file stay together because they share flights.
     workers = min(jobs + 1, len(files)) if jobs > 1 else 1
     if workers > 1:

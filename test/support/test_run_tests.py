@@ -74,7 +74,7 @@ def test_a_program_that_computes_without_end_fails(tmp_path, monkeypatch):
     ],
 )
 def test_make_refuses_unknown_variables(words, said):
-    """A misspelled variable neither has an effect nor counts as success."""
+    """Otherwise make would ignore a misspelled variable, and the call would count as a success."""
     kept = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
     done = subprocess.run(["make", "--dry-run", *words], cwd=ROOT, env=kept, capture_output=True, text=True, check=False)
     assert done.returncode != 0
@@ -96,7 +96,7 @@ def program(directory, name, text):
     return str(path)
 
 
-def test_a_program_is_shown_when_it_ends_whatever_the_first_does(tmp_path, capsys):
+def test_a_program_is_shown_when_it_ends_although_the_one_before_still_runs(tmp_path, capsys):
     """The first program waits until the second has ended; in the order of the list, no result would be shown
     until then."""
     # Process id of the second program. The process exists until the runner has noticed its end.

@@ -294,7 +294,7 @@ class Hub:
         return call.number
 
     def plan(self, text, files=None):
-        """The command of these words. files: those that it may use instead of the ones of the hub. Raises UsageError."""
+        """The command of these words. files: files that it may use instead of those of the hub. Raises UsageError."""
         if self.dictionary is None:
             raise UsageError("no flight")
         try:

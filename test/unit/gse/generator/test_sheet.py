@@ -91,8 +91,8 @@ def test_a_code_is_described_once(tmp_path):
 
 @pytest.mark.parametrize("text, message", [
     ("[1000]\nDataType=seven\n", r":2: \[1000\] DataType=seven: expected a number"),
-    ("[1000]\nDataType=7\n[1000]\nDataType=7\n", r":3: not a data sheet: \[1000\]: expected a section that is not there yet; the first is in line 1"),
-    ("[1000]\nDataType=7\n; text\nDATATYPE=7\n", r":4: not a data sheet: DATATYPE=7: expected a key that is not in \[1000\] yet"),
+    ("[1000]\nDataType=7\n[1000]\nDataType=7\n", r":3: not a data sheet: \[1000\]: expected each section only once; the first is in line 1"),
+    ("[1000]\nDataType=7\n; text\nDATATYPE=7\n", r":4: not a data sheet: DATATYPE=7: expected each key of \[1000\] only once"),
     ("DataType=7\n", r":1: not a data sheet: DataType=7: expected \[section\] or ; comment"),
     ("[1000]\n\nwords\n", r":3: not a data sheet: words: expected key=value, \[section\] or ; comment"),
     ("[1000]\nDataType=7\nDefaultValue=words\n", r":3: \[1000\] DefaultValue=words: expected an unsigned number of 32 bits, as DataType=7"),

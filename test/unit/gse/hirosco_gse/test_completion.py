@@ -59,7 +59,7 @@ def test_names_of_the_dictionary_complete_a_line(dictionary, line, some):
     "dance ", "state NOBODY X", "config NOBODY ", "cmd NOBODY.MOVE_TO ", "set MANIPULATOR.NOTHING ", "tc SUPERVISOR 99,99 ", "status more ",
     "ping MANIPULATOR more ", "cmd MANIPULATOR.MOVE_TO POSITION=", "--timeout ", "tc SUPERVISOR x,y ", "hk enable NOBODY ", "fault unplug nowhere ",
 ])
-def test_nothing_is_offered_where_no_name_of_the_dictionary_fits(dictionary, line):
+def test_completion_offers_no_word_where_no_name_of_the_dictionary_fits(dictionary, line):
     assert completion.complete(line.split(" "), lambda options: dictionary) == []
 
 

@@ -248,7 +248,7 @@ def test_wrong_usage_is_refused(dictionary_path, capsys, words):
     ("words", "reason"),
     [
         (["at", "+5", "cmd", "MANIPULATOR.MOVE_TO", "POSITION=1"], "POSITION: '1' has 1 value, 2 expected"),
-        (["at", "+5", "ping", "all"], "'ping all' sends 4 requests, one is needed"),
+        (["at", "+5", "ping", "all"], "'ping all' sends 4 requests, expected a command that sends one"),
         (["action", "add", "MANIPULATOR", "TORQUE_LIMIT", "cmd", "MANIPULATOR.HALT"], "no function of MANIPULATOR 'HALT'"),
         (["monitor", "limit", "MANIPULATOR", "1", "LINK_AEG", "0", "1", "0", "0"], "no parameter of MANIPULATOR 'LINK_AEG'"),
         (["monitor", "limit", "MANIPULATOR", "1", "", "0", "1", "0", "0"], "no parameter of MANIPULATOR ''"),

@@ -119,7 +119,7 @@ def test_without_truth_a_figure_is_missing(run, name, missing):
 
 def test_a_short_hold_gives_no_figure(run, monkeypatch):
     monkeypatch.setattr(run, "segments", lambda: [("press", 16_000, 19_200), ("hold", 19_200, 30_000)])
-    assert "too short" in figures.compute(run)[1]["press_hold_motion_rad"]
+    assert "too short: 5.4 s, expected at least 12 s" in figures.compute(run)[1]["press_hold_motion_rad"]
 
 
 def test_a_coarse_encoder_has_bounds_of_its_own():

@@ -105,7 +105,7 @@ def test_without_its_segment_a_figure_is_missing_and_fails(run, name, verb):
 
 def test_a_short_hold_gives_no_figure(run):
     run.found = [*SEGMENTS[:3], ("hold", 16_000, 33_000), *SEGMENTS[4:]]
-    assert "too short: 8.5 s" in figures.compute(run)[1]["delay_hold_oscillation_rad"]
+    assert "too short: 8.5 s, expected at least 9 s" in figures.compute(run)[1]["delay_hold_oscillation_rad"]
 
 
 def test_without_a_world_the_error_at_the_end_is_missing(run):

@@ -61,12 +61,13 @@ def _refit(raw):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        (lambda raw: bytes(raw[:4]), "too short"),
-        (lambda raw: bytes(raw) + b"\0", "length field"),
+        (lambda raw: bytes(raw[:4]), "packet has 4 octets, too short for a primary header: expected at least 6"),
+        (lambda raw: _refit(raw[:4] + b"\0\5" + raw[6:12]), "packet has 12 octets, too short for a TM: expected at least 23"),
+        (lambda raw: bytes(raw) + b"\0", "length field says 23 octets, the packet has 24"),
         (lambda raw: bytes(raw[:-1]), "length field"),
         (lambda raw: bytes([raw[0] | 0x20]) + bytes(raw[1:]), "packet version"),
         (lambda raw: bytes(raw[:2]) + bytes([raw[2] & 0x3F]) + bytes(raw[3:]), "sequence flags"),
-        (lambda raw: bytes([raw[0] & ~0x08]) + bytes(raw[1:]), "secondary header"),
+        (lambda raw: bytes([raw[0] & ~0x08]) + bytes(raw[1:]), "secondary header flag is 0, expected 1"),
         (lambda raw: bytes(raw[:20]) + bytes([raw[20] ^ 1]) + bytes(raw[21:]), "CRC"),
         (lambda raw: _refit(raw[:6] + bytes([0x10]) + raw[7:]), "PUS version"),
     ],
@@ -101,7 +102,7 @@ def test_splitter_accepts_any_division_of_the_stream():
 def test_a_packet_that_is_too_large_is_refused():
     with pytest.raises(packets.PacketError, match="65542"):
         packets.build_tc(1, 0, 6, 2, bytes(65542))
-    with pytest.raises(packets.PacketError, match="11 bits"):
+    with pytest.raises(packets.PacketError, match="APID is 2048, expected 0 to 2047"):
         packets.build_tc(2048, 0, 17, 1)
 
 

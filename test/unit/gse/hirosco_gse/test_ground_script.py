@@ -63,7 +63,7 @@ def test_an_expected_refusal_may_have_a_name_of_the_addressee(dictionary_path_of
         ("1 operator expect-refusal 0x0111", "usage: expect-refusal"),
         ("1 operator nowait fly", "no command 'fly'"),
         ("1 operator try", "usage: try"),
-        ("1 operator ping 'all", "No closing quotation"),
+        ("1 operator ping 'all", "No closing quotation in '1 operator ping 'all': close the quotation, or put a"),
         ("1 operator try nowait fly", "no command 'fly'"),
         ("1 operator nowait at +60 ping SUPERVISOR", "has to wait for answers"),
         ("1 operator end now", "usage: end"),
@@ -204,7 +204,7 @@ def note(dictionary):
     return 17, 5, 2, struct.pack(">H", dictionary.subsystem("JOYSTICK").event("OPERATOR_NOTE").id)
 
 
-def test_each_event_answers_one_wait(dictionary):
+def test_an_event_ends_one_wait_only(dictionary):
     wait = "1 operator wait-event JOYSTICK OPERATOR_NOTE 1\n"
     Flight(dictionary).at(0.5, note(dictionary)).run(wait)  # The event came before the wait.
     Flight(dictionary).at(0.5, note(dictionary)).at(1.5, note(dictionary)).run(wait + wait)
@@ -356,7 +356,7 @@ def test_a_script_that_does_not_load_is_a_usage_error(dictionary_path, tmp_path,
 
 
 def test_a_missing_scheduler_is_reported(tmp_path):
-    with pytest.raises(LinkLost, match="no scheduler"):
+    with pytest.raises(LinkLost, match="no scheduler at .*none: No such file or directory; expected the socket of a run in stepped time"):
         StepClock(tmp_path / "none", 1)
 
 

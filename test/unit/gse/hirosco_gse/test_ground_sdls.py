@@ -150,7 +150,7 @@ def test_no_number_is_used_again_after_a_torn_write(key):
             assert sdls.next_session(key, check) == 3
 
 
-def test_no_number_follows_the_last_one(key):
+def test_a_key_whose_session_numbers_are_used_up_is_refused(key):
     check = sdls.key_check(sdls.read_key(key))
     body = sdls.RECORD.pack(sdls.MAGIC, sdls.VERSION, 0xFFFFFFFE, check)
     record = body + zlib.crc32(body).to_bytes(4, "big")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a user has typed is repeated in refusals and messages up to a bound, whatever its length."""
+"""Refusals and messages repeat the text of a user only up to a bound."""
 
 import random
 import re

@@ -188,7 +188,7 @@ def signals():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_flight_that_the_station_has_started_ends_with_it(run, monkeypatch, capsys, signals, number):
-    """Also before the page is served, and if the terminal is closed. The flight begins before the modules of the server are loaded."""
+    """This is so before the page is served, too, and if the terminal is closed. The flight begins before the modules of the server are loaded."""
     started, popen, load = [], subprocess.Popen, station_main._load
 
     def start(*arguments, **options):

@@ -56,7 +56,7 @@ def test_a_function_is_performed_with_named_arguments(crafts):
     lambda craft: craft.wait_value("MANIPULATOR.CUR_VALUES.NOTHING"),
     lambda craft: craft.wait_event("MANIPULATOR", "NOTHING"),
 ])
-def test_what_the_dictionary_does_not_have_is_not_sent(crafts, call):
+def test_a_name_that_the_dictionary_does_not_have_is_not_sent(crafts, call):
     craft, simulated = crafts(success)
     with pytest.raises((UsageError, dictionary_module.DictionaryError)):
         call(craft)

@@ -70,7 +70,7 @@ def test_an_element_that_cannot_be_read_is_named(tmp_path):
         world.read(tmp_path / "none.xml")
     path = tmp_path / "r.urdf"
     path.write_text(URDF.replace('parent link="a"', 'parent link="z"'), encoding="utf-8")
-    with pytest.raises(world.WorldError, match="has no parent link"):
+    with pytest.raises(world.WorldError, match="robot r: joint turn: parent z: expected a link that the root carries"):
         world.read_urdf(path).poses([0, 0])
 
 

@@ -266,7 +266,8 @@ def test_a_robot_that_cannot_carry_itself_is_refused(read):
 
 
 def test_the_arm_can_carry_itself_where_its_scenario_moves_it(read):
-    """Of the start poses in which the arm hangs almost vertically, the motion by 0.3 rad leads away: 0.29 Nm, with 0.5 x 0.2 Nm available."""
+    """From a start pose in which the arm hangs almost vertically, the scenario moves it by 0.3 rad. There it needs 0.29 Nm; 0.5 x 0.2 Nm are
+    permitted."""
     weak = [part.replace('effort="50"', 'effort="0.2"').replace('lower="-1" upper="2"', 'lower="-1" upper="1"') for part in (ARM[0], ARM[1], ARM[2])]
     hanging = [part.replace('<origin xyz="0.1 0 0"/>', '<origin xyz="0 0 -0.1"/>') for part in weak]
     robot = read(*hanging)
