@@ -51,7 +51,7 @@ static bool ring_take(ring_t* const ring, osal_can_frame_t* const out_frame)
     return true;
 }
 
-/// Empty the ring: a controller that is switched on has no frames from before.
+/// Empty the ring: frames that were sent before a controller is switched on do not reach it.
 static void ring_discard(ring_t* const ring)
 {
     __atomic_store_n(&ring->tail, __atomic_load_n(&ring->head, __ATOMIC_ACQUIRE), __ATOMIC_RELEASE);

@@ -52,7 +52,7 @@ static void admit_new(osal_lockstep_t* const scheduler)
             one->is_new = false;
         }
     }
-    // Last: if the caller dies before this write, the next call admits the rest.
+    // This write comes last: if the caller dies before it, the next call admits the rest.
     __atomic_store_n(&scheduler->has_new, 0U, __ATOMIC_RELEASE);
 }
 
@@ -72,7 +72,8 @@ void lockstep_cut_stream(osal_lockstep_t* const scheduler, const uint32_t partic
     one->octets      = 0U; // The stream ends now in simulated time, even if octets are still in the socket.
     one->stream_port = 0U;
     lockstep_schedule_wake(scheduler, participant);
-    // Last: if the caller dies before this write, lockstep_complete_leave finds the server and cuts again.
+    // This write comes last: if the caller dies before it, lockstep_complete_leave finds the server and cuts
+    // again.
     __atomic_store_n(&one->stream_server, 0U, __ATOMIC_RELEASE);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Private to the source files of the scheduler. State changes without waiting (lockstep_core.c) are plain
-/// functions on the structure; lockstep_scheduler.c calls them under the lock. The file lockstep_port.c of
-/// each port waits and wakes.
+/// Private to the source files of the scheduler. lockstep_core.c changes the state and never waits;
+/// lockstep_scheduler.c calls its functions under the lock. lockstep_port.c of each port waits and wakes.
 #ifndef OSAL_COMMON_LOCKSTEP_CORE_H
 #define OSAL_COMMON_LOCKSTEP_CORE_H
 
@@ -22,7 +21,7 @@ typedef struct {
     bool is_new;          ///< Has joined, but has no position in the order of the present instant yet.
     uint32_t stream_port;
     uint32_t stream_server; ///< Participant that serves the stream, from 1; 0: no participant does.
-    int32_t process;        ///< Process that joined last in a life of its own.
+    int32_t process;        ///< Process that joined last with the number of a life.
     uint32_t life;
     uint64_t begin_ns;      ///< Simulated time at which the life begins; no grant before.
     bool is_begun;          ///< The life has had a grant.
@@ -63,14 +62,14 @@ uint64_t lockstep_next_step_ns(const osal_lockstep_t* scheduler);
 /// True if the turn of `participant` at the present instant is still to come.
 bool lockstep_is_turn_to_come(const osal_lockstep_t* scheduler, uint32_t participant);
 uint64_t lockstep_earlier(uint64_t a_ns, uint64_t b_ns);
-/// Returns the time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While it holds the grant, only
-/// a wake time after now is pending, which comes from a delivery to itself; an earlier wake time has led to
-/// the present grant.
+/// Returns the time at which `participant` is to wake, or OSAL_LOCKSTEP_NEVER. While the participant holds
+/// the grant, a wake time after now comes from a delivery to itself and is returned; an earlier wake time has
+/// led to the present grant and is not returned.
 uint64_t lockstep_pending_wake_ns(const osal_lockstep_t* scheduler, uint32_t participant);
 /// End the life of a participant: free its grant and its streams, and expect its next life if it has a
 /// succession.
 void lockstep_leave(osal_lockstep_t* scheduler, uint32_t participant);
-/// Complete the end of a life in which the process that called lockstep_leave died.
+/// Complete the end of a life if the process that called lockstep_leave died before it had completed it.
 void lockstep_complete_leave(osal_lockstep_t* scheduler);
 /// The stream of the participant has ended: remove it and wake the participant.
 void lockstep_cut_stream(osal_lockstep_t* scheduler, uint32_t participant);
@@ -100,7 +99,8 @@ void lockstep_port_unlock(osal_lockstep_t* scheduler);
 void lockstep_port_wait(uint32_t* word, uint32_t seen);
 /// Wake all that wait for `word`, after its change.
 void lockstep_port_wake(uint32_t* word);
-/// Number of the process of the caller, which may be killed if it stops inside; 0: none.
+/// Number of the process of the caller, which may be killed if a signal stops it inside a call of the
+/// scheduler; 0: none.
 int32_t lockstep_port_process(void);
 /// The life of the caller was killed: it does nothing more, as if the system had killed it at once.
 void lockstep_port_end(void);

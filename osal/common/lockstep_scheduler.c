@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions that change the state of the scheduler are plain functions over its structure ("core"), which
-// both forms use. If it is shared, they run under a robust lock, and the grant passes directly from
-// participant to participant: the participant that ends its turn chooses its successor and wakes it, without
-// spinning and without a central process. Lock, wait and wake are those of the port (lockstep_port.c).
+// The functions of lockstep_core.c change the state of the scheduler, for processes and for the image. A
+// shared scheduler calls them under a robust lock. The grant passes directly from participant to participant:
+// the participant that ends its turn chooses its successor and wakes it, without spinning and without a
+// central process. The port has lock, wait and wake (lockstep_port.c).
 //
 // A participant may be killed at any instruction. Therefore the writes of every change have a fixed order:
 // the write of one word, `running`, commits the change, and the writes before it can be repeated. The end of
 // a life first writes which life ends (`leaving`); the process that gets the lock after its holder died
-// completes it. Otherwise that process continues from the present state. osal_lockstep_end, which is called
-// for every death, chooses or wakes the successor again.
+// completes it. If no end of a life was begun, that process continues from the present state.
+// osal_lockstep_end, which is called for every death, chooses or wakes the successor again.
 #include "osal/include/osal/lockstep_scheduler.h"
 
 #include "base/assertion.h"
@@ -327,7 +327,8 @@ void osal_lockstep_deliver(osal_lockstep_t* const scheduler, const unsigned send
         one->wake_ns               = lockstep_not_before_begin(
                           one, lockstep_earlier(lockstep_pending_wake_ns(scheduler, receiver), reported_ns));
     }
-    // The grant is free if all participants wait for a delivery; this one may come from outside of any grant.
+    // The grant is free if all participants wait for a delivery; this delivery may come from outside of any
+    // grant.
     unlock_and_pass_on(scheduler);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of the C library to which linked code refers. expat refers to the memory functions for callers
-// that give it none, and to the others for messages that are switched off. This port has no heap, no streams
-// and no environment: requests for memory fail, and expat checks for that.
+// Functions of the C library to which linked code refers. expat refers to malloc and the like for callers
+// that pass no memory functions, and to the others for messages that are switched off. This port has no heap,
+// no streams and no environment: requests for memory fail, and expat checks for that.
 #include "osal/freertos/port.h"
 #include "osal/freertos/semihosting.h"
 #include "osal/include/osal/clock.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Capacities of the programs that fly on a board. Each macro replaces the default value in the header named
-/// beside it. The compiler includes this file before each source of such a program, but not in tests;
-/// before this file, it includes the generated header with the capacities of one program, if the source is
-/// compiled for one.
+/// beside it. The compiler includes this file before each source of such a program, but not in tests. If a
+/// source is compiled for one program only, the generated header with the capacities of that program comes
+/// before this file.
 #ifndef OSAL_FREERTOS_CAPACITIES_H
 #define OSAL_FREERTOS_CAPACITIES_H
 
@@ -32,12 +32,12 @@
 #define RUN_PROCESSES_MAX 1U
 #define RTLINK_PAYLOAD_MAX 256U  // fsw/framework/rtlink/agreement.h
 #define JOURNAL_RECORD_MAX 2048U // fsw/framework/journal/journal.h
-// fsw/framework/rtlink/play_out.h: the one buffer is not used.
+// fsw/framework/rtlink/play_out.h: a program on a board does not use the buffer.
 #define RTLINK_PLAY_OUT_SAMPLES 1U
 #define RTLINK_PLAY_OUT_OCTETS RTLINK_PAYLOAD_MAX
 
-// Sources that are compiled once for all programs do not know the capacities of one: they do not compile if
-// they use them.
+// A source that is compiled once for all programs must not use a capacity that differs between programs: it
+// would not compile.
 #ifndef SUBSYSTEM_PARAMETERS
 #define SUBSYSTEM_PARAMETERS known_only_for_one_program
 #define SUBSYSTEM_LINKS known_only_for_one_program

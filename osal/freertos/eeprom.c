@@ -49,7 +49,8 @@ status_t eeprom_write(const uint32_t address, const void* const octets, const si
     size_t done              = 0U;
     while ((done < size) && (status == STATUS_OK)) {
         const uint32_t at = address + (uint32_t)done;
-        const size_t room = EEPROM_PAGE - (at % EEPROM_PAGE); // A write beyond the page would begin it again.
+        // A write that goes beyond its page continues at the start of the same page.
+        const size_t room      = EEPROM_PAGE - (at % EEPROM_PAGE);
         const size_t count     = ((size - done) < room) ? (size - done) : room;
         const i2c_address_t to = i2c_address_of(at);
         status                 = i2c_write(to.device, to.octets, sizeof to.octets, &all[done], count);

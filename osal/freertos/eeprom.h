@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// EEPROM of 128 KiB on the bus I2C of the board, with the commands of the AT24CM01 of
-/// Microchip: 17 bits of address, of which the device address contains the highest, and pages of 256
-/// octets. A power cut during a write leaves any octets in that page and does not change others. One task at
-/// a time.
+/// EEPROM of 128 KiB on the bus I2C of the board, with the commands of the AT24CM01 of Microchip. An address
+/// has 17 bits, of which the device address contains the highest. A page has 256 octets. A power cut during a
+/// write leaves any octets in that page and does not change others. One task at a time.
 #ifndef OSAL_FREERTOS_EEPROM_H
 #define OSAL_FREERTOS_EEPROM_H
 

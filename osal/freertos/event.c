@@ -29,8 +29,7 @@ void osal_event_signal(osal_event_t* const event)
     taskEXIT_CRITICAL();
 }
 
-/// Clear the event. True if it was signalled; else the calling task is noted as the one that a signal
-/// notifies.
+/// Clear the event. True if it was signalled; otherwise the next signal notifies the calling task.
 static bool take(osal_event_t* const event)
 {
     taskENTER_CRITICAL();
@@ -57,7 +56,7 @@ status_t osal_event_wait(osal_event_t* const event, const uint32_t timeout_ms)
             }
             limit = (TickType_t)(((until_ns - now_ns) / NS_PER_TICK) + 1U);
         }
-        // The notification may be a late one of an earlier signal; only `word`, in take, decides.
+        // The notification may belong to an earlier signal; only `word` decides, which take() reads.
         (void)ulTaskNotifyTakeIndexed(PORT_NOTIFY_EVENT, pdTRUE, limit);
     }
     return STATUS_OK;

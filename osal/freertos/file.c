@@ -167,7 +167,7 @@ status_t osal_file_read_at(osal_file_t* const file, const uint64_t offset, void*
     FSW_ASSERT((octets != NULL) || (size == 0U));
     if ((status == STATUS_OK) &&
         ((offset > (uint64_t)INT32_MAX) || (size > ((uint64_t)INT32_MAX - offset)))) {
-        status = STATUS_TRUNCATED; // No file is as long as this.
+        status = STATUS_TRUNCATED; // No file has so many octets.
     }
     while ((status == STATUS_OK) && (done < size)) {
         size_t count = 0U;

@@ -10,7 +10,7 @@
 #define CLOCK 1U
 #define DATA 2U
 #define READS 1U        ///< Lowest bit of the first octet of a transfer: the device sends.
-#define CLEAR_PULSES 9U ///< Eight bits, and one acknowledge bit, which is not given: the device stops.
+#define CLEAR_PULSES 9U ///< Eight bits and an acknowledge bit; without an acknowledge the device stops.
 
 typedef struct {
     volatile uint32_t high; ///< Written: lines that are released. Read: levels of the lines.

@@ -9,9 +9,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Free the bus from a device that still sends an octet, because the processor was reset within a read: the
-/// device holds the data line low until it gets clock pulses ("bus clear" in the specification of I2C, NXP
-/// UM10204). Called before the first transfer. STATUS_OK; STATUS_IO: the data line stays low.
+/// Free the bus ("bus clear" in the specification of I2C, NXP UM10204). If the processor was reset within a
+/// read, a device may still send an octet; it holds the data line low until it gets clock pulses. Called
+/// before the first transfer. STATUS_OK; STATUS_IO: the data line stays low.
 MUST_USE status_t i2c_clear(void);
 /// Write `head` and then `octets` to a device, whose address has 7 bits, in one transfer. STATUS_OK;
 /// STATUS_IO: the device does not acknowledge.

@@ -31,7 +31,7 @@ void lockstep_port_unlock(osal_lockstep_t* const scheduler)
     osal_mutex_unlock(&scheduler->mutex);
 }
 
-/// Note in one critical section with the check of `word` that the task waits. Null: `word` has changed.
+/// In one critical section, check `word` and note that the task waits. Null: `word` has changed.
 static waiter_t* begin_wait(const uint32_t* const word, const uint32_t seen)
 {
     waiter_t* own = NULL;
@@ -68,7 +68,7 @@ void lockstep_port_wake(uint32_t* const word)
     taskEXIT_CRITICAL();
 }
 
-/// No task is stopped inside by a signal, so none has to be killed.
+/// This system has no signals that could stop a task inside a call of the scheduler, so no task is killed.
 int32_t lockstep_port_process(void)
 {
     return 0;

@@ -57,7 +57,7 @@ int32_t osal_mutex_holder(const osal_mutex_t* const mutex)
     if (holder == NULL) {
         return 0;
     }
-    // With any state but eInvalid the kernel does not search for the state, which is not used.
+    // The state of the task is not used; with eInvalid the kernel would search for it.
     vTaskGetInfo(holder, &status, pdFALSE, eReady);
     return (int32_t)status.xTaskNumber;
 }

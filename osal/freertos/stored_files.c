@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files on the EEPROM, by the file system littlefs, which survives a power cut at any write. Each write to a
-// file ends with a sync of the file system, so that it outlasts the program.
+// file ends with a sync of the file system, so that the octets are stored even if the program ends.
 #include "osal/freertos/file_system.h"
 
 #include "base/assertion.h"
@@ -101,9 +101,9 @@ static status_t status_of(const int result)
     }
 }
 
-/// Create the file system on an EEPROM that has never had one. The mark is written last: until then a power
-/// cut leaves an EEPROM that is still to be formatted, and after the first octet of the mark it is never
-/// formatted again, whatever happens to its content.
+/// Create the file system on an EEPROM that has never had one. The mark is written last. A power cut before
+/// that leaves an EEPROM that is still to be formatted. After the first octet of the mark, the EEPROM is
+/// never formatted again, whatever happens to its content.
 static int format_blank(void)
 {
     static const uint8_t mark[GRAIN] = "littlefs";

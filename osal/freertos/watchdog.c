@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watchdog of the board counts down twice: at the end of the period it interrupts, and at the end of a
-// second count, which is short, it resets the board.
+// The watchdog of the board counts down twice. At the end of the period it interrupts; at the end of a
+// second, short count it resets the board.
 #include "osal/include/osal/watchdog.h"
 
 #include "osal/freertos/board.h"

@@ -7,7 +7,8 @@
 #include "base/status.h"
 #include "osal/include/osal/socket.h"
 
-/// Set the descriptor numbers "IN:OUT" of the inherited pipes; called before main(). False: another form.
+/// Set the descriptor numbers "IN:OUT" of the inherited pipes; called before main(). False: `numbers` has
+/// another form.
 bool wire_set(const char* numbers);
 /// Open the pipes. STATUS_OK, STATUS_INVALID (the command line names none).
 status_t wire_open(void);
@@ -21,9 +22,9 @@ status_t wire_stream_send(const uint8_t* octets, size_t size);
 /// Wait for octets of the stream. STATUS_OK with *out_size >= 1, STATUS_CLOSED.
 status_t wire_stream_receive(uint8_t* octets, size_t capacity, size_t* out_size);
 
-/// Have the serving process pass on the datagrams of that inherited socket. STATUS_OK, STATUS_CLOSED.
+/// Have the serving process pass on the datagrams of the inherited socket `number`. STATUS_OK, STATUS_CLOSED.
 status_t wire_adopt(uint32_t number);
-/// Send a datagram from that socket. STATUS_OK, STATUS_TOO_LARGE, STATUS_CLOSED.
+/// Send a datagram from the inherited socket `number`. STATUS_OK, STATUS_TOO_LARGE, STATUS_CLOSED.
 status_t wire_datagram_send(uint32_t number, osal_address_t to, const uint8_t* octets, size_t size);
 /// Take the oldest datagram that has arrived at a socket. STATUS_OK, STATUS_EMPTY, STATUS_TOO_LARGE
 /// (dropped).

@@ -34,8 +34,9 @@ static int32_t stopped_inside(const osal_lockstep_t* const scheduler)
 }
 
 /// Take the lock. If its holder died, the caller continues from the state of that holder (see the top of
-/// lockstep_scheduler.c). A holder that a signal has stopped is killed if two checks find it stopped: a
-/// terminal that stops and continues the whole run may continue the holder a moment after the caller.
+/// lockstep_scheduler.c). A holder that a signal has stopped is killed only if two checks find it stopped.
+/// The reason is a terminal that stops and continues the whole run: it may continue the holder a moment after
+/// the caller.
 void lockstep_port_lock(osal_lockstep_t* const scheduler)
 {
     int32_t seen = 0;

@@ -7,10 +7,10 @@
 /// its deliveries.
 ///
 /// In stepped time only osal_clock_wait waits for simulated time. Other calls of this layer that may wait
-/// (osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
-/// osal_process_wait_any, files, directories, console, network namespaces, CAN interfaces, a counted CAN bus)
-/// keep the grant: simulated time does not advance, and their time-outs are wall-clock time. Such a wait for
-/// a participant that needs a grant is a deadlock.
+/// keep the grant: simulated time does not advance, and their time-outs are wall-clock time. These are
+/// osal_event_wait, osal_mutex_lock, osal_task_join, osal_socket_wait_readable, osal_process_start,
+/// osal_process_wait_any, and calls for files, directories, console, network namespaces, CAN interfaces and a
+/// counted CAN bus. Such a wait for a participant that needs a grant is a deadlock.
 ///
 /// Ownership  The caller provides osal_clock_t.
 /// Context    The one task that runs the program's loop.

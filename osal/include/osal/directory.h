@@ -64,7 +64,7 @@ MUST_USE status_t osal_directory_remove_file(const osal_directory_t* root, const
 /// (also: a directory would be moved into itself), STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_rename(const osal_directory_t* root, const char* path, const char* new_path);
 /// List the files and directories of a directory whose names come next after `after` ("": from the
-/// beginning), in the order of their octets; names that begin with a dot or are too long are left out.
+/// beginning), in the order of their octets. Names that begin with a dot or are too long are left out.
 /// *out_count < capacity: the listing is complete. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID,
 /// STATUS_DENIED, STATUS_IO.
 MUST_USE status_t osal_directory_list(const osal_directory_t* root, const char* path, const char* after,

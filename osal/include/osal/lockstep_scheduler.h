@@ -52,8 +52,8 @@ typedef struct {
 /// loop uses osal_lockstep_next and osal_lockstep_done. Null if the system has no lock for `is_shared`.
 osal_lockstep_t* osal_lockstep_create(void* storage, uint64_t step_ns, bool is_shared);
 /// A process that a signal stops inside one of these calls blocks the calls of all other processes. If such a
-/// process has a life and blocks another one for `timeout_ns` of wall-clock time, it is killed, and its
-/// death is treated like any other; a process without a life is not killed. The initial value is
+/// process has a life and blocks another one for `timeout_ns` of wall-clock time, it is killed, and its death
+/// is treated like any other. A process without a life is not killed. The initial value is
 /// OSAL_LOCKSTEP_TIMEOUT_NS.
 void osal_lockstep_set_timeout(osal_lockstep_t* scheduler, uint64_t timeout_ns);
 /// Returns the scheduler that another process has created in `storage`; null if there is none.
@@ -64,9 +64,10 @@ osal_lockstep_t* osal_lockstep_attach(void* storage);
 /// from this call on. No effect on a participant whose life has not ended.
 void osal_lockstep_expect(osal_lockstep_t* scheduler, unsigned participant, uint32_t life, uint64_t at_ns);
 /// The process of that life has died. If it held the grant, the next participant gets the grant. A wait in
-/// that life returns STATUS_CLOSED. Any process may call this at any time, and it must be called for every
-/// process that dies: the process may have been killed anywhere, even while it passed the grant on. A life
-/// that has not had its first grant yet ends at the simulated time of that grant. No effect on another life.
+/// that life returns STATUS_CLOSED. Any process may call this at any time. It must be called for every
+/// process that dies, because the process may have been killed anywhere, even while it passed the grant on. A
+/// life that has not had its first grant yet ends at the simulated time of that grant. No effect on another
+/// life.
 void osal_lockstep_end(osal_lockstep_t* scheduler, unsigned participant, uint32_t life);
 /// Called by the holder of the grant: that life gets no further grant. A wait in that life returns
 /// STATUS_CLOSED.

@@ -89,8 +89,8 @@ const char* osal_process_environment(const char* name);
 /// size does not end it either. osal_process_stop_count returns the number of stop signals so far.
 void osal_process_catch_stop(void);
 unsigned osal_process_stop_count(void);
-/// For the waiting functions of this layer: a descriptor that is readable when a stop signal has come (-1:
-/// stop signals are not caught), and the function that makes it unreadable again.
+/// For the waiting functions of this layer. The first function returns a descriptor that is readable when a
+/// stop signal has come (-1: stop signals are not caught); the second one makes it unreadable again.
 int osal_process_stop_descriptor(void);
 void osal_process_take_stop(void);
 /// This process ignores SIGINT, SIGHUP and SIGPIPE from now on: the parent handles Ctrl-C and the end of the

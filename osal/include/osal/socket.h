@@ -56,8 +56,8 @@ MUST_USE status_t osal_udp_send(osal_socket_t* socket, osal_address_t to, const 
 MUST_USE status_t osal_udp_receive(osal_socket_t* socket, osal_address_t* out_from, uint8_t* octets,
                                    size_t capacity, size_t* out_size);
 
-/// From now on a datagram stays in the UDP or TIPC socket until the next call that receives from it: if the
-/// process dies in between, its successor receives it again.
+/// From now on a datagram stays in the UDP or TIPC socket until the next call that receives from the socket.
+/// If the process dies in between, its successor receives the datagram again.
 void osal_socket_defer(osal_socket_t* socket);
 
 /// Open a TCP socket that listens. Returns STATUS_OK, STATUS_EXISTS (port in use), STATUS_DENIED, STATUS_IO.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a program on an emulated board and the proxy that starts the emulator agree on: the EEPROM of the
-/// board.
+/// The EEPROM of an emulated board: names that the program on the board shares with the proxy, which starts
+/// the emulator.
 #ifndef OSAL_TARGET_EEPROM_H
 #define OSAL_TARGET_EEPROM_H
 

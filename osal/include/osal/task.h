@@ -28,8 +28,8 @@ MUST_USE status_t osal_task_start(osal_task_t* task, void (*entry)(void* context
 void osal_task_join(osal_task_t* task);
 /// Set the priority of the calling task. STATUS_OK, STATUS_DENIED (the priority is unchanged).
 status_t osal_task_set_priority(int priority);
-/// Let the calling task run on all processors that the parent of the program may use, also if the program was
-/// pinned to one of them when it was started (osal_process_start_t).
+/// Let the calling task run on all processors that the parent of the program may use, even if the program was
+/// started pinned to one of them (osal_process_start_t).
 void osal_task_unpin(void);
 
 #endif // OSAL_TASK_H
