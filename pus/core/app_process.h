@@ -164,8 +164,8 @@ bool pus_app_process_keeps_event(const pus_app_process_t* process, uint16_t even
 /// True if a request may be accepted: there is room for its verification and one answer, in addition to the
 /// reports of earlier requests.
 bool pus_app_process_may_answer(const pus_app_process_t* process);
-/// True if there is room for a dispensable FIRM report in addition to all FIRM reports that requests and
-/// events may still cause.
+/// True if there is room for a FIRM report that its sender may omit, in addition to all FIRM reports that
+/// requests and events may still cause.
 bool pus_app_process_has_firm_room(const pus_app_process_t* process);
 
 #endif // PUS_CORE_APP_PROCESS_H

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sequence counts and message type counters of an application process, in a form that can be stored: a
+/// Sequence counts and message type counters of an application process, in a form that can be stored. A
 /// restarted process continues with the counts of its predecessor, so that no number is used twice.
 ///
 /// Context    The loop of the process and the requester.

@@ -246,8 +246,7 @@ static status_t begin_block(pus_packet_store_t* const store)
     status                = (status == STATUS_OK) ? pus_packet_store_sync(store) : status;
     if (status == STATUS_OK) {
         pus_store_block_t* const block = block_of(store, number);
-        // `is_slot_taken` belongs to the slot with the index of this entry, so the new block does not change
-        // it.
+        // In entry i, `is_slot_taken` is about slot i, so it stays when the block in the entry changes.
         const bool is_slot_taken = block->is_slot_taken;
         *block                   = (pus_store_block_t){
                               .number = number, .end = RECORDS_AT, .slot = slot, .is_slot_taken = is_slot_taken};

@@ -5,7 +5,7 @@
 ///
 /// The medium is divided into blocks of PUS_STORE_BLOCK octets. The address of a packet is block number x
 /// PUS_STORE_BLOCK + offset; it only grows, so the position of a reader stays valid when the store wraps. An
-/// index in memory has the times of each block, so that a search for a time reads only blocks that have
+/// index in memory has the times of each block. A search for a time therefore reads only blocks that have
 /// packets of that time, also after the clock has jumped.
 ///
 /// Ownership  The caller provides index and buffer; all stores of a loop may share one buffer.
@@ -30,7 +30,7 @@ typedef struct { // Private: one block that has packets; its index is number % c
     uint16_t end; // Offset after the last record.
     uint16_t packets;
     uint16_t slot;      // Position of the block on the medium.
-    bool is_slot_taken; // True if the slot with the index of this entry is taken; it does not concern `slot`.
+    bool is_slot_taken; // In entry i of the index: slot i is taken, whatever block the entry is about.
 } pus_store_block_t;
 
 typedef struct {

@@ -37,9 +37,9 @@ enum {
 
 #define PUS_REQUEST_FORMAT_DEPTH 4U ///< Largest number of nested counts.
 
-/// Check application data. False: octets are missing, and the reader has failed; or the reader is at a wrong
-/// count or selector, at a value whose layout is not scalar, or at an embedded request whose length is wrong.
-/// The caller checks whether octets are left over.
+/// Check application data. False with a failed reader: octets are missing. False otherwise: the reader is at
+/// a wrong count or selector, at a value whose layout is not scalar, or at an embedded request whose length
+/// is wrong. The caller checks whether octets are left over.
 bool pus_request_format_check(const uint8_t* program, octet_reader_t* reader);
 
 #endif // PUS_CORE_REQUEST_FORMAT_H

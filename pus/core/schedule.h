@@ -4,10 +4,10 @@
 /// services, by subtype. Activities, reports and refusals: docs/services/st11.md.
 ///
 /// Every change is stored before it is acknowledged; a status or a group that cannot be stored stays as it
-/// was. Each request is released at most once, also across a restart (docs/decisions/0017): a step takes the
-/// due requests out of the schedule and stores their identifiers in one record; they are then under release,
-/// until the port has taken all of them. After a restart `lost` reports the requests in that record. If the
-/// record cannot be stored, `unsaved` counts that, and the due requests are still released.
+/// was. Each request is released at most once, also across a restart (docs/decisions/0017). A step takes the
+/// due requests out of the schedule and stores their identifiers in one record. They are under release until
+/// the port has taken all of them. After a restart `lost` reports the requests in that record. If the record
+/// cannot be stored, `unsaved` counts that, and the due requests are still released.
 ///
 /// Ownership  The caller provides all arrays.
 /// Context    One loop.

@@ -69,10 +69,11 @@ void pus_request_refuse(pus_request_t* request, uint16_t instruction, uint16_t c
 
 /// Finish and send one packet of an answer that may need several. A packet that the port does not take is
 /// sent in a later step: the dispatcher executes the request again, without the reports and refusals already
-/// sent, so `execute` of such a request must not change any state. The request ends after the last packet; a
+/// sent. `execute` of such a request must not change any state. The request ends after the last packet; a
 /// lost packet ends it with TM[1,8] (PUS_FAILURE_SOME_FAILED, packets).
 void pus_answer_send(pus_request_t* request, octet_writer_t* writer);
-/// Begin a report of the request's service in answer to it; the request's process finishes it.
+/// Begin a report of the request's service that answers the request; the request's process finishes the
+/// report.
 octet_writer_t pus_answer_begin(const pus_request_t* request, uint8_t subtype);
 /// Begin a report that is a list: its count comes first, and pus_list_end writes it.
 octet_writer_t pus_list_begin(const pus_request_t* request, uint8_t subtype);

@@ -241,8 +241,8 @@ static bool report_checks(const pus_memory_service_t* const service,
     return pus_tm_send(service->config.process, &writer) == STATUS_OK;
 }
 
-/// Read the next slice of a file: a first pass computes the checksum of the area and checks that the memory
-/// has each of its addresses, a second pass loads the area.
+/// Read the next slice of a file. The first pass computes the checksum of the area, and checks that the
+/// memory has each of its addresses. The second pass loads the area.
 static void load_slice(pus_memory_service_t* const service, pus_memory_operation_t* const operation,
                        uint32_t* const room)
 {

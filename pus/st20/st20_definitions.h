@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Parameters of ST[20] that are defined by an address in memory, by TC[20,4] (address) and [20,5] (object
-/// and offset), and the parameter port that gives access to these parameters and to those of the dictionary.
+/// Parameters of ST[20] that a request defines by an address in memory: TC[20,4] by address, TC[20,5] by
+/// object and offset. The parameter port gives access to these parameters and to those of the dictionary.
 ///
 /// The id of such a parameter has the APID of the process and is not in the dictionary; its layout bits are
 /// the scalar type that PTC and PFC define. The value is in memory in the byte order of the machine. A new

@@ -8,7 +8,8 @@
 /// the accepted instructions; values beyond the longest report of the process are refused
 /// (PUS_FAILURE_TABLE_FULL). If the report is longer than a packet and there is no buffer, the request fails
 /// (PUS_FAILURE_IO, STATUS_FULL). In TC[20,3] the layout bits of an unknown id give the size of its value,
-/// which is skipped; if they are no scalar type, the rest of the request cannot be read and is refused, too.
+/// which is skipped. If these bits are no scalar type, the rest of the request cannot be read and is refused,
+/// too.
 #ifndef PUS_ST20_ST20_PARAMETERS_H
 #define PUS_ST20_ST20_PARAMETERS_H
 

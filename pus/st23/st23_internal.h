@@ -7,8 +7,8 @@
 #include "pus/st23/st23_files.h"
 
 /// Keys of persistent records.
-#define ST23_KEY_LOCK 0U ///< Key of a lock: + index of the lock. Record: its path.
-/// Key of a copy: + index of the copy. Record: the path of its temporary file.
+#define ST23_KEY_LOCK 0U ///< Key of a lock: this + index of the lock. Record: path of the file.
+/// Key of a copy: this + index of the copy. Record: the path of its temporary file.
 #define ST23_KEY_COPY 0x10000U
 #define ST23_KEY_REPORTING 0x20000U ///< Key of the reporting interval. Record: interval u32.
 

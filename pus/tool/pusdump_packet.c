@@ -211,7 +211,7 @@ void dump_packet_read(const uint8_t* const octets, const size_t size, dump_packe
         out_packet->data_size = left - PUS_CRC_SIZE;
         out_packet->data      = octet_read_octets(&reader, out_packet->data_size);
     } else {
-        // Without a time that was read it is not known where the data begin: `data` stays null.
+        // The time could not be read, so the beginning of the data is unknown: `data` stays null.
     }
     check_crc(out_packet);
 }
