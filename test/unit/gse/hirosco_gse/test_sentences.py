@@ -42,4 +42,4 @@ def test_the_members_of_a_parameter_in_an_event_are_named(dictionary):
     event = dictionary.subsystem("COMMUNICATION").event("GROUND_MISUSED")
     size = sum(item.size for item in event.parameters)
     text = told(event, decoded_of(dictionary, 2, event, bytes(size))["values"])["text"]
-    assert text.startswith("A ground user sends no packets, or too many users connect: ") and "refused 0" in text
+    assert text.startswith("A ground user sends octets that are not telecommands, or too many users connect: ") and "refused 0" in text
