@@ -12,16 +12,16 @@
 #define CAPACITY_PORT_LINKS 4U       ///< Real-time links that begin at one port, one for each reader.
 #define CAPACITY_BUSES 8U            ///< CAN buses of a mission.
 #define CAPACITY_COMPUTERS 2U        ///< On-board computers.
-#define CAPACITY_RING_RECORDS 15000U ///< Number of ring records of the packet log in memory.
+#define CAPACITY_RING_RECORDS 15000U ///< Records in the ring of the packet log, which is in memory.
 /// Room reserved for one report of each HIGH event of a subsystem [octets].
 #define CAPACITY_HIGH_EVENTS 2048U
 #define CAPACITY_HIGH_EVENT_HEAD 27U ///< Size of each report without its auxiliary data [octets].
 /// Participants of stepped time: every subsystem, the simulator, the operator, and a reserve of six.
 #define CAPACITY_PARTICIPANTS (CAPACITY_SUBSYSTEMS + 8U)
 
-/// Number of items for which a model of a descriptor in memory has room; a descriptor may have `most` items.
-/// A build for a target whose descriptors are compiled into its programs replaces this macro, because it
-/// reads no descriptor and needs no room.
+/// Length of an array of the model into which a descriptor is read; a descriptor may have `most` items. A
+/// build for a target whose descriptors are compiled into its programs replaces this macro: it reads no
+/// descriptor, so the arrays are not used.
 #ifndef CAPACITY_OF_STORAGE
 #define CAPACITY_OF_STORAGE(most) (most)
 #endif
