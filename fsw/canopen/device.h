@@ -32,7 +32,7 @@ CAPACITY_CHECK(steps_of_an_identification_fit,
 typedef struct {
     uint16_t cob;
     bool is_valid;
-    /// Receive PDO: it was sent, so that the device may hold values of it that are not zero.
+    /// Receive PDO: the master has sent it, so the device may hold values of it that are not zero.
     bool is_sent;
     bool is_heard; ///< Transmit PDO: received at least once since canopen_device_connect.
     /// Transmit PDO: number of SYNCs that the master had sent when the PDO arrived last.
@@ -105,8 +105,8 @@ void canopen_device_emit(canopen_device_t* device);
 
 /// True if each PDO that is sent at every SYNC was received at least once.
 bool canopen_device_is_heard(const canopen_device_t* device);
-/// Returns the number of SYNCs that were sent since the slowest PDO of canopen_device_is_heard arrived; 0 if
-/// all have arrived.
+/// Of the PDOs that the device sends at every SYNC, finds the one that arrived least recently. Returns the
+/// number of SYNCs that were sent since then; 0 if all have arrived.
 uint32_t canopen_device_silence(const canopen_device_t* device);
 
 #endif // FSW_CANOPEN_DEVICE_H

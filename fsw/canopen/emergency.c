@@ -11,7 +11,7 @@ static const canopen_emergency_code_t standard_codes[] = {
     {EMERGENCY_NO_ERROR, EMERGENCY_CLEARED},
     {0x8110U, EMERGENCY_LOW},    // overrun
     {0x8120U, EMERGENCY_LOW},    // error passive
-    {0x8240U, EMERGENCY_LOW},    // SYNC of another length
+    {0x8240U, EMERGENCY_LOW},    // unexpected SYNC data length
     {0x4210U, EMERGENCY_MEDIUM}, // over-temperature of the device
     {0x4310U, EMERGENCY_MEDIUM}, // over-temperature of the drive
     {0x8311U, EMERGENCY_MEDIUM}, // excess torque
@@ -21,7 +21,7 @@ static const canopen_emergency_code_t standard_codes[] = {
     {0x7305U, EMERGENCY_HIGH},   // position sensor
     {0x8130U, EMERGENCY_HIGH},   // heartbeat lost
     {0x8140U, EMERGENCY_HIGH},   // recovered from bus-off
-    {0x8250U, EMERGENCY_HIGH},   // process data missing
+    {0x8250U, EMERGENCY_HIGH},   // RPDO time-out
 };
 
 canopen_emergency_t canopen_emergency_decode(const uint8_t node, const uint8_t octets[EMERGENCY_OCTETS])
@@ -33,18 +33,18 @@ canopen_emergency_t canopen_emergency_decode(const uint8_t node, const uint8_t o
     return emergency;
 }
 
-canopen_emergency_class_t canopen_emergency_class(const canopen_emergency_code_t* const codes,
-                                                  const uint8_t count, const uint16_t code)
+canopen_emergency_severity_t canopen_emergency_severity(const canopen_emergency_code_t* const codes,
+                                                        const uint8_t count, const uint16_t code)
 {
     FSW_ASSERT((codes != NULL) || (count == 0U));
     for (uint8_t i = 0U; i < count; i++) {
         if (codes[i].code == code) {
-            return codes[i].class;
+            return codes[i].severity;
         }
     }
     for (size_t i = 0U; i < (sizeof standard_codes / sizeof standard_codes[0]); i++) {
         if (standard_codes[i].code == code) {
-            return standard_codes[i].class;
+            return standard_codes[i].severity;
         }
     }
     return EMERGENCY_MEDIUM;

@@ -126,7 +126,7 @@ static void take_emergencies(canopen_network_t* const network)
             continue; // Emergencies before the boot is done, or of an unknown node, are ignored.
         }
         const canopen_device_profile_t* const profile = network->devices[index]->device.profile;
-        switch (canopen_emergency_class(profile->emergencies, profile->emergency_count, emergency.code)) {
+        switch (canopen_emergency_severity(profile->emergencies, profile->emergency_count, emergency.code)) {
         case EMERGENCY_HIGH:
             report_drive_fault(network, network->devices[index], emergency.code);
             break;

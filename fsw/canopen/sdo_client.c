@@ -272,7 +272,7 @@ void canopen_sdo_client_answer(canopen_sdo_client_t* const client, const uint8_t
     const bool is_initiate =
         (client->phase == SDO_INITIATE_DOWNLOAD) || (client->phase == SDO_INITIATE_UPLOAD);
     const bool is_addressed = is_initiate || (specifier == ABORT);
-    // An answer that arrives before its request was sent is a late one of an earlier transfer.
+    // An answer that arrives before the request was sent belongs to an earlier transfer.
     if ((client->phase == SDO_IDLE) || client->has_request ||
         (is_addressed && !names_our_object(client, octets))) {
         client->counters.unasked++;

@@ -17,7 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define SDO_OCTETS_MAX 64U ///< Longest value of one transfer.
+#define SDO_OCTETS_MAX 64U ///< Longest value of one transfer [octets].
 #define SDO_FRAME_OCTETS 8U
 
 // Abort codes that this client sends; servers send others too.
@@ -84,7 +84,7 @@ status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t*
 /// Returns the value that the last upload has read. Valid after STATUS_OK, until the next transfer begins.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);
 
-/// True while a request was sent whose answer has not come.
+/// True while the client waits for the answer to a request that it has sent.
 bool canopen_sdo_client_is_waiting(const canopen_sdo_client_t* client);
 
 /// Process one frame of the server.

@@ -166,24 +166,24 @@ static void emergencies_are_decoded_and_have_a_class(void)
     const uint16_t medium[] = {0x8311U, 0x8611U, 0x4210U, 0x4310U, 0x1000U, 0xFF01U};
     const uint16_t low[]    = {0x8120U, 0x8110U, 0x8240U};
     for (unsigned i = 0U; i < 6U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(NULL, 0U, high[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_severity(NULL, 0U, high[i]));
     }
     for (unsigned i = 0U; i < 6U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_class(NULL, 0U, medium[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_severity(NULL, 0U, medium[i]));
     }
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_class(NULL, 0U, low[i]));
+        TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_severity(NULL, 0U, low[i]));
     }
-    TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_class(NULL, 0U, 0x0000U));
+    TEST_ASSERT_EQUAL(EMERGENCY_CLEARED, canopen_emergency_severity(NULL, 0U, 0x0000U));
 }
 
 static void a_device_class_defines_the_class_of_its_manufacturer_codes(void)
 {
     const canopen_emergency_code_t codes[] = {{0xFF01U, EMERGENCY_HIGH}, {0x8611U, EMERGENCY_LOW}};
-    TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(codes, 2U, 0xFF01U));
-    TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_class(codes, 2U, 0x8611U));
-    TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_class(codes, 2U, 0x2310U));
-    TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_class(codes, 2U, 0xFF02U));
+    TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_severity(codes, 2U, 0xFF01U));
+    TEST_ASSERT_EQUAL(EMERGENCY_LOW, canopen_emergency_severity(codes, 2U, 0x8611U));
+    TEST_ASSERT_EQUAL(EMERGENCY_HIGH, canopen_emergency_severity(codes, 2U, 0x2310U));
+    TEST_ASSERT_EQUAL(EMERGENCY_MEDIUM, canopen_emergency_severity(codes, 2U, 0xFF02U));
 }
 
 int main(void)
