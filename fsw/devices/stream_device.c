@@ -156,7 +156,7 @@ static void watch(stream_device_t* const device, const uint64_t now_ns)
         device->is_refused = true;
         set_fault(device, STREAM_DEVICE_REFUSED, cause_of(device));
     }
-    // The connection may be broken although it looks open: give it up, so that the flow connects again.
+    // The connection may be broken although it looks open: close it, so that the flow connects again.
     if (device->is_begun && device->is_open && is_silent(device, now_ns) &&
         ((now_ns - device->opened_ns) >= device->silence_ns)) {
         flow_give_up(&device->flow);

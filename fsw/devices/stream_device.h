@@ -87,15 +87,15 @@ status_t stream_device_open(stream_device_t* device, uint64_t now_ns);
 /// Wait for the first record. STATUS_OK after it has arrived; for a device that sends no records, as soon as
 /// its end node is open. STATUS_BUSY until then.
 status_t stream_device_boot(const stream_device_t* device);
-/// Put the device in use: from now on silence is a fault, and _command sends records, first the safe one.
-/// STATUS_OK, STATUS_BUSY (not open, or silent).
+/// Put the device in use: from now on silence is a fault, and _command sends records; the first one has the
+/// safe values. STATUS_OK, STATUS_BUSY (not open, or silent).
 status_t stream_device_start(stream_device_t* device, uint64_t now_ns);
 /// Call at the start of a cycle: open or reopen the end node, and receive records.
 void stream_device_sense(stream_device_t* device, uint64_t now_ns);
 /// Call at the end of a cycle: send the record of commands.
 void stream_device_command(stream_device_t* device);
-/// Make the record of commands the safe one, and send it. STATUS_OK also if the device cannot be reached;
-/// STATUS_BUSY (the end node is full).
+/// Set the record of commands to the safe values, and send it. STATUS_OK also if the device cannot be
+/// reached; STATUS_BUSY (the end node is full).
 status_t stream_device_secure(stream_device_t* device);
 /// Secure the device as stream_device_secure does. After STATUS_OK it is no longer in use, and its silence
 /// is no fault.

@@ -124,8 +124,8 @@ static uint16_t count_streams(const stream_devices_t* const devices, const uint1
     const subsystem_descriptor_t* const descriptor = subsystem_descriptor(devices->generic);
     uint16_t streams                               = 0U;
     for (uint16_t i = 0U; i < count; i++) {
-        const bool is_one = descriptor_is_stream(&descriptor->devices[first + i]);
-        streams           = (uint16_t)(streams + (is_one ? 1U : 0U));
+        const bool is_stream = descriptor_is_stream(&descriptor->devices[first + i]);
+        streams              = (uint16_t)(streams + (is_stream ? 1U : 0U));
     }
     return streams;
 }

@@ -4,10 +4,10 @@
 /// stream_devices_t.
 ///
 /// HARDWARE_INIT opens the devices of all configurations and waits for a record of each; PRE_OPERATIONAL
-/// starts those of the configuration; ERROR_OPERATIONAL secures all devices, then waits for each. Faults
-/// raise events, if the descriptor defines them: STREAM_REFUSED and STREAM_LOST (UINT8 number of the device,
-/// UINT8 stream_device_cause_t), STREAM_RETURNED (UINT8 number). In a subsystem without devices on CAN they
-/// may be called DEVICE_REFUSED, DEVICE_LOST and DEVICE_RETURNED.
+/// starts those of the configuration; ERROR_OPERATIONAL sends the safe record of each device, in each cycle
+/// until all end nodes have accepted it. Faults raise events, if the descriptor defines them: STREAM_REFUSED
+/// and STREAM_LOST (UINT8 number of the device, UINT8 stream_device_cause_t), STREAM_RETURNED (UINT8 number).
+/// In a subsystem without devices on CAN they may be called DEVICE_REFUSED, DEVICE_LOST and DEVICE_RETURNED.
 ///
 /// The subsystem may have devices on CAN, too: fsw/equipment/equipment.h.
 ///

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Port through which ST[02] accesses the drives of a subsystem by SDO, besides the cycle that controls
-/// them. Addresses, protocol-specific data, quantities and return codes: docs/services/st02.md.
+/// Port through which ST[02] accesses the drives of a subsystem by SDO, while the cycle controls them.
+/// Addresses, protocol-specific data, quantities and return codes: docs/services/st02.md.
 ///
 /// Devices are accessible while process data flow. Before that, only commissioning uses SDO; when it
 /// starts, it aborts a transfer of this port. Command pulses switch the supply of devices; they are sent in

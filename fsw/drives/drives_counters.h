@@ -7,11 +7,11 @@
 
 #include "fsw/drives/drives.h"
 
-/// Call once, in software_init: set where the counters are published. `storage` is that of the
-/// parameter; only its UINT32 fields with a known name are written.
+/// Call once, in software_init. `storage` is that of the parameter; drives_counters_publish writes only its
+/// UINT32 fields with a known name.
 void drives_counters_bind(drives_t* drives, const parameter_definition_t* definition, void* storage);
-/// Call in each cycle, between parameter_lock and parameter_unlock. `limited` is added to
-/// COMMAND_LIMITED of the axes.
+/// Call in each cycle, between parameter_lock and parameter_unlock. `limited` is the number of commands that
+/// the subsystem itself has limited; COMMAND_LIMITED also counts those that the axes have limited.
 void drives_counters_publish(drives_t* drives, uint32_t limited);
 
 #endif // FSW_DRIVES_DRIVES_COUNTERS_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Checks for the callback `fits` of a subsystem that it can drive the devices of a descriptor: classes,
-/// end nodes and numbers. Without this check such an error would appear only in flight, without file and
-/// line.
+/// Checks that a subsystem can drive the devices of a descriptor: their classes, end nodes and numbers. For
+/// the callback `fits` of the subsystem. Without these checks an error would appear only in flight, without
+/// file and line.
 #ifndef FSW_DRIVES_DRIVES_FITTING_H
 #define FSW_DRIVES_DRIVES_FITTING_H
 

@@ -25,8 +25,8 @@ status_t drives_quantity_find(const drives_t* const drives, const uint16_t node,
     for (uint16_t i = 0U; i < configuration->device_count; i++) {
         const descriptor_device_t* const device   = &descriptor->devices[configuration->first_device + i];
         const descriptor_endnode_t* const endnode = drives_endnode(descriptor, device);
-        const bool is_it                          = (endnode != NULL) && (endnode->node == node);
-        const uint16_t count                      = is_it ? device->quantity_count : 0U;
+        const bool is_node                        = (endnode != NULL) && (endnode->node == node);
+        const uint16_t count                      = is_node ? device->quantity_count : 0U;
         for (uint16_t k = 0U; (k < count) && (status != STATUS_OK); k++) {
             *out_quantity = &descriptor->quantities[device->first_quantity + k];
             status        = ((*out_quantity)->id == id) ? STATUS_OK : STATUS_OUT_OF_RANGE;

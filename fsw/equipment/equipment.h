@@ -3,10 +3,10 @@
 /// descriptor decides which device is of which kind; a subsystem may have either kind or both.
 ///
 /// The functions with a `void* self` are callbacks for subsystem_callbacks_t; their context begins with an
-/// equipment_t. A subsystem whose table contains one of them contains all of them. drives.h and
-/// stream_devices.h define what they do for each kind. HARDWARE_INIT and a configuration commission the
-/// stream devices first, and then the devices on CAN, whose power stages are thus the last to become ready.
-/// Securing acts on all devices of both kinds in the same cycle.
+/// equipment_t. The table of a subsystem contains either all of them or none. drives.h and stream_devices.h
+/// define what they do for each kind. HARDWARE_INIT and a configuration commission the stream devices first,
+/// and then the devices on CAN, whose power stages are thus the last to become ready. Securing acts on all
+/// devices of both kinds in the same cycle.
 ///
 /// Ownership  The caller provides equipment_t, which must not be moved.
 /// Context    The task of the generic subsystem.
@@ -23,12 +23,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-typedef struct {              // Private, except the members of drives_t that are not.
+typedef struct {              // Private, except the public members of `drives`.
     drives_t drives;          ///< First member: `abandon` of drives_init gets the context of the callbacks.
     stream_devices_t streams; ///< Public as the argument of stream_devices_at.
     bool is_securing;         // equipment_secure was called in this cycle or in the previous one.
     bool has_secured;         // equipment_secure was called in this cycle.
-    bool are_drives_secure; // The devices on CAN are in the safe state, and are not secured again meanwhile.
+    // The devices on CAN are safe; they are not secured again until the stream devices are safe, too.
+    bool are_drives_secure;
 } equipment_t;
 
 /// True if drives_fit and stream_devices_fit accept the devices of their kind. Each need must permit devices

@@ -173,7 +173,7 @@ static void a_supply_with_one_line_for_on_and_off_is_refused(void)
     TEST_ASSERT_NOT_NULL(off);
     off[5] = '1';
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse(text));
-    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "another line than on"));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), "a line other than that of on"));
 }
 
 /// The bus is released 10 ms after the last frame and not earlier.
