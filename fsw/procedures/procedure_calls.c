@@ -105,14 +105,15 @@ static uint32_t integer_at(lua_State* const state, const int index, const lua_In
                            const lua_Integer high)
 {
     const lua_Integer value = luaL_checkinteger(state, index);
-    luaL_argcheck(state, (value >= low) && (value <= high), index, "out of range");
+    luaL_argcheck(state, (value >= low) && (value <= high), index,
+                  lua_pushfstring(state, "expected %I to %I", (LUAI_UACINT)low, (LUAI_UACINT)high));
     return (uint32_t)value;
 }
 
 static double seconds_at(lua_State* const state, const int index)
 {
     const double seconds = luaL_checknumber(state, index);
-    luaL_argcheck(state, (seconds >= 0.0) && (seconds <= SECONDS_MAX), index, "out of range");
+    luaL_argcheck(state, (seconds >= 0.0) && (seconds <= SECONDS_MAX), index, "expected 0 to 1e9 seconds");
     return seconds;
 }
 
@@ -136,7 +137,8 @@ static int send(lua_State* const state)
     slot->call.service           = (uint8_t)integer_at(state, 2, 1, OCTET_MAX);
     slot->call.subtype           = (uint8_t)integer_at(state, 3, 1, OCTET_MAX);
     const char* const data       = luaL_optlstring(state, 4, "", &size);
-    luaL_argcheck(state, size <= sizeof slot->data, 4, "too long");
+    luaL_argcheck(state, size <= sizeof slot->data, 4,
+                  lua_pushfstring(state, "expected at most %d octets", (int)sizeof slot->data));
     slot->call.does_wait = lua_toboolean(state, 5) != 0;
     slot->call.octets    = slot->data;
     slot->call.size      = size;
@@ -153,7 +155,8 @@ static int get(lua_State* const state)
         return ask(state, PUS_CALL_GET);
     }
     const char* const name = luaL_checklstring(state, 1, &size);
-    luaL_argcheck(state, (size < PROCEDURE_NAME_MAX) && (strlen(name) == size), 1, "no name");
+    luaL_argcheck(state, (size < PROCEDURE_NAME_MAX) && (strlen(name) == size), 1,
+                  "expected the name of a parameter");
     (void)memcpy(slot->text, name, size + 1U);
     slot->call.text = slot->text;
     return ask(state, PUS_CALL_GET_NAMED);

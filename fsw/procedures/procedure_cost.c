@@ -161,7 +161,7 @@ int procedure_pay(lua_State* const state, const uint64_t price, const lua_KFunct
                   const lua_KContext context)
 {
     if (price > PROCEDURE_ACT_MAX) {
-        return luaL_error(state, "too much in one call");
+        return luaL_error(state, "this call costs more than %d units", (int)PROCEDURE_ACT_MAX);
     }
     procedure_charge(procedure_slot_of(state), price);
     return procedure_must_wait(state) ? lua_yieldk(state, 0, context, body) : body(state, LUA_OK, context);

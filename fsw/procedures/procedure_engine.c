@@ -2,6 +2,7 @@
 #include "fsw/procedures/procedure_engine.h"
 
 #include "base/assertion.h"
+#include "base/text.h"
 #include "fsw/procedures/procedure_cost.h"
 #include "fsw/procedures/procedure_sandbox.h"
 
@@ -135,12 +136,12 @@ static uint32_t line_of(const char* const text)
 static void fail(procedure_slot_t* const slot, lua_State* const state)
 {
     const bool is_text = lua_type(state, -1) == LUA_TSTRING;
-    const char* text   = is_text ? lua_tostring(state, -1) : "error that is not a text";
+    text_t text        = text_in(slot->text, sizeof slot->text);
     if (slot->is_too_long) {
-        text = "text too long";
+        text_add_pattern(&text, "a text is longer than # octets", NULL, NULL, PROCEDURE_STRING_MAX);
+    } else {
+        text_add(&text, is_text ? lua_tostring(state, -1) : "error that is not a text");
     }
-    slot->text[0] = '\0';
-    (void)strncat(slot->text, text, sizeof slot->text - 1U);
     slot->is_running = false;
     slot->call = (pus_call_t){.kind = PUS_CALL_FAILED, .number = line_of(slot->text), .text = slot->text};
 }

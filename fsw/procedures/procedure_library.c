@@ -80,7 +80,7 @@ static uint64_t price_of_template(lua_State* const state)
     }
     for (format = strchr(format, (int)'%'); format != NULL; format = strchr(format, (int)'%')) {
         format += 1U + strspn(&format[1], FLAGS);
-        luaL_argcheck(state, *format != 'p', 1, "no addresses");
+        luaL_argcheck(state, *format != 'p', 1, "%p is not allowed");
         if ((*format == 'f') || (*format == 'F')) {
             price += LONG_CONVERSION;
         } else if (strchr("aAeEgG", (int)*format) != NULL) {

@@ -110,7 +110,7 @@ static int set_metatable(lua_State* const state)
     luaL_argexpected(state, lua_isnoneornil(state, 2) || lua_istable(state, 2), 2, "nil or table");
     lua_settop(state, 4);
     if (luaL_getmetafield(state, 1, "__metatable") != LUA_TNIL) {
-        return luaL_error(state, "metatable is protected");
+        return luaL_error(state, "cannot change a protected metatable");
     }
     for (size_t i = 0U; (lua_type(state, 2) == LUA_TTABLE) && (i < (sizeof refused / sizeof refused[0]));
          i++) {
@@ -123,7 +123,7 @@ static int set_metatable(lua_State* const state)
     if (lua_type(state, 2) == LUA_TTABLE) {
         lua_pushliteral(state, "__call");
         const int type = lua_rawget(state, 2);
-        luaL_argcheck(state, (type == LUA_TNIL) || (type == LUA_TFUNCTION), 2, "__call is no function");
+        luaL_argcheck(state, (type == LUA_TNIL) || (type == LUA_TFUNCTION), 2, "__call: expected a function");
         lua_pop(state, 1);
     }
     return procedure_pay(state, METATABLE_PRICE, put_metatable, 0);
@@ -398,7 +398,7 @@ static int collect(lua_State* const state, const int status, lua_KContext are_so
     while (lua_next(state, 1) != 0) {
         lua_pop(state, 1);
         if (rank_of(state, -1) < 0) {
-            return luaL_error(state, "no order among keys that are a %s", luaL_typename(state, -1));
+            return luaL_error(state, "keys of type %s have no order", luaL_typename(state, -1));
         }
         count++;
         lua_pushvalue(state, -1);

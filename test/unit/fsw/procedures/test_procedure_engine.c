@@ -287,8 +287,8 @@ static void the_same_code_gives_the_same_calls_in_every_slot(void)
         TEST_ASSERT_EQUAL_UINT(pauses, host.pauses);
     }
     expect_error("for k in pairs({[{}] = 1}) do end", "no order");
-    expect_error("return ('%p'):format('x')", "no addresses");
-    expect_error("return ('%-5p'):format('x')", "no addresses");
+    expect_error("return ('%p'):format('x')", "%p is not allowed");
+    expect_error("return ('%-5p'):format('x')", "%p is not allowed");
     expect_error("return ('%s'):format({})", "expected");
 }
 
