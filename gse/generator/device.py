@@ -88,7 +88,7 @@ def _quantity(element):
 def _supply(element):
     element.unsigned("unit", 1, 127)
     if element.unsigned("on", 1, 255) == element.unsigned("off", 1, 255):
-        element.wrong("off", "another line than on")
+        element.wrong("off", "a line other than that of on")
 
 
 def _field(element):

@@ -104,7 +104,7 @@ def test_changed_interface_is_reported_with_file_and_both_hashes(probe, tmp_path
     changed = tmp_path / "joystick.xml"
     changed.write_text(changed.read_text().replace('name="FELT_TORQUE"', 'name="HAND_TORQUE"'))
     done = subprocess.run([probe, "compiled", tmp_path], capture_output=True, text=True, check=False)
-    assert re.search(r"joystick\.xml:1: interface compiled 0x[0-9A-F]{16}, found 0x[0-9A-F]{16}: run make", done.stdout)
+    assert re.search(r"joystick\.xml:1: interface hash: expected 0x[0-9A-F]{16} as compiled, found 0x[0-9A-F]{16}: run make", done.stdout)
 
 
 def test_both_readers_give_the_same_hashes(probe):

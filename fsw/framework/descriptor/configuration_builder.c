@@ -251,7 +251,7 @@ static void take_object(source_t* const source, const value_type_t type, uint16_
         descriptor_source_wrong(source, "object", "an object like 0x6060:00");
     }
     if (type == VALUE_BOOL) {
-        descriptor_source_wrong(source, "type", "another than BOOL");
+        descriptor_source_wrong(source, "type", "a type other than BOOL");
     }
 }
 
@@ -277,7 +277,7 @@ void descriptor_configuration_builder_supply(source_t* const source)
 {
     const descriptor_supply_t* const supply = source->item;
     if (supply->on == supply->off) {
-        descriptor_source_wrong(source, "off", "another line than on");
+        descriptor_source_wrong(source, "off", "a line other than that of on");
     }
 }
 

@@ -15,9 +15,9 @@ status_t descriptor_check_interface(text_t* const out_error, const char* const p
         return STATUS_OK;
     }
     text_add(out_error, path);
-    text_add(out_error, ":1: interface compiled ");
+    text_add(out_error, ":1: interface hash: expected ");
     text_add_hex(out_error, compiled_hash, 16U);
-    text_add(out_error, ", found ");
+    text_add(out_error, " as compiled, found ");
     text_add_hex(out_error, descriptor->interface_hash, 16U);
     text_add(out_error, ": run make");
     return STATUS_CHECKSUM;

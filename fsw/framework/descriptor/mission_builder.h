@@ -94,8 +94,8 @@ void descriptor_mission_builder_refuse(source_t* source, uint32_t line, const ch
 void descriptor_mission_check_element(source_t* source);
 void descriptor_mission_copy_ports(source_t* source, mission_subsystem_t* subsystem,
                                    const subsystem_descriptor_t* descriptor);
-/// Check that every bus that an endnode names is a bus of the mission, and that its redundant bus is channel
-/// B of that bus.
+/// Check that every bus that an end node names is a bus of the mission, and that the redundant bus of the end
+/// node is channel B of that bus.
 void descriptor_mission_check_buses(mission_builder_t* builder, const mission_subsystem_t* subsystem,
                                     const char* path, const subsystem_descriptor_t* descriptor);
 /// Check that both ends of a link are ports that fit each other. The links before this one have been checked.

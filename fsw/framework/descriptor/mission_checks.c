@@ -132,8 +132,6 @@ static void take_bus(mission_builder_t* const builder, const mission_bus_t* cons
     *owner = subsystem;
 }
 
-/// Check that every bus that an endnode names is a bus of the mission, and that its redundant bus is channel
-/// B of that bus.
 void descriptor_mission_check_buses(mission_builder_t* const builder,
                                     const mission_subsystem_t* const subsystem, const char* const path,
                                     const subsystem_descriptor_t* const descriptor)

@@ -185,7 +185,7 @@ typedef struct {
     uint64_t interface_hash;     ///< Hash over the interface hashes of all subsystems.
     uint64_t configuration_hash; ///< Hash over this file and the configuration hashes of all subsystems.
     uint32_t power_available_w;
-    uint16_t initial_mode; ///< Id of the first mode.
+    uint16_t initial_mode; ///< Id of the mode in which the mission begins.
     uint8_t fallback_mode; ///< Id of the mode that is entered when the mission cannot continue normally.
     uint8_t time_reports;  ///< Format of spacecraft time packets: the subtype of ST[09], 2 CUC, 3 CDS.
     mission_log_t log_strategy;

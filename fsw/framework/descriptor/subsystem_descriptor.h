@@ -5,10 +5,10 @@
 /// and stores `first` and `count`. A model that was read from a file refers to its own storage, so it must
 /// not be copied; all capacities are fixed. A model that was compiled into a program refers to constants.
 ///
-/// Two kinds of content are never mixed: the interface part (names, ids, types, counts of parameters, events,
-/// functions, services, configurations, ports; enumerations and failures) is compiled into the program, and
-/// interface_hash protects it; all else is configuration, which is read at run time, and configuration_hash
-/// protects it (docs/descriptors.md defines both).
+/// The content has two parts. The interface (names, ids, types, counts of parameters, events, functions,
+/// services, configurations, ports; enumerations and failures) is compiled into the program; interface_hash
+/// protects it. All else is configuration, which is read at run time; configuration_hash protects it
+/// (docs/descriptors.md defines both).
 ///
 /// Ownership  The caller provides the model (static; about 71 KiB).
 /// Context    Any, read-only after loading.
@@ -411,8 +411,8 @@ bool descriptor_is_stream(const descriptor_device_t* device);
 MUST_USE status_t descriptor_check_interface(text_t* out_error, const char* path,
                                              const subsystem_descriptor_t* descriptor,
                                              uint64_t compiled_hash);
-/// Refuse a descriptor for a reason that only its program knows: appends "path:line: SAYS" or, if `most` is
-/// not 0, "path:line: too many SAYS, at most MOST". Returns STATUS_UNSUPPORTED.
+/// Refuse a descriptor for a reason that only its program knows: appends "path:line: REASON" or, if `most` is
+/// not 0, "path:line: too many REASON, at most MOST". Returns STATUS_UNSUPPORTED.
 status_t descriptor_refuse(text_t* out_error, const char* path, uint32_t line, const char* reason,
                            uint32_t most);
 

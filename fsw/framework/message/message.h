@@ -171,7 +171,7 @@ MUST_USE status_t message_next(message_endpoint_t* endpoint, const message_filte
 /// credit is not returned.
 MUST_USE status_t message_receive_if(message_endpoint_t* endpoint, const message_filter_t* filter,
                                      uint16_t* out_from, uint8_t* octets, size_t capacity, size_t* out_size);
-/// True if the block taken last was sent by an earlier life of its peer, which has ended since it arrived.
+/// True if the block taken last was sent by an earlier life of its peer, which ended after the block arrived.
 bool message_is_of_past(const message_endpoint_t* endpoint);
 /// Exchange SYNC with a peer, because the connection to the peer works again. No effect if the peer has
 /// credited all frames.

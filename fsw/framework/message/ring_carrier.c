@@ -3,37 +3,38 @@
 
 #include "base/assertion.h"
 
-void message_ring_carrier_init(message_ring_carrier_t* const hub, const message_delivery_notice_t notice)
+void message_ring_carrier_init(message_ring_carrier_t* const carrier, const message_delivery_notice_t notice)
 {
-    FSW_ASSERT((hub != NULL) && (notice.delivered != NULL));
-    *hub = (message_ring_carrier_t){.notice = notice};
+    FSW_ASSERT((carrier != NULL) && (notice.delivered != NULL));
+    *carrier = (message_ring_carrier_t){.notice = notice};
 }
 
-status_t message_ring_carrier_attach(message_ring_carrier_t* const hub, message_endpoint_t* const endpoint)
+status_t message_ring_carrier_attach(message_ring_carrier_t* const carrier,
+                                     message_endpoint_t* const endpoint)
 {
-    FSW_ASSERT((hub != NULL) && (endpoint != NULL));
-    for (size_t i = 0U; i < hub->endpoint_count; i++) {
-        if (hub->endpoints[i] == endpoint) {
+    FSW_ASSERT((carrier != NULL) && (endpoint != NULL));
+    for (size_t i = 0U; i < carrier->endpoint_count; i++) {
+        if (carrier->endpoints[i] == endpoint) {
             return STATUS_OK; // The endpoint was already attached in an earlier life.
         }
     }
-    if (hub->endpoint_count == MESSAGE_PEERS_MAX) {
+    if (carrier->endpoint_count == MESSAGE_PEERS_MAX) {
         return STATUS_EXHAUSTED;
     }
-    hub->endpoints[hub->endpoint_count] = endpoint;
-    hub->endpoint_count++;
+    carrier->endpoints[carrier->endpoint_count] = endpoint;
+    carrier->endpoint_count++;
     return STATUS_OK;
 }
 
 static status_t put_into_inbox(void* const context, const uint16_t to, const uint8_t* const frame,
                                const size_t size)
 {
-    message_ring_carrier_t* const hub = (message_ring_carrier_t*)context;
-    for (size_t i = 0U; i < hub->endpoint_count; i++) {
-        if (hub->endpoints[i]->self == to) {
-            const status_t status = message_deliver(hub->endpoints[i], frame, size);
+    message_ring_carrier_t* const carrier = (message_ring_carrier_t*)context;
+    for (size_t i = 0U; i < carrier->endpoint_count; i++) {
+        if (carrier->endpoints[i]->self == to) {
+            const status_t status = message_deliver(carrier->endpoints[i], frame, size);
             if (status == STATUS_OK) {
-                hub->notice.delivered(hub->notice.context, to);
+                carrier->notice.delivered(carrier->notice.context, to);
             }
             return status;
         }
@@ -41,8 +42,8 @@ static status_t put_into_inbox(void* const context, const uint16_t to, const uin
     return STATUS_NOT_FOUND;
 }
 
-message_carrier_t message_ring_carrier_port(message_ring_carrier_t* const hub)
+message_carrier_t message_ring_carrier_port(message_ring_carrier_t* const carrier)
 {
-    FSW_ASSERT(hub != NULL);
-    return (message_carrier_t){.context = hub, .send = put_into_inbox};
+    FSW_ASSERT(carrier != NULL);
+    return (message_carrier_t){.context = carrier, .send = put_into_inbox};
 }

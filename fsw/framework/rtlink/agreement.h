@@ -49,9 +49,8 @@ typedef struct {            // Terms that one end offers; after negotiation, the
 rtlink_order_t rtlink_native_order(void);
 /// Agree on the terms of a link. Layouts must be equal; the byte order is the producer's; one of the periods
 /// must be an integer multiple of the other: a slower consumer reads every n-th sample (decimation), a faster
-/// one reads each sample several times; the method is the lowest common bit.
-/// Returns RTLINK_ACCEPTED and the agreed terms, or the reason of the refusal; *out_agreed is then no
-/// agreement.
+/// one reads each sample several times; the method is the lowest common bit. Returns RTLINK_ACCEPTED and the
+/// agreed terms, or the reason of the refusal; *out_agreed must then not be used.
 rtlink_verdict_t rtlink_negotiate(const rtlink_terms_t* producer, const rtlink_terms_t* consumer,
                                   rtlink_terms_t* out_agreed);
 

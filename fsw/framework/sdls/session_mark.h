@@ -31,8 +31,8 @@ typedef struct { // Private, except `session`.
 /// both intact and of this key), STATUS_FULL, STATUS_IO: no frame may be accepted.
 MUST_USE status_t sdls_session_mark_open(sdls_session_mark_t* mark, const medium_t* medium,
                                          const uint8_t check[SESSION_MARK_CHECK]);
-/// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the number is not in force; a later
-/// attempt with a higher number may succeed.
+/// Write a higher number to the disk. STATUS_OK; STATUS_FULL, STATUS_IO: the session must not be used; a
+/// later attempt with a higher number may succeed.
 MUST_USE status_t sdls_session_mark_advance(sdls_session_mark_t* mark, uint32_t session);
 
 #endif // FSW_FRAMEWORK_SDLS_SESSION_MARK_H

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Checks that a program supports its descriptor: before the program starts, and before a reloaded descriptor
-/// comes into force. It checks what the reader of descriptors cannot check: the callbacks of the subsystem,
-/// the sizes of the component, and the devices that the subsystem can drive.
+/// comes into force. The reader of descriptors cannot check these properties of the program: the callbacks of
+/// the subsystem, the sizes of the component, and the devices that the subsystem can drive.
 ///
 /// Context    At start and on TC[129,6].
 /// Time       O(descriptor).

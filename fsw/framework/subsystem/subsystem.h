@@ -162,7 +162,7 @@ typedef struct { // Sums over all links that this subsystem has consumed since i
 void subsystem_link_totals(const subsystem_t* subsystem, subsystem_link_totals_t* out_totals);
 typedef struct { // Refusals and losses since the start, for a COUNTERS parameter. Each counter [wraps].
     /// Largest number of function commands that ran at the same time (does not wrap), and commands refused
-    /// because SUBSYSTEM_CALL_TOKENS ran.
+    /// because SUBSYSTEM_CALL_TOKENS commands were running.
     uint16_t pool_peak;
     uint32_t pool_refused;
     uint32_t requests_refused;     ///< Telecommands rejected, or failed at their start.

@@ -40,9 +40,10 @@ static const char* refusal(const char* const directory, const unsigned count)
 
 static void the_path_of_its_descriptor_is_relative_to_the_mission_or_absolute(void)
 {
-    TEST_ASSERT_EQUAL_STRING("/f/subsystems/arm.xml:1: interface compiled 0x0000000000000002, found "
-                             "0x0000000000000001: run make",
-                             refusal("/f", 1U));
+    TEST_ASSERT_EQUAL_STRING(
+        "/f/subsystems/arm.xml:1: interface hash: expected 0x0000000000000002 as compiled, found "
+        "0x0000000000000001: run make",
+        refusal("/f", 1U));
     arm.descriptor = "/g/arm.xml";
     TEST_ASSERT_EQUAL_STRING_LEN("/g/arm.xml:1: ", refusal("/f", 1U), 14U);
 }

@@ -125,8 +125,9 @@ static void a_component_compares_with_its_compiled_interface(void)
     arm.interface_hash = 0x123456789ABCDEF0ULL;
     TEST_ASSERT_EQUAL(STATUS_CHECKSUM,
                       descriptor_check_interface(&error, "arm.xml", &arm, 0xFEDCBA9876543210ULL));
-    TEST_ASSERT_EQUAL_STRING(
-        "arm.xml:1: interface compiled 0xFEDCBA9876543210, found 0x123456789ABCDEF0: run make", characters);
+    TEST_ASSERT_EQUAL_STRING("arm.xml:1: interface hash: expected 0xFEDCBA9876543210 as compiled, found "
+                             "0x123456789ABCDEF0: run make",
+                             characters);
 }
 
 static void the_interface_hash_changes_with_each_number_of_a_service(void)

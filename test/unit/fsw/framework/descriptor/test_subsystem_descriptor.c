@@ -460,7 +460,7 @@ static const damage_t damages[] = {
     {"object='0x6060:00'", "object='0x60 0:00'", 45U, "an object like 0x6060:00"},
     {"type='INT8' value='-8'", "type='INT8' value='-129'", 45U, "a number of type INT8"},
     {"type='INT8' value='-8'", "type='DOUBLE' value='-8x'", 45U, "a number of type DOUBLE"},
-    {"type='INT8' value='-8'", "type='BOOL' value='1'", 45U, "another than BOOL"},
+    {"type='INT8' value='-8'", "type='BOOL' value='1'", 45U, "a type other than BOOL"},
     {"node='0x11'", "node='128'", 47U, "a number from 1 to 127"},
     {"bus='robot' ", "", 47U, "<Endnode> of type CAN needs attribute bus"},
     {"bus='robot' node", "bus='robot' port='1' node", 47U,
