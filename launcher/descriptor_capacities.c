@@ -8,7 +8,7 @@
 
 #define WORD_OCTETS 8U
 #define SPARE_STRUCTURES 2U      // Housekeeping structures that ground may define in addition.
-#define SPARE_SAMPLE_OCTETS 256U // Least size of a sample, for these structures.
+#define SPARE_SAMPLE_OCTETS 256U // Smallest size of a sample [octets], so that these structures have room.
 #define SPARE_RECORDS 16U        // Records of services without entries in a descriptor.
 #define NODES 128U
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sizes of the static storage of a program whose descriptors are compiled in: what its descriptors declare,
-/// and room for what ground may define in addition. They are written as a header that the compiler includes
-/// before the sources of this program, where each replaces the default of the header it belongs to.
+/// Sizes of the static storage of a program whose descriptors are compiled in: for the contents of its
+/// descriptors, and for definitions that the ground may add. They are written as macros to a header, which
+/// the compiler includes before the sources of this program; each macro replaces a default in the header of a
+/// module.
 ///
 /// Ownership  The caller provides the capacities.
 #ifndef LAUNCHER_DESCRIPTOR_CAPACITIES_H

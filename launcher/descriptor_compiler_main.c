@@ -67,11 +67,13 @@ static unsigned number_of_model(compiler_t* const self)
     return number;
 }
 
-/// Compile one subsystem, with its descriptor read as its program reads it. Returns null, or the error text.
+/// Compile one subsystem. Its mission is read as the program of the subsystem would read it. Returns null, or
+/// the error text.
 static const char* compile(compiler_t* const self, const char* const path, const uint16_t apid)
 {
     if (self->count == ENTRIES_MAX) {
-        return "too many missions with this program";
+        return "too many missions with this program; raise ENTRIES_MAX in "
+               "launcher/descriptor_compiler_main.c";
     }
     if (descriptor_load_mission(&self->loader, path, apid, NULL, &self->mission, &self->own) != STATUS_OK) {
         return descriptor_error(&self->loader);

@@ -230,7 +230,7 @@ void descriptor_writer_mission(descriptor_writer_t* const writer, const unsigned
     add_model(&model, (const uint8_t*)mission, &descriptor_model_of_mission);
 }
 
-typedef struct { // In such a structure the offset of the member after one octet is the alignment of its type.
+typedef struct { // In each of these structures, the offset of `member` is the alignment of its type.
     char octet;
     uint16_t member;
 } aligned_u16_t;

@@ -10,7 +10,7 @@
 #define PIECE_OCTETS 4096U
 #define BLANK 0xFF
 
-/// Add blank octets up to the size of an image. An image whose making was interrupted is completed.
+/// Add blank octets up to the size of an image. This also completes an image whose creation was interrupted.
 static status_t fill(osal_file_t* const image, const uint64_t size)
 {
     uint8_t piece[PIECE_OCTETS];

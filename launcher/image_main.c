@@ -39,7 +39,7 @@ typedef struct { // Storage of the image in addition to that of its components.
     component_descriptors_t descriptors;
     component_play_outs_t play_outs;
     launcher_relay_t relay;
-    message_ring_carrier_t hub;
+    message_ring_carrier_t ring_carrier;
     component_runtime_t runtimes[MISSION_SUBSYSTEMS_MAX];
     subsystem_descriptor_t own[MISSION_SUBSYSTEMS_MAX];
     component_instance_t programs[MISSION_SUBSYSTEMS_MAX];
@@ -113,12 +113,12 @@ static const char* attach(image_t* const self, const char* const run_name_text)
 
 static component_runtime_surroundings_t surroundings_of(image_t* const self)
 {
-    return (component_runtime_surroundings_t){.run         = self->run,
-                                              .mission     = &self->mission,
-                                              .descriptors = &self->descriptors,
-                                              .play_outs   = &self->play_outs,
-                                              .scheduler   = self->scheduler,
-                                              .hub         = &self->hub};
+    return (component_runtime_surroundings_t){.run          = self->run,
+                                              .mission      = &self->mission,
+                                              .descriptors  = &self->descriptors,
+                                              .play_outs    = &self->play_outs,
+                                              .scheduler    = self->scheduler,
+                                              .ring_carrier = &self->ring_carrier};
 }
 
 /// Open a component, which loads its descriptor into `own`. Returns null, or the error text.
@@ -152,7 +152,7 @@ static const char* open_component(image_t* const self, const unsigned index,
 
 static const char* open_components(image_t* const self)
 {
-    message_ring_carrier_init(&self->hub, (message_delivery_notice_t){self, delivered});
+    message_ring_carrier_init(&self->ring_carrier, (message_delivery_notice_t){self, delivered});
     for (unsigned i = 0U; i < self->run->component_count; i++) {
         const char* const error = open_component(self, i, &self->own[i]);
         if (error != NULL) {
@@ -387,7 +387,7 @@ static int close_all(image_t* const self)
         code = report_error(simulator_failure(self->simulator));
     }
     if (simulator_close(self->simulator) != STATUS_OK) {
-        code = report_error("a log of the simulator is not complete");
+        code = report_error("a log of the simulator is not complete; is the disk full?");
     }
     if (self->has_cosimulation) {
         cosimulation_port_close(&self->cosimulation);

@@ -361,9 +361,9 @@ static bool are_interfaces_sensible(const launch_options_t* const options, char 
     return true;
 }
 
-/// Choose UDP for links and messages that have no option, and check the options of a run with a program for
-/// another processor, which shares no memory with the rest of the run. `option` is the one that chooses such
-/// programs.
+/// Check the options of a run with a program for another processor, which shares no memory with the rest of
+/// the run; `option` is the one that selects this program. If --links or --transport is not given, UDP is
+/// chosen.
 static bool is_remote_sensible(launch_options_t* const options, const char* const option,
                                char error[LAUNCH_ERROR_MAX])
 {
@@ -405,8 +405,8 @@ static bool are_remotes_sensible(launch_options_t* const options, char error[LAU
            ((options->rtos[0] == '\0') || is_remote_sensible(options, "--rtos", error));
 }
 
-/// Choose UDP for links that have no option, and check the options of a run whose links have a delay, because
-/// the relay needs UDP and a scheduler.
+/// Check the options of a run whose links have a delay: the relay needs UDP and a scheduler. If --links is
+/// not given, UDP is chosen.
 static bool is_delay_sensible(launch_options_t* const options, char error[LAUNCH_ERROR_MAX])
 {
     if (options->delay_ms == 0U) {

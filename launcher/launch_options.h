@@ -35,9 +35,8 @@ typedef struct {
     launch_bus_t bus;
     const char* interfaces[LAUNCH_INTERFACES_MAX]; ///< "BUS=INTERFACE": controllers of flight.
     size_t interface_count;
-    const char*
-        /// "BUS=INTERFACE": controllers of the simulator on the same wires.
-        sim_interfaces[LAUNCH_INTERFACES_MAX];
+    /// "BUS=INTERFACE": controllers of the simulator on the same wires.
+    const char* sim_interfaces[LAUNCH_INTERFACES_MAX];
     size_t sim_interface_count;
     const char* transport; ///< "udp" or "tipc"; "": that of the mission.
     const char* links;     ///< "shm", "udp" or "tipc"; "": that of the mission.
@@ -49,8 +48,8 @@ typedef struct {
     const char* storage; ///< Directory of persistent records, stores and files; empty: "storage" in `output`.
     const char* key;     ///< File with the key of telecommands; empty: the mission's.
     const char* remote_endian; ///< Subsystem with a program of another byte order and a proxy; "": none.
-    const char*
-        rtos; ///< Subsystems whose programs run on FreeRTOS on an emulated board, with commas; "": none.
+    /// Subsystems whose programs run on FreeRTOS on an emulated board, separated by commas; "": none.
+    const char* rtos;
     uint64_t duration_ns; ///< Shut the mission down after this simulated time; 0: never.
     bool has_report;
 } launch_options_t;

@@ -147,7 +147,7 @@ static bool may_return(launcher_t* const launcher, child_t* const child)
     return true;
 }
 
-/// Let the scheduler end the next life of the supervisor, which it expects, at the instant at which it would
+/// The scheduler expects the next life of the supervisor: let this life end at the instant at which it would
 /// begin.
 static void give_supervisor_up(const launcher_t* const launcher, const child_t* const child)
 {
@@ -161,8 +161,8 @@ static void give_supervisor_up(const launcher_t* const launcher, const child_t* 
 bool launcher_has_ended_well(const launcher_t* const launcher, const child_t* const child)
 {
     const bool was_signalled = child->result.was_signalled;
-    // The shutdown that the user has ordered cuts the script: its operator may have an unexpected answer or
-    // no link, and one that has not connected yet is asked to end by SIGTERM.
+    // A shutdown by the user cuts the script: the operator may get an unexpected answer or lose its link. An
+    // operator that has not connected yet gets SIGTERM.
     const bool is_cut = launcher->is_ended_by_user && (strcmp(child->name, "operator") == 0) &&
                         (!was_signalled || (child->result.code == OSAL_SIGNAL_END));
     return is_cut || (!was_signalled && (child->result.code == 0));

@@ -97,8 +97,8 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     uint64_t last_wall_ns;
     uint64_t last_simulated_ns;
     uint64_t abandon_ns; // Simulated time at which a run that does not shut down by itself is ended.
-    uint64_t
-        left_ns; // Simulated time at which the operator ended with exit code 0, + 1; 0: it has not ended.
+    // Simulated time at which the operator ended with exit code 0, plus 1; 0: it has not ended.
+    uint64_t left_ns;
     // Simulated time when its last advance was seen; the next field has the wall-clock time.
     uint64_t moved_simulated_ns;
     uint64_t moved_wall_ns;

@@ -33,8 +33,8 @@ void launcher_start_child(launcher_t* const launcher, child_t* const child,
     (void)text_join(output, sizeof output,
                     (const char* const[]){launcher->run->directory, "/console.log", NULL});
     // In stepped time only one process runs at a time: all processes of the run share one processor, because
-    // the grant then passes fastest. The id of the launcher chooses it, so that runs beside each other are
-    // spread over two processors.
+    // the grant then passes fastest. The id of the launcher selects the processor, so that simultaneous runs
+    // use two processors.
     osal_process_start_t start = {.arguments        = arguments->list,
                                   .descriptors      = descriptors,
                                   .descriptor_count = descriptor_count,
@@ -132,14 +132,14 @@ static void add_buses(arguments_t* const arguments, const launcher_t* const laun
     }
 }
 
-/// Whether the run has a relay as a process of its own.
+/// True if the run has a relay as a separate process.
 static bool has_relay(const launcher_t* const launcher)
 {
     return (launcher->options.delay_ms > 0U) && !launcher->run->relay.is_network;
 }
 
-/// Add the processes of the run for the simulator: the numbers of the components as participants, each with
-/// the name of its program (as in run.json) and again with the name of the component. The others have no
+/// Tell the simulator the names of the processes of the run. A component has two options: the name of its
+/// program (as in run.json) and its own name, each with its number as participant. Other processes have no
 /// number.
 static void add_processes(arguments_t* const arguments, const launcher_t* const launcher)
 {
@@ -181,7 +181,7 @@ static void start_simulator(launcher_t* const launcher)
     }
     add_processes(&arguments, launcher);
     if ((launcher->scheduler != NULL) && launcher->has_operator &&
-        run_state_find(launcher->run, 2U, &communication)) {
+        run_state_find(launcher->run, COMMUNICATION_APID, &communication)) {
         arguments_add_option(&arguments, "--cosimulation", launcher->cosimulation);
         arguments_add_number(&arguments, "--cosimulation-participant", run_operator(launcher->run));
         arguments_add_number(&arguments, "--cosimulation-receiver", run_participant(communication));

@@ -191,7 +191,7 @@ void launcher_clean_up(launcher_t* const launcher)
             osal_console_print_error("cannot write run.json into the run's directory (is the disk full?)");
             (void)launcher_fail(launcher, "run.json could not be written", "; is the disk full?");
         }
-        // The report is made of a flight that has ended: nothing listens at its ground port.
+        // The flight has ended: close its ground port before the report is made.
         osal_socket_close(&launcher->ground);
         if (launcher->options.has_report) {
             draw_report(launcher);

@@ -119,7 +119,7 @@ static bool delay_link_end(launcher_t* const launcher, const char* const name, c
            launcher_fail(
                launcher,
                "--delay --nodes 2: cannot delay the network between the nodes: it needs `tc` of iproute2 "
-               "and netem in the kernel (console.log has what `tc` said); load it as root: `modprobe "
+               "and netem in the kernel (see console.log for the output of `tc`); load it as root: `modprobe "
                "sch_netem`, or fly in the micro-VM (`make vm`): ",
                launcher->run->directory);
 }
@@ -244,7 +244,7 @@ bool launcher_create_computers(launcher_t* const launcher)
            launcher_fail(
                launcher,
                "--nodes 2: cannot create two network namespaces and a veth between them (needs iproute2 and "
-               "root; console.log has what `ip` said): ",
+               "root; see console.log for the output of `ip`): ",
                run->directory);
 }
 

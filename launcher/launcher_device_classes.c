@@ -46,9 +46,9 @@ static bool is_of_sheet(launcher_t* const launcher, const canopen_device_profile
     text_add_hex(&text, class->sheet_hash, HASH_DIGITS);
     text = text_in(found, sizeof found);
     text_add_hex(&text, hash, HASH_DIGITS);
-    return launcher_refuse(launcher, (const char* const[]){path, ": found hash ", found,
-                                                           ", the programs were built from ", compiled,
-                                                           ": run make", NULL});
+    return launcher_refuse(launcher, (const char* const[]){path, ": expected hash ", compiled,
+                                                           ", from which the programs were built, found ",
+                                                           found, ": run make", NULL});
 }
 
 bool launcher_check_device_classes(launcher_t* const launcher)

@@ -460,7 +460,7 @@ static bool listen_to_ground(launcher_t* const launcher)
     }
     char endpoint[32];
     text_t text = text_in(endpoint, sizeof endpoint);
-    text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1: " : "0.0.0.0: ");
+    text_add(&text, (ipv4 == OSAL_IPV4_LOOPBACK) ? "127.0.0.1:" : "0.0.0.0:");
     text_add_unsigned(&text, first);
     if (status != STATUS_OK) {
         const bool is_used = (status == STATUS_EXISTS);
@@ -586,7 +586,7 @@ void launcher_take_over(launcher_t* const launcher, const launch_options_t* cons
     launcher->is_broken       = true;
     // An error while the mission was read is dropped: the mission may have become unreadable.
     launcher->reason[0] = '\0';
-    (void)launcher_fail(launcher, "launcher was killed; all others died with it", "");
+    (void)launcher_fail(launcher, "the launcher was killed, and all other processes of the run with it", "");
     if (run == NULL) {
         return;
     }

@@ -166,7 +166,7 @@ static bool check_name(launcher_t* const launcher, const processor_t* const proc
     if ((processor != &big_endian) &&
         (strcmp(launcher->mission.subsystems[component].name, launcher->options.remote_endian) == 0)) {
         return refuse(launcher, processor->option,
-                      "this subsystem runs big-endian (--remote-endian): ", value);
+                      "--remote-endian names this subsystem, too; omit one of the options: ", value);
     }
     return check(launcher, processor, component);
 }
@@ -184,7 +184,7 @@ static bool check_boards(launcher_t* const launcher)
         }
         bool* const is_again = &is_listed[find(launcher, choice.name, choice.name_length)];
         if (*is_again) {
-            return refuse(launcher, boards[0].option, "a subsystem is listed twice: ", value);
+            return refuse(launcher, boards[0].option, "a subsystem is listed twice; list each once: ", value);
         }
         *is_again = true;
     }

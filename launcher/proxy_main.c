@@ -27,7 +27,7 @@ typedef struct { // All storage of the proxy.
     const char* board; ///< Emulated board; null: the program is a process of another byte order.
     osal_process_t process;
     target_link_t target;
-    eeprom_image_t eeprom; ///< That of the board; the emulator has it, too.
+    eeprom_image_t eeprom; ///< EEPROM of the board; the emulator uses the image, too.
     remote_endian_wire_t wire;
     remote_endian_buses_t buses;
     bool has_reported_refused;
@@ -52,7 +52,7 @@ static const char* open_run(proxy_t* const self, const char* const name)
         return "there is no such run; `hirosco run --remote-endian SUBSYSTEM` starts it";
     }
     if (self->component >= self->run->component_count) {
-        return "the run has no such component; `hirosco run` starts all of a mission";
+        return "the run has no such component; `hirosco run` starts all components of a mission";
     }
     self->life = __atomic_load_n(&self->run->components[self->component].life, __ATOMIC_ACQUIRE);
     if (!run_name(self->run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||
@@ -84,7 +84,7 @@ static bool start_runner(proxy_t* const self, const char* const* const arguments
             }
         }
     }
-    // The launcher ends the run. An emulator handles SIGINT itself, and would end in the middle of it.
+    // The launcher ends the run. An emulator handles SIGINT itself, and would end before the run.
     const osal_process_start_t start = {.arguments        = arguments,
                                         .descriptors      = descriptors,
                                         .descriptor_count = count,
@@ -111,8 +111,8 @@ static bool start_program(proxy_t* const self, const char* const name, const cha
     return is_started;
 }
 
-// The EEPROM of a board is two devices for the emulator, which have one half of the image each. What they
-// write is on the disk before the board goes on.
+// The emulator has two devices for the EEPROM of a board, each with one half of the image. The octets that
+// they write are on the disk before the board continues.
 #define EEPROM_HALF(name, offset)                                                                            \
     "if=none,id=" name ",cache=writethrough,driver=raw,offset=" offset                                       \
     ",size=65536,file.driver=file,file.filename=/dev/fdset/1"
@@ -167,8 +167,8 @@ static bool start_emulator(proxy_t* const self, const char* const runner, const 
     return start_runner(self, arguments, ends, sizeof ends / sizeof ends[0]);
 }
 
-/// Open the image of the EEPROM of the board. If the proxy of the life before was killed, its emulator has
-/// the image until it has ended, too. Returns false after it has printed the reason.
+/// Open the image of the EEPROM of the board. If the proxy of the earlier life was killed, the emulator of
+/// that life uses the image until the emulator has ended. Returns false after it has printed the reason.
 static bool open_eeprom(proxy_t* const self)
 {
     const char* const name  = self->run->components[self->component].name;
@@ -418,7 +418,7 @@ int main(int argument_count, char* arguments[])
     }
     const bool is_good = serve(self);
     if (self->board != NULL) {
-        if (target_link_lost(&self->target) > self->reported_lost) { // Lost after the first were printed.
+        if (target_link_lost(&self->target) > self->reported_lost) { // More were lost after the first print.
             print_lost(self);
         }
         target_link_close(&self->target);

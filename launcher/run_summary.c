@@ -89,7 +89,7 @@ static void add_relay(text_t* const text, const launcher_t* const launcher)
     text_add(text, "{\"round_trip_ms\": ");
     text_add_unsigned(text, launcher->options.delay_ms);
     if (relay->is_network) {
-        text_add(text, ", \"network\": true}"); // The links themselves count their losses (`link list`).
+        text_add(text, ", \"network\": true}"); // The ends of the links count the losses (`gse link list`).
         return;
     }
     text_add(text, ", \"delayed\": ");

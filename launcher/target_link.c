@@ -88,7 +88,8 @@ static status_t write_all(target_link_t* const link, const uint8_t* const octets
         status      = osal_device_write(&link->out, &octets[done], size - done, &sent);
         done += sent;
         if (status == STATUS_FULL) {
-            // A pause until there is room. It ends when the program has ended: `in` is then readable.
+            // Pause until there is room. The end of the program ends the pause, because it makes `in`
+            // readable.
             const status_t waited = osal_device_wait_readable(&link->in, PAUSE_MS);
             status = ((waited == STATUS_OK) || (waited == STATUS_TIMEOUT)) ? STATUS_OK : waited;
         }
@@ -260,7 +261,8 @@ static status_t take_record(target_link_t* const link, const target_wire_kind_t 
     return status;
 }
 
-/// Read what the pipe has. STATUS_OK (something more has arrived), STATUS_EMPTY, STATUS_CLOSED, STATUS_IO.
+/// Read the octets in the pipe. STATUS_OK (something more has arrived), STATUS_EMPTY, STATUS_CLOSED,
+/// STATUS_IO.
 static status_t read_more(target_link_t* const link)
 {
     size_t size = 0U;

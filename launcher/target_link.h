@@ -25,7 +25,7 @@ typedef struct { // Private.
     osal_socket_t sender;
     osal_socket_t sockets[TARGET_LINK_SOCKETS_MAX]; ///< Sockets that the program has requested.
     size_t socket_count;
-    size_t stream_rest; ///< Octets that the present record of the stream still has.
+    size_t stream_rest; ///< Octets of the present record of the stream that were not taken yet.
     size_t at;          ///< Octets [at, end) of `arrived` are not taken yet.
     size_t end;
     uint32_t lost; ///< Datagrams that could not be passed on.
@@ -35,14 +35,14 @@ typedef struct { // Private.
 
 /// Create the pipes and the socket of a component's outgoing frames. STATUS_OK, STATUS_EXHAUSTED, STATUS_IO.
 MUST_USE status_t target_link_open(target_link_t* link, const run_state_t* run, unsigned component);
-/// Numbers of the ends that the program inherits.
+/// Return the descriptors of the ends that the program inherits.
 int target_link_peer_in(const target_link_t* link);
 int target_link_peer_out(const target_link_t* link);
-/// The program has inherited its ends.
+/// Close the ends of the program; call it when the program has inherited them.
 void target_link_release_peer(target_link_t* link);
 remote_endian_carrier_t target_link_carrier(target_link_t* link);
-/// Datagrams that were lost here: those of the program that could not be sent, and those to the program that
-/// are longer than any message or frame.
+/// Returns the number of datagrams that were lost here: those of the program that could not be sent, and
+/// those to the program that are longer than any message or frame.
 uint32_t target_link_lost(const target_link_t* link);
 void target_link_close(target_link_t* link);
 

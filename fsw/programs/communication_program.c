@@ -6,8 +6,8 @@
 #include "generated/communication_services.h"
 #include "osal/include/osal/console.h"
 
-#define OWED_TIMEOUT_MS 100U ///< Time of one wait for announced octets, divided among the sockets.
-#define ANNOUNCED_TRIES 50U  ///< Waits for announced octets: together five seconds of wall-clock time.
+#define ANNOUNCED_TIMEOUT_MS 100U ///< Time of one wait for announced octets, divided among the sockets.
+#define ANNOUNCED_TRIES 50U       ///< Waits for announced octets: together five seconds of wall-clock time.
 
 typedef struct {
     subsystem_host_t host;
@@ -63,7 +63,7 @@ static void await(communication_program_t* const self)
     osal_socket_t* sockets[COMPONENT_RUNTIME_SOCKETS_MAX];
     const size_t count = communication_sockets(&self->communication, sockets, COMPONENT_RUNTIME_SOCKETS_MAX);
     for (size_t i = count; i > 0U; i--) { // The listener is the first socket; clients are checked before it.
-        if (osal_socket_wait_readable(sockets[i - 1U], OWED_TIMEOUT_MS / (uint32_t)count) == STATUS_OK) {
+        if (osal_socket_wait_readable(sockets[i - 1U], ANNOUNCED_TIMEOUT_MS / (uint32_t)count) == STATUS_OK) {
             break;
         }
     }
@@ -79,7 +79,7 @@ static void take_in(communication_program_t* const self, const uint32_t octets_d
         is_missing = communication_take_in(&self->communication, 0U);
     }
     if (is_missing) {
-        communication_let_go(&self->communication);
+        communication_stop_waiting(&self->communication);
         osal_console_print_error(
             "octets or the connection of the operator have not arrived; the run is not reproducible");
     }

@@ -47,7 +47,7 @@ static status_t refuse_to_read(void* const context, const char* const path,
     (void)context;
     *out_spare = NULL;
     text_add(error, path);
-    text_add(error, ":1: the descriptor is compiled into the program");
+    text_add(error, ":1: the descriptor is compiled into the program; run `make rtos`");
     return STATUS_UNSUPPORTED;
 }
 

@@ -353,10 +353,10 @@ static status_t open_messages(component_runtime_t* const runtime, message_slot_t
                               const size_t slot_count)
 {
     const run_component_t* const self = &runtime->run->components[runtime->component];
-    if (runtime->hub != NULL) {
+    if (runtime->ring_carrier != NULL) {
         message_open(&runtime->endpoint, runtime->apid, runtime->life,
-                     message_ring_carrier_port(runtime->hub), slots, slot_count);
-        return message_ring_carrier_attach(runtime->hub, &runtime->endpoint);
+                     message_ring_carrier_port(runtime->ring_carrier), slots, slot_count);
+        return message_ring_carrier_attach(runtime->ring_carrier, &runtime->endpoint);
     }
     const message_delivery_notice_t notice = {runtime, component_runtime_delivered};
     message_carrier_t carrier              = {NULL, NULL};
@@ -389,7 +389,7 @@ status_t component_runtime_open_inbox(component_runtime_t* const runtime, messag
     }
     status = add_peers(runtime);
     read_lives(runtime);
-    return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many peers, or too large a window", status);
+    return (status == STATUS_OK) ? STATUS_OK : fail(runtime, "too many peers, or a window too large", status);
 }
 
 /// Returns the life of this process. The supervisor restarts without a command; its messages keep their life.
@@ -408,16 +408,16 @@ status_t component_runtime_take(component_runtime_t* const runtime,
                (index < surroundings->run->component_count));
     run_state_t* const run = surroundings->run;
     (void)memset(runtime, 0, sizeof *runtime);
-    runtime->run         = run;
-    runtime->mission     = surroundings->mission;
-    runtime->own         = own;
-    runtime->descriptors = surroundings->descriptors;
-    runtime->play_outs   = surroundings->play_outs;
-    runtime->hub         = surroundings->hub;
-    runtime->component   = index;
-    runtime->apid        = run->components[index].apid;
-    runtime->life        = __atomic_load_n(&run->components[index].life, __ATOMIC_ACQUIRE);
-    runtime->link_floor  = __atomic_load_n(&run->components[index].link_floor, __ATOMIC_RELAXED);
+    runtime->run          = run;
+    runtime->mission      = surroundings->mission;
+    runtime->own          = own;
+    runtime->descriptors  = surroundings->descriptors;
+    runtime->play_outs    = surroundings->play_outs;
+    runtime->ring_carrier = surroundings->ring_carrier;
+    runtime->component    = index;
+    runtime->apid         = run->components[index].apid;
+    runtime->life         = __atomic_load_n(&run->components[index].life, __ATOMIC_ACQUIRE);
+    runtime->link_floor   = __atomic_load_n(&run->components[index].link_floor, __ATOMIC_RELAXED);
     runtime->message_socket.descriptor = -1;
     runtime->link_sender.descriptor    = -1;
     runtime->topology.descriptor       = -1;

@@ -82,8 +82,8 @@ typedef struct { // Private, except the members named below.
     rtlink_resolver_t links;
     pus_port_t uplink; ///< Port for packets to the supervisor.
     char error[COMPONENT_RUNTIME_ERROR_MAX];
-    bool is_kept;                // The message channels continue although the component restarts.
-    message_ring_carrier_t* hub; // Null: messages by UDP or TIPC, as the run selects.
+    bool is_kept;                         // The message channels continue although the component restarts.
+    message_ring_carrier_t* ring_carrier; // Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_t;
 
 typedef struct { // Shared by the components of a program.
@@ -93,7 +93,7 @@ typedef struct { // Shared by the components of a program.
     component_play_outs_t* play_outs;
     /// Null: real time, or a granted clock (osal_clock_take_grant) in a stepped run.
     osal_lockstep_t* scheduler;
-    message_ring_carrier_t* hub; ///< Null: messages by UDP or TIPC, as the run selects.
+    message_ring_carrier_t* ring_carrier; ///< Null: messages by UDP or TIPC, as the run selects.
 } component_runtime_surroundings_t;
 
 /// Initialise the runtime for component `index` of the run, whose descriptor is `own`. The component then

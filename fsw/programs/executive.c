@@ -86,7 +86,7 @@ static const char* open_run(const char* const name, const unsigned component,
         return "there is no such run; programs of a mission are started by `hirosco run`";
     }
     if (component >= run->component_count) {
-        return "the run has no such component; `hirosco run` starts all of a mission";
+        return "the run has no such component; `hirosco run` starts all components of a mission";
     }
     if (run->is_stepped) {
         if (!run_name(run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||

@@ -164,7 +164,7 @@ def test_a_port_in_use_is_refused_and_named(directory):
         port = taken.getsockname()[1]
         refused = flying.refuse("run", "--scenario", "commissioning", "--port", port, "--out", directory)
     assert refused.returncode in (1, USAGE)
-    assert f"in use on 127.0.0.1: {port}" in refused.stderr
+    assert f"in use on 127.0.0.1:{port}" in refused.stderr
 
 
 def test_the_requested_port_is_used(directory):

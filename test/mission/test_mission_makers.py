@@ -111,8 +111,8 @@ def test_a_sheet_that_changed_after_the_build_is_reported_with_both_hashes(root)
     sheet.write_text(sheet.read_text(encoding="utf-8") + "; changed\n", encoding="utf-8")
     flight = _fly(root, "commissioning")
     assert flight.code == 1
-    message = re.search(r"descriptors/devices/gyro.eds: found hash 0x(\w+), the programs were built from 0x(\w+): run make", flight.output)
-    assert message and message[2].lower() == built and message[1].lower() != built, flight.transcript()
+    message = re.search(r"descriptors/devices/gyro.eds: expected hash 0x(\w+), from which the programs were built, found 0x(\w+): run make", flight.output)
+    assert message and message[1].lower() == built and message[2].lower() != built, flight.transcript()
 
 
 ELBOW = '    <Bus name="elbow" bitRate="1000000" dataBitRate="5000000"/>\n'

@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 #define TARE_RAD_S 10.0 // Corner frequency of the low-pass that learns the zero.
-#define LEVER_M 0.01    // Shorter lever arms do not determine a force.
+#define LEVER_M 0.01    // Lever arm with which the estimate is half of the force (arm_force.h).
 
 void arm_force_init(arm_force_t* const force)
 {

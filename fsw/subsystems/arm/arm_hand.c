@@ -7,7 +7,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#define KEEPING_1_S 20.0 // Rate at which deviations from the kept part of the pose decay.
+#define KEEPING_1_S 20.0 // Rate at which deviations from the pose that the tool must keep decay.
 // Number of joints that an arm needs to keep an orientation while it moves the tool.
 #define JOINTS_OF_A_POSE 6U
 #define MARGIN_RAD 1.0e-4 // Distance from the end of its range at which a joint stops.

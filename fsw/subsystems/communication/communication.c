@@ -59,7 +59,7 @@ static void disconnected(void* const context, const unsigned client)
     (void)subsystem_raise(self->generic, COMMUNICATION_EVENT_GROUND_LOST, NULL, 0U);
 }
 
-/// Returns the client whose time in `since_ns` is the longest ago, if it is at least `bound_ns` ago. The
+/// Returns the client with the earliest time in `since_ns`, if that time is at least `bound_ns` ago. The
 /// participant of the scheduler is never returned, because simulated time waits for it.
 static unsigned oldest(const communication_t* const self, const uint64_t since_ns[COMMUNICATION_CLIENTS],
                        const uint64_t bound_ns)
@@ -87,8 +87,9 @@ static bool is_valid(const uint8_t* const packet, const size_t size)
     return pus_tc_decode(packet, size, &tc, &failure) == STATUS_OK;
 }
 
-/// Inform the ground of a request with the source id of an on-board user. The supervisor refuses such a
-/// request, but sends the refusal to that user.
+/// Store which client has sent a request. A request with the source id of an on-board user is counted
+/// instead, which informs the ground: the supervisor refuses such a request, but sends the refusal to that
+/// user.
 static void note_source(communication_t* const self, const uint8_t* const packet, const size_t size,
                         const unsigned client)
 {
@@ -226,7 +227,7 @@ static bool is_expected(communication_t* const self, const uint16_t port, const 
     return !is_connected && (self->participant != port);
 }
 
-void communication_let_go(communication_t* const self)
+void communication_stop_waiting(communication_t* const self)
 {
     FSW_ASSERT(self != NULL);
     self->participant = self->hooks.participant_port(self->hooks.context);

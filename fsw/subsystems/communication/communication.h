@@ -26,11 +26,11 @@
 #define COMMUNICATION_BUFFER 5120U
 CAPACITY_CHECK(buffer_holds_a_packet, COMMUNICATION_BUFFER >= PUS_PACKET_MAX);
 CAPACITY_CHECK(buffer_holds_a_frame, COMMUNICATION_BUFFER >= SDLS_FRAME_MAX);
-/// A new client may replace a client that has sent no valid telecommand for this time; the one that has been
-/// silent longest.
+/// Silence [ns] after which a new client may replace a client: the one that has sent no valid telecommand for
+/// the longest time.
 #define COMMUNICATION_IDLE_NS 10000000000ULL
-/// Without a key, if no client is silent, a new client may replace a client that has been connected for this
-/// time; the one that has been connected longest.
+/// Without a key, if no client is silent: time of a connection [ns] after which a new client may replace the
+/// client that has been connected longest.
 #define COMMUNICATION_HOLD_NS 30000000000ULL
 CAPACITY_CHECK(silence_is_found_first, COMMUNICATION_IDLE_NS < COMMUNICATION_HOLD_NS);
 #define COMMUNICATION_REPORT_NS 1000000000ULL ///< Shortest time between two events GROUND_MISUSED.
@@ -88,7 +88,7 @@ const subsystem_callbacks_t* communication_callbacks(void);
 /// or, when it has left the scheduler, the end of its connection. Then wait and call again.
 bool communication_take_in(communication_t* communication, uint32_t octets_due);
 /// Give up waiting for the connection of the participant, or for the end of its connection if it has left.
-void communication_let_go(communication_t* communication);
+void communication_stop_waiting(communication_t* communication);
 /// Send waiting reports. Call it after the component's step.
 void communication_send_out(communication_t* communication);
 /// List the open sockets for which the program waits. Returns their number, <= COMMUNICATION_CLIENTS + 1.

@@ -137,7 +137,7 @@ void communication_ground_security_report(communication_ground_security_t* const
     const uint32_t lost  = self->receiver->refused[SDLS_REFUSED_NOT_KEPT];
     const uint16_t event = (lost != self->lost) ? (uint16_t)COMMUNICATION_EVENT_TC_NOT_KEPT
                                                 : (uint16_t)COMMUNICATION_EVENT_TC_NOT_AUTHENTIC;
-    self->quiet          = GROUND_TELLING_CYCLES;
+    self->quiet          = GROUND_EVENT_CYCLES;
     self->reported       = all;
     self->lost           = lost;
     (void)subsystem_raise(generic, event, NULL, 0U); // The event samples the counters of all refusals so far.

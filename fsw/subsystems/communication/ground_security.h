@@ -14,8 +14,8 @@
 #include "generated/communication_descriptor.h"
 
 #define GROUND_CLIENTS 8U
-#define GROUND_REFUSALS_MAX 3U     ///< Refused frames of a connection after which it is ended.
-#define GROUND_TELLING_CYCLES 100U ///< Smallest number of cycles between two events about refused frames.
+#define GROUND_REFUSALS_MAX 3U   ///< Refused frames of a connection after which it is ended.
+#define GROUND_EVENT_CYCLES 100U ///< Smallest number of cycles between two events about refused frames.
 
 typedef struct {               // Private.
     sdls_receiver_t* receiver; // Null: packets are not protected.

@@ -279,7 +279,8 @@ static void a_guard_takes_over_without_a_prepared_run(void** state)
     launcher_take_over(&launcher, &options, "bin/", NULL);
     assert_null(launcher.run);
     assert_true(launcher.is_taken_over && launcher.is_undetermined && launcher.is_broken);
-    assert_string_equal("launcher was killed; all others died with it", launcher.reason);
+    assert_string_equal("the launcher was killed, and all other processes of the run with it",
+                        launcher.reason);
     assert_int_equal(1, launcher.exit_code);
     assert_string_equal("", launcher.cosimulation);
     assert_int_equal(-1, launcher.ground.descriptor);

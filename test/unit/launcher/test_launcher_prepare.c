@@ -392,7 +392,7 @@ static void a_port_that_was_asked_for_and_is_in_use_is_refused(void** state)
     options.port = 20000U;
     begin_in_the_directory();
     expect_listen(20000U, STATUS_EXISTS);
-    prepare_fails("the ground port is in use on 127.0.0.1: 20000; choose another one with --port");
+    prepare_fails("the ground port is in use on 127.0.0.1:20000; choose another one with --port");
 }
 
 static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** state)
@@ -400,7 +400,7 @@ static void another_problem_of_the_port_is_no_reason_to_try_the_next(void** stat
     (void)state;
     begin_in_the_directory();
     expect_listen(10015U, STATUS_DENIED);
-    prepare_fails("cannot listen on 127.0.0.1: 10015: permission denied");
+    prepare_fails("cannot listen on 127.0.0.1:10015: permission denied");
 }
 
 // ---- Scheduler and links ----

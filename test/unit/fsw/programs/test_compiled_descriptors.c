@@ -93,7 +93,8 @@ static void compiled_descriptors_cannot_be_read_again(void)
     subsystem_descriptor_t* spare = &models[0];
     TEST_ASSERT_EQUAL(STATUS_UNSUPPORTED, access.read(access.context, "a.xml", &spare, &error));
     TEST_ASSERT_NULL(spare);
-    TEST_ASSERT_EQUAL_STRING("a.xml:1: the descriptor is compiled into the program", characters);
+    TEST_ASSERT_EQUAL_STRING("a.xml:1: the descriptor is compiled into the program; run `make rtos`",
+                             characters);
 }
 
 static void exchange(void)

@@ -10,7 +10,7 @@
 
 static run_state_t run;
 static mission_descriptor_t mission;
-static message_ring_carrier_t hub;
+static message_ring_carrier_t ring_carrier;
 static component_runtime_t runtimes[2];
 static message_slot_t slots[2];
 
@@ -25,14 +25,14 @@ void setUp(void)
     run = (run_state_t){.component_count = 2U,
                         .components      = {{.apid = SUPERVISOR_APID, .name = "SUPERVISOR", .life = 1U},
                                             {.apid = ARM, .name = "ARM", .life = 1U}}};
-    message_ring_carrier_init(&hub, (message_delivery_notice_t){NULL, ignore});
+    message_ring_carrier_init(&ring_carrier, (message_delivery_notice_t){NULL, ignore});
     for (unsigned i = 0U; i < 2U; i++) {
-        runtimes[i] = (component_runtime_t){.run       = &run,
-                                            .mission   = &mission,
-                                            .component = i,
-                                            .apid      = run.components[i].apid,
-                                            .life      = 1U,
-                                            .hub       = &hub};
+        runtimes[i] = (component_runtime_t){.run          = &run,
+                                            .mission      = &mission,
+                                            .component    = i,
+                                            .apid         = run.components[i].apid,
+                                            .life         = 1U,
+                                            .ring_carrier = &ring_carrier};
     }
 }
 
@@ -70,7 +70,7 @@ static void a_window_for_which_there_is_no_room_is_refused_with_a_message(void)
 {
     run.components[1].message_window = MESSAGE_ROOM_OCTETS + 1U;
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, open_inbox(1U));
-    TEST_ASSERT_EQUAL_STRING_LEN("ARM: too many peers, or too large a window: ", runtimes[1].error, 44U);
+    TEST_ASSERT_EQUAL_STRING_LEN("ARM: too many peers, or a window too large: ", runtimes[1].error, 44U);
     TEST_ASSERT_EQUAL(STATUS_OUT_OF_RANGE, open_inbox(0U));
     TEST_ASSERT_NOT_NULL(strstr(runtimes[0].error, "SUPERVISOR: too many peers"));
 }

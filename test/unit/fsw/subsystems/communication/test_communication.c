@@ -489,7 +489,7 @@ static void the_end_of_a_participant_that_left_is_awaited(void)
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
-static void a_participant_that_left_is_no_longer_awaited_after_let_go(void)
+static void a_participant_that_left_is_no_longer_awaited_after_stop_waiting(void)
 {
     fixture_connect(1U);
     fixture_connect(0U);
@@ -497,7 +497,7 @@ static void a_participant_that_left_is_no_longer_awaited_after_let_go(void)
     (void)communication_take_in(&fixture.communication, 0U);
     fixture.participant = 0U;
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 0U));
-    communication_let_go(&fixture.communication);
+    communication_stop_waiting(&fixture.communication);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
 }
 
@@ -509,7 +509,7 @@ static void the_connection_of_a_participant_is_awaited_and_reported(void)
     TEST_ASSERT_TRUE(communication_take_in(&fixture.communication, 13U));
     TEST_ASSERT_EQUAL(0U, fixture.served);
     // There is no connection; the callback is informed of this.
-    communication_let_go(&fixture.communication);
+    communication_stop_waiting(&fixture.communication);
     TEST_ASSERT_FALSE(communication_take_in(&fixture.communication, 0U));
     TEST_ASSERT_EQUAL(1U, fixture.cut);
     TEST_ASSERT_EQUAL(0U, fixture.communication.outstanding);
@@ -563,7 +563,7 @@ int main(void)
     RUN_TEST(no_reply_is_awaited_from_a_disconnected_participant);
     RUN_TEST(no_octet_is_awaited_from_a_participant_that_left_before_its_connection_was_reported);
     RUN_TEST(the_end_of_a_participant_that_left_is_awaited);
-    RUN_TEST(a_participant_that_left_is_no_longer_awaited_after_let_go);
+    RUN_TEST(a_participant_that_left_is_no_longer_awaited_after_stop_waiting);
     RUN_TEST(the_connection_of_a_participant_is_awaited_and_reported);
     RUN_TEST(a_participant_whose_connection_is_ended_is_reported);
     return UNITY_END();

@@ -196,12 +196,12 @@ static void many_refusals_are_reported_by_few_events(void)
         TEST_ASSERT_TRUE(ends(0U));
         fixture_disconnect(0U);
     }
-    fixture_run(GROUND_TELLING_CYCLES);
+    fixture_run(GROUND_EVENT_CYCLES);
     TEST_ASSERT_EQUAL_UINT32(40U, fixture.communication.parameters.security.no_frame);
     const unsigned reported = fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC];
     // The first event comes at once, the last one when all refusals are counted.
     TEST_ASSERT_TRUE((reported >= 2U) && (reported <= 4U));
-    fixture_run(2U * GROUND_TELLING_CYCLES);
+    fixture_run(2U * GROUND_EVENT_CYCLES);
     TEST_ASSERT_EQUAL(reported, fixture.events[COMMUNICATION_EVENT_TC_NOT_AUTHENTIC]);
 }
 
@@ -303,7 +303,7 @@ static void each_refusal_is_published_under_its_name(void)
     TEST_ASSERT_EQUAL_UINT32(9U, shown->accepted);
 }
 
-/// Every GROUND_TELLING_CYCLES at most one event reports the refusals since the last one: TC_NOT_KEPT if a
+/// Every GROUND_EVENT_CYCLES at most one event reports the refusals since the last one: TC_NOT_KEPT if a
 /// mark could not be stored, otherwise TC_NOT_AUTHENTIC.
 static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
 {
@@ -313,12 +313,12 @@ static void refusals_of_each_kind_are_reported_at_exact_intervals(void)
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT(1U, *forged);
     receiver.refused[SDLS_REFUSED_NOT_KEPT]++;
-    fixture_run(GROUND_TELLING_CYCLES - 1U);
+    fixture_run(GROUND_EVENT_CYCLES - 1U);
     TEST_ASSERT_EQUAL_UINT(0U, *lost);
     fixture_run(1U);
     TEST_ASSERT_EQUAL_UINT(1U, *lost);
     receiver.refused[SDLS_REFUSED_REPLAYED]++;
-    fixture_run(GROUND_TELLING_CYCLES);
+    fixture_run(GROUND_EVENT_CYCLES);
     TEST_ASSERT_EQUAL_UINT(2U, *forged); // No mark failed since the last event.
     TEST_ASSERT_EQUAL_UINT(1U, *lost);
 }
