@@ -15,8 +15,9 @@ CAPACITY_CHECK(every_link_has_room, LINK_GRAPH_EDGES >= MISSION_LINKS_MAX);
 CAPACITY_CHECK(all_counters_have_room,
                sizeof(supervisor_counters_t) <= (CHECKPOINT_COUNTERS * sizeof(uint32_t)));
 
-#define LOG_RING 2U    ///< Indices of rings; 0: backlog to ground, 1: released requests, 3: outputs.
-#define FIRST_INBOX 4U ///< Rings of the frames of each peer.
+/// Index of the ring of the packet log; 0: backlog to ground, 1: released requests, 3: outputs.
+#define LOG_RING 2U
+#define FIRST_INBOX 4U ///< Index of the ring with the frames of the first peer.
 
 static checkpoint_rings_t rings_of(supervisor_t* const supervisor)
 {

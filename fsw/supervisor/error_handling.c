@@ -50,8 +50,8 @@ static uint16_t number_of(const supervisor_t* const supervisor, const mission_pl
 
 // ---- Orders ----
 
-/// True if an order for the state `open` also has the effect of an order for `state`: it leads there, or to
-/// a lower state on a safe way.
+/// True if an order for the state `open` also has the effect of an order for `state`: it takes the subsystem
+/// to that state, or safely to a lower one.
 static bool is_covered(const state_t open, const state_t state)
 {
     switch (state) {

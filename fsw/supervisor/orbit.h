@@ -13,8 +13,9 @@ typedef struct { // Private; all zeros: the first node is at time 0.
     uint64_t position; ///< Position at that time.
 } orbit_t;
 
-/// Returns orbits since mission time 0 << 16 | angle from the ascending node [2^-16 orbits]. With period_ms
-/// 0 the position does not change. now_ns must not be less than in the last call.
+/// Returns orbits << 16 | angle: the number of orbits since mission time 0, and the angle from the ascending
+/// node [2^-16 orbits]. With period_ms 0 the position does not change. now_ns must not be less than in the
+/// last call.
 uint64_t supervisor_orbit_position(orbit_t* orbit, uint64_t now_ns, uint32_t period_ms);
 
 #endif // FSW_SUPERVISOR_ORBIT_H

@@ -71,9 +71,9 @@ static pus_failure_t check_links(const supervisor_t* const supervisor, const reg
     return pus_failure(PUS_FAILURE_NONE, 0U);
 }
 
-/// Check that no other member of the target's network is in `state`. MEMBER_ACTIVE: a member is in it.
-/// STATE_IN_DOUBT: `state` is the last known state of a member, but in doubt; with `is_certain`, also if the
-/// last known state of that member is another one.
+/// Check that no other member of the target's network is in `state`. Returns MEMBER_ACTIVE if a member is in
+/// it, and STATE_IN_DOUBT if it is the last known state of a member that is in doubt. With `is_certain`, each
+/// member in doubt causes STATE_IN_DOUBT.
 static pus_failure_t check_members(supervisor_t* const supervisor, const uint16_t apid, const state_t state,
                                    const bool is_certain)
 {

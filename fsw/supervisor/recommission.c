@@ -13,7 +13,8 @@ CAPACITY_CHECK(each_link_has_a_bit, MISSION_LINKS_MAX <= 32U);
 
 // ---- Beginning ----
 
-/// Determine the state to which a member of the failed network must return.
+/// Determine the state to which a member of the network must return. `entry` may also be the subsystem that
+/// failed.
 static void begin_member(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     recommission_t* const run = &entry->recommission;
@@ -41,7 +42,7 @@ void supervisor_recommission_begin(supervisor_t* const supervisor, const uint16_
     const registry_entry_t* const first = supervisor_registry_find(supervisor, apid);
     FSW_ASSERT(first != NULL);
     if (!first->mission->is_recommissioned || (supervisor->shutdown_step != 0U)) {
-        return; // The network is recommissioned only if the subsystem that failed is.
+        return; // Only for a subsystem with recommission="true" is its network recommissioned.
     }
     for (uint16_t i = 0U; i < count; i++) {
         registry_entry_t* const member = supervisor_registry_find(supervisor, members[i]);

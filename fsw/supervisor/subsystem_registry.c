@@ -37,9 +37,9 @@ static bool is_rest(const registry_entry_t* const entry)
 {
     const bool is_still = (entry->phase == PHASE_IDLE) || (entry->phase == PHASE_UNCONFIGURED) ||
                           (entry->phase == PHASE_CONFIGURED);
-    const bool is_one = (entry->state == STATE_OFFLINE) ||
-                        ((entry->state >= STATE_PRE_OPERATIONAL) && (entry->state <= STATE_OPERATIONAL));
-    return is_still && is_one;
+    const bool is_rest_state = (entry->state == STATE_OFFLINE) || ((entry->state >= STATE_PRE_OPERATIONAL) &&
+                                                                   (entry->state <= STATE_OPERATIONAL));
+    return is_still && is_rest_state;
 }
 
 /// Store a reported state; an invalid one is ignored.
