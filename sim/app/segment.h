@@ -39,8 +39,8 @@ typedef struct { // Private, except name, bus, flight_node, listen and listener.
 
 typedef struct {
     const char* name; ///< Outlives the segment.
-    const char*
-        address; ///< Address of the flight software's controller, outlives the segment; null or "": none.
+    /// Address of the flight software's controller, outlives the segment; null or "": none.
+    const char* address;
     const char* published;   ///< Interface on which tools see the bus; null or "": none.
     const char* output_path; ///< Directory of the log; null: none is written.
     unsigned bit_rate;

@@ -94,8 +94,8 @@ struct drive {
     bool is_limited;
     bool is_clamped; // Target outside the software limits.
     uint64_t ramp_ns;
-    uint64_t
-        error_since_ns; // Time since which the following error is outside its window; UINT64_MAX: inside.
+    // Time since which the following error is outside its window; UINT64_MAX: inside.
+    uint64_t error_since_ns;
 };
 
 static int64_t clamped(const double value, const double limit)
