@@ -14,7 +14,7 @@ static status_t read_buffer(void* const context, const uint32_t address, uint8_t
     return STATUS_OK;
 }
 
-/// Callback of ST[06], as read_buffer.
+/// Callback of ST[06], which passes only areas within the memory, as for read_buffer.
 static status_t write_buffer(void* const context, const uint32_t address, const uint8_t* const octets,
                              const size_t size)
 {

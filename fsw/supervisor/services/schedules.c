@@ -110,8 +110,8 @@ static status_t restore_position(supervisor_t* const supervisor, const uint32_t 
     return pus_position_schedule_restore(&schedules_of(supervisor)->position, key, octets, size);
 }
 
-/// Step ST[22]. No wake time is needed, because the position changes by less than one unit in a tick of the
-/// supervisor (with an orbit period above 656 s).
+/// Step ST[22]. No wake time is needed: the supervisor runs at least every 10 ms, and with an orbit period
+/// above 656 s the position changes in this time by less than its unit, 2^-16 orbits.
 static uint64_t step_position(supervisor_t* const supervisor, const uint64_t now_ns)
 {
     pus_position_schedule_step(&schedules_of(supervisor)->position, now_ns);
