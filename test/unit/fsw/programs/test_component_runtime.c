@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The windows of messages between components, which the run determines, and the promises of components.
+// The windows of messages between components and the sockets of links, which the run determines, and the promises
+// of components.
 #include "fsw/programs/component_runtime.h"
 
 #include "unity.h"
@@ -13,6 +14,27 @@ static mission_descriptor_t mission;
 static message_ring_carrier_t ring_carrier;
 static component_runtime_t runtimes[2];
 static message_slot_t slots[2];
+static unsigned udp_opened, tipc_opened; // Sockets that the runtime has opened.
+
+status_t __wrap_osal_udp_open(osal_socket_t* socket, osal_address_t local, size_t receive_bytes)
+{
+    (void)socket;
+    (void)local;
+    (void)receive_bytes;
+    udp_opened++;
+    return STATUS_OK;
+}
+
+status_t __wrap_osal_tipc_open(osal_socket_t* socket, osal_tipc_kind_t kind, const osal_tipc_name_t* name,
+                               osal_tipc_scope_t scope)
+{
+    (void)socket;
+    (void)kind;
+    (void)name;
+    (void)scope;
+    tipc_opened++;
+    return STATUS_OK;
+}
 
 static void ignore(void* const context, const uint16_t to)
 {
@@ -84,11 +106,35 @@ static void without_a_scheduler_the_last_beat_contains_the_promise(void)
     TEST_ASSERT_EQUAL_UINT64(7U, component_runtime_promise_ns(&runtimes[0], NULL, 1U));
 }
 
+/// Take the runtime of the arm with real-time links of this method; it must open one socket to send.
+static void take_with(const rtlink_method_t method)
+{
+    static subsystem_descriptor_t own;
+    static const component_descriptors_t descriptors;
+    const component_runtime_surroundings_t surroundings = {
+        .run = &run, .mission = &mission, .descriptors = &descriptors, .hub = &hub};
+    udp_opened       = 0U;
+    tipc_opened      = 0U;
+    run.link_methods = (uint8_t)(1U << (unsigned)method);
+    TEST_ASSERT_EQUAL(STATUS_OK, component_runtime_take(&runtimes[1], &surroundings, &own, 1U));
+}
+
+static void samples_are_sent_by_the_method_of_the_links(void)
+{
+    take_with(RTLINK_METHOD_UDP);
+    TEST_ASSERT_EQUAL_UINT(1U, udp_opened);
+    TEST_ASSERT_EQUAL_UINT(0U, tipc_opened);
+    take_with(RTLINK_METHOD_TIPC);
+    TEST_ASSERT_EQUAL_UINT(0U, udp_opened);
+    TEST_ASSERT_EQUAL_UINT(1U, tipc_opened);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(both_ends_use_the_window_of_the_run);
     RUN_TEST(a_window_for_which_there_is_no_room_is_refused_with_a_message);
     RUN_TEST(without_a_scheduler_the_last_beat_contains_the_promise);
+    RUN_TEST(samples_are_sent_by_the_method_of_the_links);
     return UNITY_END();
 }
