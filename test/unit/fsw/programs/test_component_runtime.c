@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The windows of messages between components and the sockets of links, which the run determines, and the promises
-// of components.
+// What the run determines: the windows of messages between components, the sockets of links, the promises of
+// components.
 #include "fsw/programs/component_runtime.h"
 
 #include "unity.h"
