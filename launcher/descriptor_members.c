@@ -192,6 +192,7 @@ static const descriptor_member_t subsystem_members[] = {
     NUMBER(subsystem_descriptor_t, configuration_hash),
     NUMBER(subsystem_descriptor_t, pool_warn_percent),
     NUMBER(subsystem_descriptor_t, pool_clear_percent),
+    NUMBER(subsystem_descriptor_t, is_sync_first),
     NUMBERS(subsystem_descriptor_t, timeout_us),
     NUMBER(subsystem_descriptor_t, sampling_us),
     NUMBER(subsystem_descriptor_t, enumeration_count),

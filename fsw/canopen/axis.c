@@ -25,7 +25,7 @@ void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* const axis, const canop
     if (goal != axis->goal) {
         axis->was_enabled = false;
     }
-    axis->is_homing       = axis->is_homing && (goal == CIA402_GOAL_ENABLED);
+    axis->homing          = (goal == CIA402_GOAL_ENABLED) ? axis->homing : CIA402_HOMING_OFF;
     axis->goal            = goal;
     axis->may_reset_fault = may_reset_fault;
     axis->has_dropped     = false;
@@ -50,10 +50,17 @@ void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
     FSW_ASSERT(axis != NULL);
     axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
                                                    axis->may_reset_fault, axis->controlword);
+    if (axis->homing == CIA402_HOMING_OFF) {
+        return;
+    }
     // Set bit 4 only in operation: the drive starts the search at its rising edge.
-    if (axis->is_homing && (axis->controlword == CIA402_CONTROL_ENABLE) &&
+    if ((axis->controlword == CIA402_CONTROL_ENABLE) &&
         (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) {
         axis->controlword |= CIA402_CONTROL_HOMING_START;
+        axis->homing =
+            (axis->homing == CIA402_HOMING_WANTED) ? CIA402_HOMING_STARTED : CIA402_HOMING_REPORTED;
+    } else {
+        axis->homing = CIA402_HOMING_WANTED;
     }
 }
 
@@ -149,17 +156,24 @@ void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* const axis, con
 void canopen_cia402_axis_home(canopen_cia402_axis_t* const axis, const bool is_wanted)
 {
     FSW_ASSERT(axis != NULL);
-    axis->is_homing = is_wanted;
+    if (!is_wanted) {
+        axis->homing = CIA402_HOMING_OFF;
+    } else if (axis->homing == CIA402_HOMING_OFF) {
+        axis->homing = CIA402_HOMING_WANTED;
+    } else {
+        // The search continues.
+    }
 }
 
 status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
-    if (!axis->is_homing || (canopen_cia402_axis_state(axis) != CIA402_OPERATION_ENABLED)) {
+    if ((axis->homing == CIA402_HOMING_OFF) ||
+        (canopen_cia402_axis_state(axis) != CIA402_OPERATION_ENABLED)) {
         return STATUS_EMPTY;
     }
-    if ((axis->controlword & CIA402_CONTROL_HOMING_START) == 0U) {
-        return STATUS_BUSY; // The start bit is not sent yet: the statusword still reports an earlier search.
+    if (axis->homing != CIA402_HOMING_REPORTED) {
+        return STATUS_BUSY;
     }
     if ((axis->statusword & CIA402_STATUS_HOMING_ERROR) != 0U) {
         return STATUS_INVALID;

@@ -23,6 +23,7 @@ void canopen_master_clear(canopen_master_t* const master)
     master->route_count       = 0U;
     master->emergency_count   = 0U;
     master->is_sync_on        = false;
+    master->is_sync_sent      = false;
     master->next_heartbeat_ns = 0U;
 }
 
@@ -258,10 +259,33 @@ static void emit_requests(canopen_master_t* const master, const uint64_t now_ns)
     }
 }
 
+static bool can_send(const canopen_master_t* const master)
+{
+    return flow_can_is_open(master->flow) && !master->flow->health.is_unacknowledged;
+}
+
+static void emit_sync(canopen_master_t* const master)
+{
+    if (master->is_sync_on && (send(master, COB_SYNC, NULL, 0U) == STATUS_OK)) {
+        master->sync_count++;
+    }
+}
+
+void canopen_master_send_sync(canopen_master_t* const master)
+{
+    FSW_ASSERT(master != NULL);
+    master->is_sync_sent = true;
+    if (can_send(master)) {
+        emit_sync(master);
+    }
+}
+
 void canopen_master_emit(canopen_master_t* const master, const uint64_t now_ns)
 {
     FSW_ASSERT(master != NULL);
-    if (!flow_can_is_open(master->flow) || master->flow->health.is_unacknowledged) {
+    const bool is_sync_due = !master->is_sync_sent;
+    master->is_sync_sent   = false;
+    if (!can_send(master)) {
         return;
     }
     emit_requests(master, now_ns);
@@ -270,8 +294,8 @@ void canopen_master_emit(canopen_master_t* const master, const uint64_t now_ns)
         (void)send(master, (uint16_t)(COB_HEARTBEAT + master->config.node_id), &state, 1U);
         master->next_heartbeat_ns = now_ns + master->config.heartbeat_ns;
     }
-    if (master->is_sync_on && (send(master, COB_SYNC, NULL, 0U) == STATUS_OK)) {
-        master->sync_count++;
+    if (is_sync_due) {
+        emit_sync(master);
     }
 }
 

@@ -3,7 +3,8 @@
 /// and the distribution of process data.
 ///
 /// Once per cycle: canopen_master_receive processes received frames; the owner computes and sends its process
-/// data; canopen_master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. The bus is not
+/// data; canopen_master_emit sends SDO requests and the heartbeat, and SYNC as the last frame. If
+/// canopen_master_send_sync was called before in this cycle, SYNC is the first frame instead. The bus is not
 /// trusted: every unexpected or malformed frame is counted and dropped.
 ///
 /// Ownership  The caller provides canopen_master_t; the flow is borrowed.
@@ -75,6 +76,7 @@ typedef struct { // Private, except nodes, sync_count and counters: read-only.
     uint8_t emergency_first;
     uint8_t emergency_count;
     bool is_sync_on;
+    bool is_sync_sent;   ///< SYNC of this cycle was sent before the process data.
     uint32_t sync_count; ///< SYNCs sent [wraps].
     uint64_t next_heartbeat_ns;
     canopen_master_counters_t counters;
@@ -107,6 +109,8 @@ status_t canopen_master_command(canopen_master_t* master, uint8_t id, canopen_nm
 status_t canopen_master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,
                                           uint8_t length);
 void canopen_master_set_sync(canopen_master_t* master, bool is_on);
+/// Send the SYNC of this cycle now, before the process data; canopen_master_emit then sends none.
+void canopen_master_send_sync(canopen_master_t* master);
 /// End of the cycle: send SDO requests, the heartbeat if it is due, and SYNC. While no node acknowledges, the
 /// controller repeats one frame, and nothing else is sent: a device that is connected later must not receive
 /// old commands. Sending continues after a frame of any node was received.

@@ -422,6 +422,12 @@ void canopen_network_close(canopen_network_t* const network)
 
 // ---- The cycle ----
 
+void canopen_network_send_sync(canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    canopen_master_send_sync(&network->master);
+}
+
 void canopen_network_emit(canopen_network_t* const network, const uint64_t now_ns)
 {
     FSW_ASSERT(network != NULL);

@@ -220,7 +220,9 @@ void canopen_network_close(canopen_network_t* network);
 
 /// Call at the start of a cycle: process received frames, monitor devices.
 void canopen_network_sense(canopen_network_t* network, uint64_t now_ns);
-/// Call at the end of a cycle: send process data, requests and SYNC.
+/// Send the SYNC of this cycle before the process data (canopen_master_send_sync).
+void canopen_network_send_sync(canopen_network_t* network);
+/// Call at the end of a cycle: send process data, requests, and SYNC if it is not sent yet.
 void canopen_network_emit(canopen_network_t* network, uint64_t now_ns);
 /// Set the goal of all axes. Devices that are lost or idle take no part.
 void canopen_network_set_goal(canopen_network_t* network, canopen_cia402_goal_t goal, bool may_reset_faults);

@@ -26,9 +26,10 @@ from source import (
 
 # Elements of the file by (parent, element), with their attributes; `!` marks a required one (source.read).
 FIELD = "name! id type! count unit init min max enumeration"
+SYNC_ORDERS = ("AFTER_COMMANDS", "BEFORE_COMMANDS")
 PORT_FIELD = "name! type! count unit enumeration"
 TABLE = {
-    ("", "Subsystem"): "name! id! samplingTime",
+    ("", "Subsystem"): "name! id! samplingTime sync",
     ("Subsystem", "Resources"): "poolWarning poolClear",
     ("Subsystem", "States"): "",
     ("States", "State"): "name! timeout!",
@@ -245,6 +246,7 @@ def load(path):
     root = read(path, TABLE, "Subsystem")
     subsystem = Subsystem(root, root.identifier(), root.unsigned("id", 1, 2046))
     root.time_us("samplingTime", 100, 10000000)
+    root.word("sync", SYNC_ORDERS)
     _once(root, "Resources", "States", "Enumerations", "Failures", "Parameters", "Events", "Functions", "Services")
     _resources(root.first("Resources"))
     _states(root.first("States"))

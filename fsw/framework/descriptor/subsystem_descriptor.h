@@ -352,6 +352,7 @@ typedef struct {
     uint64_t configuration_hash;
     uint8_t pool_warn_percent;
     uint8_t pool_clear_percent;
+    bool is_sync_first;                     ///< SYNC is sent before the commands of a cycle.
     uint32_t timeout_us[DESCRIPTOR_STATES]; ///< Time limit of the entry action of each state.
     uint32_t sampling_us;                   ///< Step period while no configuration is applied.
 

@@ -150,6 +150,8 @@ static const source_attribute_t subsystem_attributes[] = {
     SOURCE_STRING("name", SOURCE_UPPER | SOURCE_NEEDED, DESCRIPTOR_NAME_MAX, subsystem_descriptor_t, name),
     SOURCE_WITHIN("id", SOURCE_UNSIGNED | SOURCE_NEEDED, 1U, 2046U, 0U, subsystem_descriptor_t, apid),
     SOURCE_WITHIN("samplingTime", SOURCE_TIME, 100U, 10000000U, 10000U, subsystem_descriptor_t, sampling_us),
+    SOURCE_CHOICE("sync", SOURCE_WORD, "AFTER_COMMANDS BEFORE_COMMANDS", 0U, 0U, subsystem_descriptor_t,
+                  is_sync_first),
 };
 static const source_attribute_t resources_attributes[] = {
     SOURCE_WITHIN("poolWarning", SOURCE_UNSIGNED, 1U, 100U, SUBSYSTEM_WARN_PERCENT, subsystem_descriptor_t,

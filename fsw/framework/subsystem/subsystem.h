@@ -8,7 +8,7 @@
 ///     sense                       read device data
 ///     entry action of the state   once
 ///     control                     the cyclic code of the state
-///     emit                        commands to the devices, SYNC last; then write links, sample housekeeping
+///     emit                        commands to the devices and SYNC; then write links, sample housekeeping
 ///
 /// Ownership  The program provides subsystem_t and what subsystem_config_t points to; all outlive the
 ///            subsystem.

@@ -334,8 +334,15 @@ static void homing_is_started_in_operation_and_ended_by_the_drive(void)
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     cycle(CIA402_OPERATION_ENABLED);
     TEST_ASSERT_EQUAL_HEX16(0x001FU, axis.controlword);
+    axis.statusword = 0x1627U; // Sampled before the drive received the start bit: still the earlier search.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
-    axis.statusword = 0x0627U; // The axis rests and has no reference.
+    axis.statusword = 0x2227U; // The same with an error of the earlier search.
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    cycle(CIA402_OPERATION_ENABLED);
+    TEST_ASSERT_EQUAL_HEX16(0x001FU, axis.controlword);
+    TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
+    canopen_cia402_axis_home(&axis, true); // Repeating the request does not start the search again.
+    axis.statusword = 0x0627U;             // The axis rests and has no reference.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     axis.statusword = 0x1227U; // The reference is found, but the axis still moves.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
@@ -354,10 +361,11 @@ static void homing_is_started_in_operation_and_ended_by_the_drive(void)
     axis.statusword = 0x2627U; // The error of the last search does not end the next one.
     TEST_ASSERT_EQUAL(STATUS_BUSY, canopen_cia402_axis_homing(&axis));
     cycle(CIA402_OPERATION_ENABLED);
+    cycle(CIA402_OPERATION_ENABLED);
     axis.statusword = 0x2627U; // An error of the present search ends it.
     TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis));
     canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
-    TEST_ASSERT_TRUE(axis.is_homing);
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis)); // The same goal does not end the search.
     canopen_cia402_axis_home(&axis, false);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
 }

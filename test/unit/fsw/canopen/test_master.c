@@ -263,6 +263,30 @@ static void frames_of_the_wrong_kind_are_counted_and_dropped(void)
     TEST_ASSERT_FALSE(master.nodes[0].has_heartbeat);
 }
 
+static void sync_can_be_the_first_frame_of_a_cycle(void)
+{
+    const uint8_t pdo[8] = {1U};
+    canopen_master_set_sync(&master, true);
+    for (unsigned i = 1U; i <= 3U; i++) {
+        canopen_master_receive(&master, now_ns);
+        if (i != 2U) { // The order may change from cycle to cycle.
+            canopen_master_send_sync(&master);
+        }
+        TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_send_process_data(&master, 0x211U, pdo, 8U));
+        canopen_master_emit(&master, now_ns);
+        now_ns += CYCLE_NS;
+        scripted_bus_run(&bus);
+        TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&bus, 0x080U));
+        TEST_ASSERT_EQUAL_HEX32((i == 2U) ? 0x211U : 0x080U, bus.seen[0].id);
+        TEST_ASSERT_EQUAL_UINT32(i, master.sync_count);
+    }
+    canopen_master_set_sync(&master, false);
+    canopen_master_send_sync(&master);
+    cycle();
+    TEST_ASSERT_EQUAL_UINT(0U, scripted_bus_count(&bus, 0x080U));
+    TEST_ASSERT_EQUAL_UINT32(3U, master.sync_count);
+}
+
 static void nothing_is_queued_without_acknowledge(void)
 {
     const uint8_t pdo[8] = {1U};
@@ -271,6 +295,7 @@ static void nothing_is_queued_without_acknowledge(void)
     scripted_bus_error(&bus, OSAL_CAN_ERROR_NO_ACK, 0U);
     for (unsigned i = 0U; i < 1000U; i++) {
         canopen_master_receive(&master, now_ns);
+        canopen_master_send_sync(&master);
         TEST_ASSERT_EQUAL(STATUS_CLOSED, canopen_master_send_process_data(&master, 0x211U, pdo, 8U));
         canopen_master_emit(&master, now_ns);
         now_ns += CYCLE_NS;
@@ -425,6 +450,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_node_or_route_that_is_invalid_twice_or_beyond_the_capacity_is_refused);
     RUN_TEST(sync_is_the_last_frame_of_a_cycle);
+    RUN_TEST(sync_can_be_the_first_frame_of_a_cycle);
     RUN_TEST(the_heartbeat_has_a_period_of_20_ms);
     RUN_TEST(a_master_on_a_new_channel_sends_its_heartbeat_at_once);
     RUN_TEST(a_reset_counts_for_the_nodes_that_it_reaches);

@@ -231,6 +231,27 @@ static void a_device_of_another_configuration_is_not_enabled(void)
     TEST_ASSERT_EQUAL_UINT(0U, generic.event_count);
 }
 
+/// One drive is on a bus, and two are on the other. With BEFORE_COMMANDS no bus waits for its commands.
+static void sync_precedes_the_commands_of_all_buses_if_the_descriptor_says_so(void)
+{
+    make(2U, 3U, false);
+    engage();
+    for (unsigned is_first = 0U; is_first <= 1U; is_first++) {
+        descriptor.is_sync_first = (is_first != 0U);
+        (void)cycle(NULL);
+        for (unsigned i = 0U; i < 2U; i++) {
+            const unsigned commands = (i == 0U) ? 2U : 1U;
+            unsigned at             = 0U;
+            while ((at < buses[i].seen_count) && (buses[i].seen[at].id != 0x080U)) {
+                at++;
+            }
+            TEST_ASSERT_EQUAL_UINT(1U, scripted_bus_count(&buses[i], 0x080U));
+            TEST_ASSERT_TRUE(buses[i].seen_count > commands);
+            TEST_ASSERT_TRUE((is_first != 0U) ? (at == 0U) : (at >= commands));
+        }
+    }
+}
+
 static void sync_begins_on_all_buses_in_the_same_cycle(void)
 {
     make(2U, 4U, false);
@@ -498,6 +519,7 @@ int main(void)
     RUN_TEST(only_devices_with_settings_of_a_mapping_have_one_of_their_own);
     RUN_TEST(a_device_of_another_configuration_is_not_enabled);
     RUN_TEST(sync_begins_on_all_buses_in_the_same_cycle);
+    RUN_TEST(sync_precedes_the_commands_of_all_buses_if_the_descriptor_says_so);
     RUN_TEST(the_slowest_bus_determines_the_end_of_a_step);
     RUN_TEST(no_bus_waits_for_another_to_be_secured);
     RUN_TEST(a_bus_that_cannot_be_opened_leaves_none_open);

@@ -37,6 +37,7 @@ static void identity_resources_and_times_are_read(void)
     TEST_ASSERT_EQUAL_STRING("ARM", arm.name);
     TEST_ASSERT_EQUAL_UINT16(16U, arm.apid);
     TEST_ASSERT_EQUAL_UINT32(5000U, arm.sampling_us);
+    TEST_ASSERT_FALSE(arm.is_sync_first);
     TEST_ASSERT_EQUAL_UINT8(80U, arm.pool_warn_percent);
     TEST_ASSERT_EQUAL_UINT8(70U, arm.pool_clear_percent);
     TEST_ASSERT_EQUAL_UINT32(2000000U, arm.timeout_us[2]);
@@ -45,6 +46,8 @@ static void identity_resources_and_times_are_read(void)
     TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, resources, "")));
     TEST_ASSERT_EQUAL_UINT8(75U, arm.pool_warn_percent); // The default levels.
     TEST_ASSERT_EQUAL_UINT8(65U, arm.pool_clear_percent);
+    TEST_ASSERT_EQUAL(STATUS_OK, load(damaged(arm_document, "id='16'", "id='16' sync='BEFORE_COMMANDS'")));
+    TEST_ASSERT_TRUE(arm.is_sync_first);
 }
 
 typedef struct {
@@ -319,6 +322,8 @@ static const damage_t damages[] = {
     {"samplingTime='1ms'", "samplingTime='99us'", 26U, "from 100us"},
     {"samplingTime='1ms'", "samplingTime='9999999999s'", 26U, "a time"},
     {"timeout='2s'", "timeout='2 s'", 3U, "a time"},
+    {"id='16'", "id='16' sync='FIRST'", 1U,
+     "sync=\"FIRST\" of <Subsystem>: expected one of AFTER_COMMANDS BEFORE_COMMANDS"},
     {"poolClear='70'", "poolClear='80'", 2U, "expected poolClear < poolWarning"},
     {"<States>", "<States count='1'>", 3U, "attribute count of <States>: expected none"},
     {"<State name='HARDWARE_INIT'", "<State name='HARDWARE'", 3U, "the name of a state"},
