@@ -6,6 +6,11 @@
 #include <math.h>
 #include <stddef.h>
 
+#define HOMING_OFF 0U
+#define HOMING_WANTED 1U
+#define HOMING_STARTED 2U
+#define HOMING_REPORTED 3U // The statusword reports this search.
+
 void canopen_cia402_axis_init(canopen_cia402_axis_t* const axis, const canopen_cia402_scale_t scale)
 {
     FSW_ASSERT((axis != NULL) && (scale.position_rad > 0.0) && (scale.torque_nm > 0.0));
@@ -25,7 +30,7 @@ void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* const axis, const canop
     if (goal != axis->goal) {
         axis->was_enabled = false;
     }
-    axis->homing          = (goal == CIA402_GOAL_ENABLED) ? axis->homing : CIA402_HOMING_OFF;
+    axis->homing          = (goal == CIA402_GOAL_ENABLED) ? axis->homing : HOMING_OFF;
     axis->goal            = goal;
     axis->may_reset_fault = may_reset_fault;
     axis->has_dropped     = false;
@@ -50,17 +55,16 @@ void canopen_cia402_axis_step(canopen_cia402_axis_t* const axis)
     FSW_ASSERT(axis != NULL);
     axis->controlword = canopen_cia402_controlword(canopen_cia402_axis_state(axis), axis->goal,
                                                    axis->may_reset_fault, axis->controlword);
-    if (axis->homing == CIA402_HOMING_OFF) {
+    if (axis->homing == HOMING_OFF) {
         return;
     }
     // Set bit 4 only in operation: the drive starts the search at its rising edge.
     if ((axis->controlword == CIA402_CONTROL_ENABLE) &&
         (canopen_cia402_axis_state(axis) == CIA402_OPERATION_ENABLED)) {
         axis->controlword |= CIA402_CONTROL_HOMING_START;
-        axis->homing =
-            (axis->homing == CIA402_HOMING_WANTED) ? CIA402_HOMING_STARTED : CIA402_HOMING_REPORTED;
+        axis->homing = (axis->homing == HOMING_WANTED) ? HOMING_STARTED : HOMING_REPORTED;
     } else {
-        axis->homing = CIA402_HOMING_WANTED;
+        axis->homing = HOMING_WANTED;
     }
 }
 
@@ -157,9 +161,9 @@ void canopen_cia402_axis_home(canopen_cia402_axis_t* const axis, const bool is_w
 {
     FSW_ASSERT(axis != NULL);
     if (!is_wanted) {
-        axis->homing = CIA402_HOMING_OFF;
-    } else if (axis->homing == CIA402_HOMING_OFF) {
-        axis->homing = CIA402_HOMING_WANTED;
+        axis->homing = HOMING_OFF;
+    } else if (axis->homing == HOMING_OFF) {
+        axis->homing = HOMING_WANTED;
     } else {
         // The search continues.
     }
@@ -168,11 +172,10 @@ void canopen_cia402_axis_home(canopen_cia402_axis_t* const axis, const bool is_w
 status_t canopen_cia402_axis_homing(const canopen_cia402_axis_t* const axis)
 {
     FSW_ASSERT(axis != NULL);
-    if ((axis->homing == CIA402_HOMING_OFF) ||
-        (canopen_cia402_axis_state(axis) != CIA402_OPERATION_ENABLED)) {
+    if ((axis->homing == HOMING_OFF) || (canopen_cia402_axis_state(axis) != CIA402_OPERATION_ENABLED)) {
         return STATUS_EMPTY;
     }
-    if (axis->homing != CIA402_HOMING_REPORTED) {
+    if (axis->homing != HOMING_REPORTED) {
         return STATUS_BUSY;
     }
     if ((axis->statusword & CIA402_STATUS_HOMING_ERROR) != 0U) {

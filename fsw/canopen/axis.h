@@ -28,15 +28,6 @@ typedef struct {
     double speed_rad_s; ///< Largest commanded speed; 0: not limited.
 } canopen_cia402_scale_t;
 
-/// Search for the reference. The first statusword after the start bit may have been sampled before the drive
-/// received the bit, and may therefore report an earlier search.
-typedef enum {
-    CIA402_HOMING_OFF,
-    CIA402_HOMING_WANTED,  ///< The start bit is not sent yet.
-    CIA402_HOMING_STARTED, ///< The start bit was sent in one cycle.
-    CIA402_HOMING_REPORTED ///< The statusword reports this search.
-} canopen_cia402_homing_t;
-
 /// Objects are those of the first axis of a device; those of the next axes are at + 0x800 each.
 typedef struct {             // Process data write the raw words; all else is read-only outside.
     uint16_t statusword;     ///< 0x6041.
@@ -58,7 +49,9 @@ typedef struct {             // Process data write the raw words; all else is re
     bool was_enabled; ///< OPERATION ENABLED was reached with this goal.
     /// The axis has left OPERATION ENABLED without a command.
     bool has_dropped;
-    canopen_cia402_homing_t homing;
+    /// Search for the reference: 0: none, 1: the start bit is not sent yet, 2: it was sent in one cycle,
+    /// 3: in more. The first statusword after the start bit may have been sampled before the drive received it.
+    uint8_t homing;
 } canopen_cia402_axis_t;
 
 /// Initialise the axis with the goal DISABLED; all words are 0.

@@ -8,8 +8,8 @@
 /// subsystem's callback `fits` must have accepted the descriptor by drives_fit (drives_fitting.h). Devices
 /// may be on several buses, each with its own master; a node id occurs on one of them only. All devices are
 /// secured at once. Each master queues SYNC in the same cycle, after the commands of its own bus, so a bus
-/// with fewer commands sends it earlier. With sync="BEFORE_COMMANDS" in the descriptor, all masters queue SYNC
-/// before the commands of any bus, and the devices apply commands at the next SYNC (docs/decisions/0059).
+/// with fewer commands sends it earlier. With sync="BEFORE_COMMANDS" in the descriptor, all masters queue
+/// SYNC before the commands of any bus (docs/decisions/0059).
 ///
 /// Ownership  The caller provides drives_t; it must not be moved. Subsystem and resolver outlive it.
 /// Context    The subsystem's task and time. Never blocks.

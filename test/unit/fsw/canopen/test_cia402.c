@@ -364,8 +364,8 @@ static void homing_is_started_in_operation_and_ended_by_the_drive(void)
     cycle(CIA402_OPERATION_ENABLED);
     axis.statusword = 0x2627U; // An error of the present search ends it.
     TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis));
-    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false);
-    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis)); // The same goal does not end the search.
+    canopen_cia402_axis_set_goal(&axis, CIA402_GOAL_ENABLED, false); // The same goal does not end the search.
+    TEST_ASSERT_EQUAL(STATUS_INVALID, canopen_cia402_axis_homing(&axis));
     canopen_cia402_axis_home(&axis, false);
     TEST_ASSERT_EQUAL(STATUS_EMPTY, canopen_cia402_axis_homing(&axis));
 }
