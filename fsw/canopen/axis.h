@@ -50,7 +50,7 @@ typedef struct {             // Process data write the raw words; all else is re
     /// The axis has left OPERATION ENABLED without a command.
     bool has_dropped;
     /// Search for the reference: 0: none, 1: the start bit is not sent yet, 2: it was sent in one cycle,
-    /// 3: in more. The first statusword after the start bit may have been sampled before the drive received it.
+    /// 3: in more. The first statusword after the start bit may be older than the bit.
     uint8_t homing;
 } canopen_cia402_axis_t;
 
