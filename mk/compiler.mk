@@ -83,7 +83,7 @@ endif
 LDFLAGS  := -nostartfiles -T osal/freertos/mps2.ld -Wl,-u,port_reset -Wl,--gc-sections
 endif
 
-# To compile most tests takes longer than to run them, so the compiler optimizes the sources of tests less; the sources
+# Compiling most tests takes longer than running them, so the compiler optimizes the sources of tests less; the sources
 # under test keep their flags. The linker gold of binutils needs half of the time of the default linker.
 TEST_OBJECTS := $B/obj/test/unit/% $B/obj/test/contract/%
 TEST_FLAGS   := $(if $(COVERAGE)$(ANALYZE),,$(if $(SANITIZE),-O0,-O1))

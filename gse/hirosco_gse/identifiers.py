@@ -79,7 +79,7 @@ def named(found, event, subsystem, dictionary, present=None):
 
 
 def device_of(found):
-    """Name of the device that the values of an event report, as `named` returns them, are about; None if they are about none, or it has no name."""
+    """Name of the device that the values of an event report, as `named` returns them, are about; None without such a device or name."""
     name = "NODE" if "NODE" in found else "DEVICE"
     number = found.get(name, (None,))[0]
     is_device = isinstance(number, Named) and (name != "NODE" or number != 0)  # Node 0 is the controller of the subsystem.

@@ -141,7 +141,8 @@ def mission_of(run):
 
 
 def scenario_of(run):
-    """Name of the scenario of a run, without its directory, from the launcher's file; without this file "", and "none" without a scenario."""
+    """Name of the scenario of a run, without its directory, from the launcher's file: "none" if the run has no scenario, "" if the file is
+    missing."""
     try:
         return pathlib.Path((pathlib.Path(run) / "ground.scenario").read_text(encoding="utf-8").strip()).stem
     except (OSError, ValueError):

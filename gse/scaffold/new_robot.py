@@ -487,7 +487,7 @@ def name_from(robot_name):
 
 
 def check_world(path, urdf_path, own_urdf):
-    """Refuse what the simulator refuses. Its message then names the line of the given URDF, not of its copy, which will not be there."""
+    """Refuse what the simulator refuses. The message names the given URDF instead of its copy, which is removed after the refusal."""
     try:
         done = subprocess.run([SIMULATOR, "--world", relative(path), "--free-run", "0"], cwd=ROOT, capture_output=True, text=True, errors="replace",
                               check=False)

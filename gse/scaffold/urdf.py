@@ -23,7 +23,7 @@ INSTEAD = {  # What to write for a joint type that no drive moves.
     "floating": 'for a base that flies freely, remove this joint with its parent link and give BASE=free; otherwise make it type="fixed"',
     "planar": 'make it type="fixed", or two prismatic joints and a revolute one, each of which moves a link with a mass',
 }
-NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,58}")  # Of an attribute of the world's <Start>; with "arm." it has at most 63 octets.
+NAME = re.compile(r"(?!xml)[A-Za-z][A-Za-z0-9_.-]{0,58}")  # Name of a joint, an attribute of the world's <Start>; with "arm." it has at most 63 octets.
 
 
 @dataclass

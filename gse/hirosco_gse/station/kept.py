@@ -12,7 +12,7 @@ from ..command import UsageError
 from ..octets import Layouts
 
 KEPT = 20  # Packets of each kind.
-OCTETS_MAX = 1 << 16  # Of the packets in one answer.
+OCTETS_MAX = 1 << 16  # Largest number of octets of all packets in one answer; a single packet may have more.
 KINDS_MAX = 300  # Kinds of packets. If there are more, the kind that is the oldest is dropped.
 DETAILED = {(3, 25), (3, 26), (5, 1), (5, 2), (5, 3), (5, 4)}  # The first two octets of these reports identify a structure or an event.
 

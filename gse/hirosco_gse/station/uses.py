@@ -62,7 +62,7 @@ class Uses:
             os.close(handle)
 
     def of_others(self):
-        """(uses of other stations, uses of stations that have died). The lists of the latter are removed: the caller takes their uses over."""
+        """(uses of other stations, uses of stations that have died). The lists of dead stations are removed: the caller takes their uses over."""
         living, left = set(), set()
         for path in self._run.glob(f"{PREFIX}*{SUFFIX}"):
             if self._file and path == self._file[1]:

@@ -5,7 +5,7 @@
 import { groups, moving } from "./kinematics.js";
 
 export const LINES_MAX = 4;
-export const COLOURS = ["measured", "second", "force", "fg1"]; // Of the lines of a strip.
+export const COLOURS = ["measured", "second", "force", "fg1"]; // Colours of the lines of a strip.
 const COLUMN_MAX = 3; // Strips of one column.
 
 // Number of columns for a number of strips: two if one column has no room for them.

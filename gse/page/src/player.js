@@ -13,7 +13,7 @@ const PHASE_LEAST = 4; // Least width of a phase that has its own tooltip [pixel
 
 class Player extends HTMLElement {
   connectedCallback() {
-    this.width = 0; // Of the slider, when it was drawn last.
+    this.width = 0; // Width of the slider when it was drawn last.
     this.start = el("button", { class: "go", onclick: () => store.replay?.play(!store.replay.isPlaying) });
     this.clock = el("span", { class: "clock", role: "timer", "aria-label": "Time of the replay" });
     this.speeds = SPEEDS.map((speed) =>
@@ -91,7 +91,7 @@ class Player extends HTMLElement {
     text(this.start, isPlaying ? "❚❚" : "▶");
     put(this.start, "aria-label", isPlaying ? "Pause (Space)" : "Play (Space)");
     this.speeds.forEach((button, n) => put(button, "aria-pressed", SPEEDS[n] === speed));
-    // To ask the slider for its width after a change would make the browser compute the layout at once.
+    // The stored width is used: reading it from the slider would make the browser compute the layout at once.
     this.head.style.transform = `translateX(${((time / end) * this.width).toFixed(1)}px)`;
     put(this.slider, "aria-valuemax", end.toFixed(1));
     this.slider.setAttribute("aria-valuenow", time.toFixed(1));

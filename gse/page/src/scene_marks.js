@@ -306,8 +306,8 @@ export class SceneMarks extends HTMLElement {
     put(this.ghostLabel, this.ghostEnd, 24);
   }
 
-  // The trace of a flight does not depend on pictures, which a page in the background does not draw. It
-  // begins anew after a gap in the reports.
+  // Add a place to the trace of a flight, also while the page is in the background and draws no pictures. The
+  // trace begins anew after a gap in the reports.
   remember(time, tip) {
     const before = this.trace[this.trace.length - 1]?.[0] ?? time;
     if (!store.replay && time - before > GAP_S) this.trace = [];

@@ -266,7 +266,7 @@ const LINK_SYMBOL = {
   failed: "critical",
 };
 const isBroken = (state) => state === "stale" || state === "failed";
-// Of two members with devices and four links, all is visible at 1280x800, in a replay as well.
+// With these sizes, two members with their devices and four links are visible at 1280x800, in a replay, too.
 const BOX = { width: 120, height: 38, x: [8, 180], top: 2, pitch: 96, wire: 44, device: 50, end: 82 };
 // The devices of a member that is alone have the width of the panel, in rows.
 const GRID = { x: 12, width: 290, columns: 4, most: 12, pitch: 42 };
@@ -275,8 +275,8 @@ const rowsOf = (devices) => Math.ceil(devices.length / GRID.columns);
 const isGrid = (devices) => store.members().length === 1 && devices.length > 3 && devices.length <= GRID.most;
 
 // Attributes of the box of a device, which opens the tab Bus at this device. A box of several devices, null,
-// opens the bus of the first one. Boxes of a replay, which has no tab Bus, and of devices on no bus do
-// nothing.
+// opens the bus of the first one. A box cannot be pressed in a replay, which has no tab Bus, or if its device
+// is not on a bus.
 function pressable(device, ends) {
   const bus = store.replay ? undefined : busOf(store, ends);
   return bus

@@ -357,8 +357,8 @@ export class Fastest {
     this.rows = [];
   }
 
-  // The fastest report that is not stale, or not older than KEPT_MS; if there is none, the one received last.
-  // A fast report that is late for a moment does not change the table.
+  // The fastest report that is not stale, or not older than KEPT_MS; without such a report, the one that was
+  // received last. A fast report that is late for a moment does not change the table.
   report() {
     const own = [...store.reports.values()].filter((report) => report.subsystem === store.selected);
     const rank = (report) => {

@@ -241,9 +241,9 @@ class Hand {
     this.draw();
   }
 
-  // Follow gamepad and keys, and send an aim that has not changed again after REPEAT_MS of simulated time:
-  // without lines the simulator holds the hand. If the page was busy, answers and input of that time may
-  // still wait to be read, so little of it counts.
+  // Follow gamepad and keys. Repeat an unchanged aim after REPEAT_MS of simulated time, because the simulator
+  // holds the hand if no line arrives. If the page was busy, answers and input of that time may still wait to
+  // be read, so little of it counts.
   tick() {
     const now = performance.now(),
       passed = Math.min(now - this.ticked, TICK_MAX_MS);

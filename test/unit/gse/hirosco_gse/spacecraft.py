@@ -14,7 +14,7 @@ def notice(code, detail, instruction=0):
     return struct.pack(">HHI", code, instruction, detail)
 
 
-MISSION_TIME_NS = 1000 * 10**9  # Of all reports.
+MISSION_TIME_NS = 1000 * 10**9  # Time of all reports.
 
 
 class Spacecraft:
@@ -25,7 +25,7 @@ class Spacecraft:
         self._server = socket.create_server(("127.0.0.1", 0))
         self.port = self._server.getsockname()[1]
         self.received = []
-        self.connections = 0  # That it has accepted.
+        self.connections = 0  # Number of accepted connections.
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 

@@ -25,7 +25,7 @@ LINK = ('<link name="l{0}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><in
 JOINT = ('<joint name="j{0}" type="{kind}"><origin xyz="0.2 0 0"/><parent link="l{before}"/><child link="l{0}"/><axis xyz="0 {axis}"/>'
          '<limit lower="-1" upper="1" effort="60" velocity="2"/></joint>')
 PERIOD_US, END_US = 1000, 2_000_000
-ERRORS = {"UR5E": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4], "TESTARM": [7e-4, 8e-4]}  # Of each joint [rad], the first of TESTARM [m].
+ERRORS = {"UR5E": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4], "TESTARM": [7e-4, 8e-4]}  # Error of each joint [rad], of the first joint of TESTARM [m].
 CONFIGURATION = 1
 
 

@@ -64,7 +64,7 @@ def test_figures_of_every_module_may_have_bounds(scenario):
 
 
 def test_a_run_is_not_judged_again_without_its_bounds(scenario, dictionary_path, tmp_path, capsys):
-    """Else a run that has failed by its figures would become one that has succeeded."""
+    """Otherwise a second report would make a run that has failed by its figures a success."""
     path = scenario("goal_error_rad <= 1\n")
     (tmp_path / "run.json").write_text(json.dumps({"mission": "rokviss", "scenario": str(path), "exit_code": 0}), encoding="utf-8")
     assert report.main([str(tmp_path), str(dictionary_path)]) == report.FIGURES_FAILED

@@ -494,8 +494,8 @@ def _alive(session, count):
 
 
 def test_requests_without_a_further_report_are_removed(dictionary):
-    """Of the requests of which an instruction was refused, only the newest accept a later report. A request that has timed
-    out accepts none."""
+    """After the refusal of an instruction, a request may get further reports or none: only the newest such requests accept
+    them. A request that has timed out accepts none."""
     session = Session(dictionary, 0)
     old = session.send(Request(16, 3, 27, bytes(2), "old"))
     for count in range(100):

@@ -127,7 +127,7 @@ def test_an_incomplete_recording_is_refused(modules):
 
 
 def test_pictures_that_take_too_long_get_fewer_pixels_and_short_ones_more(modules):
-    """They get fewer after three in succession that take longer than the budget, and more after twenty that leave room for twice as many pixels."""
+    """Three pictures in succession that take longer than the budget reduce the pixels; twenty that leave room for twice as many increase them."""
     found = printed(modules, """
         const pace = new Pace(), scales = [];
         const note = (took, count) => { for (let n = 0; n < count; n++) pace.note(0, took); scales.push(pace.scale); };

@@ -31,7 +31,7 @@ def test_the_newest_frame_of_each_identifier_is_sent_with_its_rate():
 
 
 def test_a_statusword_is_shown_by_its_state(dictionary):
-    """The names are those of the dictionary, as in the other tabs of the page. Of two axes each has its own signal."""
+    """The names are those of the dictionary, as in the other tabs of the page. Each of two axes has its own signal."""
     bits = bits_of(dictionary.content)
     tap = BusTap("robot", 1e6, 5e6, Database(ROOT / "build" / "generated" / "rokviss-robot.dbc"), bits=bits)
     for octets, state in (("3712", "OPERATION_ENABLED"), ("5002", "SWITCH_ON_DISABLED"), ("1802", "FAULT")):
