@@ -115,6 +115,12 @@ status_t canopen_network_select_channel(canopen_network_t* const network, const 
     return STATUS_OK;
 }
 
+void canopen_network_doubt_channel(canopen_network_t* const network)
+{
+    FSW_ASSERT(network != NULL);
+    network->is_channel_new = true;
+}
+
 void canopen_network_add_counters(const canopen_network_t* const network,
                                   canopen_network_bus_counters_t* const sum)
 {

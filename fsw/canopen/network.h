@@ -147,7 +147,7 @@ typedef struct { // Read-only outside, except the axes of its devices.
     flow_can_t flows[NETWORK_CHANNELS];
     uint8_t channel;     ///< Number of the active channel.
     flow_can_t* flow;    ///< Flow of the active channel.
-    bool is_channel_new; ///< The channel was selected after the last reset of the nodes.
+    bool is_channel_new; ///< The nodes may not have heard the master on this channel since the last reset.
     canopen_master_t master;
     canopen_network_device_t* devices[NETWORK_DEVICES_MAX]; ///< Provided by the caller.
     uint8_t device_count;
@@ -188,6 +188,9 @@ bool canopen_network_has_channel(const canopen_network_t* network, uint8_t chann
 /// Closed: the next canopen_network_open uses the channel. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel);
 /// STATUS_NOT_FOUND (open, but without that channel).
 status_t canopen_network_select_channel(canopen_network_t* network, uint8_t channel);
+/// A process before this one may have been the master on the other channel: the next reset of the nodes
+/// follows a heartbeat on the active channel, as after canopen_network_select_channel.
+void canopen_network_doubt_channel(canopen_network_t* network);
 /// Add the counters of both channels to a sum.
 void canopen_network_add_counters(const canopen_network_t* network, canopen_network_bus_counters_t* sum);
 /// Reset all nodes, wait for the boot-up message of each, and identify it. With two channels, the master's

@@ -212,6 +212,9 @@ static status_t open_networks(drives_t* const drives)
         const char* const channel_b =
             (bus->endnode->redundant_bus[0] != '\0') ? bus->endnode->redundant_bus : NULL;
         status = canopen_network_open(&bus->network, drives->resolver, bus->endnode->bus, channel_b);
+        if ((channel_b != NULL) && subsystem_is_restarted(drives->generic)) {
+            canopen_network_doubt_channel(&bus->network); // The process before may have used channel B.
+        }
     }
     if (status != STATUS_OK) {
         close_buses(drives);

@@ -209,6 +209,35 @@ DIFFICULT = {
         "3.7 fault plug robot JOINT1",
         *_arm(3.8),
     ],
+    "restart_on_a_while_the_devices_are_on_b": [
+        "1.2 fault cut robot",
+        *_lost(1.2),
+        "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(2.0),
+        "3.0 fault mend robot",
+        "3.1 fault kill manipulator",
+        *_arm(3.5),
+    ],
+    "restart_while_a_is_cut": [
+        "1.2 fault cut robot",
+        *_lost(1.2),
+        "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(2.0),
+        "3.1 fault kill manipulator",
+        f"3.5 operator {NO_ANSWER}",
+        "6.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(6.1),
+    ],
+    # Devices without a configuration end their search on B, where it began; the restarted process begins on A.
+    "restart_after_the_search": [
+        "1.2 operator state MANIPULATOR OFFLINE",
+        "1.5 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        "1.5 operator state MANIPULATOR PRE_OPERATIONAL",
+        "2.0 fault kill manipulator",
+        f"36.0 operator {NO_ANSWER}",
+        "38.5 operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
+        *_arm(38.6),
+    ],
     "only_where_nothing_moves": [
         "1.2 operator expect-refusal 0x0110 cmd MANIPULATOR.CHANNEL CHANNEL=1",  # PUS_FAILURE_PERMISSION.
         "1.3 operator state MANIPULATOR OFFLINE",
@@ -239,17 +268,43 @@ SEARCH_US, RETRY_US = 160_000, 300_000  # Longest wait of HARDWARE_INIT for the 
 CYCLE_US = 500
 
 
+def _with_slow_joint(root):
+    """The descriptors, with a world in which JOINT2 has the consumer heartbeat time of wheels and sensors."""
+    flying.descriptors_copied(root)
+    devices = root / "descriptors" / "devices"
+    (devices / "slow-drive.eds").write_text((devices / "joint-drive.eds").read_text(encoding="utf-8"), encoding="utf-8")
+    flying.replace(devices / "slow-drive.eds", ("DefaultValue=0x0001003C", "DefaultValue=0x000100C8"))
+    flying.replace(root / "descriptors" / "worlds" / "rokviss.xml", (f'node="{SLOW:#x}" eds="joint-drive.eds"', f'node="{SLOW:#x}" eds="slow-drive.eds"'))
+    return root
+
+
+def _resets(flight, bus, from_us):
+    """Nodes of the NMT resets on a channel within one second."""
+    frames = logs.read_bus(flight.directory / f"can-{bus}.log")
+    times, commands = frames.time_us[frames.frames(0)], frames.data[frames.frames(0)]
+    return [int(data[1]) for t, data in zip(times, commands, strict=True) if data[0] == 0x81 and from_us <= t < from_us + 1e6]
+
+
+def test_a_restarted_process_resets_devices_that_were_on_channel_b_once(directory, tmp_path):
+    """The process dies while it is the master on B, and A is mended. JOINT1 arrives on A and has heard no heartbeat there yet: without one
+    before the reset, it would return to B."""
+    up = 3.7
+    lines = ["0.0 hand rest", *_arm(0.3), "1.2 fault cut robot", *_lost(1.2), "2.0 operator cmd MANIPULATOR.CHANNEL CHANNEL=1", *_arm(2.0),
+             "3.2 fault mend robot", "3.4 fault kill manipulator", *_arm(up), f"{up + 1.1} operator expect-state MANIPULATOR OPERATIONAL",
+             f"{up + 1.1} operator shutdown"]
+    scenario = flying.write_scenario(directory.with_suffix(".scn"), *lines)
+    flight = flying.fly(directory, "--scenario", scenario, "--form", "image", root=_with_slow_joint(tmp_path / "root"))
+    assert flight.code == 0, flight.transcript()
+    assert _resets(flight, "robot", up * 1e6) == [0]
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("selected_s", "resets"), [(1.75, [0]), (2.0, [0, SLOW])])
 def test_a_node_with_a_heartbeat_time_of_200_ms_is_found_on_channel_b(directory, tmp_path, selected_s, resets):
     """In the world, JOINT2 has the consumer heartbeat time of wheels and sensors. When the channel is selected, this joint is either on B, or it
     has just changed to A. In the first case one reset suffices, although JOINT1 has just arrived on B. In the second case JOINT2 arrives after
     the wait for the devices, and only it is reset again."""
-    root = flying.descriptors_copied(tmp_path / "root")
-    devices = root / "descriptors" / "devices"
-    (devices / "slow-drive.eds").write_text((devices / "joint-drive.eds").read_text(encoding="utf-8"), encoding="utf-8")
-    flying.replace(devices / "slow-drive.eds", ("DefaultValue=0x0001003C", "DefaultValue=0x000100C8"))
-    flying.replace(root / "descriptors" / "worlds" / "rokviss.xml", (f'node="{SLOW:#x}" eds="joint-drive.eds"', f'node="{SLOW:#x}" eds="slow-drive.eds"'))
+    root = _with_slow_joint(tmp_path / "root")
     end = selected_s + 1.5
     lines = ["0.0 hand rest", *_arm(0.3), "1.2 fault cut robot", *_lost(1.2), f"{selected_s} operator cmd MANIPULATOR.CHANNEL CHANNEL=1",
              *_arm(selected_s), f"{end} operator expect-state MANIPULATOR OPERATIONAL", f"{end} operator shutdown"]

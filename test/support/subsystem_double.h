@@ -43,6 +43,7 @@ struct subsystem {
     void* self;
     const descriptor_configuration_t* configuration;
     state_t state;
+    bool is_restarted;
     uint64_t now_ns;
     uint64_t period_ns;
     uint64_t device_deadline_ns;

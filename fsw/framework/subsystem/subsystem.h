@@ -117,6 +117,8 @@ state_t subsystem_state(const subsystem_t* subsystem);
 /// Returns the applied configuration, or null.
 const descriptor_configuration_t* subsystem_configuration(const subsystem_t* subsystem);
 const subsystem_descriptor_t* subsystem_descriptor(const subsystem_t* subsystem);
+/// True if the process of this component has started more than once in this run.
+bool subsystem_is_restarted(const subsystem_t* subsystem);
 parameter_dictionary_t* subsystem_dictionary(subsystem_t* subsystem);
 
 /// Publish one parameter in software_init. Statuses of parameter_publish.

@@ -297,6 +297,12 @@ const subsystem_descriptor_t* subsystem_descriptor(const subsystem_t* const subs
     return subsystem->descriptor;
 }
 
+bool subsystem_is_restarted(const subsystem_t* const subsystem)
+{
+    FSW_ASSERT(subsystem != NULL);
+    return subsystem->config.start_count > 1U;
+}
+
 parameter_dictionary_t* subsystem_dictionary(subsystem_t* const subsystem)
 {
     return &subsystem->dictionary;
