@@ -145,7 +145,7 @@ def _parse(path):
     parser.StartElementHandler, parser.EndElementHandler = begin, lambda name: open_elements.pop()
     try:
         with open(path, "rb") as file:
-            parser.ParseFile(file)
+            parser.Parse(file.read(), True)  # In pieces, expat would scan a long comment from its begin again for each piece.
     except OSError as error:
         raise UrdfError(f"{path}: cannot read: {error.strerror}") from error
     except xml.parsers.expat.ExpatError as error:

@@ -2,6 +2,7 @@
 """The URDF reader of make new-robot: refused files, and links that are merged into one;
 test_arm_against_mujoco.py compares everything else with MuJoCo."""
 
+import io
 import math
 import pathlib
 import re
@@ -13,6 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[4] / "gse" / "sc
 
 import new_robot
 import urdf
+from hirosco_gse import urdf as reader
 from new_subsystem import Refusal
 from source import read_number
 
@@ -112,6 +114,21 @@ def test_a_refusal_names_the_line(tmp_path):
     path.write_text("<arm/>", encoding="utf-8")
     with pytest.raises(Refusal, match="robot.urdf:1: <arm>: expected <robot>"):
         new_robot.plan(path, "slider", None, None, None)
+
+
+def test_the_parser_gets_a_file_in_one_piece(tmp_path, monkeypatch):
+    """In pieces, its time for a comment grows with the square of the length: 11 s for 5 MB."""
+    reads = []
+
+    class Counted(io.BytesIO):
+        def read(self, *size):
+            reads.append(size)
+            return super().read(*size)
+
+    text = f'<robot name="robot"><!--{"x" * 100_000}-->{link("base")}{link("arm")}{joint("turn", "base", "arm")}</robot>'
+    monkeypatch.setattr(reader, "open", lambda path, mode: Counted(text.encode()), raising=False)
+    assert len(urdf.read(tmp_path / "robot.urdf").joints) == 1
+    assert len(reads) == 1
 
 
 def test_a_file_of_another_encoding_is_refused_with_its_line(tmp_path):
