@@ -17,18 +17,19 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "gse"))
 from generator import sheet as reader  # noqa: E402
 
 # World, bus and node of the device that is simulated.
-PLACES = {"joint-drive": ("rokviss", "robot", 0x11), "joystick": ("rokviss", "joystick", 0x21), "valve-box": ("actuators", "platform", 0x3A)}
+PLACES = {"joint-drive": ("rokviss", "robot", 0x11), "joystick": ("rokviss", "joystick", 0x21), "valve-box": ("actuators", "platform", 0x3A),
+          "gyro": ("actuators", "platform", 0x2B)}
 # Devices of the world cube.
 OF_CUBE = {element.get("eds").removesuffix(".eds"): (None, element.get("bus"), int(element.get("node"), 0))
            for element in ET.parse(CUBE).getroot() if element.get("eds")}
 # Any other sheet replaces the sheet of a device of PLACES. The first of these section names that the sheet contains selects the device.
-MARKS = {"[6840]": "joystick", "[6200]": "valve-box", "[6040]": "joint-drive"}
+MARKS = {"[6840]": "joystick", "[6200]": "valve-box", "[6040]": "joint-drive", "[6131]": "gyro"}
 IN_PLACE_OF = {path.stem: next(name for mark, name in MARKS.items() if mark in path.read_text(encoding="utf-8"))
                for path in SHEETS.glob("*.eds") if path.stem not in OF_CUBE}
 DEVICES = {**{name: PLACES[other] for name, other in sorted(IN_PLACE_OF.items())}, **OF_CUBE}
 # Objects whose values change while the device runs: they are not compared with their defaults.
 CHANGING = {0x1001, 0x6041, 0x6062, 0x6064, 0x606B, 0x606C, 0x6074, 0x6077, 0x6078, 0x60F4, 0x2220,
-            0x6841, 0x6864, 0x686C, 0x6874, 0x6877, 0x6878, 0x60FD, 0x6150, 0x9130, 0x2100, 0x2102, 0x2103, 0x2104}
+            0x6841, 0x6864, 0x686C, 0x6874, 0x6877, 0x6878, 0x60FD, 0x6130, 0x6150, 0x9130, 0x2100, 0x2102, 0x2103, 0x2104}
 NO_OBJECT, NO_MEMBER, READ_ONLY, NOT_NOW = 0x06020000, 0x06090011, 0x06010002, 0x08000022
 ACCESS = {"const", "ro", "rw", "rww", "rwr", "wo"}
 VISIBLE_STRING = 9  # Data type of CiA 301.

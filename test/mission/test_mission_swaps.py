@@ -7,9 +7,18 @@ import json
 import re
 import statistics
 import struct
+import sys
 
+import cantools
 import flying
+import numpy as np
 import pytest
+from hirosco_gse import run as runs
+
+sys.path.insert(0, str(flying.ROOT / "gse" / "generator"))
+
+import dbc
+import mission as missions
 
 SUBSYSTEM, WORLD, MISSION = (f"descriptors/{kind}/actuators.xml" for kind in ("subsystems", "worlds", "missions"))
 BUS = '<Bus name="platform" bitRate="1000000" dataBitRate="5000000"/>'
@@ -139,6 +148,30 @@ def test_a_device_of_another_profile_flies(tree, tmp_path):
     assert abs(attitude[0] - 1.0) < 1e-3 and abs(2.0 * attitude[3] - turned) < 1e-3
     assert max(map(abs, attitude[1:3])) < 1e-4
     assert abs(_reported(flight, "POSITION")[0] - 0.1) < 1e-3
+
+
+def test_a_gyro_of_another_maker_with_real_numbers_flies(tree, tmp_path):
+    """The rates are REAL32 (0x6130 of CiA 404): the same numbers are in the frames, in the housekeeping report and, with the noise of the gyro,
+    in the truth."""
+    flying.replace(tree / SUBSYSTEM, ('<Device name="GYRO" type="gyro">', '<Device name="GYRO" type="rate-sensor">'))
+    flying.replace(tree / WORLD, ('eds="gyro.eds"', 'eds="rate-sensor.eds"'))
+    flight = _fly(tree, tmp_path / "run")
+    _assert_boom_and_satellite_moved(flight)
+    *rates, counter, status = _reported(flight, "INPUT")[2:7]
+    text = dbc.databases(missions.load(tree / MISSION))["platform"]
+    database = cantools.database.load_string(text, "dbc")
+    sent = {number: [(float(time), bytes.fromhex(octets)) for time, octets in re.findall(rf"\((\d+\.\d+)\) platform {number:03X}##1([0-9A-F]+)",
+                                                                                      flight.read("can-platform.log"))] for number in (0x1AB, 0x2AB)}
+    frame = next(i for i, (_, octets) in enumerate(sent[0x2AB]) if struct.unpack_from("<H", octets, 4)[0] == counter)
+    octets = [sent[number][frame][1] for number in sent]
+    in_frames = struct.unpack("<3f", octets[0][:8] + octets[1][:4])
+    decoded = [value for number, each in zip(sent, octets) for value in database.decode_message(number, each).values()]
+    assert decoded == pytest.approx([*in_frames, counter, status])
+    assert rates == pytest.approx(in_frames, rel=1e-6) and status == 0
+    sampled_s = sent[0x1AB][frame][0]
+    base = runs.load(flight.directory).truth["BASE"]
+    true = base["rate_rad_s"][np.searchsorted(base["time_us"], sampled_s * 1e6)].ravel()
+    assert true[2] > 8e-3 and rates == pytest.approx(true, abs=6e-5)
 
 
 def test_another_number_of_axes_flies(tree, tmp_path):
