@@ -40,7 +40,7 @@ static void prepare(unsigned round)
     }
 }
 
-/// Milliseconds until every component waits for its turn; only then participant 0 gets the first turn.
+/// Milliseconds until every component waits for its turn; only then the simulator gets the first turn.
 static double start_until_ready(void)
 {
     osal_grant_t grant;

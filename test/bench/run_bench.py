@@ -7,9 +7,8 @@ nothing to compare with. Three more words are the median of the ratios within a 
 `SKIPPED name reason` says why there is no measurement, for example no peer to compare with. The JSON is a list of {name, value, unit, baseline,
 ratio}, ratio = value / baseline, with `range` or `skipped` where there is one.
 
-With --check the ratios, for `>=` the values, are compared with the bounds of test/bench/bounds.txt; a skipped row counts as
-not within its bound.
-With --only as well, only the bounds of measured rows are checked."""
+With --check the ratios (with the relation `>=` the values) are compared with the bounds of test/bench/bounds.txt; a skipped row counts as
+not within its bound. With --only as well, only the bounds of measured rows are checked."""
 
 import argparse
 import json

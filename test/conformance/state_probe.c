@@ -54,7 +54,7 @@ static state_machine_t configured(void)
     return machine;
 }
 
-/// Returns a machine in a state: at rest in 0, 3, 4, 5 and 6, with the action of the state running in the
+/// Returns a machine in a state: at rest in a state of `targets`, with the action of the state running in the
 /// others.
 static state_machine_t machine_in(const state_t state)
 {

@@ -110,7 +110,7 @@ def main():
     sources = due if changed is None else due[:MOST]
     findings = []
     if sources:
-        # Each of the two has a build directory, in which cppcheck stores its results for the whole program.
+        # With --all and without it, cppcheck has different build directories, in which it stores its results for the whole program.
         memory = f"build/lint/cppcheck/{'all' if changed is None else 'changed'}"
         (ROOT / memory).mkdir(parents=True, exist_ok=True)
         command = [*CPPCHECK, f"--cppcheck-build-dir={memory}", f"-j{arguments.jobs}",
@@ -125,7 +125,7 @@ def main():
     if changed is None:
         failures += [f"docs/misra.md:{row}: no finding needs this deviation" for row in unused]
     what = "all" if changed is None else "changed"
-    rest = f"; {len(due) - MOST} more that changed before: make check-misra-all" if len(due) > len(sources) else ""
+    rest = f"; {len(due) - MOST} more, which changed earlier: make check-misra-all" if len(due) > len(sources) else ""
     print("\n".join(failures) if failures
           else f"check: MISRA kept but for numbered deviations in {len(sources)} {what} sources{rest}")
     return 1 if failures else 0

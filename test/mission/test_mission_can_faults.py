@@ -105,8 +105,8 @@ def test_forms_are_identical(flights):
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_lost_devices_end_in_the_safe_state(manipulator_reports, name):
-    """For each lost device: a HIGH event, ERROR_OPERATIONAL in that cycle, OFFLINE by the plan. Without a
-    lost device the arm keeps its state."""
+    """For each lost device: a HIGH event, ERROR_OPERATIONAL in the cycle of this event, then the planned transitions
+    to OFFLINE. Without a lost device the arm keeps its state."""
     _, lost, _, _ = FAULTS[name]
     inside = _in_interval(manipulator_reports, name)
     high = [(t, event, data) for t, service, subtype, event, data in inside if (service, subtype) == (5, 4)]
@@ -200,7 +200,7 @@ def sync_conflict(session_directory):
 
 
 def test_sync_of_another_node_takes_the_arm_out_of_operation_and_is_reported_once(sync_conflict):
-    """The MEDIUM event leads to SAFE_OPERATIONAL in that cycle. While the fault lasts, it is not reported
+    """The MEDIUM event leads to SAFE_OPERATIONAL in its own cycle. While the fault lasts, it is not reported
     again, and commands to higher states are still accepted."""
     flight = sync_conflict["image"]
     warnings, states = [], []

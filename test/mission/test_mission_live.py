@@ -139,7 +139,7 @@ def flight(session_directory):
     flight.abandon()
 
 
-def test_the_flight_ends_well(flight):
+def test_the_flight_ends_without_a_failure(flight):
     assert flight.code == 0, flight.transcript()
     assert len([line for line in flight.read("live.scn").splitlines() if " hand aim " in line]) == 150
     assert flight.facts["live_lines"] == len(flight.read("live.scn").splitlines())

@@ -215,7 +215,7 @@ static void values_are_scaled_and_rounded(void)
     TEST_ASSERT_EQUAL_UINT32(0U, axis.limited);
 }
 
-static void commands_never_pass_the_limits(void)
+static void commands_never_exceed_the_limits(void)
 {
     const double wild[] = {40.001, 1.0e9, 1.0e300, (double)INFINITY};
     for (unsigned i = 0U; i < 4U; i++) {
@@ -381,7 +381,7 @@ int main(void)
     RUN_TEST(commands_stay_within_the_limits_of_the_axis);
     RUN_TEST(leaving_operation_on_command_is_not_a_fault);
     RUN_TEST(values_are_scaled_and_rounded);
-    RUN_TEST(commands_never_pass_the_limits);
+    RUN_TEST(commands_never_exceed_the_limits);
     RUN_TEST(halves_are_rounded_away_from_zero);
     RUN_TEST(a_velocity_is_commanded_with_a_torque_offset);
     RUN_TEST(homing_is_started_in_operation_and_ended_by_the_drive);

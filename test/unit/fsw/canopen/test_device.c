@@ -14,7 +14,7 @@ void tearDown(void)
     two_drives_close();
 }
 
-static void a_device_in_another_unit_is_refused(void)
+static void a_device_that_uses_another_unit_is_refused(void)
 {
     scripted_object(joints[1], 0x60A8U, 0U)->value = 0xFD410000U; // Millidegrees.
     TEST_ASSERT_EQUAL(STATUS_INVALID, run_action(canopen_network_boot));
@@ -73,7 +73,7 @@ static void a_manufacturer_code_has_the_severity_of_the_data_sheet(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_device_in_another_unit_is_refused);
+    RUN_TEST(a_device_that_uses_another_unit_is_refused);
     RUN_TEST(devices_without_units_are_identified_to_the_end);
     RUN_TEST(limits_follow_sheet_and_settings);
     RUN_TEST(a_manufacturer_code_has_the_severity_of_the_data_sheet);

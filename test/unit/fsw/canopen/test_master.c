@@ -66,7 +66,7 @@ static void cycle(void)
     now_ns += CYCLE_NS;
 }
 
-static void a_node_or_route_that_is_invalid_twice_or_beyond_the_capacity_is_refused(void)
+static void a_node_or_route_that_is_invalid_or_repeated_or_beyond_the_capacity_is_refused(void)
 {
     uint8_t index = 0U;
     TEST_ASSERT_EQUAL(STATUS_EXISTS, canopen_master_add_node(&master, 0x11U, &index));
@@ -134,7 +134,7 @@ static void a_master_on_a_new_channel_sends_its_heartbeat_at_once(void)
 
 /// After the reset of a node, its heartbeat is not monitored and its transfers end; other nodes are not
 /// affected.
-static void a_reset_counts_for_the_nodes_that_it_reaches(void)
+static void a_reset_affects_only_the_nodes_that_it_reaches(void)
 {
     uint8_t index = 0U;
     TEST_ASSERT_EQUAL(STATUS_OK, canopen_master_add_node(&master, 0x12U, &index));
@@ -448,12 +448,12 @@ static void a_node_that_never_stops_sending_does_not_hold_the_cycle(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(a_node_or_route_that_is_invalid_twice_or_beyond_the_capacity_is_refused);
+    RUN_TEST(a_node_or_route_that_is_invalid_or_repeated_or_beyond_the_capacity_is_refused);
     RUN_TEST(sync_is_the_last_frame_of_a_cycle);
     RUN_TEST(sync_can_be_the_first_frame_of_a_cycle);
     RUN_TEST(the_heartbeat_has_a_period_of_20_ms);
     RUN_TEST(a_master_on_a_new_channel_sends_its_heartbeat_at_once);
-    RUN_TEST(a_reset_counts_for_the_nodes_that_it_reaches);
+    RUN_TEST(a_reset_affects_only_the_nodes_that_it_reaches);
     RUN_TEST(a_boot_up_or_any_heartbeat_starts_the_monitoring_of_a_node);
     RUN_TEST(a_heartbeat_is_missed_after_60_ms_and_not_before_the_first);
     RUN_TEST(process_data_reach_their_receiver);

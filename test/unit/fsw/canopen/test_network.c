@@ -73,7 +73,7 @@ static void process_data_pass_in_both_directions(void)
     TEST_ASSERT_TRUE(canopen_device_value(&network.devices[1]->device, 0U) == 300.0);
 }
 
-static void a_joystick_has_two_axes_behind_one_node(void)
+static void a_joystick_is_one_node_with_two_axes(void)
 {
     canopen_network_close(&network);
     canopen_network_clear(&network);
@@ -560,7 +560,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(drives_are_commissioned_operated_and_stopped);
     RUN_TEST(process_data_pass_in_both_directions);
-    RUN_TEST(a_joystick_has_two_axes_behind_one_node);
+    RUN_TEST(a_joystick_is_one_node_with_two_axes);
     RUN_TEST(only_the_mappings_of_its_profile_are_read);
     RUN_TEST(the_network_checks_each_added_node);
     RUN_TEST(a_full_network_is_commissioned_and_secured);

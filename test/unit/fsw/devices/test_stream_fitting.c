@@ -155,7 +155,7 @@ static void sixteen_fields_of_each_direction_are_accepted(void)
     TEST_ASSERT_TRUE(fits_without_needs(fields, "<Endnode type='SHM' name='x'/>"));
 }
 
-static void more_than_sixteen_fields_to_flight_are_refused(void)
+static void more_than_sixteen_input_fields_are_refused(void)
 {
     char document[8192] = BEGIN "<Device name='X' type='stream'>"
                                 "<Field name='COUNT' direction='IN' type='UINT16'/>"
@@ -179,6 +179,6 @@ int main(void)
     RUN_TEST(missing_fields_and_too_many_fields_or_devices_are_refused);
     RUN_TEST(an_end_node_of_one_direction_serves_fields_of_that_direction);
     RUN_TEST(sixteen_fields_of_each_direction_are_accepted);
-    RUN_TEST(more_than_sixteen_fields_to_flight_are_refused);
+    RUN_TEST(more_than_sixteen_input_fields_are_refused);
     return UNITY_END();
 }

@@ -55,7 +55,7 @@ static void a_class_that_is_compiled_in_fits(void)
                              misfit.reason);
 }
 
-static void another_class_is_refused_with_those_that_are_compiled_in(void)
+static void another_class_is_refused_and_the_compiled_ones_are_named(void)
 {
     TEST_ASSERT_FALSE(fits(ARM(DEVICE("A", "joint-drive", "0x11") DEVICE("B", "gyro", "0x12"))));
     TEST_ASSERT_EQUAL_STRING(REFUSAL, misfit.reason);
@@ -66,6 +66,6 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_class_that_is_compiled_in_fits);
-    RUN_TEST(another_class_is_refused_with_those_that_are_compiled_in);
+    RUN_TEST(another_class_is_refused_and_the_compiled_ones_are_named);
     return UNITY_END();
 }

@@ -216,7 +216,7 @@ static void bring_up(const uint16_t id)
     TEST_ASSERT_EQUAL(STATUS_OK, run_cycles(configure, ALL, 1000U));
 }
 
-static void both_kinds_are_brought_up_and_counted_apart(void)
+static void both_kinds_are_brought_up_and_counted_separately(void)
 {
     subsystem_misfit_t misfit = {0U, "", 0U};
     TEST_ASSERT_TRUE_MESSAGE(fits(&misfit), misfit.reason);
@@ -368,7 +368,7 @@ static void expect_refused(const char* const document, const uint32_t line, cons
     TEST_ASSERT_EQUAL_UINT32(line, misfit.line);
 }
 
-static void what_does_not_fit_is_refused(void)
+static void a_descriptor_that_does_not_fit_is_refused(void)
 {
     expect_refused(BEGIN CONFIGURATION("ONE", "1") STREAM("A", "a") DRIVE("9", "") END_CONFIGURATION END, 6U,
                    "wrong mode");
@@ -397,7 +397,7 @@ static void what_does_not_fit_is_refused(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(both_kinds_are_brought_up_and_counted_apart);
+    RUN_TEST(both_kinds_are_brought_up_and_counted_separately);
     RUN_TEST(the_drive_waits_for_the_streams);
     RUN_TEST(a_configuration_has_its_devices_of_both_kinds);
     RUN_TEST(the_drive_is_configured_after_the_streams);
@@ -405,6 +405,6 @@ int main(void)
     RUN_TEST(a_full_stream_delays_the_end_of_securing_but_not_the_drive);
     RUN_TEST(each_kind_has_its_own_events);
     RUN_TEST(streams_alone_need_no_bus);
-    RUN_TEST(what_does_not_fit_is_refused);
+    RUN_TEST(a_descriptor_that_does_not_fit_is_refused);
     return UNITY_END();
 }

@@ -17,7 +17,7 @@ typedef struct {
     pus_call_t call;        ///< The last call.
     unsigned pauses;        ///< Budgets used up since the start.
     uint32_t worst;         ///< Largest number of units spent in one budget.
-    char log[HOST_LOG_MAX]; ///< Calls, `kind number text;`.
+    char log[HOST_LOG_MAX]; ///< Each call as `kind number text;`.
 } host_t;
 
 extern host_t host;

@@ -78,7 +78,7 @@ static void no_program_uses_more_than_its_share(void)
 }
 
 /// Neither addresses nor the interpreter's hash seed, which differ between slots, change the number of units
-/// used. Except: the seed decides how often a table with texts as keys is rebuilt (procedure_cost.h).
+/// used. Exception: the seed decides how often a table with texts as keys is rebuilt (procedure_cost.h).
 static void the_cost_of_a_procedure_depends_on_its_code_alone(void)
 {
     static uint32_t first[CYCLES];

@@ -237,7 +237,7 @@ static void expect_flaw(checkpoint_flaw_t flaw)
 }
 
 /// Expect that an octet other than 0 and 1 in this boolean field is refused.
-#define NO_TRUTH_REFUSED(flaw, field)                                                                        \
+#define NOT_BOOL_REFUSED(flaw, field)                                                                        \
     do {                                                                                                     \
         *(uint8_t*)&state.field = 2U;                                                                        \
         expect_flaw(flaw);                                                                                   \
@@ -264,11 +264,11 @@ static void an_impossible_header_is_refused(void)
     REFUSED(CHECKPOINT_LOG, log_number, 0U);
     REFUSED(CHECKPOINT_LOG, log_written, 77U);
     REFUSED(CHECKPOINT_LOG, log_strategy, 4U);
-    NO_TRUTH_REFUSED(CHECKPOINT_LOG, is_log_failure_reported);
+    NOT_BOOL_REFUSED(CHECKPOINT_LOG, is_log_failure_reported);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_step, 6U);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_ns, NOW);
     REFUSED(CHECKPOINT_SHUTDOWN, orbit_state.since_ns, NOW);
-    NO_TRUTH_REFUSED(CHECKPOINT_SHUTDOWN, has_shutdown_token);
+    NOT_BOOL_REFUSED(CHECKPOINT_SHUTDOWN, has_shutdown_token);
     REFUSED(CHECKPOINT_SHUTDOWN, shutdown_token.ack, 16U);
 }
 
@@ -279,18 +279,18 @@ static void an_impossible_subsystem_is_refused(void)
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].state, STATE_COUNT);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].ordered, STATE_COUNT);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].phase, PHASE_UNSECURED + 1);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_heard);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_order_pending);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_interface_mismatched);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_restarted);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_start_due);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].has_doubt);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_heard);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_order_pending);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_interface_mismatched);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_restarted);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].is_start_due);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].has_doubt);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[0].restart_ns, NOW + RESTART_PAUSE_MAX_NS);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].rested, STATE_COUNT);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].error_ns, NOW);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.since_ns, NOW);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.is_active);
-    NO_TRUTH_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.has_left_offline);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.is_active);
+    NOT_BOOL_REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.has_left_offline);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.target, STATE_COUNT);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.ordered, STATE_COUNT + 1);
     REFUSED(CHECKPOINT_SUBSYSTEM, subsystems[1].recommission.seen, STATE_COUNT + 1);
@@ -304,7 +304,7 @@ static void a_link_that_the_mission_does_not_have_is_refused(void)
     REFUSED(CHECKPOINT_LINK, accepted[0].link, 2U);
     REFUSED(CHECKPOINT_LINK, accepted[0].ends.producer_apid, 17U);
     REFUSED(CHECKPOINT_LINK, graph.edges[0].ends.consumer_port, 9U);
-    NO_TRUTH_REFUSED(CHECKPOINT_LINK, graph.edges[0].is_stale);
+    NOT_BOOL_REFUSED(CHECKPOINT_LINK, graph.edges[0].is_stale);
     REFUSED(CHECKPOINT_LINK, renewals[MISSION_LINKS_MAX - 1U], RECOMMISSION_RENEWALS + 1U);
     REFUSED(CHECKPOINT_LINK, renewed, 2U);
     state.accepted[1] = state.accepted[0]; // The entry is at the position of another link.

@@ -114,7 +114,7 @@ static void pools_of_requests_warn_and_are_reported(void)
     TEST_ASSERT_EQUAL_UINT32(1U, blocks->sequence_refused);
 }
 
-static void a_subsystem_behind_the_last_one_of_the_mission_does_not_exist(void)
+static void a_subsystem_after_the_last_one_of_the_mission_does_not_exist(void)
 {
     const mission_descriptor_t* const mission = fixture.supervisor.mission;
     const uint16_t behind                     = mission->subsystem_count;
@@ -136,6 +136,6 @@ int main(void)
     RUN_TEST(activities_above_the_capacity_are_refused);
     RUN_TEST(actions_above_the_capacity_are_refused);
     RUN_TEST(pools_of_requests_warn_and_are_reported);
-    RUN_TEST(a_subsystem_behind_the_last_one_of_the_mission_does_not_exist);
+    RUN_TEST(a_subsystem_after_the_last_one_of_the_mission_does_not_exist);
     return UNITY_END();
 }

@@ -32,7 +32,7 @@ static uint64_t timeout_of(uint16_t apid)
     return (uint64_t)mission_of(apid)->hang_after_us * 1000U;
 }
 
-// ---- HIGH ----
+// ---- Events of severity HIGH ----
 
 static void a_high_error_shuts_the_network_down_in_the_same_step(void)
 {
@@ -192,7 +192,7 @@ static void a_subsystem_without_links_goes_down_alone(void)
     TEST_ASSERT_FALSE(fixture_has("G 5.1 0003"));
 }
 
-// ---- MEDIUM, LOW ----
+// ---- Events of lower severity ----
 
 static void a_medium_error_takes_the_subsystem_to_safe_operational_in_the_same_step(void)
 {
@@ -401,7 +401,7 @@ static void nothing_is_sent_to_a_restarted_process_before_it_is_heard(void)
     TEST_ASSERT_TRUE(fixture.members[FIXTURE_LONE].heartbeats > 0U);
 }
 
-static void a_restart_budget_ends_in_mode_safe(void)
+static void a_restart_budget_that_is_used_up_leads_to_mode_safe(void)
 {
     for (unsigned i = 0U; i < 2U; i++) {
         fixture.members[FIXTURE_LONE].is_running = false; // LONE may be restarted once.
@@ -418,7 +418,7 @@ static void a_restart_budget_ends_in_mode_safe(void)
     TEST_ASSERT_EQUAL(1U, fixture.starts);
 }
 
-static void a_start_that_fails_ends_in_mode_safe(void)
+static void a_start_that_fails_leads_to_mode_safe(void)
 {
     fixture.start_result                     = STATUS_NOT_FOUND;
     fixture.members[FIXTURE_LONE].is_running = false;
@@ -569,8 +569,8 @@ int main(void)
     RUN_TEST(a_process_that_is_slow_within_its_time_is_not_killed);
     RUN_TEST(a_repeated_detection_of_a_hang_has_one_reaction);
     RUN_TEST(nothing_is_sent_to_a_restarted_process_before_it_is_heard);
-    RUN_TEST(a_restart_budget_ends_in_mode_safe);
-    RUN_TEST(a_start_that_fails_ends_in_mode_safe);
+    RUN_TEST(a_restart_budget_that_is_used_up_leads_to_mode_safe);
+    RUN_TEST(a_start_that_fails_leads_to_mode_safe);
     RUN_TEST(communication_is_started_again_without_a_command);
     RUN_TEST(silence_is_an_error);
     RUN_TEST(a_subsystem_that_reports_is_not_silent);

@@ -15,7 +15,7 @@
 /// The next block of the channels, while they are replaced.
 static struct {
     bool is_on;
-    bool is_endless; // There is a next block, whichever senders may be heard.
+    bool is_endless; // There is always a next block, even from senders that the router does not accept.
     uint16_t from;
     size_t size;
     status_t status; // Result of taking the block.

@@ -185,7 +185,7 @@ static void a_request_to_an_unknown_addressee_is_reported_as_unrouted(void)
 #define PLAIN_WINDOW (MESSAGE_WINDOW - MESSAGE_RESERVE) // The rest of a window is for commands.
 #define TIMEOUT_TICKS 10U
 
-/// The next request of the ground waits while its addressee has no room, and so do all requests behind it.
+/// The next request of the ground waits while its addressee has no room, and so do all requests after it.
 static void a_request_waits_for_room_at_its_addressee(void)
 {
     fixture.members[FIXTURE_ARM].takes_nothing = true;
@@ -346,7 +346,7 @@ static void connection_tests_reads_and_status_are_always_allowed(void)
 
 // ---- Conditions for higher states ----
 
-static void a_request_beyond_the_power_is_refused(void)
+static void a_request_that_needs_more_than_the_available_power_is_refused(void)
 {
     fixture_put_in_state(FIXTURE_ARM, STATE_SAFE_OPERATIONAL); // 20 W of 100.
     fixture_put_in_state(FIXTURE_LONE, STATE_PRE_OPERATIONAL); // 41 W.
@@ -365,7 +365,7 @@ static void a_request_beyond_the_power_is_refused(void)
     fixture_expect("16 TC 129.1 05 from 1\n");
 }
 
-static void links_are_needed_on_the_way_up(void)
+static void links_are_needed_for_higher_states(void)
 {
     fixture_put_in_state(FIXTURE_ARM, STATE_PRE_OPERATIONAL);
     fixture_forget();
@@ -509,7 +509,7 @@ static void a_command_without_room_stays_pending(void)
 }
 
 /// The ground has filled the inbox with requests, but the supervisor's command still has room.
-static void a_command_does_not_wait_behind_requests(void)
+static void a_command_has_room_in_an_inbox_full_of_requests(void)
 {
     fixture_link_up(STATE_OPERATIONAL);
     fixture.members[FIXTURE_HAND].takes_nothing = true;
@@ -580,8 +580,8 @@ int main(void)
     RUN_TEST(a_request_that_no_rule_allows_is_denied);
     RUN_TEST(a_rule_allows_a_request_in_its_mode_and_state);
     RUN_TEST(connection_tests_reads_and_status_are_always_allowed);
-    RUN_TEST(a_request_beyond_the_power_is_refused);
-    RUN_TEST(links_are_needed_on_the_way_up);
+    RUN_TEST(a_request_that_needs_more_than_the_available_power_is_refused);
+    RUN_TEST(links_are_needed_for_higher_states);
     RUN_TEST(a_stale_link_counts_as_missing);
     RUN_TEST(no_member_goes_up_while_a_partner_is_in_error);
     RUN_TEST(no_member_leaves_safe_operational_while_a_partner_operates);
@@ -589,7 +589,7 @@ int main(void)
     RUN_TEST(pending_requests_end_with_their_subsystem);
     RUN_TEST(a_request_that_is_not_accepted_ends);
     RUN_TEST(a_command_without_room_stays_pending);
-    RUN_TEST(a_command_does_not_wait_behind_requests);
+    RUN_TEST(a_command_has_room_in_an_inbox_full_of_requests);
     RUN_TEST(a_full_backlog_drops_bulk_reports_and_raises_one_event);
     RUN_TEST(requests_wait_while_their_answers_have_no_room);
     return UNITY_END();

@@ -7,7 +7,7 @@
 #include "unity.h"
 
 #define UNKNOWN 99U
-#define TO_OFFLINE 2U // Step of the shutdown in which the group goes to OFFLINE.
+#define TO_OFFLINE 2U // Step of the shutdown in which all but communication go to OFFLINE.
 
 static mission_subsystem_t* mission_of(const uint16_t apid)
 {
@@ -124,13 +124,13 @@ static bool is_ordered_back(const uint16_t apid)
     return entry->ordered == STATE_OFFLINE;
 }
 
-static void only_a_running_subsystem_of_the_group_is_ordered_back_to_offline(void)
+static void only_a_running_subsystem_except_communication_is_ordered_back_to_offline(void)
 {
     fixture.supervisor.shutdown_step = TO_OFFLINE - 1U;
     TEST_ASSERT_FALSE(is_ordered_back(ARM));
     fixture.supervisor.shutdown_step = TO_OFFLINE;
     TEST_ASSERT_TRUE(is_ordered_back(ARM));
-    TEST_ASSERT_FALSE(is_ordered_back(COMMUNICATION_APID)); // It closes last.
+    TEST_ASSERT_FALSE(is_ordered_back(COMMUNICATION_APID)); // It goes to OFFLINE last.
     supervisor_registry_find(&fixture.supervisor, ARM)->process = PROCESS_STOPPED;
     TEST_ASSERT_FALSE(is_ordered_back(ARM));
     fixture.supervisor.shutdown_step = 0U;
@@ -143,6 +143,6 @@ int main(void)
     RUN_TEST(a_subsystem_without_configurations_is_not_started);
     RUN_TEST(the_autostart_begins_again_only_for_a_communication_that_the_mission_starts);
     RUN_TEST(a_mission_that_has_no_communication_shuts_down);
-    RUN_TEST(only_a_running_subsystem_of_the_group_is_ordered_back_to_offline);
+    RUN_TEST(only_a_running_subsystem_except_communication_is_ordered_back_to_offline);
     return UNITY_END();
 }

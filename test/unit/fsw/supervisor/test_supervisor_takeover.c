@@ -13,7 +13,7 @@ static supervisor_config_t configuration;
 static supervisor_t former;
 static const supervisor_t* const successor = &fixture.supervisor;
 
-/// The endpoint has a position for each index: more channels than a correct one has.
+/// The endpoint returns a position for every index, as if it had more channels than there can be.
 static bool has_endless_channels;
 
 bool __real_message_position(const message_endpoint_t* endpoint, size_t index,
@@ -251,7 +251,7 @@ static bool goes_on(const uint32_t request_id, const uint16_t source)
     return !is_left;
 }
 
-static void only_the_requests_of_sessions_and_of_the_shutdown_go_on(void)
+static void only_the_requests_of_sessions_and_of_the_shutdown_continue(void)
 {
     TEST_ASSERT_FALSE(goes_on(of_session.request_id, of_session.source));
     TEST_ASSERT_FALSE(goes_on(of_shutdown.request_id, of_shutdown.source));
@@ -308,7 +308,7 @@ int main(void)
     RUN_TEST(a_start_that_was_due_is_performed_by_the_next_supervisor);
     RUN_TEST(a_start_that_failed_is_not_repeated_by_the_next_supervisor);
     RUN_TEST(a_doubt_continues_and_the_status_is_requested_again);
-    RUN_TEST(only_the_requests_of_sessions_and_of_the_shutdown_go_on);
+    RUN_TEST(only_the_requests_of_sessions_and_of_the_shutdown_continue);
     RUN_TEST(a_commit_keeps_no_more_channels_than_it_has_room_for);
     return UNITY_END();
 }

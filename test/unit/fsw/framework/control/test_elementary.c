@@ -82,7 +82,7 @@ static void tanh_agrees_with_the_c_library(void)
     TEST_ASSERT_TRUE(control_tanh(-(double)INFINITY) == -1.0);
 }
 
-static void clamp_takes_bounds_and_turns_nan_into_the_lower_one(void)
+static void clamp_keeps_values_within_bounds_and_turns_nan_into_the_lower_one(void)
 {
     TEST_ASSERT_TRUE(control_clamp(0.5, -1.0, 1.0) == 0.5);
     TEST_ASSERT_TRUE(control_clamp(2.0, -1.0, 1.0) == 1.0);
@@ -125,7 +125,7 @@ int main(void)
     RUN_TEST(angles_that_are_huge_or_not_finite_count_as_zero);
     RUN_TEST(tanh_agrees_with_the_c_library);
     RUN_TEST(an_angle_is_that_of_the_c_library_in_all_directions);
-    RUN_TEST(clamp_takes_bounds_and_turns_nan_into_the_lower_one);
+    RUN_TEST(clamp_keeps_values_within_bounds_and_turns_nan_into_the_lower_one);
     RUN_TEST(a_value_settles_at_zero_from_both_sides);
     return UNITY_END();
 }

@@ -49,7 +49,7 @@ static void a_motion_goes_from_rest_to_rest_in_its_time(void)
     EXPECT_WITHIN(-0.9, 1.0e-15, point.position);
     TEST_ASSERT_TRUE(point.velocity == 0.0);
     EXPECT_WITHIN(control_motion_peak_speed(-1.2, 1.5), 1.0e-6, largest_speed);
-    EXPECT_BELOW(0.02, largest_jump); // Jerk is bounded: 60 d / t^3 x period.
+    EXPECT_BELOW(0.02, largest_jump); // The jerk is at most 60 distance / duration^3.
 }
 
 /// The durations are exact as double. Half a period before the end is not yet the end.

@@ -18,7 +18,7 @@ void tearDown(void)
 {
 }
 
-static void force_and_torque_are_inverse(void)
+static void the_mappings_of_force_and_torque_are_inverse(void)
 {
     for (size_t i = 0U; i < (sizeof poses / sizeof poses[0]); i++) {
         const double torque[2] = {1.7, -0.6};
@@ -31,7 +31,7 @@ static void force_and_torque_are_inverse(void)
     }
 }
 
-static void motions_of_tip_and_axes_are_inverse(void)
+static void the_mappings_of_motion_between_tip_and_axes_are_inverse(void)
 {
     for (size_t i = 0U; i < (sizeof poses / sizeof poses[0]); i++) {
         const double angle[2] = {0.02, -0.07};
@@ -72,7 +72,7 @@ static void a_stretched_mechanism_is_singular(void)
     TEST_ASSERT_FALSE(control_planar_is_regular(below));
 }
 
-static void a_length_is_that_of_the_vector(void)
+static void the_length_of_a_vector_is_exact_at_every_angle(void)
 {
     const double three_four[2] = {3.0, -4.0};
     const double none[2]       = {0.0, 0.0};
@@ -87,10 +87,10 @@ static void a_length_is_that_of_the_vector(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(force_and_torque_are_inverse);
-    RUN_TEST(motions_of_tip_and_axes_are_inverse);
+    RUN_TEST(the_mappings_of_force_and_torque_are_inverse);
+    RUN_TEST(the_mappings_of_motion_between_tip_and_axes_are_inverse);
     RUN_TEST(the_mapping_conserves_power);
     RUN_TEST(a_stretched_mechanism_is_singular);
-    RUN_TEST(a_length_is_that_of_the_vector);
+    RUN_TEST(the_length_of_a_vector_is_exact_at_every_angle);
     return UNITY_END();
 }

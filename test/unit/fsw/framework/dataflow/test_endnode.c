@@ -70,7 +70,7 @@ static status_t resolve(void* const context, const flow_endnode_kind_t kind, con
     return STATUS_OK;
 }
 
-static void an_unknown_name_is_not_found_and_an_address_without_end_is_invalid(void)
+static void an_unknown_name_is_not_found_and_an_unterminated_address_is_invalid(void)
 {
     const flow_resolver_t resolver = {NULL, resolve};
     flow_endnode_address_t address;
@@ -88,6 +88,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(addresses_are_read);
     RUN_TEST(an_invalid_address_is_refused);
-    RUN_TEST(an_unknown_name_is_not_found_and_an_address_without_end_is_invalid);
+    RUN_TEST(an_unknown_name_is_not_found_and_an_unterminated_address_is_invalid);
     return UNITY_END();
 }

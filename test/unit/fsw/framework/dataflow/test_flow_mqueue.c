@@ -66,7 +66,7 @@ void tearDown(void)
     flow_mqueue_close(&sender);
     flow_mqueue_close(&receiver);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_remove(address)); // Nothing is left behind.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_mqueue_remove(address)); // No object remains.
 }
 
 static status_t say(const char* const words)

@@ -62,7 +62,7 @@ void tearDown(void)
     flow_shm_close(&reader);
     flow_shm_close(&writer);
     TEST_ASSERT_EQUAL_UINT16(0U, quota.stats.used);
-    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(address)); // Nothing is left behind.
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, osal_shm_remove(address)); // No object remains.
 }
 
 static void both_ends(const flow_shm_shape_t shape)

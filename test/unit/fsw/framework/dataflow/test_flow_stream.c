@@ -402,7 +402,7 @@ static void frames_that_cannot_be_sent_are_refused(void)
     TEST_ASSERT_EQUAL(STATUS_INVALID, flow.link.failure);
 }
 
-static void a_quota_that_is_used_up_is_a_refusal(void)
+static void an_opening_beyond_the_quota_is_refused(void)
 {
     listen_at(0U);
     begin(ENDNODE_TCP, "server", (flow_format_t){.framing = FLOW_FRAMING_LINE});
@@ -501,7 +501,7 @@ int main(void)
     RUN_TEST(a_server_that_does_not_read_fills_the_outbox);
     RUN_TEST(octets_in_the_outbox_are_discarded_with_their_connection);
     RUN_TEST(frames_that_cannot_be_sent_are_refused);
-    RUN_TEST(a_quota_that_is_used_up_is_a_refusal);
+    RUN_TEST(an_opening_beyond_the_quota_is_refused);
     RUN_TEST(a_file_is_read_as_it_grows);
     RUN_TEST(a_fifo_waits_for_its_reader);
     RUN_TEST(raw_octets_are_received_in_pieces_that_fit);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attempts, losses and quota of a link. The test decides whether the link's object can be opened.
+// Attempts to open the object of a link, its loss, and the quota. The test decides whether the object can be
+// opened.
 #include "fsw/framework/dataflow/link.h"
 
 #include "unity.h"

@@ -25,7 +25,7 @@ static status_t load(const char* const document)
     return descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &arm);
 }
 
-static void load_the_good_one(void)
+static void load_valid(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(arm_document));
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
@@ -62,7 +62,7 @@ static void the_interface_hash_depends_on_the_interface_alone(void)
         {"type='DOUBLE' count='2' unit='rad'/></Provides>", "type='FLOAT' count='2' unit='rad'/></Provides>"},
         {"<Provides name='ARM_STATE'", "<Provides name='ARM_STATUS'"},
     };
-    load_the_good_one();
+    load_valid();
     const uint64_t interface_hash     = arm.interface_hash;
     const uint64_t configuration_hash = arm.configuration_hash;
     for (size_t i = 0U; i < (sizeof configuration / sizeof configuration[0]); i++) {
@@ -99,7 +99,7 @@ static void the_interface_hash_is_computed_from_the_lines_of_the_interface(void)
 
 static void hashes_ignore_comments_spaces_and_order_of_attributes(void)
 {
-    load_the_good_one();
+    load_valid();
     const uint64_t interface_hash      = arm.interface_hash;
     const uint64_t configuration_hash  = arm.configuration_hash;
     static const char* const same[][2] = {
@@ -119,7 +119,7 @@ static void a_component_compares_with_its_compiled_interface(void)
 {
     char characters[DESCRIPTOR_ERROR_CHARACTERS];
     text_t error = text_in(characters, sizeof characters);
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_EQUAL(STATUS_OK, descriptor_check_interface(&error, "arm.xml", &arm, arm.interface_hash));
     TEST_ASSERT_EQUAL_STRING("", characters);
     arm.interface_hash = 0x123456789ABCDEF0ULL;
@@ -136,7 +136,7 @@ static void the_interface_hash_changes_with_each_number_of_a_service(void)
                                            "<Service type='12' functional='5'/>", "<Service type='4'/>",
                                            "<Service type='4'/><Service type='6'/>"};
     uint64_t hashes[6]                  = {0U};
-    load_the_good_one();
+    load_valid();
     hashes[5] = arm.interface_hash;
     for (size_t i = 0U; i < 5U; i++) {
         char replacement[128] = "</Functions><Services>";

@@ -44,7 +44,7 @@ static status_t load(const char* const document)
                                    &scratch);
 }
 
-static void load_the_good_one(void)
+static void load_valid(void)
 {
     const status_t status = load(flight_document);
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
@@ -53,7 +53,7 @@ static void load_the_good_one(void)
 
 static void mission_and_subsystems_are_read(void)
 {
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_EQUAL_STRING("flight", mission.name);
     TEST_ASSERT_EQUAL_UINT32(2159006400U, mission.epoch_s); // date -d: 1780315200 + 378691200.
     TEST_ASSERT_EQUAL_UINT32(200U, mission.power_available_w);
@@ -75,7 +75,7 @@ static void mission_and_subsystems_are_read(void)
 
 static void modes_log_buses_and_ground_are_read(void)
 {
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_EQUAL_UINT16(3U, mission.initial_mode);
     TEST_ASSERT_EQUAL_STRING("NOMINAL", descriptor_mission_find_mode(&mission, 3U)->name);
     TEST_ASSERT_NULL(descriptor_mission_find_mode(&mission, 1U));
@@ -92,7 +92,7 @@ static void modes_log_buses_and_ground_are_read(void)
 
 static void links_are_resolved_to_the_ids_of_ports(void)
 {
-    load_the_good_one();
+    load_valid();
     const mission_link_t* const back = descriptor_mission_find_link(&mission, 17U, 4U, 16U, 2U);
     TEST_ASSERT_EQUAL_STRING("BACK", back->name);
     TEST_ASSERT_EQUAL_UINT16(2U, back->number);
@@ -107,7 +107,7 @@ static void links_are_resolved_to_the_ids_of_ports(void)
 
 static void plans_are_resolved_and_the_first_that_matches_is_found(void)
 {
-    load_the_good_one();
+    load_valid();
     const mission_plan_t* const lost = descriptor_mission_find_plan(&mission, DESCRIPTOR_HIGH, 17U, 9U);
     TEST_ASSERT_EQUAL_STRING("HAND_LOST", lost->name);
     TEST_ASSERT_EQUAL(MISSION_ACTION_LOG, mission.actions[lost->first_action].kind);
@@ -442,7 +442,7 @@ static void ports_that_share_no_method_make_no_link(void)
 
 static void the_hashes_of_a_mission_depend_on_every_subsystem(void)
 {
-    load_the_good_one();
+    load_valid();
     const uint64_t interface_hash     = mission.interface_hash;
     const uint64_t configuration_hash = mission.configuration_hash;
     char lines[96];
@@ -451,19 +451,19 @@ static void the_hashes_of_a_mission_depend_on_every_subsystem(void)
                    (unsigned long long)mission.subsystems[1].interface_hash);
     TEST_ASSERT_EQUAL_HEX64(fnv64(FNV64_START, (const uint8_t*)lines, strlen(lines)), interface_hash);
     write_file("hand.xml", damaged(hand_document, "priority='90'", "priority='91'"));
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
     write_file("hand.xml", damaged(hand_document, "name='TORQUE'", "name='FORCE'"));
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_TRUE(mission.interface_hash != interface_hash);
     write_file("hand.xml", hand_document);
     write_file("arm.xml", damaged(arm_document, "name='FLAG'", "name='BRAKE'"));
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_TRUE(mission.interface_hash != interface_hash);
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
     write_file("arm.xml", damaged(arm_document, "interval='500'", "interval='505'"));
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_TRUE(mission.interface_hash == interface_hash);
     TEST_ASSERT_TRUE(mission.configuration_hash != configuration_hash);
     write_file("arm.xml", arm_document);
@@ -500,7 +500,7 @@ static void a_subsystem_reads_no_descriptor_but_its_own(void)
 /// The program of the supervisor reads the complete mission and keeps the supervisor's own model at the end.
 static void loading_a_mission_leaves_the_requested_model(void)
 {
-    load_the_good_one();
+    load_valid();
     const uint64_t interface_hash     = mission.interface_hash;
     const uint64_t configuration_hash = mission.configuration_hash;
     TEST_ASSERT_EQUAL(STATUS_OK, descriptor_load_mission(&loader, path, 16U, &descriptor_mission_whole,

@@ -148,7 +148,7 @@ static void a_provided_port_has_four_readers_and_no_more(void)
     expect_refused(links, 5U, "from=\"HUB.P1\" of <Link>: expected a port with at most 4 links");
 }
 
-static void one_subsystem_reads_a_port_twice_by_two_ports(void)
+static void one_subsystem_may_read_a_port_by_two_ports_of_its_own(void)
 {
     static const link_t links[] = {{"HUB.P1", "R1.Q1"}, {"HUB.P1", "R1.Q2"}};
     expect_loaded(links, 2U);
@@ -209,7 +209,7 @@ int main(void)
     }
     UNITY_BEGIN();
     RUN_TEST(a_provided_port_has_four_readers_and_no_more);
-    RUN_TEST(one_subsystem_reads_a_port_twice_by_two_ports);
+    RUN_TEST(one_subsystem_may_read_a_port_by_two_ports_of_its_own);
     RUN_TEST(a_subsystem_has_eight_links_and_no_more);
     RUN_TEST(a_required_port_has_one_writer);
     RUN_TEST(no_subsystem_reads_its_own_port);

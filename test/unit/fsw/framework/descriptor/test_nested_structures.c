@@ -137,7 +137,7 @@ static void mistakes_in_nested_structures_are_reported(void)
 
 /// A group (a structure within a structure) may be the first element of the outer one, and one name may be
 /// the beginning of another.
-static void groups_may_be_anywhere_and_have_common_beginnings(void)
+static void groups_may_be_anywhere_and_their_names_may_begin_alike(void)
 {
     static const char* const good[][2] = {
         {"<ParamRef name='FIRST' type='UINT8'/>", ""},
@@ -156,6 +156,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(nested_structures_have_the_layout_of_the_compiler);
     RUN_TEST(mistakes_in_nested_structures_are_reported);
-    RUN_TEST(groups_may_be_anywhere_and_have_common_beginnings);
+    RUN_TEST(groups_may_be_anywhere_and_their_names_may_begin_alike);
     return UNITY_END();
 }

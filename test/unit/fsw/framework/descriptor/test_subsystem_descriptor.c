@@ -25,7 +25,7 @@ static status_t load(const char* const document)
     return descriptor_parse_subsystem(&loader, "arm.xml", document, strlen(document), &arm);
 }
 
-static void load_the_good_one(void)
+static void load_valid(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, load(arm_document));
     TEST_ASSERT_EQUAL_STRING("", descriptor_error(&loader));
@@ -33,7 +33,7 @@ static void load_the_good_one(void)
 
 static void identity_resources_and_times_are_read(void)
 {
-    load_the_good_one();
+    load_valid();
     TEST_ASSERT_EQUAL_STRING("ARM", arm.name);
     TEST_ASSERT_EQUAL_UINT16(16U, arm.apid);
     TEST_ASSERT_EQUAL_UINT32(5000U, arm.sampling_us);
@@ -68,7 +68,7 @@ typedef struct {
 
 static void parameters_are_read_with_ids_and_layouts(void)
 {
-    load_the_good_one();
+    load_valid();
     const descriptor_parameter_t* const values = descriptor_find_parameter(&arm, "CUR_VALUES");
     TEST_ASSERT_NOT_NULL(values);
     TEST_ASSERT_EQUAL_HEX32((16U << 21U) | (24U << 16U), values->id);
@@ -97,7 +97,7 @@ static void parameters_are_read_with_ids_and_layouts(void)
 
 static void events_of_both_kinds_are_read(void)
 {
-    load_the_good_one();
+    load_valid();
     const descriptor_event_t* const limit = descriptor_find_event(&arm, 3U);
     TEST_ASSERT_EQUAL_STRING("LIMIT", limit->name);
     TEST_ASSERT_EQUAL(DESCRIPTOR_MEDIUM, limit->severity);
@@ -119,7 +119,7 @@ static const descriptor_function_t* function_of(const char* name)
 
 static void functions_are_read(void)
 {
-    load_the_good_one();
+    load_valid();
     const descriptor_function_t* const move_to = function_of("MOVE_TO");
     TEST_ASSERT_EQUAL_UINT16(1U, move_to->id);
     TEST_ASSERT_EQUAL_HEX16(1U << 5U, move_to->states);
@@ -137,7 +137,7 @@ static void functions_are_read(void)
 
 static void housekeeping_of_a_configuration_is_read(void)
 {
-    load_the_good_one();
+    load_valid();
     const descriptor_configuration_t* const alone = descriptor_find_configuration(&arm, 1U);
     TEST_ASSERT_EQUAL_UINT32(1000U, alone->sampling_us);
     TEST_ASSERT_EQUAL_UINT8(80U, alone->priority);
@@ -167,7 +167,7 @@ static const descriptor_device_t* device_of(const descriptor_configuration_t* co
 static void ports_and_devices_of_a_configuration_are_read(void)
 {
     static const char layout[] = "KIND:UINT8:1\nPOSITION:DOUBLE:2\n";
-    load_the_good_one();
+    load_valid();
     const descriptor_configuration_t* const coupled = descriptor_find_configuration(&arm, 2U);
     const descriptor_port_t* const hand             = descriptor_find_port(&arm, coupled, 2U);
     TEST_ASSERT_FALSE(hand->is_provided);
@@ -278,7 +278,7 @@ static void loops_of_a_configuration_are_read(void)
     TEST_ASSERT_EQUAL_UINT8(2U, arm.structures[alone->first_structure + 1U].loop);
     TEST_ASSERT_EQUAL_UINT16(0U, descriptor_find_configuration(&arm, 2U)->loop_count);
     const uint64_t interface_hash = arm.interface_hash;
-    load_the_good_one();
+    load_valid();
     // Loops belong to the configuration, not to the interface.
     TEST_ASSERT_TRUE(arm.interface_hash == interface_hash);
     const char* const many = LOOP("A") LOOP("B") LOOP("C") "<HKService id='4712'";
@@ -520,7 +520,7 @@ static void each_error_contains_file_line_and_cause(void)
         TEST_ASSERT_EQUAL_UINT16(0U, arm.apid); // A partly read descriptor leaves no content.
         TEST_ASSERT_EQUAL_STRING("", arm.name);
     }
-    load_the_good_one();
+    load_valid();
 }
 
 static void a_file_cut_at_every_octet_is_an_error(void)

@@ -274,7 +274,7 @@ static void a_stale_tail_is_not_accepted(void)
 }
 
 /// Two compactions start the same generation with an equal first record. Power cuts lose this record of the
-/// first one, then an unsynced emptying by the second one: the old records behind could be taken for valid.
+/// first one, then the unsynced emptying by the second one: old records after it could be taken for valid.
 static void a_stale_generation_is_not_accepted(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, put(1U, 10U, 1U));

@@ -319,7 +319,7 @@ static void lost_transactions_are_counted(void)
 }
 
 /// A record without content at the end of the medium is found like any other record.
-static void the_last_record_behind_the_damage_is_counted(void)
+static void the_last_record_after_the_damage_is_counted(void)
 {
     recorded_clear(empty);
     open_journal();
@@ -438,7 +438,7 @@ int main(void)
     RUN_TEST(a_cut_during_a_compaction_is_reported);
     RUN_TEST(several_damaged_octets_are_reported_or_harmless);
     RUN_TEST(lost_transactions_are_counted);
-    RUN_TEST(the_last_record_behind_the_damage_is_counted);
+    RUN_TEST(the_last_record_after_the_damage_is_counted);
     RUN_TEST(damage_of_both_media_is_reported);
     RUN_TEST(errors_of_damaged_media_are_reported);
     RUN_TEST(a_damaged_journal_opens_without_a_preserving_callback);

@@ -284,7 +284,8 @@ static void a_commit_writes_a_bounded_number_of_times(void)
         const unsigned before = writes;
         TEST_ASSERT_EQUAL(STATUS_OK, journal_commit(&journal));
         most = ((writes - before) > most) ? (writes - before) : most;
-        // A file system that never overwrites copies what is behind the mark each time the mark is written.
+        // A file system that never overwrites octets copies all that follow the mark each time it writes the
+        // mark.
         TEST_ASSERT_TRUE(journal.is_moving || (areas[1U - journal.active].size == JOURNAL_HEAD_SIZE));
     }
     TEST_ASSERT_TRUE(journal.stats.compactions >= (compactions + 3U));

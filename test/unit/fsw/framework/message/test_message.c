@@ -387,7 +387,7 @@ static void lose_some(void)
     TEST_ASSERT_EQUAL(15U, end(1U)->counters.received);
     TEST_ASSERT_EQUAL(STATUS_OK, send_number(1U, 0U, 0U));
     expect_number(0U, 1U, 0U);
-    TEST_ASSERT_EQUAL_MESSAGE(MESSAGE_WINDOW, credit(0U, 1U), "the credit of lost blocks was not returned");
+    TEST_ASSERT_EQUAL_MESSAGE(MESSAGE_WINDOW, credit(0U, 1U), "expected the credit of the lost blocks back");
 }
 
 static void lost_blocks_are_counted_and_give_their_credit_back(void)

@@ -252,7 +252,7 @@ static void restart_at_random(void)
         } else {
             const uint32_t found = next_number(who);
             if (found != UINT32_MAX) {
-                TEST_ASSERT_TRUE_MESSAGE(found > last[who], "doubled or out of order");
+                TEST_ASSERT_TRUE_MESSAGE(found > last[who], "expected each message once and in order");
                 last[who] = found;
                 deliveries++;
             }

@@ -185,7 +185,7 @@ static void answer_then_give_credit(void)
     TEST_ASSERT_EQUAL(MESSAGE_WINDOW, credit(0U, 1U));
 }
 
-static void an_older_answer_on_credit_is_handled_before_a_newer_credit(void)
+static void an_older_answer_about_credit_is_handled_before_newer_credit(void)
 {
     party_in_each_form(&party, answer_then_give_credit);
 }
@@ -333,7 +333,7 @@ int main(void)
     RUN_TEST(the_last_octets_of_a_window_are_reserved);
     RUN_TEST(a_receiver_that_accepts_no_data_still_accepts_credit);
     RUN_TEST(credit_is_received_without_a_block);
-    RUN_TEST(an_older_answer_on_credit_is_handled_before_a_newer_credit);
+    RUN_TEST(an_older_answer_about_credit_is_handled_before_newer_credit);
     RUN_TEST(blocks_are_taken_in_order_of_arrival);
     RUN_TEST(frames_beyond_a_window_are_dropped_and_counted);
     return UNITY_END();

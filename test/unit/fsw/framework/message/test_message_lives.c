@@ -276,7 +276,7 @@ static void send_far_ahead(void)
     TEST_ASSERT_EQUAL(103U, end(1U)->counters.lost);
 }
 
-static void a_receiver_finds_a_sequence_number_far_ahead(void)
+static void a_receiver_detects_a_sequence_number_far_ahead(void)
 {
     party_in_each_form(&party, send_far_ahead);
 }
@@ -382,7 +382,7 @@ int main(void)
     RUN_TEST(a_lost_first_frame_is_reported);
     RUN_TEST(a_position_of_an_earlier_life_is_not_resumed);
     RUN_TEST(after_one_exchange_all_losses_are_counted_and_data_passes);
-    RUN_TEST(a_receiver_finds_a_sequence_number_far_ahead);
+    RUN_TEST(a_receiver_detects_a_sequence_number_far_ahead);
     RUN_TEST(no_forged_frame_stops_a_channel_permanently);
     RUN_TEST(without_lives_from_the_run_a_forged_life_is_corrected);
     RUN_TEST(damaged_frames_stop_no_channel_permanently);

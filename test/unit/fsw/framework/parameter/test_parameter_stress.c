@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The owner, two commanders and three readers use one dictionary, each in a task of its own: no task ever
-// reads a partly written structure, by any way of reading or writing.
+// reads a partly written structure, whichever functions read and write.
 #include "fsw/framework/parameter/parameter.h"
 #include "test/support/consistent_parameter.h"
 

@@ -218,7 +218,7 @@ static void reopen(void)
     rtlink_consumer_close(&consumer);
     rtlink_producer_close(&producer);
     open_both(2U);
-    TEST_ASSERT_EQUAL_MESSAGE(STATUS_EMPTY, read_at(0U), "a sample from before the last opening");
+    TEST_ASSERT_EQUAL_MESSAGE(STATUS_EMPTY, read_at(0U), "expected no sample from before the last opening");
     write_number(2U, 1U);
     TEST_ASSERT_EQUAL(STATUS_OK, read_at(1U));
     expect_number(2U);
@@ -383,7 +383,7 @@ static void a_datagram_overtaken_by_a_later_one_is_ignored(void)
     TEST_ASSERT_EQUAL(0U, consumer.counters.refused);
 }
 
-static void no_datagram_reaches_a_link_by_memory(void)
+static void a_link_by_shared_memory_refuses_datagrams(void)
 {
     uint8_t octets[LINK_FRAME_MAX];
     const uint8_t payload[OCTETS]     = {0xEEU};
@@ -396,7 +396,7 @@ static void no_datagram_reaches_a_link_by_memory(void)
     TEST_ASSERT_EQUAL(STATUS_EMPTY, read_at(0U));
 }
 
-static void a_datagram_that_does_not_leave_is_counted(void)
+static void a_datagram_that_cannot_be_sent_is_counted(void)
 {
     const uint8_t payload[OCTETS] = {0U};
     method                        = RTLINK_METHOD_UDP;
@@ -411,7 +411,7 @@ static void a_datagram_that_does_not_leave_is_counted(void)
 
 /// A full queue is distinguished from all other reasons; in each case the sample is lost and the next one
 /// is sent.
-static void why_a_frame_over_tipc_does_not_leave_is_reported(void)
+static void the_reason_why_a_frame_was_not_sent_over_tipc_is_reported(void)
 {
     static const status_t refusals[][2] = {{STATUS_FULL, STATUS_FULL},
                                            {STATUS_CLOSED, STATUS_IO},
@@ -493,9 +493,9 @@ int main(void)
     RUN_TEST(a_damaged_slot_is_refused);
     RUN_TEST(a_datagram_that_is_cut_damaged_or_of_another_link_or_epoch_is_refused_and_counted);
     RUN_TEST(a_datagram_overtaken_by_a_later_one_is_ignored);
-    RUN_TEST(no_datagram_reaches_a_link_by_memory);
-    RUN_TEST(a_datagram_that_does_not_leave_is_counted);
-    RUN_TEST(why_a_frame_over_tipc_does_not_leave_is_reported);
+    RUN_TEST(a_link_by_shared_memory_refuses_datagrams);
+    RUN_TEST(a_datagram_that_cannot_be_sent_is_counted);
+    RUN_TEST(the_reason_why_a_frame_was_not_sent_over_tipc_is_reported);
     RUN_TEST(an_impossible_name_of_shared_memory_is_refused);
     RUN_TEST(the_callback_for_delivered_samples_is_optional);
     return UNITY_END();

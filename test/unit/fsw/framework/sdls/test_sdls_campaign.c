@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hundred thousand hostile frames for each of ten seeds. The attacker has everything that can be had on the
-// link: every frame ever sent, delivered or not, for use on the operator's connection and on other ones,
-// before and after restarts. The receiver must accept none of them, and every telecommand of the operator.
+// A hundred thousand hostile frames for each of ten seeds. The attacker has recorded every frame that was
+// ever sent, delivered or not, and sends frames on the operator's connection and on other ones, before and
+// after restarts. The receiver must accept none of them, and must accept every telecommand of the operator.
 #include "base/octets.h"
 #include "test/support/recorded_media.h"
 #include "test/support/sealer.h"

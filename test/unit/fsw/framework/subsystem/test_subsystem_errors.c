@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Failures: actions that fail or hang, events of each severity, a lost supervisor, a port that refuses.
+// Failures: actions that fail or hang, events of each severity, a lost supervisor, a port that refuses
+// reports.
 #include "fsw/framework/subsystem/subsystem_core.h"
 
 #include "test/unit/fsw/framework/subsystem/subsystem_fixture.h"
@@ -308,7 +309,7 @@ static void an_error_during_an_action_ends_the_action(void)
         "5.4 event 1 aux 0007\n* control\n* secure\n129.2 6>6 SECURED cause 1 code 0000 cfg 1\n* emit\n");
 }
 
-static void an_error_during_initialisation_reverses_it(void)
+static void an_error_during_initialisation_leads_back_to_offline(void)
 {
     fixture.delays[ACTION_HARDWARE_INIT] = 4U;
     (void)fixture_state(STATE_PRE_OPERATIONAL);
@@ -519,7 +520,7 @@ int main(void)
     RUN_TEST(every_request_ends_exactly_once);
     RUN_TEST(an_error_secures_the_devices_before_commands_are_emitted);
     RUN_TEST(an_error_during_an_action_ends_the_action);
-    RUN_TEST(an_error_during_initialisation_reverses_it);
+    RUN_TEST(an_error_during_initialisation_leads_back_to_offline);
     RUN_TEST(an_error_in_error_operational_is_only_reported);
     RUN_TEST(events_without_their_data_sample_parameters);
     RUN_TEST(only_events_of_low_severity_are_raised_by_command);

@@ -69,7 +69,7 @@ static void two_readers_of_one_port_get_every_sample(void)
     rtlink_consumer_close(&second);
 }
 
-static void a_reader_that_opens_and_closes_costs_the_other_no_sample(void)
+static void a_reader_that_opens_and_closes_makes_the_other_lose_no_sample(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
@@ -214,7 +214,7 @@ static void each_reader_has_a_method_of_its_own(void)
 }
 
 /// A datagram is lost only if its socket is full because it is not read.
-static void a_reader_whose_socket_is_full_costs_the_other_no_sample(void)
+static void a_reader_whose_socket_is_full_makes_the_other_lose_no_sample(void)
 {
     uint8_t frame[LINK_FRAME_MAX];
     const int room   = 4096;
@@ -244,7 +244,7 @@ static void a_reader_whose_socket_is_full_costs_the_other_no_sample(void)
 }
 
 /// A reader that hangs reads nothing for a while: it loses its own samples only, whatever its method is.
-static void a_reader_that_hangs_costs_the_other_no_sample(void)
+static void a_reader_that_hangs_makes_the_other_lose_no_sample(void)
 {
     fixture_bring(STATE_PRE_OPERATIONAL, FIXTURE_LINKED);
     open_reader(&reader, FIRST, FIRST_EPOCH, 1U);
@@ -271,13 +271,13 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(two_readers_of_one_port_get_every_sample);
-    RUN_TEST(a_reader_that_opens_and_closes_costs_the_other_no_sample);
+    RUN_TEST(a_reader_that_opens_and_closes_makes_the_other_lose_no_sample);
     RUN_TEST(each_reader_has_a_decimation_of_its_own);
     RUN_TEST(a_port_has_at_most_four_readers);
     RUN_TEST(a_link_number_belongs_to_one_port);
     RUN_TEST(a_required_port_has_one_writer);
     RUN_TEST(each_reader_has_a_method_of_its_own);
-    RUN_TEST(a_reader_that_hangs_costs_the_other_no_sample);
-    RUN_TEST(a_reader_whose_socket_is_full_costs_the_other_no_sample);
+    RUN_TEST(a_reader_that_hangs_makes_the_other_lose_no_sample);
+    RUN_TEST(a_reader_whose_socket_is_full_makes_the_other_lose_no_sample);
     return UNITY_END();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reactions of a component to a failure of a link or of the subsystem behind it.
+// Reactions of a component to a failure of a link or of the subsystem at its other end.
 #include "test/unit/fsw/framework/subsystem/link_fixture.inc"
 
 // ---- Condition for SAFE_OPERATIONAL ----
@@ -216,7 +216,7 @@ static void an_error_of_the_link_partner_is_an_error_of_the_subsystem(void)
     }
 }
 
-static void a_producer_closed_by_request_continues(void)
+static void a_subsystem_continues_when_its_provided_link_is_closed_by_request(void)
 {
     bring_linked(STATE_PRE_OPERATIONAL);
     accept_port(PORT_OUT, 2U);
@@ -248,6 +248,6 @@ int main(void)
     RUN_TEST(an_optional_link_that_is_stale_or_closed_is_reported_without_an_event);
     RUN_TEST(a_closed_link_that_is_not_required_raises_no_event);
     RUN_TEST(an_error_of_the_link_partner_is_an_error_of_the_subsystem);
-    RUN_TEST(a_producer_closed_by_request_continues);
+    RUN_TEST(a_subsystem_continues_when_its_provided_link_is_closed_by_request);
     return UNITY_END();
 }

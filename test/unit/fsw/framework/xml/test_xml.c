@@ -261,7 +261,7 @@ static status_t parse_nested(const uint32_t depth, const uint32_t attributes)
     return parse(document);
 }
 
-static void each_limit_is_reached_and_not_passed(void)
+static void each_limit_may_be_reached_and_not_exceeded(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parse_octets(XML_OCTETS_MAX));
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, parse_octets(XML_OCTETS_MAX + 1U));
@@ -345,7 +345,7 @@ static void an_arena_can_begin_at_an_odd_word(void)
     TEST_ASSERT_EQUAL_STRING(sample_trace, trace);
 }
 
-static void many_documents_use_no_more_than_one(void)
+static void many_documents_need_no_more_memory_than_one(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, parse(sample));
     const size_t used = parser.arena.used;
@@ -405,13 +405,13 @@ int main(void)
     RUN_TEST(a_cut_is_distinguished_from_an_error);
     RUN_TEST(document_type_declarations_and_entities_are_refused);
     RUN_TEST(a_hundred_thousand_nested_elements_are_refused);
-    RUN_TEST(each_limit_is_reached_and_not_passed);
+    RUN_TEST(each_limit_may_be_reached_and_not_exceeded);
     RUN_TEST(a_document_of_a_hundred_megabytes_is_refused);
     RUN_TEST(a_token_without_end_is_refused);
     RUN_TEST(parsing_stops_where_the_handler_refuses);
     RUN_TEST(an_arena_of_any_size_parses_the_document_or_is_reported_as_used_up);
     RUN_TEST(an_arena_can_begin_at_an_odd_word);
-    RUN_TEST(many_documents_use_no_more_than_one);
+    RUN_TEST(many_documents_need_no_more_memory_than_one);
     RUN_TEST(random_damage_never_crashes_the_parser);
     return UNITY_END();
 }

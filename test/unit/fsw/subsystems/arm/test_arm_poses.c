@@ -188,8 +188,8 @@ static void a_diagonal_line_is_followed_at_full_speed(void)
     EXPECT_WITHIN(0.25 * limits.tool_speed_m_s, 1.0e-9, arm_length(twist.linear_m_s));
 }
 
-/// Orientations on both sides of half a turn: the tool turns on, not almost a whole turn back.
-static void the_tool_turns_on_beyond_half_a_turn(void)
+/// Orientations on both sides of half a turn: the tool turns 0.5 rad further, not almost a whole turn back.
+static void the_tool_keeps_turning_beyond_half_a_turn(void)
 {
     arm_pose_t poses[2];
     poses[0] = add((arm_vector_t){{0.0, 0.0, 0.0}}, (arm_vector_t){{0.0, 0.0, 3.0}});
@@ -201,7 +201,7 @@ static void the_tool_turns_on_beyond_half_a_turn(void)
 
 /// A rotation by half a turn has two possible axes, and one by a whole turn any axis. The tool nevertheless
 /// keeps turning about its axis.
-static void the_tool_turns_on_through_half_and_whole_turns(void)
+static void the_tool_keeps_turning_through_half_and_whole_turns(void)
 {
     arm_pose_t poses[6];
     for (unsigned n = 0U; n < 6U; n++) {
@@ -214,7 +214,7 @@ static void the_tool_turns_on_through_half_and_whole_turns(void)
     }
 }
 
-static void a_tool_has_at_most_sixteen_poses(void)
+static void a_trajectory_has_at_most_sixteen_poses(void)
 {
     for (unsigned i = 0U; i < ARM_POINTS_MAX; i++) {
         (void)add((arm_vector_t){{0.0, 0.0, 0.0}}, (arm_vector_t){{0.0, 0.0, 0.0}});
@@ -343,9 +343,9 @@ int main(void)
     RUN_TEST(random_poses_are_passed_within_the_limits_of_the_tool);
     RUN_TEST(a_fast_turn_stays_within_the_angular_acceleration);
     RUN_TEST(a_diagonal_line_is_followed_at_full_speed);
-    RUN_TEST(the_tool_turns_on_beyond_half_a_turn);
-    RUN_TEST(the_tool_turns_on_through_half_and_whole_turns);
-    RUN_TEST(a_tool_has_at_most_sixteen_poses);
+    RUN_TEST(the_tool_keeps_turning_beyond_half_a_turn);
+    RUN_TEST(the_tool_keeps_turning_through_half_and_whole_turns);
+    RUN_TEST(a_trajectory_has_at_most_sixteen_poses);
     RUN_TEST(the_arm_moves_its_tool_through_the_poses_without_a_stop);
     RUN_TEST(poses_that_are_impossible_are_refused_before_the_motion);
     RUN_TEST(a_stop_keeps_the_tool_on_its_path);

@@ -124,7 +124,7 @@ static void fly(const double share, double out_nearest[ARM_POINTS_MAX])
     }
 }
 
-static void random_points_are_passed_in_turn_within_the_limits(void)
+static void random_points_are_passed_in_order_within_the_limits(void)
 {
     for (unsigned k = 0U; k < CASES; k++) {
         const unsigned count = 1U + (unsigned)(drawn() * (ARM_POINTS_MAX - 1U));
@@ -215,7 +215,7 @@ static void a_trajectory_has_at_most_sixteen_points(void)
 
 /// Planning ends after ARM_PLAN_ROUNDS even if the duration of a line is not a number, which no comparison
 /// accepts.
-static void a_plan_always_has_an_end(void)
+static void planning_always_ends(void)
 {
     double point[ARM_JOINTS_MAX];
     status_t status = STATUS_BUSY;
@@ -230,7 +230,7 @@ static void a_plan_always_has_an_end(void)
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, status);
 }
 
-/// A stop keeps the joints on their path and slows down the time of the path.
+/// A stop keeps the joints on their path: it slows them down along it.
 static void a_stop_brakes_along_the_path(void)
 {
     arm_path_t path;
@@ -281,12 +281,12 @@ int main(void)
 {
     rig_load();
     UNITY_BEGIN();
-    RUN_TEST(random_points_are_passed_in_turn_within_the_limits);
+    RUN_TEST(random_points_are_passed_in_order_within_the_limits);
     RUN_TEST(a_point_on_the_line_is_passed_at_full_speed);
     RUN_TEST(a_smaller_blend_takes_longer);
     RUN_TEST(equal_points_cause_no_motion);
     RUN_TEST(a_trajectory_has_at_most_sixteen_points);
-    RUN_TEST(a_plan_always_has_an_end);
+    RUN_TEST(planning_always_ends);
     RUN_TEST(a_stop_brakes_along_the_path);
     return UNITY_END();
 }

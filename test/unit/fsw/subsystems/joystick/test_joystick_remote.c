@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The joystick in TELEPRESENCE_REMOTE, with a scripted robot behind a link with delay.
+// The joystick in TELEPRESENCE_REMOTE, with a scripted robot at the other end of a link with delay.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/joystick/joystick_rig.h"
 

@@ -144,7 +144,7 @@ static void the_displayed_force_fades_in_with_the_measured_one(void)
     }
 }
 
-static void a_stretched_robot_has_no_model(void)
+static void for_a_stretched_robot_the_contact_model_is_not_used(void)
 {
     const double stretched[4] = {0.0, 0.0, 0.47, 0.25};
     const double position[2]  = {0.2, 0.1};
@@ -201,7 +201,7 @@ int main(void)
     RUN_TEST(the_age_of_a_report_does_not_matter_if_the_stiffness_is_right);
     RUN_TEST(a_contact_does_not_pull_and_its_friction_is_bounded);
     RUN_TEST(the_displayed_force_fades_in_with_the_measured_one);
-    RUN_TEST(a_stretched_robot_has_no_model);
+    RUN_TEST(for_a_stretched_robot_the_contact_model_is_not_used);
     RUN_TEST(a_port_that_gave_no_energy_away_is_not_damped);
     RUN_TEST(a_debt_of_energy_is_removed_by_damping);
     RUN_TEST(an_old_reserve_is_limited_to_its_cap);

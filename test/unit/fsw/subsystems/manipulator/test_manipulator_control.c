@@ -319,7 +319,8 @@ static void a_following_arm_yields_to_fast_torques_and_stays_stiff(void)
     for (unsigned i = 0U; i < 4000U; i++) {
         peak = fmin(peak, yielded());
     }
-    EXPECT_BELOW(-0.7 * 0.001 * 5.0, peak); // Low pass of 50 rad/s behind an estimate of 400 rad/s: 0.74.
+    // After a step the estimate (400 rad/s) exceeds its slow part (50 rad/s) by at most 0.74 of the step.
+    EXPECT_BELOW(-0.7 * 0.001 * 5.0, peak);
     EXPECT_ABOVE(-0.001 * 5.0, peak);
     EXPECT_WITHIN(0.0, 1.0e-6, yielded());
 }
@@ -449,7 +450,7 @@ static void each_tare_has_its_own_samples_and_exact_bounds(void)
     EXPECT_WITHIN(-0.125, 0.0, tare.offset_nm[1]);
 }
 
-/// While the arm is held, the zero of the hand changes: the arm follows only later changes.
+/// While the arm is held, it takes each position of the hand as zero: afterwards it follows only changes.
 static void holding_couples_the_hand_where_it_is(void)
 {
     const double first[2]  = {0.4, -0.2};

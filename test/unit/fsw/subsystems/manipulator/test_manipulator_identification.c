@@ -155,8 +155,8 @@ static void a_circle_in_free_space_finds_the_masses(void)
     TEST_ASSERT_TRUE(applied.gravity == gravity_m_s2);
 }
 
-/// The angles of the links are computed from the measured torques. So the same noise is in the residual of
-/// the torque and in those of the unit masses, and the two look related.
+/// The angles of the links are computed from the measured torques. So the residual of the torque and those of
+/// the unit masses contain the same noise and are correlated.
 static void noise_at_rest_is_not_taken_for_mass(void)
 {
     tare();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manipulator in TELEPRESENCE_REMOTE, with a scripted joystick behind a link with delay.
+// The manipulator in TELEPRESENCE_REMOTE, with a scripted joystick at the other end of a link with delay.
 #include "test/support/bounds.h"
 #include "test/unit/fsw/subsystems/manipulator/manipulator_rig.h"
 

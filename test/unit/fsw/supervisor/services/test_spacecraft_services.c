@@ -74,7 +74,7 @@ static void a_request_is_released_by_its_sequence(void)
 
 // ---- Without room ----
 
-static void a_request_that_waits_for_its_addressee_delays_the_requests_behind_it(void)
+static void a_request_that_waits_for_its_addressee_delays_the_requests_after_it(void)
 {
     fixture_fill(FIXTURE_LONE);
     schedule_enable(PUS_SERVICE_TIME_SCHEDULE);
@@ -178,7 +178,7 @@ int main(void)
     RUN_TEST(a_request_is_released_at_its_position);
     RUN_TEST(a_request_is_released_by_its_event);
     RUN_TEST(a_request_is_released_by_its_sequence);
-    RUN_TEST(a_request_that_waits_for_its_addressee_delays_the_requests_behind_it);
+    RUN_TEST(a_request_that_waits_for_its_addressee_delays_the_requests_after_it);
     RUN_TEST(a_request_that_has_waited_too_long_is_refused);
     RUN_TEST(a_malformed_request_delays_no_other);
     RUN_TEST(a_service_that_finds_the_queue_full_tries_again);
