@@ -155,7 +155,7 @@ class _Parser:
 
 
 def identifiers(path):
-    """Read names.txt: by (service, subtype) the name of a message, whether it is critical, and the words for which it is not."""
+    """Read names.txt: by (service, subtype) the name of a message, whether it is critical, and the words with which it is not critical."""
     reader, found = Reader(path), {}
     while (line := reader.next()) is not None:
         matched = re.match(r"(\d+),(\d+) ([A-Z][A-Z0-9_]*)( critical(?: unless (\w+)((?: [A-Z_]+)+))?)?\Z", line)
@@ -196,7 +196,8 @@ def _service(path, known, names):
 
 
 def _check_harmless(message, enumerations, known, reader):
-    """Check the field that decides whether a request is critical: the first field, of one octet, whose enumeration has these words."""
+    """Check the field that decides whether a request is critical. It must be the first field and have one octet;
+    its enumeration must have these words."""
     first, words = message.harmless["field"], message.harmless["words"]
     if not message.fields or message.fields[0].get("name") != first or known[message.fields[0]["kind"]]["coding"] != "u8":
         reader.wrong(first, f"the first field of {message.identifier}, of one octet, after `unless` in names.txt")

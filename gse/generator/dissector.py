@@ -145,7 +145,7 @@ class _Tables:
         return [key, one["type"], one.get("count", 1)]
 
     def _bits(self, key, kind, about):
-        """Register the parts of a number of bits: its state (each mask covers only some of the state's bits) and its flags."""
+        """Register the parts of a number whose bits have names: its state (each mask covers only some of the state's bits) and its flags."""
         mask = 0
         for one, _, _ in about["states"]:
             mask |= one

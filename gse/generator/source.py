@@ -10,8 +10,8 @@ import xml.parsers.expat
 FNV_START = 0xCBF29CE484222325
 FNV_PRIME = 0x100000001B3
 IDENTIFIER = re.compile(r"[A-Z][A-Z0-9_]{0,31}\Z")
-NAME_MAX = 32  # characters of a name
-BUS_NAME_MAX = 15  # characters of the name of a bus, as of an interface of Linux; osal/include/osal/can_interface.h
+NAME_MAX = 32  # Characters of a name.
+BUS_NAME_MAX = 15  # Characters of the name of a bus, which names an interface of Linux. osal/include/osal/can_interface.h has the same value.
 LOWER_IDENTIFIER = re.compile(r"[a-z][a-z0-9_-]{0,31}\Z")
 INTEGER = re.compile(r"-?[0-9]+\Z|0x[0-9A-Fa-f]+\Z")
 REAL = re.compile(r"-?([0-9]+)(?:\.([0-9]+))?(?:[eE]([+-]?[0-9]{1,4}))?\Z")

@@ -160,12 +160,12 @@ class Structure:
     """A housekeeping report."""
 
     id: int
-    interval: int  # in cycles of its loop
+    interval: int  # Cycles of its loop from one report to the next.
     enabled: bool
     display: bool
     once: list
-    repeated: list  # of (nrep, parameters)
-    loop: str  # name, or None: the main loop
+    repeated: list  # Elements (nrep, parameters): these parameters are sampled nrep times.
+    loop: str  # Name of the loop; None: the main loop.
 
 
 @dataclass

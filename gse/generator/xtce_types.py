@@ -37,7 +37,7 @@ class System:
         self.name, self.parent, self.description = name, parent, description
         self.path = f"{parent.path if parent else ''}/{name}"
         self.types = {"Parameter": {}, "Argument": {}}
-        self.enumerations = {}  # of the subsystem's descriptor: name -> {word: number}
+        self.enumerations = {}  # Enumerations of the subsystem's descriptor: name -> {word: number}.
         self.parameters, self.containers, self.commands, self.children, self.algorithms = {}, [], [], [], []
         if parent:
             parent.children.append(self)

@@ -177,7 +177,7 @@ def joystick_count(run):
 
 
 def _circle_window(run):
-    """(first cycle, end cycle, frequency [Hz]) of the last whole periods of constant amplitude, three or four."""
+    """(first cycle, end cycle, frequency [Hz]) of the last three or four whole periods of constant amplitude."""
     first, end = segment(run, "circle", None)
     intent = run.at_cycles("OPERATOR", "intent_rad")[first:end]
     away = intent - intent[0]

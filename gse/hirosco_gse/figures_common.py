@@ -5,7 +5,7 @@ import numpy as np
 
 from .run import CYCLE_US
 
-# Evaluated time of a hold, time before it for the motion to settle, and the time that must at least be evaluated.
+# Evaluated time of a hold; time before it, in which the motion settles; shortest evaluated time with which a hold has figures.
 HOLD_US, SETTLED_US, HOLD_LEAST_US = 10_000_000, 2_000_000, 5_000_000
 
 
@@ -77,7 +77,7 @@ def force_of(run, joints, torque):
 
 
 def segment(run, verb, before):
-    """(first, end) cycle of the first segment `verb`; if `before` is not None, of the first one after a segment `before`."""
+    """(first, end) cycle of the first segment `verb`. If `before` is not None, only segments after a segment `before` count."""
     seen = before is None
     for name, first, end in run.segments():
         if name == verb and seen:

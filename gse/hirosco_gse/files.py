@@ -55,7 +55,7 @@ MACHINE = MachineFiles()
 
 
 def next_step(problem):
-    """What a user does about a packet log that is absent, or a file that this user may not read or write, in words that follow the error;
+    """The next step of a user if a packet log is absent, or if the user may not read or write a file. The words follow the error; they are
     empty for other errors."""
     if problem.errno == errno.ENOENT and os.path.basename(problem.filename or "") == "packets.log":
         return f"; for a flight that was killed, make it: build/bin/packet-archive-sqlite merge {os.path.dirname(problem.filename) or '.'}"

@@ -34,7 +34,7 @@ CLOSED = "the spacecraft closed the link; if all its connection slots are used, 
 
 
 def words_of(error):
-    """Words for an error of a connection. Those of asyncio repeat number and address; those of the system do not."""
+    """Words for an error of a connection: those of the system, because those of asyncio also contain number and address."""
     return os.strerror(error.errno) if isinstance(error, ConnectionError) and error.errno else getattr(error, "strerror", None) or str(error)
 
 

@@ -60,7 +60,8 @@ class _Reader(MessageReader):
                 self.note(field["name"], begin, self.words(field, found[field["name"]]))
 
     def words(self, field, value):
-        """Text of a value. A number that stands for something is followed by the name of it in the subsystem that the packet is about."""
+        """Text of a value. A number that identifies something is followed by its name in `owner`, or in the subsystem whose
+        APID the packet contains."""
         owner = self.dictionary.subsystem_of_apid(self.seen["apid"]) if "apid" in self.seen else self.owner
         name = _name_of(field["kind"], value, owner, self.dictionary)
         return f"{value} {name}" if name is not None else values.to_text(value)
@@ -112,7 +113,7 @@ def _failure_of(owner, code):
 
 
 def _name_of(kind, value, owner, dictionary):
-    """Name of what a number of a kind of the catalogue identifies; None if it identifies nothing, or something unknown."""
+    """Name of the thing that a number of a kind of the catalogue identifies; None if it identifies nothing, or something unknown."""
     if not isinstance(value, int):
         return None
     dictionary_names = {

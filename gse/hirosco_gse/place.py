@@ -61,7 +61,7 @@ def _is_of(kind, value):
 
 
 def _misfit(facts):
-    """Words about the first value of run.json that is not of its type; None if all are."""
+    """Words about the first value of run.json that is not of its type; None if there is no such value."""
     if found := _infinite(facts, ""):
         return f"{shortened(found[0])}: found {json.dumps(found[1])}, expected a finite number"
     for name, kind in FACT_TYPES.items():

@@ -101,7 +101,7 @@ def make_key(path):
     check, made = key_check(key), []
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for name in (f"{path}.received", f"{path}.sent", path):  # The key last, so that it never exists without its marks.
+        for name in (f"{path}.received", f"{path}.sent", path):  # The key is made last, so that it never exists without its marks.
             descriptor = os.open(name, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
             made.append(name)
             with open(descriptor, "wb", buffering=0) as file:

@@ -154,8 +154,8 @@ class Session:
         self._transaction = (self._transaction + 1) & 0xFFFF
 
     def link_lost(self):
-        """The connection has ended; another one follows. Returns the number of requests without an end of verification. Octets that were
-        queued since wait for the next connection."""
+        """The connection has ended; another one follows. Returns the number of requests without an end of verification. Octets in
+        the queue wait for the next connection."""
         lost = [verification for verification in self._open.values() if verification.whole is None]
         for verification in self._open.values():
             verification.lost_ns, verification.is_finished = self.now_ns, True

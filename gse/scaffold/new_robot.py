@@ -445,7 +445,7 @@ def scenario(robot, names, start, base="fixed"):
             step(f"cmd {name}.ADD_VIA POSITION={at[point]}", 0.1)
         step(f"cmd {name}.MOVE_VIA SHARE=0.5 BLEND=0.05", 6.0)
 
-    to_engage = time + 1.5  # OPERATIONAL is ordered that much later than the end of this first step.
+    to_engage = time + 1.5  # OPERATIONAL is ordered 1.5 s after the end of the next step.
     step(f"state {name} PRE_OPERATIONAL", max(1.0, math.ceil(10.0 * (settling_s(robot, start, base) - to_engage)) / 10.0))
     for configuration_name in ("POSITION", "TORQUE"):
         step(f"config {name} {configuration_name}", 1.0)

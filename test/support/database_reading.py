@@ -8,7 +8,7 @@ import warnings
 from hirosco_gse import packets, telemetry
 
 MISSION_SERVICES = (129, 130, 131)
-# Their reports: names of the ground segment and of the database.
+# Fields of the reports of these services: name in the ground segment -> name in the database.
 PROPERTIES = {"layout_hash": "layout_hash", "octets": "layout_size", "byte_order": "byte_order", "period_us": "period",
               "tolerance_permille": "tolerance", "depth": "depth", "max_age_us": "max_age"}  # fmt: skip
 STATES = {"state": "state", "phase": "phase", "configuration_id": "configuration", "cycle": "cycle"}

@@ -98,7 +98,7 @@ class Expected:
                     event = owner.event(decoded["event"])
                     listed = {one.name: one for one in event.parameters}
                 for name, value in decoded["values"].items():
-                    # Otherwise it is a parameter to which the event refers.
+                    # A name that is not a field of the event is a parameter to which the event refers.
                     own = isinstance(listed.get(name), Field)
                     place = f"{owner.name}.{decoded['event']}.{name}" if own else f"{owner.name}.{name}"
                     self._values(place.lower(), listed.get(name) or owner.parameters.get(name), value)

@@ -23,7 +23,7 @@ from ..values import TEXT_MAX, quoted, shortened, with_short_words
 PORT = 8090  # First port that is tried for the page.
 PORTS = 20  # Number of ports that are tried.
 FRAMED_BY = "http://127.0.0.1:8080"
-END_S = 30.0  # Time in which a flight must end after Ctrl-C; then the station sends another one. The third ends a flight at once.
+END_S = 30.0  # Time in which a flight must end after Ctrl-C; then the station sends Ctrl-C again. The third one ends a flight at once.
 ENDS = 4  # A flight that has not ended after this number of Ctrl-C is killed; its guard removes what is left.
 
 

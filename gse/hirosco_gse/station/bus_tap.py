@@ -86,7 +86,7 @@ class BusTap:
         return {"id": identifier.decode(), "name": name or "", "time": _time(line), "rate": rate, "octets": octets.hex().upper(), "words": words}
 
     def _word(self, signal, value):
-        """Text of a value: of one whose bits have names the state, as in the other tabs of the page."""
+        """Text of a value. If its bits have names, the text is the name of the state, as in the other tabs of the page."""
         bits = bits_for(signal, self._bits)
         if bits and isinstance(value, int):
             return bits.state(value)

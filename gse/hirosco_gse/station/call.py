@@ -42,9 +42,9 @@ class Call:
 
 
 class WebSession(Session):
-    """Session that reports to the hub which telecommands a command has sent, and the octets of each packet. It uses the time of the telemetry, so that a long command, a
-    pause or a slow simulation causes no time-out. Only the spacecraft decides whether a request has failed; after a loss of the link it is
-    unknown."""
+    """Session that reports to the hub which telecommands a command has sent, and the octets of each packet. It uses the time of the
+    telemetry, so that a long command, a pause or a slow simulation causes no time-out. Only the spacecraft decides whether a request
+    has failed; after a loss of the link this is unknown."""
 
     on_sent = staticmethod(lambda verification: None)
     on_packet = staticmethod(lambda raw: None)

@@ -13,7 +13,7 @@ from .uses import Uses
 
 DISPLAY_STATES = STATES[3:7]  # PRE_OPERATIONAL to ERROR_OPERATIONAL: those with a configuration.
 REPORT_TIMEOUT_S = 1.5  # Time without a report after which the housekeeping is requested again.
-LOOK_S = 1.0  # Time between two looks at what other stations use.
+LOOK_S = 1.0  # Time after which the lists of the structures that other stations use are read again.
 
 
 class Display:
@@ -47,7 +47,7 @@ class Display:
             self._uses.note(use, is_used)
 
     def _look(self):
-        """Every LOOK_S, determine what other stations use, and take over what a station that was killed has left enabled."""
+        """Every LOOK_S, determine which structures other stations use, and take over those that a killed station has left enabled."""
         now = time.monotonic()
         if now - self._looked >= LOOK_S:
             self._looked = now

@@ -18,7 +18,7 @@ DETAILED = {(3, 25), (3, 26), (5, 1), (5, 2), (5, 3), (5, 4)}  # The first two o
 
 
 class KeptPackets:
-    """A kind is a message of one subsystem, of housekeeping each structure, of events each event."""
+    """A kind is a message of one subsystem; each structure of housekeeping and each event is a kind of its own."""
 
     def __init__(self, dictionary):
         self.dictionary = dictionary

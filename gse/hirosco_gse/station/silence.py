@@ -9,8 +9,8 @@ STEP_S = 0.2  # Maximum time that one call of look() counts.
 
 
 class Silence:
-    """Time without telemetry while it is expected. If the station itself was busy or asleep, what has arrived meanwhile may wait
-    to be read, so little of that time counts."""
+    """Time without telemetry while it is expected. If the station itself was busy or asleep, telemetry may have arrived that it has
+    not read yet. Therefore at most STEP_S of that time counts."""
 
     def __init__(self, clock=time.monotonic):
         self._clock, self._at, self._seconds = clock, clock(), 0.0

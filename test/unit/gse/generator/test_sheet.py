@@ -130,7 +130,7 @@ def test_a_hexadecimal_number_of_a_signed_type_may_be_a_twos_complement(tmp_path
 
 @pytest.mark.parametrize("kind, default", [(8, "0.5"), (8, "-3.4028234663852886e38"), (8, ".5"), (8, "2"), (8, ""), (0x11, "1e300"), (0x11, "-1.5E-3")])
 def test_a_real_object_has_a_finite_default(tmp_path, kind, default):
-    """The default is not among the numbers, which are integers."""
+    """defaults() leaves it out, because it has integers only."""
     loaded = load(tmp_path, f"[2000]\nDataType={kind}\nDefaultValue={default}\n")
     assert loaded.entries[0x2000, 0].default == default and loaded.defaults(0) == {}
 

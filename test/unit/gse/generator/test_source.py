@@ -103,7 +103,7 @@ def test_a_file_that_is_no_descriptor_is_refused_with_the_line(tmp_path, text, l
 
 
 def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path):
-    """The catalogue and the descriptions are such texts."""
+    """So are the files of the catalogue and of the descriptions."""
     path = tmp_path / "descriptions.txt"
     path.write_bytes(b"# one\n# 20 \xb0C\n")
     for read_text in (source.text_of, descriptions.load, catalogue.Reader):

@@ -126,7 +126,7 @@ def test_a_script_warns_once_of_another_interface(other, tmp_path, capsys):
 
 
 def test_a_warning_ends_when_the_interface_of_the_dictionary_flies(dictionary):
-    """After `make` and a start of the subsystem."""
+    """The dictionary has the same interface again after `make` and a new start of the subsystem."""
     own = dictionary.subsystem("MANIPULATOR").interface_hash
     flown = Session(dictionary)
     for interface, count in ((own ^ 1, 1), (own, 0)):

@@ -526,7 +526,7 @@ def test_requests_without_a_further_report_are_removed(dictionary):
 def test_telemetry_that_the_procedure_ignores_is_decoded_when_the_grant_is_returned(
     dictionary, tmp_path, monkeypatch, ignores, listens, most, found_in_order
 ):
-    """At the end of the pause, but at once for a listener, and if there are many octets."""
+    """They are decoded at the end of the pause, but at once if there is a listener or if there are many octets."""
     scheduler, session, found = Scheduler(tmp_path), Session(dictionary, 0), []
     feed, done = session.feed, scheduler.clock.done
 

@@ -186,4 +186,4 @@ def test_a_flight_without_an_operator_is_repeated_without_its_connection(diction
             one.close()
     assert received == [b"\1\2"]
     assert said == ["join operator 0\n", "done 2000000 0 0\n", "done 4000000 0 0\n", "done 4000000 0 0\n", "leave\n"]
-    assert not (tmp_path / "operator.log").exists()  # Its absence says that a flight has no operator, also to a recording of the repetition.
+    assert not (tmp_path / "operator.log").exists()  # visits.py takes a flight without this file for one without an operator.

@@ -52,7 +52,7 @@ def test_the_length_of_a_long_word_is_given():
 
 
 def test_the_words_of_a_line_are_those_of_a_shell():
-    """Found without shlex, which looks at each character of a long line, while the station waits."""
+    """The station splits lines without shlex, which looks at each character of a long line, while the station waits."""
     draw = random.Random(1)
     for _ in range(20_000):
         line = "".join(draw.choices(" \tab'\"\\#\n;\u00e9\u00a0", k=draw.randrange(12)))

@@ -83,7 +83,8 @@ def test_a_complete_run_json_has_no_problem(flight_directory):
 
 
 def test_no_report_is_made_of_a_flight_under_way(run, dictionary_path, capsys):
-    """Its run.json would tell ground users that the flight has ended. The check makes no connection: the flight would notice it."""
+    """A report writes run.json, which would tell ground users that the flight has ended. To find out whether a flight is under way,
+    no connection is made, because the flight would notice it."""
     with socket.create_server(("127.0.0.1", 0)) as flight:
         flight.setblocking(False)
         (run / "ground.port").write_text(f"{flight.getsockname()[1]}\n")
@@ -98,7 +99,7 @@ def test_no_report_is_made_of_a_flight_under_way(run, dictionary_path, capsys):
 
 @pytest.mark.parametrize(("scenario", "code"), [("commissioning", 130), ("telepresence", 4)])
 def test_ctrl_c_during_a_report_is_reported(run, dictionary_path, monkeypatch, capsys, scenario, code):
-    """Then the figures of a run with bounds are not known, and the run has failed."""
+    """If the run has bounds, its figures are not known, so it has failed (exit code 4)."""
 
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -114,7 +115,7 @@ def test_ctrl_c_during_a_report_is_reported(run, dictionary_path, monkeypatch, c
     ("hirosco_gse.report", "numpy", 130), ("hirosco_gse.recording", "numpy", 1), ("hirosco_gse.station", "aiohttp", 130), ("hirosco_gse", "argparse", 130),
 ])
 def test_ctrl_c_while_a_program_starts_prints_no_stack_trace(run, module, imported, code):
-    """It arrives when the program imports this module."""
+    """Ctrl-C arrives while the program imports the module `imported`."""
     program = f"""
 import builtins, os, runpy, signal, sys
 load = builtins.__import__
@@ -188,7 +189,8 @@ def signals():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_flight_that_the_station_has_started_ends_with_it(run, monkeypatch, capsys, signals, number):
-    """This is so before the page is served, too, and if the terminal is closed. The flight begins before the modules of the server are loaded."""
+    """It also ends if the terminal is closed (SIGHUP), and if the station ends before it serves the page: the flight begins before the
+    modules of the server are loaded."""
     started, popen, load = [], subprocess.Popen, station_main._load
 
     def start(*arguments, **options):

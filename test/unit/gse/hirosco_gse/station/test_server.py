@@ -159,7 +159,7 @@ def test_a_station_that_is_read_only_commands_only_housekeeping_for_display(plac
 
 
 def test_a_page_reads_and_writes_no_file_of_the_machine_of_the_station(place, spacecraft, tmp_path):
-    """Neither by a command, nor by one within `at`, nor by the preview. The page stays connected."""
+    """A command that names such a file is refused, also within `at` and in the preview. The page stays connected."""
     secret, target = tmp_path / "secret", tmp_path / "target"
     secret.write_text("secret")
     attributes = struct.pack(">H1sH1sIB", 1, b"/", 1, b"h", 0, 0)
@@ -257,8 +257,8 @@ def test_a_configuration_without_a_display_structure_is_left_alone(place, spacec
 
 
 def test_structures_enabled_for_pages_are_disabled_when_the_last_page_leaves(place, spacecraft, monkeypatch):
-    """These are the display structure and a structure that a page has enabled in its tables, but not one that
-    an operator has enabled."""
+    """The display structure and a structure that a page has enabled in its tables are disabled; one that an operator
+    has enabled is not."""
     monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
 
     async def story(page, station):
@@ -350,7 +350,7 @@ def test_the_port_of_a_flight_that_has_ended_is_not_connected_again(place, space
 
 
 def test_a_command_under_way_ends_with_the_link(place, spacecraft):
-    """Such a command ends, and the page shows the reason."""
+    """The page shows the reason."""
 
     def silent(packet):
         return None if packet.message == (17, 1) else answer(packet)

@@ -51,12 +51,12 @@ def disabled(spacecraft):
 
 
 def test_a_station_disables_the_structures_that_a_killed_station_enabled(place, spacecraft, monkeypatch):
-    """It does so although its own page has enabled nothing, but not while a page is open."""
+    """It disables them although its own page has enabled nothing, but not while a page is open."""
     monkeypatch.setattr(hub_module, "LEAVE_S", 0.0)
     monkeypatch.setattr(display_module, "LOOK_S", 0.0)
 
     async def story(page, station):
-        # Earlier, before the page is open, the station would disable the structures at once.
+        # The list is written when the page is open: without a page the station would disable the structures at once.
         (place / "first" / "station-1-x.display").write_text(f"MANIPULATOR {DISPLAY}\nABSENT 7\n")
         while USE not in station.hub.display.enabled:
             await asyncio.sleep(0.01)

@@ -27,7 +27,7 @@ from visiting import JOYSTICK, MANIPULATOR, TELEPRESENCE, answer, visit
 def test_each_station_at_a_flight_is_a_user_of_its_own(dictionary):
     """Stations in other processes count, too; the user number of a station that has ended is free again. If
     there are more stations than users, each further station shares the first number."""
-    here, elsewhere = 100_000 + 2 * os.getpid(), 100_001 + 2 * os.getpid()  # In place of port numbers; no other process uses these.
+    here, elsewhere = 100_000 + 2 * os.getpid(), 100_001 + 2 * os.getpid()  # Larger than each number of a port, so no other process uses them.
     numbers = [user["id"] for user in dictionary.content["users"] if user["name"].startswith("WEB")]
     claimed = [Identity.claim(dictionary, here) for _ in numbers]
     assert [each.number for each in claimed] == numbers and len(numbers) >= 4 and all(each.is_own for each in claimed)
