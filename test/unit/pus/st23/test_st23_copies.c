@@ -329,6 +329,18 @@ static void a_copy_that_is_repeated_after_a_power_cut_keeps_its_own_part_file(vo
     TEST_ASSERT_FALSE(pus_files_is_busy(&st23_fixture.files)); // No record is left.
 }
 
+static void a_repeated_copy_removes_what_it_left_in_the_first_entry_before_its_first_step(void)
+{
+    (void)disk_file("large", SLICE * 4U, 7U);
+    st23_fixture_copy(14U, 1U, "", "large", "a", "x");
+    st23_fixture_step();
+    st23_fixture_power_cut();
+    TEST_ASSERT_NOT_NULL(disk_find("a/.copy-1"));
+    st23_fixture_copy(14U, 1U, "", "large", "a", "x");
+    TEST_ASSERT_NULL(disk_find("a/.copy-1"));
+    TEST_ASSERT_EQUAL_UINT32(1U, st23_fixture.files.counters.removed);
+}
+
 static void a_copy_that_cannot_be_recorded_is_not_started(void)
 {
     records.put_status = STATUS_FULL;
@@ -452,6 +464,7 @@ int main(void)
     RUN_TEST(copies_of_a_path_are_changed);
     RUN_TEST(after_a_power_cut_nothing_of_an_incomplete_copy_remains);
     RUN_TEST(a_copy_that_is_repeated_after_a_power_cut_keeps_its_own_part_file);
+    RUN_TEST(a_repeated_copy_removes_what_it_left_in_the_first_entry_before_its_first_step);
     RUN_TEST(a_copy_that_cannot_be_recorded_is_not_started);
     RUN_TEST(without_records_requests_are_performed_and_nothing_is_kept);
     RUN_TEST(copies_are_reported_at_an_interval);
