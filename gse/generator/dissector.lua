@@ -111,7 +111,8 @@ local function size_of(items)
     return size
 end
 
--- The numbers of an event that other values of it need: the APID that they are about may follow them.
+-- The numbers of an event, by field. They are read before the values are shown, because the name of a number
+-- may depend on an APID that follows it.
 function Reader:subjects_of(items)
     local found, at = {}, self.at
     for _, item in ipairs(items) do

@@ -2,7 +2,7 @@
 """Completion of commands with the names of the dictionary, for bash, zsh and `gse shell`.
 
 The shells call `gse complete WORD...` with the words up to the cursor; the last one is completed. Its output has one candidate a line;
-a blank at the end of a line ends the word.
+after a candidate that ends with a blank, the next word begins.
 """
 
 import glob
