@@ -191,6 +191,19 @@ def test_both_readers_and_the_schema_agree_on_end_nodes(probe, tmp_path):
     assert len(accepted) == 7 + 3 * 4 + 6 * 2 + 3 + 8
 
 
+def test_both_readers_and_the_schema_agree_on_the_place_of_sync(probe, tmp_path):
+    text = (DESCRIPTORS / "subsystems" / "joystick.xml").read_text()
+    hashes = set()
+    for number, word in enumerate(("AFTER_COMMANDS", "BEFORE_COMMANDS", "BEFORE", "", "AFTER_COMMANDS BEFORE_COMMANDS")):
+        path = tmp_path / f"{number}.xml"
+        path.write_text(text.replace("<Subsystem ", f'<Subsystem sync="{word}" ', 1))
+        hashes.add(read_in_python("subsystem", path)[2])
+    paths = sorted(tmp_path.glob("*.xml"))
+    compare(probe, "subsystem", paths)
+    assert [path.stem for path in paths if read_in_python("subsystem", path)[0]] == ["0", "1"]
+    assert len(hashes) == 3  # Each order has a configuration hash of its own; refused files have 0.
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_both_readers_agree_on_damaged_missions(probe, tmp_path, seed):
     rng = random.Random(100 + seed)
