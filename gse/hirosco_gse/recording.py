@@ -28,6 +28,7 @@ from .place import problem_of
 from .sentences import told
 from .station.about import hello
 from .station.geometry import as_lists
+from .station.led_to import LedTo, Reports
 from .station.lights import lights_of
 from .station.own import is_own
 from .values import json_of
@@ -86,7 +87,7 @@ class _Commands:
 
     def __init__(self, run):
         self.rows, self._open = [], {}
-        self._dictionary = run.dictionary
+        self._dictionary, self._led_to = run.dictionary, LedTo(run.dictionary)
         self._steps = {}  # (APID, sequence count) of a telecommand -> step of the operator's script
         for step in run.operator:
             for asked in step.get("asked") or []:
@@ -104,14 +105,21 @@ class _Commands:
             text = " ".join([step["verb"], *step["words"]]) if step else _words(packet, self._dictionary)
             own = step is None and is_own(packet, self._dictionary) or None
             row = {"step": step, "time": seconds, "text": text, "requests": [], "lights": [], "words": None, "code": None, "own": own}
+            row["reports"] = Reports()
             self.rows.append(row)
+        self._led_to.sent(packet, packet.request_id, packet.user, row["reports"])
         request = _Sent()
         row["requests"].append(request)
         self._open[key] = (row, request)
         self._light(row, seconds)
 
-    def verify(self, seconds, packet, decoded):
-        """Take a verification report of the log, and change the lights of its telecommand."""
+    def take(self, seconds, packet, decoded):
+        """Take a report of the log. A verification report changes the lights of its telecommand."""
+        self._led_to.take(seconds, packet, decoded)
+        if packet.service == 1 and "error" not in decoded:
+            self._verify(seconds, packet, decoded)
+
+    def _verify(self, seconds, packet, decoded):
         row, request = self._open.get((decoded["request_apid"], decoded["request_sequence"]), (None, None))
         if row is None:
             return
@@ -127,7 +135,7 @@ class _Commands:
 
     def as_lists(self):
         kept = ("time", "text", "lights", "words", "code", "own")
-        return [{key: row[key] for key in kept if row[key] is not None} for row in self.rows]
+        return [{key: row[key] for key in kept if row[key] is not None} | row["reports"].message() for row in self.rows]
 
 
 class _Sent:
@@ -299,8 +307,8 @@ def head_of(run, about=None, tables=None):
         for time_ns, direction, packet, _ in run.packets:
             if packet is not None and direction == "TC":
                 commands.send(time_ns / 1e9, packet)
-            elif packet is not None and packet.service == 1 and "error" not in decoded_of[id(packet)]:
-                commands.verify(time_ns / 1e9, packet, decoded_of[id(packet)])
+            elif packet is not None:
+                commands.take(time_ns / 1e9, packet, decoded_of[id(packet)])
         if tables:
             reports.put(tables)
         last = max((time_ns for time_ns, *_ in run.packets), default=0) / 1e9

@@ -134,9 +134,11 @@ class Wheel:
 
 @dataclass
 class Valve:
-    """The valve of a thruster that pushes the link `on` (`robot.link`) at `at` along `direction`, both in the link, with `force` [N]."""
+    """The valve of a thruster that pushes the link `on` (`robot.link`) at `at` along `direction`, both in the link, with `force` [N].
+    `device`: its valve box."""
 
     name: str
+    device: str
     on: str
     at: tuple
     direction: tuple
@@ -296,8 +298,8 @@ def _wheel(element):
     return Wheel(element.get("name"), element.get("on"), _numbers(element.get("axis"), ()), float(element.get("momentum")))
 
 
-def _valve(element):
-    return Valve(element.get("name"), element.get("on"), _numbers(element.get("at"), ()), _numbers(element.get("direction"), ()),
+def _valve(element, box):
+    return Valve(element.get("name"), box.get("name"), element.get("on"), _numbers(element.get("at"), ()), _numbers(element.get("direction"), ()),
                  float(element.get("force")))
 
 
@@ -311,4 +313,5 @@ def read(path):
     return World(root.get("name"), path, _robots(root, path.parent),
                  {element.get("name"): _fixture(element) for element in root.findall("Fixture")},
                  [{key: _numbers(element.get(key), ()) for key in ("hook", "length")} for element in root.findall("CableSpring")],
-                 devices, [_wheel(element) for element in root.findall("Wheel")], [_valve(element) for element in root.findall("ValveBox/Valve")])
+                 devices, [_wheel(element) for element in root.findall("Wheel")],
+                 [_valve(element, box) for box in root.findall("ValveBox") for element in box.findall("Valve")])

@@ -250,6 +250,28 @@ def test_a_device_of_the_network_opens_its_frames(page):
     page.wait_for_selector(".frames td:text-is('BOOM_HEARTBEAT')")
 
 
+def test_a_click_on_a_thruster_opens_the_frames_of_its_valve_box(page):
+    """The pointer over it says so. The wheel of this test is no device of the mission, so it opens nothing."""
+    page.click("#work-Operate")
+    place = """(device) => {
+        const { scene } = window.station, { width, height } = scene.extent, { left, top } = scene.canvas.getBoundingClientRect();
+        const places = [...scene.actuators.wheels, ...scene.actuators.thrusters].map(({ group }) => {
+            const at = group.localToWorld(group.position.clone().set(0, 0.03, 0)).project(scene.camera);
+            return [((at.x + 1) / 2) * width, ((1 - at.y) / 2) * height];
+        });
+        const [x, y] = places.find((one) => scene.deviceAt(...one) === device);
+        return [left + x, top + y];
+    }"""
+    page.mouse.click(*page.evaluate(place, "WHEEL1"))
+    assert page.get_attribute("#work-Bus", "aria-selected") == "false"
+    page.mouse.move(*page.evaluate(place, "VALVES"))
+    station.until(page, "station.scene.canvas.title === 'VALVES: open tab Bus'")
+    page.mouse.click(*page.evaluate(place, "VALVES"))
+    page.wait_for_selector(".devices [aria-pressed=true]:text-is('VALVES')")
+    assert page.get_attribute("#work-Bus", "aria-selected") == "true"
+    page.click("#work-Operate")
+
+
 def test_a_command_that_is_not_checked_or_not_seen_is_not_sent(page):
     page.click("#work-Command")
     assert page.evaluate(HASTY) == ["ping ACTUATORS"]

@@ -141,6 +141,25 @@ def test_both_tabs_of_the_log_count_and_list_the_whole_flight(page):
     page.click("#log-Events")
 
 
+def test_a_command_lists_the_reports_that_it_led_to(page):
+    """A click on one of them shows its instant. In a replay only those until the present instant are listed; an open list stays open."""
+    page.click("#log-Commands")
+    call = page.evaluate("station.replay.commands.find((call) => call.text === 'state MANIPULATOR SAFE_OPERATIONAL' && call.led_to.count > 4)")
+    times = [row[0] for row in call["led_to"]["rows"]]
+    page.evaluate("seconds => station.replay.seek(seconds)", times[-1])
+    line = page.locator(f"station-log .led-to[aria-label='led to {len(times)} reports: {call['text']} at {call['time']:.4f} s']")
+    line.click()
+    assert line.get_attribute("aria-expanded") == "true" and line.evaluate("node => node === document.activeElement")
+    rows = page.locator("station-log .reports .entry")
+    assert rows.count() == len(times) and "TM[129,2]MANIPULATOR: PRE_OPERATIONAL -> SAFE_OPERATIONAL" in "".join(rows.all_inner_texts()).replace("\n", "")
+    rows.nth(2).click()
+    assert page.evaluate("station.replay.time") == pytest.approx(times[2])
+    station.until(page, f"document.querySelectorAll('station-log .reports .entry').length === {sum(time <= times[2] for time in times)}")
+    page.locator("station-log .led-to[aria-expanded=true]").click()
+    assert page.locator("station-log .reports").count() == 0
+    page.click("#log-Events")
+
+
 def test_limits_are_coloured_springs_stretched_and_held_brakes_ringed(page):
     """Arcs of the joints have the colour of the distance to their limits; the spring reaches the tip while it is hooked."""
     colours = page.evaluate("""() => {
@@ -343,32 +362,6 @@ def test_the_slot_now_shows_what_is_under_way_and_moves_nothing(page, size):
     page.set_viewport_size({"width": 1440, "height": 900})
     assert shown[:2] == ["follow", "Plan NETWORK_DOWN"] and "Plan" not in shown[2]
     assert places[0] == places[1] == places[2]
-
-
-def contrast(*colours):
-    """Contrast of two colours as in WCAG 2.1."""
-    def luminance(colour):
-        parts = [int(colour[at : at + 2], 16) / 255 for at in (0, 2, 4)]
-        return sum(share * (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4) for share, part in zip((0.2126, 0.7152, 0.0722), parts))
-
-    darker, lighter = sorted(map(luminance, colours))
-    return (lighter + 0.05) / (darker + 0.05)
-
-
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_the_grid_of_the_scene_has_the_colour_of_the_theme(page, theme):
-    """The grid is visible on each shade of the background, with less contrast than anything that has a meaning."""
-    is_visible, drawn, grid, *skies = page.evaluate("""(theme) => {
-        const { scene, store } = window.station, root = document.documentElement, before = root.dataset.theme;
-        const set = (one) => { root.dataset.theme = one; store.tell("theme"); };
-        set(theme);
-        const found = ["grid", "sky0", "sky1"].map((name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim().slice(1));
-        const drawn = scene.floor.material.color.getHexString();
-        set(before);
-        return [scene.floor.visible, drawn, ...found];
-    }""", theme)
-    assert is_visible and drawn == grid
-    assert all(1.1 < contrast(grid, sky) < 2.0 for sky in skies)
 
 
 def test_keys_turn_the_scene_and_zoom_the_charts_that_have_the_focus(page):

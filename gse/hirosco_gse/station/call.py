@@ -4,6 +4,7 @@
 import math
 
 from ..session import Session
+from .led_to import Reports
 from .lights import lights_of
 
 SILENT_NS = 10_000_000_000  # A request without any report for this simulated time has no answer yet.
@@ -15,7 +16,7 @@ class Call:
     def __init__(self, number, text, procedure, seconds, line="", at_end=None):
         """line: words of the command line; at_end(call): called when the command has ended."""
         self.number, self.text, self.procedure, self.seconds, self.line, self.at_end = number, text, procedure, seconds, line, at_end
-        self.verifications, self.is_over = [], False
+        self.verifications, self.reports, self.is_over = [], Reports(), False
         self.failure = self.code = None  # Text and code of the failure of the command.
         self.is_unknown = False  # The command has ended, and the spacecraft has not reported whether it was performed.
         self.is_silent = False  # No report has arrived for SILENT_NS.
@@ -37,6 +38,7 @@ class Call:
             "over": self.is_over,
             "silent": self.is_silent,
             "answer": self.answer,
+            **self.reports.message(),
             **failure,
         }
 

@@ -86,5 +86,6 @@ def as_lists(world):
         "springs": [{"hook": list(spring["hook"]), "length": list(spring["length"])} for spring in world.springs],
         "drives": {device.name: device.joint for device in world.devices if device.joint},
         "wheels": [{"name": wheel.name, "on": wheel.on, "axis": list(wheel.axis), "momentum": wheel.momentum} for wheel in world.wheels],
-        "valves": [{"name": valve.name, "on": valve.on, "at": list(valve.at), "direction": list(valve.direction)} for valve in world.valves],
+        "valves": [{"name": valve.name, "device": valve.device, "on": valve.on, "at": list(valve.at), "direction": list(valve.direction)}
+                   for valve in world.valves],
     }

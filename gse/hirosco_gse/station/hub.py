@@ -31,6 +31,7 @@ from .geometry import as_lists
 from .identity import Identity
 from .interfaces import barrier
 from .kept import KeptPackets
+from .led_to import LedTo
 from .network import Network
 from .silence import Silence
 from .targets import targets
@@ -92,7 +93,7 @@ class Hub:
         self._current = self._connection = self._sender = None
         self.counts = {"kind": "counts", "rows": {}}
         self._counters, self._counted = {}, 0.0
-        self.packets = None
+        self.packets = self._led_to = None
 
     def _load(self, run):
         """Begin with the flight of a run directory. Raises DictionaryError, SecurityError."""
@@ -107,7 +108,7 @@ class Hub:
         self.identity = Identity(self._user, "", False) if self._user else Identity.claim(dictionary, place.port)
         self.session = WebSession(dictionary, source=self.identity.number, protect=sender or bytes)
         self.session.on_sent = self._on_sent
-        self.packets = KeptPackets(dictionary)
+        self.packets, self._led_to = KeptPackets(dictionary), LedTo(dictionary)
         self.session.on_packet = lambda raw: self.packets.take_sent(raw, self.seconds)
         self.session.listeners.append(self._listen)
         self.session.events = collections.deque(maxlen=KEPT_EVENTS)
@@ -168,6 +169,7 @@ class Hub:
             self._connection = None
             if self.session:
                 self.session.link_lost()
+                self._led_to.end()
                 self._resume_all()
             self._publish_link(False, end)
 
@@ -239,6 +241,7 @@ class Hub:
     def _on_sent(self, verification):
         if self._current:
             self._current.verifications.append(verification)
+            self._led_to.sent(verification.request, verification.request_id, self.session.source, self._current.reports)
 
     def _resume(self, call):
         self._current = call
@@ -382,6 +385,7 @@ class Hub:
         kind = decoded["kind"]
         self._count(packet, subsystem)
         self.packets.take(packet, self.seconds)
+        self._led_to.take(self.seconds, packet, decoded)
         if "error" in decoded:
             return
         if kind == "housekeeping":

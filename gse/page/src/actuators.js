@@ -102,6 +102,7 @@ export class Actuators {
     stacked.set(key, before + 1);
     const mesh = wheelMesh(radius);
     directed(mesh.group, axis.toArray());
+    mesh.group.userData.device = about.name;
     mesh.group.position
       .copy(box.getCenter(new THREE.Vector3()))
       .addScaledVector(axis, reach + radius * (0.25 + 0.5 * before));
@@ -119,6 +120,7 @@ export class Actuators {
       about.direction.map((one) => -one),
     );
     mesh.group.position.set(...about.at);
+    mesh.group.userData.device = about.device;
     frame.add(mesh.group);
     this.thrusters.push({ ...about, ...mesh, isOpen: false });
   }

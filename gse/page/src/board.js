@@ -3,7 +3,7 @@
 // command for an entry in the tab Command.
 
 import { store } from "./store.js";
-import { el, refill, text } from "./dom.js";
+import { el, refill, tableHead, text, unseen } from "./dom.js";
 
 const LIST_MS = 250; // Period of checking whether the tab is open.
 
@@ -25,16 +25,7 @@ class List {
       el(
         "table",
         { class: "values" },
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            ...columns.map((word) => el("th", {}, word)),
-            el("th", {}, el("span", { class: "unseen" }, "Commands")),
-          ),
-        ),
+        tableHead(...columns.map((word) => [word]), [unseen("Commands")]),
         this.body,
       ),
     );

@@ -95,6 +95,7 @@ export class Arm {
         if (!frames.has(joint.parent) || frames.has(joint.child)) continue;
         const still = new THREE.Group();
         still.applyMatrix4(matrix(joint.pose));
+        if (joint.kind !== "fixed") still.userData.joint = `${robot.name}.${joint.name}`;
         const turning = new THREE.Group();
         turning.matrixAutoUpdate = true;
         still.add(turning);

@@ -5,7 +5,7 @@
 import { every } from "./beat.js";
 import { store } from "./store.js";
 import { agesOf, devicesOn, stateOf } from "./bus_devices.js";
-import { age, counted, el, put, refill, show, symbol, text } from "./dom.js";
+import { age, counted, el, put, refill, show, symbol, tableHead, text } from "./dom.js";
 
 const NUMBERS = ["Rate", "Heartbeat", "Process data"]; // Columns that are aligned at the right.
 const REFRESH_MS = 250; // Time between two updates of the tab.
@@ -35,15 +35,7 @@ export class Bus {
       el(
         "table",
         { class: "frames values" },
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            ...words.map((word) => el("th", { class: NUMBERS.includes(word) ? "num" : "" }, word)),
-          ),
-        ),
+        tableHead(...words.map((word) => [word, NUMBERS.includes(word) ? "num" : ""])),
         body,
       );
     this.node = el(

@@ -41,6 +41,9 @@ export function devicesOn(store) {
   });
 }
 
+// The bus of a device of the present configurations; undefined if it is on none, or there is no such device.
+export const busOfDevice = (store, device) => devicesOn(store).find((one) => one.device === device)?.bus;
+
 // Symbol and word for the ages [s] of the frames of a device; null: no such frame was seen.
 export function stateOf(heartbeat, data) {
   const seen = [heartbeat, data].filter((one) => one !== null);

@@ -27,6 +27,13 @@ function set(node, attributes) {
   }
 }
 
+// Make the head of a table. A column is [words, class]; words may be an element.
+export const tableHead = (...columns) =>
+  el("thead", {}, el("tr", {}, ...columns.map(([words, column]) => el("th", { class: column }, words))));
+
+// Words of a column that only screen readers read: its cells have buttons.
+export const unseen = (words) => el("span", { class: "unseen" }, words);
+
 // Set the text of an element only if it differs: after each change the browser computes the layout again. A
 // new text node would also make it check the rules with :has().
 export function text(node, words) {

@@ -67,6 +67,21 @@ export function leadOf(world) {
   );
 }
 
+// The moving joints of the robot that one of these devices drives; none if there is no such robot.
+export function jointsOf(world, devices) {
+  const driven = devices.map((device) => world?.drives[device]).find(Boolean);
+  const robot = world?.robots.find(({ name }) => driven?.startsWith(`${name}.`));
+  return robot ? moving(robot) : [];
+}
+
+// Unit of number `n` of a list. In a list with a number for each joint, a unit like "rad or m" is the first
+// one for a revolute joint, and the second one for a prismatic joint.
+export function unitAt({ unit, count }, n, joints) {
+  const [turning, sliding] = unit.split(" or ");
+  if (!sliding || count !== joints.length) return unit;
+  return joints[n].kind === "prismatic" ? sliding : turning;
+}
+
 // Pose of a body (4 x 4, row by row) from its position x, y, z and its attitude, the quaternion w, x, y, z.
 export function poseOf([px, py, pz, w, x, y, z]) {
   return [

@@ -3,7 +3,19 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
-import { el, isPageKey, lights, refill, renew, SYMBOL_OF_SEVERITY, svg, symbol, tabs, text } from "./dom.js";
+import {
+  counted,
+  el,
+  isPageKey,
+  lights,
+  refill,
+  renew,
+  SYMBOL_OF_SEVERITY,
+  svg,
+  symbol,
+  tabs,
+  text,
+} from "./dom.js";
 import { lanes, marks, shownMembers, ticks } from "./lanes.js";
 import { Packets } from "./packets.js";
 import { Telemetry } from "./telemetry.js";
@@ -88,8 +100,10 @@ class Log extends HTMLElement {
       ]),
       () => this.pages && this.draw(),
     );
+    this.opened = new Set(); // Numbers of the commands whose reports are listed.
     this.made = new Map(); // In a replay: event -> its entry, which is shown again and again.
     this.append(this.pages.list, ...this.lists.map(([, list]) => list.parentElement));
+    store.on("hello", () => this.opened.clear());
     store.on("hello event command counts seen ready", () => this.plan());
     store.on("event", (event) => {
       if (event.severity === "HIGH")
@@ -165,7 +179,7 @@ class Log extends HTMLElement {
   // A list is one stop of the Tab key; the arrow keys go through its entries.
   walk(event) {
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    const entries = [...event.currentTarget.querySelectorAll("button.entry")];
+    const entries = [...event.currentTarget.querySelectorAll("button.entry, .led-to")];
     const next = entries[Math.max(0, entries.indexOf(document.activeElement) + step)];
     if (!step || !next) return;
     event.preventDefault();
@@ -241,14 +255,15 @@ class Log extends HTMLElement {
     const commands = store.replay
       ? this.around(store.replay.shownCommands(), isPast).map((call) => store.replay.callAt(call))
       : [...store.commands.values()].slice(-SHOWN).reverse();
-    const entries = commands.map((call) => this.command(call));
+    const entries = commands.map((call) => [this.command(call), ...this.reportsOf(call)]);
+    for (const [entry, line] of entries) entry.classList.toggle("leads", Boolean(line));
     if (store.replay) {
       const past = commands.filter(isPast).length;
-      entries.forEach((entry, n) => entry.classList.toggle("to-come", n >= past));
-      entries[past - 1]?.setAttribute("aria-current", "true");
+      entries.forEach(([entry], n) => entry.classList.toggle("to-come", n >= past));
+      entries[past - 1]?.[0].setAttribute("aria-current", "true");
     }
     const none = store.replay ? "No command of an operator." : "No command of this station yet.";
-    refill(this.commandList, ...(entries.length ? entries : [el("p", { class: "reason" }, none)]));
+    refill(this.commandList, ...(entries.length ? entries.flat() : [el("p", { class: "reason" }, none)]));
     reveal(this.commandList);
   }
 
@@ -281,6 +296,38 @@ class Log extends HTMLElement {
       ),
     ];
     return store.replay ? this.jump(call.time, parts) : el("div", { class: "entry" }, ...parts);
+  }
+
+  // A line below a command with the number of reports that it led to. A click lists them; a click on one
+  // shows its instant.
+  reportsOf({ number, text: words, time, led_to }) {
+    if (!led_to) return [];
+    const { count, rows } = led_to;
+    const isOpen = this.opened.has(number);
+    const toggle = () => {
+      if (!this.opened.delete(number)) this.opened.add(number);
+      this.drawCommands();
+    };
+    const said = `led to ${counted(count, "report")}`;
+    const line = el(
+      "button",
+      {
+        class: "led-to",
+        tabindex: -1,
+        "aria-expanded": String(isOpen),
+        "aria-label": `${said}: ${words} at ${(time ?? 0).toFixed(4)} s`,
+        onclick: toggle,
+      },
+      `${isOpen ? "▾" : "▸"} ${said}`,
+    );
+    if (!isOpen) return [line];
+    const more = count > rows.length ? [el("p", { class: "reason" }, `${count - rows.length} more`)] : [];
+    return [line, el("div", { class: "reports" }, ...rows.map((row) => this.report(row)), ...more)];
+  }
+
+  report([time, message, words]) {
+    const mono = (part) => el("span", { class: "mono" }, part);
+    return this.jump(time, [mono(time.toFixed(4)), mono(message), el("span", {}, words)]);
   }
 
   drawFacts() {

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Movement of the camera round its target: a drag or the arrow keys turn it, the wheel or + and - change its
-// distance.
+// distance. A click is a press without a drag.
 
 const TURN = 0.006; // Angle for each pixel of a drag [rad].
 const KEY_TURN = 0.12; // Angle for each press of an arrow key [rad].
 const KEY_ZOOM = 1.15; // Factor of the distance for each press of + or -.
+const CLICK_MAX = 4; // Movement of the pointer up to which a press is a click, not a drag [pixels].
 const LOWEST = -0.3,
   HIGHEST = 1.5; // Elevation of the camera [rad].
 
-// Let the user move `camera` round `target` on `canvas`. `changed` is called after each movement.
-export function orbit(canvas, camera, target, changed) {
+// Let the user move `camera` round `target` on `canvas`. changed() is called after each movement,
+// clicked(event) after a click.
+export function orbit(canvas, camera, target, changed, clicked) {
   const turn = (left, up) => {
     const arm = camera.position.clone().sub(target);
     const length = arm.length();
@@ -35,12 +37,17 @@ export function orbit(canvas, camera, target, changed) {
   };
   // Place of the pointer that drags the scene. A second finger does nothing.
   let from = null,
+    pressed = null,
     dragging = null;
   canvas.addEventListener("pointerdown", (event) => {
     if (from) return;
-    from = [event.clientX, event.clientY];
+    from = pressed = [event.clientX, event.clientY];
     dragging = event.pointerId;
     canvas.setPointerCapture(dragging);
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    if (!from || event.pointerId !== dragging || !pressed || event.button) return;
+    clicked(event);
   });
   for (const kind of ["pointerup", "pointercancel", "lostpointercapture"])
     canvas.addEventListener(kind, (event) => {
@@ -48,6 +55,8 @@ export function orbit(canvas, camera, target, changed) {
     });
   canvas.addEventListener("pointermove", (event) => {
     if (!from || event.pointerId !== dragging) return;
+    if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) <= CLICK_MAX) return;
+    pressed = null; // The press has become a drag.
     turn((from[0] - event.clientX) * TURN, (event.clientY - from[1]) * TURN);
     from = [event.clientX, event.clientY];
   });

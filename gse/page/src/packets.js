@@ -2,7 +2,7 @@
 // Tab Packets: packets that the station has received and lost, for each subsystem, and their octets.
 
 import { store } from "./store.js";
-import { counted, el, show, text } from "./dom.js";
+import { counted, el, show, tableHead, text } from "./dom.js";
 import { KeptPackets } from "./kept_packets.js";
 
 const RATE_S = 5; // Time over which a rate is the mean.
@@ -16,17 +16,7 @@ export class Packets {
     this.table = el(
       "table",
       {},
-      el(
-        "thead",
-        {},
-        el(
-          "tr",
-          {},
-          ...["Subsystem", "Received", "per s", "Lost"].map((word, n) =>
-            el("th", { class: n ? "num" : "" }, word),
-          ),
-        ),
-      ),
+      tableHead(["Subsystem"], ["Received", "num"], ["per s", "num"], ["Lost", "num"]),
       this.body,
     );
     this.kept = new KeptPackets([this.total, this.table]);

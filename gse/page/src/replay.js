@@ -89,7 +89,9 @@ export class Replay {
     }));
     this.eventTimes = events.map(([time]) => time);
     this.commands = commands.map((call, n) => ({ kind: "command", number: n + 1, answer: [], ...call }));
-    this.changes = commands.flatMap((call) => call.lights.map(([time]) => time)).sort((a, b) => a - b);
+    this.changes = commands
+      .flatMap((call) => [...call.lights, ...(call.led_to?.rows ?? [])].map(([time]) => time))
+      .sort((a, b) => a - b);
     this.links = { t: links.map(([time]) => time), rows: [] };
     let present = [];
     for (const [, name, facts] of links) {
@@ -341,6 +343,15 @@ export class Replay {
       lights: [...lights].map((one) => LIGHTS[one]),
       over: isOver,
       words: isOver ? call.words : undefined,
+      led_to: this.ledTo(call.led_to),
     };
+  }
+
+  // The reports of a command until the present instant; undefined if there are none. Only the first ones of
+  // a command with many have a row.
+  ledTo(all) {
+    const rows = (all?.rows ?? []).filter(([time]) => time <= this.time);
+    if (!rows.length) return undefined;
+    return { count: rows.length < all.rows.length ? rows.length : all.count, rows };
   }
 }

@@ -14,6 +14,7 @@ import { el, isPageKey, number, text } from "./dom.js";
 import { Corners } from "./scene_corners.js";
 import { orbit } from "./orbit.js";
 import { LEAST_MS } from "./pace.js";
+import { picking } from "./pick.js";
 import { Now } from "./now.js";
 import { isSoftware, Pictures } from "./picture.js";
 import { leadOf, moving, place, placedByTelemetry, placedByTruth, poses } from "./kinematics.js";
@@ -149,7 +150,7 @@ class Scene extends SceneMarks {
     this.camera = new THREE.PerspectiveCamera(30, 1, 0.01, 30);
     this.camera.up.set(0, 0, 1);
     this.target = new THREE.Vector3(0.2, 0, 0.05);
-    orbit(this.canvas, this.camera, this.target, () => this.change());
+    orbit(this.canvas, this.camera, this.target, () => this.change(), picking(this));
     new ResizeObserver(() => this.resize()).observe(this);
     this.view("Iso");
     if (isComputed) this.computePictures();
@@ -326,7 +327,8 @@ class Scene extends SceneMarks {
     this.level = Math.min(0, ...bottoms);
     this.renderer.localClippingEnabled = true;
     cutBelow(this.level);
-    for (const about of shapes) this.content.add(shape(about, LOOK.ground));
+    this.fixtures = shapes.map((about) => shape(about, LOOK.ground));
+    for (const mesh of this.fixtures) this.content.add(mesh);
   }
 
   colours() {
@@ -339,6 +341,7 @@ class Scene extends SceneMarks {
     this.actuators.colours(token);
     this.floor.material.color.set(token("grid"));
     LOOK.ground.color.set(token("ground"));
+    LOOK.housing.color.set(token("housing"));
     this.change();
   }
 

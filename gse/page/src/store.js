@@ -2,6 +2,8 @@
 // State of the page, updated by the messages of the station in their order. Elements subscribe to kinds of
 // messages.
 
+import { jointsOf } from "./kinematics.js";
+
 const EVENTS_KEPT = 10000;
 const HISTORY_S = 600; // Time for which reports are stored.
 const RETRY_MS = 500; // Time between two attempts to connect.
@@ -279,6 +281,12 @@ class Store {
     this.selected =
       message.subsystems.find((item) => !item.infrastructure && this.drives(item))?.name ??
       message.subsystems[0].name;
+  }
+
+  // The moving joints of the robot that a subsystem drives.
+  jointsOf(name) {
+    const part = this.configuration(name) ?? this.subsystem(name)?.configurations[0];
+    return jointsOf(this.hello?.world, part?.devices ?? []);
   }
 
   // Whether a subsystem moves a robot of the world: one of its devices drives a joint.

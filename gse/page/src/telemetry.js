@@ -4,7 +4,21 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
-import { counted, el, flagsOf, number, put, refill, show, svg, text, wordOf } from "./dom.js";
+import { unitAt } from "./kinematics.js";
+import {
+  counted,
+  el,
+  flagsOf,
+  number,
+  put,
+  refill,
+  show,
+  svg,
+  tableHead,
+  text,
+  unseen,
+  wordOf,
+} from "./dom.js";
 
 const REFRESH_MS = 200; // Time between two updates of the tables.
 const KEPT_MS = 2000; // Age up to which the table of the fastest report keeps it.
@@ -52,38 +66,30 @@ function rowsOf(report, leaves) {
 function head(rows) {
   const hasGauges = rows.some((row) => isBounded(row.leaf));
   const wide = hasGauges ? "" : " wide"; // Values and units have the room of the gauges.
-  const words = [
-    ["Parameter", ""],
+  return tableHead(
+    ["Parameter"],
     ["Value", `of-value num${wide}`],
     ["Unit", `of-unit${wide}`],
     ...(hasGauges ? [["Limits", "of-gauge"]] : []),
     ["Age s", "of-age num"],
-  ];
-  return el(
-    "thead",
-    {},
-    el(
-      "tr",
-      {},
-      ...words.map(([word, column]) => el("th", { class: column }, word)),
-      el("th", { class: "of-chart" }, el("span", { class: "unseen" }, "Chart")),
-    ),
+    [unseen("Chart"), "of-chart"],
   );
 }
 
 // Number `n` of a leaf of a report, as a line of the strip charts.
 export function lineOf(report, leaf, n) {
   const name = `${leaf.name.split(".").pop()}${leaf.count > 1 ? `.${n + 1}` : ""}`;
+  const [subsystem] = report.split("/");
   return {
     key: `${report}/${leaf.name}/${n}`,
     report,
     leaf: leaf.name,
     n,
     name,
-    unit: leaf.unit,
+    unit: unitAt(leaf, n, store.jointsOf(subsystem)),
     words: leaf.words,
     bits: leaf.bits,
-    title: `${report.split("/")[0]} ${name}`,
+    title: `${subsystem} ${name}`,
   };
 }
 
@@ -91,9 +97,9 @@ export function lineOf(report, leaf, n) {
 export class Row {
   constructor(report, leaf, n, hasGauges) {
     this.report = report;
-    this.leaf = leaf;
     this.n = n;
     this.line = lineOf(report, leaf, n);
+    this.leaf = { ...leaf, unit: this.line.unit };
     this.key = this.line.key;
     this.sym = el("span");
     this.value = el("span", { class: "value" });

@@ -4,7 +4,7 @@
 
 import { every } from "./beat.js";
 import { store } from "./store.js";
-import { el, isPageKey, number, put, show, svg, tabs, text } from "./dom.js";
+import { el, isPageKey, number, put, show, svg, tableHead, tabs, text } from "./dom.js";
 import { CommandForm } from "./form.js";
 import { Board } from "./board.js";
 import { Bus } from "./bus.js";
@@ -77,17 +77,7 @@ class Hand {
         el(
           "table",
           {},
-          el(
-            "thead",
-            {},
-            el(
-              "tr",
-              {},
-              el("th", {}, "Axis"),
-              el("th", { class: "num" }, "Hand rad"),
-              el("th", { class: "num", style: "color:var(--force)" }, "Felt Nm"),
-            ),
-          ),
+          tableHead(["Axis"], ["Hand rad", "num"], ["Felt Nm", "num felt"]),
           el(
             "tbody",
             {},
@@ -423,12 +413,7 @@ function keysPanel() {
     el(
       "div",
       { class: "scroll", tabindex: 0, role: "group", "aria-label": "Keys" },
-      el(
-        "table",
-        {},
-        el("thead", {}, el("tr", {}, el("th", {}, "Key"), el("th", {}, "What it does"))),
-        el("tbody", {}, ...rows),
-      ),
+      el("table", {}, tableHead(["Key"], ["What it does"]), el("tbody", {}, ...rows)),
       el("p", { class: "reason" }, "Keys do nothing while a field has the focus."),
     ),
   );

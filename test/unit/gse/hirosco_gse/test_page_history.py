@@ -30,7 +30,7 @@ def modules(tmp_path_factory):
 
 def printed(directory, script):
     """The JSON that an ECMAScript script prints."""
-    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, columnsFor, firstMeasured, isLowest, stripsOf }} from "./arm_strips.mjs";\nimport {{ agesOf, busOf, devicesOn, stateOf }} from "./bus_devices.mjs";\nimport {{ controlsMotor, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\nimport {{ ledTo, planOf, secondsOf, underWay }} from "./under_way.mjs";\n{script}')
+    (directory / "test.mjs").write_text(f'import {{ History }} from "./history.mjs";\nimport {{ apart, columnsFor, firstMeasured, isLowest, stripsOf }} from "./arm_strips.mjs";\nimport {{ agesOf, busOf, devicesOn, stateOf }} from "./bus_devices.mjs";\nimport {{ controlsMotor, jointsOf, leadOf, placedByTelemetry, placedByTruth, poses, posesBetween, tipForce, unitAt }} from "./kinematics.mjs";\nimport {{ Pace }} from "./pace.mjs";\nimport {{ unpack }} from "./recording.mjs";\nimport {{ ledTo, planOf, secondsOf, underWay }} from "./under_way.mjs";\n{script}')
     done = subprocess.run(["node", directory / "test.mjs"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -199,6 +199,20 @@ def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
     assert told == [[0, 3, 4], 5]
     assert computed[0] == pytest.approx([0, 0, 2], abs=1e-4)
     assert truth == [[0, 0, 1], 1]
+
+
+def test_a_number_of_a_joint_has_the_unit_of_its_kind(modules):
+    """In a list of another length, and for a subsystem without joints, the unit remains as the descriptor has it."""
+    found = printed(modules, ARM + """
+        const world = { robots: [arm("revolute"), { ...arm("revolute", "fixed", "prismatic"), name: "lift" }], drives: { AXIS: "lift.j2" } };
+        const joints = jointsOf(world, ["CAMERA", "AXIS"]), leaf = (count, unit) => ({ count, unit });
+        console.log(JSON.stringify([...[0, 1].map((n) => unitAt(leaf(2, "rad/s or m/s"), n, joints)), unitAt(leaf(2, "Nm"), 1, joints),
+            unitAt(leaf(3, "rad or m"), 1, joints), unitAt(leaf(2, "rad or m"), 1, jointsOf(world, ["CAMERA"])), jointsOf(null, ["AXIS"])]));""")
+    assert found == ["rad/s", "m/s", "Nm", "rad or m", "rad or m", []]
+
+
+def test_one_function_makes_the_heads_of_tables():
+    assert [path.name for path in sorted(SOURCES.glob("*.js")) if '"thead"' in path.read_text(encoding="utf-8")] == ["dom.js"]
 
 
 def test_more_than_three_strips_are_in_two_columns(modules):
