@@ -332,7 +332,7 @@ def _made_of(directory):
     if problem := problem_of(directory):
         raise SystemExit(f"recording: {problem}")
     run = runs.load(directory, has_buses=False)
-    return make(run, {"facts": run.facts})
+    return make(run, {"facts": run.facts, "problems": run.problems})
 
 
 def main(argv=None):

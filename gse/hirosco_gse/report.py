@@ -129,7 +129,7 @@ def complete_facts(run):
         facts.setdefault("interface_hash", run.dictionary.interface_hash)
         facts.setdefault("configuration_hash", run.dictionary.configuration_hash)
     facts.setdefault("simulated_s", run.count * runs.CYCLE_US / 1e6)
-    facts["packets"] = len(run.packets)
+    facts["packets"] = max(len(run.packets), facts.get("packets", 0))  # A log that was cut later has fewer.
     facts["report_problems"] = run.problems + mismatches(run)
     return facts
 

@@ -114,6 +114,7 @@ class Run:
         self.packets = self._read(packet_log.read_packets, "packets.log") or []
         if not (self.directory / "packets.log").exists() and (self.directory / "packets.ascii").exists():
             self.problems.append(f"packets.log: absent; build/bin/packet-archive-sqlite merge {self.directory} makes it from the parts of a flight that was killed")
+        self._compare_packets()
         channels = self._read(logs.read_lcm, "truth.lcm") or {}
         if "CUT" in channels:
             self.problems.append(f"truth.lcm: cut at {channels['CUT'][0][0] / 1e6:.3f} s, where it reached its maximum size")
@@ -139,6 +140,13 @@ class Run:
         except (logs.LogError, OSError) as error:
             self.problems.append(str(error))
             return None if reader is not logs.read_bus else logs.parse_bus(b"")
+
+    def _compare_packets(self):
+        """Note a packet log that has fewer packets than an earlier report of the run has counted."""
+        count, known = len(self.packets), self.facts.get("packets", 0)
+        if count < known:
+            last = f", the last at {self.packets[-1][0] / 1e9:.3f} s" if count else ""
+            self.problems.append(f"packets.log: {count} of {known} packets are there{last}; the log was cut after the flight")
 
     def _read_buses(self, dictionary):
         names = {bus["name"] for bus in dictionary.buses} if dictionary else set()

@@ -250,6 +250,21 @@ def test_a_device_of_the_network_opens_its_frames(page):
     page.wait_for_selector(".frames td:text-is('BOOM_HEARTBEAT')")
 
 
+def test_the_network_of_a_mission_without_links_shows_a_member_in_error_and_whole_names_of_devices(page):
+    words, is_failed, narrow = page.evaluate("""() => {
+        const network = document.querySelector("station-network"), state = station.store.states.get("ACTUATORS"), before = state.state;
+        const narrow = [...network.graph.querySelectorAll("g")].filter((box) => box.querySelector("text").getBBox().width > box.querySelector("rect").getBBox().width - 6);
+        state.state = "ERROR_OPERATIONAL";
+        network.draw();
+        const found = [network.words.textContent, network.sym.firstChild.getAttribute("aria-label"), narrow.map((box) => box.textContent)];
+        state.state = before;
+        network.draw();
+        return found;
+    }""")
+    assert (words, is_failed, narrow) == ("1 in error, no links", "failed", [])
+    assert page.evaluate("document.querySelector('station-network').words.textContent") == "no links in this mission"
+
+
 def test_a_click_on_a_thruster_opens_the_frames_of_its_valve_box(page):
     """The pointer over it says so. The wheel of this test is no device of the mission, so it opens nothing."""
     page.click("#work-Operate")

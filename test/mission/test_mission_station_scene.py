@@ -125,3 +125,14 @@ def test_tables_show_the_unit_of_each_joint(page):
         draw();
         return found;
     }""") == ["revolute", "rad", "m"]
+
+
+def test_the_bar_says_that_the_recording_is_incomplete(page):
+    words = "packets.log: 800 of 1761 packets are there, the last at 45.123 s; the log was cut after the flight"
+    slot = "document.querySelector('station-bar .slot strong').textContent"
+    assert page.evaluate(slot) == "No open alarm"
+    page.evaluate("words => { station.replay.about.problems = [words]; station.store.tell('link', station.store.link); }", words)
+    station.until(page, f"{slot} === '{words}'")
+    assert page.get_attribute("station-bar .link-cell svg", "aria-label") == "incomplete recording"
+    page.evaluate("station.replay.about.problems = []; station.store.tell('link', station.store.link)")
+    station.until(page, f"{slot} === 'No open alarm'")

@@ -6,7 +6,7 @@ Browser -> station, JSON: {"do": "command", "text": ...}, {"do": "plan", "text":
 {"do": "ask", "text": ...}, {"do": "upload", "words": [...], "data": base64}, each with an "id" that the answer repeats. Instead of "text", a
 command or plan may have "form" and "values" (forms.py). Structures that a command with "display": true enables are disabled when no page is
 open any more. Station -> browser: the messages of the hub, and answers {"kind": "answer", "id": ...}, for a line {"kind": "live", "id": ...}. The
-answer to a request that is not understood has no "id"."""
+answer to a request that is no JSON object has the "id" null."""
 
 import asyncio
 import base64
@@ -25,7 +25,8 @@ from .. import live, packets
 from ..command import UsageError, words_of
 from ..critical import is_critical
 from ..files import PageFiles
-from ..values import json_of, quoted, shortened
+from ..values import json_of, quoted
+from . import orders
 from .forms import script_of
 from .hub import Hub
 from .interfaces import subsystems_of
@@ -237,8 +238,11 @@ class Station:
 
     async def _socket(self, request):
         if "Origin" not in request.headers:
-            raise web.HTTPForbidden(text="no origin")
+            raise web.HTTPForbidden(text=f"found no header Origin, expected that of the page of this station: open http://{self._host}/ in a browser")
         socket = web.WebSocketResponse(heartbeat=10, max_msg_size=MESSAGE_MAX, compress=False)
+        if not socket.can_prepare(request):
+            raise web.HTTPBadRequest(text="found a request without the headers of a WebSocket, expected Upgrade: websocket, Connection: Upgrade, "
+                                          "Sec-WebSocket-Version: 13 and a Sec-WebSocket-Key")
         await socket.prepare(request)
         browser = _Browser(socket, lambda: request.transport and request.transport.abort())
         for message in self.hub.snapshot():
@@ -283,8 +287,8 @@ class Station:
     async def _refuse(text):
         """Refuse a request because too many are under way."""
         try:
-            number = json.loads(text).get("id")
-        except (ValueError, AttributeError, RecursionError):
+            number = orders.read(text).get("id")
+        except UsageError:
             number = None
         return {"kind": "answer", "id": number, "refused": f"{UNDER_WAY} requests of this page wait for their answers; try again when one has arrived"}
 
@@ -294,30 +298,37 @@ class Station:
         self.hub.taps.watch({browser.bus for browser in self.browsers} - {None})
 
     async def _perform(self, text, browser):
+        number = None
         try:
-            order = json.loads(text)
-            do, number = order["do"], order.get("id")
-            self._check_right(do, order)
-            if do == "live":
-                return {**await self._live(str(order["line"]), browser), "id": number}
-            return {**await self._answer(do, order, browser), "kind": "answer", "id": number}
+            order = orders.read(text)
+            number = order.get("id")
+            orders.check(order)
+            self._check_right(order["do"], order)
+            if order["do"] == "live":
+                return {**await self._live(order["line"], browser), "id": number}
+            return {**await self._answer(order["do"], order, browser), "kind": "answer", "id": number}
         except (UsageError, live.LiveRefused) as problem:
             return {"kind": "answer", "id": number, "refused": str(problem)}
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as problem:
-            return {"kind": "answer", "refused": f"not understood: {shortened(repr(problem))}"}
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            refused = f"not understood: found {quoted(text)}, expected values as the page of the station sends them"
+            return {"kind": "answer", "id": number, "refused": refused}
 
     async def _answer(self, do, order, browser):
         """Perform a request. Returns the content of its answer."""
         if do == "command":
             return await self._command(order, browser)
         if do == "structures":
-            self.hub.display.ask(str(order["subsystem"]))
+            self.hub.display.ask(order["subsystem"])
             return {}
         if do == "plan":
             return self._preview(self._text(order))
         if do == "upload":
-            octets, words = base64.b64decode(order["data"], validate=True), [str(word) for word in order["words"]]
+            words = [str(word) for word in order["words"]]
             _bounded(" ".join(words))
+            try:
+                octets = base64.b64decode(order["data"], validate=True)
+            except ValueError as problem:
+                raise UsageError(f"not understood: found \"data\": {quoted(order['data'])}, expected the octets of a file in base64") from problem
             return {"command": self.hub.upload(words, octets)}
         if do == "packets":
             return self.hub.kept(order.get("kind"))
@@ -327,7 +338,7 @@ class Station:
             return {}
         if do == "forms":
             return self.hub.forms.message() if self.hub.dictionary else {"refused": "no flight"}
-        return {"text": script_of(self.hub.commands)} if do == "script" else {"refused": f"unknown request {quoted(do)}"}
+        return {"text": script_of(self.hub.commands)}
 
     async def _live(self, line, browser):
         """Send a line of a page to the simulator: a verb of LIVE, or `time`. Others, such as `frames`, would change the connection, which all
@@ -348,7 +359,7 @@ class Station:
         self._check_replay()
         if not self.hub.is_read_only or do in READS:
             return
-        if do != "command" or not order.get("display") or tuple(words_of(_bounded(str(order["text"])))[:2]) != DISPLAY:
+        if do != "command" or not order.get("display") or tuple(words_of(_bounded(str(order.get("text"))))[:2]) != DISPLAY:
             raise UsageError("this station is read only; start one without --read-only (make gse READ_ONLY=) to command")
 
     def _check_replay(self):
@@ -358,15 +369,16 @@ class Station:
     async def _ask(self, text):
         order = {}
         try:
-            order = json.loads(text)
+            order = orders.read(text)
+            orders.check(order)
             self._check_replay()
-            answer = {"rows": await self.hub.ask(_bounded(str(order["text"])))}
-        except (UsageError, ValueError, KeyError) as problem:
+            answer = {"rows": await self.hub.ask(_bounded(order["text"]))}
+        except UsageError as problem:
             answer = {"refused": str(problem)}
         return {"kind": "answer", "id": order.get("id"), **answer}
 
     def _text(self, order):
-        return _bounded(self.hub.text_of(str(order["form"]), order["values"]) if "form" in order else str(order["text"]))
+        return _bounded(self.hub.text_of(order["form"], order["values"]) if "form" in order else order["text"])
 
     def _preview(self, text):
         if text.split()[:1] in LIVE:

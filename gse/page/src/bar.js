@@ -209,13 +209,15 @@ class Bar extends HTMLElement {
     // A subsystem flies another interface than that of the dictionary: values and commands may mean something
     // else.
     const others = [...store.mismatches.values()];
+    const problems = store.replay?.about?.problems ?? [];
     if (is_live && others.length) show(this.linkSymbol, "caution", "other dictionary");
+    else if (problems.length) show(this.linkSymbol, "caution", "incomplete recording");
     else if (is_live) show(this.linkSymbol, "normal", "live");
     else if (store.replay || is_over) show(this.linkSymbol, "off", is_over ? "ended" : "replay");
     else if (is_waiting) show(this.linkSymbol, "standby", "waiting");
     else show(this.linkSymbol, "critical", "lost");
     text(this.linkText, this.wordOfLink());
-    this.linkText.title = [store.link.text, ...others].join("; ");
+    this.linkText.title = [store.link.text, ...others, ...problems].join("; ");
     text(this.modeText, store.mode ?? "–");
     const needed = store.power();
     this.powerCell.hidden = needed === null && store.hello !== null; // The mission defines no power.
@@ -294,6 +296,7 @@ class Bar extends HTMLElement {
       const states = broken.map((row) => `${row.name} ${row.state}${causeOf(" (", row, ")")}`);
       text(this.what, `Link ${states.join(", ")}`);
     } else if (store.mismatches.size) text(this.what, [...store.mismatches.values()][0]);
+    else if (store.replay?.about?.problems?.length) text(this.what, store.replay.about.problems.join("; "));
     else text(this.what, "No open alarm");
     this.what.title = this.what.textContent;
     this.seen.hidden = !store.events.slice(store.seen).some((event) => event.severity === "HIGH");

@@ -272,7 +272,7 @@ const BOX = { width: 120, height: 38, x: [8, 180], top: 2, pitch: 96, wire: 44, 
 const GRID = { x: 12, width: 290, columns: 4, most: 12, pitch: 42 };
 const rowsOf = (devices) => Math.ceil(devices.length / GRID.columns);
 // Whether the devices of a member are drawn in rows.
-const isGrid = (devices) => store.members().length === 1 && devices.length > 3 && devices.length <= GRID.most;
+const isGrid = (devices) => store.members().length === 1 && devices.length > 1 && devices.length <= GRID.most;
 
 // Attributes of the box of a device, which opens the tab Bus at this device. A box of several devices, null,
 // opens the bus of the first one. A box cannot be pressed in a replay, which has no tab Bus, or if its device
@@ -340,9 +340,9 @@ class Network extends HTMLElement {
     const used = links.filter((link) => (rows.get(link.name)?.state ?? "closed") !== "closed");
     const lost = links.reduce((sum, link) => sum + (rows.get(link.name)?.lost ?? 0), 0);
     // A link of a member that has failed may still be reported as open.
-    const failed = links.length
-      ? store.members().filter(({ name }) => store.states.get(name)?.state === "ERROR_OPERATIONAL").length
-      : 0;
+    const failed = store
+      .members()
+      .filter(({ name }) => store.states.get(name)?.state === "ERROR_OPERATIONAL").length;
     const isFailed = broken.length + failed > 0;
     show(
       this.sym,
@@ -352,7 +352,9 @@ class Network extends HTMLElement {
     text(
       this.words,
       !links.length
-        ? "no links in this mission"
+        ? failed
+          ? `${failed} in error, no links`
+          : "no links in this mission"
         : isFailed
           ? broken.length
             ? `${broken.length} failed, ${open.length} open`

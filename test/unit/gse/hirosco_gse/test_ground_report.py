@@ -11,8 +11,9 @@ import shutil
 import types
 
 import pytest
-from hirosco_gse import figures, report
+from hirosco_gse import figures, recording, report
 from hirosco_gse import run as runs
+from recorded import Reader
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +127,20 @@ def test_a_crash_is_reported(flight_directory, dictionary_path, tmp_path):
     facts = json.loads((tmp_path / "run.json").read_text())
     assert facts["figures_hold"] is False
     assert facts["report_problems"]
+
+
+def test_a_packet_log_that_was_cut_is_reported_with_the_number_of_packets(flight_directory, dictionary_path, tmp_path):
+    """By the number in run.json, which a report of the cut log keeps."""
+    for path in flight_directory.iterdir():
+        shutil.copy(path, tmp_path)
+    whole = report.write(tmp_path, dictionary_path)
+    assert not any("packets.log" in problem for problem in whole["report_problems"])
+    lines = (tmp_path / "packets.log").read_text().splitlines(keepends=True)
+    (tmp_path / "packets.log").write_text("".join(lines[:10]))
+    words = f"packets.log: 10 of {whole['packets']} packets are there, the last at {float(lines[9].split()[0]):.3f} s; the log was cut after the flight"
+    for _ in range(2):
+        assert words in report.write(tmp_path, dictionary_path)["report_problems"] and words in (tmp_path / "report.html").read_text()
+    assert words in Reader(recording._made_of(tmp_path)).head["about"]["problems"]
 
 
 def test_a_figure_out_of_its_bound_fails_the_run(flight_directory, dictionary_path, tmp_path, monkeypatch, capsys):

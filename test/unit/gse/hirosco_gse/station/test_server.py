@@ -141,7 +141,6 @@ def test_a_station_that_is_read_only_commands_only_housekeeping_for_display(plac
         {"do": "command", "text": "hk disable JOYSTICK 4711", "display": True},
         {"do": "live", "line": "pause"},
         {"do": "upload", "words": ["procedure", "load", "STATION", "{}"], "data": "AA=="},
-        {"do": "fly"},
     )
 
     async def story(page, station):
@@ -202,6 +201,44 @@ def test_invalid_orders_are_refused(place, text):
         return await page.until(lambda message: "refused" in message)
 
     assert visit(place, story)["refused"]
+
+
+@pytest.mark.parametrize("headers", [{}, {"Connection": "Upgrade", "Upgrade": "websocket"}, {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "x"}])
+def test_a_client_that_opens_no_websocket_is_told_what_is_expected(place, headers):
+    async def run():
+        async with station_of(place) as (_, address), ClientSession() as session:
+            found = []
+            for origin in ({}, {"Origin": address}):
+                async with session.get(f"{address}/ws", headers={**origin, **headers}) as answer:
+                    found.append((answer.status, await answer.text()))
+            return found
+
+    (no_origin, first), (no_upgrade, second) = asyncio.run(run())
+    assert (no_origin, no_upgrade) == (403, 400)
+    assert first.startswith("found no header Origin, expected that of the page of this station: open http://127.0.0.1:")
+    assert second.startswith("found a request without the headers of a WebSocket, expected Upgrade: websocket")
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("", "not understood: found '', expected a JSON object such as {\"do\": \"command\", \"text\": \"ping all\"}"),
+    ("[" * 100_000, f"not understood: found '{'[' * 200}...' (100000 characters), expected a JSON object"),
+    ('{"id": 7}', 'not understood: found no "do", expected "do" with one of command, plan, ask, live, structures, upload, watch, packets, forms, script'),
+    ('{"do": 1}', "not understood: found \"do\": '1', expected \"do\" with one of command"),
+    ('{"do": "command"}', 'not understood: found no "text" in a request command, expected "text" with a text'),
+    ('{"do": "plan", "form": "ping", "values": [1]}', "not understood: found \"values\": '[1]' in a request plan, expected \"values\" with an object"),
+    ('{"do": "ask"}', 'not understood: found no "text" in a request ask'),
+    ('{"do": "ask", "text": ' + "[" * 5000, "not understood: found '{\"do\": \"ask\", \"text\": "),
+    ('{"do": "upload", "words": [], "data": "?"}', "not understood: found \"data\": '?', expected the octets of a file in base64"),
+    ('{"do": "packets", "kind": [[1]]}', "not understood: found \"kind\": '[[1]]', expected the \"kind\" of a row"),
+])
+def test_a_client_that_is_no_page_is_refused_in_plain_words(place, text, words):
+    """What it has sent and what was expected, without names of the language in which the station is written."""
+    async def story(page, _):
+        await page.socket.send_str(text)
+        return await page.until(lambda message: "refused" in message)
+
+    refused = visit(place, story)["refused"]
+    assert refused.startswith(words) and not re.search(r"Error|NoneType|object is not", refused)
 
 
 DISPLAY = 4720  # Display structure of MANIPULATOR.
