@@ -86,7 +86,7 @@ def report(taken):
     for name, mode, size, ours, other in ROWS:
         pairs = [(a, b) for a, b in zip(taken[(ours, mode, size)], taken[(other, mode, size)]) if a and b]
         if len(pairs) <= ROUNDS // 2:
-            print(f"SKIPPED {name} {other} is not here or does not work here")
+            print(f"SKIPPED {name} {other} is not installed or does not work on this machine")
             continue
         ratios = sorted(a / b for a, b in pairs)
         value, baseline = statistics.median(a for a, _ in pairs), statistics.median(b for _, b in pairs)

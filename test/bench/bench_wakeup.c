@@ -118,8 +118,8 @@ int main(void)
         measure_report("wakeup_p50_by_cyclictest", ours.p50_us, peer.p50_us, ROUNDS, "us");
         measure_report("wakeup_p99_by_cyclictest", ours.p99_us, peer.p99_us, ROUNDS, "us");
     } else {
-        (void)printf("SKIPPED wakeup_p50_by_cyclictest cyclictest is not here\n");
-        (void)printf("SKIPPED wakeup_p99_by_cyclictest cyclictest is not here\n");
+        (void)printf("SKIPPED wakeup_p50_by_cyclictest cyclictest is not installed\n");
+        (void)printf("SKIPPED wakeup_p99_by_cyclictest cyclictest is not installed\n");
     }
     return 0;
 }

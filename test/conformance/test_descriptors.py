@@ -113,7 +113,7 @@ def test_both_readers_give_the_same_hashes(probe):
             assert row == read_in_python(kind, path)
 
 
-def test_dictionary_holds_the_hashes_of_the_flight_side(generated, probe):
+def test_the_dictionary_has_the_hashes_that_the_flight_software_computes(generated, probe):
     content = json.loads((generated / "generated" / "rokviss.json").read_text())
     entries = {item["name"]: item for item in content["subsystems"]}
     paths = [path for path in SUBSYSTEMS if path.stem.upper() in entries]

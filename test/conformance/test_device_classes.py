@@ -145,7 +145,7 @@ def test_flight_software_finds_the_content_of_the_sheets(tmp_path):
         (VALVES + "[Comments]\nLines=1\nLine1=EMCY 0xFF01 HIGH\n", "and a text"),
     ],
 )
-def test_a_sheet_that_flight_cannot_use_is_refused_with_its_file(tmp_path, text, message):
+def test_a_sheet_that_the_flight_software_cannot_use_is_refused_with_its_file(tmp_path, text, message):
     with pytest.raises(SheetError) as refused:
         _table(tmp_path, wrong=text)
     assert "wrong.eds" in str(refused.value) and message in str(refused.value)

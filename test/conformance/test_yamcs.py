@@ -73,7 +73,7 @@ def synthetic_link():
 
 @pytest.fixture(scope="module")
 def yamcs(place, flight, synthetic_link):
-    assert yamcs_run.LIBRARIES.is_dir(), "Yamcs is not there: sh gse/setup/yamcs.sh"
+    assert yamcs_run.LIBRARIES.is_dir(), "Yamcs is not installed: sh gse/setup/yamcs.sh"
     server = Yamcs(place / "yamcs", flight.port(), synthetic_link.getsockname()[1])
     try:
         until(server.has_started, "start of Yamcs")
@@ -580,7 +580,7 @@ def read_back(dictionary, message, octets):
     return near(dictionary.catalogue.decode(packets.Packet("TC", 16, 0, *message, 2, octets, b"")))
 
 
-def test_every_request_is_made_as_our_ground_makes_it(yamcs, dictionary):
+def test_yamcs_encodes_every_request_as_the_ground_segment_does(yamcs, dictionary):
     wrong, made = [], 0
     for entry in dictionary.catalogue.all("TC"):
         message = entry["service"], entry["subtype"]

@@ -120,5 +120,5 @@ def commissioned(both_programs):
 # Slaves without and with each deviation fly on shared memory in every run (test/conformance/test_drive_deviations.py).
 @pytest.mark.long
 @pytest.mark.parametrize("case", cases(SLAVES))
-def test_flight_commissions_slaves_over_socketcan(commissioned, case):
+def test_the_flight_software_commissions_slaves_over_socketcan(commissioned, case):
     commissioned.check(case)

@@ -352,7 +352,7 @@ def test_an_unknown_mission_is_refused_with_the_names_of_all():
 
 @pytest.mark.parametrize("name, message", [("GRIPPER", "no such subsystem"), ("SUPERVISOR", "shared memory"),
                                            ("MANIPULATOR:mps2", "mps2-an500"), ("MANIPULATOR,MANIPULATOR", "twice")])
-def test_what_cannot_run_on_a_board_is_refused(directory, board, name, message):
+def test_names_that_cannot_run_on_a_board_are_refused(directory, board, name, message):
     refused = flying.refuse("run", "--rtos", name, "--out", directory / "refused")
     assert refused.returncode != 0
     assert message in refused.stderr + refused.stdout

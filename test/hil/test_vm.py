@@ -343,7 +343,7 @@ def test_a_group_that_ends_early_fails_the_cases_it_did_not_reach(tmp_path):
         report.group("cut", "").check("any")
 
 
-def test_an_unknown_place_is_refused(tmp_path):
+def test_an_unknown_test_environment_is_refused(tmp_path):
     with pytest.raises(ValueError, match="expected vm or kernel"):
         environments.choose(tmp_path, "moon")
 

@@ -71,7 +71,7 @@ def test_both_forms_fly_the_same_octets(flights):
         flying.assert_clean(flight)
 
 
-def test_the_boom_finds_its_stop_and_counts_from_there(flights):
+def test_homing_finds_the_end_stop_of_the_boom_and_counts_from_there(flights):
     """The stop is at -0.4 rad, where the encoder of the drive starts with 0. The descriptor defines it as
     -0.4 rad, so that afterwards the telemetry equals the truth."""
     steps = [json.loads(line) for line in flights[0].read("operator.log").splitlines()]

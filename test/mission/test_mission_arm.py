@@ -119,7 +119,7 @@ def test_the_tool_moves_along_a_straight_line(run):
 
 
 def test_the_tool_passes_poses_within_its_limits_without_a_stop(session_directory):
-    """The true tool comes within BLEND of each via pose in turn, and rests at the last one; between them it does not
+    """The true tool comes within BLEND of the via poses, one after the other, and rests at the last one; between them it does not
     stop, and it is never faster than the scenario permits."""
     name = "ur5e-poses"
     flight = flying.fly(session_directory / name, "--mission", "ur5e", "--scenario", name, "--form", "image")
@@ -464,7 +464,7 @@ def flown_gantry(session_directory, made_robots):
     return flight
 
 
-def test_a_robot_has_figures_with_bounds_and_fails_by_them(flown_gantry, made_robots, tmp_path):
+def test_a_run_fails_if_a_figure_of_its_robot_is_out_of_its_bound(flown_gantry, made_robots, tmp_path):
     """The scaffold has written the bounds. A robot that is less accurate than a bound fails with a line; a damaged file of bounds is refused with
     its line before the flight, and no report is made with it."""
     place, flight = made_robots[0], flown_gantry

@@ -98,7 +98,7 @@ def _in_interval(manipulator_reports, name, seconds=INTERVAL_S - FAULT_S):
     return [(t - at, *rest) for t, *rest in manipulator_reports if at <= t < at + round(seconds * 1e6)]
 
 
-def test_forms_are_identical(flights):
+def test_both_forms_give_identical_logs(flights):
     for name in (*flying.TRACED, "can-robot-b.log"):
         assert flights["image"].octets(name) == flights["processes"].octets(name), name
 
@@ -117,7 +117,7 @@ def test_lost_devices_end_in_the_safe_state(manipulator_reports, name):
         assert states[0][0] <= high[0][0] <= 5000 + (10_000 if "missed" in name else 0)
     else:
         assert not high
-        assert [state for _, state in states] == [4, 7, 8, 9, 0]  # Later, by command.
+        assert [state for _, state in states] == [4, 7, 8, 9, 0]  # The scenario commands this later.
         assert states[0][0] >= 400_000
 
 
@@ -128,7 +128,7 @@ def test_controller_conditions_are_reported_by_low_events(manipulator_reports, n
     own = [data for data in low if data.startswith("00")]
     assert wanted <= set(own), own
     assert set(own) <= wanted | {WARNING, PASSIVE, TIMEOUT}, own
-    assert len(own) <= 4, "reported once, not every cycle"
+    assert len(own) <= 4, "expected one report of each condition, not one in every cycle"
 
 
 def _counters(flight):

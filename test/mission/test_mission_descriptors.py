@@ -128,7 +128,7 @@ def test_a_missing_executable_is_refused(project_copy, form):
     flight = _fly(project_copy, form)
     assert flight.code == 1
     assert f'rokviss.xml:{line}: executable="joyride" of <Subsystem>: expected a program in ' in flight.output
-    assert not flight.directory.exists(), "a run that never began leaves no directory"
+    assert not flight.directory.exists(), "expected no directory of a run that never began"
     flying.assert_clean(flight)
 
 

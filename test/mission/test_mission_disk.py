@@ -109,7 +109,7 @@ def test_the_log_continues_when_the_disk_has_room_again(disk, scenario):
     assert flight.facts["simulated_s"] >= SECONDS
     assert "records of the packet log" not in flight.console, flight.transcript()
     numbers = _numbers(flight)
-    assert sorted(numbers) == list(range(1, len(numbers) + 1)), "every record once"
+    assert sorted(numbers) == list(range(1, len(numbers) + 1)), "expected every record once"
     assert len(numbers) > held
     packets = [raw for _, direction, raw in flight.packets if direction == "TM"]
     assert len(flight.packets) == len(numbers)
@@ -191,7 +191,7 @@ def _assert_whole(flight, changes):
     assert flight.facts["exit_code"] == 0
     assert "records of the packet log" not in flight.console, flight.transcript()
     numbers = _numbers(flight)
-    assert numbers == list(range(1, len(numbers) + 1)), "every record once, in order"
+    assert numbers == list(range(1, len(numbers) + 1)), "expected every record once, in order"
     assert len(flight.packets) == len(numbers)
     packets = [raw for _, direction, raw in flight.packets if direction == "TM"]
     assert [(raw[21], raw[22]) for raw in packets if raw[7:9] == STRATEGY_CHANGED] == changes
@@ -230,7 +230,7 @@ def test_the_next_supervisor_writes_the_records_that_waited_for_the_disk(directo
         for name in COMPONENTS:
             assert ground.do(name, 17, 1).is_completed
     numbers = _numbers(flight)
-    assert sorted(numbers) == list(range(1, len(numbers) + 1)), "every record once"
+    assert sorted(numbers) == list(range(1, len(numbers) + 1)), "expected every record once"
     assert "records of the packet log" not in flight.console, flight.transcript()
 
 

@@ -72,7 +72,7 @@ def _assert_each_request_ends_once(flight):
         elif direction == "TM" and raw[7] == 1 and raw[8] in (2, 4, 7, 8, 10) and raw[11:13] == OPERATOR:
             ended[raw[21:25]] += 1
     assert asked == ended
-    assert set(asked.values()) == {1}, "each request has a number of its own, also one that is released later"
+    assert set(asked.values()) == {1}, "expected a different number for each request, also for one that is released later"
     assert not [step for step in _steps(flight) if step["outcome"].startswith("FAILED")]
     return sum(asked.values())
 

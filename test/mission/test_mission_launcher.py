@@ -71,7 +71,7 @@ def test_a_missing_mission_scenario_or_interface_is_named(directory, options, re
     refused = flying.refuse("run", *options, "--out", directory)
     assert refused.returncode in (1, USAGE), refused
     assert reason in refused.stderr
-    assert not directory.exists(), "a run that never began leaves no directory"
+    assert not directory.exists(), "expected no directory of a run that never began"
 
 
 @pytest.mark.parametrize("options", [("--scenario", ""), ("--seed", ""), ("--port", "", "--form", "")])

@@ -281,9 +281,9 @@ def test_every_high_event_takes_both_members_to_error_operational(packets):
             assert delays_ns, apid
             assert delays_ns[0] <= 5_000_000
             secured = [p for p in _reports(packets, 129, 2, apid) if p.time_ns >= time_ns and p.data[1] == 6][1]
-            assert secured.data[2] == 7, "SECURED"  # The phase of the transition.
+            assert secured.data[2] == 7, "expected phase SECURED"  # The phase of the transition.
             offline = [p.time_ns for p in _reports(packets, 129, 2, apid) if p.data[1] == 0 and p.time_ns > time_ns]
-            assert offline[0] - time_ns <= 1_000_000_000, "the plan takes the network to OFFLINE"
+            assert offline[0] - time_ns <= 1_000_000_000, "expected OFFLINE by the plan within 1 s"
 
 
 def test_the_subsystem_in_error_goes_first(packets):
@@ -292,7 +292,7 @@ def test_the_subsystem_in_error_goes_first(packets):
         own = [p for p in _reports(packets, 129, 2, event.apid) if p.data[1] == 6 and p.data[0] != 6 and abs(p.time_ns - event.time_ns) <= CYCLE_NS]
         assert len(own) == 1
         assert own[0].sequence < event.sequence
-        assert own[0].raw[13:21] == event.raw[13:21], "made in the same cycle"
+        assert own[0].raw[13:21] == event.raw[13:21], "expected both reports in the same cycle"
 
 
 def test_medium_event_leads_to_safe_operational(packets):
@@ -352,7 +352,7 @@ def test_links_open_at_both_ends_and_in_order(packets):
     for link in (1, 2):
         for apid in (MANIPULATOR, JOYSTICK):
             states = [p.data[3] for p in _reports(packets, 130, 10, apid) if p.data[:2] == struct.pack(">H", link)]
-            assert states.count(3) == 3, "opened three times in this flight"
+            assert states.count(3) == 3, "expected three openings in this flight"
             assert states[-1] == 0
             assert [b for a, b in itertools.pairwise(states) if a == 3] == [0, 0, 0]
 

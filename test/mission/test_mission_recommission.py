@@ -71,7 +71,7 @@ def test_a_subsystem_that_dies_is_recommissioned_with_its_links(tree, directory,
     tare_s = max(time_s for time_s, apid, _ in back if apid == 16) - safe_s
     assert up_s - DEATH_S - tare_s < BOUND_S, (back, safe_s)
     lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
-    assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
+    assert lists and lists[-1][21:23] == b"\x00\x02", "expected both links to be open"
     # Settings of reports made by command are not restored: a new process does not have them, and the
     # configuration sets the periodic reports.
     before, after = (data.hex() for _, data in _replies(flight, 5, 8))
@@ -88,11 +88,11 @@ def test_the_supervisor_may_die_during_recommissioning(tree, directory, later_s)
              "6.0 operator link list", "6.0 operator shutdown"]
     flight = _fly(tree, directory, f"both-{later_s}", "processes", lines)
     assert "FAILED" not in flight.console, flight.transcript()
-    assert _events(flight, 20), "the supervisor was restarted"
+    assert _events(flight, 20), "expected a restart of the supervisor"
     assert {(apid, state) for _, apid, state in _events(flight, 31)} == {(16, 5), (17, 5)}, flight.transcript()
     assert not _events(flight, 32)
     lists = [raw for _, direction, raw in flight.packets if direction == "TM" and raw[7:9] == b"\x82\x09" and raw[1] == 1]
-    assert lists and lists[-1][21:23] == b"\x00\x02", "both links are open"
+    assert lists and lists[-1][21:23] == b"\x00\x02", "expected both links to be open"
     flying.assert_clean(flight)
 
 

@@ -70,7 +70,7 @@ def _transitions(flight, apid):
     return [(t, raw[22]) for t, raw in mine if raw[21] != raw[22]]
 
 
-def test_forms_are_identical(flights):
+def test_both_forms_give_identical_logs(flights):
     for name in (*flying.TRACED, *CHANNEL_LOGS):
         assert flights["image"].octets(name) == flights["processes"].octets(name), name
 

@@ -109,5 +109,5 @@ def test_a_wall_of_20_kn_per_m_has_its_own_bound_of_the_force_and_all_other_boun
 
 
 @pytest.mark.long
-def test_the_seed_selects_what_is_lost(directory):
+def test_another_seed_loses_other_frames(directory):
     assert fly(directory / "1", 20).facts["relay"]["lost"] != fly(directory / "2", 20, seed=2).facts["relay"]["lost"]

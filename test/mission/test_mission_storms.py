@@ -199,6 +199,6 @@ def test_a_process_that_dies_in_its_storm_loses_at_most_the_counts_of_a_second(d
     assert 0 <= raised - _made(flight) <= CYCLES_PER_S * EACH
     sent = [p.raw[:4] for _, p in flight.parsed if p.direction == "TC" and p.message == (17, 1) and p.apid == JOYSTICK]
     ended = [p.data[:4] for _, p in flight.parsed if p.direction == "TM" and p.message in ((1, 7), (1, 8), (1, 10)) and p.user == 1]
-    assert all(ended.count(identity) == 1 for identity in sent), "each is answered, or its end is reported"
+    assert all(ended.count(identity) == 1 for identity in sent), "expected an answer or a reported end for each ping"
     states = [p.data[1] for _, p in flight.parsed if p.apid == MANIPULATOR and p.message == (129, 2)]
     assert ERROR_OPERATIONAL in states

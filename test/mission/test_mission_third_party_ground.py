@@ -74,7 +74,7 @@ def test_telecommand_of_a_third_party_client_is_served_and_reported(directory):
     _end(flight)
     assert flight.facts["reproducible"] is False
     asked = [raw for _, direction, raw in flight.packets if direction == "TC" and raw[9:11] == struct.pack(">H", OTHER_USER)]
-    assert len(asked) == 1, "the telecommand is not in the packet log exactly once"
+    assert len(asked) == 1, "expected the telecommand once in the packet log"
     flying.assert_clean(flight)
 
 
@@ -149,6 +149,6 @@ def test_the_operator_is_served_beside_eight_idle_clients(directory):
     flight.wait()
     assert flight.code == 0, flight.transcript()
     connected = [raw for _, _, raw in flight.packets if raw[7:9] == b"\x05\x01" and raw[1] == COMMUNICATION and raw[21:23] == b"\x00\x01"]
-    assert len(connected) == 9, "the eight clients and the operator have connected"
+    assert len(connected) == 9, "expected connections of the eight clients and the operator"
     for stream in streams:
         stream.close()

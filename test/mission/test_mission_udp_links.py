@@ -38,5 +38,6 @@ def test_the_method_is_agreed_and_reported(shared_flights):
     assert accepted
     for raw in accepted:
         assert b"127.0.0.1" not in raw
-        assert raw[21 + 6 + 15] == 2, "method UDP"  # After transaction and link (6 octets) and the 15 octets of the properties before it.
+        # After transaction and link (6 octets) and the 15 octets of the properties before it.
+        assert raw[21 + 6 + 15] == 2, "expected method UDP"
     flying.assert_clean(flight)

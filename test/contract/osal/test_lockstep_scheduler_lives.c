@@ -134,7 +134,7 @@ static void a_start_is_taken_back_at_once(void)
     (void)next_is(FIRST, 3000U);
 }
 
-static void grants_due_during_a_suspension_follow_it(void)
+static void grants_that_fall_due_during_a_suspension_are_given_after_it(void)
 {
     osal_lockstep_done(scheduler, SECOND, 500U);
     (void)next_is(FIRST, 0U);
@@ -412,7 +412,7 @@ int main(void)
     RUN_TEST(deliveries_and_ends_of_another_life_have_no_effect);
     RUN_TEST(a_start_that_fails_is_reported_at_its_instant);
     RUN_TEST(a_start_is_taken_back_at_once);
-    RUN_TEST(grants_due_during_a_suspension_follow_it);
+    RUN_TEST(grants_that_fall_due_during_a_suspension_are_given_after_it);
     RUN_TEST(a_suspended_participant_ends_as_any_other);
     RUN_TEST(a_participant_can_be_suspended_only_after_its_life_has_begun);
     RUN_TEST(the_holder_is_reported);

@@ -115,7 +115,7 @@ static void unlock_created(void)
     osal_mutex_unlock(&shared.mutex);
 }
 
-static void locking_twice_and_unlocking_what_is_not_locked_are_coding_errors(void)
+static void locking_a_mutex_twice_and_unlocking_a_free_one_are_coding_errors(void)
 {
     TEST_ASSERT_EQUAL(STATUS_OK, osal_mutex_create(&shared.mutex, false));
     TEST_ASSERT_TRUE(assertion_fails(unlock_created));
@@ -145,7 +145,7 @@ int main(void)
     RUN_TEST(tasks_exclude_each_other);
     RUN_TEST(a_wait_for_the_lock_ends_in_time_and_the_holder_is_known);
 #ifndef THREAD_CHECKS
-    RUN_TEST(locking_twice_and_unlocking_what_is_not_locked_are_coding_errors);
+    RUN_TEST(locking_a_mutex_twice_and_unlocking_a_free_one_are_coding_errors);
 #endif
     RUN_TEST(a_shared_mutex_is_granted_or_unsupported);
     RUN_TEST(a_mutex_that_was_not_created_is_not_locked);

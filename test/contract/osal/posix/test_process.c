@@ -367,7 +367,7 @@ static void the_size_of_a_program_is_that_of_its_loaded_segments(void)
 }
 
 /// The number wraps at the number of permitted processors, which may be fewer than the machine has.
-static void child_is_pinned_to_one_of_our_processors(void)
+static void a_child_is_pinned_to_one_of_the_permitted_processors(void)
 {
     cpu_set_t set;
     TEST_ASSERT_EQUAL(0, sched_getaffinity(0, sizeof set, &set));
@@ -583,7 +583,7 @@ int main(int count, char** arguments)
     RUN_TEST(only_a_child_that_was_started_with_a_descriptor_limit_has_it);
     RUN_TEST(end_reports_the_memory_that_was_needed);
     RUN_TEST(the_size_of_a_program_is_that_of_its_loaded_segments);
-    RUN_TEST(child_is_pinned_to_one_of_our_processors);
+    RUN_TEST(a_child_is_pinned_to_one_of_the_permitted_processors);
     RUN_TEST(output_goes_to_the_file_and_is_appended);
     RUN_TEST(a_child_begins_with_the_default_actions_of_signals);
     RUN_TEST(child_dies_with_its_parent);

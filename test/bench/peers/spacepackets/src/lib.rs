@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Packets encoded into a buffer and decoded from it by spacepackets: what bench_codec.c does with ours. Each function
+//! Packets encoded into a buffer and decoded from it by spacepackets: what bench_codec.c does by the code of this project. Each function
 //! returns the number of octets of the packet, or 0 if decoding gives other values. The last two are for test/conformance, which reads the
 //! reports of a flight by them and makes requests for it.
 use arbitrary_int::{u11, u14};
