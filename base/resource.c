@@ -47,7 +47,7 @@ status_t resource_init(resource_t* const resource, uint64_t* const arena, const 
     return STATUS_OK;
 }
 
-/// Pool of the smallest blocks that have `octets`, or NULL.
+/// Returns the pool of the smallest blocks that have `octets`; null if there is none.
 static pool_t* fitting(resource_t* const resource, const size_t octets)
 {
     for (uint16_t i = 0U; i < resource->pool_count; i++) {
@@ -70,7 +70,8 @@ status_t resource_take_reserved(resource_t* const resource, const size_t octets,
     return (pool == NULL) ? STATUS_TOO_LARGE : STATUS_EXHAUSTED;
 }
 
-/// Pool whose storage contains the block. If no pool contains it: the first pool, which counts the error.
+/// Returns the pool whose storage contains the block. If no pool contains it, returns the first pool, which
+/// counts the error.
 static pool_t* home_of(resource_t* const resource, const void* const block)
 {
     for (uint16_t i = 0U; i < resource->pool_count; i++) {

@@ -106,7 +106,7 @@ typedef struct { // Private, except `guard`, `exit_code` and `reason`.
     bool is_cut_short;       // The run was ended at an instant that simulated time does not determine.
     bool is_ended_by_user;   // Ended by Ctrl-C or --duration, which cut the script of the operator.
     bool is_broken;          // A process of the run has died.
-    return_budget_t returns; // Budget of the supervisor.
+    return_budget_t returns; // Limits how often the supervisor is started again.
     uint64_t return_wall_ns; // Wall-clock time at which the launcher must start the supervisor again.
     bool is_undetermined;    // A process died at an instant that simulated time does not determine.
     int exit_code;

@@ -40,6 +40,7 @@ static const char* const lines[] = {
     "  for i = p, n do t[i] = t[i + 1] end\n",
     "  return v\n",
     "end\n",
+    // Heap sort, which needs no further memory; `sink` moves element i down to its place.
     "function table.sort(t, less)\n",
     "  less = less or function(a, b) return a < b end\n",
     "  local n = rawlen(t)\n",
@@ -58,7 +59,14 @@ static const char* const lines[] = {
     "    sink(1, k - 1)\n",
     "  end\n",
     "end\n",
+    // Patterns of Lua, without %b, %f, %g and references to captures. In the following functions s is the
+    // text and i a position in it, p the pattern and j a position in it. m contains the captures: their
+    // number m.n, the start m[n] of each, and the position m[-n] after its end ('open': it has not ended yet;
+    // 'place': the capture is a position). Characters are ASCII codes: 36 $, 37 %, 40 (, 41 ), 42 *, 43 +,
+    // 45 -, 46 ., 63 ?, 91 [, 93 ], 94 ^.
     "local function bad() error('malformed pattern', 0) end\n",
+    // True if character c belongs to the class %k. A capital letter k means all characters outside the class;
+    // if k is neither letter nor digit, only k itself belongs to it.
     "local function in_class(c, k)\n",
     "  local l, r = k | 32\n",
     "  if l == 97 then r = c >= 65 and c <= 90 or c >= 97 and c <= 122\n",
@@ -77,6 +85,7 @@ static const char* const lines[] = {
     "  else return c == k end\n",
     "  return r == (k == l)\n",
     "end\n",
+    // Returns the position after the item of the pattern at i: a character, %k, or a set in brackets.
     "local function behind(p, i)\n",
     "  local c = byte(p, i)\n",
     "  if c == 37 then\n",
@@ -93,6 +102,7 @@ static const char* const lines[] = {
     "  until byte(p, i) == 93\n",
     "  return i + 1\n",
     "end\n",
+    // True if character c fits the item of the pattern from i to e - 1; c is nil at the end of the text.
     "local function fits(c, p, i, e)\n",
     "  local k = byte(p, i)\n",
     "  if not c then return false end\n",
@@ -116,6 +126,7 @@ static const char* const lines[] = {
     "  return not wanted\n",
     "end\n",
     "local match\n",
+    // Begin a capture and match the rest of the pattern.
     "local function open(s, i, p, j, m, kind)\n",
     "  local n = m.n + 1\n",
     "  m.n, m[n], m[-n] = n, i, kind\n",
@@ -123,6 +134,7 @@ static const char* const lines[] = {
     "  if not e then m.n = n - 1 end\n",
     "  return e\n",
     "end\n",
+    // End the last open capture and match the rest of the pattern.
     "local function close(s, i, p, j, m)\n",
     "  local n = m.n\n",
     "  while n > 0 and m[-n] ~= 'open' do n = n - 1 end\n",
@@ -132,6 +144,7 @@ static const char* const lines[] = {
     "  if not e then m[-n] = 'open' end\n",
     "  return e\n",
     "end\n",
+    // Match the item from j to e - 1 as often as possible, at least `least` times, and then the rest.
     "local function longest(s, i, p, j, e, m, least)\n",
     "  local k = i\n",
     "  while fits(byte(s, k), p, j, e) do k = k + 1 end\n",
@@ -141,6 +154,7 @@ static const char* const lines[] = {
     "    k = k - 1\n",
     "  end\n",
     "end\n",
+    // Match the item from j to e - 1 as few times as possible, and then the rest.
     "local function shortest(s, i, p, j, e, m)\n",
     "  while true do\n",
     "    local r = match(s, i, p, e + 1, m)\n",
@@ -149,6 +163,7 @@ static const char* const lines[] = {
     "    i = i + 1\n",
     "  end\n",
     "end\n",
+    // Match the pattern from j at position i. Returns the position after the match; nil if there is none.
     "function match(s, i, p, j, m)\n",
     "  while j <= #p do\n",
     "    local c = byte(p, j)\n",
@@ -182,12 +197,14 @@ static const char* const lines[] = {
     "  if last == 'place' then return m[n] end\n",
     "  return sub(s, m[n], last - 1)\n",
     "end\n",
+    // Returns all captures; without any, the match from i to e - 1.
     "local function captures(s, m, i, e)\n",
     "  if m.n == 0 then return sub(s, i, e - 1) end\n",
     "  local list = {}\n",
     "  for n = 1, m.n do list[n] = capture(s, m, n) end\n",
     "  return table.unpack(list, 1, m.n)\n",
     "end\n",
+    // Find the first match that begins at i or later. Returns its start, the position after it, and m.
     "local function search(s, p, i)\n",
     "  local m, j = {n = 0}, 1\n",
     "  if byte(p, 1) == 94 then j = 2 end\n",
@@ -198,6 +215,7 @@ static const char* const lines[] = {
     "    i = i + 1\n",
     "  until i > #s + 1 or j == 2\n",
     "end\n",
+    // Check text and pattern. Returns them and the start; a negative i counts from the end of the text.
     "local function check(s, p, i)\n",
     "  if type(s) == 'number' then s = G.tostring(s) end\n",
     "  if type(s) ~= 'string' or type(p) ~= 'string' then error('string expected', 3) end\n",
@@ -244,6 +262,7 @@ static const char* const lines[] = {
     "    end\n",
     "  end\n",
     "end\n",
+    // Returns the text r with the captures in place of %1 to %9, and the match in place of %0.
     "local function expand(s, r, m, i, e)\n",
     "  local out, k = {}, 1\n",
     "  while k <= #r do\n",
@@ -261,6 +280,7 @@ static const char* const lines[] = {
     "  end\n",
     "  return table.concat(out)\n",
     "end\n",
+    // Returns what replaces the match: by the text, table or function r.
     "local function replacement(s, r, m, i, e)\n",
     "  if type(r) == 'string' then return expand(s, r, m, i, e) end\n",
     "  local v\n",

@@ -115,7 +115,7 @@ static void secure(communication_program_t* const self, const char* const path)
     communication_secure(&self->communication, &self->key.receiver);
 }
 
-static void close_it(void* const context)
+static void close_program(void* const context)
 {
     communication_program_t* const self = (communication_program_t*)context;
     if (self->has_key) {
@@ -140,7 +140,7 @@ bool communication_open(component_runtime_t* const runtime, component_instance_t
                                            .step          = step,
                                            .sockets       = sockets_of,
                                            .link_datagram = subsystem_host_link_datagram,
-                                           .close         = close_it,
+                                           .close         = close_program,
                                            .component     = &storage.host.subsystem,
                                            .storage       = &storage,
                                            .size          = sizeof storage};

@@ -34,7 +34,7 @@ static status_t remove_directory(void* const context, const char* const path)
     return osal_directory_remove(context, path);
 }
 
-static status_t rename_it(void* const context, const char* const path, const char* const new_path)
+static status_t rename_entry(void* const context, const char* const path, const char* const new_path)
 {
     return osal_directory_rename(context, path, new_path);
 }
@@ -80,7 +80,7 @@ pus_file_store_t file_store(osal_directory_t* const root)
                               .remove_file      = remove_file,
                               .create_directory = create_directory,
                               .remove_directory = remove_directory,
-                              .rename           = rename_it,
+                              .rename           = rename_entry,
                               .list             = list,
                               .read             = read_file,
                               .write            = write_file,

@@ -29,7 +29,7 @@ static void ask(supervisor_t* const supervisor, registry_entry_t* const entry)
     }
 }
 
-static void watch_one(supervisor_t* const supervisor, registry_entry_t* const entry)
+static void watch_subsystem(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     const uint64_t now_ns = supervisor->now_ns;
     const bool is_silent  = (now_ns - entry->heard_ns) > DOUBT_AFTER_NS;
@@ -49,7 +49,7 @@ void supervisor_doubt_watch(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         if (supervisor->registry[i].mission->apid != SUPERVISOR_APID) {
-            watch_one(supervisor, &supervisor->registry[i]);
+            watch_subsystem(supervisor, &supervisor->registry[i]);
         }
     }
 }

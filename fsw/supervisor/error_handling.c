@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reaction to events by severity and reason (paper, 4.3 and 5), in layers:
+// Reaction to events by severity and reason (4.3 and 5 of the paper that docs/glossary.md names), in layers:
 //     0  the subsystem itself, in its cycle (fsw/framework/subsystem)
 //     1  always, by this file: HIGH takes the real-time network to ERROR_OPERATIONAL, MEDIUM the subsystem
 //        from OPERATIONAL to SAFE_OPERATIONAL

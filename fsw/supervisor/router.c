@@ -318,8 +318,8 @@ static bool is_of_ended_life(supervisor_t* const supervisor, const uint16_t from
 /// Take the next packet into a block of its size, log and route it, and release the block: users that need
 /// it longer have their own references. Without a free block, the packet is still handled, but it cannot
 /// wait. STATUS_OK, STATUS_EMPTY, STATUS_BUSY (a request from the ground must wait).
-static status_t take_one(supervisor_t* const supervisor, const message_filter_t* const filter,
-                         uint16_t* const out_from)
+static status_t take_packet(supervisor_t* const supervisor, const message_filter_t* const filter,
+                            uint16_t* const out_from)
 {
     message_endpoint_t* const endpoint = supervisor->config.endpoint;
     const uint8_t* head                = NULL;
@@ -360,7 +360,7 @@ void supervisor_router_take_in(supervisor_t* const supervisor)
     uint16_t from                 = 0U;
     status_t status               = STATUS_OK;
     for (unsigned i = 0U; (i < INTAKE_PACKETS_MAX) && (status != STATUS_EMPTY); i++) {
-        status                = take_one(supervisor, &filter, &from);
+        status                = take_packet(supervisor, &filter, &from);
         intake.is_ground_held = intake.is_ground_held || (status == STATUS_BUSY);
         if (status == STATUS_OK) {
             uint16_t* const taken = taken_of(&intake, from);

@@ -253,7 +253,7 @@ static bool is_hung(const supervisor_t* const supervisor, const registry_entry_t
     return (promise_ns < supervisor->now_ns) && ((supervisor->now_ns - promise_ns) > timeout_ns);
 }
 
-static void watch_one(supervisor_t* const supervisor, registry_entry_t* const entry)
+static void watch_process(supervisor_t* const supervisor, registry_entry_t* const entry)
 {
     const uint16_t apid = entry->mission->apid;
     if (entry->is_start_due && (supervisor->now_ns >= entry->restart_ns)) {
@@ -281,7 +281,7 @@ void supervisor_registry_watch(supervisor_t* const supervisor)
 {
     for (uint16_t i = 0U; i < supervisor->mission->subsystem_count; i++) {
         if (supervisor->registry[i].mission->apid != SUPERVISOR_APID) {
-            watch_one(supervisor, &supervisor->registry[i]);
+            watch_process(supervisor, &supervisor->registry[i]);
         }
     }
 }

@@ -73,7 +73,7 @@ static status_t resize_medium(void* const context, const uint64_t size)
     const undo_medium_t* const medium = (const undo_medium_t*)context;
     uint64_t present                  = 0U;
     const bool is_known               = (medium->inner.size(medium->inner.context, &present) == STATUS_OK);
-    // Save no octets of a long truncation, because the owner of the medium empties it.
+    // Save no octets of a long truncation: its owner empties the medium and no longer needs the content.
     const bool is_long = is_known && (present > size) && ((present - size) > UNDO_CUT_MAX);
     save_all(medium, size, is_long ? 0U : UNDO_CUT_MAX);
     return medium->inner.resize(medium->inner.context, size);

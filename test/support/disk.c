@@ -152,7 +152,7 @@ static status_t remove_directory(void* const context, const char* const path)
     return remove_it(path, true);
 }
 
-static status_t rename_it(void* const context, const char* const path, const char* const new_path)
+static status_t rename_entry(void* const context, const char* const path, const char* const new_path)
 {
     (void)context;
     if (fails()) {
@@ -290,7 +290,7 @@ pus_file_store_t disk_store(void)
                               .remove_file      = remove_file,
                               .create_directory = create_directory,
                               .remove_directory = remove_directory,
-                              .rename           = rename_it,
+                              .rename           = rename_entry,
                               .list             = list,
                               .read             = read_octets,
                               .write            = write_octets,

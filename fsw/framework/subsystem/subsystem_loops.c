@@ -139,7 +139,7 @@ void subsystem_begin_loops(subsystem_t* const subsystem)
 
 /// Perform the oldest request of a loop, if the mailbox has room for all its reports. False if there is no
 /// request or no room.
-static bool perform_one(subsystem_t* const subsystem, subsystem_loop_t* const loop, const uint64_t now_ns)
+static bool perform_request(subsystem_t* const subsystem, subsystem_loop_t* const loop, const uint64_t now_ns)
 {
     pus_app_process_t* const process = &subsystem->loop_process;
     const uint32_t lost_before       = process->counters.lost + process->counters.oversized;
@@ -168,7 +168,7 @@ static bool perform_one(subsystem_t* const subsystem, subsystem_loop_t* const lo
 }
 
 /// Send the oldest report that a loop has finished. False if there is none.
-static bool forward_one(subsystem_t* const subsystem, subsystem_loop_t* const loop, const bool has_ended)
+static bool forward_report(subsystem_t* const subsystem, subsystem_loop_t* const loop, const bool has_ended)
 {
     size_t size = 0U;
     lock(&loop->mutex);
@@ -204,8 +204,8 @@ void subsystem_end_loops(subsystem_t* const subsystem)
         subsystem_loop_t* const loop = &subsystem->loops[i];
         bool has_more                = true;
         while (has_more) {
-            has_more = forward_one(subsystem, loop, true);
-            has_more = perform_one(subsystem, loop, subsystem->now_ns) || has_more;
+            has_more = forward_report(subsystem, loop, true);
+            has_more = perform_request(subsystem, loop, subsystem->now_ns) || has_more;
         }
         loop->period_ns = 0U;
         loop->priority  = 0U;
@@ -222,7 +222,7 @@ static void run_loop(subsystem_t* const subsystem, const uint8_t index, const ui
         .context = subsystem, .put = put_housekeeping, .values = subsystem->loop_scratch};
     subsystem->present_loop = loop;
     pus_hk_loop_step(&subsystem->housekeeping, (uint8_t)(index + 1U), now_ns, loop->cycle, &outlet);
-    for (unsigned i = 0U; (i < SUBSYSTEM_LOOP_REQUESTS) && perform_one(subsystem, loop, now_ns); i++) {
+    for (unsigned i = 0U; (i < SUBSYSTEM_LOOP_REQUESTS) && perform_request(subsystem, loop, now_ns); i++) {
     }
 }
 
@@ -274,7 +274,7 @@ void subsystem_empty_mailboxes(subsystem_t* const subsystem)
 {
     for (uint16_t i = 0U; i < subsystem->loop_count; i++) {
         subsystem_loop_t* const loop = &subsystem->loops[i];
-        for (unsigned k = 0U; (k < SUBSYSTEM_LOOP_REPORTS) && forward_one(subsystem, loop, false); k++) {
+        for (unsigned k = 0U; (k < SUBSYSTEM_LOOP_REPORTS) && forward_report(subsystem, loop, false); k++) {
         }
     }
 }
