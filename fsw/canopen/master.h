@@ -102,8 +102,7 @@ void canopen_master_unroute(canopen_master_t* master, uint16_t cob);
 /// Process all received frames, and monitor heartbeats.
 void canopen_master_receive(canopen_master_t* master, uint64_t now_ns);
 /// Send an NMT command to node `id`, or to all nodes (0). NMT_RESET_NODE also ends the SDO transfer of the
-/// node and the monitoring of its heartbeat.
-/// STATUS_OK, STATUS_FULL, STATUS_CLOSED.
+/// node and the monitoring of its heartbeat. STATUS_OK, STATUS_FULL, STATUS_CLOSED.
 status_t canopen_master_command(canopen_master_t* master, uint8_t id, canopen_nmt_command_t command);
 /// Send one frame of process data. STATUS_OK, STATUS_FULL, STATUS_CLOSED (also while no node acknowledges).
 status_t canopen_master_send_process_data(canopen_master_t* master, uint16_t cob, const uint8_t* octets,

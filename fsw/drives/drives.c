@@ -542,8 +542,9 @@ void drives_emit(void* const self)
     FSW_ASSERT(self != NULL);
     drives_t* const drives   = self;
     const bool is_sync_first = subsystem_descriptor(drives->generic)->is_sync_first;
+    // Send SYNC on all buses before the commands of any bus.
     for (uint8_t i = 0U; is_sync_first && (i < drives->bus_count); i++) {
-        canopen_network_send_sync(&drives->buses[i].network); // On all buses before the commands of any.
+        canopen_network_send_sync(&drives->buses[i].network);
     }
     for (uint8_t i = 0U; i < drives->bus_count; i++) {
         canopen_network_emit(&drives->buses[i].network, subsystem_now_ns(drives->generic));
