@@ -96,7 +96,7 @@ check-tests-run:
 	$(PARALLEL) tests
 	$(PARALLEL) TSAN=1 CC=clang thread-tests
 	@$(PYTHON) test/support/run_tests.py --no-pytest --variant build --threads '$(THREAD_TESTS)' --jobs $(JOBS) $(TESTS)
-# The portable tests on a board, those that take long there included.
+# All portable tests on a board, including those that take long there.
 .PHONY: check-board
 check-board: build/setup/rtos build/setup/unit
 	+@LONG=1 $(MAKE) --no-print-directory ONLY= board-tests-run
@@ -104,8 +104,8 @@ board-tests-run:
 	$(PARALLEL) BOARD=$(TEST_BOARD) board-tests
 	@$(PYTHON) test/support/run_tests.py --no-pytest --variant build/$(TEST_BOARD) --jobs $(JOBS) $(PORTABLE_TESTS)
 .PHONY: check-flights
-# The tests that are marked `long`: many deaths and power cuts at random instants, 24 h of flight, and comparisons
-# with other implementations of PUS.
+# The tests that are marked `long`: many deaths of processes and power cuts at random instants, 24 h of flight, and
+# comparisons with other implementations of PUS.
 check-flights: build/setup/vm build/setup/full build/setup/peer-spacepackets all remote-endian random-flight
 	@LONG=1 SOAK_HOURS=24 $(VENV) -m pytest -q -p no:cacheprovider -m long -n $(JOBS) --dist loadfile \
 	    test/mission test/hil test/conformance test/lint test/fuzz/test_random_flight.py && \

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Fetch the bounded model checker CBMC into build/third_party/cbmc/. Debian 12 has no such package: apt-get fetches that
-# of Debian 13, in the version below, and the libraries that it needs. Its own loader starts it with these libraries, so
+# Fetch the bounded model checker CBMC into build/third_party/cbmc/. Debian 12 has no such package: apt-get fetches the
+# package of Debian 13, in the version below, and the libraries that it needs. Its own loader starts it with these libraries, so
 # that the libraries of the machine do not change. apt-get reads the package sources of this machine with the name of that
 # release, and separate package lists. The packages are kept in the user's cache for other clones and for work without a
 # network.
