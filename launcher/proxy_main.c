@@ -52,7 +52,7 @@ static const char* open_run(proxy_t* const self, const char* const name)
         return "there is no such run; `hirosco run --remote-endian SUBSYSTEM` starts it";
     }
     if (self->component >= self->run->component_count) {
-        return "the run has no such component; `hirosco run` starts all components of a mission";
+        return "the run has no such component; `hirosco run` starts it";
     }
     self->life = __atomic_load_n(&self->run->components[self->component].life, __ATOMIC_ACQUIRE);
     if (!run_name(self->run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||

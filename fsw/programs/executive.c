@@ -83,10 +83,10 @@ static const char* open_run(const char* const name, const unsigned component,
     char scheduler_name[RUN_NAME_MAX];
     *out_scheduler = NULL;
     if (run_state_attach(&storage.run_shm, name, &run) != STATUS_OK) {
-        return "there is no such run; programs of a mission are started by `hirosco run`";
+        return "there is no such run; `hirosco run` starts the programs";
     }
     if (component >= run->component_count) {
-        return "the run has no such component; `hirosco run` starts all components of a mission";
+        return "the run has no such component; `hirosco run` starts it";
     }
     if (run->is_stepped) {
         if (!run_name(run, "scheduler", 0U, scheduler_name, sizeof scheduler_name) ||

@@ -266,13 +266,11 @@ static void an_arena_that_is_used_up_is_reported(void)
     loader.parser.arena.capacity = 1024U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, descriptor_parse_subsystem(&loader, "arm.xml", arm_document,
                                                                    strlen(arm_document), &arm));
-    TEST_ASSERT_EQUAL_STRING("arm.xml:0: the parser has too little memory to begin",
-                             descriptor_error(&loader));
+    TEST_ASSERT_EQUAL_STRING("arm.xml:0: the parser has too little memory", descriptor_error(&loader));
     loader.parser.arena.capacity = sizeof(void*) * 1792U;
     TEST_ASSERT_EQUAL(STATUS_EXHAUSTED, descriptor_parse_subsystem(&loader, "arm.xml", arm_document,
                                                                    strlen(arm_document), &arm));
-    TEST_ASSERT_NOT_NULL(
-        strstr(descriptor_error(&loader), ": the document needs more memory than the parser has"));
+    TEST_ASSERT_NOT_NULL(strstr(descriptor_error(&loader), ": the parser has too little memory"));
 }
 
 int main(void)

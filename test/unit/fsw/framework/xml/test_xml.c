@@ -141,7 +141,7 @@ static void text_between_elements_is_refused_and_space_is_not(void)
     TEST_ASSERT_EQUAL(STATUS_OK, parse("<A>&#13;&#9;&#32;<![CDATA[ ]]></A>"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<A><![CDATA[x]]></A>"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<A>\n\n x</A>"));
-    TEST_ASSERT_EQUAL_STRING("text between elements: expected none", parser.error.message);
+    TEST_ASSERT_EQUAL_STRING("text between elements", parser.error.message);
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<A><![CDATA[x]]></A>"));
 }
 
@@ -150,7 +150,7 @@ static void encodings_other_than_utf8_are_refused(void)
     static const char utf16[]   = "\xFF\xFE<\0A\0/\0>\0";
     static const char utf16be[] = "\xFE\xFF\0<\0A\0/\0>";
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<?xml version='1.0' encoding='ISO-8859-1'?><A/>"));
-    TEST_ASSERT_EQUAL_STRING("encoding \"ISO-8859-1\": expected UTF-8", parser.error.message);
+    TEST_ASSERT_EQUAL_STRING("encoding: expected UTF-8", parser.error.message);
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse("<?xml version='1.0' encoding='UTF-16'?><A/>"));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse_pieces(utf16, sizeof utf16 - 1U, 64U));
     TEST_ASSERT_EQUAL(STATUS_INVALID, parse_pieces(utf16be, sizeof utf16be - 1U, 1U));
@@ -160,7 +160,7 @@ static void encodings_other_than_utf8_are_refused(void)
         char document[64];
         (void)snprintf(document, sizeof document, "<?xml version='1.0' encoding='%s'?><A/>", nearly[i]);
         TEST_ASSERT_EQUAL(STATUS_INVALID, parse(document));
-        TEST_ASSERT_NOT_NULL(strstr(parser.error.message, "\": expected UTF-8"));
+        TEST_ASSERT_NOT_NULL(strstr(parser.error.message, ": expected UTF-8"));
     }
     TEST_ASSERT_EQUAL(STATUS_OK, parse("<?xml version='1.0'?><A/>"));
     TEST_ASSERT_EQUAL(STATUS_OK, parse("<?xml version='1.0' encoding='utf-8'?><A/>"));
@@ -178,7 +178,7 @@ static void unknown_versions_are_refused(void)
         TEST_ASSERT_EQUAL_MESSAGE(STATUS_INVALID, parse(document), versions[i]);
         TEST_ASSERT_EQUAL_UINT32(1U, parser.error.line);
     }
-    TEST_ASSERT_EQUAL_STRING("version \"1.00\": expected 1.0", parser.error.message);
+    TEST_ASSERT_EQUAL_STRING("version: expected 1.0", parser.error.message);
 }
 
 static void octets_before_the_beginning_and_after_the_end_are_refused(void)
