@@ -112,7 +112,7 @@ static void take_with(const rtlink_method_t method)
     static subsystem_descriptor_t own;
     static const component_descriptors_t descriptors;
     const component_runtime_surroundings_t surroundings = {
-        .run = &run, .mission = &mission, .descriptors = &descriptors, .hub = &hub};
+        .run = &run, .mission = &mission, .descriptors = &descriptors, .ring_carrier = &ring_carrier};
     udp_opened       = 0U;
     tipc_opened      = 0U;
     run.link_methods = (uint8_t)(1U << (unsigned)method);
