@@ -110,6 +110,9 @@ def test_a_telecommand_moves_the_joint_of_the_scene(page):
     page.click(SEND + ":not(:disabled)")
     until(page, "Math.abs(window.station.scene.joints[0] - 0.9) < 0.002 && Math.abs(window.station.scene.joints[1] + 1.3) < 0.002")
     page.wait_for_selector("station-work [aria-label='accepted done, started done, step not reported, completed done']")
+    page.click("#log-Commands")  # The list has the command with its arguments.
+    page.wait_for_selector("station-log button.again:text-is('cmd MANIPULATOR.MOVE_TO POSITION=0.9,-1.3 DURATION=2')")
+    page.click("#log-Events")
 
 
 def test_the_fastest_structure_moves_the_robot(page):

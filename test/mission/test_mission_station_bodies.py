@@ -351,6 +351,7 @@ def test_the_page_report_html_moves_a_free_body(browser, session_directory):
             assert place == pytest.approx(list(bases["position_m"][row, 0]), abs=1e-5) and abs(place[0]) > 1e-3
         page.evaluate("station.replay.seek(0)")
         assert page.evaluate("station.scene.bodies[0].arm.node.matrix.elements.slice(12, 15)") == pytest.approx([0, 0, 0], abs=1e-9)
+        assert page.get_attribute("[data-source=telemetry]:disabled", "title") == "The recording has no position of the robot in the telemetry"
         page.screenshot(path=str(session_directory / "report-free-body.png"))
         lines = [f"ACTUATORS {leaf}.{n}" for leaf, count in (("POSITION", 8), ("TORQUE", 4)) for n in range(1, count + 1)]  # Three strips.
         no_robot = ["This mission has no robot that can be drawn.", 0, lines, "The whole flight", True, "No charts yet: P adds a parameter."]

@@ -157,6 +157,12 @@ def test_a_command_lists_the_reports_that_it_led_to(page):
     station.until(page, f"document.querySelectorAll('station-log .reports .entry').length === {sum(time <= times[2] for time in times)}")
     page.locator("station-log .led-to[aria-expanded=true]").click()
     assert page.locator("station-log .reports").count() == 0
+    page.evaluate("station.replay.seek(60)")
+    page.evaluate("document.querySelector('station-log').drawCommands()")
+    assert page.evaluate("""() => {
+        const line = document.querySelector("station-log [aria-label=Commands] [aria-current] + .led-to"), list = line.parentElement;
+        return line.getBoundingClientRect().bottom <= list.getBoundingClientRect().bottom + 1;
+    }""")
     page.click("#log-Events")
 
 

@@ -23,15 +23,22 @@ import { Telemetry } from "./telemetry.js";
 // Most entries that the log shows; entries before and after the present instant of a replay.
 const SHOWN = 120,
   AROUND = 30;
+const LINE_MAX = 120; // Characters of a command that is shown with its arguments.
 const SEVERITIES = ["INFORMATIVE", "LOW", "MEDIUM", "HIGH"];
 
-// Scroll a list to its present entry, but not the page around it.
+// A command with its arguments; without them if they are long, such as the octets of a telecommand.
+const saidOf = ({ line, text: words }) => (line && line.length <= LINE_MAX ? line : words);
+
+// Scroll a list to its present entry and the line of its reports, but not the page around it.
 function reveal(list) {
-  const entry = list.querySelector("[aria-current]")?.getBoundingClientRect();
+  const entry = list.querySelector("[aria-current]");
   if (!entry) return;
+  const below = entry.nextElementSibling?.matches(".led-to") ? entry.nextElementSibling : entry;
+  const first = entry.getBoundingClientRect().top,
+    last = below.getBoundingClientRect().bottom;
   const { top, bottom } = list.getBoundingClientRect();
-  if (entry.top < top) list.scrollTop += entry.top - top;
-  else if (entry.bottom > bottom) list.scrollTop += entry.bottom - bottom;
+  if (first < top) list.scrollTop += first - top;
+  else if (last > bottom) list.scrollTop += last - bottom;
 }
 
 class Log extends HTMLElement {
@@ -276,7 +283,7 @@ class Log extends HTMLElement {
           title: "Open this command in the tab Command",
           onclick: () => store.tell("again", call.line),
         },
-        call.text,
+        saidOf(call),
       );
     const parts = [
       el("span", { class: "mono" }, (call.time ?? 0).toFixed(4)),
@@ -300,7 +307,8 @@ class Log extends HTMLElement {
 
   // A line below a command with the number of reports that it led to. A click lists them; a click on one
   // shows its instant.
-  reportsOf({ number, text: words, time, led_to }) {
+  reportsOf(call) {
+    const { number, time, led_to } = call;
     if (!led_to) return [];
     const { count, rows } = led_to;
     const isOpen = this.opened.has(number);
@@ -315,7 +323,7 @@ class Log extends HTMLElement {
         class: "led-to",
         tabindex: -1,
         "aria-expanded": String(isOpen),
-        "aria-label": `${said}: ${words} at ${(time ?? 0).toFixed(4)} s`,
+        "aria-label": `${said}: ${saidOf(call)} at ${(time ?? 0).toFixed(4)} s`,
         onclick: toggle,
       },
       `${isOpen ? "▾" : "▸"} ${said}`,

@@ -10,7 +10,7 @@ import { beat } from "./beat.js";
 import { Arm, cutBelow, FACETS, LOOK, shape } from "./body.js";
 import { SceneMarks, token, TRACE_S, TRUTH } from "./scene_marks.js";
 import { store } from "./store.js";
-import { el, isPageKey, number, text } from "./dom.js";
+import { el, isPageKey, number, put, text } from "./dom.js";
 import { Corners } from "./scene_corners.js";
 import { orbit } from "./orbit.js";
 import { LEAST_MS } from "./pace.js";
@@ -366,6 +366,7 @@ class Scene extends SceneMarks {
       button.setAttribute("aria-pressed", String(name === store.replay.which));
       button.hidden = false;
       button.disabled = !store.replay[name]?.t.length;
+      if (button.disabled) put(button, "title", `The recording has no position of the robot in the ${name}`);
     }
     this.tellTruth(store.replay.which === "truth");
     if (!row) return;
