@@ -80,7 +80,7 @@ static void report(const device_t* const device, const uint64_t now_ns, const un
 }
 
 /// Report the state of a device that has no statusword.
-static void report_plain(const device_t* const device, const uint64_t now_ns)
+static void report_without_statusword(const device_t* const device, const uint64_t now_ns)
 {
     report(device, now_ns, 0U, 0U, false);
 }
@@ -361,7 +361,8 @@ static void end_box(device_t* const device, const uint64_t now_ns, const uint64_
     valve_box_end_step(device->model.model, end_ns);
 }
 
-static const device_kind_t valve_boxes = {.report = report_plain, .act = act_box, .end_step = end_box};
+static const device_kind_t valve_boxes = {
+    .report = report_without_statusword, .act = act_box, .end_step = end_box};
 
 // ---- Sensors ----
 
@@ -408,7 +409,7 @@ static void end_sensor(device_t* const device, const uint64_t now_ns, const uint
     measuring_device_end_step(device->model.model, end_ns);
 }
 
-static const device_kind_t sensors = {.report = report_plain, .end_step = end_sensor};
+static const device_kind_t sensors = {.report = report_without_statusword, .end_step = end_sensor};
 
 // ---- Opening and closing ----
 
@@ -446,7 +447,7 @@ static status_t add_bench(devices_t* const devices, const world_bench_t* const b
                                       .bench_drive = plant_drive_of(type, -bench->range, bench->range)};
     device_t* device               = &devices->device[devices->count];
     const status_t status          = add(devices, &wanted, create_drive, type, error);
-    plant_drive_vary(&device->bench_drive, &bench->differs);
+    plant_drive_vary(&device->bench_drive, &bench->difference);
     motor_bench_init(&device->bench, &device->bench_drive, bench->contact, bench->stiffness);
     return status;
 }

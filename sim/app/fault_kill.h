@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Termination of a process of the run at an instant of simulated time: the scenario's `fault kill`.
 ///
-/// With a scheduler the simulator holds the grant when it applies a fault, so that no other process runs:
-/// therefore the killed process has done all its work before that instant, and none after it.
+/// With a scheduler the simulator holds the grant when it applies a fault, so no other process runs. The
+/// killed process has done all its work before that instant, and none after it.
 #ifndef SIM_APP_FAULT_KILL_H
 #define SIM_APP_FAULT_KILL_H
 

@@ -427,10 +427,10 @@ static void switch_node(const fault_world_t* const world, const fault_t* const f
         instrument_plug(world->instrument[fault->device].instrument, fault->kind == FAULT_PLUG);
         return;
     }
-    const bool connects    = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);
-    const bool is_one_only = (fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND);
+    const bool connects            = (fault->kind == FAULT_PLUG) || (fault->kind == FAULT_MEND);
+    const bool affects_one_channel = (fault->kind == FAULT_CUT) || (fault->kind == FAULT_MEND);
     for (unsigned i = 0U; (fault->device == FAULT_DEVICE_FLIGHT) && (i < NODE_CHANNELS); i++) {
-        if (!is_one_only || (i == fault->channel)) {
+        if (!affects_one_channel || (i == fault->channel)) {
             switch_flight(&world->channel[fault->bus][i], connects);
         }
     }

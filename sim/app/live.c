@@ -56,19 +56,20 @@ struct live {
 // ---- Record ----
 
 static void record(live_t* const live, const char* const actor, const scenario_line_t* const line,
-                   const char* const who)
+                   const char* const client_name)
 {
     bool is_written = fprintf(live->record, "%" PRIu64 ".%09" PRIu64 " %s", live->now_ns / 1000000000U,
                               live->now_ns % 1000000000U, actor) > 0;
     for (size_t i = 0U; i < line->word_count; i++) {
         is_written = is_written && (fprintf(live->record, " %s", line->word[i]) > 0);
     }
-    is_written = is_written && (fprintf(live->record, " # %s\n", who) > 0) && (fflush(live->record) == 0);
+    is_written =
+        is_written && (fprintf(live->record, " # %s\n", client_name) > 0) && (fflush(live->record) == 0);
     live->is_record_broken = live->is_record_broken || !is_written;
 }
 
 static void print_mark(const live_t* const live, FILE* const out, const scenario_line_t* const line,
-                       const char* const who)
+                       const char* const client_name)
 {
     const double now = (double)live->now_ns / NS_PER_S;
     (void)fprintf(out, "{\"text\": \"[%9.4f s] live", now);
@@ -77,22 +78,22 @@ static void print_mark(const live_t* const live, FILE* const out, const scenario
     }
     (void)fprintf(out,
                   " (%s)\", \"time\": %.9f, \"end\": %.9f, \"line\": 0, \"verb\": \"live\", \"words\": [",
-                  who, now, now);
+                  client_name, now, now);
     for (size_t i = 0U; i < line->word_count; i++) {
         (void)fprintf(out, "%s\"%s\"", (i == 0U) ? "" : ", ", line->word[i]);
     }
-    (void)fprintf(out, "], \"outcome\": \"by %s\", \"asked\": []}\n", who);
+    (void)fprintf(out, "], \"outcome\": \"by %s\", \"asked\": []}\n", client_name);
 }
 
 /// Append an accepted line to the log of the operator, which the operator's program also appends to. In a
 /// flight without an operator the line goes to the standard output.
-static void mark(live_t* const live, const scenario_line_t* const line, const char* const who)
+static void mark(live_t* const live, const scenario_line_t* const line, const char* const client_name)
 {
     char path[PATH_OCTETS];
     (void)snprintf(path, sizeof path, "%s/operator.log", live->config.directory);
     FILE* const existing = fopen(path, "r");
     if (existing == NULL) {
-        print_mark(live, stdout, line, who);
+        print_mark(live, stdout, line, client_name);
         (void)fflush(stdout);
         return;
     }
@@ -100,15 +101,15 @@ static void mark(live_t* const live, const scenario_line_t* const line, const ch
     // The buffer holds the whole line, so that one write appends it: lines of both programs do not mix.
     FILE* const log = fopen(path, "a");
     if (log != NULL) {
-        print_mark(live, log, line, who);
+        print_mark(live, log, line, client_name);
     }
     live->is_record_broken = live->is_record_broken || (log == NULL) || (fclose(log) != 0);
 }
 
 // ---- Lines ----
 
-static status_t take_world_line(live_t* const live, scenario_line_t* const line, const char* const who,
-                                char error[SCENARIO_ERROR_MAX])
+static status_t take_world_line(live_t* const live, scenario_line_t* const line,
+                                const char* const client_name, char error[SCENARIO_ERROR_MAX])
 {
     const char* const actor = line->word[0];
     const bool is_hand      = strcmp(actor, "hand") == 0;
@@ -126,16 +127,18 @@ static status_t take_world_line(live_t* const live, scenario_line_t* const line,
                                     : faults_add(live->config.faults, live->config.targets, &rest, error);
     const bool is_aim     = is_hand && (strcmp(rest.word[0], "aim") == 0);
     if (status == STATUS_OK) {
-        record(live, actor, &rest, who);
-        if (!is_aim || !live->is_aimed || live->is_silent || (strcmp(live->aiming_client, who) != 0)) {
-            mark(live, line, who); // Only the first of consecutive `aim` lines of a client gets a mark.
+        record(live, actor, &rest, client_name);
+        // Only the first of consecutive `aim` lines of a client gets a mark.
+        if (!is_aim || !live->is_aimed || live->is_silent ||
+            (strcmp(live->aiming_client, client_name) != 0)) {
+            mark(live, line, client_name);
         }
     }
     if ((status == STATUS_OK) && is_hand) {
         live->is_aimed  = is_aim;
         live->is_silent = false;
         live->aimed_ns  = live->now_ns;
-        (void)snprintf(live->aiming_client, sizeof live->aiming_client, "%s", who);
+        (void)snprintf(live->aiming_client, sizeof live->aiming_client, "%s", client_name);
     }
     return status;
 }
@@ -227,9 +230,9 @@ static bool put(client_t* const client, const char* const text, const size_t oct
     return true;
 }
 
-/// Queue a line with a frame or a row. When a line had to be dropped, the next lines are dropped, too, until
-/// half of the room is free, so that a slow client gets long pieces without a gap. Then the number of dropped
-/// lines is reported first.
+/// Queue a line with a frame or a row. After a line had to be dropped, the next lines are dropped, too, until
+/// half of the room is free: so a slow client gets long pieces without a gap. Then the port first queues the
+/// number of dropped lines.
 static void put_report(client_t* const client, const char* const text, const size_t octets)
 {
     char note[32];

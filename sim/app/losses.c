@@ -6,11 +6,11 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-static void tell(const uint64_t count, const char* const what)
+static void print_loss(const uint64_t count, const char* const text)
 {
     char line[256];
     if (count > 0U) {
-        (void)snprintf(line, sizeof line, "simulator: %" PRIu64 " %s", count, what);
+        (void)snprintf(line, sizeof line, "simulator: %" PRIu64 " %s", count, text);
         osal_console_print_error(line);
     }
 }
@@ -21,10 +21,11 @@ bool losses_report(const simulator_statistics_t* const statistics)
     (void)snprintf(tools, sizeof tools,
                    "tools in lock-step did not finish a step in %u s and were disconnected",
                    SIMULATOR_TOOL_TIMEOUT_S);
-    tell(statistics->tools_lost, tools);
-    tell(statistics->tool_dropped, "messages to tools dropped, because the tools did not read them");
-    tell(statistics->unpublished, "frames not published, because the interface did not accept them");
-    tell(statistics->undelivered, "octets and datagrams sent between flight software and stream devices did "
-                                  "not arrive; the run is not reproducible");
+    print_loss(statistics->tools_lost, tools);
+    print_loss(statistics->tool_dropped, "messages to tools dropped, because the tools did not read them");
+    print_loss(statistics->unpublished, "frames not published, because the interface did not accept them");
+    print_loss(statistics->undelivered,
+               "octets and datagrams sent between flight software and stream devices did "
+               "not arrive; the run is not reproducible");
     return statistics->undelivered > 0U;
 }

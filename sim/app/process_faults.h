@@ -3,9 +3,9 @@
 /// `fault resume` of a scenario.
 ///
 /// If the process is a participant of the scheduler, the simulator, which holds the grant, ends, suspends or
-/// resumes the participant in the scheduler; the process itself is ended, suspended or resumed later, in
-/// wall-clock time. Other processes (launcher, operator, archive), and all processes if there is no
-/// scheduler, get a signal (sim/app/fault_kill.h).
+/// resumes the participant in the scheduler; its process ends, waits or continues later, in wall-clock time.
+/// Other processes (launcher, operator, archive), and all processes if there is no scheduler, get a signal
+/// (sim/app/fault_kill.h).
 #ifndef SIM_APP_PROCESS_FAULTS_H
 #define SIM_APP_PROCESS_FAULTS_H
 

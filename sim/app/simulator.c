@@ -142,8 +142,9 @@ static void move_plant(simulator_t* const simulator, const uint64_t end_ns)
     devices_end_step(simulator->devices, simulator->time_ns, end_ns);
 }
 
-/// Perform one step: waiting frames, faults and buses up to the end of the step, then the plant, which moves
-/// with the commands that the devices have received in this step. The logs contain the state at the end.
+/// Perform one step: take waiting frames, run faults and buses up to the end of the step, then move the
+/// plant. The plant obeys the commands that the devices have received in this step. The logs contain the
+/// state at the end.
 static void run_step(simulator_t* const simulator, const uint64_t end_ns)
 {
     if (simulator->live != NULL) {

@@ -82,15 +82,15 @@ void spread_apply(world_t* const world, const uint64_t seed)
     }
     for (uint32_t i = 0U; i < world->drive_count; i++) {
         world_drive_t* drive = &world->drive[i];
-        drive->differs       = difference(&world->drive_type[drive->type], (stream_t){seed, DRIVES | i});
+        drive->difference    = difference(&world->drive_type[drive->type], (stream_t){seed, DRIVES | i});
     }
     for (uint32_t i = 0U; i < world->bench_count; i++) {
         world_bench_t* bench = &world->bench[i];
-        bench->differs       = difference(&world->drive_type[bench->type], (stream_t){seed, BENCHES | i});
+        bench->difference    = difference(&world->drive_type[bench->type], (stream_t){seed, BENCHES | i});
     }
     for (uint32_t i = 0U; i < world->wheel_count; i++) {
-        const stream_t stream        = {seed, WHEELS | i};
-        world->wheel[i].gain_differs = draw(&stream, world->wheel[i].gain_spread, 0U);
+        const stream_t stream           = {seed, WHEELS | i};
+        world->wheel[i].gain_difference = draw(&stream, world->wheel[i].gain_spread, 0U);
     }
     for (uint32_t i = 0U; i < world->sensor_count; i++) {
         const stream_t stream  = {seed, SENSORS | i};

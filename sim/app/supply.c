@@ -14,10 +14,10 @@ void supply_open(power_unit_t* const unit, const world_power_unit_t* const descr
 {
     power_unit_init(unit, (uint8_t)description->device.node);
     for (unsigned i = 0U; i < segment_count; i++) {
-        const bool is_b = (channel_b != NULL) && (segments[i].bus == channel_b);
-        if (is_b || (i == description->device.bus)) {
+        const bool is_channel_b = (channel_b != NULL) && (segments[i].bus == channel_b);
+        if (is_channel_b || (i == description->device.bus)) {
             segments[i].listen   = receive_frame;
-            segments[i].listener = &unit->port[is_b ? NODE_CHANNEL_B : NODE_CHANNEL_A];
+            segments[i].listener = &unit->port[is_channel_b ? NODE_CHANNEL_B : NODE_CHANNEL_A];
         }
     }
     for (size_t i = 0U; i < description->supply_count; i++) {

@@ -161,7 +161,8 @@ static bool receive_line(cosimulation_port_t* const cosimulation, char* const ou
 static status_t admit(cosimulation_port_t* const cosimulation, const uint64_t until_ns)
 {
     char line[COSIMULATION_PORT_LINE_OCTETS];
-    const uint64_t deadline_ns = cosimulation->came_ns + ((uint64_t)cosimulation->timeout_ms * NS_PER_MS);
+    const uint64_t deadline_ns =
+        cosimulation->connected_ns + ((uint64_t)cosimulation->timeout_ms * NS_PER_MS);
     const status_t status =
         wait_for_line(cosimulation, line, (until_ns < deadline_ns) ? until_ns : deadline_ns);
     if ((status == STATUS_TIMEOUT) && (osal_clock_monotonic_ns() >= deadline_ns)) {
@@ -215,8 +216,8 @@ static status_t accept_client(cosimulation_port_t* const cosimulation, const uin
     osal_address_t peer;
     const status_t status = osal_tcp_accept(&cosimulation->listener, &cosimulation->client, &peer);
     if (status == STATUS_OK) {
-        cosimulation->line_size = 0U;
-        cosimulation->came_ns   = osal_clock_monotonic_ns();
+        cosimulation->line_size    = 0U;
+        cosimulation->connected_ns = osal_clock_monotonic_ns();
         return STATUS_OK;
     }
     if (status != STATUS_EMPTY) {

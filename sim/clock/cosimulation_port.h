@@ -35,8 +35,8 @@ typedef struct { // All fields are private, except stream_port and count: read-o
     uint32_t timeout_ms;
     char line[COSIMULATION_PORT_LINE_OCTETS]; ///< Octets received and not yet used.
     size_t line_size;
-    uint64_t came_ns;     ///< Time at which the client connected (wall-clock).
-    uint16_t stream_port; ///< Port of the client that takes part; 0: it has no stream.
+    uint64_t connected_ns; ///< Time at which the client connected (wall-clock).
+    uint16_t stream_port;  ///< Port of the client that takes part; 0: it has no stream.
     struct {
         uint32_t joined;
         uint32_t left;      ///< Clients that sent `leave`.

@@ -77,7 +77,7 @@ uint16_t axis_state_bits(const axis_state_t state)
     return (uint16_t)(bits[state] | STATUS_VOLTAGE | STATUS_REMOTE);
 }
 
-bool axis_moves(const axis_state_t state)
+bool axis_function_is_enabled(const axis_state_t state)
 {
     return (state == AXIS_ENABLED) || (state == AXIS_QUICK_STOP) || (state == AXIS_FAULT_REACTION);
 }
@@ -166,7 +166,7 @@ static void enter(axis_t* const axis, const axis_state_t state, const uint64_t n
     update_statusword(axis);
     if (axis->observer != NULL) {
         axis->observer(axis->observer_context, node_id(axis->node), axis->number,
-                       (uint16_t)axis->statusword->value, !axis_moves(state), now_ns);
+                       (uint16_t)axis->statusword->value, !axis_function_is_enabled(state), now_ns);
     }
     node_event(axis->node, now_ns);
 }
@@ -249,7 +249,7 @@ void axis_fault(axis_t* const axis, const uint16_t code, const uint64_t now_ns)
     if ((axis->state == AXIS_FAULT) || (axis->state == AXIS_FAULT_REACTION)) {
         return;
     }
-    enter(axis, axis_moves(axis->state) ? AXIS_FAULT_REACTION : AXIS_FAULT, now_ns);
+    enter(axis, axis_function_is_enabled(axis->state) ? AXIS_FAULT_REACTION : AXIS_FAULT, now_ns);
 }
 
 void axis_ramp_done(axis_t* const axis, const uint64_t now_ns)
@@ -274,7 +274,7 @@ void axis_set_error(axis_t* const axis, const uint16_t code, const bool is_prese
     static const uint16_t warnings[] = {EMERGENCY_EXCESS_TORQUE, EMERGENCY_DEVICE_TEMPERATURE,
                                         EMERGENCY_DRIVE_TEMPERATURE};
     bool is_fault                    = false;
-    bool warns                       = false;
+    bool has_warning                 = false;
     if (is_present) {
         node_raise(axis->node, code, 0U, 0, now_ns);
     } else {
@@ -286,9 +286,9 @@ void axis_set_error(axis_t* const axis, const uint16_t code, const bool is_prese
         is_fault        = is_fault || (code == faults[i]);
     }
     for (unsigned i = 0U; i < (sizeof warnings / sizeof warnings[0]); i++) {
-        warns = warns || node_has_error(axis->node, warnings[i], 0U);
+        has_warning = has_warning || node_has_error(axis->node, warnings[i], 0U);
     }
-    axis_flag(axis, AXIS_STATUS_WARNING, warns);
+    axis_flag(axis, AXIS_STATUS_WARNING, has_warning);
     if (is_present && is_fault) {
         axis_fault(axis, code, now_ns);
     }

@@ -46,8 +46,8 @@ typedef enum {
 axis_state_t axis_next(axis_state_t state, uint16_t controlword, uint16_t before);
 /// Returns bits 0..6 and 9 of the statusword in a state, voltage present.
 uint16_t axis_state_bits(axis_state_t state);
-/// True in the states in which the holding brake is released.
-bool axis_moves(axis_state_t state);
+/// True in the states in which the drive function of CiA 402 is enabled; then a holding brake is released.
+bool axis_function_is_enabled(axis_state_t state);
 
 /// Called for every change of state (brake included) at its time.
 typedef void (*axis_observer_t)(void* context, uint8_t node, unsigned axis, uint16_t statusword, bool brake,

@@ -88,7 +88,7 @@ struct drive {
     uint32_t substep;
     double reference_rad;
     double reference_rad_s;
-    double hold_nm; // Torque at the beginning of a ramp.
+    double ramp_start_nm; // Torque at the beginning of a ramp.
     bool is_ramping;
     bool is_at_rest;
     bool is_limited;
@@ -203,7 +203,7 @@ static void execute_controlword(drive_t* const drive, const uint64_t now_ns)
     change_state(drive, now_ns);
     if (is_homing(drive)) {
         homing_command(&drive->homing, (uint16_t)drive->axis.controlword->value);
-        homing_show(&drive->homing, &drive->axis);
+        homing_update_statusword(&drive->homing, &drive->axis);
     }
 }
 
@@ -267,7 +267,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
     const double unit              = drive->settings.torque_unit_nm;
     drive_truth_t truth;
     read_truth(drive, &truth);
-    if (!axis_moves(drive->axis.state)) {
+    if (!axis_function_is_enabled(drive->axis.state)) {
         hold_here(drive); // While the motor is not controlled, the target follows the actual position.
     }
     if (objects->torque != NULL) {
@@ -283,7 +283,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
     object_set(objects->following_error,
                rounded((drive->reference_rad - measured_rad) / drive->position_unit));
     if (objects->brake != NULL) {
-        objects->brake->value = axis_moves(drive->axis.state) ? 0U : 1U;
+        objects->brake->value = axis_function_is_enabled(drive->axis.state) ? 0U : 1U;
     }
 }
 
@@ -332,7 +332,7 @@ static void begin_ramp(drive_t* const drive)
     drive->is_ramping      = true;
     drive->is_at_rest      = false;
     drive->ramp_ns         = 0U;
-    drive->hold_nm         = drive->torque_nm;
+    drive->ramp_start_nm   = drive->torque_nm;
     drive->reference_rad   = drive->position_rad;
     drive->reference_rad_s = drive->velocity_rad_s;
 }
@@ -365,7 +365,7 @@ static double wanted_torque(drive_t* const drive)
             begin_ramp(drive);
         }
         run_ramp(drive);
-        return position_loop(drive, drive->hold_nm);
+        return position_loop(drive, drive->ramp_start_nm);
     }
     drive->is_ramping = false;
     switch (axis_mode(&drive->axis)) {
@@ -394,7 +394,7 @@ double drive_regulate(drive_t* const drive, const double position_rad, const dou
 {
     drive->position_rad   = position_rad - drive->zero_rad;
     drive->velocity_rad_s = velocity_rad_s;
-    if (!axis_moves(drive->axis.state)) {
+    if (!axis_function_is_enabled(drive->axis.state)) {
         drive->is_ramping = false;
         drive->torque_nm  = 0.0;
         return 0.0;
@@ -439,7 +439,7 @@ static void end_homing_step(drive_t* const drive)
         read_truth(drive, &truth);
         hold_here(drive);
     }
-    homing_show(&drive->homing, &drive->axis);
+    homing_update_statusword(&drive->homing, &drive->axis);
 }
 
 void drive_end_step(drive_t* const drive, const uint64_t now_ns)
@@ -459,7 +459,7 @@ void drive_end_step(drive_t* const drive, const uint64_t now_ns)
 
 bool drive_brake_is_engaged(const drive_t* const drive)
 {
-    return !axis_moves(drive->axis.state);
+    return !axis_function_is_enabled(drive->axis.state);
 }
 
 uint16_t drive_statusword(const drive_t* const drive)

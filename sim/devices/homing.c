@@ -60,12 +60,12 @@ void homing_command(homing_t* const homing, const uint16_t controlword)
     homing->is_asked = is_asked;
 }
 
-static bool is_here(const int64_t method)
+static bool takes_present_position(const int64_t method)
 {
     return (method == METHOD_HERE) || (method == METHOD_HERE_OLD);
 }
 
-static bool is_to_stop(const int64_t method)
+static bool searches_end_stop(const int64_t method)
 {
     return (method == METHOD_NEGATIVE_STOP) || (method == METHOD_POSITIVE_STOP);
 }
@@ -74,7 +74,7 @@ static bool is_to_stop(const int64_t method)
 static bool is_running(const homing_t* const homing)
 {
     return (homing->state == HOMING_SEARCHING) && !homing->is_halted &&
-           is_to_stop(object_signed(homing->method));
+           searches_end_stop(object_signed(homing->method));
 }
 
 double homing_advance(homing_t* const homing, const double dt_s)
@@ -99,12 +99,13 @@ bool homing_end_step(homing_t* const homing, const bool is_limited, const uint64
         homing->stalled_ns = 0U;
         return false;
     }
-    homing->stalled_ns  = is_limited ? (homing->stalled_ns + step_ns) : 0U;
-    const bool is_found = is_here(method) || (is_running(homing) && (homing->stalled_ns >= HOMING_STALL_NS));
+    homing->stalled_ns = is_limited ? (homing->stalled_ns + step_ns) : 0U;
+    const bool is_found =
+        takes_present_position(method) || (is_running(homing) && (homing->stalled_ns >= HOMING_STALL_NS));
     if (is_found) {
         homing->state           = HOMING_ATTAINED;
         homing->reference_rad_s = 0.0;
-    } else if (!is_to_stop(method) || (homing->travelled_rad > range)) {
+    } else if (!searches_end_stop(method) || (homing->travelled_rad > range)) {
         homing->state = HOMING_FAILED;
     } else {
         // The search continues.
@@ -133,7 +134,7 @@ static uint16_t flags_of(const homing_t* const homing)
     }
 }
 
-void homing_show(const homing_t* const homing, axis_t* const axis)
+void homing_update_statusword(const homing_t* const homing, axis_t* const axis)
 {
     const uint16_t bits = AXIS_STATUS_TARGET_REACHED | AXIS_STATUS_HOMING_ATTAINED | AXIS_STATUS_HOMING_ERROR;
     axis_flag(axis, bits, false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Homing of a CiA 402 drive (mode of operation 6): a search for the reference of its position, started by
-/// bit 4 of the controlword, interrupted by bit 8 (halt), reported in bits 10, 12 and 13 of the statusword.
+/// Homing of a CiA 402 drive (mode of operation 6): a search for the reference of its position. Bit 4 of the
+/// controlword starts it, bit 8 (halt) interrupts it, and bits 10, 12 and 13 of the statusword report it.
 ///
 /// Methods (0x6098): 35 and 37 take the present position; -1 and -2 are manufacturer-specific and run with
 /// 0x6099:01 against the negative or positive end stop, until the torque has been at its limit for
@@ -57,6 +57,6 @@ double homing_advance(homing_t* homing, double dt_s);
 bool homing_end_step(homing_t* homing, bool is_limited, uint64_t step_ns);
 double homing_position_rad(const homing_t* homing);
 /// Set bits 10, 12 and 13 of the statusword. The axis counts as at rest while its reference is at rest.
-void homing_show(const homing_t* homing, axis_t* axis);
+void homing_update_statusword(const homing_t* homing, axis_t* axis);
 
 #endif // SIM_DEVICES_HOMING_H

@@ -79,7 +79,7 @@ static void on_written(void* const context, const object_t* const object, const 
     }
 }
 
-static double given_torque(const stick_axis_t* const axis)
+static double motor_torque(const stick_axis_t* const axis)
 {
     return (axis->machine.state == AXIS_ENABLED) ? axis->torque_nm : 0.0;
 }
@@ -93,7 +93,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
         stick_axis_t* axis    = &joystick->axis[i];
         const double measured = encoder_read(&joystick->config.encoder, truth.position_rad[i]);
-        const int64_t torque  = rounded(given_torque(axis) / axis->torque_unit_nm);
+        const int64_t torque  = rounded(motor_torque(axis) / axis->torque_unit_nm);
         object_set(axis->position, rounded(measured / axis->position_unit));
         object_set(axis->velocity, rounded(truth.velocity_rad_s[i] / axis->velocity_unit));
         object_set(axis->torque, torque);
@@ -137,15 +137,16 @@ static void on_reset(void* const context, const uint64_t now_ns)
 void joystick_torque(const joystick_t* const joystick, double out_torque_nm[JOYSTICK_AXES])
 {
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
-        out_torque_nm[i] = given_torque(&joystick->axis[i]);
+        out_torque_nm[i] = motor_torque(&joystick->axis[i]);
     }
 }
 
 void joystick_end_step(joystick_t* const joystick, const uint64_t now_ns)
 {
     for (unsigned i = 0U; i < JOYSTICK_AXES; i++) {
-        stick_axis_t* axis     = &joystick->axis[i];
-        const bool is_stopping = axis_moves(axis->machine.state) && (axis->machine.state != AXIS_ENABLED);
+        stick_axis_t* axis = &joystick->axis[i];
+        const bool is_stopping =
+            axis_function_is_enabled(axis->machine.state) && (axis->machine.state != AXIS_ENABLED);
         if (is_stopping && !axis->is_stopping) {
             axis->stop_ns = now_ns + STOP_NS;
         } else if (is_stopping && (now_ns >= axis->stop_ns)) {

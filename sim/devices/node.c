@@ -51,9 +51,9 @@ void node_send(node_t* const node, const uint32_t id, const uint8_t* const data,
 
 static void send_emergency(node_t* const node, const uint8_t message[EMERGENCY_OCTETS], const uint64_t now_ns)
 {
-    const uint64_t cob   = node->emergency_cob->value;
-    const bool may_speak = (node->state == NODE_OPERATIONAL) || (node->state == NODE_PRE_OPERATIONAL);
-    if (may_speak && ((cob & PDO_INVALID) == 0U)) {
+    const uint64_t cob  = node->emergency_cob->value;
+    const bool may_send = (node->state == NODE_OPERATIONAL) || (node->state == NODE_PRE_OPERATIONAL);
+    if (may_send && ((cob & PDO_INVALID) == 0U)) {
         node_send(node, (uint32_t)cob & OSAL_CAN_ID_MASK, message, EMERGENCY_OCTETS, now_ns);
     }
 }

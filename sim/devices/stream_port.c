@@ -406,7 +406,7 @@ void stream_port_step(stream_port_t* const port)
 
 /// True if flight has opened its end, as far as the counts show; without counts always true. While the end is
 /// closed nothing is sent, because a terminal would keep the octets until flight opens it.
-static bool is_heard(const stream_port_t* const port)
+static bool is_open_at_flight(const stream_port_t* const port)
 {
     return !osal_hand_over_is_open(&port->counts) || osal_hand_over_is_connected(&port->counts);
 }
@@ -415,7 +415,7 @@ void stream_port_send_raw(stream_port_t* const port, const uint8_t* const octets
 {
     size_t sent     = 0U;
     status_t status = STATUS_CLOSED;
-    if (!port->is_plugged || !is_heard(port)) {
+    if (!port->is_plugged || !is_open_at_flight(port)) {
         return;
     }
     if (port->config.kind == STREAM_PORT_SHM) {

@@ -27,7 +27,7 @@ struct wheel {
     double velocity_unit; // [rad/s]
     double torque_unit_nm;
     double inertia_kgm2;
-    double given_nm; // Torque of the last step, before the limits.
+    double commanded_nm; // Torque of the last step, before the limits.
     bool is_stopping;
     uint64_t stop_ns; // End of the quick stop.
 };
@@ -58,9 +58,9 @@ static double wanted_torque(const wheel_t* const wheel)
 
 double wheel_torque(wheel_t* const wheel)
 {
-    const double limit = (double)wheel->max_torque->value * wheel->torque_unit_nm;
-    wheel->given_nm    = (wheel->axis.state == AXIS_ENABLED) ? wanted_torque(wheel) : 0.0;
-    return fmax(-limit, fmin(limit, wheel->given_nm));
+    const double limit  = (double)wheel->max_torque->value * wheel->torque_unit_nm;
+    wheel->commanded_nm = (wheel->axis.state == AXIS_ENABLED) ? wanted_torque(wheel) : 0.0;
+    return fmax(-limit, fmin(limit, wheel->commanded_nm));
 }
 
 static void on_sample(void* const context, const uint64_t now_ns)
@@ -70,7 +70,7 @@ static void on_sample(void* const context, const uint64_t now_ns)
     (void)now_ns;
     object_set(wheel->velocity, clamped(speed(wheel, &truth) / wheel->velocity_unit, INT32_MAX));
     object_set(wheel->torque, clamped(truth.torque_nm / wheel->torque_unit_nm, INT16_MAX));
-    object_set(wheel->torque_demand, clamped(wheel->given_nm / wheel->torque_unit_nm, INT16_MAX));
+    object_set(wheel->torque_demand, clamped(wheel->commanded_nm / wheel->torque_unit_nm, INT16_MAX));
 }
 
 static void on_written(void* const context, const object_t* const object, const uint64_t now_ns)
@@ -101,9 +101,9 @@ static void on_connection_lost(void* const context, const uint64_t now_ns)
 
 static void on_reset(void* const context, const uint64_t now_ns)
 {
-    wheel_t* wheel     = context;
-    wheel->is_stopping = false;
-    wheel->given_nm    = 0.0;
+    wheel_t* wheel      = context;
+    wheel->is_stopping  = false;
+    wheel->commanded_nm = 0.0;
     axis_reset(&wheel->axis, now_ns);
 }
 
@@ -111,7 +111,8 @@ static void on_reset(void* const context, const uint64_t now_ns)
 
 void wheel_end_step(wheel_t* const wheel, const uint64_t now_ns)
 {
-    const bool is_stopping = axis_moves(wheel->axis.state) && (wheel->axis.state != AXIS_ENABLED);
+    const bool is_stopping =
+        axis_function_is_enabled(wheel->axis.state) && (wheel->axis.state != AXIS_ENABLED);
     wheel_truth_t truth;
     if (is_stopping && !wheel->is_stopping) {
         wheel->stop_ns = now_ns + STOP_NS;
@@ -120,7 +121,7 @@ void wheel_end_step(wheel_t* const wheel, const uint64_t now_ns)
     } else if (wheel->axis.state == AXIS_ENABLED) {
         wheel->config.read_truth(wheel->config.truth_context, &truth);
         axis_flag(&wheel->axis, AXIS_STATUS_INTERNAL_LIMIT,
-                  fabs(wheel->given_nm - truth.torque_nm) > (0.5 * wheel->torque_unit_nm));
+                  fabs(wheel->commanded_nm - truth.torque_nm) > (0.5 * wheel->torque_unit_nm));
     } else {
         // The wheel produces no torque: no limit is active.
     }

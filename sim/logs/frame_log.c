@@ -61,7 +61,7 @@ static char* put_decimal(char* const text, const uint32_t value, const size_t di
 
 /// Convert four octets, of which the first is the highest of `octets`, to eight hexadecimal digits at once,
 /// without a loop.
-static uint64_t spread(const uint32_t octets)
+static uint64_t hex_digits(const uint32_t octets)
 {
     uint64_t nibbles = octets;
     nibbles          = (nibbles | (nibbles << 16)) & 0x0000FFFF0000FFFFU;
@@ -76,8 +76,8 @@ static char* put_data(char* text, const uint8_t* const data, const size_t size)
 {
     size_t i = 0U;
     for (; (i + 4U) <= size; i += 4U) {
-        const uint64_t digits = spread(((uint32_t)data[i] << 24) | ((uint32_t)data[i + 1U] << 16) |
-                                       ((uint32_t)data[i + 2U] << 8) | data[i + 3U]);
+        const uint64_t digits = hex_digits(((uint32_t)data[i] << 24) | ((uint32_t)data[i + 1U] << 16) |
+                                           ((uint32_t)data[i + 2U] << 8) | data[i + 3U]);
         text[0]               = (char)(digits >> 56);
         text[1]               = (char)(digits >> 48);
         text[2]               = (char)(digits >> 40);

@@ -444,13 +444,13 @@ static void update_intent(hand_t* const hand)
     update_expected(hand, intent->expected_torque_nm);
     for (unsigned i = 0U; i < HAND_AXES; i++) {
         // The load deflects the arm; force_scale times the load acts on the stick.
-        const double load   = intent->expected_torque_nm[i];
-        const double joint  = hand->joint_rad[i] - load / parameters->arm_stiffness_nm_rad;
-        const double stick  = (joint - hand->scene.home_rad[i]) / parameters->position_scale;
-        const double recoil = parameters->force_scale * load / parameters->grip_stiffness_nm_rad;
+        const double load       = intent->expected_torque_nm[i];
+        const double joint      = hand->joint_rad[i] - load / parameters->arm_stiffness_nm_rad;
+        const double stick      = (joint - hand->scene.home_rad[i]) / parameters->position_scale;
+        const double deflection = parameters->force_scale * load / parameters->grip_stiffness_nm_rad;
 
         intent->wanted_joint_rad[i] = hand->joint_rad[i];
-        intent->intent_rad[i]       = hand->aiming ? hand->stick_rad[i] : (stick - recoil);
+        intent->intent_rad[i]       = hand->aiming ? hand->stick_rad[i] : (stick - deflection);
     }
     intent->wanted_tip_m[0] = hand->tip.x;
     intent->wanted_tip_m[1] = hand->tip.z;

@@ -105,12 +105,12 @@ void scenario_words(scenario_line_t* const line)
     line->word_count = split(line->text, line->word, SCENARIO_WORDS_MAX);
 }
 
-status_t scenario_interpret(scenario_line_t* const line, const char* const actor, bool* const out_mine,
+status_t scenario_interpret(scenario_line_t* const line, const char* const actor, bool* const out_is_of_actor,
                             char error[SCENARIO_ERROR_MAX])
 {
     const char* head[SCENARIO_WORDS_MAX + 2U];
     const size_t count = split(line->text, head, SCENARIO_WORDS_MAX + 2U);
-    *out_mine          = false;
+    *out_is_of_actor   = false;
     if (count == 0U) {
         return STATUS_OK;
     }
@@ -124,8 +124,8 @@ status_t scenario_interpret(scenario_line_t* const line, const char* const actor
         return scenario_error(line, (count < 2U) ? "end of line" : head[1],
                               "an actor: hand, fault, operator or ground", error);
     }
-    *out_mine = strcmp(head[1], actor) == 0;
-    if (!*out_mine) {
+    *out_is_of_actor = strcmp(head[1], actor) == 0;
+    if (!*out_is_of_actor) {
         return STATUS_OK; // The reader of that actor checks the rest.
     }
     if (count < 3U) {
@@ -149,9 +149,9 @@ static status_t read_lines(FILE* const file, scenario_line_t* const line, const 
         if ((strchr(line->text, '\n') == NULL) && (feof(file) == 0)) {
             return scenario_error(line, "a line too long", "at most 510 characters", error);
         }
-        bool mine       = false;
-        status_t status = scenario_interpret(line, actor, &mine, error);
-        if ((status == STATUS_OK) && mine) {
+        bool is_of_actor = false;
+        status_t status  = scenario_interpret(line, actor, &is_of_actor, error);
+        if ((status == STATUS_OK) && is_of_actor) {
             if (line->time_ns < latest_ns) {
                 return scenario_error(line, "an earlier time", "times that do not decrease", error);
             }

@@ -52,10 +52,10 @@ status_t scenario_list_error(const scenario_line_t* line, const char* found, cha
 /// Add a space and a name to a list in a message; what does not fit is cut.
 void scenario_list(char words[SCENARIO_LIST_MAX], const char* name);
 
-/// Interpret line->text; line->path and line->line are set. *out_mine is true if it is a line of `actor`;
-/// then `line` contains its words. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error is
-/// filled).
-MUST_USE status_t scenario_interpret(scenario_line_t* line, const char* actor, bool* out_mine,
+/// Interpret line->text; line->path and line->line are set. *out_is_of_actor is true if it is a line of
+/// `actor`; then `line` contains its words. Returns STATUS_OK (also for an empty line), STATUS_INVALID (error
+/// is filled).
+MUST_USE status_t scenario_interpret(scenario_line_t* line, const char* actor, bool* out_is_of_actor,
                                      char error[SCENARIO_ERROR_MAX]);
 
 /// Split line->text into line->word, without a comment. word_count is 0 for an empty line, and

@@ -419,9 +419,9 @@ static double stretched(const plant_t* const plant, const pair_t* const pair, co
 
 static void step_shear(const plant_t* const plant, pair_t* const pair, const double dt_s)
 {
-    const bool yields = (pair->count > 0U) && (plant->world->contact[pair->contact].shear > 0.0);
+    const bool is_elastic = (pair->count > 0U) && (plant->world->contact[pair->contact].shear > 0.0);
     for (unsigned k = 0U; k < 2U; k++) {
-        pair->stretch_m[k] = yields ? stretched(plant, pair, k, dt_s) : 0.0;
+        pair->stretch_m[k] = is_elastic ? stretched(plant, pair, k, dt_s) : 0.0;
     }
 }
 

@@ -52,12 +52,12 @@ static void count_press(const plant_t* const plant, const world_latch_t* const l
 {
     const double torque    = plant->truth.joint_torque_nm[joint_of(plant, latch)];
     const double direction = (torque > 0.0) ? 1.0 : -1.0;
-    const bool goes_on     = (fabs(torque) >= latch->force) && (direction == own->direction);
-    own->pressed_s         = goes_on ? (own->pressed_s + dt_s) : 0.0;
+    const bool continues   = (fabs(torque) >= latch->force) && (direction == own->direction);
+    own->pressed_s         = continues ? (own->pressed_s + dt_s) : 0.0;
     own->direction         = direction;
 }
 
-static bool is_to_close(const plant_t* const plant, const unsigned index, const plant_input_t* const input)
+static bool must_close(const plant_t* const plant, const unsigned index, const plant_input_t* const input)
 {
     const world_latch_t* latch = &plant->world->latch[index];
     switch (latch->trigger) {
@@ -71,7 +71,7 @@ static bool is_to_close(const plant_t* const plant, const unsigned index, const 
     return true;
 }
 
-static bool is_to_open(const plant_t* const plant, const unsigned index, const plant_input_t* const input)
+static bool must_open(const plant_t* const plant, const unsigned index, const plant_input_t* const input)
 {
     const world_latch_t* latch = &plant->world->latch[index];
     const latch_t* own         = &plant->latch[index];
@@ -111,9 +111,9 @@ bool latches_step(plant_t* const plant, const plant_input_t* const input, const 
         if ((latch->trigger == WORLD_LATCH_PRESSED) && (own->joint == NULL)) {
             count_press(plant, latch, own, dt_s);
         }
-        if ((own->joint != NULL) && is_to_open(plant, i, input)) {
+        if ((own->joint != NULL) && must_open(plant, i, input)) {
             open_latch(own);
-        } else if ((own->joint == NULL) && is_to_close(plant, i, input) && is_near(plant, latch)) {
+        } else if ((own->joint == NULL) && must_close(plant, i, input) && is_near(plant, latch)) {
             close_latch(plant, i);
             has_closed = true;
         } else {

@@ -30,12 +30,12 @@ plant_drive_t plant_drive_of(const world_drive_type_t* const type, const double 
                            .stop_nms_rad          = type->stop_damping};
 }
 
-void plant_drive_vary(plant_drive_t* const drive, const world_drive_difference_t* const differs)
+void plant_drive_vary(plant_drive_t* const drive, const world_drive_difference_t* const difference)
 {
-    drive->coulomb_nm *= 1.0 + differs->friction;
-    drive->stiction_nm *= 1.0 + differs->friction;
-    drive->viscous_nms_rad *= 1.0 + differs->friction;
-    drive->gear_stiffness_nm_rad *= 1.0 + differs->stiffness;
+    drive->coulomb_nm *= 1.0 + difference->friction;
+    drive->stiction_nm *= 1.0 + difference->friction;
+    drive->viscous_nms_rad *= 1.0 + difference->friction;
+    drive->gear_stiffness_nm_rad *= 1.0 + difference->stiffness;
 }
 
 torque_sensor_parameters_t torque_sensor_of(const world_drive_type_t* const type)

@@ -10,7 +10,7 @@
 /// Returns the parameters of a drive of this type with these end stops.
 plant_drive_t plant_drive_of(const world_drive_type_t* type, double lower_rad, double upper_rad);
 /// Apply the differences of one drive from its type.
-void plant_drive_vary(plant_drive_t* drive, const world_drive_difference_t* differs);
+void plant_drive_vary(plant_drive_t* drive, const world_drive_difference_t* difference);
 torque_sensor_parameters_t torque_sensor_of(const world_drive_type_t* type);
 encoder_parameters_t encoder_of(const world_drive_type_t* type);
 /// Parameters of the encoders of a joystick, which are on its axes, without a gear.

@@ -273,10 +273,10 @@ static NOT_INLINE void step_world(plant_t* const plant, const plant_input_t* con
 {
     clear_sums(plant, input);
     step_mechanisms(plant, input, dt_s);
-    robots_look(plant);
+    robots_read_axes(plant);
     pull_springs(plant);
     wheels_step(plant, input, dt_s);
-    robots_spin(plant, dt_s);
+    robots_add_gyroscopic_torques(plant, dt_s);
     push_valves(plant, input);
     if (!plant_is_sound(plant, dt_s)) {
         return;

@@ -46,8 +46,8 @@ typedef struct {
     unsigned robot;
     unsigned body;
     double axis[3]; ///< In the body.
-    /// Momentum in the axes of the world: that at the start, plus what its link has given to it since.
-    double given_nms[3];
+    /// Momentum in the axes of the world: that at the start, plus the reactions of its link since then.
+    double momentum_nms[3];
 } mounted_wheel_t;
 
 typedef struct {
@@ -145,15 +145,16 @@ MUST_USE status_t robots_create(plant_t* plant, char error[DOCUMENT_ERROR_MAX]);
 /// Copy positions and speeds of the joints from ODE to the truth; angles are not limited to half a turn.
 void robots_read(plant_t* plant);
 /// Add the gyroscopic torques of free robots for a step of dt_s.
-void robots_spin(plant_t* plant, double dt_s);
-/// Called at the start, and after a step with an impact: robots_spin must not extrapolate from earlier rates.
+void robots_add_gyroscopic_torques(plant_t* plant, double dt_s);
+/// Called at the start, and after a step with an impact: robots_add_gyroscopic_torques must not extrapolate
+/// from earlier rates.
 void robots_forget_rates(plant_t* plant);
 /// Read the present axes and anchors of the joints from ODE.
-void robots_look(plant_t* plant);
+void robots_read_axes(plant_t* plant);
 /// Position in the world of a point that is given in a frame of a robot.
 void robot_point(const plant_t* plant, unsigned robot, unsigned body, const double in_body_m[3],
                  double out_m[3]);
-/// Add J^T F of a load to the truth; robots_look was called before the step.
+/// Add J^T F of a load to the truth; robots_read_axes was called before the step.
 void robots_add_load(plant_t* plant, const load_t* load);
 
 /// Returns the position of a joint, from ODE, unwrapped from its position `before`, which robots_read has

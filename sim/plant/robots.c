@@ -204,7 +204,7 @@ static void prepare_joint(plant_t* const plant, const unsigned robot, const unsi
         joint->drive          = plant_drive_of(&world->drive_type[joint->drive_of->type],
                                       is_bounded ? joint->model->lower : -(double)INFINITY,
                                       is_bounded ? joint->model->upper : (double)INFINITY);
-        plant_drive_vary(&joint->drive, &joint->drive_of->differs);
+        plant_drive_vary(&joint->drive, &joint->drive_of->difference);
     }
 }
 
@@ -220,7 +220,7 @@ static void set_in_motion(const robot_start_t* const start, const dBodyID body)
     dBodySetLinearVel(body, speed[0] + rate[1] * r[2] - rate[2] * r[1],
                       speed[1] + rate[2] * r[0] - rate[0] * r[2], speed[2] + rate[0] * r[1] - rate[1] * r[0]);
     dBodySetAngularVel(body, rate[0], rate[1], rate[2]);
-    dBodySetGyroscopicMode(body, 0); // robots_spin adds a more exact torque instead.
+    dBodySetGyroscopicMode(body, 0); // robots_add_gyroscopic_torques adds a more exact torque instead.
 }
 
 /// Add the motion that the rates of the joints give to the bodies that they carry.
@@ -395,7 +395,7 @@ void robots_read(plant_t* const plant)
 }
 
 /// Read the present axis of a joint, and a point on it.
-static void look_at(joint_t* const joint)
+static void read_axis(joint_t* const joint)
 {
     dVector3 found;
     const bool is_slider = joint->model->kind == ROBOT_JOINT_PRISMATIC;
@@ -419,10 +419,10 @@ static void look_at(joint_t* const joint)
     memcpy(joint->anchor_m, found, sizeof joint->anchor_m);
 }
 
-void robots_look(plant_t* const plant)
+void robots_read_axes(plant_t* const plant)
 {
     for (unsigned i = 0U; i < plant->truth.joint_count; i++) {
-        look_at(&plant->joint[i]);
+        read_axis(&plant->joint[i]);
     }
 }
 

@@ -10,12 +10,12 @@ static void cross(const double a[3], const double b[3], double out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/// Add the gyroscopic torque of a body. A step turns the body by its rate at the end of the step; the
-/// momentum is constant, to second order in the step, only if the torque is computed for this rate. ODE
-/// computes its torque for the rate before the step, and the errors add up. This function extrapolates the
-/// rate at the end of the step from the last two rates. In the axes of the body, the momentum h must turn
-/// back by the rotation R of the step: the torque is (h - R h) / dt, here up to the second order of R.
-static void spin(const dBodyID body, double before_rad_s[3], const double dt_s)
+/// Add the gyroscopic torque of a body. A step turns the body by its rate at the end of the step. Only if the
+/// torque is computed for this rate, the momentum is constant to second order in the step. ODE computes its
+/// torque for the rate before the step, and the errors add up. This function extrapolates the rate at the end
+/// of the step from the last two rates. In the axes of the body, the momentum h must turn back by the
+/// rotation R of the step: the torque is (h - R h) / dt, here up to the second order of R.
+static void add_gyroscopic_torque(const dBodyID body, double before_rad_s[3], const double dt_s)
 {
     const dReal* now = dBodyGetAngularVel(body);
     dVector3 rate;
@@ -37,13 +37,13 @@ static void spin(const dBodyID body, double before_rad_s[3], const double dt_s)
     memcpy(before_rad_s, now, 3U * sizeof(double));
 }
 
-void robots_spin(plant_t* const plant, const double dt_s)
+void robots_add_gyroscopic_torques(plant_t* const plant, const double dt_s)
 {
     for (size_t r = 0U; r < plant->world->robot_count; r++) {
         const world_robot_t* robot = &plant->world->robot[r];
         robot_t* own               = &plant->robot[r];
         for (size_t i = 0U; robot->is_free && (i <= robot->model.joint_count); i++) {
-            spin(own->body[i], own->before_rad_s[i], dt_s);
+            add_gyroscopic_torque(own->body[i], own->before_rad_s[i], dt_s);
         }
     }
 }

@@ -23,15 +23,15 @@ void spring_force(const world_spring_t* const cable, spring_t* const spring, con
     const double along_x = place_m[0] - cable->hook[0];
     const double along_y = place_m[1] - cable->hook[1];
     const double along_z = place_m[2] - (cable->hook[2] - cable->length);
-    const double aside   = (fabs(along_y) > ROUNDING_M) ? along_y : 0.0;
-    const double length  = sqrt(along_x * along_x + along_z * along_z + aside * aside);
+    const double lateral = (fabs(along_y) > ROUNDING_M) ? along_y : 0.0;
+    const double length  = sqrt(along_x * along_x + along_z * along_z + lateral * lateral);
     const double pull    = cable_pull(cable, length - cable->length);
     const bool below     = place_m[2] < cable->hook[2];
 
     // The link takes the hook when it passes it from below, and loses it when the cable is slack or pulls too
     // hard.
     if (!spring->hooked) {
-        const double off = sqrt(along_x * along_x + aside * aside);
+        const double off = sqrt(along_x * along_x + lateral * lateral);
         spring->hooked   = spring->below && !below && (off <= cable->catch);
     } else if ((pull <= 0.0) || (pull > cable->limit)) {
         spring->hooked = false;
@@ -40,6 +40,6 @@ void spring_force(const world_spring_t* const cable, spring_t* const spring, con
 
     const double share = spring->hooked ? -pull / length : 0.0;
     out_force_n[0]     = share * along_x;
-    out_force_n[1]     = (aside == 0.0) ? 0.0 : share * aside;
+    out_force_n[1]     = (lateral == 0.0) ? 0.0 : share * lateral;
     out_force_n[2]     = share * along_z;
 }

@@ -26,11 +26,11 @@ static matrix_t inverse(const matrix_t* const m)
     matrix_t found;
     double minor[3];
     cross(m->at[1], m->at[2], minor);
-    const double volume = m->at[0][0] * minor[0] + m->at[0][1] * minor[1] + m->at[0][2] * minor[2];
+    const double determinant = m->at[0][0] * minor[0] + m->at[0][1] * minor[1] + m->at[0][2] * minor[2];
     for (unsigned i = 0U; i < 3U; i++) {
         cross(m->at[(i + 1U) % 3U], m->at[(i + 2U) % 3U], minor);
         for (unsigned k = 0U; k < 3U; k++) {
-            found.at[k][i] = minor[k] / volume;
+            found.at[k][i] = minor[k] / determinant;
         }
     }
     return found;

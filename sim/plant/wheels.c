@@ -37,7 +37,7 @@ void wheels_create(plant_t* const plant)
         pose_apply(&turn, wheel->axis, own->axis);
         wheel_axis(plant, i, axis);
         for (unsigned k = 0U; k < 3U; k++) {
-            own->given_nms[k] = wheel->start * axis[k];
+            own->momentum_nms[k] = wheel->start * axis[k];
         }
         plant->truth.wheel[i].momentum_nms = wheel->start;
     }
@@ -59,7 +59,7 @@ static void turn_axis(const double turn[3], double axis[3])
 
 /// Apply the torque of the wheel to its link: the change of the momentum vector up to the predicted direction
 /// of the axis. The next step corrects an error of the prediction, so the total momentum does not drift.
-static void act_back(plant_t* const plant, const unsigned wheel, const double dt_s)
+static void apply_reaction(plant_t* const plant, const unsigned wheel, const double dt_s)
 {
     mounted_wheel_t* own = &plant->wheel[wheel];
     const dBodyID body   = body_of(plant, wheel);
@@ -73,9 +73,9 @@ static void act_back(plant_t* const plant, const unsigned wheel, const double dt
     wheel_axis(plant, wheel, axis);
     turn_axis(turn, axis);
     for (unsigned k = 0U; k < 3U; k++) {
-        const double wanted = plant->truth.wheel[wheel].momentum_nms * axis[k];
-        torque[k]           = (wanted - own->given_nms[k]) / dt_s;
-        own->given_nms[k]   = wanted;
+        const double wanted  = plant->truth.wheel[wheel].momentum_nms * axis[k];
+        torque[k]            = (wanted - own->momentum_nms[k]) / dt_s;
+        own->momentum_nms[k] = wanted;
     }
     dBodyAddTorque(body, -torque[0], -torque[1], -torque[2]);
 }
@@ -86,11 +86,11 @@ void wheels_step(plant_t* const plant, const plant_input_t* const input, const d
         const world_wheel_t* wheel = &plant->world->wheel[i];
         plant_wheel_t* truth       = &plant->truth.wheel[i];
         const double before        = truth->momentum_nms;
-        const double given         = input->wheel_torque_nm[i] * (1.0 + wheel->gain_differs);
-        const double torque        = fmax(-wheel->torque, fmin(wheel->torque, given));
+        const double commanded     = input->wheel_torque_nm[i] * (1.0 + wheel->gain_difference);
+        const double torque        = fmax(-wheel->torque, fmin(wheel->torque, commanded));
         truth->momentum_nms        = fmax(-wheel->momentum, fmin(wheel->momentum, before + torque * dt_s));
         truth->torque_nm           = (truth->momentum_nms - before) / dt_s;
-        act_back(plant, i, dt_s);
+        apply_reaction(plant, i, dt_s);
     }
 }
 

@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Octets for the longest event (the names of a world with all entries), and padding: consecutive events begin
-// in different sets of the processor's cache, which repeat every 4096 octets, because every step writes and
-// compares all of them.
+// Octets for the longest event (the names of a world with all entries), and padding. Every step writes and
+// compares all events: with the padding they begin in different sets of the processor's cache, which repeat
+// every 4096 octets.
 #define EVENT_MAX (16384U + 640U)
 #define HEADER_OCTETS 28U           // Octets of an event before the name of its channel.
 #define SYNCHRONISATION 0xEDA1DA01U // First octets of an event.
@@ -41,9 +41,9 @@
 #define LATCH_FINGERPRINT 0x6082048e59e35adaU
 #define FAULT_FINGERPRINT 0x80b9c8e8a82d7e4aU
 
-/// One event under construction, encoded big-endian as in LCM except its floating point numbers: they are
-/// consecutive, and in the processor's byte order until the event is written, because every step compares
-/// them.
+/// One event under construction, encoded big-endian as in LCM except its floating point numbers, which are
+/// consecutive. Because every step compares them, they are in the processor's byte order until the event is
+/// written.
 typedef struct {
     size_t used;
     size_t numbers_at;
@@ -80,7 +80,7 @@ typedef struct {
 struct truth {
     lcm_eventlog_t* log;
     uint64_t octets;
-    uint64_t most_octets;
+    uint64_t max_octets;
     bool is_cut;
     bool failed; // The task of `events` sets it.
     history_t history[STATE_CHANNELS];
@@ -225,7 +225,7 @@ static status_t write_event(truth_t* const truth, const char* const channel, eve
     if (truth->is_cut) {
         return STATUS_OK;
     }
-    const bool is_full = (truth->octets + HEADER_OCTETS + CHANNEL_MAX + event->used) > truth->most_octets;
+    const bool is_full = (truth->octets + HEADER_OCTETS + CHANNEL_MAX + event->used) > truth->max_octets;
     return is_full ? cut(truth, event->time_ns) : write_record(truth, channel, event);
 }
 
@@ -301,7 +301,7 @@ static status_t repeat_state(truth_t* const truth, const state_channel_t channel
     return write_state(truth, channel, &event);
 }
 
-status_t truth_open(const char* const path, const uint64_t most_octets, truth_t** const out_truth)
+status_t truth_open(const char* const path, const uint64_t max_octets, truth_t** const out_truth)
 {
     *out_truth     = NULL;
     truth_t* truth = calloc(1U, sizeof *truth);
@@ -315,8 +315,8 @@ status_t truth_open(const char* const path, const uint64_t most_octets, truth_t*
     }
     (void)setvbuf(truth->log->f, NULL, _IONBF, 0U);
     write_behind_open(&truth->events, write_events, truth);
-    truth->most_octets = most_octets;
-    *out_truth         = truth;
+    truth->max_octets = max_octets;
+    *out_truth        = truth;
     return STATUS_OK;
 }
 

@@ -22,9 +22,9 @@
 
 typedef struct truth truth_t;
 
-/// Create or overwrite the log, of at most this many octets. Returns STATUS_OK or STATUS_IO (then *out_truth
-/// is null).
-MUST_USE status_t truth_open(const char* path, uint64_t most_octets, truth_t** out_truth);
+/// Create or overwrite the log; `max_octets` is its maximum size. Returns STATUS_OK or STATUS_IO (then
+/// *out_truth is null).
+MUST_USE status_t truth_open(const char* path, uint64_t max_octets, truth_t** out_truth);
 
 /// Let the task of the log write the events so far. With `waits` it returns when the operating system has
 /// them, and may be called in the signal handler of a crash.

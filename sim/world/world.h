@@ -126,7 +126,7 @@ typedef struct {
     unsigned joint;
     unsigned type;
     double force; ///< Gripper: largest force of its motor on the joint [N]; 0: the element is a Drive.
-    world_drive_difference_t differs;
+    world_drive_difference_t difference;
 } world_drive_t;
 
 /// A drive on a test bench: its output touches an elastic object above a given angle.
@@ -137,7 +137,7 @@ typedef struct {
     double contact;   ///< Angle above which the output touches the object [rad].
     double stiffness; ///< Stiffness of the object [Nm/rad]; 0: there is no object.
     double range;     ///< End stops at +- this [rad].
-    world_drive_difference_t differs;
+    world_drive_difference_t difference;
 } world_bench_t;
 
 typedef struct {
@@ -222,12 +222,12 @@ typedef struct {
     char on[DOCUMENT_TEXT_MAX];
     unsigned robot;
     unsigned frame;
-    double axis[3];      ///< In the frame of the link, of length 1.
-    double momentum;     ///< Largest momentum, at the largest speed of its EDS [Nms].
-    double torque;       ///< Largest torque of the motor [Nm].
-    double start;        ///< Momentum at time 0 [Nms].
-    double gain_spread;  ///< Largest relative difference of its torque from the commanded torque.
-    double gain_differs; ///< The relative difference, drawn from the seed.
+    double axis[3];         ///< In the frame of the link, of length 1.
+    double momentum;        ///< Largest momentum, at the largest speed of its EDS [Nms].
+    double torque;          ///< Largest torque of the motor [Nm].
+    double start;           ///< Momentum at time 0 [Nms].
+    double gain_spread;     ///< Largest relative difference of its torque from the commanded torque.
+    double gain_difference; ///< The relative difference, drawn from the seed.
 } world_wheel_t;
 
 /// A CiA 401 module with outputs for valves (sim/devices/valve_box.h).
