@@ -18,7 +18,7 @@ void tearDown(void)
 
 static char buffer[128];
 
-static text_t fresh(void)
+static text_t new_text(void)
 {
     (void)memset(buffer, 'x', sizeof buffer);
     return text_in(buffer, sizeof buffer);
@@ -47,7 +47,7 @@ static void unsigned_numbers_are_written_as_by_printf(void)
     for (size_t i = 0U; i < NUMBERS; i++) {
         char expected[32];
         (void)snprintf(expected, sizeof expected, "%" PRIu64, numbers[i]);
-        text_t text = fresh();
+        text_t text = new_text();
         text_add_unsigned(&text, numbers[i]);
         TEST_ASSERT_EQUAL_STRING(expected, text.characters);
         TEST_ASSERT_EQUAL_UINT64(strlen(expected), text.length);
@@ -61,7 +61,7 @@ static void signed_numbers_are_written_as_by_printf(void)
     for (size_t i = 0U; i < (sizeof values / sizeof values[0]); i++) {
         char expected[32];
         (void)snprintf(expected, sizeof expected, "%" PRId64, values[i]);
-        text_t text = fresh();
+        text_t text = new_text();
         text_add_signed(&text, values[i]);
         TEST_ASSERT_EQUAL_STRING(expected, text.characters);
     }
@@ -69,16 +69,16 @@ static void signed_numbers_are_written_as_by_printf(void)
 
 static void a_fixed_number_of_digits_is_padded_with_zeros_or_truncated_to_the_lowest(void)
 {
-    text_t text = fresh();
+    text_t text = new_text();
     text_add_digits(&text, 42U, 5U);
     TEST_ASSERT_EQUAL_STRING("00042", text.characters);
-    text = fresh();
+    text = new_text();
     text_add_digits(&text, 123456U, 3U);
     TEST_ASSERT_EQUAL_STRING("456", text.characters);
-    text = fresh();
+    text = new_text();
     text_add_digits(&text, 7U, 0U);
     TEST_ASSERT_EQUAL_STRING("", text.characters);
-    text = fresh();
+    text = new_text();
     text_add_digits(&text, UINT64_MAX, 20U);
     TEST_ASSERT_EQUAL_STRING("18446744073709551615", text.characters);
 }
@@ -88,11 +88,11 @@ static void hexadecimal_numbers_are_written_as_by_printf(void)
     for (size_t i = 0U; i < NUMBERS; i++) {
         char expected[32];
         (void)snprintf(expected, sizeof expected, "0x%016" PRIX64, numbers[i]);
-        text_t text = fresh();
+        text_t text = new_text();
         text_add_hex(&text, numbers[i], 16U);
         TEST_ASSERT_EQUAL_STRING(expected, text.characters);
     }
-    text_t text = fresh();
+    text_t text = new_text();
     text_add_hex(&text, 0xABCDEFU, 4U);
     TEST_ASSERT_EQUAL_STRING("0xCDEF", text.characters);
 }
@@ -103,7 +103,7 @@ static void every_octet_has_two_lower_case_digits(void)
         const uint8_t octet = (uint8_t)value;
         char expected[3];
         (void)snprintf(expected, sizeof expected, "%02x", value);
-        text_t text = fresh();
+        text_t text = new_text();
         text_add_octets(&text, &octet, 1U);
         TEST_ASSERT_EQUAL_STRING(expected, text.characters);
     }
@@ -118,7 +118,7 @@ static void seconds_have_nine_decimals(void)
                 {999999999U, "0.999999999"},  {1000000000U, "1.000000000"},
                 {1500000000U, "1.500000000"}, {UINT64_MAX, "18446744073.709551615"}};
     for (size_t i = 0U; i < (sizeof rows / sizeof rows[0]); i++) {
-        text_t text = fresh();
+        text_t text = new_text();
         text_add_seconds(&text, rows[i].time_ns);
         TEST_ASSERT_EQUAL_STRING(rows[i].expected, text.characters);
     }
@@ -127,7 +127,7 @@ static void seconds_have_nine_decimals(void)
 static void parts_are_appended_in_order(void)
 {
     static const uint8_t octets[2] = {0xBEU, 0xEFU};
-    text_t text                    = fresh();
+    text_t text                    = new_text();
     text_add(&text, "a ");
     text_add_character(&text, 'b');
     text_add_signed(&text, -7);
@@ -175,19 +175,19 @@ static void text_of_null(void)
 
 static void more_digits_than_a_number_has(void)
 {
-    text_t text = fresh();
+    text_t text = new_text();
     text_add_digits(&text, 0U, 21U);
 }
 
 static void no_hexadecimal_digit(void)
 {
-    text_t text = fresh();
+    text_t text = new_text();
     text_add_hex(&text, 0U, 0U);
 }
 
 static void too_many_hexadecimal_digits(void)
 {
-    text_t text = fresh();
+    text_t text = new_text();
     text_add_hex(&text, 0U, 17U);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run from its start to its end: its reaction to the end of a process, to the orders of the supervisor, to
-// requests to end, and to simulated time that stands still. Each wait of the launcher returns after a step of
-// the test.
+// A run from its start to its end: how the launcher reacts to the end of a process, to orders of the
+// supervisor, to requests to end the run, and to simulated time that stands still. Each wait of the launcher
+// returns after a step of the test.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
@@ -221,7 +221,7 @@ static void order_the_next_life(void)
     run.components[ARM].wanted_life = 2U;
 }
 
-static void the_ordered_end(void)
+static void end_as_ordered(void)
 {
     launcher.children[ARM].result = (osal_process_result_t){.has_ended = true};
 }
@@ -543,7 +543,7 @@ static void a_life_that_is_over_is_asked_to_end_and_then_killed(void** state)
     expect_stop(false);
     expect_wait(3U, pass_a_second, 0U);
     expect_stop(true);
-    expect_wait(3U, the_ordered_end, 0U);
+    expect_wait(3U, end_as_ordered, 0U);
     expect_look(9U, OSAL_LOCKSTEP_ABSENT);
     expect_end(ARM + 1U, 1U);
     expect_value(__wrap_launcher_start_component, child, (uintptr_t)&launcher.children[ARM]);

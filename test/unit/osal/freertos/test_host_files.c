@@ -94,7 +94,7 @@ static void files_are_renamed_and_removed(void)
     TEST_ASSERT_EQUAL(STATUS_IO, osal_file_sync_names("no/such/file"));
 }
 
-static void what_does_not_exist_is_not_found(void)
+static void missing_files_and_too_long_paths_are_refused(void)
 {
     char path[400];
     osal_file_t file;
@@ -127,7 +127,7 @@ int main(void)
     RUN_TEST(files_are_made_extended_and_emptied);
     RUN_TEST(a_file_is_cut_and_extended);
     RUN_TEST(files_are_renamed_and_removed);
-    RUN_TEST(what_does_not_exist_is_not_found);
+    RUN_TEST(missing_files_and_too_long_paths_are_refused);
     RUN_TEST(a_file_that_is_open_for_reading_is_not_written);
     return UNITY_END();
 }

@@ -116,7 +116,7 @@ static void expect(const char* const path, const char* const text)
     TEST_ASSERT_EQUAL_MEMORY(text, content, size);
 }
 
-static void what_was_written_exists_after_a_restart(void)
+static void written_files_exist_after_a_restart(void)
 {
     osal_file_t file;
     put(PATH, "content");
@@ -207,7 +207,7 @@ static void a_full_store_keeps_what_it_has(void)
     expect(PATH, "changed");
 }
 
-static void what_the_store_cannot_do_is_refused(void)
+static void long_names_directories_other_media_and_too_many_files_are_refused(void)
 {
     char path[128] = "/eeprom/";
     osal_file_t file;
@@ -374,12 +374,12 @@ static void a_power_cut_at_any_write_leaves_the_state_before_or_after_the_step(v
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(what_was_written_exists_after_a_restart);
+    RUN_TEST(written_files_exist_after_a_restart);
     RUN_TEST(the_bus_is_freed_before_the_first_read);
     RUN_TEST(all_users_of_an_open_file_have_the_same_content);
     RUN_TEST(a_file_stays_open_if_it_could_not_be_replaced);
     RUN_TEST(a_full_store_keeps_what_it_has);
-    RUN_TEST(what_the_store_cannot_do_is_refused);
+    RUN_TEST(long_names_directories_other_media_and_too_many_files_are_refused);
     RUN_TEST(without_an_eeprom_there_are_no_files);
     RUN_TEST(a_store_that_is_damaged_is_not_formatted_again);
     RUN_TEST(a_power_cut_at_any_write_leaves_the_state_before_or_after_the_step);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which process the scheduler kills to get its lock: only a participant that holds the lock and that two
-// checks in a row find stopped; and what the next holder of the lock does if the last one died while it held
-// the lock. The lock and the processes are mocked.
+// checks in a row find stopped. If a holder of the lock has died, the next holder completes its work. The
+// lock and the processes are mocked.
 #define _DEFAULT_SOURCE // MAP_ANONYMOUS
 #include "osal/common/lockstep_core.h"
 #include "osal/include/osal/lockstep_scheduler.h"
@@ -152,8 +152,8 @@ static void without_a_robust_lock_there_is_no_scheduler(void** state)
     assert_null(osal_lockstep_attach(&memory));
 }
 
-/// A scheduler at 5000 ns in which participant 0, in its first life, holds the grant and has the next life
-/// 5 ns after this one; participant 1 has a stream to it, and participant 2 ends the first life.
+/// Make a scheduler at 5000 ns. Participant 0 is in its first life and holds the grant; its next life begins
+/// 5 ns after the end of this one. Participant 1 has a stream to it, and participant 2 ends the first life.
 static void begin_life(osal_lockstep_t* const scheduler)
 {
     participant_t* const first               = &scheduler->participants[0];

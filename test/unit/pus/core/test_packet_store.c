@@ -327,7 +327,7 @@ static void blocks_beyond_the_capacity_are_not_read(void)
 }
 
 /// Change one octet of the medium.
-static void spoil(const size_t offset)
+static void damage_octet(const size_t offset)
 {
     recorded.image[0].octets[offset] ^= 0x10U;
 }
@@ -335,7 +335,7 @@ static void spoil(const size_t offset)
 static void damage_loses_the_rest_of_its_block(void)
 {
     fill(1U, 12U, LARGE);
-    spoil(FIRST_AT + AROUND + LARGE + 100U); // Damage the second packet.
+    damage_octet(FIRST_AT + AROUND + LARGE + 100U); // Damage the second packet.
     uint64_t cursor = 0U;
     expect_packet(&cursor, 1U, LARGE);
     TEST_ASSERT_EQUAL(STATUS_CHECKSUM, pus_packet_store_next(&store, &cursor, &found));
@@ -343,11 +343,11 @@ static void damage_loses_the_rest_of_its_block(void)
     TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged);
     cursor = pus_packet_store_find(&store, 2U);
     expect_packet(&cursor, 5U, LARGE);
-    spoil(FIRST_AT); // The size becomes larger than any record.
+    damage_octet(FIRST_AT); // The size becomes larger than any record.
     TEST_ASSERT_EQUAL_UINT64(0U, pus_packet_store_oldest_ns(&store));
     pus_packet_store_cut(&store, pus_packet_store_find_after(&store, 3U));
     expect_content(5U, 12U, LARGE);
-    spoil(PUS_STORE_BLOCK + FIRST_AT + 1U);
+    damage_octet(PUS_STORE_BLOCK + FIRST_AT + 1U);
     recorded.image[0].octets[PUS_STORE_BLOCK + FIRST_AT]      = 0U;
     recorded.image[0].octets[PUS_STORE_BLOCK + FIRST_AT + 1U] = 0U; // The record contains no packet.
     TEST_ASSERT_EQUAL_UINT64(0U, pus_packet_store_oldest_ns(&store));
@@ -362,7 +362,7 @@ static void a_damaged_header_ends_the_chain(void)
     static const size_t offsets[] = {0U, 4U, 8U, 15U, 19U};
     for (size_t i = 0U; i < (sizeof offsets / sizeof offsets[0]); i++) {
         recorded.image[0] = image;
-        spoil(PUS_STORE_BLOCK + offsets[i]);
+        damage_octet(PUS_STORE_BLOCK + offsets[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
         expect_content(9U, 12U, LARGE);
         TEST_ASSERT_EQUAL_UINT32(1U, store.counters.damaged); // The damaged header hides the block before it.
@@ -374,7 +374,7 @@ static void a_damaged_header_ends_the_chain(void)
     static const size_t closings[] = {20U, 30U, 33U, 50U, 55U};
     for (size_t i = 0U; i < (sizeof closings / sizeof closings[0]); i++) {
         recorded.image[0] = image;
-        spoil(PUS_STORE_BLOCK + closings[i]);
+        damage_octet(PUS_STORE_BLOCK + closings[i]);
         TEST_ASSERT_EQUAL(STATUS_OK, reopen(3U, true, 0U));
         expect_content(1U, 12U, LARGE);
     }
@@ -463,7 +463,7 @@ static void a_medium_that_fails_at_the_start_is_reported(void)
     fill(1U, 6U, LARGE);
     memset(&recorded.image[0].octets[recorded.image[0].size], 0xFF, 8300U);
     recorded.image[0].size += 8300U; // Octets that are not a record follow them.
-    spoil(30U);                      // Therefore the first block is also read completely.
+    damage_octet(30U);               // Therefore the first block is also read completely.
     // Size, two headers, the records of both blocks and the octets after them, three writes that wipe, a
     // sync.
     for (unsigned call = 1U; call <= 16U; call++) {

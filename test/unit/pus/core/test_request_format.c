@@ -86,7 +86,7 @@ static void expect_stop(const uint8_t* const program, const uint8_t* const octet
     TEST_ASSERT_EQUAL_UINT64(at, reader.position);
 }
 
-static void reading_stops_at_what_is_wrong_or_missing(void)
+static void reading_stops_at_the_wrong_or_missing_octet(void)
 {
     static const uint8_t parts[]    = {1U, 0U, 16U, 1U, 3U, 0U}; // One application process, service, subtype.
     static const uint8_t selector[] = {4U, 0U, 0U};
@@ -146,7 +146,7 @@ int main(void)
     RUN_TEST(counts_repeat_their_groups);
     RUN_TEST(counts_may_be_nested);
     RUN_TEST(selectors_choose_the_fields_that_follow);
-    RUN_TEST(reading_stops_at_what_is_wrong_or_missing);
+    RUN_TEST(reading_stops_at_the_wrong_or_missing_octet);
     RUN_TEST(the_id_determines_the_layout_of_a_value);
     RUN_TEST(texts_begin_with_their_length);
     RUN_TEST(nested_requests_begin_with_their_length);

@@ -16,7 +16,7 @@ void tearDown(void)
 }
 
 /// Disable the storage function of the other store.
-static void only_ring(void)
+static void disable_the_other_store(void)
 {
     stores_request_store(2U, "box");
 }
@@ -36,7 +36,7 @@ static void copy(const uint8_t type, const unsigned from, const unsigned to)
     TEST_ASSERT_EQUAL(STATUS_OK, stores_send_request(24U));
 }
 
-static void empty_box(void)
+static void delete_content_of_box(void)
 {
     stores_begin_request();
     stores_put_second(1000U);
@@ -52,7 +52,7 @@ static void packets_are_copied_by_time_window(void)
         uint16_t first;
         uint16_t last;
     } windows[] = {{0U, 1U, 8U}, {1U, 3U, 6U}, {2U, 3U, 8U}, {3U, 1U, 6U}};
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 8U);
     for (size_t i = 0U; i < 4U; i++) {
         copy(windows[i].type, 3U, 6U);
@@ -70,13 +70,13 @@ static void packets_are_copied_by_time_window(void)
         stores_start_range("box", 0U, 0U, 1000U);
         stores_step(5U, 8U);
         expect_stores_sent(windows[i].first, windows[i].last); // The packets have their original times.
-        empty_box();
+        delete_content_of_box();
     }
 }
 
 static void a_copy_that_does_not_fit_fails(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 12U);
     stores_begin_request();
     octet_write_u8(&stores_request, 1U);
@@ -93,12 +93,12 @@ static void a_copy_that_does_not_fit_fails(void)
 
 static void a_copy_from_a_failing_medium_fails(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 2U);
     copy(0U, 0U, 0U);
     bench_clear();
     stores_step(1U, 2U); // The step also syncs.
-    empty_box();
+    delete_content_of_box();
     for (unsigned call = 1U; call <= 7U; call++) {
         copy(0U, 0U, 0U);
         bench_clear();
@@ -114,13 +114,13 @@ static void a_copy_from_a_failing_medium_fails(void)
             expect_failure(0U, 8U, PUS_FAILURE_IO, 0U, STATUS_IO);
         }
         TEST_ASSERT_FALSE(stores_storage.copy.is_active);
-        empty_box();
+        delete_content_of_box();
     }
 }
 
 static void a_copy_skips_damaged_records(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_config.octets_per_step = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
     stores_reports(1U, 5U);
@@ -141,7 +141,7 @@ static void a_copy_skips_damaged_records(void)
 
 static void copies_are_refused(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 5U);
     copy(1U, 5U, 4U);
     EXPECT_MESSAGES(1, 1, 1, 4);

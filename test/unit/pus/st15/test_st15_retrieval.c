@@ -16,7 +16,7 @@ void tearDown(void)
 }
 
 /// Disable the storage function of the other store.
-static void only_ring(void)
+static void disable_the_other_store(void)
 {
     stores_request_store(2U, "box");
 }
@@ -53,7 +53,7 @@ static void expect_status(const uint8_t enabled, const uint8_t open, const uint8
 
 static void an_open_retrieval_follows_incoming_packets(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 4U);
     stores_step(2U, 5U);
     expect_stores_none_sent();
@@ -84,7 +84,7 @@ static void an_open_retrieval_follows_incoming_packets(void)
 
 static void an_open_retrieval_begins_at_its_tag(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 9U);
     change_tag("ring", 6U);
     resume("ring", 0U);
@@ -114,7 +114,7 @@ static void an_open_retrieval_begins_at_its_tag(void)
 
 static void a_retrieval_skips_blocks_that_were_overwritten(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 4U);
     resume("ring", 0U);
     stores_step(1U, 4U);
@@ -126,7 +126,7 @@ static void a_retrieval_skips_blocks_that_were_overwritten(void)
 
 static void a_range_is_sent_once_and_ends(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 12U);
     stores_start_range("ring", 0U, 3U, 8U);
     expect_status(1U, 0U, 1U);
@@ -150,7 +150,7 @@ static void a_range_is_sent_once_and_ends(void)
 
 static void a_range_can_be_aborted(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 8U);
     stores_start_range("ring", 0U, 0U, 100U);
     stores_step(1U, 8U);
@@ -169,7 +169,7 @@ static void a_range_can_be_aborted(void)
 
 static void packets_that_the_port_refuses_are_sent_later(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 5U);
     resume("ring", 0U);
     stores_sent.refusals = 4U;
@@ -220,7 +220,7 @@ static void classes_have_priorities_and_clients_are_served_in_turn(void)
 
 static void a_step_reads_at_most_the_permitted_number_of_packets(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_config.octets_per_step  = 2U * REPORT_SIZE;
     stores_config.packets_per_step = 100U;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
@@ -238,7 +238,7 @@ static void a_step_reads_at_most_the_permitted_number_of_packets(void)
 
 static void skipped_packets_count_towards_the_limit_of_a_step(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_config.octets_per_step = 1U;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
     stores_reports(1U, 3U);
@@ -260,7 +260,7 @@ static void skipped_packets_count_towards_the_limit_of_a_step(void)
 
 static void damaged_records_are_skipped(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 9U);
     // In the second record of the first block: after the head of the block (56) and the first record (4014).
     recorded.image[0].octets[56U + 4014U + 99U] ^= 1U;
@@ -273,7 +273,7 @@ static void damaged_records_are_skipped(void)
 
 static void a_medium_that_fails_is_read_again(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 2U);
     resume("ring", 0U);
     stores_step(1U, 2U);
@@ -291,7 +291,7 @@ static void a_medium_that_fails_is_read_again(void)
 
 static void a_retrieval_continues_after_a_restart(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 12U);
     stores_step(1U, 12U); // This step syncs.
     change_tag("ring", 2U);
@@ -317,7 +317,7 @@ static void a_retrieval_continues_after_a_restart(void)
 /// The time was set back: a retrieval that has found its tag sends all later packets, whatever their times.
 static void a_retrieval_sends_packets_of_earlier_times_also_after_a_restart(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(10U, 12U);
     stores_reports(4U, 5U);
     stores_step(1U, 13U); // This step syncs.
@@ -332,7 +332,7 @@ static void a_retrieval_sends_packets_of_earlier_times_also_after_a_restart(void
 
 static void packets_retrieved_since_the_last_checkpoint_are_sent_again(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_config.checkpoint_interval_ns = 5000000000ULL;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
     stores_reports(1U, 12U);
@@ -351,7 +351,7 @@ static void packets_retrieved_since_the_last_checkpoint_are_sent_again(void)
 
 static void the_end_of_a_range_is_stored_at_once_and_later_progress_after_the_interval(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_config.checkpoint_interval_ns = 5000000000ULL;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
     stores_reports(1U, 12U);
@@ -371,7 +371,7 @@ static void the_end_of_a_range_is_stored_at_once_and_later_progress_after_the_in
 
 static void a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_config.sync_interval_ns = 5000000000ULL;
     TEST_ASSERT_EQUAL(STATUS_OK, stores_restart());
     stores_reports(1U, 2U);
@@ -389,7 +389,7 @@ static void a_retrieval_does_not_wait_for_packets_that_a_power_cut_lost(void)
 
 static void checkpoints_that_fail_are_tried_again(void)
 {
-    only_ring();
+    disable_the_other_store();
     stores_reports(1U, 5U);
     stores_step(1U, 5U);
     resume("ring", 0U);

@@ -111,14 +111,14 @@ static void drives_wheels_and_cameras_differ_within_their_bounds(void)
         world.sensor[0].rpy_spread           = 0.002;
         world.sensor[0].at[2]                = 0.5;
         spread_apply(&world, seed);
-        add(&friction, world.drive[1].differs.friction);
-        add(&bench, world.bench[0].differs.friction);
-        add(&stiff, world.drive[1].differs.stiffness);
-        add(&gain, world.wheel[1].gain_differs);
+        add(&friction, world.drive[1].difference.friction);
+        add(&bench, world.bench[0].difference.friction);
+        add(&stiff, world.drive[1].difference.stiffness);
+        add(&gain, world.wheel[1].gain_difference);
         add(&at, world.sensor[0].at[2] - 0.5);
         add(&turn, world.sensor[0].rpy[0]);
-        TEST_ASSERT_TRUE(world.drive[0].differs.friction != world.drive[1].differs.friction);
-        EXPECT_WITHIN(0.0, 0.0, world.wheel[0].gain_differs);
+        TEST_ASSERT_TRUE(world.drive[0].difference.friction != world.drive[1].difference.friction);
+        EXPECT_WITHIN(0.0, 0.0, world.wheel[0].gain_difference);
     }
     expect_range(&friction, 0.2);
     expect_range(&bench, 0.2);

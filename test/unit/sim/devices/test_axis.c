@@ -105,7 +105,7 @@ static void the_brake_is_released_only_where_the_drive_controls_the_motor(void)
     for (unsigned state = 0U; state < AXIS_STATE_COUNT; state++) {
         const bool moves =
             (state == AXIS_ENABLED) || (state == AXIS_QUICK_STOP) || (state == AXIS_FAULT_REACTION);
-        TEST_ASSERT_EQUAL(moves, axis_moves((axis_state_t)state));
+        TEST_ASSERT_EQUAL(moves, axis_function_is_enabled((axis_state_t)state));
     }
 }
 

@@ -36,7 +36,7 @@ static void hear(void* context, const osal_can_frame_t* frame)
     }
 }
 
-static void nothing(void* context, uint64_t now_ns)
+static void do_nothing(void* context, uint64_t now_ns)
 {
     (void)context;
     (void)now_ns;
@@ -57,7 +57,7 @@ static void lost(void* context, uint64_t now_ns)
 }
 
 static const node_application_t application = {
-    .sample = nothing, .written = written, .connection_lost = lost, .reset = nothing};
+    .sample = do_nothing, .written = written, .connection_lost = lost, .reset = do_nothing};
 
 static uint64_t value(uint8_t subindex)
 {
@@ -80,7 +80,7 @@ static void wait(uint64_t ns)
     }
 }
 
-static void speak(unsigned channel, uint32_t id, const uint8_t* octets, uint8_t length)
+static void send_on(unsigned channel, uint32_t id, const uint8_t* octets, uint8_t length)
 {
     osal_can_frame_t frame = {.id = id, .length = length};
     memcpy(frame.data, octets, length);
@@ -92,7 +92,7 @@ static void send_heartbeats(unsigned channel, uint64_t ns)
 {
     const uint8_t state = 5U;
     for (uint64_t done = 0U; done < ns; done += 20U * MS) {
-        speak(channel, 0x701U, &state, 1U);
+        send_on(channel, 0x701U, &state, 1U);
         wait(20U * MS);
     }
 }
@@ -229,7 +229,7 @@ static void a_reset_keeps_the_channel_and_a_power_cycle_does_not(void)
     wait(DWELL + (10U * MS));
     send_heartbeats(B, 100U * MS);
     forget();
-    speak(B, 0U, reset, 2U);
+    send_on(B, 0U, reset, 2U);
     send_heartbeats(B, 100U * MS);
     TEST_ASSERT_EQUAL_UINT(1U, boots[B]);
     TEST_ASSERT_EQUAL_UINT(0U, boots[A]);

@@ -214,7 +214,7 @@ static void each_joint_has_its_own_drive(void)
     TEST_ASSERT_EQUAL_UINT32(4096U, encoder_of(&world.drive_type[1]).counts_per_turn);
     plant_destroy(plant);
     // The drive of fold2.
-    world.drive[0].differs = (world_drive_difference_t){.friction = 0.2, .stiffness = -0.1};
+    world.drive[0].difference = (world_drive_difference_t){.friction = 0.2, .stiffness = -0.1};
     TEST_ASSERT_EQUAL_INT_MESSAGE(STATUS_OK, plant_create(&world, &plant, error), error);
     EXPECT_WITHIN(0.6, 1e-12, plant->joint[2].drive.coulomb_nm);
     EXPECT_WITHIN(0.6, 1e-12, plant->joint[2].drive.stiction_nm);

@@ -88,7 +88,7 @@ static double touching_x(const plant_truth_t* truth)
     return truth->contact[0].place_m[0] + 0.012 * (truth->link_position_rad[0] + truth->link_position_rad[1]);
 }
 
-static void sticking_finger_is_held_by_a_spring_along_the_contour(void)
+static void a_sticking_finger_is_held_by_a_spring_along_the_contour(void)
 {
     const double stiffness[] = {1000.0, 4000.0, 16000.0};
     for (unsigned i = 0U; i < 3U; i++) {
@@ -105,7 +105,7 @@ static void sticking_finger_is_held_by_a_spring_along_the_contour(void)
     }
 }
 
-static void finger_that_yields_slides_in_the_same_cone(void)
+static void an_elastic_contact_slides_at_the_same_friction(void)
 {
     begin_with_shear(4000.0);
     press_at(0.22, 0.005);
@@ -143,8 +143,8 @@ static void a_stiff_contact_equals_rigid_friction(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(sticking_finger_is_held_by_a_spring_along_the_contour);
-    RUN_TEST(finger_that_yields_slides_in_the_same_cone);
+    RUN_TEST(a_sticking_finger_is_held_by_a_spring_along_the_contour);
+    RUN_TEST(an_elastic_contact_slides_at_the_same_friction);
     RUN_TEST(lifting_the_finger_removes_the_deflection);
     RUN_TEST(a_stiff_contact_equals_rigid_friction);
     return UNITY_END();

@@ -78,14 +78,14 @@ static void a_wheel_turns_its_link_the_other_way(void)
 
 static void the_gain_of_a_wheel_may_differ(void)
 {
-    const plant_truth_t* truth  = begin(IN_WORLD(
-         "<Robot name=\"s\" urdf=\"round.urdf\" base=\"free\"/>\n" WHEEL("W", "s.base", "0 0 5", "11", "")));
-    world.wheel[0].gain_differs = -0.02;
-    input.wheel_torque_nm[0]    = 0.1;
+    const plant_truth_t* truth     = begin(IN_WORLD(
+            "<Robot name=\"s\" urdf=\"round.urdf\" base=\"free\"/>\n" WHEEL("W", "s.base", "0 0 5", "11", "")));
+    world.wheel[0].gain_difference = -0.02;
+    input.wheel_torque_nm[0]       = 0.1;
     run(1U);
     EXPECT_WITHIN(0.098, 1e-12, truth->wheel[0].torque_nm);
-    input.wheel_torque_nm[0]    = 5.0;
-    world.wheel[0].gain_differs = 0.02;
+    input.wheel_torque_nm[0]       = 5.0;
+    world.wheel[0].gain_difference = 0.02;
     run(1U);
     // The limit of the torque does not change with the gain.
     EXPECT_WITHIN(0.22, 1e-12, truth->wheel[0].torque_nm);
