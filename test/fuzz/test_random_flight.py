@@ -92,7 +92,7 @@ def test_a_planted_fault_is_found(tmp_path, fault, found):
         random_flight.fly(SEED, COUNT if fault == "links" else 200, tmp_path, fault=fault)
     assert found in str(caught.value)
     if fault not in ("answers", "order", "pool", "backlog"):  # These are found before the first telecommand, or at the end.
-        assert " TC 18" in str(caught.value), "the last telecommands"
+        assert " TC 18" in str(caught.value), "expected the last telecommands"
 
 
 def test_a_flight_that_does_not_end_is_stopped_and_reported(tmp_path, monkeypatch):

@@ -40,7 +40,7 @@ def machine(tmp_path):
         archive.add(tmp_path / "cJSON-1.0", "cJSON-1.0")
     pinned = hashlib.sha256((tmp_path / "archive.tar.gz").read_bytes()).hexdigest()
     text, count = re.subn(r"(?m)^archive_sha256=[0-9a-f]{64}$", f"archive_sha256={pinned}", SCRIPT.read_text(encoding="utf-8"))
-    assert count == 1, "the archive is pinned once"
+    assert count == 1, "expected the archive to be pinned once"
     (tmp_path / "unity.sh").write_text(text)
     shutil.copy(SETUP / "debian_source.sh", tmp_path)
     (tmp_path / "bin").mkdir()
@@ -72,7 +72,7 @@ def test_unity_is_fetched_once_for_all_clones(machine):
     done, calls = fetch(machine, "one")
     assert (done.returncode, calls, installed(machine, "one")) == (0, 2, WHOLE), done.stderr
     assert [path.name for path in (machine / "one" / "build" / "third_party").iterdir()] == ["unity"]
-    assert fetch(machine, "one")[1] == 2, "an existing file is not fetched again"
+    assert fetch(machine, "one")[1] == 2, "expected no second fetch of an existing file"
     done, calls = fetch(machine, "two", archive="no network")
     assert (done.returncode, calls, installed(machine, "two")) == (0, 2, WHOLE), done.stderr
 
@@ -291,7 +291,7 @@ def test_packages_of_the_page_that_cannot_be_fetched_are_named_at_once(registry)
     done, names = install_page(registry, "a")
     assert (done.returncode, names) == (1, []) and "is there a network?" in done.stderr
     assert re.findall(r"(?m)^    (\S+)$", done.stderr) == ["one==1.0.0", "two==1.0.0"]
-    assert Registry.asked.count("/two.tgz") == 1, "the fetch is tried once"
+    assert Registry.asked.count("/two.tgz") == 1, "expected one attempt to fetch"
     Registry.served["/two.tgz"] = whole
     done, names = install_page(registry, "a")
     assert (done.returncode, names) == (0, ["one", "two"]), done.stderr
@@ -389,7 +389,7 @@ def test_s390x_expat_is_fetched_once_for_all_clones(tmp_path):
     cached = tmp_path / "cache" / "hirosco" / "libexpat1-dev_s390x.deb"
     cached.write_bytes(cached.read_bytes()[:200])
     done, is_there = fetch_expat("b")
-    assert (done.returncode, is_there) == (0, True), "a damaged package is fetched again: " + done.stderr
+    assert (done.returncode, is_there) == (0, True), "expected a damaged package to be fetched again: " + done.stderr
     (tmp_path / "archive").unlink()
     done, is_there = fetch_expat("c")
     assert (done.returncode, is_there) == (0, True), done.stderr

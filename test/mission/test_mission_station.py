@@ -503,7 +503,7 @@ def test_only_the_present_state_is_marked(page):
         # The page shows a report in its next picture, and housekeeping follows the report of the state.
         flying.wait_until(lambda: page.locator("station-states .box .mark:has(svg[aria-label='present'])").count() == 1, "one state that is marked")
         flying.wait_until(lambda: page.inner_text(reported) == "SAFE_OPERATIONAL", "the state in housekeeping")
-        assert page.evaluate(AGES_OUTSIDE) == 0, "a long name of a state hides the ages"
+        assert page.evaluate(AGES_OUTSIDE) == 0, "expected no age hidden by a long name of a state"
 
 
 def test_the_end_of_the_flight_is_shown_and_is_no_alarm(page, flight):

@@ -332,7 +332,7 @@ def test_a_finger_on_a_tablet_opens_tabs_fills_in_forms_and_moves_the_hand(brows
         assert page.evaluate(POOR) == []
         take, hidden = page.locator("button:has-text('Take the hand'):not(:disabled)"), page.locator("station-log").bounding_box()["y"]
         take.wait_for()
-        assert take.bounding_box()["y"] + take.bounding_box()["height"] < hidden, "the button is cut off"
+        assert take.bounding_box()["y"] + take.bounding_box()["height"] < hidden, "expected a whole button"
         page.screenshot(path=str(session_directory / "page-touch.png"))
         session, touches = context.new_cdp_session(page), 0
 
