@@ -24,7 +24,7 @@ import sys
 
 import robot_beside
 import urdf
-from loads import GRAVITY, carried_by, load_of, loads_of, poses_of
+from loads import GRAVITY, TINY, base_inertia_of, carried_by, load_of, loads_of, poses_of, solved
 from new_subsystem import ROOT, Refusal, check_name, choose_apid, expect, fill, relative, write_all
 from robot_beside import ALONE
 
@@ -38,6 +38,8 @@ ROTOR, STIFFNESS, DAMPING, COULOMB, STICTION, VISCOUS, BRAKE = 0.0064, 50.0, 0.0
 KP, KD = 100.0, 1.5
 # Values for each N of a linear axis where they differ: its gear deflects by 0.2 mm under the largest force.
 LINEAR_STIFFNESS, LINEAR_DAMPING, LINEAR_KP, LINEAR_KD = 5000.0, 5.0, 125.0, 3.1
+BASE_MIN_S2 = 1e-6  # Noise of 5e-4 of the effort, for 1 ms, divided by half of the speed: least inertia of a free base, times speed, per effort.
+SPEED_BANDWIDTH = KD / ROTOR  # Largest bandwidth of a speed loop [rad/s]: that of a revolute joint whose link has no inertia.
 # Units of values of joints: unit of a revolute joint -> unit of a linear axis. An arm with both shows both.
 UNITS = {"rad": "m", "rad/s": "m/s", "rad/s2": "m/s2", "Nm": "N", "Nm/rad": "N/m", "Nms/rad": "Ns/m", "kgm2": "kg"}
 STIFFNESS_MIN = 1.0  # Smallest stiffness of a gear that a world may have.
@@ -58,7 +60,7 @@ SEED, POSES = 1, 400  # Random poses from which the start pose is chosen.
 SHARE, SHARE_MIN = 0.5, 0.01  # SHARE of the motions of the scenario, and the least that a command may have.
 MOTION_S = 6.0  # Longest motion of a joint in the scenario; a step of a scenario has 20 s.
 TOOL_SPEED = 0.25  # Speed of the tool in the template of the descriptor [m/s].
-UPWARD, TINY = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 1e-9  # Velocity of the tool along the line; term that makes its equations solvable.
+UPWARD = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # Velocity of the tool along the line.
 LINE_BEND = 2.0  # Largest motion of a joint along the line, relative to a motion at its first speed.
 LINE_MARGIN = 0.8  # Share of the speeds of the joints in the start pose, because these speeds change along the line.
 ERROR, DELAY_S = 1e-3, 2.5e-3  # Bound of the error of a joint at rest [rad or m], and delay of bus and drive.
@@ -169,11 +171,19 @@ def wanted_pose(robot, given, base="fixed"):
     return start
 
 
+def check_base(joint):
+    """Refuse a free base that the noise of the torque of the first joint would turn, or shift, in one cycle with half of the speed of the joint."""
+    found, least = base_inertia_of(joint), BASE_MIN_S2 * joint.effort / joint.speed
+    if found < least:
+        raise Refusal(f"URDF: {joint.location}: joint {joint.name}: the free base reacts with {found:.3g} {'kg' if joint.is_prismatic else 'kgm2'}, expected at "
+                      f"least {least:.3g} for effort=\"{joint.effort:g}\" and velocity=\"{joint.speed:g}\": use a heavier base, less effort or a larger velocity")
+
+
 def drive_of(joint):
     """Values of the drive of a joint, computed from its torque. The time step of the simulator limits the stiffness of a gear with a light link."""
     effort = joint.effort
     inertia = sum(a * b for a, b in zip(joint.axis, urdf.turned(joint.link.inertia, joint.axis)))
-    inertia = joint.link.mass if joint.is_prismatic else inertia
+    inertia = min(joint.link.mass if joint.is_prismatic else inertia, base_inertia_of(joint))
     of_effort = LINEAR_STIFFNESS if joint.is_prismatic else STIFFNESS
     if of_effort * effort < STIFFNESS_MIN:
         raise Refusal(f"URDF: {joint.location}: joint {joint.name}: effort=\"{effort:g}\": expected at least {STIFFNESS_MIN / of_effort:g} {'N' if joint.is_prismatic else 'Nm'}, "
@@ -230,9 +240,11 @@ def world(robot, names, start, base, place=ALONE):
 
 
 def gains_of(joint):
-    """Proportional and derivative gain of the control loop of a joint."""
-    kp, kd = (LINEAR_KP, LINEAR_KD) if joint.is_prismatic else (KP, KD)
-    return kp * joint.effort, kd * joint.effort
+    """Proportional and derivative gain of the control loop of a joint. If a linear axis moves little mass, the delay of the bus limits the second."""
+    if not joint.is_prismatic:
+        return KP * joint.effort, KD * joint.effort
+    moved = ROTOR * joint.effort + min(joint.link.mass, base_inertia_of(joint))
+    return LINEAR_KP * joint.effort, min(LINEAR_KD * joint.effort, SPEED_BANDWIDTH * moved)
 
 
 def device(joint, address, number, mode):
@@ -357,19 +369,6 @@ def peak_speeds_of(robot, start):
     """Largest speed of each joint in the scenario: that of a minimum jerk motion within SHARE of its limits."""
     return [min(SHARE * joint.speed, 1.875 * math.sqrt(travel_of(joint) * SHARE * acceleration / 5.7735))
             for joint, acceleration in zip(robot.joints, accelerations_of(robot, start))]
-
-
-def solved(rows, right):
-    """Solution of linear equations; `rows` is a square matrix that is not singular."""
-    rows = [[*row, value] for row, value in zip(rows, right)]
-    for i in range(len(rows)):
-        pivot = max(range(i, len(rows)), key=lambda row: abs(rows[row][i]))
-        rows[i], rows[pivot] = rows[pivot], rows[i]
-        for below in range(len(rows)):
-            if below != i:
-                share = rows[below][i] / rows[i][i]
-                rows[below] = [a - share * b for a, b in zip(rows[below], rows[i])]
-    return [row[-1] / row[i] for i, row in enumerate(rows)]
 
 
 def rise_of(robot, share):
@@ -539,6 +538,8 @@ def plan(path, name, tool, start_given, apid, base="fixed", other=None):
     robot, source = read(path, tool)
     expect(base in GRAVITY, "BASE", base, "fixed or free")
     expect(base == "fixed" or robot.base.mass > 0.0, "URDF", path, "the root link with a mass, or a link fixed to it: the base flies freely")
+    robot.joints[0].free_base = robot.base if base == "free" else None
+    check_base(robot.joints[0])
     name = name or name_from(robot.name)
     check_name(name)
     file = name.replace("_", "-")

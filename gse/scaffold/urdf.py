@@ -49,6 +49,7 @@ class Joint:
     is_prismatic: bool = False
     location: str = ""  # File and line.
     link: Mass = field(default_factory=Mass)
+    free_base: Mass | None = None  # The base on which this joint begins, if it flies freely.
 
 
 @dataclass
@@ -172,7 +173,8 @@ class _Chain:
                 if end not in self.links:
                     self.refuse(joint, f"{end}: expected a link of the robot")
             if joint.child in self.moved:  # With two parents a link may follow itself.
-                self.refuse(joint, f"child {joint.child}: expected a link that no other joint moves; there is {self.moved[joint.child]}")
+                self.refuse(joint, f"child {joint.child}: expected a link that no other joint moves; there is {self.moved[joint.child]}; "
+                                   f"an arm is an open chain: of a closed one, such as a delta robot, only one branch can fly")
             self.children.setdefault(joint.parent, []).append(joint)
             self.moved[joint.child] = joint.name
 

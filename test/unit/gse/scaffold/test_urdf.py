@@ -175,6 +175,36 @@ def test_an_effort_too_small_for_a_gear_is_refused(read, kind, least):
         new_robot.drive_of(read(*ARM[:2], weak).joints[0])
 
 
+def test_a_gear_on_a_light_free_base_is_stable_in_the_step_of_the_simulator(read):
+    """The base is a hundred times lighter than the link: the gear acts on both. A force beside the centre of mass turns the base, too."""
+    robot = read(link("base", mass=0.1).replace('"0.01"', '"1e-4"'), link("upper"), joint("turn", "base", "upper").replace('"50"', '"20"'))
+    stiff = new_robot.drive_of(robot.joints[0])
+    robot.joints[0].free_base = robot.base
+    soft, step = new_robot.drive_of(robot.joints[0]), new_robot.STEP_S
+    assert stiff["stiffness"] == pytest.approx(1000.0) and soft["stiffness"] == pytest.approx(100.0, rel=1e-3)
+    assert soft["stiffness"] * step**2 + soft["damping"] * step < 4.0 * 1e-4
+    slide = read(link("base", mass=0.1).replace('"0.01"', '"1e-4"'), link("upper"), joint("slide", "base", "upper", "prismatic")).joints[0]
+    slide.free_base = robot.base  # Its centre is 0.1 m from the axis x of the joint along x: the axis is y.
+    assert new_robot.base_inertia_of(slide) == pytest.approx(1.0 / (1.0 / 0.1 + 0.1**2 / 1e-4), rel=1e-3)
+
+
+def test_a_free_base_that_the_noise_of_a_torque_would_turn_is_refused(tmp_path):
+    path = tmp_path / "robot.urdf"
+    parts = link("base").replace('"0.01"', '"1e-4"'), link("upper"), joint("turn", "base", "upper").replace('velocity="2"', 'velocity="0.03"')
+    path.write_text(f'<robot name="robot">{"".join(parts)}</robot>', encoding="utf-8")
+    with pytest.raises(Refusal, match="joint turn: the free base reacts with 0.0001 kgm2, expected at least 0.00167 for effort=\"50\" and velocity=\"0.03\""):
+        new_robot.plan(path, "robot", None, None, None, "free")
+    assert len(new_robot.plan(path, "robot", None, None, None)[0]) == 6
+
+
+def test_the_delay_of_the_bus_limits_the_gain_of_a_linear_axis_that_moves_little(read):
+    """The bandwidth of the speed loop is the gain divided by the mass of rotor and link."""
+    for mass, bandwidth in ((0.1, 234.4), (1.0, 118.0)):
+        one = read(link("base"), link("upper", mass=mass), joint("slide", "base", "upper", "prismatic")).joints[0]
+        _, kd = new_robot.gains_of(one)
+        assert kd / (new_robot.ROTOR * one.effort + mass) == pytest.approx(bandwidth, rel=0.01)
+
+
 def test_the_axis_of_a_fixed_joint_has_no_effect(read):
     """Manufacturers often write an axis of length 0."""
     tool = joint("flange", "upper", "tool", "fixed", limit="").replace("0 1 0", "0 0 0")
