@@ -80,7 +80,7 @@ ARM = (link("base"), link("upper"), joint("shoulder", "base", "upper"))
     ((ARM[0], ARM[1], ARM[2].replace("0 1 0", "0 1")), 'xyz="0 1" of <axis>: expected 3 numbers'),
     # A cycle after the root, a joint from a link to itself, and a cycle without a root.
     ((*ARM, link("hand"), joint("wrist", "upper", "hand"), joint("back", "hand", "upper", "fixed")),
-     "robot.urdf:1: joint back: child upper: expected a link that no other joint moves; there is shoulder"),
+     "robot.urdf:1: joint back: child upper: expected a link that no other joint moves; there is shoulder; an arm is an open chain: of a closed one, such as a delta robot, only one branch can fly"),
     ((*ARM, joint("own", "upper", "upper", "fixed")), "joint own: child upper: expected a link that no other joint moves; there is shoulder"),
     ((*ARM, joint("back", "upper", "base")),
      "robot.urdf:1: joint shoulder: expected one link that is no child of a joint, the root of the robot; the joints form a ring: remove one"),
