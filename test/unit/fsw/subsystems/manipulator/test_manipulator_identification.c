@@ -210,6 +210,18 @@ static void samples_from_the_beginning_of_a_contact_are_removed(void)
     TEST_ASSERT_TRUE(identification.now.unknown[0] == identification.kept[0].unknown[0]);
 }
 
+/// The estimate to which a contact returns is one to two seconds old.
+static void what_was_learned_long_before_a_contact_is_kept(void)
+{
+    tare();
+    const double tared_kg = identification.now.unknown[0];
+    circle(3.0, 0.0);
+    const double learned_kg = identification.now.unknown[0];
+    circle(0.05, -3.0);
+    TEST_ASSERT_TRUE(fabs(identification.now.unknown[0] - learned_kg) <
+                     fabs(identification.now.unknown[0] - tared_kg));
+}
+
 static void masses_stay_within_four_standard_deviations(void)
 {
     const double still[2] = {0.0, 0.0};
@@ -298,6 +310,7 @@ int main(void)
     RUN_TEST(nothing_is_learned_in_the_half_second_after_a_contact);
     RUN_TEST(a_contact_is_not_taken_for_mass);
     RUN_TEST(samples_from_the_beginning_of_a_contact_are_removed);
+    RUN_TEST(what_was_learned_long_before_a_contact_is_kept);
     RUN_TEST(masses_stay_within_four_standard_deviations);
     RUN_TEST(a_nan_torque_does_not_change_the_estimates);
     RUN_TEST(a_new_tare_discards_the_offsets_and_keeps_the_masses);
