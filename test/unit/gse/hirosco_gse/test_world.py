@@ -153,5 +153,5 @@ def test_the_page_gets_wheels_thrusters_and_the_joints_with_a_brake(tmp_path):
         </World>""", encoding="utf-8")
     lists = geometry.as_lists(world.read(path))
     assert lists["wheels"] == [{"name": "RW", "on": "r.a", "axis": [0, 0, 1], "momentum": 12}]
-    assert lists["valves"] == [{"name": "PUSH", "on": "r.a", "at": [1, 2, 3], "direction": [0, -1, 0]}]
+    assert lists["valves"] == [{"name": "PUSH", "device": "BOX", "on": "r.a", "at": [1, 2, 3], "direction": [0, -1, 0]}]
     assert lists["robots"][0]["braked"] == ["turn"] and lists["drives"] == {"A": "r.slide", "B": "r.turn"}
