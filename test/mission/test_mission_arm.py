@@ -564,3 +564,37 @@ def test_two_arms_fly_in_one_mission_and_each_has_its_figures(made_robots, sessi
     assert flight.code == 0, flight.transcript()
     assert flight.facts["figures_hold"] is True and flight.facts["figures_missing"] == {}
     assert {name.split(".")[0] for name in flight.facts if "." in name} == {"gantry", "beside"}
+
+
+def _torso(path, *sides):
+    """URDF of a body with an arm of three joints on each of these sides."""
+    lines = ['<robot name="torso"><link name="torso"/>']
+    for side, place in sides:
+        for i, axis in enumerate(("0 0 1", "0 1 0", "0 1 0")):
+            parent, at = (f"{side}_link{i}", "0.25 0 0") if i else ("torso", place)
+            lines.append(f'<link name="{side}_link{i + 1}"><inertial><origin xyz="0.12 0 0"/><mass value="{2.0 - 0.5 * i}"/>'
+                         '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>'
+                         f'<joint name="{side}{i + 1}" type="revolute"><origin xyz="{at}"/><parent link="{parent}"/><child link="{side}_link{i + 1}"/>'
+                         f'<axis xyz="{axis}"/><limit lower="-1.5" upper="1.5" effort="60" velocity="1.5"/></joint>')
+    path.write_text("".join([*lines, "</robot>"]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.skipif(not os.environ.get("LONG"), reason="flies with LONG=1")
+def test_two_arms_on_one_body_fly(made_robots, session_directory):
+    """The robots of both arms are replaced by one robot, as docs/arm.md says."""
+    place, _ = made_robots
+    worlds, sides = place / "descriptors" / "worlds", (("left", "0 0.3 0.6"), ("right", "0 -0.3 0.6"))
+    for side, *options in (("left",), ("right", "--with", "left")):
+        made = make(place, _torso(session_directory / f"{side}.urdf", *(each for each in sides if each[0] == side)), "--name", side, *options)
+        assert made.returncode == 0, made.stderr
+    _torso(worlds / "torso.urdf", *sides)
+    text = (worlds / "right.xml").read_text(encoding="utf-8")
+    starts = " ".join(re.findall(r"<Start (.*)/>", text))
+    text = re.sub(r'(?s)<Robot name="arm".*?</Robot>', f'<Robot name="arm" urdf="torso.urdf" base="fixed"><Start {starts}/></Robot>', text)
+    text = re.sub(r'(?s)  <Robot name="right".*?</Robot>\n', "", text).replace('joint="right.', 'joint="arm.')
+    (worlds / "right.xml").write_text(text, encoding="utf-8")
+    subprocess.run([sys.executable, "gse/generator/generate.py", "--mission", "descriptors/missions/right.xml", "--out", "build/generated"], cwd=place, check=True)
+    flight = flying.fly(session_directory / "right", "--mission", "right", "--scenario", "right", root=place, report="yes")
+    assert flight.code == 0, flight.transcript()
+    assert flight.facts["figures_hold"] is True and flight.facts["figures_missing"] == {}
