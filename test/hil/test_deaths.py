@@ -145,7 +145,7 @@ def judge_launcher(end, facts):
     """The guard must end the run and report this."""
     assert end.code in (-9, 137), "the launcher was not ended by SIGKILL"
     assert facts["exit_code"] == 1 and facts["exit_reason"].startswith("the launcher was killed"), facts
-    assert "failed: launcher was killed" in end.output
+    assert "failed: the launcher was killed" in end.output
     assert facts["reproducible"] is False
 
 

@@ -233,7 +233,7 @@ def test_the_guard_completes_the_run_of_a_killed_launcher(directory, form):
     flight.wait()
     flying.wait_until(lambda: not [pid for pid, _, _ in flying.processes() if pid in children.values()], "children and guard end")
     flying.assert_clean(flight)
-    assert "failed: launcher was killed" in flight.output
+    assert "failed: the launcher was killed" in flight.output
     assert flight.facts["exit_reason"].startswith("launcher was killed")
     assert flight.facts["exit_code"] == 1 and flight.facts["reproducible"] is False
     assert flight.facts["simulated_s"] > 0
