@@ -241,7 +241,7 @@ static void deliver(const proxy_t* const self, const osal_deliveries_t* const de
     }
 }
 
-/// Wait for a message of the program. STATUS_OK, STATUS_TIMEOUT (the run has ended); any other status: the
+/// Wait for a record of the program. STATUS_OK, STATUS_TIMEOUT (the run has ended); any other status: the
 /// program is lost.
 static status_t receive_done(proxy_t* const self, octet_reader_t* const out_reader)
 {

@@ -9,7 +9,7 @@
 /// Length of one wait. The number of waits is not limited, because the stream shows the end of the proxy.
 #define TIMEOUT_MS 1000U
 
-/// Wait for a message, until it arrives or the proxy ends.
+/// Wait for a record, until it arrives or the proxy ends.
 static status_t receive(remote_endian_t* const remote, const remote_endian_kind_t kind,
                         octet_reader_t* const out_reader)
 {
@@ -102,7 +102,7 @@ void remote_endian_serve(remote_endian_t* const remote, component_runtime_t* con
     runtime->flows  = (flow_resolver_t){remote, resolve};
 }
 
-/// Take the frames of a grant, and those of the messages that continue it. Frames for a controller whose ring
+/// Take the frames of a grant, and those of the records that continue it. Frames for a controller whose ring
 /// is full are lost, as on a real bus, and the ring counts them.
 static status_t take_frames(remote_endian_t* const remote, octet_reader_t* const reader)
 {

@@ -21,7 +21,7 @@ typedef struct { // Private, except `run` and `component`: read-only.
 } remote_endian_t;
 
 /// Receive the data of the run from the proxy, whose stream is the inherited descriptor. STATUS_OK,
-/// STATUS_INVALID (no such descriptor, or another message), STATUS_CLOSED, STATUS_IO.
+/// STATUS_INVALID (no such descriptor, or another record), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t remote_endian_join(remote_endian_t* remote, int descriptor);
 /// Serve the buses that the component opens from now on. Call it after component_runtime_take and before the
 /// program is opened.

@@ -13,12 +13,12 @@
 /// Size of a `done`, without its frames.
 #define SIZE_DONE_OCTETS (24U + (OSAL_LOCKSTEP_PARTICIPANTS_MAX * 8U))
 #define NO_BUS 0xFFU ///< Ends a list of frames.
-#define MORE 0xFEU   ///< Ends a list of frames that continues in the next message.
+#define MORE 0xFEU   ///< Ends a list of frames that continues in the next record.
 #define NS_PER_MS 1000000ULL
 
-CAPACITY_CHECK(a_run_fits, (HEADER_OCTETS + SIZE_RUN_OCTETS) <= REMOTE_ENDIAN_MESSAGE_MAX);
+CAPACITY_CHECK(a_run_fits, (HEADER_OCTETS + SIZE_RUN_OCTETS) <= REMOTE_ENDIAN_RECORD_MAX);
 CAPACITY_CHECK(a_turn_fits_with_a_frame, (HEADER_OCTETS + SIZE_DONE_OCTETS + REMOTE_ENDIAN_FRAME_OCTETS +
-                                          1U) <= REMOTE_ENDIAN_MESSAGE_MAX);
+                                          1U) <= REMOTE_ENDIAN_RECORD_MAX);
 
 // ---- Carrier ----
 
@@ -43,7 +43,7 @@ static status_t stream_wait(remote_endian_wire_t* const wire, const uint32_t tim
                                            : osal_socket_wait_readable(&wire->socket, timeout_ms);
 }
 
-// ---- Messages ----
+// ---- Records ----
 
 octet_writer_t remote_endian_begin(remote_endian_wire_t* const wire, const remote_endian_kind_t kind)
 {
@@ -67,7 +67,7 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
         size_t size = 0U;
         status      = stream_send(wire, &wire->octets[sent], writer->position - sent, &size);
         sent += size;
-        // The peer will read the rest, because it waits for this message. Until then it sends nothing: if the
+        // The peer will read the rest, because it waits for this record. Until then it sends nothing: if the
         // stream becomes readable, the peer has closed it.
         if (status == STATUS_FULL) {
             const status_t waited = stream_wait(wire, 1U);
@@ -79,7 +79,7 @@ status_t remote_endian_send(remote_endian_wire_t* const wire, const octet_writer
     return status;
 }
 
-/// Returns the number of missing octets of the message, including its size field; 0 if the message is
+/// Returns the number of missing octets of the record, including its size field; 0 if the record is
 /// complete, or its size is invalid.
 static size_t missing_octets(const remote_endian_wire_t* const wire)
 {
@@ -91,7 +91,7 @@ static size_t missing_octets(const remote_endian_wire_t* const wire)
     return is_good ? ((SIZE_OCTETS + (size_t)size) - wire->received) : 0U;
 }
 
-/// Read the available octets of a message. STATUS_OK (complete, or invalid), STATUS_EMPTY, STATUS_CLOSED,
+/// Read the available octets of a record. STATUS_OK (complete, or invalid), STATUS_EMPTY, STATUS_CLOSED,
 /// STATUS_IO.
 static status_t take_in(remote_endian_wire_t* const wire)
 {
@@ -275,7 +275,7 @@ bool remote_endian_read_grant(octet_reader_t* const reader, osal_grant_t* const 
 /// True if the writer has room for one more frame and the end of the list.
 static bool has_room(const octet_writer_t* const writer)
 {
-    return (writer->position + REMOTE_ENDIAN_FRAME_OCTETS + 1U) <= REMOTE_ENDIAN_MESSAGE_MAX;
+    return (writer->position + REMOTE_ENDIAN_FRAME_OCTETS + 1U) <= REMOTE_ENDIAN_RECORD_MAX;
 }
 
 /// Write the frames received at the ends, as many as fit. Returns false if some may be left.

@@ -8,8 +8,8 @@
 ///     program:  done   frames sent on its buses, deliveries by receiver, its next wake time
 ///     proxy: grant  time, deliveries to it, frames received on its buses
 ///
-/// done and grant alternate until one end closes the stream. Frames that do not fit into a message follow in
-/// further messages of its kind. A message consists of its size in octets (u32), its kind (u8) and its
+/// done and grant alternate until one end closes the stream. Frames that do not fit into a record follow in
+/// further records of its kind. A record consists of its size in octets (u32), its kind (u8) and its
 /// content; numbers are big-endian. Messages of the mission and link frames use inherited sockets instead.
 ///
 /// Ownership  The caller provides remote_endian_wire_t.
@@ -24,7 +24,7 @@
 #include "osal/include/osal/socket.h"
 
 #define REMOTE_ENDIAN_FRAME_OCTETS (15U + OSAL_CAN_DATA_MAX)
-#define REMOTE_ENDIAN_MESSAGE_MAX 4096U ///< Largest message, with its size and its kind [octets].
+#define REMOTE_ENDIAN_RECORD_MAX 4096U ///< Largest record, with its size and its kind [octets].
 
 typedef enum {
     REMOTE_ENDIAN_RUN   = 1,
@@ -43,7 +43,7 @@ typedef struct { // Private, except `socket` or `carrier`: this end, to be opene
     osal_socket_t socket;
     remote_endian_carrier_t carrier;
     size_t received;
-    uint8_t octets[REMOTE_ENDIAN_MESSAGE_MAX];
+    uint8_t octets[REMOTE_ENDIAN_RECORD_MAX];
 } remote_endian_wire_t;
 
 typedef struct { ///< Ends of CAN buses; ends that are not open are skipped.
@@ -59,16 +59,16 @@ typedef struct {
     osal_deliveries_t deliveries;
 } remote_endian_done_t;
 
-/// Begin a message; the caller writes its content.
+/// Begin a record; the caller writes its content.
 octet_writer_t remote_endian_begin(remote_endian_wire_t* wire, remote_endian_kind_t kind);
-/// Send the message. STATUS_OK, STATUS_TOO_LARGE (the content did not fit), STATUS_CLOSED, STATUS_IO.
+/// Send the record. STATUS_OK, STATUS_TOO_LARGE (the content did not fit), STATUS_CLOSED, STATUS_IO.
 MUST_USE status_t remote_endian_send(remote_endian_wire_t* wire, const octet_writer_t* writer);
-/// Wait for a message of that kind, at most timeout_ms; the reader is valid until the next call. STATUS_OK,
+/// Wait for a record of that kind, at most timeout_ms; the reader is valid until the next call. STATUS_OK,
 /// STATUS_TIMEOUT (call again), STATUS_CLOSED, STATUS_INVALID (of another kind or size), STATUS_IO.
 MUST_USE status_t remote_endian_receive(remote_endian_wire_t* wire, remote_endian_kind_t kind,
                                         uint32_t timeout_ms, octet_reader_t* out_reader);
 
-/// Write and read the contents of messages. The readers return false if the octets are malformed; their
+/// Write and read the contents of records. The readers return false if the octets are malformed; their
 /// output is then invalid. `storage` is the name of the storage directory for this program.
 void remote_endian_write_run(octet_writer_t* writer, const run_state_t* run, unsigned component,
                              const char* storage);
@@ -78,11 +78,11 @@ bool remote_endian_read_done(octet_reader_t* reader, remote_endian_done_t* out_d
 /// Write and read a grant with the lives of all components from the run state.
 void remote_endian_write_grant(octet_writer_t* writer, const osal_grant_t* grant, const run_state_t* run);
 bool remote_endian_read_grant(octet_reader_t* reader, osal_grant_t* out_grant, run_state_t* run);
-/// Send the message with all frames received at the ends as its last part, and as many further messages of
+/// Send the record with all frames received at the ends as its last part, and as many further records of
 /// its kind as these frames need. Statuses of remote_endian_send.
 MUST_USE status_t remote_endian_send_frames(remote_endian_wire_t* wire, octet_writer_t* writer,
                                             remote_endian_buses_t* buses);
-/// Send the frames of a message on the ends with the same numbers. *out_more: a further message of this kind
+/// Send the frames of a record on the ends with the same numbers. *out_more: a further record of this kind
 /// follows, which contains only frames.
 bool remote_endian_read_frames(octet_reader_t* reader, remote_endian_buses_t* buses, bool* out_more);
 

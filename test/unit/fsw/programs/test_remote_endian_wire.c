@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages between a proxy and its remote-endian program: contents as octets, independent of the byte order
+// Records between a proxy and its remote-endian program: contents as octets, independent of the byte order
 // of this machine, and the refusal of all other contents.
 #include "fsw/programs/remote_endian_wire.h"
 
@@ -10,7 +10,7 @@
 #include "unity.h"
 
 #define TIMEOUT_MS 10000U
-#define HEAD_OCTETS 5U ///< Length field and kind of a message.
+#define HEAD_OCTETS 5U ///< Length field and kind of a record.
 
 static remote_endian_wire_t one;
 static remote_endian_wire_t other;
@@ -100,10 +100,10 @@ static void the_run_state_passes_the_wire_unchanged(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(run.link_ports, heard.link_ports, RUN_LINKS_MAX);
 }
 
-#define MANY 200U // Number of messages; together they exceed the buffer of a socket.
+#define MANY 200U // Number of records; together they exceed the buffer of a socket.
 
-/// The largest content of a message, many times; the sender waits while the socket is full.
-static void the_largest_messages_arrive_completely(void)
+/// The largest content of a record, many times; the sender waits while the socket is full.
+static void the_largest_records_arrive_completely(void)
 {
     octet_reader_t reader = octet_reader(NULL, 0U);
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
@@ -182,7 +182,7 @@ static void numbers_are_big_endian(void)
     TEST_ASSERT_EQUAL_HEX32(grant.octets, heard.octets);
 }
 
-static void a_done_message_carries_its_values(void)
+static void a_done_record_carries_its_values(void)
 {
     remote_endian_done_t done = {.wake_ns = OSAL_LOCKSTEP_NEVER, .opened = 5U, .is_lossy = true};
     remote_endian_done_t heard;
@@ -218,7 +218,7 @@ static void receive_refuses(const uint8_t* const octets, const size_t size, cons
     TEST_ASSERT_EQUAL(expected, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
 }
 
-static void invalid_messages_are_refused(void)
+static void invalid_records_are_refused(void)
 {
     static const uint8_t empty[]      = {0U, 0U, 0U, 0U};
     static const uint8_t huge[]       = {0xFFU, 0xFFU, 0xFFU, 0xFFU};
@@ -232,7 +232,7 @@ static void invalid_messages_are_refused(void)
     receive_refuses(other_kind, sizeof other_kind, STATUS_INVALID);
 }
 
-static void a_message_may_arrive_in_pieces(void)
+static void a_record_may_arrive_in_pieces(void)
 {
     static const uint8_t octets[] = {0U, 0U, 0U, 2U, REMOTE_ENDIAN_GRANT, 0x5AU};
     octet_reader_t reader         = octet_reader(NULL, 0U);
@@ -247,7 +247,7 @@ static void a_message_may_arrive_in_pieces(void)
 }
 
 /// Each end sends and receives in turn, several times, over the same memory.
-static void messages_follow_each_other_in_both_directions(void)
+static void records_follow_each_other_in_both_directions(void)
 {
     for (uint8_t turn = 0U; turn < 3U; turn++) {
         octet_reader_t reader = octet_reader(NULL, 0U);
@@ -266,10 +266,10 @@ static void messages_follow_each_other_in_both_directions(void)
     }
     octet_reader_t nothing = octet_reader((const uint8_t*)"x", 1U);
     octet_writer_t empty   = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
-    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // A message of a kind without content.
+    TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &empty)); // A record of a kind without content.
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_receive(&other, REMOTE_ENDIAN_DONE, TIMEOUT_MS, &nothing));
     TEST_ASSERT_TRUE(octet_reader_is_done(&nothing));
-    for (uint8_t i = 0U; i < 2U; i++) { // Two messages in one direction.
+    for (uint8_t i = 0U; i < 2U; i++) { // Two records in one direction.
         octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_DONE);
         octet_write_u8(&writer, i);
         TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send(&one, &writer));
@@ -300,7 +300,7 @@ static void a_receiver_does_not_wait_longer_than_it_may(void)
 }
 
 /// A peer that sends when it should read does not follow the protocol.
-static void a_peer_that_does_not_read_its_message_is_detected(void)
+static void a_peer_that_does_not_read_its_record_is_detected(void)
 {
     static const uint8_t octets[4096];
     size_t sent           = 0U;
@@ -312,11 +312,11 @@ static void a_peer_that_does_not_read_its_message_is_detected(void)
     TEST_ASSERT_EQUAL(STATUS_CLOSED, remote_endian_send(&one, &writer));
 }
 
-static void a_message_that_does_not_fit_is_not_sent(void)
+static void a_record_that_does_not_fit_is_not_sent(void)
 {
     octet_reader_t reader;
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
-    TEST_ASSERT_NULL(octet_write_space(&writer, REMOTE_ENDIAN_MESSAGE_MAX));
+    TEST_ASSERT_NULL(octet_write_space(&writer, REMOTE_ENDIAN_RECORD_MAX));
     TEST_ASSERT_EQUAL(STATUS_TOO_LARGE, remote_endian_send(&one, &writer));
     TEST_ASSERT_EQUAL(STATUS_TIMEOUT, remote_endian_receive(&other, REMOTE_ENDIAN_GRANT, 0U, &reader));
 }
@@ -341,7 +341,7 @@ static void open_bus(char* const address, const char* const name, osal_can_t* co
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_open(wire, address, OSAL_CAN_WIRE));
 }
 
-/// Read frames until the last message that continues their list. Returns the number of messages.
+/// Read frames until the last record that continues their list. Returns the number of records.
 static unsigned take_frames(remote_endian_buses_t* const to)
 {
     unsigned count = 0U;
@@ -355,7 +355,7 @@ static unsigned take_frames(remote_endian_buses_t* const to)
     return count;
 }
 
-/// Full rings need more than one message; each frame arrives once and in its order.
+/// Full rings need more than one record; each frame arrives once and in its order.
 static void full_buses_are_handed_over(void)
 {
     static remote_endian_buses_t from;
@@ -378,11 +378,11 @@ static void full_buses_are_handed_over(void)
     }
     octet_writer_t writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send_frames(&one, &writer, &from));
-    const unsigned messages = take_frames(&to);
+    const unsigned records = take_frames(&to);
     TEST_ASSERT_GREATER_THAN_UINT32(
-        (2U * OSAL_CAN_RING_FRAMES * REMOTE_ENDIAN_FRAME_OCTETS) / REMOTE_ENDIAN_MESSAGE_MAX, messages);
+        (2U * OSAL_CAN_RING_FRAMES * REMOTE_ENDIAN_FRAME_OCTETS) / REMOTE_ENDIAN_RECORD_MAX, records);
     TEST_ASSERT_EQUAL_UINT32(0U, to.refused);
-    // The next message finds no frames at the ends; its rings are full, and refuse one more.
+    // The next record finds no frames at the ends; its rings are full, and refuse one more.
     writer = remote_endian_begin(&one, REMOTE_ENDIAN_GRANT);
     TEST_ASSERT_EQUAL(STATUS_OK, osal_can_send(&senders[0], &frame));
     TEST_ASSERT_EQUAL(STATUS_OK, remote_endian_send_frames(&one, &writer, &from));
@@ -440,17 +440,17 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_run_state_passes_the_wire_unchanged);
-    RUN_TEST(the_largest_messages_arrive_completely);
+    RUN_TEST(the_largest_records_arrive_completely);
     RUN_TEST(a_truncated_run_state_or_one_out_of_bounds_is_refused);
     RUN_TEST(numbers_are_big_endian);
-    RUN_TEST(a_done_message_carries_its_values);
-    RUN_TEST(invalid_messages_are_refused);
-    RUN_TEST(a_message_may_arrive_in_pieces);
-    RUN_TEST(messages_follow_each_other_in_both_directions);
+    RUN_TEST(a_done_record_carries_its_values);
+    RUN_TEST(invalid_records_are_refused);
+    RUN_TEST(a_record_may_arrive_in_pieces);
+    RUN_TEST(records_follow_each_other_in_both_directions);
     RUN_TEST(the_end_of_the_peer_is_detected);
     RUN_TEST(a_receiver_does_not_wait_longer_than_it_may);
-    RUN_TEST(a_peer_that_does_not_read_its_message_is_detected);
-    RUN_TEST(a_message_that_does_not_fit_is_not_sent);
+    RUN_TEST(a_peer_that_does_not_read_its_record_is_detected);
+    RUN_TEST(a_record_that_does_not_fit_is_not_sent);
     RUN_TEST(full_buses_are_handed_over);
     RUN_TEST(invalid_frames_are_refused);
     return UNITY_END();
