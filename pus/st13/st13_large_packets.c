@@ -174,7 +174,7 @@ static pus_reply_t append(pus_large_t* const large, pus_large_uplink_t* const up
                           const pus_request_t* const request, const uint8_t* const part, const size_t size)
 {
     if (size > (large->config.uplink_size - uplink->size)) {
-        give_up(large, uplink, PUS_LARGE_INTERNAL, request->now_ns);
+        give_up(large, uplink, PUS_LARGE_NOT_ACCEPTED, request->now_ns);
         return refuse(large, PUS_FAILURE_TABLE_FULL, (uint32_t)large->config.uplink_size);
     }
     (void)memcpy(&octets_of(large, uplink)[uplink->size], part, size);
@@ -184,7 +184,7 @@ static pus_reply_t append(pus_large_t* const large, pus_large_uplink_t* const up
     size_t whole_size  = 0U;
     const size_t limit = limit_of(large, uplink, &whole_size);
     if ((whole_size > limit) || (uplink->size > limit)) {
-        give_up(large, uplink, PUS_LARGE_INTERNAL, request->now_ns);
+        give_up(large, uplink, PUS_LARGE_NOT_ACCEPTED, request->now_ns);
         return refuse(large, PUS_FAILURE_TABLE_FULL, (uint32_t)limit);
     }
     return pus_done();
@@ -243,7 +243,7 @@ static pus_reply_t take_next(void* const self, pus_request_t* const request)
         return refuse(large, PUS_FAILURE_OUT_OF_RANGE, PART_NUMBER_OFFSET);
     }
     if (size == 0U) {
-        give_up(large, uplink, PUS_LARGE_INTERNAL, request->now_ns);
+        give_up(large, uplink, PUS_LARGE_NOT_ACCEPTED, request->now_ns);
         return refuse(large, PUS_FAILURE_OUT_OF_RANGE, PART_OFFSET);
     }
     const pus_reply_t reply = append(large, uplink, request, octet_read_octets(&request->reader, size), size);
@@ -252,7 +252,7 @@ static pus_reply_t take_next(void* const self, pus_request_t* const request)
     }
     const uint32_t fault = fault_of(large, uplink);
     if (fault != 0U) {
-        give_up(large, uplink, PUS_LARGE_INTERNAL, request->now_ns);
+        give_up(large, uplink, PUS_LARGE_NOT_ACCEPTED, request->now_ns);
         return refuse(large, PUS_FAILURE_EMBEDDED, fault);
     }
     uplink->is_whole = true;
@@ -272,7 +272,7 @@ static void step_uplink(pus_large_t* const large, pus_large_uplink_t* const upli
     } else if ((now_ns - uplink->heard_ns) >= config->timeout_ns) {
         const pus_failure_t failure =
             pus_failure(PUS_FAILURE_TIMEOUT, (uint32_t)(config->timeout_ns / 1000000U));
-        give_up(large, uplink, uplink->is_whole ? PUS_LARGE_INTERNAL : PUS_LARGE_TIMEOUT, now_ns);
+        give_up(large, uplink, uplink->is_whole ? PUS_LARGE_NOT_ACCEPTED : PUS_LARGE_TIMEOUT, now_ns);
         if (uplink->is_whole) {
             pus_verify_failed(config->process, &uplink->token, &failure, now_ns);
         }

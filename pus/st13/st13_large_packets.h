@@ -23,7 +23,7 @@
 typedef enum {
     PUS_LARGE_TIMEOUT       = 1,
     PUS_LARGE_DISCONTINUITY = 2,
-    PUS_LARGE_INTERNAL      = 3
+    PUS_LARGE_NOT_ACCEPTED  = 3 ///< Too large, malformed, or not taken by the application in time.
 } pus_large_reason_t;
 
 typedef struct { // Private.

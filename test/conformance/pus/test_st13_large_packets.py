@@ -14,7 +14,7 @@ USER, TIME_SIZE, ALL = 2, 8, 0xF
 SUPERVISOR, MANIPULATOR, JOYSTICK = 1, 16, 17
 LARGE, UPLINKS, PART = 65542, 4, 512
 OUT_OF_RANGE, UNKNOWN_ID, TABLE_FULL, EMBEDDED = 0x0203, 0x0201, 0x0205, 0x020A
-TIMEOUT, DISCONTINUITY, INTERNAL = "reception timeout", "sequence discontinuity", "internal"
+TIMEOUT, DISCONTINUITY, NOT_ACCEPTED = "reception timeout", "sequence discontinuity", "request not accepted"
 
 
 def _request(apid, service, subtype, data=b"", sequence=99, source=USER):
@@ -55,7 +55,7 @@ def _aborted(station, transaction, reason, since):
     packet, decoded = station.report(13, 16, apid=SUPERVISOR, since=since)
     assert (decoded["large_message_transaction_id"], decoded["failure_reason"]) == (transaction, reason)
     theirs = PusTm.unpack(packet.raw, TIME_SIZE)
-    number = {TIMEOUT: 1, DISCONTINUITY: 2, INTERNAL: 3}[reason]
+    number = {TIMEOUT: 1, DISCONTINUITY: 2, NOT_ACCEPTED: 3}[reason]
     assert (theirs.service, theirs.subservice, bytes(theirs.tm_data)) == (13, 16, struct.pack(">HB", transaction, number))
 
 
@@ -142,7 +142,7 @@ def test_parts_of_several_transactions_may_be_interleaved(station):
 def test_a_request_for_another_subsystem_has_at_most_one_packet(station):
     raw, since = _request(MANIPULATOR, 17, 1, bytes(packets.PACKET_MAX - 12)), len(station.reports)
     station.refuse(TABLE_FULL, "SUPERVISOR", 13, 9, **_fields(6, 1, raw[:600]))
-    _aborted(station, 6, INTERNAL, since)
+    _aborted(station, 6, NOT_ACCEPTED, since)
     # The ground segment splits the request.
     whole = station.settle(station.send_data(MANIPULATOR, 20, 1, bytes(5000)))
     assert [failure.code for failure in whole.failures] == [TABLE_FULL]
@@ -177,7 +177,7 @@ def test_faulty_parts_of_a_large_packet_are_refused(station):
     station.do("SUPERVISOR", 13, 9, **_fields(9, 1, b"ab"))
     since = len(station.reports)
     refuse(OUT_OF_RANGE, 10, 9, 2, b"")
-    _aborted(station, 9, INTERNAL, since)
+    _aborted(station, 9, NOT_ACCEPTED, since)
 
 
 def test_a_large_packet_must_be_a_request_of_its_sender(station):
@@ -193,7 +193,7 @@ def test_a_large_packet_must_be_a_request_of_its_sender(station):
         station.do("SUPERVISOR", 13, 9, **_fields(10, 1, first))
         since = len(station.reports)
         station.refuse(EMBEDDED, "SUPERVISOR", 13, 11, **_fields(10, 2, last))
-        _aborted(station, 10, INTERNAL, since)
+        _aborted(station, 10, NOT_ACCEPTED, since)
 
 
 def test_the_number_of_large_packets_in_reception_is_limited(station):

@@ -204,7 +204,7 @@ static void parts_without_octets_are_refused(void)
     send_part(9U, 7U, 1U, whole, 512U);
     send_part(10U, 7U, 2U, NULL, 0U);
     EXPECT_MESSAGES(1, 1, 13, 16, 1, 4);
-    expect_aborted(1U, 7U, PUS_LARGE_INTERNAL);
+    expect_aborted(1U, 7U, PUS_LARGE_NOT_ACCEPTED);
     expect_failure(2U, 4U, PUS_FAILURE_OUT_OF_RANGE, 0U, 4U);
 }
 
@@ -257,7 +257,7 @@ static void each_source_numbers_its_own_transactions(void)
 static void expect_too_long(const size_t longest)
 {
     EXPECT_MESSAGES(1, 1, 13, 16, 1, 4);
-    expect_aborted(1U, 7U, PUS_LARGE_INTERNAL);
+    expect_aborted(1U, 7U, PUS_LARGE_NOT_ACCEPTED);
     expect_failure(2U, 4U, PUS_FAILURE_TABLE_FULL, 0U, (uint32_t)longest);
 }
 
@@ -325,7 +325,7 @@ static void expect_no_request(const uint32_t detail)
     const uint16_t last = send_all_but_last(7U, 4000U);
     send_last(7U, last, 4000U);
     EXPECT_MESSAGES(1, 1, 13, 16, 1, 4);
-    expect_aborted(1U, 7U, PUS_LARGE_INTERNAL);
+    expect_aborted(1U, 7U, PUS_LARGE_NOT_ACCEPTED);
     expect_failure(2U, 4U, PUS_FAILURE_EMBEDDED, 0U, detail);
     step(TEST_NOW_NS);
     TEST_ASSERT_EQUAL_UINT64(0U, taken_size);
@@ -379,7 +379,7 @@ static void a_request_that_is_not_taken_is_offered_again(void)
     bench_clear();
     step(TEST_NOW_NS + TIMEOUT_NS);
     EXPECT_MESSAGES(13, 16, 1, 8);
-    expect_aborted(0U, 7U, PUS_LARGE_INTERNAL);
+    expect_aborted(0U, 7U, PUS_LARGE_NOT_ACCEPTED);
     expect_failure(1U, 8U, PUS_FAILURE_TIMEOUT, 0U, (uint32_t)(TIMEOUT_NS / MS));
 }
 
