@@ -38,7 +38,7 @@ def test_everything_is_forwarded_at_first(station):
     assert len(_seen(station, 129, JOYSTICK)) >= 2
 
 
-def test_reports_of_a_deleted_process_are_not_forwarded(station):
+def test_reports_of_a_process_deleted_from_the_configuration_are_not_forwarded(station):
     station.do("SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": []}])
     assert _seen(station, 129, JOYSTICK) == []
     station.refuse(UNKNOWN_ID, "SUPERVISOR", 14, 2, n1=[{"apid": JOYSTICK, "n2": []}])
