@@ -15,8 +15,9 @@ typedef struct {        // Private; both are closed at first.
 
 /// Open `<storage>/<component>.eeprom`, and create it if it is missing: blank, all octets 0xFF. It is locked
 /// until it is closed here and in each process that has inherited its descriptors. STATUS_OK; for other
-/// statuses, the image is closed: STATUS_BUSY (another flight uses it), STATUS_TOO_LARGE (the path, or the
-/// file: it is not an image), STATUS_DENIED, STATUS_FULL, STATUS_IO, STATUS_NOT_FOUND (the directory).
+/// statuses, the image is closed: STATUS_BUSY (another flight uses it, or still the emulator of the earlier
+/// life of the component), STATUS_TOO_LARGE (the path, or the file: it is not an image), STATUS_DENIED,
+/// STATUS_FULL, STATUS_IO, STATUS_NOT_FOUND (the directory).
 MUST_USE status_t eeprom_image_open(eeprom_image_t* image, const char* storage, const char* component);
 void eeprom_image_close(eeprom_image_t* image);
 

@@ -35,7 +35,7 @@ typedef struct { // Private.
     octet_writer_t writer;
     uint8_t* head;  // Position of the count in the packet.
     uint16_t count; // Entries in the present packet.
-    uint16_t lost;  // Packets that neither the port nor the process could take.
+    uint16_t lost;  // Packets that the process could neither send nor keep.
     uint8_t prefix_size;
     uint8_t prefix[PUS_LIST_PREFIX_MAX];
 } pus_list_report_t;
@@ -49,7 +49,7 @@ void pus_list_report_begin(pus_list_report_t* list, const pus_list_target_t* tar
 /// no room for it. The writer is valid until the next call.
 octet_writer_t* pus_list_report_entry(pus_list_report_t* list, size_t size);
 /// Send the last packet. PUS_DONE; PUS_STARTED: the report continues in a later step; PUS_FAILED with
-/// PUS_FAILURE_SOME_FAILED and the number of packets that neither the port nor the process could take.
+/// PUS_FAILURE_SOME_FAILED and the number of packets that the process could neither send nor keep.
 pus_reply_t pus_list_report_end(pus_list_report_t* list);
 
 #endif // PUS_CORE_LIST_REPORT_H

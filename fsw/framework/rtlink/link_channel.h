@@ -65,12 +65,13 @@ typedef struct {
 
 typedef struct {
     uint32_t frames; ///< Frames sent, or received and used.
-    /// Samples that were missing when they were due; only those that the decimation selects.
+    /// Producer: samples that could not be sent. Consumer: samples that were missing when they were due; only
+    /// those that the decimation selects.
     uint32_t lost;
     uint32_t late;          ///< Reads of a stale sample.
     uint32_t torn;          ///< Reads that failed because the writer was busy in each attempt.
     uint32_t refused;       ///< Frames of another epoch, link or layout, or with a wrong CRC.
-    uint32_t last_sequence; ///< Sequence number of the last frame that was sent, or received and used.
+    uint32_t last_sequence; ///< Number of the last frame that was sent or lost, or received and used.
 } rtlink_counters_t;
 
 typedef struct { // Private, except counters.
@@ -88,7 +89,7 @@ typedef struct { // Private, except counters.
     rtlink_counters_t counters;
 } rtlink_producer_t;
 
-typedef struct { // Private, except counters, peer_state and sample_time_ns.
+typedef struct { // Private, except counters, peer_state, sample_time_ns and payload.
     rtlink_terms_t terms;
     uint16_t link;
     uint32_t epoch;
@@ -102,7 +103,7 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
     uint8_t peer_state;      ///< State number of the producer in its last frame.
     uint64_t sample_time_ns; ///< Time of the last sample [ns of the run].
     rtlink_counters_t counters;
-    uint8_t payload[RTLINK_PAYLOAD_MAX]; // In the byte order of the producer.
+    uint8_t payload[RTLINK_PAYLOAD_MAX]; ///< Last sample, in the byte order of the producer.
 } rtlink_consumer_t;
 
 /// Open the producer's end of a link, before the consumer opens its end. With shared memory, creates the
@@ -110,7 +111,8 @@ typedef struct { // Private, except counters, peer_state and sample_time_ns.
 /// route), STATUS_EXHAUSTED, STATUS_DENIED, STATUS_IO.
 MUST_USE status_t rtlink_producer_open(rtlink_producer_t* producer, const rtlink_resolver_t* resolver,
                                        uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
-/// Publish a sample. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP, TIPC; the sample is
+/// Publish a sample of the agreed size (`layout_octets`), with the state number of the producer and the time
+/// [ns of the run]. STATUS_OK, STATUS_CLOSED (not open), STATUS_FULL or STATUS_IO (UDP, TIPC; the sample is
 /// lost and counted).
 status_t rtlink_producer_write(rtlink_producer_t* producer, uint8_t state, uint64_t now_ns,
                                const uint8_t* payload);
@@ -120,8 +122,8 @@ void rtlink_producer_close(rtlink_producer_t* producer);
 /// does not include), STATUS_DENIED, STATUS_IO, STATUS_EXHAUSTED (no play-out buffer).
 MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink_resolver_t* resolver,
                                        uint16_t link, const rtlink_terms_t* agreed, uint32_t epoch);
-/// Read the newest sample. STATUS_OK (the sample is in `payload` and not stale), STATUS_EMPTY (no sample
-/// yet), STATUS_STALE, STATUS_CLOSED (not open).
+/// Read the newest sample. STATUS_OK (the sample is in `payload` and not stale), STATUS_STALE (the sample in
+/// `payload` is stale), STATUS_EMPTY (no sample yet), STATUS_CLOSED (not open).
 status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
 /// Process a datagram that has arrived for this link. STATUS_OK, STATUS_INVALID (refused and counted),
 /// STATUS_CLOSED.

@@ -28,7 +28,7 @@ typedef struct { // Private to fsw/supervisor.
 } spacecraft_files_t;
 
 struct supervisor;
-/// Returns the port; null if the supervisor has no files.
+/// Returns the port; null if the supervisor has no file store.
 const pus_file_port_t* spacecraft_file_port(struct supervisor* supervisor);
 
 #endif // FSW_SUPERVISOR_SERVICES_FILES_H
