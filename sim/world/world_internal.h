@@ -6,8 +6,8 @@
 #include "sim/world/world.h"
 
 #define FAR_M 1e4     // Largest coordinate [m] or linear velocity [m/s] in a world.
-#define TURNS_RAD 1e3 // Largest angle [rad] in a world.
-#define GREAT 1e9     // Upper limit of every stiffness, torque and force in a world.
+#define TURNS_RAD 1e3 // Largest angle [rad] or angular velocity [rad/s] in a world.
+#define GREAT 1e9     // Largest value of all other physical quantities in a world, in SI units.
 #define SHARE_MAX 0.5 // Largest relative difference of a true parameter from its nominal value.
 #define WORLD_NAME_MAX 32U
 #define NODE_MIN 2.0
