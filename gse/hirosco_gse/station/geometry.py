@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The world of a mission as plain lists, for the scene of the page. Poses are 16 numbers, row by row."""
+"""The world of a mission as dictionaries and lists, for the scene of the page. Units are SI. A pose is the 4 x 4 matrix from a frame to its
+parent (hirosco_gse.world) as 16 numbers, row by row."""
 
 import base64
 import math
@@ -71,13 +72,13 @@ def _robot(robot, braked=frozenset()):
 
 
 def _has_brake(device):
-    """Whether a drive has a holding brake: its data sheet has the object by whose name the simulator finds it."""
+    """True if the EDS of the drive has the object 'Holding brake state'; the simulator recognizes a brake by this name, too."""
     sheet = SHEETS / device.eds
     return bool(device.eds) and sheet.is_file() and BRAKE in sheet.read_text(encoding="utf-8", errors="replace")
 
 
 def as_lists(world):
-    """Robots, fixtures, springs, drives, wheels and thrusters of a world (hirosco_gse.world.World)."""
+    """Robots, fixtures, springs, drives, wheels and thrusters (key `valves`) of a world (hirosco_gse.world.World)."""
     braked = {device.joint for device in world.devices if device.joint and _has_brake(device)}
     return {
         "name": world.name,
