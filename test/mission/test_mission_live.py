@@ -182,7 +182,7 @@ def test_a_page_commands_the_flight(flight):
 
 
 def test_another_user_commands_the_flight(flight):
-    """The last request is refused: the joystick is OPERATIONAL."""
+    """The last request, joystick to PRE_OPERATIONAL, is refused: the manipulator, in the same real-time network, is OPERATIONAL."""
     offset, state, refusal = flight.answers
     assert len(offset) == 2 and any(offset)
     assert state == "OPERATIONAL"
@@ -227,8 +227,8 @@ def test_the_recording_repeats_the_flight_octet_for_octet(flight, session_direct
         assert again.octets(name) == flight.octets(name), name
 
 
-def test_a_person_moves_the_hand_and_is_refused_with_a_message(directory):
-    """On the command line: refusal, aim and pause. A hand without input holds its place after 0.5 s and lets go
+def test_gse_moves_the_hand_and_reports_why_a_fault_is_refused(directory):
+    """A fault of a device that the bus does not have is refused. A hand without input holds its place after 0.5 s and lets go
     after 5 s. In a flight without an operator the console shows the marks."""
     flight = flying.start(directory, "--time", "real", "--scenario", "none")
     try:
@@ -255,7 +255,7 @@ def test_a_person_moves_the_hand_and_is_refused_with_a_message(directory):
 
 @pytest.mark.long
 def test_the_recording_of_a_flight_without_an_operator_repeats_it_octet_for_octet(directory):
-    """Two users command, and one of them ends the mission. The packet logs of flight and repetition have no connection of an operator."""
+    """Two users command, and one of them ends the mission. No operator connects, neither in the flight nor in the repetition."""
     flight = flying.start(directory / "first", "--time", "real", "--scenario", "none")
     with _world(flight) as world:
         world.ask("hand aim 0.1 -0.1 0.2")

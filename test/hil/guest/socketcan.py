@@ -26,7 +26,8 @@ BOUND_S = 900
 BACKLOG = 1 << 25
 CONTRACTS = ["contract/osal/test_can", "contract/osal/posix/test_can", "contract/osal/posix/test_can_socket",
              "contract/osal/posix/test_lockstep_scheduler_blocking", "unit/fsw/framework/dataflow/test_flow_can_socket"]
-CASES = {"test_can_socket": 16, "test_flow_can_socket": 4}
+# Smallest number of tests that a program must run; 1 for the others.
+TESTS_MIN = {"test_can_socket": 16, "test_flow_can_socket": 4}
 KEPT = ("can-robot.log", "can-robot-b.log", "can-joystick.log", "packets.log", "operator.log", "console.log", "run.json",
         "truth.lcm")
 FIRST, LAST = "7FE#EE", "7FF#FF"  # Probe and sentinel: identifiers that no node of the mission sends.
@@ -59,7 +60,7 @@ def facts(name):
 
 
 def kept(name):
-    """Copy the files that the caller compares to the output share."""
+    """Copy the files of a flight that the tests on the host compare into the output share."""
     (OUT / name).mkdir()
     for file in KEPT:
         if (WORK / name / file).exists():
@@ -82,22 +83,22 @@ def last_of(path):
 
 
 @contextlib.contextmanager
-def recorder(path, probe, *interfaces, backlog=BACKLOG):
+def recorder(path, sender, *interfaces, backlog=BACKLOG):
     """Record these interfaces, or all of them, with candump on the processor that the flight does not use. It
-    records every frame from the probe to the sentinel unless the backlog [octets of each interface] is
-    full."""
+    records every frame from the probe to the sentinel, both sent on the interface `sender`, unless the
+    backlog [octets of each interface] is full."""
     filters = [f"{interface},0:0,#FFFFFFFF" for interface in interfaces or ("any",)]
     with open(path, "w") as file:
         process = subprocess.Popen(["taskset", hex(1 << max(os.sched_getaffinity(0))), "candump", "-L", "-d", "-r", str(backlog), *filters],
                                    stdin=subprocess.DEVNULL, stdout=file)
         try:
             def listens():
-                ip("link", "show", probe)
-                buses.command("cansend", probe, FIRST)
+                ip("link", "show", sender)
+                buses.command("cansend", sender, FIRST)
                 return FIRST in last_of(path)
             until(listens, "candump to listen")
             yield
-            buses.command("cansend", probe, LAST)
+            buses.command("cansend", sender, LAST)
             until(lambda: LAST in last_of(path), "the sentinel")
         finally:
             process.terminate()
@@ -142,7 +143,7 @@ def case_contract_holds_on_this_kernel():
             counts = re.search(r"(\d+) Tests (\d+) Failures (\d+) Ignored", ended.stdout)
             assert ended.returncode == 0 and counts, ended.stdout + ended.stderr
             tests, failures, ignored = map(int, counts.groups())
-            assert (failures, ignored) == (0, 0) and tests >= CASES.get(program.name, 1), ended.stdout
+            assert (failures, ignored) == (0, 0) and tests >= TESTS_MIN.get(program.name, 1), ended.stdout
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------
@@ -153,6 +154,7 @@ def run_printed_command(output):
 
 
 def case_bad_interfaces_are_refused_with_the_next_step():
+    """The order of the refusals matters: vcan-robot is down for the first one, and is set up before that of bus joystick."""
     before = links()
     ip("link", "set", "can0", "up", "type", "can", "bitrate", "500000")
     ip("link", "add", "vcan-robot", "type", "vcan")
@@ -188,7 +190,8 @@ def case_bad_interfaces_are_refused_with_the_next_step():
     assert "carries classic frames only (mtu 16), and the mission's bus is CAN FD" in output, output
     for options, output in ((["--bus", "vcan"], output), (["--mission", "classic", "--bus", "can", "--interface", "robot=can0"], wrong_rate)):
         run_printed_command(output)
-        assert "cannot create the output directory" in refused(*options, "--out", "/dev/null/none"), "the printed command did not help"
+        again = refused(*options, "--out", "/dev/null/none")  # This directory is refused only after the interfaces are accepted.
+        assert "cannot create the output directory" in again, f"the interface is still refused after the printed command: {again}"
     ip("link", "delete", "vcan-robot")
     ip("link", "set", "can0", "down")
     assert links() == before
@@ -217,7 +220,8 @@ def bring_up_controllers():
 # --- flights ----------------------------------------------------------------------------------------------------------
 
 def case_vcan_flight_is_seen_by_candump():
-    """The interfaces of bus robot exist before the run, and that of flight software delays frames on purpose; the run makes the others."""
+    """The run uses the interfaces of bus robot, which exist before, and makes the others. Frames to flight software (fsw-robot) arrive
+    with a delay, because receive packet steering (RPS) hands them to processor 1."""
     WORK.mkdir(exist_ok=True)
     ip("link", "add", "fsw-robot", "mtu", "72", "type", "vcan")
     ip("link", "set", "fsw-robot", "up")
@@ -265,8 +269,8 @@ ARM_UP = [f"0.0 operator {words}" for words in (
 
 
 def case_interfaces_that_are_lost_and_made_again_are_used_again():
-    """An interface goes down while simulated time stands still: its subsystems detect this when time
-    continues, go to safe states, and come up again by command."""
+    """Both interfaces of bus robot are deleted and made again while the simulator is stopped. The manipulator
+    detects this when time continues, goes to OFFLINE, and comes up again by command."""
     script = WORK / "again.scn"
     script.write_text("\n".join(["0.0 hand rest", *ARM_UP, "0.0 operator wait-event MANIPULATOR DEVICE_LOST 100000",
                                  "0.0 operator wait-state MANIPULATOR OFFLINE 1", *ARM_UP,
