@@ -7,7 +7,7 @@ from hirosco_gse.packets import CRC_SIZE, PUS_VERSION, TM_HEADER, crc16, encode_
 
 
 def build_tm(apid, sequence, service, subtype, data=b"", destination=0, time_ns=0, counter=0):
-    """Return the octets of one telemetry packet."""
+    """Return the octets of one telemetry packet. `time_ns`: since 1958-01-01 TAI; `counter`: the message type counter."""
     head = struct.pack(
         ">HHHBBBHH",
         0x0800 | apid,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Serial lines that cannot be opened, for each port. posix/test_serial.c tests lines with two ends.
+// Serial lines that cannot be opened, for each port of the OSAL to an operating system. posix/test_serial.c
+// tests lines with two ends.
 #include "osal/include/osal/serial.h"
 
 #include "unity.h"

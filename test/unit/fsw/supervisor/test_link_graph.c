@@ -92,7 +92,7 @@ static void a_network_holds_a_bounded_number_of_members(void)
     TEST_ASSERT_EQUAL(0xBEEFU, members[LINK_GRAPH_MEMBERS]);
 }
 
-/// Find the connected members by Warshall's algorithm, independently of the graph under test.
+/// Find the connected members by Warshall's algorithm, independently of the search under test.
 static void close_naively(const link_graph_t* graph, bool connected[APIDS + 1U][APIDS + 1U])
 {
     (void)memset(connected, 0, (APIDS + 1U) * (APIDS + 1U) * sizeof(bool));

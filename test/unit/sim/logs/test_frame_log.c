@@ -192,7 +192,8 @@ static void a_full_disk_leaves_complete_lines_and_records(void)
     frame_log_flush(log, true);
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
     const rlim_t before = limit.rlim_cur;
-    // Room for two lines and a part of a third; in pcap for the header, two records and a part.
+    // Room for two lines and a part of a third; in pcap for the header, two records and a part. A flush that
+    // fails is removed as a whole, so only what the first flush wrote stays.
     limit.rlim_cur = 110U;
     (void)signal(SIGXFSZ, SIG_IGN);
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));

@@ -30,7 +30,7 @@ static void prove_reading(void)
     const uint16_t self    = nondet_u16();
     const bool is_accepted = message_frame_is_well_formed(octets, size, self);
     const bool has_size    = (size >= MESSAGE_HEADER_OCTETS) && (size <= MESSAGE_FRAME_MAX);
-    PROVE(IMPLIES(!has_size, !is_accepted), "the size exists");
+    PROVE(IMPLIES(!has_size, !is_accepted), "a frame with a size that is not permitted is refused");
     if (has_size) {
         const message_frame_t frame = message_frame_read(octets, octets[MESSAGE_AT_KIND], size);
         PROVE(is_accepted ==
@@ -62,7 +62,7 @@ static void prove_writing(void)
           "single fields are the same");
     PROVE(message_frame_is_well_formed(header, sizeof header, sent.to) ==
               ((sent.kind <= MESSAGE_SYNC_ACK) && (sent.from_life != 0U)),
-          "what is written is well formed");
+          "a written header is well formed if and only if its kind is permitted and its life is not 0");
 }
 
 void proof(void)

@@ -69,7 +69,7 @@ static void a_force_on_the_tool_is_measured(void)
 {
     const arm_vector_t pushed_n = {{3.0, -5.0, 20.0}};
     sense_at_rest(pushed_n, NULL, false, 1U); // The filter starts with the first sample.
-    expect_force(pushed_n, 0.2);              // Within 1 %: directions without a lever are excluded.
+    expect_force(pushed_n, 0.2);              // The damping makes the estimate up to 1 % smaller.
     const arm_vector_t none_n = {{0.0}};
     sense_at_rest(none_n, NULL, false, 17U); // One time constant of the low-pass.
     EXPECT_ABOVE(10.0, force.force_n.at[2]);
@@ -120,7 +120,7 @@ static void offsets_of_the_sensors_are_learned_at_rest(void)
     expect_force(pushed_n, 0.1);
 }
 
-/// TARE_LIMIT is 2 % of the torque limit, 3 Nm and 0.56 Nm.
+/// TARE_LIMIT is 2 % of the torque limit: 3 Nm for joints 1 to 3, 0.56 Nm for joints 4 to 6.
 static void a_contact_is_not_taken_for_an_offset(void)
 {
     const arm_vector_t pushed_n = {{0.0, 0.0, 60.0}};
