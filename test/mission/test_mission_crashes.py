@@ -234,7 +234,7 @@ def test_the_guard_completes_the_run_of_a_killed_launcher(directory, form):
     flying.wait_until(lambda: not [pid for pid, _, _ in flying.processes() if pid in children.values()], "children and guard end")
     flying.assert_clean(flight)
     assert "failed: the launcher was killed" in flight.output
-    assert flight.facts["exit_reason"].startswith("launcher was killed")
+    assert flight.facts["exit_reason"].startswith("the launcher was killed")
     assert flight.facts["exit_code"] == 1 and flight.facts["reproducible"] is False
     assert flight.facts["simulated_s"] > 0
     assert "launcher was killed" in flight.read("report.html")
@@ -273,7 +273,7 @@ def test_another_guard_replaces_a_killed_one(directory, scenario):
     flight.process.kill()
     flight.wait()
     assert "the guard of the run was killed" in flight.output
-    assert flight.facts["exit_reason"].startswith("launcher was killed")
+    assert flight.facts["exit_reason"].startswith("the launcher was killed")
     flying.assert_clean(flight)
 
 
