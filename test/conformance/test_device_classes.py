@@ -40,7 +40,7 @@ int main(int count, char** names)
         for (int i = 0; i < p->transmit_count; i++) { printf(" T%x %u %u", p->transmit[i].cob_base, canopen_device_profile_pdo_octets(&p->transmit[i]), p->transmit[i].is_each_sync); }
         for (int i = 0; i < p->axis_count; i++) { printf(" within %.4g %.4g %.4g", p->axes[i].low_rad, p->axes[i].high_rad, p->axes[i].speed_rad_s); }
         for (int i = 0; i < p->axis_count; i++) { for (int k = 0; k < p->axes[i].unit_count; k++) { printf(" unit %x:%x %u %x", p->axes[i].units[k].index, p->axes[i].units[k].subindex, p->axes[i].units[k].octets, p->axes[i].units[k].value); } }
-        for (int i = 0; i < p->emergency_count; i++) { printf(" emcy %x %d", p->emergencies[i].code, p->emergencies[i].class); }
+        for (int i = 0; i < p->emergency_count; i++) { printf(" emcy %x %d", p->emergencies[i].code, p->emergencies[i].severity); }
         for (int i = 0; i < p->receive_count; i++) { printf(" R%x %u %u", p->receive[i].cob_base, canopen_device_profile_pdo_octets(&p->receive[i]), p->receive[i].is_valid); }
         printf("\n");
     }
