@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Change one place of the flight sources at a time and check whether a test detects it (`make mutants`).
 
-Places are drawn by a seed over all lines of base/, pus/, fsw/, osal/ and launcher/: a comparison, a bound, a sign, a logical
-operator, a condition, a returned value, or a statement that is left out. Each mutant is built in a copy under build/mutants, and
-those test programs run that link the changed file, until one fails: first those named like it, then those that call its functions,
-then those in the nearest directories. They run in namespaces of their own (processes, /tmp, /dev/shm), since a mutant may kill or remove what it does
-not own. If all pass, and with --fly, the tests in FLIGHTS run with the programs of the copy. A mutant that does not build, or
-that gives the same object code, is replaced by another one. Sources that no C test links are not drawn but listed.
+Places are drawn by a seed over the functions of base/, pus/, fsw/, osal/ and launcher/, except those of LEFT_OUT: a comparison, a
+bound, a sign, a logical operator, a condition, a returned value, or a statement that is left out. Each mutant is built in a copy
+under build/mutants, and up to NEAREST test programs that link the changed file run, until one fails: first those named like it,
+then those that call its functions, then those in the nearest directories. They run in namespaces of their own (processes, /tmp,
+/dev/shm), since a mutant may kill or remove what it does not own. If all pass, and with --fly, the tests in FLIGHTS run with the
+programs of the copy. A mutant that does not build, or that gives the same object code, is replaced by another one. Other sources
+that no C test links have no mutants; they are listed at the end.
 
 Prints the survivors and the score of each directory. equivalent.txt holds mutants that no test can distinguish from the original, each with
 its reason; they do not count. --check: exit code 1 below 95 % in all or 90 % in a directory with ten mutants or more.
@@ -30,19 +31,20 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 TREE = ROOT / "build" / "mutants"
 EQUIVALENT = ROOT / "test" / "mutants" / "equivalent.txt"
 DIRECTORIES = ("base", "pus", "fsw", "osal", "launcher")
-# Programs, the command line tool and the bindings of services to the supervisor are tested only in flight.
+# Not mutated and not listed: programs, the command line tool and the bindings of services to the supervisor. Only
+# flights test them.
 LEFT_OUT = re.compile(r"_main\.c$|_program\.c$|^pus/tool/|^fsw/supervisor/services/")
 COPIED = ("Makefile", "base", "descriptors", "fsw", "gse", "launcher", "mk", "osal", "pus", "sim", "test")
 BUILT = ("flags", "obj", "lib", "bin", "generated", "setup")
-# Flights that take seconds: packet services, states and control, faults, restarts. For launcher/ its
-# messages, too.
+# Flights that take seconds: packet services, states and control, faults, restarts.
 FLIGHTS = ("test/mission/test_mission_causes.py", "test/mission/test_mission_unplug.py", "test/mission/test_mission_packets.py",
            "test/mission/test_mission_can_faults.py", "test/mission/test_mission_plans.py", "test/mission/test_mission_restarts.py",
            "test/mission/test_mission_telepresence.py", "test/conformance/pus",
            "--ignore=test/conformance/pus/test_power_cuts.py", "--ignore=test/conformance/pus/test_z_coverage.py",
            "--deselect=test/conformance/pus/test_operations.py::test_every_example_works_as_it_stands")
+# Tests of the messages of launcher/. They run for a mutant in launcher/, too.
 LAUNCHER_FLIGHTS = ("test/mission/test_mission_launcher.py",)
-NEAREST = 40  # Test programs tried for a mutant.
+NEAREST = 40  # Largest number of test programs tried for a mutant.
 FEW = 10  # A directory with fewer mutants has no bound.
 SECONDS = 60  # Limit for one test program.
 FLIGHT_SECONDS = 300  # Limit for one test in flight.
@@ -143,7 +145,7 @@ def code(path):
 
 
 class Tests:
-    """The test programs that link a source, in the order in which they are tried."""
+    """The test programs that link a source."""
 
     def __init__(self):
         names = [path.relative_to(ROOT).with_suffix("").as_posix() for directory in ("test/unit", "test/contract")
@@ -159,7 +161,7 @@ class Tests:
         self.own = {path: exported[str(path)] for path in sources}
 
     def of(self, source):
-        """Names of the programs for a source."""
+        """Names of at most NEAREST test programs that link a source, in the order in which they are tried."""
         built = ROOT / "build" / "obj" / pathlib.Path(source).with_suffix(".o")
         if not built.exists():  # Built for the emulated board only (osal/freertos/), whose tests `make test` runs.
             return []
@@ -240,7 +242,9 @@ class Run:
             subprocess.run(["cp", "-a", ROOT / "build" / name, TREE / "build" / name], check=True)
         for name in ("third_party", "venv"):
             (TREE / "build" / name).symlink_to(ROOT / "build" / name)
-        if flies and not (make(["all"], jobs) and flight_passes("launcher")):
+        if flies and not make(["all"], jobs):
+            sys.exit(f"mutants: `make all` fails without a mutant. Run it in {TREE} to see the error")
+        if flies and not flight_passes("launcher"):
             sys.exit(f"mutants: flights fail without a mutant, mend them first: {TREE / 'build' / 'flights.txt'}")
 
     def try_all(self, names):
@@ -289,19 +293,25 @@ class Run:
 
 def read_equivalent():
     """Rows of equivalent.txt."""
-    rows = [line.split(" | ") for line in EQUIVALENT.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
-    assert all(len(row) == 4 and row[3] for row in rows), f"{EQUIVALENT}: expected path | line | mutated line | reason"
-    return {tuple(part.strip() for part in row[:3]) for row in rows}
+    rows = set()
+    for number, line in enumerate(EQUIVALENT.read_text(encoding="utf-8").splitlines(), 1):
+        if not line or line.startswith("#"):
+            continue
+        parts = [part.strip() for part in line.split(" | ")]
+        if len(parts) != 4 or not all(parts):
+            sys.exit(f"mutants: {EQUIVALENT}:{number}: found {line!r}, expected path | line | mutated line | reason")
+        rows.add(tuple(parts[:3]))
+    return rows
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", help="mutate only places whose path:line: contains this")
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--fly", action="store_true", help="fly what passes the C tests: two minutes each")
-    parser.add_argument("--check", action="store_true", help="exit code 1 if too many survive")
+    parser.add_argument("--only", default="", metavar="TEXT", help='mutate only lines for which "path:line:" contains this text')
+    parser.add_argument("--count", type=int, default=20, help="number of mutants to try (%(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the draw: the same seed draws in the same order (%(default)s)")
+    parser.add_argument("--jobs", type=int, default=2, help="number of programs that are built, or run, at the same time (%(default)s)")
+    parser.add_argument("--fly", action="store_true", help="try mutants that pass the C tests in flight, too: two minutes for each")
+    parser.add_argument("--check", action="store_true", help="exit code 1 if too many mutants survive (see above)")
     arguments = parser.parse_args()
     equivalent = read_equivalent()
     run = Run(arguments.jobs, arguments.fly)

@@ -73,3 +73,11 @@ def test_a_tree_below_tmp_is_seen_and_the_rest_of_tmp_is_not(tmp_path):
     program = ["sh", "-c", f"test ! -e {beside} && test $(pwd) = {tree} && echo seen >{tree}/answer"]
     subprocess.run([*run_mutants.alone(tmp_path / "tree", tree), *program], cwd=tree, check=True)
     assert (tree / "answer").read_text() == "seen\n" and beside.exists()
+
+
+def test_a_row_of_equivalent_txt_without_a_reason_is_named(monkeypatch, tmp_path):
+    rows = tmp_path / "equivalent.txt"
+    rows.write_text("# Comment.\na.c | x = 1; | x = 2; | x is not read\na.c | y = 1; | y = 2;\n", encoding="utf-8")
+    monkeypatch.setattr(run_mutants, "EQUIVALENT", rows)
+    with pytest.raises(SystemExit, match=r"equivalent\.txt:3: found 'a\.c \| y = 1; \| y = 2;', expected "):
+        run_mutants.read_equivalent()
