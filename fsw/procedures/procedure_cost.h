@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cost of a procedure's work, in units that depend only on its program, not on a clock. Private to
-/// fsw/procedures.
+/// Cost of a procedure's work, in units that depend only on its program, not on a clock. A running procedure
+/// has one budget of units in each cycle (docs/services/st18.md). Private to fsw/procedures.
 ///
 /// A unit is about 20 ns of a processor of 2024; a plain instruction costs one. The count hook charges the
 /// worst-case cost of each instruction before it is executed: by its operation code, and by the longest text,
@@ -9,7 +9,7 @@
 ///
 /// One exception: if text keys are removed from a table and others are added, the hash seed of the
 /// interpreter decides how often the table is rebuilt. Therefore rebuilding is charged when a table becomes
-/// larger than any table before; other rebuilding is charged only beyond PROCEDURE_GRACE units per budget,
+/// larger than any table before; other rebuilding is charged only beyond PROCEDURE_GRACE units per cycle,
 /// which is more than such a program needs.
 ///
 /// The operation code is read at the address in the program counter of Lua 5.4. An unknown code costs
@@ -22,7 +22,7 @@
 #include <lua5.4/lua.h>
 
 #define PROCEDURE_ACT_MAX 2048U ///< Largest cost of one instruction or call; a call that costs more fails.
-#define PROCEDURE_GRACE 256U    ///< Units of table rebuilding per budget that are not charged.
+#define PROCEDURE_GRACE 256U    ///< Units of table rebuilding per cycle that are not charged.
 /// Largest list of values or stack of a running procedure [octets]. A list that grows doubles its size, so it
 /// ends at 1024 values.
 #define PROCEDURE_LIST_MAX 32752U
@@ -31,9 +31,9 @@
 /// The count hook of the interpreter, called before every instruction.
 void procedure_cost_hook(lua_State* state, lua_Debug* record);
 /// Charge a call of a function of the library. The call fails if it costs more than PROCEDURE_ACT_MAX, and
-/// waits for the next budget if this one does not cover it. Calls `body` and returns its result.
+/// waits for the next cycle if the rest of the budget does not cover it. Calls `body` and returns its result.
 int procedure_pay(lua_State* state, uint64_t price, lua_KFunction body, lua_KContext context);
-/// True if the budget is used up: work that is divided into pieces must then yield.
+/// True if the budget of this cycle is used up: work that is divided into pieces must then yield.
 bool procedure_must_wait(lua_State* state);
 /// Charge work that is already done.
 void procedure_charge(procedure_slot_t* slot, uint64_t price);

@@ -15,15 +15,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define TRUTH_OCTETS_MAX 4294967296U ///< When the log reaches this size, it ends with an event CUT.
+#define TRUTH_OCTETS_MAX 4294967296U ///< `max_octets` of the simulator for truth_open.
 
 #define TRUTH_INTERVAL_NS 100000000U ///< Time between two events of a channel at rest.
 #define TRUTH_RESOLUTION 1e-9        ///< A channel is at rest if its numbers change by less [SI units].
 
 typedef struct truth truth_t;
 
-/// Create or overwrite the log; `max_octets` is its maximum size. Returns STATUS_OK or STATUS_IO (then
-/// *out_truth is null).
+/// Create or overwrite the log. Before it would exceed `max_octets`, it ends with an event CUT. Returns
+/// STATUS_OK or STATUS_IO (then *out_truth is null).
 MUST_USE status_t truth_open(const char* path, uint64_t max_octets, truth_t** out_truth);
 
 /// Let the task of the log write the events so far. With `waits` it returns when the operating system has
@@ -55,20 +55,21 @@ typedef struct {
     const double* hand_torque_nm;
 } truth_stick_t;
 
-/// A contact, or a spring, whose force acts at `place_m`.
+/// A contact between links a and b, or a spring (its force acts at place_m, point_m is not used), in the axes
+/// of the world.
 typedef struct {
-    double place_m[3];
-    double point_m[3];
-    double force_n[3];
-    bool is_active; ///< The contact touches, or the spring is hooked.
+    double place_m[3]; ///< Origin of link a, or of the link that pulls the spring.
+    double point_m[3]; ///< Centre of the contact points, weighted by force; zero without contact.
+    double force_n[3]; ///< Force on that link.
+    bool is_active;    ///< The contact touches, or the spring is hooked.
 } truth_touch_t;
 
-/// The root link of a free robot.
+/// The root link of a free robot, in the axes of the world.
 typedef struct {
-    double position_m[3];
-    double rotation[4]; ///< w, x, y, z.
-    double velocity_m_s[3];
-    double rate_rad_s[3];
+    double position_m[3];   ///< Origin of the link.
+    double rotation[4];     ///< Unit quaternion w, x, y, z: from the axes of the link to those of the world.
+    double velocity_m_s[3]; ///< Of the origin of the link.
+    double rate_rad_s[3];   ///< Angular velocity.
 } truth_base_t;
 
 /// Channel WORLD, once: the names of joints, axes, contacts, springs and bases.
@@ -110,21 +111,21 @@ typedef struct {
 /// Channel BUS, at every step: arrays of `count`.
 typedef struct {
     unsigned count;
-    const double* load; ///< Share of the time in which the wire was not idle.
-    const uint64_t* frames;
-    const uint64_t* errors; ///< Error frames on the wire.
+    const double* load;     ///< Share of the last complete TRUTH_INTERVAL_NS in which the wire was not idle.
+    const uint64_t* frames; ///< Frames sent from the start of the run to the end of that interval.
+    const uint64_t* errors; ///< Error frames on the wire, counted in the same time.
     const int32_t* state;   ///< controller_state_t of the controller of flight software; -1: there is none.
     const uint32_t* off;    ///< Number of controllers that are bus-off.
     const bool* plugged;    ///< True if the controller of flight software is connected.
 } truth_buses_t;
 
-/// Channel OPERATOR, at every step.
+/// Channel OPERATOR, at every step: the action of the hand (sim/operator/hand.h).
 typedef struct {
-    double intent_rad[2];
-    double wanted_tip_m[2];
-    double expected_torque_nm[2];
-    double grip;
-    const char* verb;
+    double intent_rad[2];         ///< Position of each axis of the stick to which the hand pulls.
+    double wanted_tip_m[2];       ///< Wanted position of the tip: x, z of the world; zero without a scene.
+    double expected_torque_nm[2]; ///< Torque of contour and spring on each joint, as the hand expects it.
+    double grip;                  ///< Share of the grip that acts: 0 (the hand is off the stick) to 1.
+    const char* verb;             ///< Verb of the scenario line that acts; "rest" before the first line.
 } truth_operator_t;
 
 /// Channel DRIVE, on every change.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Storage of the large packet transfer of ST[13]. A request to the supervisor itself may have any length
-/// that the length field permits. A request to another subsystem may not be longer than a packet; for a
-/// longer one, the part with which its length is known is refused (PUS_FAILURE_TABLE_FULL, PUS_PACKET_MAX).
-/// A report of the supervisor may be as long as a request.
+/// that the length field permits. A request to another subsystem may not be longer than a packet; a longer
+/// one is refused at the part that completes its length field (failure code PUS_FAILURE_TABLE_FULL, detail
+/// PUS_PACKET_MAX). A report of the supervisor may have up to PUS_LARGE_MAX octets.
 #ifndef FSW_SUPERVISOR_SERVICES_LARGE_PACKETS_H
 #define FSW_SUPERVISOR_SERVICES_LARGE_PACKETS_H
 
