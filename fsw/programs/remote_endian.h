@@ -20,14 +20,16 @@ typedef struct { // Private, except `run` and `component`: read-only.
     flow_resolver_t inner;
 } remote_endian_t;
 
-/// Receive the data of the run from the proxy, whose stream is the inherited descriptor. STATUS_OK,
-/// STATUS_INVALID (no such descriptor, or another record), STATUS_CLOSED, STATUS_IO.
+/// Receive the data of the run from the proxy, whose stream is the inherited file descriptor. STATUS_OK,
+/// STATUS_INVALID (no such file descriptor, or another record), STATUS_CLOSED (the proxy ended), STATUS_IO
+/// (the stream failed).
 MUST_USE status_t remote_endian_join(remote_endian_t* remote, int descriptor);
 /// Serve the buses that the component opens from now on. Call it after component_runtime_take and before the
 /// program is opened.
 void remote_endian_serve(remote_endian_t* remote, component_runtime_t* runtime);
-/// Like osal_clock_wait, for the clock of the runtime. STATUS_OK, STATUS_CLOSED (the run ended),
-/// STATUS_INVALID, STATUS_TOO_LARGE, STATUS_IO.
+/// Like osal_clock_wait, for the clock of the runtime. STATUS_OK, STATUS_CLOSED (the proxy ended),
+/// STATUS_INVALID (malformed or another record), STATUS_TOO_LARGE (a record did not fit), STATUS_IO (the
+/// stream failed).
 MUST_USE status_t remote_endian_wait(remote_endian_t* remote, uint64_t wake_ns);
 /// Remove the names of the program's rings.
 void remote_endian_leave(remote_endian_t* remote);

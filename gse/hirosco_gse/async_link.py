@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Connections to the spacecraft without blocking, with asyncio: of the station (station/hub.py) and of AsyncSpacecraft."""
+"""Connections to the spacecraft with asyncio, which do not block. The station (station/hub.py) and AsyncSpacecraft use them."""
 
 import asyncio
 
@@ -40,7 +40,7 @@ class AsyncLink:
 
 
 class _Running:
-    """A procedure under way, the future of its value, and the timer of its next wake time."""
+    """A procedure under way (a generator, see session.py), the future of its value, and the timer of its next wake time."""
 
     def __init__(self, procedure, future):
         self.procedure, self.future, self.timer = procedure, future, None
@@ -61,8 +61,8 @@ class AsyncDriver(WallClock):
         return self._lost is not None
 
     async def run(self, procedure):
-        """Run to the end. Returns the value of the procedure. If the task is cancelled, the procedure is closed; requests that it has sent stay
-        under way on board."""
+        """Run a procedure to its end and return its value. Raises LinkLost if the connection has ended or ends, and what the procedure
+        raises. If the task is cancelled, the procedure is closed; requests that it has sent stay under way on board."""
         if self._lost:
             raise LinkLost(str(self._lost))
         one = _Running(procedure, asyncio.get_running_loop().create_future())
@@ -122,7 +122,7 @@ class AsyncDriver(WallClock):
                 one.future.set_exception(LinkLost(str(self._lost)))
 
     async def close(self):
-        """Close the connection; procedures that have not ended get LinkLost."""
+        """Close the connection. The callers of run() get LinkLost; their procedures are closed."""
         self._link.close()
         self._receiver.cancel()
         await asyncio.gather(self._receiver, return_exceptions=True)

@@ -166,7 +166,7 @@ static void count(pus_hk_t* const hk, const status_t status)
     }
 }
 
-/// Send a report, or pass it to the outlet of its loop, so that the loop of the process sends it.
+/// Send a report; in a loop of services, pass its values to the outlet, so that the main loop sends it.
 static void hand_over(pus_hk_t* const hk, const pus_hk_structure_t* const structure,
                       const uint8_t* const samples, const uint64_t now_ns,
                       const pus_hk_outlet_t* const outlet)

@@ -26,8 +26,8 @@ typedef struct { // Read-only for others [frames].
     uint64_t published;
     uint64_t unpublished; ///< Frames that the interface did not accept.
     uint64_t from_tools;  ///< Sent by tools, error frames included.
-    /// Frames from tools that the bus refused: no node is free, the tools' controller is bus-off, or the
-    /// frame is not valid on this bus.
+    /// Frames from tools that the bus refused: it has no room for a further controller (BUS_NODES_MAX), the
+    /// tools' controller is bus-off, or the frame is not valid on this bus.
     uint64_t refused;
 } gateway_counters_t;
 

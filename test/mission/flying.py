@@ -175,11 +175,11 @@ def descendants(pid):
 
 
 def wait_until(condition, awaited, limit_s=MOMENT_S):
-    """Poll until the condition holds; `awaited` names it for the message of a failure."""
+    """Poll until the condition holds; `awaited` names it for the message of a failure: a text, or a function that returns it then."""
     end = time.monotonic() + limit_s
     while not condition():
         if time.monotonic() > end:
-            raise AssertionError(f"not within {limit_s} s: {awaited}")
+            raise AssertionError(f"not within {limit_s} s: {awaited() if callable(awaited) else awaited}")
         time.sleep(0.005)
 
 

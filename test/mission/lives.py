@@ -13,7 +13,7 @@ PING = b"\x11\x01"
 ALIVE = b"\x11\x02"
 PINGS = 20  # Pings after each end and start of a process.
 FEW = 3  # Pings after a hang that ends before it is detected.
-ARM_PINGS = 4 * PINGS + FEW + 1  # Pings of the arm: four series, a short one, and the ping of all subsystems.
+MANIPULATOR_PINGS = 4 * PINGS + FEW + 1  # Pings of the manipulator: four series, a short one, and the ping of all subsystems.
 
 
 def pings(begin_s, count=PINGS, step_s=0.01):
@@ -30,7 +30,7 @@ def scenario(path):
     lines += ["4.0 operator process stop MANIPULATOR", "6.0 operator process start MANIPULATOR"] + pings(6.1)
     lines += ["6.5 fault hang JOYSTICK", "6.51 fault resume JOYSTICK"] + pings(6.6, FEW)
     lines += ["7.0 fault hang manipulator", "7.3 fault resume manipulator"] + pings(8.2)
-    # PUS_FAILURE_LOST.
+    # 0x0408 is PUS_FAILURE_LOST: the joystick died before it answered.
     lines += ["8.6 fault kill joystick", "8.6 operator expect-refusal 0x0408 ping JOYSTICK", "9.0 operator ping all", "9.1 operator shutdown"]
     return flying.write_scenario(path, *sorted(lines, key=lambda line: float(line.split()[0])))
 
@@ -40,7 +40,7 @@ def assert_in_order(flight):
     assert flight.facts["reproducible"], flight.transcript()
     assert "FAILED" not in flight.console, flight.transcript()
     answers = list(_answers(flight))
-    assert len(answers) == ARM_PINGS
+    assert len(answers) == MANIPULATOR_PINGS
     assert max(answers) <= 2 * STEP_NS
     flying.assert_clean(flight)
 
@@ -58,7 +58,7 @@ def digest(flight, names=BUS_LOGS):
 
 
 def _answers(flight):
-    """Yield the delay [ns] of each answer of the arm to a ping, in the order of the answers."""
+    """Yield the delay [ns] of each answer of the manipulator to a ping, in the order of the answers."""
     asked = []
     for time_ns, direction, raw in flight.packets:
         if int.from_bytes(raw[:2], "big") & 0x7FF != MANIPULATOR:

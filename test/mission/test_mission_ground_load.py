@@ -85,17 +85,18 @@ def mission(directory, tmp_path):
 @pytest.mark.parametrize("count", [5000, pytest.param(100_000, marks=pytest.mark.long)])
 def test_burst_of_requests_gets_every_answer(mission, apid, count):
     """A burst of TC[17,1] is slowed down; each request still gets its acceptance, start, answer and
-    completion, and the numbers have no gap."""
+    completion, and no sequence count is received twice."""
     ground = Ground(mission.port())
     ground.ask(apid, count)
-    flying.wait_until(lambda: ground.answers[1, 7] >= count, f"{count} completions, not {ground.answers}", 60 + count / 200)
+    flying.wait_until(lambda: ground.answers[1, 7] >= count, lambda: f"{count} completions, found {ground.answers}", 60 + count / 200)
     assert ground.answers == {(1, 1): count, (1, 3): count, (17, 2): count, (1, 7): count}
     distinct = set(ground.sequences[apid][-10000:])
     assert len(distinct) == min(10000, len(ground.sequences[apid])), "a sequence count was received twice"
     ground.stream.close()
 
 
-PINGS, FLOODED, BURST = 200, 30, 5000
+PINGS, BURST = 200, 5000
+FLOODED = 30  # Steps of the operator that have ended when the flood ends.
 FIRST_S, SPACING_S = 0.5, 0.02
 TIMEOUT_S = 0.1  # After this time the supervisor fails requests to a subsystem that reads none.
 
@@ -116,7 +117,8 @@ def _fly_under_burst(directory, path, *lines):
                 ground.ask(MANIPULATOR, BURST)
                 asked += BURST
             sleep(0.01)
-        flying.wait_until(lambda: ground.ended() >= asked and flight.steps() >= PINGS, f"the end of all {asked}, not {ground.answers}", 120)
+        flying.wait_until(lambda: ground.ended() >= asked and flight.steps() >= PINGS, 
+                          lambda: f"the end of all {asked} requests, found {ground.answers}", 120)
         flight.process.send_signal(signal.SIGINT)
         flight.wait()
     finally:
@@ -227,8 +229,8 @@ def test_operator_gets_a_slot_among_hostile_clients_that_ping(directory):
     flying.assert_clean(flight)
 
 
-def _udp_port(pid):
-    """Port of the first UDP socket of a process, which is the socket of its messages."""
+def _udp_ports(pid):
+    """Ports of all UDP sockets of a process; one of them is that of its messages."""
     inodes = set()
     for entry in os.listdir(f"/proc/{pid}/fd"):
         with contextlib.suppress(OSError):
@@ -254,7 +256,7 @@ def test_channel_survives_forged_datagrams(mission, life):
     """Forged datagrams, whose source is the supervisor, have sequence numbers far ahead or a later life: the
     next requests still pass."""
     pids = mission.children()
-    supervisor, manipulator = _udp_port(pids["supervisor"]), _udp_port(pids["manipulator"])
+    supervisor, manipulator = _udp_ports(pids["supervisor"]), _udp_ports(pids["manipulator"])
     for ahead in (20, 1000, 0x80000000):
         # Header of a frame (docs/framework.md, "Messages"): mark, version, kind, sender, receiver, lives of both, sequence
         # number, last number taken.
@@ -265,6 +267,8 @@ def test_channel_survives_forged_datagrams(mission, life):
     ground = Ground(mission.port())
     for number in range(20):
         ground.stream.sendall(_ping(MANIPULATOR, number))
-        flying.wait_until(lambda asked=number + 1: ground.ended() >= asked, f"an end of request {number}: {ground.answers}", 60)
-    assert ground.answers[1, 7] >= 14, "expected at most three lost requests before each SYNC"
+        flying.wait_until(lambda asked=number + 1: ground.ended() >= asked, 
+                          lambda asked=number + 1: f"the end of {asked} requests, found {ground.answers}", 60)
+    # The message layer sends a SYNC frame after at most three lost requests (STRAYS_MAX in message.c). The test allows two such losses.
+    assert ground.answers[1, 7] >= 14, f"expected 14 completions of 20 requests, found {ground.answers}"
     ground.stream.close()

@@ -24,7 +24,7 @@ def test_press_and_hold_does_not_oscillate(directory, world):
 
 
 def test_a_press_with_too_little_damping_raises_passivity_at_both_ports(directory):
-    """The contact oscillates while the hand holds, although mean force and position are correct. The event is
+    """The contact oscillates while the hand holds, although the mean force is correct. The event is
     raised once in each window of 5 s."""
     world = pressing.write_world(directory / "world", contact={"shear": 0, "shearDamping": 0})
     weak = (" 2.2  operator set JOYSTICK.CONTROL.DAMPING_CONTACT 0.3\n"

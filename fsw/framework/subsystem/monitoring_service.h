@@ -3,7 +3,7 @@
 /// monitoring of its own scalar parameters, or of those that its callback `watched` returns. It raises
 /// events of the subsystem. `capacity` is the number of parameter monitoring definitions, `functional` the
 /// number of functional monitoring definitions. The auxiliary data of a raised event is that of
-/// pus/st12/st12_monitoring.h, or parameters that the event definition samples, or empty; a monitor may not
+/// docs/services/st12.md, or parameters that the event definition samples, or empty; a monitor may not
 /// refer to an event with other auxiliary data.
 ///
 /// Ownership  The generated program provides monitoring_service_t and its arrays.

@@ -35,6 +35,14 @@ static void values_after(double* out_values[], const unsigned joint)
     (void)memcpy(out_values, values, sizeof values);
 }
 
+/// Messages for values_after, in the same order.
+static const char* const after_names[9] = {
+    "motor_rad after the last joint was changed",        "torque_nm after the last joint was changed",
+    "link_rad after the last joint was changed",         "motor.velocity after the last joint was changed",
+    "offset_rad after the last joint was changed",       "bias_nm after the last joint was changed",
+    "motor_target_rad after the last joint was changed", "feed_forward_nm after the last joint was changed",
+    "command_nm after the last joint was changed"};
+
 static void values_after_the_last_joint_are_unchanged(void)
 {
     double* after[9];
@@ -52,7 +60,7 @@ static void values_after_the_last_joint_are_unchanged(void)
     arm_control_comply(&control, &setup, &motion);
     arm_control_sense(&control, &setup, motor_rad, torque_nm);
     for (unsigned i = 0U; i < 9U; i++) {
-        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(KEPT, *after[i], "a value of a joint that the arm does not have");
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(KEPT, *after[i], after_names[i]);
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.6, control.motor_rad[RIG_JOINTS - 1U]);
     TEST_ASSERT_TRUE(control.command_nm[RIG_JOINTS - 1U] != 0.0);
