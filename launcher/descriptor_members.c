@@ -10,7 +10,7 @@
     }
 #define NUMBER(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_NUMBER)
 #define REAL(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_REAL)
-#define WORDS(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_WORDS)
+#define TEXT(type, member) MEMBER(type, member, DESCRIPTOR_MEMBER_TEXT)
 #define NAMES(type, member)                                                                                  \
     {                                                                                                        \
 #member, offsetof(type, member), (uint8_t)sizeof(void*), 0U, DESCRIPTOR_MEMBER_NAMES                 \
@@ -29,33 +29,33 @@
     }
 
 static const descriptor_member_t enumerations[] = {
-    WORDS(descriptor_enumeration_t, name),
+    TEXT(descriptor_enumeration_t, name),
     NUMBER(descriptor_enumeration_t, first),
     NUMBER(descriptor_enumeration_t, line),
-    WORDS(descriptor_enumeration_t, values),
+    TEXT(descriptor_enumeration_t, values),
 };
 static const descriptor_member_t failures[] = {
-    WORDS(descriptor_failure_t, name),
+    TEXT(descriptor_failure_t, name),
     NUMBER(descriptor_failure_t, id),
     NUMBER(descriptor_failure_t, line),
 };
 static const descriptor_member_t fields[] = {
-    WORDS(descriptor_field_t, name),        NUMBER(descriptor_field_t, type),
+    TEXT(descriptor_field_t, name),         NUMBER(descriptor_field_t, type),
     NUMBER(descriptor_field_t, id),         NUMBER(descriptor_field_t, count),
     NUMBER(descriptor_field_t, offset),     NUMBER(descriptor_field_t, line),
-    WORDS(descriptor_field_t, unit),        WORDS(descriptor_field_t, init),
+    TEXT(descriptor_field_t, unit),         TEXT(descriptor_field_t, init),
     REAL(descriptor_field_t, min),          REAL(descriptor_field_t, max),
     NAMES(descriptor_field_t, enumeration),
 };
 static const descriptor_member_t parameters[] = {
-    WORDS(descriptor_parameter_t, name),         NUMBER(descriptor_parameter_t, id),
+    TEXT(descriptor_parameter_t, name),          NUMBER(descriptor_parameter_t, id),
     NUMBER(descriptor_parameter_t, number),      NUMBER(descriptor_parameter_t, first_field),
     NUMBER(descriptor_parameter_t, field_count), NUMBER(descriptor_parameter_t, wire_size),
     NUMBER(descriptor_parameter_t, memory_size), NUMBER(descriptor_parameter_t, is_struct),
     NUMBER(descriptor_parameter_t, is_settable), NUMBER(descriptor_parameter_t, line),
 };
 static const descriptor_member_t events[] = {
-    WORDS(descriptor_event_t, name),
+    TEXT(descriptor_event_t, name),
     NUMBER(descriptor_event_t, id),
     NUMBER(descriptor_event_t, severity),
     NUMBER(descriptor_event_t, per_second),
@@ -68,7 +68,7 @@ static const descriptor_member_t events[] = {
     NUMBER(descriptor_event_t, line),
 };
 static const descriptor_member_t functions[] = {
-    WORDS(descriptor_function_t, name),
+    TEXT(descriptor_function_t, name),
     NUMBER(descriptor_function_t, id),
     NUMBER(descriptor_function_t, first_argument),
     NUMBER(descriptor_function_t, argument_count),
@@ -83,7 +83,7 @@ static const descriptor_member_t services[] = {
     NUMBER(descriptor_service_t, line),
 };
 static const descriptor_member_t configurations[] = {
-    WORDS(descriptor_configuration_t, name),
+    TEXT(descriptor_configuration_t, name),
     NUMBER(descriptor_configuration_t, id),
     NUMBER(descriptor_configuration_t, priority),
     NUMBER(descriptor_configuration_t, sampling_us),
@@ -102,11 +102,11 @@ static const descriptor_member_t configurations[] = {
 static const descriptor_member_t initials[] = {
     NUMBER(descriptor_initial_t, parameter),
     NUMBER(descriptor_initial_t, field),
-    WORDS(descriptor_initial_t, text),
+    TEXT(descriptor_initial_t, text),
     NUMBER(descriptor_initial_t, line),
 };
 static const descriptor_member_t loops[] = {
-    WORDS(descriptor_loop_t, name),      NUMBER(descriptor_loop_t, sampling_us),
+    TEXT(descriptor_loop_t, name),       NUMBER(descriptor_loop_t, sampling_us),
     NUMBER(descriptor_loop_t, priority), NUMBER(descriptor_loop_t, services),
     NUMBER(descriptor_loop_t, line),
 };
@@ -128,7 +128,7 @@ static const descriptor_member_t sampled[] = {
     NUMBER(descriptor_sampled_t, reference_count),
 };
 static const descriptor_member_t ports[] = {
-    WORDS(descriptor_port_t, name),          NUMBER(descriptor_port_t, id),
+    TEXT(descriptor_port_t, name),           NUMBER(descriptor_port_t, id),
     NUMBER(descriptor_port_t, is_provided),  NUMBER(descriptor_port_t, is_required),
     NUMBER(descriptor_port_t, first_field),  NUMBER(descriptor_port_t, field_count),
     NUMBER(descriptor_port_t, layout_hash),  NUMBER(descriptor_port_t, octets),
@@ -137,8 +137,8 @@ static const descriptor_member_t ports[] = {
     NUMBER(descriptor_port_t, method_count), NUMBER(descriptor_port_t, line),
 };
 static const descriptor_member_t devices[] = {
-    WORDS(descriptor_device_t, name),
-    WORDS(descriptor_device_t, type),
+    TEXT(descriptor_device_t, name),
+    TEXT(descriptor_device_t, type),
     NUMBER(descriptor_device_t, first_setting),
     NUMBER(descriptor_device_t, setting_count),
     NUMBER(descriptor_device_t, first_quantity),
@@ -157,7 +157,7 @@ static const descriptor_member_t settings[] = {
     NUMBER(descriptor_setting_t, line),
 };
 static const descriptor_member_t quantities[] = {
-    WORDS(descriptor_quantity_t, name),      WORDS(descriptor_quantity_t, unit),
+    TEXT(descriptor_quantity_t, name),       TEXT(descriptor_quantity_t, unit),
     NUMBER(descriptor_quantity_t, id),       NUMBER(descriptor_quantity_t, index),
     NUMBER(descriptor_quantity_t, subindex), NUMBER(descriptor_quantity_t, type),
     REAL(descriptor_quantity_t, scale),      NUMBER(descriptor_quantity_t, is_settable),
@@ -170,15 +170,15 @@ static const descriptor_member_t supplies[] = {
     NUMBER(descriptor_supply_t, line),
 };
 static const descriptor_member_t record_fields[] = {
-    WORDS(descriptor_record_field_t, name),    WORDS(descriptor_record_field_t, unit),
+    TEXT(descriptor_record_field_t, name),     TEXT(descriptor_record_field_t, unit),
     NUMBER(descriptor_record_field_t, is_out), NUMBER(descriptor_record_field_t, type),
     REAL(descriptor_record_field_t, scale),    REAL(descriptor_record_field_t, offset),
     REAL(descriptor_record_field_t, safe),     NUMBER(descriptor_record_field_t, line),
 };
 static const descriptor_member_t endnodes[] = {
-    NUMBER(descriptor_endnode_t, type),         WORDS(descriptor_endnode_t, bus),
-    WORDS(descriptor_endnode_t, redundant_bus), NUMBER(descriptor_endnode_t, node),
-    WORDS(descriptor_endnode_t, name),          WORDS(descriptor_endnode_t, address),
+    NUMBER(descriptor_endnode_t, type),         TEXT(descriptor_endnode_t, bus),
+    TEXT(descriptor_endnode_t, redundant_bus),  NUMBER(descriptor_endnode_t, node),
+    TEXT(descriptor_endnode_t, name),           TEXT(descriptor_endnode_t, address),
     NUMBER(descriptor_endnode_t, port),         NUMBER(descriptor_endnode_t, format.framing),
     NUMBER(descriptor_endnode_t, format.order), NUMBER(descriptor_endnode_t, format.direction),
     NUMBER(descriptor_endnode_t, format.baud),  NUMBER(descriptor_endnode_t, has_checksum),
@@ -186,7 +186,7 @@ static const descriptor_member_t endnodes[] = {
     NUMBER(descriptor_endnode_t, longest_us),   NUMBER(descriptor_endnode_t, line),
 };
 static const descriptor_member_t subsystem_members[] = {
-    WORDS(subsystem_descriptor_t, name),
+    TEXT(subsystem_descriptor_t, name),
     NUMBER(subsystem_descriptor_t, apid),
     NUMBER(subsystem_descriptor_t, interface_hash),
     NUMBER(subsystem_descriptor_t, configuration_hash),
@@ -242,10 +242,10 @@ static const descriptor_list_t subsystem_lists[] = {
 
 // A subsystem needs only these members of the model of a mission.
 static const descriptor_member_t subsystems[] = {
-    WORDS(mission_subsystem_t, name),
+    TEXT(mission_subsystem_t, name),
     NUMBER(mission_subsystem_t, apid),
-    WORDS(mission_subsystem_t, executable),
-    WORDS(mission_subsystem_t, descriptor),
+    TEXT(mission_subsystem_t, executable),
+    TEXT(mission_subsystem_t, descriptor),
     NUMBER(mission_subsystem_t, is_autostart),
     NUMBER(mission_subsystem_t, memory_kib),
     NUMBER(mission_subsystem_t, restart_budget),
@@ -262,17 +262,22 @@ static const descriptor_member_t subsystems[] = {
     NUMBER(mission_subsystem_t, line),
 };
 static const descriptor_member_t links[] = {
-    WORDS(mission_link_t, name),           NUMBER(mission_link_t, number),
-    NUMBER(mission_link_t, producer_apid), NUMBER(mission_link_t, producer_port),
-    NUMBER(mission_link_t, consumer_apid), NUMBER(mission_link_t, consumer_port),
-    NUMBER(mission_link_t, is_required),   NUMBER(mission_link_t, line),
+    TEXT(mission_link_t, name),
+    NUMBER(mission_link_t, number),
+    NUMBER(mission_link_t, producer_apid),
+    NUMBER(mission_link_t, producer_port),
+    NUMBER(mission_link_t, consumer_apid),
+    NUMBER(mission_link_t, consumer_port),
+    NUMBER(mission_link_t, is_required),
+    NUMBER(mission_link_t, line),
 };
 static const descriptor_member_t buses[] = {
-    WORDS(mission_bus_t, name),           WORDS(mission_bus_t, redundant_to), NUMBER(mission_bus_t, bit_rate),
-    NUMBER(mission_bus_t, data_bit_rate), NUMBER(mission_bus_t, line),
+    TEXT(mission_bus_t, name),       TEXT(mission_bus_t, redundant_to),
+    NUMBER(mission_bus_t, bit_rate), NUMBER(mission_bus_t, data_bit_rate),
+    NUMBER(mission_bus_t, line),
 };
 static const descriptor_member_t mission_members[] = {
-    WORDS(mission_descriptor_t, name),
+    TEXT(mission_descriptor_t, name),
     NUMBER(mission_descriptor_t, epoch_s),
     NUMBER(mission_descriptor_t, interface_hash),
     NUMBER(mission_descriptor_t, configuration_hash),
@@ -286,7 +291,7 @@ static const descriptor_member_t mission_members[] = {
     NUMBER(mission_descriptor_t, link_method),
     NUMBER(mission_descriptor_t, ground_port),
     NUMBER(mission_descriptor_t, is_ground_open),
-    WORDS(mission_descriptor_t, ground_key),
+    TEXT(mission_descriptor_t, ground_key),
     NUMBER(mission_descriptor_t, subsystem_count),
     NUMBER(mission_descriptor_t, link_count),
     NUMBER(mission_descriptor_t, bus_count),

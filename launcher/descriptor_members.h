@@ -10,7 +10,7 @@
 typedef enum {
     DESCRIPTOR_MEMBER_NUMBER,
     DESCRIPTOR_MEMBER_REAL,
-    DESCRIPTOR_MEMBER_WORDS,
+    DESCRIPTOR_MEMBER_TEXT, ///< Pointer to a text.
     DESCRIPTOR_MEMBER_NAMES ///< Pointer to an enumeration of the same model.
 } descriptor_member_kind_t;
 

@@ -19,11 +19,29 @@ static mission_descriptor_t mission;
 static subsystem_descriptor_t own;
 static unsigned items_compared;
 
-static void expect(const bool is_same, const char* const list, const char* const member, const unsigned item)
+/// Require that two texts are equal, or both missing.
+static void expect_text(const char* const compiled, const char* const read, const char* const list,
+                        const unsigned item, const char* const member)
 {
+    const bool is_same =
+        ((compiled == NULL) || (read == NULL)) ? (compiled == read) : (strcmp(compiled, read) == 0);
     if (!is_same) {
-        (void)printf("%s[%u].%s differs\n", list, item, member);
+        (void)printf("%s[%u].%s is \"%s\" in the program, but \"%s\" in the file\n", list, item, member,
+                     (compiled != NULL) ? compiled : "(null)", (read != NULL) ? read : "(null)");
         exit(1);
+    }
+}
+
+/// Require that all octets of a member, or of a whole item, are equal.
+static void expect_octets(const uint8_t* const compiled, const uint8_t* const read, const size_t size,
+                          const char* const list, const unsigned item, const char* const member)
+{
+    for (size_t i = 0U; i < size; i++) {
+        if (compiled[i] != read[i]) {
+            (void)printf("%s[%u].%s: octet %zu is 0x%02X in the program, but 0x%02X in the file\n", list,
+                         item, member, i, (unsigned)compiled[i], (unsigned)read[i]);
+            exit(1);
+        }
     }
 }
 
@@ -36,63 +54,71 @@ static const char* pointer_at(const uint8_t* const place)
 }
 
 /// Compare the texts of two items, and clear the pointers to them in the copies.
-static void compare_texts(const descriptor_member_t* const member, uint8_t* const one, uint8_t* const other,
-                          const char* const list, const unsigned item)
+static void compare_texts(const descriptor_member_t* const member, uint8_t* const compiled,
+                          uint8_t* const read, const char* const list, const unsigned item)
 {
-    const char* words       = pointer_at(&one[member->offset]);
-    const char* other_words = pointer_at(&other[member->offset]);
-    if ((member->kind == DESCRIPTOR_MEMBER_NAMES) && (words != NULL) && (other_words != NULL)) {
-        words       = pointer_at((const uint8_t*)words); // An enumeration begins with its name.
-        other_words = pointer_at((const uint8_t*)other_words);
+    const char* compiled_text = pointer_at(&compiled[member->offset]);
+    const char* read_text     = pointer_at(&read[member->offset]);
+    if ((member->kind == DESCRIPTOR_MEMBER_NAMES) && (compiled_text != NULL) && (read_text != NULL)) {
+        compiled_text = pointer_at((const uint8_t*)compiled_text); // An enumeration begins with its name.
+        read_text     = pointer_at((const uint8_t*)read_text);
     }
-    expect((words == NULL) == (other_words == NULL), list, member->name, item);
-    expect((words == NULL) || (strcmp(words, other_words) == 0), list, member->name, item);
-    (void)memset(&one[member->offset], 0, sizeof words);
-    (void)memset(&other[member->offset], 0, sizeof words);
+    expect_text(compiled_text, read_text, list, item, member->name);
+    (void)memset(&compiled[member->offset], 0, sizeof compiled_text);
+    (void)memset(&read[member->offset], 0, sizeof read_text);
 }
 
-static void compare_list(const descriptor_list_t* const list, const uint8_t* const one,
-                         const uint8_t* const other)
+static void compare_list(const descriptor_list_t* const list, const uint8_t* const compiled,
+                         const uint8_t* const read)
 {
-    uint16_t count       = 0U;
-    uint16_t other_count = 0U;
-    (void)memcpy(&count, &one[list->count], sizeof count);
-    (void)memcpy(&other_count, &other[list->count], sizeof other_count);
-    expect(count == other_count, list->name, "count", 0U);
-    const uint8_t* item       = (const uint8_t*)pointer_at(&one[list->items]);
-    const uint8_t* other_item = (const uint8_t*)pointer_at(&other[list->items]);
+    uint16_t count      = 0U;
+    uint16_t read_count = 0U;
+    (void)memcpy(&count, &compiled[list->count], sizeof count);
+    (void)memcpy(&read_count, &read[list->count], sizeof read_count);
+    if (count != read_count) {
+        (void)printf("%s: %u items in the program, but %u in the file\n", list->name, (unsigned)count,
+                     (unsigned)read_count);
+        exit(1);
+    }
+    if (list->size > ITEM_OCTETS_MAX) {
+        (void)printf("%s: an item has %zu octets, increase ITEM_OCTETS_MAX (%u)\n", list->name, list->size,
+                     ITEM_OCTETS_MAX);
+        exit(1);
+    }
+    const uint8_t* item      = (const uint8_t*)pointer_at(&compiled[list->items]);
+    const uint8_t* read_item = (const uint8_t*)pointer_at(&read[list->items]);
     for (unsigned i = 0U; i < count; i++) {
         uint8_t octets[2][ITEM_OCTETS_MAX];
-        expect(list->size <= ITEM_OCTETS_MAX, list->name, "size", i);
         (void)memcpy(octets[0], item, list->size);
-        (void)memcpy(octets[1], other_item, list->size);
+        (void)memcpy(octets[1], read_item, list->size);
         for (size_t m = 0U; m < list->member_count; m++) {
-            if ((list->members[m].kind == DESCRIPTOR_MEMBER_WORDS) ||
+            if ((list->members[m].kind == DESCRIPTOR_MEMBER_TEXT) ||
                 (list->members[m].kind == DESCRIPTOR_MEMBER_NAMES)) {
                 compare_texts(&list->members[m], octets[0], octets[1], list->name, i);
             }
         }
-        expect(memcmp(octets[0], octets[1], list->size) == 0, list->name, "an octet", i);
+        expect_octets(octets[0], octets[1], list->size, list->name, i, list->type);
         items_compared++;
         item += list->size;
-        other_item += list->size;
+        read_item += list->size;
     }
 }
 
-static void compare(const descriptor_model_t* const parts, const void* const one, const void* const other)
+static void compare(const descriptor_model_t* const parts, const void* const compiled, const void* const read)
 {
     for (size_t i = 0U; i < parts->list_count; i++) {
-        compare_list(&parts->lists[i], one, other);
+        compare_list(&parts->lists[i], compiled, read);
     }
     for (size_t i = 0U; i < parts->member_count; i++) {
         const descriptor_member_t* const member = &parts->members[i];
-        const uint8_t* const place              = (const uint8_t*)one + member->offset;
-        const uint8_t* const other_place        = (const uint8_t*)other + member->offset;
+        const uint8_t* const place              = (const uint8_t*)compiled + member->offset;
+        const uint8_t* const read_place         = (const uint8_t*)read + member->offset;
         const size_t size = (size_t)member->width * ((member->count > 0U) ? member->count : 1U);
-        expect((member->kind == DESCRIPTOR_MEMBER_WORDS)
-                   ? (strcmp(pointer_at(place), pointer_at(other_place)) == 0)
-                   : (memcmp(place, other_place, size) == 0),
-               parts->type, member->name, 0U);
+        if (member->kind == DESCRIPTOR_MEMBER_TEXT) {
+            expect_text(pointer_at(place), pointer_at(read_place), parts->type, 0U, member->name);
+        } else {
+            expect_octets(place, read_place, size, parts->type, 0U, member->name);
+        }
     }
 }
 
@@ -111,6 +137,7 @@ static unsigned compare_mission(const char* const path, const compiled_descripto
             continue;
         }
         if (descriptor_load_mission(&loader, path, one->apid, NULL, &mission, &own) != STATUS_OK) {
+            (void)printf("%s\n", descriptor_error(&loader));
             exit(1);
         }
         compare(&descriptor_model_of_subsystem, one->own, &own);
