@@ -192,8 +192,8 @@ def test_yamcs_commands_a_mission_with_a_key_through_the_gateway(place, syntheti
     key = place / "ground.key"
     sdls.make_key(key)
     flight = flying.start(place / "secured", "--scenario", "none", "--duration", 1_000_000, "--form", "image", "--key", key)
-    words = ("--port", str(flight.port()), "--key", str(key), "gateway", "--listen", str(flying.free_port()))
-    gateway = subprocess.Popen([sys.executable, ROOT / "gse" / "gse", *words], stdout=subprocess.PIPE, text=True)
+    words = ("--key", str(key), "gateway", "--listen", str(flying.free_port()))
+    gateway = subprocess.Popen([*flying.gse_words(flight), *words], stdout=subprocess.PIPE, text=True)
     port = int(re.search(r"packets at 127\.0\.0\.1:(\d+)", gateway.stdout.readline())[1])
     server = Yamcs(place / "yamcs-secured", port, synthetic_link.getsockname()[1])
     try:

@@ -31,6 +31,8 @@ ERROR_TO_OFFLINE = [6, 7, 8, 9, 0]  # ERROR_OPERATIONAL, POST_OPERATIONAL, HARDW
 
 sys.path.insert(0, str(ROOT / "gse"))
 
+from hirosco_gse import place  # noqa: E402
+
 
 @dataclass
 class Flight:
@@ -226,10 +228,16 @@ def refuse(*words, root=ROOT):
     )
 
 
+def gse_words(flight):
+    """The command line of the ground segment for this flight. Without the dictionary it would be that of the flight in runs/latest, which
+    may be of another mission."""
+    return [sys.executable, str(ROOT / "gse" / "gse"), "--port", str(flight.port()), "--dictionary", str(place.default_dictionary(flight.directory))]
+
+
 def gse(flight, *words, timeout=FLIGHT_LIMIT_S):
     """Call the command line of the ground segment as a user does. Returns the finished process."""
     return subprocess.run(
-        [sys.executable, ROOT / "gse" / "gse", "--port", str(flight.port()), *map(str, words)],
+        [*gse_words(flight), *map(str, words)],
         cwd=ROOT,
         stdin=subprocess.DEVNULL,
         capture_output=True,

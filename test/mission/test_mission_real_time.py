@@ -5,7 +5,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 
 import flying
 import pytest
@@ -83,6 +82,8 @@ def test_a_person_commands_the_mission(mission):
 class NoMission:
     """Stands for a mission that does not exist: no process listens on its port."""
 
+    directory = flying.ROOT / "no-run"  # Without a run, the ground segment takes the dictionary of rokviss.
+
     @staticmethod
     def port():
         return 1
@@ -155,7 +156,7 @@ def test_following_ends_with_an_interrupt(mission):
     """`gse hk -f` runs until Ctrl-C and then ends with success."""
     _reported(mission, "state", "MANIPULATOR", "PRE_OPERATIONAL")
     _reported(mission, "config", "MANIPULATOR", "STAND_ALONE")
-    words = [sys.executable, str(flying.ROOT / "gse" / "gse"), "--port", str(mission.port()), "hk", "-f", "MANIPULATOR"]
+    words = [*flying.gse_words(mission), "hk", "-f", "MANIPULATOR"]
     follower = subprocess.Popen(words, cwd=flying.ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     structures = 0
     while structures < 4:
