@@ -103,6 +103,19 @@ static void an_object_that_is_not_a_word_of_an_axis_is_a_value(void)
     TEST_ASSERT_TRUE(own.values[values].is_signed);
 }
 
+/// The rates of a gyro have one index and the subindices 1 to 3.
+static void an_object_is_found_by_its_subindex(void)
+{
+    own = *canopen_device_profile_find("gyro");
+    disable_transmit_pdo();
+    for (uint8_t i = 1U; i <= 3U; i++) {
+        TEST_ASSERT_EQUAL(STATUS_OK, map(0x1A00U, 1U, 0x91300020U | ((uint32_t)i << 8)));
+        TEST_ASSERT_EQUAL(PROFILE_VALUE, own.transmit[0].entries[0].word);
+        TEST_ASSERT_EQUAL_UINT8(i, own.transmit[0].entries[0].subindex);
+    }
+    TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U, 1U, 0x91300420U));
+}
+
 static void pdos_entries_octets_and_values_are_limited(void)
 {
     TEST_ASSERT_EQUAL(STATUS_NOT_FOUND, map(0x1A00U + own.transmit_count, 0U, 0U));
@@ -133,6 +146,7 @@ int main(void)
     RUN_TEST(an_object_has_its_length_and_direction);
     RUN_TEST(each_object_of_a_data_sheet_is_found_from_the_first_to_the_last);
     RUN_TEST(an_object_that_is_not_a_word_of_an_axis_is_a_value);
+    RUN_TEST(an_object_is_found_by_its_subindex);
     RUN_TEST(pdos_entries_octets_and_values_are_limited);
     return UNITY_END();
 }
