@@ -320,6 +320,8 @@ static void run_operator_turn(image_t* const self, const osal_grant_t* const gra
     if (cosimulation_port_turn(&self->cosimulation, self->scheduler, participant, self->communication, grant,
                                &wake_ns) == STATUS_OK) {
         osal_lockstep_done(self->scheduler, participant, wake_ns);
+    } else {
+        __atomic_store_n(&self->run->has_operator_left, 1U, __ATOMIC_RELEASE);
     }
 }
 

@@ -330,6 +330,20 @@ static bool is_abandoned(launcher_t* const launcher, uint64_t simulated)
     return is_late;
 }
 
+/// True if the operator no longer takes part in stepped time: a request of the user cannot cut its script any
+/// more, although its process may not have ended yet. Its exit code then counts, however late it ends.
+static bool has_operator_left(const launcher_t* const launcher)
+{
+    uint32_t life = 0U;
+    if (!launcher->options.is_stepped) {
+        return false;
+    }
+    return launcher->options.is_image
+               ? launcher_is_set(&launcher->run->has_operator_left)
+               : (osal_lockstep_presence(launcher->scheduler, run_operator(launcher->run), &life) ==
+                  OSAL_LOCKSTEP_ABSENT);
+}
+
 /// Handle Ctrl-C, --duration and the end of the operator; true if the run has ended.
 static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
 {
@@ -337,7 +351,7 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
     if (stops > *stops_seen) {
         *stops_seen                = stops;
         launcher->is_cut_short     = true;
-        launcher->is_ended_by_user = true;
+        launcher->is_ended_by_user = launcher->is_ended_by_user || !has_operator_left(launcher);
         request_stop(launcher);
         if (stops >= 3U) {
             (void)launcher_fail(launcher, "interrupted three times: ended at once", "");
@@ -351,7 +365,7 @@ static bool is_over(launcher_t* const launcher, unsigned* const stops_seen)
                          (simulated >= (launcher->left_ns + LEFT_NS));
     if ((is_due || is_left) && !launcher->is_cut_short) {
         launcher->is_cut_short     = true;
-        launcher->is_ended_by_user = is_due;
+        launcher->is_ended_by_user = is_due && !has_operator_left(launcher);
         request_stop(launcher);
     }
     return launcher_is_set(&launcher->run->is_finished) || is_abandoned(launcher, simulated) ||

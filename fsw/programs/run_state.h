@@ -137,6 +137,7 @@ typedef struct {
     run_relay_t relay;
     uint32_t is_stop_requested; ///< Ctrl-C: the supervisor shuts the mission down.
     uint32_t is_finished;       ///< The supervisor has shut the mission down.
+    uint32_t has_operator_left; ///< Image: the operator no longer takes part in simulated time.
     uint32_t is_intruded;       ///< A client outside the scheduler has connected or sent telecommands.
     uint32_t is_lossy;          ///< An octet or a datagram that was announced has not arrived.
     /// Number of records of the packet log so far, including those that are no longer kept.

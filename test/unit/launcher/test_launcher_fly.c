@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run from its start to its end: how the launcher reacts to the end of a process, to orders of the
-// supervisor, to requests to end the run, and to simulated time that stands still. Each wait of the launcher
-// returns after a step of the test.
+// How the launcher reacts to the end of a process, to orders of the supervisor, to requests to end the run,
+// and to simulated time that stands still. Each wait of the launcher returns after a step of the test.
 #include "launcher/launcher_internal.h"
 
 #include "osal/include/osal/clock.h"
@@ -18,6 +17,7 @@
 #define SUPERVISOR 0U
 #define ARM 1U
 #define OPERATOR 2U
+#define SIGNAL(n) ((osal_process_result_t){.has_ended = true, .was_signalled = true, .code = (n)})
 
 static launcher_t launcher;
 static run_state_t run;
@@ -190,20 +190,17 @@ static void resume(void)
 
 static void end_by_itself(void)
 {
-    launcher.children[ARM].result =
-        (osal_process_result_t){.has_ended = true, .was_signalled = true, .code = 11};
+    launcher.children[ARM].result = SIGNAL(11);
 }
 
 static void end_from_outside(void)
 {
-    launcher.children[ARM].result =
-        (osal_process_result_t){.has_ended = true, .was_signalled = true, .code = 9};
+    launcher.children[ARM].result = SIGNAL(9);
 }
 
 static void the_supervisor_ends(void)
 {
-    launcher.children[SUPERVISOR].result =
-        (osal_process_result_t){.has_ended = true, .was_signalled = true, .code = 6};
+    launcher.children[SUPERVISOR].result = SIGNAL(6);
 }
 
 static void the_operator_ends(void)
@@ -272,11 +269,6 @@ static void expect_wait(const size_t alive, void (*const step)(void), const unsi
     will_return(__wrap_osal_process_stop_count, stops);
 }
 
-static void expect_progress(const char* const line)
-{
-    expect_string(__wrap_osal_console_print, text, line);
-}
-
 static void expect_end(const unsigned participant, const uint32_t life)
 {
     expect_value(__wrap_osal_lockstep_end, participant, participant);
@@ -325,8 +317,8 @@ static void progress_is_shown_in_tenths(void** state)
     expect_wait(3U, pass_five_seconds, 0U);
     expect_wait(3U, pass_five_seconds, 0U);
     expect_wait(3U, finish, 0U);
-    expect_progress("  7.7 s flown, 0.8 x real time   \n");
-    expect_progress("  10.4 s flown, 0.5 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  7.7 s flown, 0.8 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  10.4 s flown, 0.5 x real time   \n");
     fly();
     assert_int_equal(2U * S_NS, launcher.first_simulated_ns);
     assert_int_equal(1001U * S_NS, launcher.first_wall_ns);
@@ -337,6 +329,7 @@ static void ctrl_c_asks_the_mission_to_shut_down(void** state)
     (void)state;
     expect_function_call(__wrap_launcher_start_all);
     expect_wait(3U, pass_a_second, 1U);
+    will_return(__wrap_osal_lockstep_presence, OSAL_LOCKSTEP_JOINED);
     expect_function_call(__wrap_osal_lockstep_hold);
     expect_function_call(__wrap_osal_console_print_line);
     expect_wait(3U, finish, 1U);
@@ -352,6 +345,7 @@ static void ctrl_c_three_times_ends_the_run_at_once(void** state)
     (void)state;
     expect_function_call(__wrap_launcher_start_all);
     expect_wait(3U, pass_a_second, 3U);
+    will_return(__wrap_osal_lockstep_presence, OSAL_LOCKSTEP_JOINED);
     expect_function_call(__wrap_osal_lockstep_hold);
     launcher_fly(&launcher);
     assert_string_equal("interrupted three times: ended at once", launcher.reason);
@@ -363,16 +357,17 @@ static void a_duration_asks_the_mission_to_shut_down_once(void** state)
     launcher.options.duration_ns = 2U * S_NS;
     expect_function_call(__wrap_launcher_start_all);
     expect_wait(3U, pass_a_second, 0U);
+    will_return(__wrap_osal_lockstep_presence, OSAL_LOCKSTEP_EXPECTED);
     expect_function_call(__wrap_osal_lockstep_hold);
     for (unsigned i = 0U; i < 29U; i++) {
         expect_wait(3U, pass_a_second, 0U);
     }
-    expect_progress("  6.0 s flown, 1.2 x real time   \n");
-    expect_progress("  11.0 s flown, 1.0 x real time   \n");
-    expect_progress("  16.0 s flown, 1.0 x real time   \n");
-    expect_progress("  21.0 s flown, 1.0 x real time   \n");
-    expect_progress("  26.0 s flown, 1.0 x real time   \n");
-    expect_progress("  31.0 s flown, 1.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  6.0 s flown, 1.2 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  11.0 s flown, 1.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  16.0 s flown, 1.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  21.0 s flown, 1.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  26.0 s flown, 1.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  31.0 s flown, 1.0 x real time   \n");
     expect_wait(3U, pass_a_second, 0U); // 30 s later the launcher ends the run.
     launcher_fly(&launcher);
     assert_true(launcher.is_ended_by_user);
@@ -408,12 +403,12 @@ static void a_time_that_stands_still_ends_the_run(void** state)
     }
     expect_wait(3U, time_stands_still, 0U);
     expect_wait(3U, time_stands_still, 0U);
-    expect_progress("  2.0 s flown, 0.1 x real time   \n");
-    expect_progress("  3.0 s flown, 0.0 x real time   \n");
-    expect_progress("  4.0 s flown, 0.0 x real time   \n");
-    expect_progress("  5.0 s flown, 0.0 x real time   \n");
-    expect_progress("  5.0 s flown, 0.0 x real time   \n");
-    expect_progress("  5.0 s flown, 0.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  2.0 s flown, 0.1 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  3.0 s flown, 0.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  4.0 s flown, 0.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  5.0 s flown, 0.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  5.0 s flown, 0.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  5.0 s flown, 0.0 x real time   \n");
     fly();
     assert_string_equal("simulated time has stopped; the grant is held by the arm; see console.log",
                         launcher.reason);
@@ -431,9 +426,9 @@ static void a_pause_of_an_hour_does_not_end_the_run(void** state)
     expect_wait(3U, pass_twenty_seconds, 0U);
     expect_wait(3U, finish, 0U);
     for (unsigned i = 0U; i < 3U; i++) {
-        expect_progress("  1.0 s flown, 0.0 x real time   \n");
+        expect_string(__wrap_osal_console_print, text, "  1.0 s flown, 0.0 x real time   \n");
     }
-    expect_progress("  2.0 s flown, 0.0 x real time   \n");
+    expect_string(__wrap_osal_console_print, text, "  2.0 s flown, 0.0 x real time   \n");
     fly();
     assert_int_equal(0, launcher.exit_code);
     assert_string_equal("", launcher.reason);
@@ -504,7 +499,7 @@ static void a_supervisor_that_dies_is_started_again(void** state)
     assert_int_equal(0U, launcher.abandon_ns);
 }
 
-static void a_supervisor_that_dies_without_the_grant_is_not_started_at_a_determined_instant(void** state)
+static void a_supervisor_without_the_grant_dies_at_an_undetermined_instant(void** state)
 {
     (void)state;
     expect_wait(3U, the_supervisor_ends, 0U);
@@ -530,6 +525,23 @@ static void an_operator_that_fails_ends_the_mission(void** state)
     assert_string_equal("operator ended with exit code 1; see console.log", launcher.reason);
     assert_int_equal(1U, run.is_stop_requested);
     assert_true(launcher.is_undetermined);
+}
+
+static void a_duration_does_not_hide_a_script_that_failed_before(void** state)
+{
+    (void)state;
+    launcher.options.duration_ns = 2U * S_NS;
+    expect_function_call(__wrap_launcher_start_all);
+    expect_wait(3U, pass_a_second, 0U);
+    will_return(__wrap_osal_lockstep_presence, OSAL_LOCKSTEP_ABSENT);
+    expect_function_call(__wrap_osal_lockstep_hold);
+    expect_wait(3U, the_operator_fails, 0U);
+    expect_function_call(__wrap_osal_lockstep_hold);
+    expect_look(9U, OSAL_LOCKSTEP_ABSENT);
+    expect_end(OPERATOR + 1U, OSAL_LOCKSTEP_ANY_LIFE);
+    expect_wait(2U, finish, 0U);
+    launcher_fly(&launcher);
+    assert_string_equal("operator ended with exit code 1; see console.log", launcher.reason);
 }
 
 // ---- Orders of the supervisor ----
@@ -578,9 +590,9 @@ int main(void)
         cmocka_unit_test_setup(a_signal_from_outside_is_not_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(a_kill_by_the_scenario_is_at_a_determined_instant, set_up),
         cmocka_unit_test_setup(a_supervisor_that_dies_is_started_again, set_up),
-        cmocka_unit_test_setup(
-            a_supervisor_that_dies_without_the_grant_is_not_started_at_a_determined_instant, set_up),
+        cmocka_unit_test_setup(a_supervisor_without_the_grant_dies_at_an_undetermined_instant, set_up),
         cmocka_unit_test_setup(an_operator_that_fails_ends_the_mission, set_up),
+        cmocka_unit_test_setup(a_duration_does_not_hide_a_script_that_failed_before, set_up),
         cmocka_unit_test_setup(a_life_that_is_over_is_asked_to_end_and_then_killed, set_up),
         cmocka_unit_test_setup(a_life_that_hangs_is_killed_at_once, set_up),
     };
