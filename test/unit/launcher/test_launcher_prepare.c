@@ -7,6 +7,7 @@
 #include "launcher/launcher_internal.h"
 
 #include "fsw/framework/rtlink/agreement.h"
+#include "fsw/programs/ground_key.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -25,6 +26,7 @@ static launch_options_t options;
 static char directory[] = "/tmp/launcher-prepare-XXXXXX";
 static bool is_mission_there;
 static bool has_own_scenario; // The mission has a scenario of its name.
+static const char* named_key; // Key of the ground link that the mission names.
 
 // ---- Mocked functions ----
 
@@ -35,6 +37,32 @@ status_t __wrap_osal_shm_each(const char* prefix, void (*visit)(void* context, c
     assert_non_null(visit);
     assert_null(context);
     return STATUS_OK; // No objects of other runs are left.
+}
+
+status_t __real_descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
+                                        const mission_scope_t* scope, mission_descriptor_t* out_mission,
+                                        subsystem_descriptor_t* out_own);
+status_t __wrap_descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
+                                        const mission_scope_t* scope, mission_descriptor_t* out_mission,
+                                        subsystem_descriptor_t* out_own)
+{
+    const status_t status   = __real_descriptor_load_mission(loader, path, apid, scope, out_mission, out_own);
+    out_mission->ground_key = named_key;
+    return status;
+}
+
+bool __wrap_ground_key_open(ground_key_t* self, const char* path, char error[GROUND_KEY_ERROR_MAX])
+{
+    assert_non_null(self);
+    check_expected_ptr(path);
+    (void)strcpy(error, "damaged key");
+    return mock_type(bool);
+}
+
+void __wrap_ground_key_close(ground_key_t* self)
+{
+    assert_non_null(self);
+    function_called();
 }
 
 bool __wrap_launcher_set_limits(launcher_t* self, const char* mission_path)
@@ -185,6 +213,7 @@ static int set_up(void** state)
     (void)memset(&run, 0, sizeof run);
     is_mission_there = true;
     has_own_scenario = false;
+    named_key        = "";
     options          = (launch_options_t){.mission       = "rokviss",
                                           .scenario      = "press",
                                           .world         = "rokviss",
@@ -239,6 +268,66 @@ static void a_limit_that_is_too_low_ends_the_preparation(void** state)
     (void)state;
     will_return(__wrap_launcher_set_limits, false);
     prepare_fails(""); // launcher_set_limits gives the reason.
+}
+
+// ---- Key of the ground link ----
+
+static void expect_key(const char* const path, const bool is_good)
+{
+    expect_string(__wrap_ground_key_open, path, path);
+    will_return(__wrap_ground_key_open, is_good);
+    if (is_good) {
+        expect_function_call(__wrap_ground_key_close);
+        will_return(__wrap_launcher_set_limits, false); // The preparation ends here.
+    }
+}
+
+static void the_path_of_the_key_is_relative_to_the_mission_or_absolute(void** state)
+{
+    static const char* const paths[][2] = {
+        {"ground.key", "descriptors/missions/ground.key"},
+        {"k/ground.key", "descriptors/missions/k/ground.key"}, // A slash is the second character.
+        {"/k", "/k"},
+        {"//k", "//k"},
+    };
+    (void)state;
+    for (size_t i = 0U; i < (sizeof paths / sizeof paths[0]); i++) {
+        named_key = paths[i][0];
+        expect_key(paths[i][1], true);
+        prepare_fails("");
+        assert_string_equal(paths[i][1], launcher.key_path);
+    }
+}
+
+static void the_key_of_the_command_line_replaces_that_of_the_mission(void** state)
+{
+    (void)state;
+    named_key   = "/mission.key";
+    options.key = "other.key";
+    expect_key("other.key", true);
+    prepare_fails("");
+}
+
+static void a_key_that_cannot_be_opened_ends_the_preparation(void** state)
+{
+    (void)state;
+    options.key = "other.key";
+    expect_key("other.key", false);
+    prepare_fails("damaged key");
+}
+
+static void a_path_of_the_key_with_more_than_255_characters_is_refused(void** state)
+{
+    static char path[257];
+    (void)state;
+    (void)memset(path, 'k', 255U);
+    options.key = path;
+    expect_key(path, true);
+    prepare_fails("");
+    path[255] = 'k';
+    assert_false(launcher_prepare(&launcher, &options, "bin/"));
+    assert_non_null(
+        strstr(launcher.reason, "the path of the ground link's key has more than 255 characters: k"));
 }
 
 // ---- Directory ----
@@ -459,6 +548,13 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(a_mission_that_is_missing_is_named, set_up, tear_down),
         cmocka_unit_test_setup_teardown(a_limit_that_is_too_low_ends_the_preparation, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(the_path_of_the_key_is_relative_to_the_mission_or_absolute, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(the_key_of_the_command_line_replaces_that_of_the_mission, set_up,
+                                        tear_down),
+        cmocka_unit_test_setup_teardown(a_key_that_cannot_be_opened_ends_the_preparation, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(a_path_of_the_key_with_more_than_255_characters_is_refused, set_up,
+                                        tear_down),
         cmocka_unit_test_setup_teardown(a_directory_that_is_not_given_is_named_by_the_run, set_up, tear_down),
         cmocka_unit_test_setup_teardown(
             a_scenario_that_is_not_given_has_the_name_of_the_mission_or_is_telepresence, set_up, tear_down),

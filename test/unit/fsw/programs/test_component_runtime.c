@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the run determines: the windows of messages between components, the sockets of links, the promises of
-// components.
+// What the run determines: the windows of messages between components, the sockets of links, who is told of a
+// frame of a link, the promises of components.
 #include "fsw/programs/component_runtime.h"
 
 #include "unity.h"
@@ -129,6 +129,40 @@ static void samples_are_sent_by_the_method_of_the_links(void)
     TEST_ASSERT_EQUAL_UINT(1U, tipc_opened);
 }
 
+/// Announce a frame of link 3 of the arm to the supervisor, in the given epoch. Returns what was announced.
+static const osal_deliveries_t* deliver_frame(const uint32_t epoch)
+{
+    static const mission_link_t link         = {.number = 3U, .consumer_apid = SUPERVISOR_APID};
+    static const mission_descriptor_t linked = {.link_count = 1U, .links = &link};
+    run.is_stepped                           = true;
+    take_with(RTLINK_METHOD_UDP);
+    runtimes[1].mission             = &linked;
+    runtimes[1].peers[0].link_floor = 7U;
+    runtimes[1].links.delivered(runtimes[1].links.context, 3U, epoch);
+    return &runtimes[1].deliveries;
+}
+
+static void a_frame_is_announced_once_and_to_its_next_receiver_only(void)
+{
+    const unsigned consumer         = run_participant(0U);
+    const unsigned relay            = run_relay(&run);
+    const osal_deliveries_t* direct = deliver_frame(8U);
+    TEST_ASSERT_EQUAL_UINT32(1U, direct->messages[consumer]);
+    TEST_ASSERT_EQUAL_UINT32(0U, direct->messages[relay]);
+    // The link belongs to an earlier life of the consumer.
+    TEST_ASSERT_EQUAL_UINT32(0U, deliver_frame(7U)->messages[consumer]);
+    run.relay.delay_us               = 1U;
+    const osal_deliveries_t* relayed = deliver_frame(8U);
+    TEST_ASSERT_EQUAL_UINT32(1U, relayed->messages[relay]);
+    TEST_ASSERT_EQUAL_UINT32(OSAL_LOCKSTEP_ANY_LIFE, relayed->lives[relay]);
+    TEST_ASSERT_EQUAL_UINT32(0U, relayed->octets[relay]);
+    TEST_ASSERT_EQUAL_UINT32(0U, relayed->messages[consumer]);
+    // The scheduler does not wait for the frames of a network.
+    run.relay.is_network = true;
+    TEST_ASSERT_EQUAL_UINT32(0U, deliver_frame(8U)->messages[relay]);
+    TEST_ASSERT_EQUAL_UINT32(0U, runtimes[1].deliveries.messages[consumer]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -136,5 +170,6 @@ int main(void)
     RUN_TEST(a_window_for_which_there_is_no_room_is_refused_with_a_message);
     RUN_TEST(without_a_scheduler_the_last_beat_contains_the_promise);
     RUN_TEST(samples_are_sent_by_the_method_of_the_links);
+    RUN_TEST(a_frame_is_announced_once_and_to_its_next_receiver_only);
     return UNITY_END();
 }

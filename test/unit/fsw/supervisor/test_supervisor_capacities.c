@@ -129,6 +129,26 @@ static void a_subsystem_after_the_last_one_of_the_mission_does_not_exist(void)
         supervisor_registry_find(&fixture.supervisor, mission->subsystems[behind - 1U].apid));
 }
 
+/// In a mission with the largest number of subsystems, the last one cannot be started.
+static void a_failed_start_of_the_last_possible_subsystem_is_noticed(void)
+{
+    mission_descriptor_t* const mission = (mission_descriptor_t*)fixture.supervisor.mission;
+    const uint16_t count                = mission->subsystem_count;
+    mission_subsystem_t* const last = (mission_subsystem_t*)&mission->subsystems[MISSION_SUBSYSTEMS_MAX - 1U];
+    registry_entry_t* const entry   = &fixture.supervisor.registry[MISSION_SUBSYSTEMS_MAX - 1U];
+    mission->subsystem_count        = MISSION_SUBSYSTEMS_MAX;
+    last->apid                      = 99U;
+    entry->mission                  = last;
+    entry->process                  = PROCESS_RUNNING;
+    supervisor_output_commit_start(&fixture.supervisor, entry);
+    TEST_ASSERT_FALSE(supervisor_output_commit_perform(&fixture.supervisor));
+    TEST_ASSERT_EQUAL(PROCESS_LOST, entry->process); // The fixture has no such process.
+    TEST_ASSERT_EQUAL(PROCESS_RUNNING, fixture.supervisor.registry[count - 1U].process);
+    *last                    = (mission_subsystem_t){.apid = 0U};
+    *entry                   = (registry_entry_t){.mission = NULL};
+    mission->subsystem_count = count;
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -137,5 +157,6 @@ int main(void)
     RUN_TEST(actions_above_the_capacity_are_refused);
     RUN_TEST(pools_of_requests_warn_and_are_reported);
     RUN_TEST(a_subsystem_after_the_last_one_of_the_mission_does_not_exist);
+    RUN_TEST(a_failed_start_of_the_last_possible_subsystem_is_noticed);
     return UNITY_END();
 }
