@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the run determines: the windows of messages between components, the sockets of links, the receiver to which
-// a frame of a link is announced, the promises of components.
+// What the run determines: the windows of messages between components, the sockets of links, the receiver to
+// which a frame of a link is announced, the promises of components.
 #include "fsw/programs/component_runtime.h"
 
 #include "unity.h"
