@@ -40,7 +40,8 @@ typedef struct {             // Process data write the raw words; all else is re
     int16_t torque_offset;   ///< 0x60B2.
     int16_t target_torque;   ///< 0x6071.
     int32_t target_velocity; ///< 0x60FF.
-    /// Commands cut at a limit of the axis or at the range of their word [commands, wraps].
+    /// Values of commands that were NaN, or were cut at a limit of the axis or at the range of their word
+    /// [values, wraps].
     uint32_t limited;
     canopen_cia402_scale_t scale;
     canopen_cia402_goal_t goal;
@@ -64,20 +65,21 @@ void canopen_cia402_axis_set_goal(canopen_cia402_axis_t* axis, canopen_cia402_go
 void canopen_cia402_axis_observe(canopen_cia402_axis_t* axis);
 /// Choose the next controlword. Call it once per cycle, before the process data are sent.
 void canopen_cia402_axis_step(canopen_cia402_axis_t* axis);
+/// True if the state is that of the goal (canopen_cia402_is_at_goal), and `has_dropped` is not set.
 bool canopen_cia402_axis_is_at_goal(const canopen_cia402_axis_t* axis);
 
 double canopen_cia402_axis_position_rad(const canopen_cia402_axis_t* axis);
 double canopen_cia402_axis_torque_nm(const canopen_cia402_axis_t* axis);
 
 /// Command a position (CSP) with a torque offset. All commands are cut at the limits (counted) and rounded
-/// to the nearest unit, halves away from zero. NaN: torque 0, position unchanged.
+/// to the nearest unit, halves away from zero. A position NaN leaves the target unchanged; a torque NaN is 0.
 void canopen_cia402_axis_command_position(canopen_cia402_axis_t* axis, double position_rad,
                                           double torque_offset_nm);
-/// Command a velocity (CSV) with a torque offset. NaN: velocity 0.
+/// Command a velocity (CSV) with a torque offset; NaN counts as 0.
 void canopen_cia402_axis_command_velocity(canopen_cia402_axis_t* axis, double velocity_rad_s,
                                           double torque_offset_nm);
 /// Start or end the search for the reference, in mode homing (0x6060 = 6) and in operation. A goal other
-/// than ENABLED also ends it.
+/// than ENABLED also ends it. After a result, end the search before the next start.
 void canopen_cia402_axis_home(canopen_cia402_axis_t* axis, bool is_wanted);
 /// Returns the result of homing: STATUS_BUSY; STATUS_OK (reference found); STATUS_INVALID (error of the
 /// drive); STATUS_EMPTY (not started, or not in operation).

@@ -28,7 +28,7 @@ typedef enum {
     CIA402_GOAL_DISABLED,  ///< Switch on disabled (0x40), without braking first.
     CIA402_GOAL_STANDBY,   ///< Switched on (0x23).
     CIA402_GOAL_ENABLED,   ///< Operation enabled (0x27).
-    CIA402_GOAL_QUICK_STOP ///< Brake actively, then 0x40. From states without motion directly to 0x40.
+    CIA402_GOAL_QUICK_STOP ///< From 0x27: brake actively, then 0x40. From other states directly to 0x40.
 } canopen_cia402_goal_t;
 
 #define CIA402_CONTROL_DISABLE_VOLTAGE 0x0000U
@@ -51,11 +51,11 @@ typedef enum {
 
 canopen_cia402_state_t canopen_cia402_state(uint16_t statusword);
 /// Returns the controlword for the next cycle. `previous` is the last one sent, because a fault reset is a
-/// rising edge of bit 7. A fault is reset only with `may_reset`.
+/// rising edge of bit 7. A fault is reset only with `may_reset` and the goal STANDBY or ENABLED.
 uint16_t canopen_cia402_controlword(canopen_cia402_state_t state, canopen_cia402_goal_t goal, bool may_reset,
                                     uint16_t previous);
-/// True if the state is that of the goal. A fault also fulfils DISABLED and QUICK_STOP, because the drive
-/// then has no torque.
+/// True if the state is that of the goal. FAULT and NOT_READY also fulfil DISABLED and QUICK_STOP, because
+/// the drive then has no torque.
 bool canopen_cia402_is_at_goal(canopen_cia402_state_t state, canopen_cia402_goal_t goal);
 
 #endif // FSW_CANOPEN_CIA402_H

@@ -88,12 +88,12 @@ status_t canopen_device_identify_step(canopen_device_t* device);
 void canopen_device_configure(canopen_device_t* device, canopen_setting_t* settings, uint16_t count);
 status_t canopen_device_configure_step(canopen_device_t* device);
 
-/// Receive process data from now on. STATUS_OK, STATUS_EXISTS (identifier used by another device),
-/// STATUS_EXHAUSTED.
+/// Receive process data from now on. STATUS_OK, STATUS_EXISTS (an identifier that is received already),
+/// STATUS_EXHAUSTED. After a failure, canopen_device_disconnect removes what was connected.
 MUST_USE status_t canopen_device_connect(canopen_device_t* device);
 void canopen_device_disconnect(canopen_device_t* device);
-/// Returns value number `value` of the profile, as received last, in its unit. NaN if the value is not valid:
-/// the device has sent a REAL32 that is NaN or infinite.
+/// Returns value number `value` of the profile, as received or set last, in its unit. NaN if the value is not
+/// valid: the device has sent a REAL32 that is NaN or infinite.
 double canopen_device_value(const canopen_device_t* device, uint8_t value);
 /// Set a value of the next process data, rounded to the nearest finite value that its object can hold; 0 for
 /// NaN.

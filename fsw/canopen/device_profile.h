@@ -143,9 +143,9 @@ bool canopen_device_profile_is_output(const canopen_device_profile_t* profile, u
 bool canopen_device_profile_is_mapping(uint16_t index);
 /// Apply a write of a communication or mapping parameter of a PDO (0x1400 to 0x1BFF) to the profile of one
 /// device; a write of another object changes nothing. STATUS_OK; STATUS_FORBIDDEN (CiA 301 forbids the write
-/// while the PDO exists, or while the number of entries is not 0); STATUS_NOT_FOUND (no such PDO, or an
-/// object that the data sheet does not allow there with this length); STATUS_TOO_LARGE (entries, octets or
-/// values).
+/// while the PDO exists, or while the number of entries is not 0); STATUS_NOT_FOUND (mapping: no such PDO, an
+/// object that the data sheet does not allow there with this length, or a number of entries with an empty
+/// one); STATUS_TOO_LARGE (entries, octets or values).
 status_t canopen_device_profile_map(canopen_device_profile_t* profile, uint16_t index, uint8_t subindex,
                                     uint32_t value);
 /// Returns the sum of the octets of all entries of a PDO.

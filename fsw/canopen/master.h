@@ -24,7 +24,7 @@
 #include <stdint.h>
 
 #define MASTER_NODES_MAX 16U
-#define MASTER_REQUESTS_MAX 8U                    ///< SDO transfers of one bus at the same time.
+#define MASTER_REQUESTS_MAX 8U                    ///< SDO requests of one bus that may wait for answers.
 #define MASTER_ROUTES_MAX (2U * MASTER_NODES_MAX) ///< Transmit PDOs of all nodes.
 #define MASTER_EMERGENCIES_MAX MASTER_NODES_MAX
 #define MASTER_FRAMES_PER_CYCLE 512U ///< Further frames wait for the next cycle.
@@ -57,7 +57,7 @@ typedef struct { // Private.
 
 typedef struct {                // All counters wrap.
     uint32_t unknown;           ///< Data frames that no receiver expects.
-    uint32_t malformed;         ///< Wrong length or format for their identifier.
+    uint32_t malformed;         ///< Heartbeats and emergencies of a wrong length, unknown NMT states.
     uint32_t remote;            ///< Remote frames.
     uint32_t conflicting_syncs; ///< SYNCs of other nodes: this master is the only producer.
     uint32_t refused;           ///< Frames to be sent that the flow refused.
@@ -84,13 +84,14 @@ typedef struct { // Private, except nodes, sync_count and counters: read-only.
 
 /// Start without nodes and routes, and without SYNC. The counters are zero.
 void canopen_master_init(canopen_master_t* master, const canopen_master_config_t* config, flow_can_t* flow);
-/// Remove nodes, routes and emergencies, and stop SYNC. The counters keep their values.
+/// Remove nodes, routes and emergencies, and stop SYNC; the heartbeat is due at once. The counters keep their
+/// values.
 void canopen_master_clear(canopen_master_t* master);
 
 /// Send and receive on another channel from now on; the heartbeat is due at once.
 void canopen_master_use_flow(canopen_master_t* master, flow_can_t* flow);
 
-/// Monitor a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (id).
+/// Monitor a node. STATUS_OK, STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID (no node id, or the master's).
 MUST_USE status_t canopen_master_add_node(canopen_master_t* master, uint8_t id, uint8_t* out_index);
 /// Let canopen_master_receive pass each frame with the identifier `cob` to `take`. STATUS_OK, STATUS_EXISTS,
 /// STATUS_EXHAUSTED.

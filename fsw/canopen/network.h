@@ -38,7 +38,7 @@
 
 typedef struct {
     canopen_master_config_t master;
-    uint32_t lost_after_syncs; ///< A device that does not answer this many SYNCs is lost.
+    uint32_t lost_after_syncs; ///< A device that misses this many SYNCs in a row, >= 1, is lost.
     uint64_t selection_ns;     ///< With two channels: longest wait for devices to change to the active one.
     uint64_t boot_retry_ns;    ///< A node that has not booted after this time is reset again.
     /// Process data that have not arrived after this time are reported as missing.
@@ -63,7 +63,7 @@ typedef enum {
 typedef enum {
     REFUSAL_NONE       = 0,
     REFUSAL_NOT_BOOTED = 1, ///< There is no boot-up message yet; the device is reset again.
-    REFUSAL_TIMEOUT    = 2, ///< The device has not answered about `object`.
+    REFUSAL_TIMEOUT    = 2, ///< The device has not answered about `object`, or has booted again meanwhile.
     REFUSAL_ABORTED    = 3, ///< The device refuses access to `object`; detail: its abort code.
     REFUSAL_VALUE      = 4, ///< `object` has a value that is not the expected one; detail: the lower 32 bits.
     REFUSAL_FORMAT     = 5, ///< The answer about `object` has the wrong size, or is against the protocol.
@@ -85,8 +85,9 @@ typedef enum {
 
 typedef struct {
     canopen_network_fault_kind_t kind;
-    uint8_t node;
-    /// Emergency code; statusword for a DRIVE_FAULT without emergency; bus condition for node 0.
+    uint8_t node; ///< 0: the bus.
+    /// Emergency code; statusword for a DRIVE_FAULT without emergency; bus condition for a BUS_WARNING of
+    /// node 0; otherwise 0.
     uint16_t code;
     canopen_network_refusal_t refusal; ///< Reason of DEVICE_REFUSED; the next two fields belong to it.
     uint32_t object;                   ///< Index << 8 | subindex; 0: none.
@@ -172,14 +173,15 @@ void canopen_network_init(canopen_network_t* network, const canopen_network_conf
 /// Remove all devices. Only while closed.
 void canopen_network_clear(canopen_network_t* network);
 /// Add a device of a class, in `entry`, which must not be moved until canopen_network_clear. STATUS_OK,
-/// STATUS_NOT_FOUND (class), STATUS_EXISTS, STATUS_EXHAUSTED, STATUS_INVALID.
+/// STATUS_NOT_FOUND (class), STATUS_EXHAUSTED, STATUS_EXISTS (node), STATUS_INVALID (node id).
 MUST_USE status_t canopen_network_add(canopen_network_t* network, canopen_network_device_t* entry,
                                       const char* type, uint8_t node);
 /// Returns the index of a node's device; NETWORK_NO_DEVICE if there is none.
 uint8_t canopen_network_find(const canopen_network_t* network, uint8_t node);
 
 /// Open both channels; `redundant_bus` is null without channel B. A channel that cannot be opened counts as
-/// absent, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: no channel B.
+/// absent, unless it is the active one. Statuses of flow_can_open; STATUS_NOT_FOUND also: channel B is the
+/// active one, and `redundant_bus` is null.
 MUST_USE status_t canopen_network_open(canopen_network_t* network, const flow_resolver_t* resolver,
                                        const char* bus, const char* redundant_bus);
 /// True if the network is closed, or has the channel: 0 or 1.
@@ -195,8 +197,9 @@ void canopen_network_doubt_channel(canopen_network_t* network);
 void canopen_network_add_counters(const canopen_network_t* network, canopen_network_bus_counters_t* sum);
 /// Reset all nodes, wait for the boot-up message of each, and identify it. With two channels, the master's
 /// heartbeat first makes the devices change to the active one. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not
-/// open, or a node has booted again meanwhile); statuses of canopen_device_identify_step. If this function or
-/// one of the next two fails, canopen_network_take_fault returns the device and the reason as DEVICE_REFUSED.
+/// open, or a node has booted again meanwhile); statuses of canopen_device_identify_step. If a device causes
+/// the failure of this function or of canopen_network_configure, or delays this function or
+/// canopen_network_start, canopen_network_take_fault returns it and the reason as DEVICE_REFUSED.
 status_t canopen_network_boot(canopen_network_t* network, uint64_t now_ns);
 
 /// Set the number of consecutive SYNCs, >= 1, after which a device that has not answered is lost.
@@ -212,13 +215,15 @@ MUST_USE status_t canopen_network_set(canopen_network_t* network, uint8_t index,
 /// Stop process data, if they flow, and write the settings. STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not
 /// booted); statuses of canopen_setting_run_step.
 status_t canopen_network_configure(canopen_network_t* network, uint64_t now_ns);
-/// Start process data and SYNC, and wait until each device answers. STATUS_BUSY; STATUS_OK; STATUS_CLOSED
-/// (not booted); statuses of canopen_device_connect.
+/// Start process data and SYNC with the goal DISABLED, and wait, however long, until each device answers.
+/// STATUS_BUSY; STATUS_OK; STATUS_CLOSED (not booted); statuses of canopen_device_connect.
 status_t canopen_network_start(canopen_network_t* network, uint64_t now_ns);
 /// Abort the functions above, stop process data, and set the devices to PRE-OPERATIONAL.
 void canopen_network_stop(canopen_network_t* network);
-/// Reset all nodes. The frame needs a cycle on the bus before canopen_network_close.
+/// Stop as canopen_network_stop does, then reset all nodes. The frame needs a cycle on the bus before
+/// canopen_network_close.
 void canopen_network_reset_nodes(canopen_network_t* network);
+/// Close both channels. Devices and counters remain; faults that were not taken are dropped.
 void canopen_network_close(canopen_network_t* network);
 
 /// Call at the start of a cycle: process received frames, monitor devices.
@@ -227,13 +232,14 @@ void canopen_network_sense(canopen_network_t* network, uint64_t now_ns);
 void canopen_network_send_sync(canopen_network_t* network);
 /// Call at the end of a cycle: send process data, requests, and SYNC if it is not sent yet.
 void canopen_network_emit(canopen_network_t* network, uint64_t now_ns);
-/// Set the goal of all axes. Devices that are lost or idle take no part.
+/// Set the goal of all axes; axes of idle devices get the goal DISABLED.
 void canopen_network_set_goal(canopen_network_t* network, canopen_cia402_goal_t goal, bool may_reset_faults);
 /// True if every axis of every device that is not lost has reached its goal, and process data are exchanged.
 bool canopen_network_is_at_goal(const canopen_network_t* network);
 /// Set all outputs to 0, and take all axes that can be reached out of operation: quick stop, then voltage
-/// off. A lost device does both by itself. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again
-/// each cycle until STATUS_OK.
+/// off. A lost device does both by itself, and so does each device while no process data are exchanged:
+/// STATUS_OK at once. STATUS_BUSY; STATUS_OK. Safe to call in any condition; call again each cycle until
+/// STATUS_OK.
 status_t canopen_network_secure(canopen_network_t* network, uint64_t now_ns);
 
 /// Take the oldest fault. STATUS_OK, STATUS_EMPTY.

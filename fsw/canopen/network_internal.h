@@ -16,7 +16,7 @@ void canopen_network_report_condition(canopen_network_t* network, uint8_t channe
 /// Report that a device is not commissioned, with a reason.
 void canopen_network_report_refusal(canopen_network_t* network, const canopen_network_device_t* entry,
                                     canopen_network_refusal_t refusal);
-/// Report the result of the device's list of accesses.
+/// Report that the access at which the device's list stopped (run.position) has failed with `status`.
 void canopen_network_report_access(canopen_network_t* network, const canopen_network_device_t* entry,
                                    status_t status);
 

@@ -76,10 +76,9 @@ MUST_USE status_t canopen_sdo_client_download(canopen_sdo_client_t* client, uint
 MUST_USE status_t canopen_sdo_client_upload(canopen_sdo_client_t* client, uint16_t index, uint8_t subindex);
 
 /// Returns the result of the last transfer: STATUS_BUSY while it runs; STATUS_OK; STATUS_TIMEOUT;
-/// STATUS_FORBIDDEN (the server aborted: *out_abort_code); STATUS_INVALID (the server violated the
-/// protocol); STATUS_TOO_LARGE (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none has begun, or it
-/// was reset).
-/// out_abort_code may be null.
+/// STATUS_FORBIDDEN (the server aborted); STATUS_INVALID (the server violated the protocol);
+/// STATUS_TOO_LARGE (upload longer than SDO_OCTETS_MAX); STATUS_EMPTY (none has begun, or it was reset).
+/// *out_abort_code is the code of an abort by the server or by this client; out_abort_code may be null.
 status_t canopen_sdo_client_result(const canopen_sdo_client_t* client, uint32_t* out_abort_code);
 /// Returns the value that the last upload has read. Valid after STATUS_OK, until the next transfer begins.
 const uint8_t* canopen_sdo_client_value(const canopen_sdo_client_t* client, size_t* out_size);

@@ -33,7 +33,7 @@ typedef struct { // Read-only outside.
     uint16_t count;
     uint16_t position; ///< Setting in progress; after a failure, the one that failed.
     bool is_started;
-    uint32_t abort_code; ///< Code of the failed access, 0 if the node did not abort it.
+    uint32_t abort_code; ///< Code with which the node or the client aborted the failed access; 0: neither.
     bool is_other_value; ///< The value of the node differs from that of SETTING_VERIFY.
     uint64_t found;      ///< Value of the node if is_other_value, else 0.
     status_t result;     ///< STATUS_BUSY while running.
@@ -42,8 +42,9 @@ typedef struct { // Read-only outside.
 /// Begin at the first setting. The list may be empty.
 void canopen_setting_run_begin(canopen_setting_run_t* run, canopen_setting_t* settings, uint16_t count);
 /// Perform the next step. STATUS_BUSY; STATUS_OK (all done); STATUS_FORBIDDEN (aborted by the node);
-/// STATUS_TIMEOUT; STATUS_INVALID (value other than expected, or of another size, or protocol broken);
-/// STATUS_TOO_LARGE.
+/// STATUS_TIMEOUT (also: the client was reset meanwhile); STATUS_INVALID (value other than expected, or of
+/// another size, or protocol broken); STATUS_TOO_LARGE. Of an answer of 4 octets, which may have no size,
+/// only the octets of the setting count.
 status_t canopen_setting_run_step(canopen_setting_run_t* run, canopen_sdo_client_t* client);
 
 #endif // FSW_CANOPEN_SETTING_H

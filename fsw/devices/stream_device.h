@@ -27,7 +27,8 @@
 #define STREAM_DEVICE_NO_FIELD 0xFFU
 
 typedef enum {
-    /// The device is not in use yet, and sends no records. Reported once, until it sends one.
+    /// The device is not in use yet, and is silent, or its end node is closed. Reported once, until it is
+    /// present.
     STREAM_DEVICE_REFUSED,
     /// The device is in use, but is silent, or its end node is closed. Reported once, until it returns.
     STREAM_DEVICE_LOST,
@@ -51,7 +52,7 @@ typedef struct {       // [records, wraps]
     uint32_t received; ///< Received and accepted.
     uint32_t unfit;    ///< Received and dropped: wrong length or checksum.
     uint32_t sent;
-    uint32_t refused; ///< Not sent: end node closed or full.
+    uint32_t refused; ///< Not sent: end node full, or closed by this attempt. While closed, none is due.
 } stream_device_counters_t;
 
 typedef struct { // Private, except counters and name: read-only.
@@ -100,15 +101,16 @@ status_t stream_device_secure(stream_device_t* device);
 /// Secure the device as stream_device_secure does. After STATUS_OK it is no longer in use, and its silence
 /// is no fault.
 status_t stream_device_stop(stream_device_t* device);
+/// Close the end node. The counters keep their values; a fault that was not taken is dropped.
 void stream_device_close(stream_device_t* device);
 
 /// Returns the engineering value of a field of the last record received; before the first record, `offset`
 /// of the field.
 double stream_device_value(const stream_device_t* device, uint8_t field);
 bool stream_device_is_lost(const stream_device_t* device);
-/// Set a field of the record of commands. STATUS_OK, STATUS_OUT_OF_RANGE (NaN).
+/// Set a field of the record of commands to an engineering value; see stream_record_set.
 status_t stream_device_set(stream_device_t* device, uint8_t field, double value);
-/// Take the fault that is waiting. STATUS_OK, STATUS_EMPTY.
+/// Take the latest fault; a fault not taken is replaced by the next one. STATUS_OK, STATUS_EMPTY.
 MUST_USE status_t stream_device_take_fault(stream_device_t* device, stream_device_fault_t* out_fault);
 
 #endif // FSW_DEVICES_STREAM_DEVICE_H

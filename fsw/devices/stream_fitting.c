@@ -66,7 +66,7 @@ static bool endnode_fits(const subsystem_descriptor_t* const descriptor,
     return true;
 }
 
-/// True if both are the same end node. Two devices on it would receive each other's records.
+/// True if both have the same name or port. Two devices on one end node would receive each other's records.
 static bool is_same(const descriptor_endnode_t* const one, const descriptor_endnode_t* const other)
 {
     if (one->type != other->type) {

@@ -44,7 +44,8 @@ MUST_USE status_t stream_record_take(stream_record_t* record, const uint8_t* oct
 size_t stream_record_put(const stream_record_t* record, uint8_t octets[STREAM_RECORD_OCTETS_MAX]);
 /// Returns the engineering value of a field below field_count.
 double stream_record_value(const stream_record_t* record, uint8_t field);
-/// Set the raw value of a field. STATUS_OK, STATUS_OUT_OF_RANGE (NaN; the field keeps its value).
+/// Set a field to an engineering value, limited to what its type can hold. STATUS_OK, STATUS_OUT_OF_RANGE
+/// (NaN; the field keeps its value).
 status_t stream_record_set(stream_record_t* record, uint8_t field, double value);
 /// Set all fields to the safe values of the descriptor.
 void stream_record_set_safe(stream_record_t* record);

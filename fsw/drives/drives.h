@@ -79,7 +79,8 @@ typedef struct { // Private, except activity (read-only) and the axes of the dev
     canopen_mapping_t mappings[DRIVES_MAPPINGS_MAX];
     uint8_t mapping_count;
     canopen_cia402_goal_t goal;
-    const descriptor_configuration_t* configuration; ///< Configuration that is being applied, or is applied.
+    /// Configuration that is being applied, or is applied; null: none.
+    const descriptor_configuration_t* configuration;
     uint8_t indices[DESCRIPTOR_DEVICES_MAX]; ///< Indices in `devices` of its devices on CAN, in order.
     uint16_t index_count;
     uint64_t called_ns; ///< Last call of drives_configure.
@@ -111,11 +112,12 @@ status_t drives_borrow(drives_t* drives);
 /// Close the buses if they were borrowed and HARDWARE_INIT was not entered meanwhile.
 void drives_give_back(drives_t* drives);
 /// Write the settings to the devices and start process data; the axes stay without voltage. Commands of an
-/// earlier configuration are cleared; devices that only the earlier one has stay out of operation.
+/// earlier configuration are cleared; devices that only the earlier one has stay out of operation. Call it in
+/// each cycle until it is done: 20 ms without a call end the commissioning, and the next call begins anew.
 /// STATUS_BUSY; STATUS_OK; STATUS_NOT_FOUND (device not brought up); STATUS_EXHAUSTED (settings); statuses of
 /// canopen_network_configure and _start.
 status_t drives_configure(void* self, const descriptor_configuration_t* configuration);
-/// Set all axes to standby, then the activity to PREPARED. STATUS_BUSY; STATUS_OK.
+/// Set all axes to standby, resetting their faults, then the activity to PREPARED. STATUS_BUSY; STATUS_OK.
 status_t drives_start_control(void* self);
 /// Set the activity to RESTING, then switch off the voltage of all axes. STATUS_BUSY; STATUS_OK.
 status_t drives_stop_control(void* self);
@@ -133,9 +135,10 @@ status_t drives_hardware_deinit(void* self);
 /// Call when the program ends, in any state: close the buses and leave the devices as they are.
 void drives_release(void* self);
 
-/// Make channel 0 (A) or 1 (B) of every bus the active one, at once or for the next HARDWARE_INIT. It must be
-/// called only where all axes are out of operation. STATUS_OK; STATUS_OUT_OF_RANGE (no such channel, or a bus
-/// without channel B); STATUS_NOT_FOUND (a controller of that channel could not be opened).
+/// Make channel 0 (A) or 1 (B) of every bus the active one, at once or for the next HARDWARE_INIT, and raise
+/// the event CHANNEL_SELECTED. It must be called only where all axes are out of operation. STATUS_OK;
+/// STATUS_OUT_OF_RANGE (no such channel, no bus, or a bus without channel B); STATUS_NOT_FOUND (a controller
+/// of that channel could not be opened).
 status_t drives_select_channel(drives_t* drives, uint8_t channel);
 
 /// Call at the start of a cycle: process received frames and raise an event for each fault.
@@ -156,9 +159,10 @@ uint8_t drives_find(const drives_t* drives, uint32_t node);
 canopen_network_t* drives_network(drives_t* drives, const descriptor_endnode_t* endnode);
 /// True if process data flow on every bus.
 bool drives_are_running(const drives_t* drives);
-/// Returns the SYNCs that a device of the applied configuration has not answered [wraps].
+/// Returns the SYNCs that a device of the applied configuration has not answered [wraps]; 0 if there is no
+/// such device.
 uint32_t drives_missed(const drives_t* drives, uint16_t position);
-/// Returns the number of commands of all axes that were cut at their limits [wraps].
+/// Returns the sum of `limited` (axis.h) of all axes [wraps].
 uint32_t drives_limited(const drives_t* drives);
 
 #endif // FSW_DRIVES_DRIVES_H

@@ -12,8 +12,10 @@
 #include "fsw/drives/drives.h"
 #include "pus/st02/st02_device_access.h"
 
-#define DRIVES_ACCESS_CLOSED 1U ///< Return code: process data do not flow, or the transfer was reset.
-/// Return code: the device violated the protocol, or its value has another length than requested.
+/// Return code: process data do not flow, the transfer was reset, or a pulse could not be sent.
+#define DRIVES_ACCESS_CLOSED 1U
+/// Return code: the device violated the protocol, or its value has another length than requested or is longer
+/// than SDO_OCTETS_MAX.
 #define DRIVES_ACCESS_WRONG 2U
 
 /// Returns the port: this function is the callback device_port, and `self` is the subsystem's drives_t. At

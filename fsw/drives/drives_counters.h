@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Counters of a subsystem with drives: its cycles, frames on all its buses, commands, links and refusals,
 /// for the parameter COUNTERS. The descriptor selects the published ones by the names in drives_counters.c;
-/// each is a UINT32. PDO_MISSED has one counter for each device of the configuration.
+/// each is a UINT32. PDO_MISSED has one counter for each device of the configuration on CAN, then zeros.
 #ifndef FSW_DRIVES_DRIVES_COUNTERS_H
 #define FSW_DRIVES_DRIVES_COUNTERS_H
 

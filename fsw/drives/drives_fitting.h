@@ -24,8 +24,9 @@ typedef struct {  // Required contents of every configuration.
 } drives_need_t;
 
 /// True if the devices meet the need and are on CAN buses, within the limits of drives.h and network.h;
-/// each bus has at most one channel B, and each node id occurs on one bus only. Otherwise *out_misfit is
-/// the first violation.
+/// each bus has at most one channel B; each node id occurs on one bus only, and once in a configuration;
+/// settings keep the units of the class, and change a mapping in the order of CiA 301. Otherwise *out_misfit
+/// is the first violation.
 bool drives_fit(const subsystem_descriptor_t* descriptor, const drives_need_t* need,
                 subsystem_misfit_t* out_misfit);
 

@@ -12,7 +12,8 @@
 #define DRIVES_QUANTITY_OCTETS 8U
 
 /// Find a quantity of a device of the applied configuration, by node and id. STATUS_OK; STATUS_NOT_FOUND (no
-/// such device, or it has no quantities); STATUS_OUT_OF_RANGE (the device has quantities, but not this one).
+/// configuration, no such device, or it has no quantities); STATUS_OUT_OF_RANGE (the device has quantities,
+/// but not this one). *out_quantity is valid only after STATUS_OK.
 MUST_USE status_t drives_quantity_find(const drives_t* drives, uint16_t node, uint32_t id,
                                        const descriptor_quantity_t** out_quantity);
 /// Convert a value, most significant octet first, to the octets of the object, least significant first.

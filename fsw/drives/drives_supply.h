@@ -6,8 +6,8 @@
 /// on/off device address is unit << 8 | line; it requests a pulse of DRIVES_SUPPLY_EXPONENT on that line. A
 /// pulse is one frame of process data to the unit, 0x200 + its node id: line (u16, lowest octet first),
 /// exponent (u8). The unit generates the pulse and does not answer; only the state of the drive shows the
-/// effect. If the bus is closed, it is opened for the frame, so that a drive can be switched on before its
-/// commissioning.
+/// effect. If the buses are closed, they are opened for the frame, so that a drive can be switched on before
+/// its commissioning.
 #ifndef FSW_DRIVES_DRIVES_SUPPLY_H
 #define FSW_DRIVES_DRIVES_SUPPLY_H
 

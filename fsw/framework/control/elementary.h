@@ -13,11 +13,11 @@ typedef struct {
     double cosine;
 } control_sine_cosine_t;
 
-/// Returns the sine and cosine of an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 the result is
-/// sine 0, cosine 1 (no joint reaches such an angle).
+/// Returns the sine and cosine of an angle [rad]. Within 1e-15 for |angle| <= 1000; beyond 1e6 (no joint
+/// reaches such an angle) and for NaN the result is sine 0, cosine 1.
 control_sine_cosine_t control_sine_cosine(double angle_rad);
 
-/// Returns the hyperbolic tangent, within 2e-15.
+/// Returns the hyperbolic tangent, within 2e-15; 1 for NaN.
 double control_tanh(double x);
 
 /// Returns the angle in [-pi, pi] of the point (cosine, sine), within 1e-15. The point need not be on the

@@ -63,15 +63,16 @@ typedef struct {        // All counters wrap.
     uint32_t octets;    ///< Octets received on a stream; 0 on other end nodes.
 } flow_counters_t;
 
-/// Initialise a flow as closed. A name that is too long for its end node cannot be opened
-/// (STATUS_NOT_FOUND).
+/// Initialise a flow as closed. An end node whose name is too long stays closed.
 void flow_init(flow_t* flow, const flow_setup_t* setup, const flow_resolver_t* resolver);
 /// Open the end node if an attempt is due, and pass queued octets to the system. STATUS_OK (open),
 /// STATUS_BUSY (an attempt is pending), STATUS_CLOSED (not open).
 status_t flow_step(flow_t* flow, uint64_t now_ns);
-/// Send one message of octets_out octets. STATUS_OK, STATUS_FULL, STATUS_CLOSED, STATUS_IO.
+/// Send one message of octets_out octets, > 0. STATUS_OK, STATUS_FULL, STATUS_CLOSED, STATUS_INVALID (LINE:
+/// the message contains a line end), STATUS_TOO_LARGE (UDP: the system sends no such datagram).
 MUST_USE status_t flow_send(flow_t* flow, const uint8_t* octets, size_t size);
-/// Read the next message. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
+/// Read the next message; on UDP and streams it may have any size up to FLOW_OCTETS_MAX. STATUS_OK,
+/// STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_receive(flow_t* flow, uint8_t octets[FLOW_OCTETS_MAX], size_t* out_size);
 flow_counters_t flow_counters(const flow_t* flow);
 /// Call it if no valid message has arrived for too long: a stream closes and connects again after its delay,

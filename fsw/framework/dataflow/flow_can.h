@@ -41,7 +41,7 @@ typedef struct { // Numbers of frames and attempts; each counter [wraps].
     uint32_t sent;
     uint32_t received;
     uint32_t errors;   ///< Error frames.
-    uint32_t refused;  ///< Not sent: transmit queue full, closed, or a bad length.
+    uint32_t refused;  ///< Not sent: transmit queue full, closed, or a bad length or identifier.
     uint32_t full;     ///< Refused because the transmit queue was full.
     uint32_t overruns; ///< Received, but lost because the controller's or the kernel's queue was full.
     uint32_t lost;     ///< Times that the interface went down or was removed.
@@ -92,7 +92,7 @@ void flow_can_attend(flow_can_t* flow, uint64_t now_ns);
 /// STATUS_OK, STATUS_FULL, STATUS_INVALID (length, identifier), STATUS_CLOSED.
 status_t flow_can_send(flow_can_t* flow, uint16_t identifier, const uint8_t* octets, uint8_t length);
 /// Queue process data: as an FD frame with bit rate switch if the bus carries FD (0..8, 12, 16, 20, 24, 32,
-/// 48, 64 octets), otherwise as a classic frame (0..8 octets). Statuses as flow_can_send.
+/// 48, 64 octets), otherwise as a classic frame (0..8 octets). Statuses of flow_can_send.
 status_t flow_can_send_process_data(flow_can_t* flow, uint16_t identifier, const uint8_t* octets,
                                     uint8_t length);
 

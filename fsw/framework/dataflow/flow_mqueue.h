@@ -57,8 +57,8 @@ void flow_mqueue_init(flow_mqueue_t* flow, const flow_mqueue_setup_t* setup, con
 /// messages), STATUS_EXHAUSTED (quota or limits of the system), STATUS_EXISTS, STATUS_UNSUPPORTED,
 /// STATUS_DENIED or STATUS_IO.
 status_t flow_mqueue_step(flow_mqueue_t* flow, uint64_t now_ns);
-/// Send one message. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, or the receiver
-/// restarts).
+/// Send one message. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no queue, it failed, or the
+/// receiver restarts).
 MUST_USE status_t flow_mqueue_send(flow_mqueue_t* flow, const uint8_t* octets, size_t size);
 /// Receive one message; capacity >= message_octets. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED.
 MUST_USE status_t flow_mqueue_receive(flow_mqueue_t* flow, uint8_t* octets, size_t capacity,

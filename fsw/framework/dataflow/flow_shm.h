@@ -80,7 +80,8 @@ status_t flow_shm_step(flow_shm_t* flow, uint64_t now_ns);
 MUST_USE status_t flow_shm_write(flow_shm_t* flow, const void* value);
 /// Read a value; LATEST: the newest one if it was not read before, QUEUE: the oldest one. STATUS_OK,
 /// STATUS_EMPTY (no new value), STATUS_BUSY (LATEST: the writer kept overwriting it, try again in the next
-/// cycle), STATUS_CLOSED (no memory, its writer has closed it or restarts; or this end is the writer).
+/// cycle; out_value may contain parts of several values), STATUS_CLOSED (no memory, its writer has closed it
+/// or restarts; or this end is the writer).
 MUST_USE status_t flow_shm_read(flow_shm_t* flow, void* out_value);
 /// Write a struct as one value, in the flow's byte order. A layout whose size is not value_octets, or above
 /// RECORD_OCTETS_MAX, is a coding error. Statuses of flow_shm_write.

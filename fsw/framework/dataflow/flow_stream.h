@@ -49,7 +49,7 @@ typedef struct {
 typedef struct {        // All counters wrap.
     uint32_t sent;      ///< Frames sent.
     uint32_t received;  ///< Frames received.
-    uint32_t refused;   ///< Frames not sent: no connection, outbox full, or malformed.
+    uint32_t refused;   ///< Frames not sent: no connection, outbox full, malformed, or too long.
     uint32_t discarded; ///< Octets that were in the outbox when a connection ended.
     uint32_t unfit;     ///< Frames received that were not records of the expected layout.
     uint32_t octets_in;

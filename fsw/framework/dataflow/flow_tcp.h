@@ -40,14 +40,14 @@ typedef struct {     // All counters wrap.
     uint32_t accepted;
     uint32_t turned_away; ///< Connections closed at once: no slot was free, or the quota was used up.
     uint32_t evicted;     ///< Connections ended to make room for a new one.
-    uint32_t ended;       ///< Connections that the peer, an error or the caller ended.
+    uint32_t ended;       ///< All connections that ended, `evicted` and `malformed` ones included.
     uint32_t malformed;   ///< Connections ended because a frame was malformed or did not fit the buffer.
     uint32_t octets_in;
     uint32_t octets_out;
 } flow_tcp_counters_t;
 
-/// Reactions of the caller to connections and octets. `client` is 0..capacity-1. A null callback is not
-/// called.
+/// Reactions of the caller to connections and octets. `client` is 0..capacity-1. Each callback may be null,
+/// except `frame`.
 typedef struct {
     void* context;
     void (*connected)(void* context, unsigned client);
@@ -90,8 +90,9 @@ MUST_USE status_t flow_tcp_adopt(flow_tcp_t* flow, int descriptor);
 /// End every connection; each is reported to `user`.
 void flow_tcp_end_all(flow_tcp_t* flow, const flow_tcp_user_t* user);
 
-/// Accept new connections, then read at most `limit_octets` from the clients in turn, and pass frames to
-/// `user`. *out_octets is the number of octets read. STATUS_OK, STATUS_CLOSED (not listening).
+/// Accept new connections, then read from the clients in turn, at most `limit_octets` from all and
+/// buffer_octets from each, and pass frames to `user`. *out_octets is the number of octets read. STATUS_OK,
+/// STATUS_CLOSED (not listening).
 MUST_USE status_t flow_tcp_step(flow_tcp_t* flow, const flow_tcp_user_t* user, size_t limit_octets,
                                 size_t* out_octets);
 /// Send as many octets as the kernel accepts now. STATUS_OK with *out_sent >= 1; STATUS_FULL (no octet);

@@ -57,8 +57,8 @@ status_t flow_udp_step(flow_udp_t* flow, uint64_t now_ns);
 
 /// Send one datagram. STATUS_OK, STATUS_FULL, STATUS_TOO_LARGE, STATUS_CLOSED (no socket, or no route).
 MUST_USE status_t flow_udp_send(flow_udp_t* flow, const uint8_t* octets, size_t size);
-/// Receive one datagram of the peer. Datagrams of other senders and oversize ones are counted and skipped.
-/// STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
+/// Receive one datagram of the peer. Datagrams of other senders and oversize ones are counted and skipped, at
+/// most 64 in a call. STATUS_OK, STATUS_EMPTY, STATUS_CLOSED (no socket).
 MUST_USE status_t flow_udp_receive(flow_udp_t* flow, uint8_t* octets, size_t capacity, size_t* out_size);
 /// Send a struct as one datagram, in the flow's byte order. A layout of more than RECORD_OCTETS_MAX is a
 /// coding error. Statuses of flow_udp_send.

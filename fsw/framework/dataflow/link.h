@@ -44,7 +44,7 @@ void flow_link_init(flow_link_t* link, const flow_link_actions_t* actions, void*
 /// Open if an attempt is due. STATUS_OK (open), STATUS_BUSY (an attempt is pending), STATUS_CLOSED (`failure`
 /// says why).
 status_t flow_link_step(flow_link_t* link, uint64_t now_ns);
-/// Close the object, because it has failed, and try again later.
+/// Close the object, which must be open or pending, because it has failed, and try again after the delay.
 void flow_link_lose(flow_link_t* link, status_t why);
 /// Close the object; the next step tries again at once.
 void flow_link_close(flow_link_t* link);

@@ -24,7 +24,7 @@ typedef struct { // Private, except the counters: read-only.
     uint32_t lost;      ///< Connections that ended [wraps].
 } flow_reconnect_t;
 
-/// Initialise; the first attempt is due immediately. 1 <= first_ns <= longest_ns.
+/// Initialise, with the counters zero; the first attempt is due immediately. 1 <= first_ns <= longest_ns.
 void flow_reconnect_init(flow_reconnect_t* reconnect, uint64_t first_ns, uint64_t longest_ns);
 /// True if there is no connection and the time of the next attempt has come.
 bool flow_reconnect_is_due(const flow_reconnect_t* reconnect, uint64_t now_ns);

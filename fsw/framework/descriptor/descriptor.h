@@ -58,7 +58,8 @@ extern const mission_scope_t descriptor_mission_whole;
 /// scope NULL, as a subsystem needs it, only this descriptor is read: the mission then has no permissions and
 /// no recovery plans, its hashes are 0, other subsystems have only what the mission's file defines, and their
 /// ends of links have port 0. `apid` is 1..2046; with a scope, MISSION_ANY_TARGET means the last subsystem.
-/// Statuses of descriptor_load_subsystem; STATUS_INVALID: the mission has no such subsystem.
+/// Statuses of descriptor_load_subsystem; STATUS_INVALID also: the mission has no such subsystem. After an
+/// error *out_mission is empty, and *out_own is not valid.
 MUST_USE status_t descriptor_load_mission(descriptor_loader_t* loader, const char* path, uint16_t apid,
                                           const mission_scope_t* scope, mission_descriptor_t* out_mission,
                                           subsystem_descriptor_t* out_own);

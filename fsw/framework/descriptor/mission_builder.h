@@ -11,8 +11,8 @@
 typedef struct mission_builder mission_builder_t;
 
 struct mission_scope { // Functions that only a reader of the whole mission needs.
-    /// Handler of the elements that only such a reader processes: power, modes, permissions, plans, buses,
-    /// ground.
+    /// Handler of the elements that only such a reader processes: subsystems, power, modes, permissions,
+    /// plans, buses, ground.
     void (*element)(source_t* source);
     /// Called when a descriptor, read from `path`, was added to the model.
     void (*take)(mission_builder_t* builder, mission_subsystem_t* subsystem, const char* path,

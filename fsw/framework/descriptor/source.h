@@ -171,7 +171,8 @@ xml_handler_t descriptor_source_handler(source_t* source);
 /// Report errors. Each function begins an error text, to which descriptor_source_append appends; if the error
 /// is not the first one, the whole text is dropped. In a pattern, `one` replaces the first %, `other` the
 /// second %, and `number` replaces #. `fail` reports a message without replacements; `wrong` reports an
-/// attribute, its value and the expected value; `taken` reports the earlier line that uses the value.
+/// attribute, which must be present, its value and the expected value; `taken` reports the earlier line that
+/// uses the value.
 void descriptor_source_refuse(source_t* source, uint32_t line, const char* pattern, const char* one,
                               const char* other, uint32_t number);
 void descriptor_source_append(source_t* source, const char* pattern, const char* one, const char* other,
@@ -217,7 +218,7 @@ uint32_t descriptor_source_words(source_t* source, const char* attribute, const 
                                  uint8_t* out_indices);
 /// Returns a bit for the index of each word of the attribute's value; all sixteen bits for "*".
 uint16_t descriptor_source_bits(source_t* source, const char* attribute, const char* words);
-/// Returns a bit for each state that the attribute's value names; bit n: state n.
+/// Returns a bit for each state that the attribute's value names; bit n: state n. All sixteen bits for "*".
 uint16_t descriptor_source_states(source_t* source, const char* attribute);
 /// Read a number of a scalar type. Returns its bits, two's complement or IEEE 754, in the low octets;
 /// *out_real is the number as double.

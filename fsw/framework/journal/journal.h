@@ -102,9 +102,9 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
         uint32_t used;        ///< Octets in use on that medium.
         uint32_t commits;     ///< Valid commits that changed something.
         uint32_t compactions; ///< Compactions completed.
-        uint32_t full;        ///< Puts refused because there was no room.
+        uint32_t full;        ///< Puts refused: no room, or the record is too large.
         uint32_t unknown;     ///< Erasures of records that do not exist.
-        uint32_t failed;      ///< Calls that failed because of an error of a medium.
+        uint32_t failed;      ///< Calls and compactions that failed.
         uint32_t unmarked;    ///< Commits whose mark could not be written.
         uint64_t discarded;   ///< Octets after the last commit, cut off at open.
     } stats;
@@ -112,7 +112,7 @@ typedef struct { // Private, except `stats`, read-only, for telemetry, and `dama
 
 /// Find the last whole commit, or begin an empty journal if there is none; check for damage.
 /// STATUS_OK; STATUS_EXHAUSTED (more records than slots), STATUS_IO, STATUS_FULL: the journal may not be
-/// used. limit >= 256.
+/// used. 256 <= limit <= 2^31.
 MUST_USE status_t journal_open(journal_t* journal, const journal_configuration_t* configuration);
 
 #define JOURNAL_DAMAGE_SIZE 9U ///< Event data: octets u32 (saturates), records u32, is_kept u8.
@@ -123,7 +123,8 @@ bool journal_report_damage(const journal_t* journal, uint32_t refused, uint8_t o
 /// Callback that restores a record. It must not call the journal; `octets` are valid only during the call.
 typedef void (*journal_take_t)(void* context, uint8_t table, uint32_t key, const uint8_t* octets,
                                size_t size);
-/// Pass each live record once to `take`, in the order in which they were last put. STATUS_OK, STATUS_IO.
+/// Pass each live record once to `take`, in the order in which they were last put. STATUS_OK; STATUS_IO: the
+/// records before the failure were passed.
 MUST_USE status_t journal_replay(journal_t* journal, journal_take_t take, void* context);
 
 // ---- The functions of a port to records: `context` is the journal ----

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Records of a journal on a medium. Private to the journal. Numbers are big-endian.
+/// Records of a journal on a medium. Private to the journal. Numbers are big-endian. Each `buffer` has
+/// JOURNAL_RECORD_SIZE(JOURNAL_RECORD_MAX) octets. Outputs are valid only with STATUS_OK.
 ///
 ///     head     "HJRN", version u16 = 1, spare u16, generation u32, CRC-32
 ///     record   kind u8, table u8, size u16, sequence u32, key u32, chain u32, octets, CRC-32

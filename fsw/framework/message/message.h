@@ -61,11 +61,11 @@ typedef struct {
 
 typedef struct {
     uint32_t sent;        ///< Blocks accepted by message_send.
-    uint32_t received;    ///< Blocks taken by message_receive.
+    uint32_t received;    ///< Blocks taken, those too large for the caller included.
     uint32_t no_credit;   ///< Sends refused for lack of credit.
     uint32_t lost;        ///< Blocks missing in the sequence.
     uint32_t stale;       ///< Frames of another life or outside of the window, dropped.
-    uint32_t malformed;   ///< Octets that do not form a valid frame, dropped.
+    uint32_t malformed;   ///< Octets that do not form a valid frame of a peer, dropped.
     uint32_t overruns;    ///< Frames beyond the window of their sender, dropped.
     uint32_t unreachable; ///< Frames that the carrier could not deliver.
     uint32_t syncs;       ///< SYNC frames sent.
@@ -154,7 +154,7 @@ MUST_USE status_t message_send(message_endpoint_t* endpoint, uint16_t to, const 
 MUST_USE status_t message_send_plain(message_endpoint_t* endpoint, uint16_t to, const uint8_t* octets,
                                      size_t size);
 /// Called by carriers when a frame has arrived. STATUS_OK: stored, or malformed and counted; STATUS_FULL:
-/// the frame is beyond the window.
+/// the frame is beyond the window (counted).
 MUST_USE status_t message_deliver(message_endpoint_t* endpoint, const uint8_t* frame, size_t size);
 /// Process credit, SYNC and lives in the frames that have arrived, and send the answers; the blocks stay in
 /// the inboxes.

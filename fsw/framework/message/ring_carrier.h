@@ -20,7 +20,7 @@ typedef struct { // Private.
 } message_ring_carrier_t;
 
 void message_ring_carrier_init(message_ring_carrier_t* carrier, message_delivery_notice_t notice);
-/// Make an opened endpoint reachable. STATUS_OK, STATUS_EXHAUSTED.
+/// Make an opened endpoint reachable. STATUS_OK (also if it was attached before), STATUS_EXHAUSTED.
 MUST_USE status_t message_ring_carrier_attach(message_ring_carrier_t* carrier, message_endpoint_t* endpoint);
 /// Returns the carrier for message_open.
 message_carrier_t message_ring_carrier_port(message_ring_carrier_t* carrier);

@@ -38,7 +38,8 @@ MUST_USE status_t message_udp_carrier_add_peer(message_udp_carrier_t* carrier, u
 /// Returns the carrier for message_open.
 message_carrier_t message_udp_carrier_port(message_udp_carrier_t* carrier);
 /// Deliver one received datagram to the endpoint, whose inboxes have room for the full window of each peer.
-/// STATUS_OK, STATUS_EMPTY, STATUS_NOT_OURS (dropped: not from a peer, or to another life), STATUS_IO.
+/// STATUS_OK (delivered, or counted as malformed or overrun), STATUS_EMPTY, STATUS_NOT_OURS (dropped: not
+/// from a peer, to another life, or too large), STATUS_IO.
 MUST_USE status_t message_udp_carrier_pump(message_udp_carrier_t* carrier, message_endpoint_t* endpoint);
 
 #endif // FSW_FRAMEWORK_MESSAGE_UDP_CARRIER_H

@@ -107,9 +107,9 @@ MUST_USE status_t parameter_find(parameter_dictionary_t* dictionary, uint32_t id
 MUST_USE status_t parameter_set_settable(parameter_dictionary_t* dictionary, uint32_t id, bool is_settable);
 MUST_USE status_t parameter_set_bounds(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
                                        double min, double max);
-/// Set the initial values of one field from text with exactly `count` numbers ("0 0"); null: all zero. Bounds
-/// are checked, is_settable is not. After a failure the field is unchanged. STATUS_OK, STATUS_NOT_FOUND,
-/// STATUS_INVALID, STATUS_OUT_OF_RANGE.
+/// Set the initial values of one field from text with exactly `count` numbers ("0 0"), which must be within
+/// the bounds; null: all zero, whatever the bounds. is_settable is not checked. After a failure the field is
+/// unchanged. STATUS_OK, STATUS_NOT_FOUND, STATUS_INVALID, STATUS_OUT_OF_RANGE.
 MUST_USE status_t parameter_set_initial(parameter_dictionary_t* dictionary, uint32_t id, const char* field,
                                         const char* text);
 

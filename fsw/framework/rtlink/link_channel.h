@@ -125,8 +125,8 @@ MUST_USE status_t rtlink_consumer_open(rtlink_consumer_t* consumer, const rtlink
 /// Read the newest sample. STATUS_OK (the sample is in `payload` and not stale), STATUS_STALE (the sample in
 /// `payload` is stale), STATUS_EMPTY (no sample yet), STATUS_CLOSED (not open).
 status_t rtlink_consumer_read(rtlink_consumer_t* consumer, uint64_t now_ns);
-/// Process a datagram that has arrived for this link. STATUS_OK, STATUS_INVALID (refused and counted),
-/// STATUS_CLOSED.
+/// Process a datagram that has arrived for this link. STATUS_OK (an old or repeated sample is dropped),
+/// STATUS_INVALID (refused and counted), STATUS_CLOSED.
 status_t rtlink_consumer_deliver(rtlink_consumer_t* consumer, const uint8_t* frame, size_t size);
 /// Returns the age beyond which a sample of an open link is stale [us].
 uint64_t rtlink_consumer_max_age_us(const rtlink_consumer_t* consumer);

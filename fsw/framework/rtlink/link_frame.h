@@ -41,8 +41,8 @@ MUST_USE status_t rtlink_frame_unpack(const uint64_t words[LINK_FRAME_HEADER_WOR
 /// payload_size 1..RTLINK_PAYLOAD_MAX.
 size_t rtlink_frame_encode(const rtlink_frame_header_t* header, const uint8_t* payload, size_t payload_size,
                            bool with_crc, uint8_t out_frame[LINK_FRAME_MAX]);
-/// Returns the epoch of a frame, even if the layout of its payload is not known yet; 0 for octets that are
-/// not a frame.
+/// Returns the octets at the place of the epoch, without a check of the frame, whose payload may have any
+/// layout; 0 if there are fewer octets than a header has.
 uint32_t rtlink_frame_epoch(const uint8_t* frame, size_t size);
 /// Decode a frame. *out_payload points into `frame`. STATUS_OK; STATUS_INVALID: magic, version or flags;
 /// STATUS_TRUNCATED: `size` does not match payload_size; STATUS_CHECKSUM.
