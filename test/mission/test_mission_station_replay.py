@@ -333,7 +333,7 @@ SEVEN = """async () => {
 }"""
 
 
-@pytest.mark.parametrize("size", [(1280, 800), (1024, 768), (1920, 1080)])
+@pytest.mark.parametrize("size", [(1280, 800), (1024, 768), (820, 1180), (1920, 1080)])
 def test_the_charts_of_an_arm_with_seven_joints_fit(page, size):
     """Five strips in two columns, each of which ends with a time axis. The last one has both."""
     page.set_viewport_size({"width": size[0], "height": size[1]})

@@ -127,6 +127,72 @@ def test_tables_show_the_unit_of_each_joint(page):
     }""") == ["revolute", "rad", "m"]
 
 
+def test_a_word_is_not_judged_by_the_numbers_of_the_first_and_the_last_word(page):
+    """A device that is present is no caution, although its number is the least of the enumeration; the word has the place of the gauge."""
+    assert page.evaluate("""() => {
+        const { store } = window.station, { table } = document.querySelector("station-work");
+        const state = store.subsystem("MANIPULATOR").parameters.find((one) => one.name === "CUR_VALUES.STATE");
+        const draw = () => {
+            table.key = null;
+            table.draw();
+            const row = [...table.table.querySelectorAll("tr")].find((one) => one.innerText.startsWith("STATE"));
+            return [row.querySelectorAll(".gauge, [data-symbol]").length, row.querySelector(".value").style.color, row.querySelector(".worded").colSpan];
+        };
+        Object.assign(state, { min: 0, max: 5 });  // Its value is OPERATIONAL, 5.
+        const found = draw();
+        delete state.min;
+        delete state.max;
+        draw();
+        return found;
+    }""") == [0, "", 3]
+
+
+# Of the points of the robots and the fixtures: the largest distance from the middle of the scene to its left or right edge, in halves of the width.
+WIDEST = """() => {
+    const { scene } = station;
+    scene.view("Iso");
+    scene.camera.lookAt(scene.target);
+    scene.camera.updateMatrixWorld();
+    let most = 0;
+    for (const node of [...scene.bodies.map(({ arm }) => arm.node), ...scene.fixtures])
+        node.traverse((mesh) => {
+            const places = mesh.isMesh && mesh.visible ? mesh.geometry.attributes.position : { count: 0 };
+            for (let n = 0; n < places.count; n++)
+                most = Math.max(most, Math.abs(mesh.localToWorld(scene.target.clone().fromBufferAttribute(places, n)).project(scene.camera).x));
+        });
+    return most;
+}"""
+
+
+@pytest.mark.parametrize("size", [(820, 1180), (1024, 768), (1440, 900)])
+def test_the_robot_fits_the_scene_of_every_size(page, size):
+    """The scene of a tablet that stands upright is higher than wide."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    station.until(page, "Math.abs(station.scene.camera.aspect - station.scene.clientWidth / station.scene.clientHeight) < 0.01")
+    widest = page.evaluate(WIDEST)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    assert 0.3 < widest < 1
+
+
+# Height of the floor, and of the lowest point of the housings, of an arm on z = 0 whose first joint turns about z.
+UPRIGHT = """() => {
+    const { scene, store } = station, { hello } = store, pose = (z) => [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, z, 0, 0, 0, 1];
+    const joints = [0, 0.3].map((z, n) => ({ name: `j${n}`, kind: "revolute", parent: `l${n}`, child: `l${n + 1}`, axis: [0, 0, 1], pose: pose(z), lower: -1, upper: 1 }));
+    const robot = { name: "arm", root: "l0", free: false, start: {}, links: { l0: [], l1: [], l2: [] }, joints };
+    const empty = Object.entries(hello.world).map(([name, value]) => [name, Array.isArray(value) ? [] : {}]);
+    const show = (world) => store.take({ ...hello, kind: "hello", world });
+    show({ ...Object.fromEntries(empty), robots: [robot] });
+    const found = [scene.floor.position.z, scene.arm.lowest()];
+    show(hello.world);
+    return found;
+}"""
+
+
+def test_the_floor_does_not_cross_the_foot_of_an_arm(page):
+    floor, lowest = page.evaluate(UPRIGHT)
+    assert floor == lowest < -0.05
+
+
 def test_the_bar_says_that_the_recording_is_incomplete(page):
     words = "packets.log: 800 of 1761 packets are there, the last at 45.123 s; the log was cut after the flight"
     slot = "document.querySelector('station-bar .slot strong').textContent"

@@ -177,13 +177,22 @@ export class Arm {
     if (!first) return;
     const base = place(first.pose);
     const block = new THREE.Mesh(
-      new THREE.CylinderGeometry(wide * 1.9, wide * 2.7, wide * 4.2, 4, 1)
+      new THREE.CylinderGeometry(wide * 2, wide * 2.7, wide * 4.2, 4, 1)
         .rotateY(Math.PI / 4)
         .rotateX(Math.PI / 2),
       looks.stand,
     );
     block.position.set(base[0], base[1], base[2] - wide * 2.4);
     this.node.add(block);
+  }
+
+  // Height of the lowest point of the robot without its stand.
+  lowest() {
+    const box = new THREE.Box3();
+    this.node.traverse((mesh) => {
+      if (mesh.isMesh && mesh.material !== LOOK.stand) box.union(new THREE.Box3().setFromObject(mesh, true));
+    });
+    return box.isEmpty() ? 0 : box.min.z;
   }
 
   set(positions, base) {

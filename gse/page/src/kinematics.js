@@ -74,11 +74,14 @@ export function jointsOf(world, devices) {
   return robot ? moving(robot) : [];
 }
 
+const SLIDING = { rad: "m", "rad/s": "m/s", Nm: "N" }; // Unit of a revolute joint -> unit of a prismatic one.
+
 // Unit of number `n` of a list. In a list with a number for each joint, a unit like "rad or m" is the first
-// one for a revolute joint, and the second one for a prismatic joint.
+// one for a revolute joint, and the second one for a prismatic joint. Other pairs, such as "rad or Nm" of a
+// command whose meaning depends on the mode of the drive, remain.
 export function unitAt({ unit, count }, n, joints) {
   const [turning, sliding] = unit.split(" or ");
-  if (!sliding || count !== joints.length) return unit;
+  if (!sliding || SLIDING[turning] !== sliding || count !== joints.length) return unit;
   return joints[n].kind === "prismatic" ? sliding : turning;
 }
 

@@ -28,6 +28,8 @@ const STALE_PERIODS = 3,
 const REACH_M = 0.47;
 const VIEWS = { Iso: [0.62, -0.98, 0.36], Side: [0, -1.25, 0.05], Tool: [1.05, -0.42, 0.25] };
 
+const LEAST_ASPECT = 1.15; // In a narrower scene the camera shows the same width as in one of this aspect.
+
 class Scene extends SceneMarks {
   connectedCallback() {
     this.canvas = el("canvas", { tabindex: 0, role: "img", "aria-label": "The robot" });
@@ -319,11 +321,14 @@ class Scene extends SceneMarks {
     return place(poses(this.robot, positions, base).links.get(tipOf(this.robot)));
   }
 
-  // Draw the fixtures. The floor is at the lowest face of their boxes; what is below the floor is cut off.
+  // Draw the fixtures. The floor is below the lowest face of their boxes and the lowest part of the robots in
+  // their initial poses; what is below the floor, the foot of a stand or of a fixture, is cut off.
   addFixtures(shapes) {
     const bottoms = shapes
       .filter((about) => about.kind === "box")
       .map((about) => place(about.pose)[2] - about.size[2] / 2);
+    this.content.updateMatrixWorld(true);
+    for (const { robot, arm } of this.bodies) if (!robot.free) bottoms.push(arm.lowest());
     this.level = Math.min(0, ...bottoms);
     this.renderer.localClippingEnabled = true;
     cutBelow(this.level);
@@ -561,6 +566,7 @@ class Scene extends SceneMarks {
     this.extent = { width, height };
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    this.camera.zoom = Math.min(1, this.camera.aspect / LEAST_ASPECT);
     this.camera.updateProjectionMatrix();
     this.change();
   }

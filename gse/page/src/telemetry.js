@@ -53,7 +53,8 @@ const ageOf = (seconds) =>
       ? seconds.toFixed(0)
       : `${(seconds / 3600).toFixed(0)} h`;
 
-const isBounded = (leaf) => leaf.min !== undefined && leaf.max !== undefined;
+// A value with words has no limits: the least and the greatest of its numbers are words like all others.
+const isBounded = (leaf) => !leaf.words && !leaf.bits && leaf.min !== undefined && leaf.max !== undefined;
 
 // Rows for all numbers of a report. The table has a column of gauges only if a value has limits.
 function rowsOf(report, leaves) {
@@ -133,12 +134,12 @@ export class Row {
     );
   }
 
-  // Cells of value, unit and limits. A value with words has no unit and no limits, and takes their place; the
-  // unit of a value without limits, such as "connections", takes the place of these.
+  // Cells of value, unit and limits. A value with words takes the place of all three; the unit of a value
+  // without limits, such as "connections", takes the place of these.
   cells(hasGauges) {
     const { words, bits, unit } = this.leaf;
     const own = [this.sym, " ", this.value];
-    if ((words || bits) && !unit && !this.gauge)
+    if ((words || bits) && !unit)
       return [(this.cell = el("td", { class: "num worded", colspan: hasGauges ? 3 : 2 }, ...own))];
     this.cell = el("td", { class: "num" }, ...own);
     if (!this.gauge)

@@ -202,13 +202,14 @@ def test_the_force_at_the_tip_is_that_which_the_subsystem_reports(modules):
 
 
 def test_a_number_of_a_joint_has_the_unit_of_its_kind(modules):
-    """In a list of another length, and for a subsystem without joints, the unit remains as the descriptor has it."""
+    """In a list of another length, for a subsystem without joints, and for a command that is an angle or a torque, the unit remains as the
+    descriptor has it."""
     found = printed(modules, ARM + """
         const world = { robots: [arm("revolute"), { ...arm("revolute", "fixed", "prismatic"), name: "lift" }], drives: { AXIS: "lift.j2" } };
         const joints = jointsOf(world, ["CAMERA", "AXIS"]), leaf = (count, unit) => ({ count, unit });
         console.log(JSON.stringify([...[0, 1].map((n) => unitAt(leaf(2, "rad/s or m/s"), n, joints)), unitAt(leaf(2, "Nm"), 1, joints),
-            unitAt(leaf(3, "rad or m"), 1, joints), unitAt(leaf(2, "rad or m"), 1, jointsOf(world, ["CAMERA"])), jointsOf(null, ["AXIS"])]));""")
-    assert found == ["rad/s", "m/s", "Nm", "rad or m", "rad or m", []]
+            unitAt(leaf(3, "rad or m"), 1, joints), unitAt(leaf(2, "rad or Nm"), 0, joints), unitAt(leaf(2, "rad or m"), 1, jointsOf(world, ["CAMERA"])), jointsOf(null, ["AXIS"])]));""")
+    assert found == ["rad/s", "m/s", "Nm", "rad or m", "rad or Nm", "rad or m", []]
 
 
 def test_one_function_makes_the_heads_of_tables():
