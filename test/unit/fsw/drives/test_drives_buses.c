@@ -417,6 +417,28 @@ static void each_bus_has_its_own_channel_b(void)
     TEST_ASSERT_TRUE(buses[2].syncs > 0U);
 }
 
+/// The process before may have left the devices on channel B. They return to the channel on which they last
+/// heard the master, so they hear it on this channel before they are reset.
+static void devices_of_a_restarted_subsystem_hear_the_master_before_their_reset(void)
+{
+    for (unsigned i = 0U; i < 4U; i++) {
+        const bool is_restarted  = (i & 1U) != 0U;
+        const bool has_channel_b = (i & 2U) != 0U;
+        make(1U, 1U, has_channel_b);
+        if (has_channel_b) {
+            scripted_bus_open(&buses[1], "test-buses-b");
+            bus_count = 2U;
+        }
+        generic.is_restarted = is_restarted;
+        TEST_ASSERT_EQUAL(STATUS_BUSY, cycle(drives_hardware_init));
+        TEST_ASSERT_EQUAL(is_restarted && has_channel_b, drives.buses[0].network.is_channel_new);
+        TEST_ASSERT_EQUAL(STATUS_OK, run_action(drives_hardware_init));
+        TEST_ASSERT_FALSE(drives.buses[0].network.is_channel_new);
+        tearDown();
+        setUp();
+    }
+}
+
 static void pulses_and_accesses_reach_the_bus_of_the_device(void)
 {
     make(2U, 2U, false);
@@ -528,6 +550,7 @@ int main(void)
     RUN_TEST(the_code_of_an_event_names_its_bus);
     RUN_TEST(a_channel_is_selected_on_every_bus_or_on_none);
     RUN_TEST(each_bus_has_its_own_channel_b);
+    RUN_TEST(devices_of_a_restarted_subsystem_hear_the_master_before_their_reset);
     RUN_TEST(pulses_and_accesses_reach_the_bus_of_the_device);
     RUN_TEST(a_device_without_a_bus_is_not_brought_up);
     RUN_TEST(drives_are_numbered_without_devices_on_streams);

@@ -379,6 +379,18 @@ static void a_refused_descriptor_keeps_the_component_offline(void)
     fixture_expect("1.1 #2\n1.4 #2 0201 4D4F5645\n");
 }
 
+static void every_start_of_a_process_but_the_first_is_a_restart(void)
+{
+    static const struct {
+        uint32_t start_count;
+        bool is_restarted;
+    } rows[] = {{1U, false}, {2U, true}, {3U, true}, {UINT32_MAX, true}};
+    for (size_t i = 0U; i < (sizeof rows / sizeof rows[0]); i++) {
+        fixture.subsystem.config.start_count = rows[i].start_count;
+        TEST_ASSERT_EQUAL(rows[i].is_restarted, subsystem_is_restarted(&fixture.subsystem));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -400,5 +412,6 @@ int main(void)
     RUN_TEST(status_is_reported_once_a_second_and_on_request);
     RUN_TEST(reconfiguring_revokes_the_old_configuration);
     RUN_TEST(a_refused_descriptor_keeps_the_component_offline);
+    RUN_TEST(every_start_of_a_process_but_the_first_is_a_restart);
     return UNITY_END();
 }
